@@ -1,0 +1,296 @@
+!> Command line of the executable: from words to one plain configuration per sub-command.
+module contensou_drivers_command_line
+   use contensou_base_errors, only : error_type, fatal, status_usage
+   use contensou_base_kinds, only : wp
+   use contensou_base_text, only : nearest, quote, read_real, starts_with, string_type
+   implicit none(type, external)
+   private
+
+   public :: command_type, parse_command_line, command_line_words, usage_text
+
+   !> What the user asks for; a sub-command uses the fields that its usage names.
+   type :: command_type
+      !> Sub-command: run, check, models, eval, help, version.
+      character(len=:), allocatable :: name
+      !> Scene (run, check), model (models), kernel (eval) or topic (help); may be blank.
+      character(len=:), allocatable :: subject
+      !> Texts of the `--set` options.
+      type(string_type), allocatable :: overrides(:)
+      !> Output file (run); blank for that of the scene.
+      character(len=:), allocatable :: output
+      !> Whether to replace an existing output file.
+      logical :: force = .false.
+      !> Whether to be silent on stderr unless something is wrong.
+      logical :: quiet = .false.
+      !> Model of a kernel (eval); blank for the default.
+      character(len=:), allocatable :: model
+      !> Input file (eval); blank for the standard input.
+      character(len=:), allocatable :: input
+      !> Regularisation velocity (eval wrench) [m/s].
+      real(wp) :: delta = 0.0_wp
+   end type command_type
+
+   !> Sub-commands.
+   character(len=*), parameter :: commands(*) = [character(len=8) :: &
+      "run", "check", "models", "eval", "help", "version"]
+
+contains
+
+   !> The words of the command line after the program's name.
+   function command_line_words() result(words)
+      type(string_type), allocatable :: words(:)
+      integer :: i, length
+
+      allocate(words(command_argument_count()))
+      do i = 1, size(words)
+         call get_command_argument(i, length=length)
+         allocate(character(len=length) :: words(i)%s)
+         call get_command_argument(i, words(i)%s)
+      end do
+   end function command_line_words
+
+   !> Understand the command line.
+   subroutine parse_command_line(words, command, error)
+      !> Words after the program's name.
+      type(string_type), intent(in) :: words(:)
+      !> What the user asks for.
+      type(command_type), intent(out) :: command
+      !> Set when it cannot be understood.
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i, first
+
+      command%name = ""
+      command%subject = ""
+      command%output = ""
+      command%model = ""
+      command%input = ""
+      allocate(command%overrides(0))
+      if (size(words) == 0) then
+         call fatal(error, "no command is given" // new_line("a") // usage_text(""), status_usage)
+         return
+      end if
+      first = 2
+      select case (words(1)%s)
+      case ("--version", "-V")
+         command%name = "version"
+      case ("--help", "-h")
+         command%name = "help"
+      case default
+         command%name = words(1)%s
+         if (.not. any(commands == command%name)) then
+            i = nearest(command%name, commands)
+            if (i > 0) then
+               call fatal(error, "unknown command " // quote(command%name) // "; did you mean " // &
+                  quote(trim(commands(i))) // "?", status_usage)
+            else
+               call fatal(error, "unknown command " // quote(command%name) // new_line("a") // &
+                  usage_text(""), status_usage)
+            end if
+            return
+         end if
+      end select
+      do i = first, size(words)
+         if (words(i)%s == "--help" .or. words(i)%s == "-h") then
+            command%subject = command%name
+            command%name = "usage"
+            return
+         end if
+      end do
+      call parse_options(words, first, command, error)
+      if (allocated(error)) return
+      if (command%subject == "" .and. any(command%name == ["run  ", "check", "eval "])) call fatal( &
+         error, command%name // " needs a " // trim(merge("kernel", "scene ", &
+         command%name == "eval")) // new_line("a") // usage_text(command%name), status_usage)
+   end subroutine parse_command_line
+
+   !> Options and operands of a sub-command.
+   subroutine parse_options(words, first, command, error)
+      !> Words of the command line.
+      type(string_type), intent(in) :: words(:)
+      !> First one to look at.
+      integer, intent(in) :: first
+      !> What the user asks for.
+      type(command_type), intent(inout) :: command
+      !> Set when it cannot be understood.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: word, value
+      logical :: valid, only_operands
+      integer :: i, n_operands
+
+      i = first
+      n_operands = 0
+      only_operands = .false.
+      do while (i <= size(words))
+         word = words(i)%s
+         value = ""
+         if (only_operands .or. .not. starts_with(word, "-") .or. word == "-") then
+            call operand()
+         else if (word == "--") then
+            only_operands = .true.
+         else
+            select case (option_of(word))
+            case ("--set")
+               call take_value()
+               if (.not. allocated(error)) call append(command%overrides, value)
+            case ("-o", "--output")
+               call take_value()
+               command%output = value
+               if (.not. allocated(error) .and. value == "") call fatal(error, &
+                  "-o needs the name of a file", status_usage)
+            case ("--model")
+               call take_value()
+               command%model = value
+            case ("--delta")
+               call take_value()
+               if (.not. allocated(error)) then
+                  call read_real(value, command%delta, valid)
+                  if (valid) valid = command%delta >= 0.0_wp .and. command%delta <= huge(1.0_wp)
+                  if (.not. valid) call fatal(error, "--delta needs a velocity >= 0 [m/s], not " // &
+                     quote(value), status_usage)
+               end if
+            case ("--force")
+               command%force = .true.
+            case ("-q", "--quiet")
+               command%quiet = .true.
+            case default
+               call unknown()
+            end select
+         end if
+         if (allocated(error)) return
+         i = i + 1
+      end do
+
+   contains
+
+      !> Take an operand.
+      subroutine operand()
+         n_operands = n_operands + 1
+         if (n_operands == 1 .and. command%name /= "version") then
+            command%subject = word
+         else if (n_operands == 2 .and. command%name == "eval") then
+            command%input = word
+         else
+            call fatal(error, "unexpected word " // quote(word) // new_line("a") // &
+               usage_text(command%name), status_usage)
+         end if
+      end subroutine operand
+
+      !> The option of a word, if this sub-command has it.
+      function option_of(word) result(option)
+         !> The word.
+         character(len=*), intent(in) :: word
+         character(len=:), allocatable :: option
+         integer :: equals
+
+         equals = index(word, "=")
+         option = word
+         if (starts_with(word, "--") .and. equals > 0) option = word(:equals - 1)
+         select case (option)
+         case ("--set")
+            if (all(command%name /= ["run  ", "check"])) option = ""
+         case ("-o", "--output", "--force", "-q", "--quiet")
+            if (command%name /= "run") option = ""
+         case ("--model", "--delta")
+            if (command%name /= "eval") option = ""
+         case default
+            option = ""
+         end select
+         ! Flags take no value.
+         if (any(option == ["--force", "--quiet"]) .and. equals > 0) option = ""
+      end function option_of
+
+      !> The value of an option: after '=', or the next word.
+      subroutine take_value()
+         integer :: equals
+
+         equals = index(word, "=")
+         if (starts_with(word, "--") .and. equals > 0) then
+            value = word(equals + 1:)
+         else if (i < size(words)) then
+            i = i + 1
+            value = words(i)%s
+         else
+            call fatal(error, word // " needs a value" // new_line("a") // &
+               usage_text(command%name), status_usage)
+         end if
+      end subroutine take_value
+
+      !> Report an unknown option.
+      subroutine unknown()
+         character(len=8), parameter :: options(*) = [character(len=8) :: &
+            "--set", "--output", "--force", "--quiet", "--model", "--delta"]
+         integer :: near
+
+         near = nearest(word, options)
+         if (near > 0) then
+            if (option_of(trim(options(near))) == "") near = 0
+         end if
+         if (near > 0) then
+            call fatal(error, "unknown option " // quote(word) // "; did you mean " // &
+               quote(trim(options(near))) // "?", status_usage)
+         else
+            call fatal(error, "unknown option " // quote(word) // new_line("a") // &
+               usage_text(command%name), status_usage)
+         end if
+      end subroutine unknown
+
+   end subroutine parse_options
+
+   !> Add a text to a list.
+   subroutine append(list, text)
+      !> The list.
+      type(string_type), allocatable, intent(inout) :: list(:)
+      !> The text.
+      character(len=*), intent(in) :: text
+      type(string_type), allocatable :: longer(:)
+      integer :: i
+
+      allocate(longer(size(list) + 1))
+      do i = 1, size(list)
+         longer(i)%s = list(i)%s
+      end do
+      longer(i)%s = text
+      call move_alloc(longer, list)
+   end subroutine append
+
+   !> Usage of a sub-command, or of the program.
+   pure function usage_text(command) result(text)
+      !> Sub-command; blank for the program.
+      character(len=*), intent(in) :: command
+      character(len=:), allocatable :: text
+      character(len=*), parameter :: nl = new_line("a")
+
+      select case (command)
+      case ("run")
+         text = "usage: contensou run SCENE [--set PATH=VALUE]... [-o FILE] [--force] [-q]" // nl // &
+            "  SCENE            namelist file" // nl // &
+            "  --set PATH=VALUE replace a value: PATH is group.key, name.key or group.name.key" // nl &
+            // "  -o FILE          output file, instead of that of the scene" // nl // &
+            "  --force          replace an existing output file" // nl // &
+            "  -q               no progress on stderr"
+      case ("check")
+         text = "usage: contensou check SCENE [--set PATH=VALUE]..." // nl // &
+            "  reads and resolves the scene, reports its effects and their cost, writes nothing"
+      case ("models")
+         text = "usage: contensou models [NAME]"
+      case ("eval")
+         text = "usage: contensou eval wrench [--model NAME] [--delta VELOCITY] [FILE]" // nl // &
+            "  FILE             CSV with the columns N,a,b,f,vx,vy,w; standard input if not given" &
+            // nl // &
+            "  --model NAME     friction model, default contensou_exact; see contensou models" // nl &
+            // "  --delta VELOCITY regularisation velocity [m/s], default 0"
+      case ("help")
+         text = "usage: contensou help [GROUP[.KEY]]"
+      case default
+         text = "usage: contensou COMMAND ..." // nl // &
+            "  run SCENE        simulate a scene" // nl // &
+            "  check SCENE      read a scene, report its effects and their cost" // nl // &
+            "  models [NAME]    the models that a scene can name" // nl // &
+            "  eval KERNEL      evaluate a kernel on a table of inputs" // nl // &
+            "  help GROUP.KEY   what a key of a scene means" // nl // &
+            "  --version        version of the program" // nl // &
+            "contensou COMMAND --help tells more"
+      end select
+   end function usage_text
+
+end module contensou_drivers_command_line

@@ -1,0 +1,307 @@
+!> `contensou eval`: evaluate a kernel on a table of inputs.
+!>
+!> The input is CSV with a header; the columns may stand in any order, and columns that the kernel
+!> does not know are passed through. The output repeats the input columns and appends the results
+!> with 17 significant digits. Nothing is written when any row has a mistake.
+module contensou_drivers_eval
+   use, intrinsic :: iso_fortran_env, only : input_unit, iostat_end, iostat_eor, output_unit
+   use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
+   use contensou_base_errors, only : error_type, fatal, status_file, status_usage
+   use contensou_base_kinds, only : wp
+   use contensou_base_text, only : lower, nearest, quote, read_real, string_type, to_text
+   use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
+   use contensou_contact_spot, only : circular_shape
+   use contensou_drivers_command_line, only : command_type
+   implicit none(type, external)
+   private
+
+   public :: eval_command
+
+   !> Inputs of the kernel `wrench`.
+   character(len=*), parameter :: wrench_inputs(*) = [character(len=2) :: &
+      "N", "a", "b", "f", "vx", "vy", "w"]
+
+   !> Outputs of the kernel `wrench`.
+   character(len=*), parameter :: wrench_outputs = "Fx,Fy,Tz"
+
+   !> Rows that are kept before the buffer grows.
+   integer, parameter :: first_rows = 1024
+
+contains
+
+   !> Evaluate a kernel.
+   subroutine eval_command(command, error)
+      !> What the user asks for.
+      type(command_type), intent(in) :: command
+      !> Set when there is a mistake in the input.
+      type(error_type), allocatable, intent(out) :: error
+      type(source_type) :: table
+
+      if (lower(command%subject) /= "wrench") then
+         call fatal(error, "unknown kernel " // quote(command%subject) // &
+            "; possible is wrench", status_usage)
+         return
+      end if
+      call read_lines(command%input, table, error)
+      if (allocated(error)) return
+      call eval_wrench(table, command, error)
+   end subroutine eval_command
+
+   !> Evaluate the friction wrench for each row.
+   subroutine eval_wrench(table, command, error)
+      !> The input.
+      type(source_type), intent(in) :: table
+      !> What the user asks for.
+      type(command_type), intent(in) :: command
+      !> Set when there is a mistake in the input.
+      type(error_type), allocatable, intent(out) :: error
+      type(friction_model_type), allocatable :: models(:)
+      type(friction_type) :: friction
+      type(diagnostics_type) :: diagnostics
+      real(wp), allocatable :: inputs(:, :)
+      integer, allocatable :: lines(:)
+      real(wp) :: fx, fy, torque
+      integer :: i, status
+      character(len=:), allocatable :: name
+
+      models = friction_models()
+      name = command%model
+      if (name == "") name = "contensou_exact"
+      i = findloc(models%info%name == lower(name), .true., dim=1)
+      if (i > 0) then
+         if (.not. associated(models(i)%kernel)) i = 0
+      end if
+      if (i == 0) then
+         i = nearest(name, models%info%name)
+         if (i > 0) then
+            call fatal(error, "unknown friction model " // quote(name) // "; did you mean " // &
+               quote(trim(models(i)%info%name)) // "?", status_usage)
+         else
+            call fatal(error, "unknown friction model " // quote(name) // &
+               "; contensou models lists them", status_usage)
+         end if
+         return
+      end if
+      friction%kernel => models(i)%kernel
+      friction%delta = command%delta
+      if (models(i)%needs_delta .and. command%delta <= 0.0_wp) then
+         call fatal(error, "friction model " // quote(name) // &
+            " needs --delta VELOCITY, a number > 0 [m/s]", status_usage)
+         return
+      end if
+
+      call read_table(table, wrench_inputs, inputs, lines, diagnostics)
+      do i = 1, size(lines)
+         associate (a => inputs(2, i), b => inputs(3, i))
+            if (abs(a - b) > 0.0_wp) call diagnostics%add( &
+               origin_type(1, lines(i), 1, len(table%lines(lines(i))%s)), &
+               "the spot is not a circle, a = " // to_text(a) // " and b = " // to_text(b), &
+               "a = b: only circular spots are evaluated")
+            if (inputs(1, i) < 0.0_wp .or. a < 0.0_wp .or. inputs(4, i) < 0.0_wp) call &
+               diagnostics%add(origin_type(1, lines(i), 1, len(table%lines(lines(i))%s)), &
+               "N, a, b and f must not be negative", "numbers >= 0")
+         end associate
+      end do
+      if (diagnostics%count() > 0) then
+         call fatal(error, diagnostics%render([table]) // "nothing was evaluated", status_usage)
+         return
+      end if
+      write(output_unit, "(a)", iostat=status) table%lines(1)%s // "," // wrench_outputs
+      do i = 1, size(lines)
+         if (status /= 0) exit
+         friction%coefficient = inputs(4, i)
+         call friction%wrench(inputs(1, i), circular_shape, inputs(2, i), inputs(5, i), &
+            inputs(6, i), inputs(7, i), fx, fy, torque)
+         write(output_unit, "(a, 3(',', a))", iostat=status) table%lines(lines(i))%s, &
+            digits17(fx), digits17(fy), digits17(torque)
+      end do
+      if (status == 0) flush(output_unit, iostat=status)
+      if (status /= 0) call fatal(error, "the standard output cannot be written", status_file)
+   end subroutine eval_wrench
+
+   !> A number with 17 significant digits.
+   pure function digits17(x) result(text)
+      !> The number.
+      real(wp), intent(in) :: x
+      character(len=:), allocatable :: text
+      character(len=32) :: buffer
+
+      write(buffer, "(es32.16e3)") x
+      text = trim(adjustl(buffer))
+   end function digits17
+
+   !> Columns of a table by their names.
+   subroutine read_table(table, names, values, lines, diagnostics)
+      !> The table.
+      type(source_type), intent(in) :: table
+      !> Names of the columns that are wanted.
+      character(len=*), intent(in) :: names(:)
+      !> Their values, (column, row).
+      real(wp), allocatable, intent(out) :: values(:, :)
+      !> Line of each row.
+      integer, allocatable, intent(out) :: lines(:)
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer, allocatable :: starts(:), header(:)
+      integer :: column(size(names)), i, c, n, near
+      logical :: valid
+      type(origin_type) :: place
+
+      allocate(values(size(names), 0), lines(0))
+      if (size(table%lines) == 0) then
+         call diagnostics%add(origin_type(1, 0, 0, 1), "the table is empty", &
+            "a header with " // list(names))
+         return
+      end if
+      header = field_starts(table%lines(1)%s)
+      do i = 1, size(names)
+         column(i) = 0
+         do c = 1, size(header) - 1
+            if (field(1, header, c) == names(i)) column(i) = c
+         end do
+         if (column(i) > 0) cycle
+         near = 0
+         do c = 1, size(header) - 1
+            if (lower(field(1, header, c)) == lower(trim(names(i)))) near = c
+         end do
+         place = origin_type(1, 1, 1, max(len(table%lines(1)%s), 1))
+         if (near > 0) place = origin_type(1, 1, header(near), header(near + 1) - header(near) - 1)
+         call diagnostics%add(place, "the header has no column " // trim(names(i)), &
+            "a header with " // list(names))
+      end do
+      if (any(column == 0)) return
+      deallocate(values, lines)
+      allocate(values(size(names), size(table%lines)), lines(size(table%lines)))
+      n = 0
+      do i = 2, size(table%lines)
+         if (len_trim(table%lines(i)%s) == 0) cycle
+         starts = field_starts(table%lines(i)%s)
+         if (size(starts) /= size(header)) then
+            call diagnostics%add(origin_type(1, i, 1, len(table%lines(i)%s)), to_text(size(starts) &
+               - 1) // " values in a table of " // to_text(size(header) - 1) // " columns", &
+               to_text(size(header) - 1) // " values separated by commas")
+            cycle
+         end if
+         n = n + 1
+         lines(n) = i
+         do c = 1, size(names)
+            call read_real(field(i, starts, column(c)), values(c, n), valid)
+            if (.not. valid) call diagnostics%add(origin_type(1, i, starts(column(c)), &
+               max(starts(column(c) + 1) - starts(column(c)) - 1, 1)), quote(field(i, starts, &
+               column(c))) // " is not a number", trim(names(c)) // " = a number")
+         end do
+      end do
+      values = values(:, :n)
+      lines = lines(:n)
+
+   contains
+
+      !> A field without blanks around it.
+      pure function field(line, starts, number) result(text)
+         !> Line of the table.
+         integer, intent(in) :: line
+         !> Starts of its fields.
+         integer, intent(in) :: starts(:)
+         !> Number of the field.
+         integer, intent(in) :: number
+         character(len=:), allocatable :: text
+
+         text = trim(adjustl(table%lines(line)%s(starts(number):starts(number + 1) - 2)))
+      end function field
+
+   end subroutine read_table
+
+   !> Columns where the fields of a line start, and where one after the last would.
+   pure function field_starts(line) result(starts)
+      !> The line.
+      character(len=*), intent(in) :: line
+      integer, allocatable :: starts(:)
+      integer :: i, n
+
+      allocate(starts(2 + count([(line(i:i) == ",", i=1, len(line))])))
+      starts(1) = 1
+      n = 1
+      do i = 1, len(line)
+         if (line(i:i) /= ",") cycle
+         n = n + 1
+         starts(n) = i + 1
+      end do
+      starts(n + 1) = len(line) + 2
+   end function field_starts
+
+   !> Names separated by commas.
+   pure function list(names) result(text)
+      !> The names.
+      character(len=*), intent(in) :: names(:)
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = trim(names(1))
+      do i = 2, size(names)
+         text = text // "," // trim(names(i))
+      end do
+   end function list
+
+   !> Read all lines of a file or of the standard input.
+   subroutine read_lines(path, table, error)
+      !> Name of the file; blank or "-" for the standard input.
+      character(len=*), intent(in) :: path
+      !> The lines.
+      type(source_type), intent(out) :: table
+      !> Set when the file cannot be read.
+      type(error_type), allocatable, intent(out) :: error
+      type(string_type), allocatable :: lines(:), longer(:)
+      character(len=4096) :: chunk
+      character(len=512) :: message
+      character(len=:), allocatable :: line
+      integer :: unit, status, n, length, i
+      logical :: standard
+
+      standard = path == "" .or. path == "-"
+      unit = input_unit
+      table%name = "standard input"
+      if (.not. standard) then
+         table%name = path
+         open(newunit=unit, file=path, status="old", action="read", iostat=status, iomsg=message)
+         if (status /= 0) then
+            call fatal(error, "cannot read " // path // ": " // trim(message), status_file)
+            return
+         end if
+      end if
+      allocate(lines(first_rows))
+      n = 0
+      do
+         line = ""
+         do
+            read(unit, "(a)", advance="no", size=length, iostat=status, iomsg=message) chunk
+            if (length > 0 .and. status <= 0) line = line // chunk(:length)
+            if (status /= 0) exit
+         end do
+         if (status == iostat_end .and. line == "") exit
+         if (status /= iostat_eor .and. status /= iostat_end) then
+            call fatal(error, "cannot read " // table%name // ": " // trim(message), status_file)
+            exit
+         end if
+         if (n == size(lines)) then
+            allocate(longer(2*n))
+            do i = 1, n
+               call move_alloc(lines(i)%s, longer(i)%s)
+            end do
+            call move_alloc(longer, lines)
+         end if
+         n = n + 1
+         i = len(line)
+         if (i > 0) then
+            if (line(i:i) == achar(13)) i = i - 1
+         end if
+         lines(n)%s = line(:i)
+         if (status == iostat_end) exit
+      end do
+      if (.not. standard) close(unit)
+      allocate(table%lines(n))
+      do i = 1, n
+         call move_alloc(lines(i)%s, table%lines(i)%s)
+      end do
+   end subroutine read_lines
+
+end module contensou_drivers_eval

@@ -1,0 +1,395 @@
+!> `contensou check`, `contensou models`, `contensou help`: what the program knows, in words.
+module contensou_drivers_inform
+   use, intrinsic :: iso_fortran_env, only : output_unit
+   use contensou_base_build, only : build_compiler, git_commit, program_version
+   use contensou_base_errors, only : error_type, fatal, status_file, status_usage
+   use contensou_base_kinds, only : i8, wp
+   use contensou_base_system, only : cpu_seconds
+   use contensou_base_text, only : join, lower, nearest, quote, to_text
+   use contensou_contact_catalogue, only : model_info_type
+   use contensou_contact_damping, only : damping_model_type, damping_models
+   use contensou_contact_friction, only : friction_model_type, friction_models
+   use contensou_contact_geometry, only : geometry_models
+   use contensou_contact_normal, only : normal_models
+   use contensou_drivers_command_line, only : command_type
+   use contensou_drivers_report, only : contact_effects, number_text
+   use contensou_dynamics_assembly, only : assemble, initial_state
+   use contensou_integrate_cvode, only : statistics_type, sundials_version
+   use contensou_integrate_march, only : march, observer_type, row_count
+   use contensou_integrate_motion, only : motion_type, set_up_motion
+   use contensou_io_hdf5_file, only : hdf5_version
+   use contensou_io_scene_reader, only : read_scene, scene_file_type
+   use contensou_io_schema, only : choices_of, domain_text, group_spec_type, key_spec_type, &
+      kind_choice, kind_logical, kind_name, kind_real, kind_reference, schema_groups, schema_keys
+   implicit none(type, external)
+   private
+
+   public :: check_command, models_command, help_command, print_version, print_text
+
+   !> Observer that lets a march run for a given CPU time.
+   type, extends(observer_type) :: stopwatch_type
+      !> CPU time at which to stop [s].
+      real(wp) :: deadline = 0.0_wp
+   contains
+      procedure :: sample
+      procedure :: event
+      procedure :: after_step
+   end type stopwatch_type
+
+   !> CPU time that `check` spends on a trial [s].
+   real(wp), parameter :: trial_cpu = 0.2_wp
+
+   !> End of a line.
+   character(len=*), parameter :: nl = new_line("a")
+
+contains
+
+   !> Read a scene and report its effects and their cost.
+   subroutine check_command(command, error)
+      !> What the user asks for.
+      type(command_type), intent(in) :: command
+      !> Set when the scene has a mistake.
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_file_type) :: file
+      type(motion_type), target :: motion
+      character(len=:), allocatable :: text
+      integer :: i, nb
+
+      call read_scene(command%subject, command%overrides, command%output, file, error)
+      if (allocated(error)) return
+      call assemble(file%scene, motion%system)
+      associate (scene => file%scene, system => motion%system)
+         nb = size(scene%bodies)
+         text = command%subject // " is in order" // nl
+         if (scene%title /= "") text = text // "  " // scene%title // nl
+         text = text // "effects" // nl
+         if (norm2(scene%gravity) > 0.0_wp) text = text // "  gravity    " // &
+            number_text(norm2(scene%gravity), 5) // " m/s2" // nl
+         text = text // "  bodies     " // to_text(nb) // ", rigid and free" // nl
+         do i = 1, size(scene%contacts)
+            text = text // "  contact    " // scene%contacts(i)%name // ": " // &
+               contact_effects(scene, scene%contacts(i)) // nl
+         end do
+         if (size(scene%contacts) == 0) text = text // "  contact    none" // nl
+         text = text // "  unknowns   " // to_text(system%n) // ": 13 for each body"
+         if (system%friction_index > 0) text = text // ", work of friction"
+         if (system%damping_index > 0) text = text // ", work of damping"
+         text = text // nl // "cost" // nl // cost_text(file, motion)
+         text = text // "settings" // nl // indented(file%resolved)
+      end associate
+      call print_text(text, error)
+   end subroutine check_command
+
+   !> Cost of a scene, measured.
+   function cost_text(file, motion) result(text)
+      !> The scene.
+      type(scene_file_type), intent(in) :: file
+      !> Its motion, assembled.
+      type(motion_type), intent(inout), target :: motion
+      character(len=:), allocatable :: text
+      type(stopwatch_type) :: stopwatch
+      type(statistics_type) :: statistics
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: y(:), rate(:)
+      real(wp) :: t, start, elapsed
+      integer :: i, n
+      logical :: stopped, outside
+
+      y = initial_state(file%scene, motion%system%n)
+      allocate(rate(size(y)))
+      call set_up_motion(motion, file%scene, y)
+      n = 0
+      start = cpu_seconds()
+      do
+         do i = 1, 1000
+            call motion%derivative(0.0_wp, y, rate, outside)
+         end do
+         n = n + 1000
+         elapsed = cpu_seconds() - start
+         if (elapsed > 0.01_wp) exit
+      end do
+      text = "  right-hand side  " // number_text(elapsed/n*1.0e9_wp, 3) // &
+         " ns in the initial state" // nl
+      associate (scene => file%scene)
+         start = cpu_seconds()
+         stopwatch%deadline = start + trial_cpu
+         call march(motion, scene%integrator%method, y, scene%t_end, scene%output%interval, &
+            scene%integrator%max_step, stopwatch, t, statistics, stopped, error)
+         elapsed = cpu_seconds() - start
+         if (allocated(error)) then
+            text = text // "  a trial failed at t = " // number_text(t, 6) // " s: " // &
+               error%message // nl
+         else if (t > 0.0_wp) then
+            text = text // "  trial            " // to_text(statistics%steps) // " steps and " // &
+               to_text(statistics%derivatives) // " right-hand sides to t = " // &
+               number_text(t, 4) // " s in " // number_text(elapsed, 3) // " s of CPU" // nl
+            text = text // "  whole run        about " // number_text(elapsed*scene%t_end/t, 2) // &
+               " s of CPU at this rate" // nl
+         end if
+         text = text // "  output           " // to_text(row_count(scene%t_end, &
+            scene%output%interval) + 1_i8) // " rows, " // number_text(8.0e-6_wp*row_count( &
+            scene%t_end, scene%output%interval)*(7 + 13*size(scene%bodies) + &
+            13*size(scene%contacts)), 2) // " MB" // nl
+      end associate
+   end function cost_text
+
+   !> A row is due: nothing to do.
+   subroutine sample(self, motion, t, y, error)
+      !> The stopwatch.
+      class(stopwatch_type), intent(inout) :: self
+      !> The motion.
+      class(motion_type), intent(inout) :: motion
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Never set.
+      type(error_type), allocatable, intent(out) :: error
+   end subroutine sample
+
+   !> An event: nothing to do.
+   subroutine event(self, t, kind, contact, error)
+      !> The stopwatch.
+      class(stopwatch_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> Kind.
+      integer, intent(in) :: kind
+      !> Contact.
+      integer, intent(in) :: contact
+      !> Never set.
+      type(error_type), allocatable, intent(out) :: error
+   end subroutine event
+
+   !> Stop when the time is over.
+   subroutine after_step(self, t, stop_now, error)
+      !> The stopwatch.
+      class(stopwatch_type), intent(inout) :: self
+      !> Time reached [s].
+      real(wp), intent(in) :: t
+      !> Whether the CPU time is spent.
+      logical, intent(out) :: stop_now
+      !> Never set.
+      type(error_type), allocatable, intent(out) :: error
+
+      stop_now = cpu_seconds() > self%deadline
+   end subroutine after_step
+
+   !> List the models.
+   subroutine models_command(command, error)
+      !> What the user asks for.
+      type(command_type), intent(in) :: command
+      !> Set when there is no such model.
+      type(error_type), allocatable, intent(out) :: error
+      type(damping_model_type), allocatable :: damping(:)
+      type(friction_model_type), allocatable :: friction(:)
+      character(len=:), allocatable :: text
+      character(len=24), allocatable :: names(:)
+      integer :: near
+
+      damping = damping_models()
+      friction = friction_models()
+      text = ""
+      allocate(names(0))
+      call list("surfaces (contact.surfaces)", geometry_models())
+      call list("normal force (contact.normal)", normal_models())
+      call list("damping (contact.damping)", damping%info)
+      call list("friction (contact.friction)", friction%info)
+      if (text == "") then
+         near = nearest(command%subject, names)
+         if (near > 0) then
+            call fatal(error, "there is no model " // quote(command%subject) // &
+               "; did you mean " // quote(trim(names(near))) // "?", status_usage)
+         else
+            call fatal(error, "there is no model " // quote(command%subject) // &
+               "; contensou models lists them", status_usage)
+         end if
+         return
+      end if
+      call print_text(text, error)
+
+   contains
+
+      !> Add a table, or the entry that is asked for.
+      subroutine list(title, info)
+         !> Title of the table.
+         character(len=*), intent(in) :: title
+         !> Its entries.
+         type(model_info_type), intent(in) :: info(:)
+         integer :: i
+         logical :: first
+
+         first = .true.
+         names = [names, info%name]
+         do i = 1, size(info)
+            if (command%subject /= "" .and. lower(command%subject) /= info(i)%name) cycle
+            if (first) text = text // title // nl
+            first = .false.
+            text = text // "  " // trim(info(i)%name) // nl
+            text = text // "      " // trim(info(i)%summary) // nl
+            if (info(i)%keys /= "") text = text // "      keys: " // trim(info(i)%keys) // nl
+            if (info(i)%reference /= "") text = text // "      reference: " // &
+               trim(info(i)%reference) // nl
+         end do
+      end subroutine list
+
+   end subroutine models_command
+
+   !> Explain a group or key of a scene.
+   subroutine help_command(command, error)
+      !> What the user asks for.
+      type(command_type), intent(in) :: command
+      !> Set when there is no such group or key.
+      type(error_type), allocatable, intent(out) :: error
+      type(group_spec_type), allocatable :: groups(:)
+      type(key_spec_type), allocatable :: keys(:), own(:)
+      character(len=:), allocatable :: text, group, key
+      integer :: g, k, dot
+
+      groups = schema_groups()
+      keys = schema_keys()
+      dot = index(command%subject, ".")
+      if (dot == 0) dot = len(command%subject) + 1
+      group = lower(command%subject(:dot - 1))
+      key = lower(command%subject(min(dot + 1, len(command%subject) + 1):))
+      if (group == "") then
+         text = "A scene is a Fortran namelist file: groups &name key = value, ... / in SI units." // &
+            nl
+         do g = 1, size(groups)
+            text = text // nl // group_text(groups(g))
+            own = pack(keys, keys%group == groups(g)%name)
+            do k = 1, size(own)
+               text = text // "    " // own(k)%name // short_domain(own(k)) // nl
+            end do
+         end do
+         text = text // nl // "contensou help GROUP.KEY tells more." // nl
+         call print_text(text, error)
+         return
+      end if
+      g = findloc(groups%name == group, .true., dim=1)
+      if (g == 0) then
+         g = nearest(group, groups%name)
+         if (g > 0) then
+            call fatal(error, "a scene has no group " // quote(group) // "; did you mean " // &
+               quote(trim(groups(g)%name)) // "?", status_usage)
+         else
+            call fatal(error, "a scene has no group " // quote(group) // &
+               "; contensou help lists them", status_usage)
+         end if
+         return
+      end if
+      own = pack(keys, keys%group == group)
+      if (key == "") then
+         text = group_text(groups(g))
+         do k = 1, size(own)
+            text = text // nl // key_text(own(k))
+         end do
+      else
+         k = findloc(own%name == key, .true., dim=1)
+         if (k == 0) then
+            k = nearest(key, own%name)
+            if (k > 0) then
+               call fatal(error, "group " // quote(group) // " has no key " // quote(key) // &
+                  "; did you mean " // quote(trim(own(k)%name)) // "?", status_usage)
+            else
+               call fatal(error, "group " // quote(group) // " has no key " // quote(key) // &
+                  "; contensou help " // group // " lists them", status_usage)
+            end if
+            return
+         end if
+         text = key_text(own(k))
+      end if
+      call print_text(text, error)
+   end subroutine help_command
+
+   !> A group in a line.
+   pure function group_text(group) result(text)
+      !> The group.
+      type(group_spec_type), intent(in) :: group
+      character(len=:), allocatable :: text
+
+      text = "&" // trim(group%name) // ": " // trim(group%doc)
+      if (group%repeats) text = text // "; repeats"
+      if (.not. group%repeats .and. .not. group%mandatory) text = text // "; may be left out"
+      text = text // nl
+   end function group_text
+
+   !> Values and unit of a key in a few words.
+   function short_domain(key) result(text)
+      !> The key.
+      type(key_spec_type), intent(in) :: key
+      character(len=:), allocatable :: text
+
+      select case (key%kind)
+      case (kind_real)
+         text = domain_text(key)
+      case (kind_choice)
+         text = join(choices_of(key), " | ")
+      case (kind_logical)
+         text = ".true. | .false."
+      case (kind_reference)
+         text = "name of a " // trim(key%target)
+         if (key%values == 2) text = "names of two " // trim(key%target) // "s"
+      case (kind_name)
+         text = "a name"
+      case default
+         text = "a text"
+      end select
+      if (key%mandatory) then
+         text = text // ", mandatory"
+      else if (key%default /= "") then
+         text = text // ", default " // trim(key%default)
+      end if
+   end function short_domain
+
+   !> All about a key.
+   function key_text(key) result(text)
+      !> The key.
+      type(key_spec_type), intent(in) :: key
+      character(len=:), allocatable :: text
+
+      text = trim(key%group) // "." // trim(key%name) // nl // "    " // trim(key%doc) // nl // &
+         "    " // short_domain(key) // nl
+   end function key_text
+
+   !> Version of the program and of what it is built with.
+   subroutine print_version(error)
+      !> Set when the standard output cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+
+      call print_text("contensou " // program_version // nl // "commit " // git_commit() // nl // &
+         build_compiler // ", SUNDIALS " // sundials_version() // ", HDF5 " // hdf5_version() // nl, &
+         error)
+   end subroutine print_version
+
+   !> Text with each line indented.
+   pure function indented(text) result(shifted)
+      !> Text, its lines ended.
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: shifted
+      integer :: start, length
+
+      shifted = ""
+      start = 1
+      do while (start <= len(text))
+         length = index(text(start:), nl)
+         if (length == 0) length = len(text) - start + 1
+         shifted = shifted // "  " // text(start:start + length - 1)
+         start = start + length
+      end do
+   end function indented
+
+   !> Write a text to the standard output.
+   subroutine print_text(text, error)
+      !> Text, its lines ended.
+      character(len=*), intent(in) :: text
+      !> Set when the standard output cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+      integer :: status
+
+      write(output_unit, "(a)", iostat=status) text(:len(text) - 1)
+      if (status == 0) flush(output_unit, iostat=status)
+      if (status /= 0) call fatal(error, "the standard output cannot be written", status_file)
+   end subroutine print_text
+
+end module contensou_drivers_inform

@@ -1,0 +1,459 @@
+!> `contensou run`: simulate a scene and write its output file.
+module contensou_drivers_run
+   use, intrinsic :: iso_fortran_env, only : output_unit
+   use contensou_base_errors, only : error_type, fatal, status_failed, status_file, &
+      status_interrupted
+   use contensou_base_kinds, only : i8, pi, wp
+   use contensou_base_system, only : catch_signals, cpu_seconds, file_exists, folder_writable, &
+      is_folder, is_locked, is_terminal, remove_file, signal_received, terminal_width, &
+      wall_seconds, write_stderr
+   use contensou_base_text, only : quote, string_type, to_text
+   use contensou_contact_geometry, only : pose_type
+   use contensou_drivers_command_line, only : command_type
+   use contensou_drivers_report, only : contact_effects, number_text
+   use contensou_dynamics_assembly, only : assemble, initial_state
+   use contensou_dynamics_scene, only : scene_type
+   use contensou_dynamics_system, only : system_type
+   use contensou_integrate_cvode, only : statistics_type
+   use contensou_integrate_march, only : event_touch, march, observer_type
+   use contensou_integrate_motion, only : motion_type, set_up_motion
+   use contensou_io_hdf5_file, only : hdf5_readable_status
+   use contensou_io_scene_reader, only : read_scene, scene_file_type
+   use contensou_io_trajectory, only : part_suffix, trajectory_type
+   implicit none(type, external)
+   private
+
+   public :: run_command
+
+   !> Observer that writes the output file and shows progress.
+   type, extends(observer_type) :: recorder_type
+      !> The output file.
+      type(trajectory_type) :: output
+      !> End of time [s].
+      real(wp) :: t_end = 0.0_wp
+      !> Whether progress is shown.
+      logical :: show = .true.
+      !> Whether stderr is a terminal.
+      logical :: terminal = .false.
+      !> Steps since the clocks were looked at.
+      integer :: steps = 0
+      !> Tenths of the run that were reported.
+      integer :: tenths = 0
+      !> Wall time at the beginning, and of the last change of the bar [s].
+      real(wp) :: wall_start = 0.0_wp, wall_bar = 0.0_wp
+      !> Time of the first touch [s], and its contact; 0 for none.
+      real(wp) :: first_touch = 0.0_wp
+      !> Contact of the first touch; 0 for none.
+      integer :: first_contact = 0
+   contains
+      procedure :: sample
+      procedure :: event
+      procedure :: after_step
+   end type recorder_type
+
+   !> Steps between two looks at the clocks.
+   integer, parameter :: steps_between = 64
+
+contains
+
+   !> Simulate a scene.
+   subroutine run_command(command, words, error)
+      !> What the user asks for.
+      type(command_type), intent(in) :: command
+      !> Words of the command line.
+      type(string_type), intent(in) :: words(:)
+      !> Set when the run did not complete.
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_file_type) :: file
+      type(motion_type), target :: motion
+      type(recorder_type) :: recorder
+      type(statistics_type) :: statistics
+      type(error_type), allocatable :: write_error
+      real(wp), allocatable :: y(:), y_start(:)
+      real(wp) :: t, cpu, wall
+      logical :: stopped
+
+      cpu = cpu_seconds()
+      wall = wall_seconds()
+      call read_scene(command%subject, command%overrides, command%output, file, error)
+      if (allocated(error)) return
+      call check_output(file%scene%output%file, command%force, command%quiet, error)
+      if (allocated(error)) return
+      call catch_signals()
+      call assemble(file%scene, motion%system)
+      y = initial_state(file%scene, motion%system%n)
+      y_start = y
+      call set_up_motion(motion, file%scene, y)
+
+      recorder%t_end = file%scene%t_end
+      recorder%show = .not. command%quiet
+      recorder%terminal = is_terminal(2)
+      recorder%wall_start = wall_seconds()
+      recorder%wall_bar = recorder%wall_start
+      call recorder%output%open(file%scene%output%file, file%scene, file%text, file%resolved, &
+         command_text(words), error)
+      if (.not. allocated(error)) call march(motion, file%scene%integrator%method, y, &
+         file%scene%t_end, file%scene%output%interval, file%scene%integrator%max_step, recorder, &
+         t, statistics, stopped, error)
+      call clear_bar(recorder)
+      if (allocated(error)) then
+         if (error%status == status_file) then
+            call recorder%output%abandon()
+            call discard_unreadable(file%scene%output%file, error)
+            return
+         end if
+         error%message = failure_text(file%scene, motion%system, y, t, error%message)
+         call recorder%output%finish(motion%system, y, statistics, "failed", write_error)
+         if (allocated(write_error)) then
+            error%message = error%message // new_line("a") // write_error%message
+         else
+            error%message = error%message // new_line("a") // "the rows so far are in " // &
+               file%scene%output%file // part_suffix
+         end if
+         return
+      end if
+      call recorder%output%finish(motion%system, y, statistics, &
+         trim(merge("interrupted", "complete   ", stopped)), error)
+      if (allocated(error)) then
+         call recorder%output%abandon()
+         call discard_unreadable(file%scene%output%file, error)
+         return
+      end if
+      call print_summary(file%scene, motion%system, recorder, statistics, y_start, y, &
+         cpu_seconds() - cpu, wall_seconds() - wall, stopped, error)
+      if (allocated(error)) return
+      if (stopped) call fatal(error, "interrupted at t = " // number_text(t, 8) // &
+         " s; the rows so far are in " // file%scene%output%file // part_suffix, status_interrupted)
+   end subroutine run_command
+
+   !> See that the output file can be written and that nothing is lost by it.
+   subroutine check_output(name, force, quiet, error)
+      !> Name of the output file.
+      character(len=*), intent(in) :: name
+      !> Whether it may replace an existing one.
+      logical, intent(in) :: force
+      !> Whether notices are suppressed.
+      logical, intent(in) :: quiet
+      !> Set when the run must not begin.
+      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: unreadable
+      character(len=:), allocatable :: part, status
+      logical :: is
+
+      part = name // part_suffix
+      is = is_folder(name)
+      if (is) then
+         call fatal(error, "the output file " // name // " is a folder", status_file)
+         return
+      end if
+      is = file_exists(name)
+      if (is .and. .not. force) then
+         call fatal(error, name // " exists; --force replaces it, -o FILE writes another one", &
+            status_file)
+         return
+      end if
+      is = folder_writable(name)
+      if (.not. is) then
+         call fatal(error, "cannot write " // name // ": its folder does not exist or is not " // &
+            "writable", status_file)
+         return
+      end if
+      is = file_exists(part)
+      if (.not. is) return
+      is = is_locked(part)
+      if (is) then
+         call fatal(error, "another run is writing " // part, status_file)
+         return
+      end if
+      if (force) return
+      call hdf5_readable_status(part, status, unreadable)
+      if (allocated(unreadable)) status = ""
+      if (status == "interrupted" .or. status == "failed") then
+         call fatal(error, part // " holds the rows of a run that was " // status // &
+            "; --force replaces it, -o FILE writes another one", status_file)
+      else if (.not. quiet) then
+         call write_stderr("contensou: replacing " // part // ", left by a run that was killed" // &
+            new_line("a"))
+      end if
+   end subroutine check_output
+
+   !> After a failure to write: keep the partial file if its rows can be read, otherwise remove it.
+   subroutine discard_unreadable(name, error)
+      !> Name of the output file.
+      character(len=*), intent(in) :: name
+      !> The failure; its message is completed.
+      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable :: unreadable
+      character(len=:), allocatable :: status
+      logical :: is
+
+      is = file_exists(name // part_suffix)
+      if (.not. is) return
+      call hdf5_readable_status(name // part_suffix, status, unreadable)
+      if (.not. allocated(unreadable)) then
+         error%message = error%message // new_line("a") // "the rows written before are in " // &
+            name // part_suffix
+      else
+         call remove_file(name // part_suffix, unreadable)
+      end if
+   end subroutine discard_unreadable
+
+   !> A row is due.
+   subroutine sample(self, motion, t, y, error)
+      !> The recorder.
+      class(recorder_type), intent(inout) :: self
+      !> The motion.
+      class(motion_type), intent(inout) :: motion
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%output%row(motion%system, t, y, error)
+   end subroutine sample
+
+   !> A contact touched or lifted off.
+   subroutine event(self, t, kind, contact, error)
+      !> The recorder.
+      class(recorder_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> `event_touch` or `event_lift`.
+      integer, intent(in) :: kind
+      !> Index of the contact.
+      integer, intent(in) :: contact
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+
+      if (kind == event_touch .and. self%first_contact == 0) then
+         self%first_touch = t
+         self%first_contact = contact
+      end if
+      call self%output%event(t, kind, contact, error)
+   end subroutine event
+
+   !> A step is done: signals, progress, flushing.
+   subroutine after_step(self, t, stop_now, error)
+      !> The recorder.
+      class(recorder_type), intent(inout) :: self
+      !> Time reached [s].
+      real(wp), intent(in) :: t
+      !> Whether to stop here.
+      logical, intent(out) :: stop_now
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+
+      stop_now = signal_received() /= 0
+      self%steps = self%steps + 1
+      if (self%steps < steps_between) return
+      self%steps = 0
+      if (self%show) call show_progress(self, t)
+      call self%output%flush_if_due(error)
+   end subroutine after_step
+
+   !> Show how far the run is.
+   subroutine show_progress(self, t)
+      !> The recorder.
+      class(recorder_type), intent(inout) :: self
+      !> Time reached [s].
+      real(wp), intent(in) :: t
+      integer, parameter :: widest = 40
+      real(wp) :: now, share
+      integer :: filled, width
+
+      share = min(t/self%t_end, 1.0_wp)
+      if (self%terminal) then
+         now = wall_seconds()
+         if (now - self%wall_bar < 0.1_wp) return
+         self%wall_bar = now
+         width = max(min(widest, terminal_width() - 45), 5)
+         filled = int(share*width)
+         call write_stderr(achar(13) // achar(27) // "[K" // "[" // repeat("#", filled) // &
+            repeat(" ", width - filled) // "] " // to_text(int(100.0_wp*share)) // " %, t = " // &
+            number_text(t, 4) // " s, " // time_left() // " left")
+      else if (int(10.0_wp*share) > self%tenths) then
+         now = wall_seconds()
+         self%tenths = int(10.0_wp*share)
+         call write_stderr("contensou: " // to_text(10*self%tenths) // " %, t = " // &
+            number_text(t, 4) // " s, " // time_left() // " left" // new_line("a"))
+      end if
+
+   contains
+
+      !> Estimated wall time to the end.
+      function time_left() result(text)
+         character(len=:), allocatable :: text
+         integer(i8) :: seconds
+
+         seconds = 0
+         if (share > 0.0_wp) seconds = nint(min((now - self%wall_start)*(1.0_wp/share - 1.0_wp), &
+            1.0e9_wp), i8)
+         text = to_text(seconds) // " s"
+         if (seconds >= 120) text = to_text(seconds/60) // " min"
+         if (seconds >= 7200) text = to_text(seconds/3600) // " h " // &
+            to_text(mod(seconds, 3600_i8)/60) // " min"
+      end function time_left
+
+   end subroutine show_progress
+
+   !> Remove the bar from the terminal.
+   subroutine clear_bar(self)
+      !> The recorder.
+      type(recorder_type), intent(in) :: self
+
+      if (self%show .and. self%terminal) call write_stderr(achar(13) // achar(27) // "[K")
+   end subroutine clear_bar
+
+   !> What went wrong in an integration, where, and what may help.
+   function failure_text(scene, system, y, t, reason) result(text)
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> Its equations of motion.
+      type(system_type), intent(inout) :: system
+      !> Last state.
+      real(wp), intent(in) :: y(:)
+      !> Time of it [s].
+      real(wp), intent(in) :: t
+      !> What the integrator says.
+      character(len=*), intent(in) :: reason
+      character(len=:), allocatable :: text
+      real(wp) :: gap(size(system%contacts)), rate(size(system%contacts))
+      integer :: i, deep
+
+      deep = system%too_deep
+      text = "the run failed at t = " // number_text(t, 10) // " s: " // reason
+      if (size(gap) > 0) then
+         call system%gaps(y, gap)
+         call system%gap_rates(y, rate)
+      end if
+      do i = 1, size(gap)
+         text = text // new_line("a") // "  contact " // quote(scene%contacts(i)%name) // ": gap " // &
+            number_text(gap(i), 4) // " m, changing at " // number_text(rate(i), 4) // " m/s"
+      end do
+      if (deep > 0) then
+         text = text // new_line("a") // "  contact " // quote(scene%contacts(deep)%name) // &
+            " is pressed deeper than " // number_text(system%contacts(deep)%law%largest_approach, 3) // &
+            " m, a tenth of its radius, beyond Hertz's theory: a stiffer material, a slower " // &
+            "impact or a smaller mass keeps it inside"
+      else
+         text = text // new_line("a") // "  a larger integrator.rtol, a larger " // &
+            "regularization_velocity, or the other integrator.method may help"
+      end if
+   end function failure_text
+
+   !> Print what the run comes down to.
+   subroutine print_summary(scene, system, recorder, statistics, y_start, y, cpu, wall, stopped, &
+      error)
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> Its equations of motion.
+      type(system_type), intent(in) :: system
+      !> The recorder.
+      type(recorder_type), intent(in) :: recorder
+      !> Counters.
+      type(statistics_type), intent(in) :: statistics
+      !> Initial state.
+      real(wp), intent(in) :: y_start(:)
+      !> Final state.
+      real(wp), intent(in) :: y(:)
+      !> CPU time [s].
+      real(wp), intent(in) :: cpu
+      !> Wall time [s].
+      real(wp), intent(in) :: wall
+      !> Whether the run was interrupted.
+      logical, intent(in) :: stopped
+      !> Set when the standard output cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+      integer :: i, status
+
+      text = ""
+      if (scene%title /= "") call line(scene%title)
+      associate (s => recorder%output%summary)
+         call line("  simulated  " // number_text(s%time, 8) // " s with " // &
+            scene%integrator%method // " at rtol " // to_text(scene%integrator%rtol))
+         if (norm2(scene%gravity) > 0.0_wp) call line("  effects    gravity")
+         do i = 1, size(scene%contacts)
+            call line("  effects    " // scene%contacts(i)%name // ": " // &
+               contact_effects(scene, scene%contacts(i)))
+         end do
+         do i = 1, size(scene%bodies)
+            call line("  body       " // scene%bodies(i)%name // ": axis " // tilt(y_start, i) // &
+               " -> " // tilt(y, i) // " deg from vertical, spin about it " // &
+               number_text(y_start(13*i), 5) // " -> " // number_text(y(13*i), 5) // " rad/s")
+         end do
+         if (recorder%first_contact > 0) then
+            call line("  events     " // to_text(s%touches) // " touches, " // to_text(s%lifts) // &
+               " lift-offs; first touch " // number_text(recorder%first_touch, 10) // " s, " // &
+               scene%contacts(recorder%first_contact)%name)
+         else
+            call line("  events     " // to_text(s%touches) // " touches, " // to_text(s%lifts) // &
+               " lift-offs")
+         end if
+         call line("  energy     " // number_text(s%initial_energy, 6) // " J at the start; lost " // &
+            number_text(s%work_friction, 5) // " J in friction, " // number_text(s%work_damping, 5) &
+            // " J in damping; balance closed to " // number_text(s%relative_error, 2))
+         call line("  work       " // to_text(statistics%steps) // " steps, " // &
+            to_text(statistics%derivatives) // " right-hand sides, " // &
+            to_text(statistics%jacobians) // " Jacobians; " // number_text(cpu, 3) // " s CPU, " // &
+            number_text(wall, 3) // " s wall")
+         if (stopped) then
+            call line("  output     " // scene%output%file // part_suffix // " (interrupted), " // &
+               to_text(s%rows) // " rows")
+         else
+            call line("  output     " // scene%output%file // ", " // to_text(s%rows) // " rows")
+         end if
+      end associate
+      write(output_unit, "(a)", iostat=status) text(:len(text) - 1)
+      if (status == 0) flush(output_unit, iostat=status)
+      if (status /= 0) call fatal(error, "the standard output cannot be written", status_failed)
+
+   contains
+
+      !> Add a line.
+      subroutine line(words)
+         !> The line.
+         character(len=*), intent(in) :: words
+
+         text = text // words // new_line("a")
+      end subroutine line
+
+      !> Angle between the z axis of a body and the vertical [deg].
+      function tilt(state, body) result(angle)
+         !> State.
+         real(wp), intent(in) :: state(:)
+         !> Body.
+         integer, intent(in) :: body
+         character(len=:), allocatable :: angle
+         type(pose_type) :: pose
+         real(wp) :: quaternion(4)
+
+         call system%pose_of(state, body, pose, quaternion)
+         associate (axis => pose%rotation(:, 3))
+            angle = number_text(atan2(hypot(axis(1), axis(2)), axis(3))*180.0_wp/pi, 5)
+         end associate
+      end function tilt
+
+   end subroutine print_summary
+
+   !> The command line as one text.
+   pure function command_text(words) result(text)
+      !> Its words.
+      type(string_type), intent(in) :: words(:)
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = "contensou"
+      do i = 1, size(words)
+         if (verify(words(i)%s, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ" // &
+            "0123456789-_./=,+:@%") > 0 .or. words(i)%s == "") then
+            text = text // " " // quote(words(i)%s)
+         else
+            text = text // " " // words(i)%s
+         end if
+      end do
+   end function command_text
+
+end module contensou_drivers_run

@@ -1,0 +1,214 @@
+"""Read an output file of contensou into arrays that are ready to draw."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+
+class ResultError(Exception):
+    """The file cannot be used; the text says why, for the user."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """One touch or lift of one contact."""
+
+    time: float
+    kind: str
+    contact: str
+
+
+class Result:
+    """The trajectory of one run, SI units, first axis time."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        with open_file(path) as file:
+            self._read(file)
+
+    def _read(self, file: h5py.File) -> None:
+        if "trajectory/time" not in file or "body/name" not in file:
+            raise ResultError(f"{self.path} is no output file of contensou")
+        attributes = {name: as_text(value) for name, value in file.attrs.items()}
+        self.status = attributes.get("status", "")
+        self.version = attributes.get("program_version", "")
+        self.namelist = as_text(file["input/namelist"][()]) if "input/namelist" in file else ""
+        titles = keyword_values(self.namelist, "title")
+        self.title = attributes.get("title") or (titles[0] if titles else self.path.stem)
+
+        group = file["trajectory"]
+        self.time, rows = complete_rows(group)
+        if rows < 2:
+            raise ResultError(f"{self.path} holds {rows} rows; a plot needs at least two")
+        self._columns = {
+            name: np.asarray(data[:rows])
+            for name, data in group.items()
+            if isinstance(data, h5py.Dataset) and data.ndim > 0 and len(data) >= rows
+            if data.dtype.kind in "fiu"
+        }
+
+        self.bodies = names(file["body/name"])
+        self.inertia = np.asarray(file["body/inertia"][()]) if "body/inertia" in file else None
+        self.contacts = names(file["contact/name"]) if "contact/name" in file else []
+        self.events = read_events(file, self.contacts, self.time[-1])
+
+    def column(self, name: str) -> np.ndarray | None:
+        """A variable of /trajectory, or None when the run did not record it."""
+        return self._columns.get(name)
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run reached its end."""
+        return self.status == "complete"
+
+    def symmetric_bodies(self) -> list[int]:
+        """Bodies whose first two principal moments are equal: they have an axis, the body's z."""
+        if self.inertia is None:
+            return []
+        return [i for i, moments in enumerate(self.inertia) if np.isclose(*moments[:2], rtol=1e-9)]
+
+    def body_axis(self, body: int) -> np.ndarray | None:
+        """The body's z axis in the inertial frame, (time, 3)."""
+        quaternion = self.column("quaternion")
+        if quaternion is None:
+            return None
+        w, x, y, z = quaternion[:, body, :].T
+        return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
+
+    def inclination(self, body: int) -> np.ndarray | None:
+        """Angle between the body's z axis and the vertical [rad]."""
+        axis = self.body_axis(body)
+        if axis is None:
+            return None
+        return np.arctan2(np.hypot(axis[:, 0], axis[:, 1]), axis[:, 2])
+
+    def axial_spin(self, body: int) -> np.ndarray | None:
+        """Angular velocity about the body's z axis [rad/s]."""
+        axis, spin = self.body_axis(body), self.column("angular_velocity")
+        if axis is None or spin is None:
+            return None
+        return np.sum(axis * spin[:, body, :], axis=1)
+
+    def energies(self) -> dict[str, np.ndarray]:
+        """The terms of the balance by name [J], the potential one relative to the start."""
+        terms = {}
+        for name, column in (
+            ("kinetic", "energy_kinetic"),
+            ("potential, change", "energy_potential"),
+            ("elastic", "energy_elastic"),
+            ("work of friction", "work_friction"),
+            ("work of damping", "work_damping"),
+        ):
+            values = self.column(column)
+            if values is not None:
+                terms[name] = values - values[0] if name == "potential, change" else values
+        return terms
+
+    def initial_energy(self) -> float:
+        """Scale for the residual [J]: energy at the start, or the largest term if that is 0."""
+        start = [self.column(f"energy_{name}") for name in ("kinetic", "potential", "elastic")]
+        total = abs(sum(values[0] for values in start if values is not None))
+        return total or max(
+            (np.abs(values).max() for values in self.energies().values()), default=0
+        )
+
+    def residual(self) -> np.ndarray | None:
+        """What the energy balance leaves open [J]."""
+        recorded = self.column("energy_error")
+        if recorded is not None:
+            return recorded
+        terms = self.energies()
+        if "kinetic" not in terms:
+            return None
+        total = sum(terms.values())
+        return total - total[0]
+
+    def choices(self, key: str) -> list[str]:
+        """The distinct text values that the scene gives a key, such as friction, in order."""
+        return list(dict.fromkeys(value.lower() for value in keyword_values(self.namelist, key)))
+
+
+def open_file(path: Path) -> h5py.File:
+    """Open for reading, also while a run is writing; say in plain words why not."""
+    if not path.exists():
+        raise ResultError(f"{path} does not exist")
+    if path.is_dir():
+        raise ResultError(f"{path} is a folder")
+    try:
+        return h5py.File(path, "r", locking=False)
+    except PermissionError:
+        raise ResultError(f"{path} may not be read") from None
+    except OSError:
+        if not h5py.is_hdf5(path):
+            raise ResultError(f"{path} is no HDF5 file") from None
+        raise ResultError(f"{path} is incomplete or damaged and cannot be opened") from None
+
+
+def complete_rows(group: h5py.Group) -> tuple[np.ndarray, int]:
+    """Times of the rows that every variable has; the last may be missing when a run was killed."""
+    time = np.asarray(group["time"][()], dtype=float)
+    rows = len(time)
+    for name in ("quaternion", "gap", "energy_kinetic", "angular_velocity"):
+        if name in group:
+            rows = min(rows, len(group[name]))
+    backwards = np.flatnonzero(np.diff(time[:rows]) <= 0)
+    if len(backwards):
+        rows = int(backwards[0]) + 1
+    return time[:rows], rows
+
+
+def read_events(file: h5py.File, contacts: list[str], end: float) -> list[Event]:
+    """The touches and lifts up to the time end, in order."""
+    if "events/time" not in file or len(file["events/time"]) == 0:
+        return []
+    group = file["events"]
+    kinds = labels(group["kind"], ["touch", "lift"])
+    touched = labels(group["contact"], contacts)
+    events = [
+        Event(float(t), *what) for t, *what in zip(group["time"][()], kinds, touched, strict=False)
+    ]
+    return sorted((event for event in events if event.time <= end), key=lambda event: event.time)
+
+
+def labels(data: h5py.Dataset, choice: list[str]) -> list[str]:
+    """The texts of a variable of text, of an enumeration, of CF flags or of positions in choice."""
+    if data.dtype.kind in "OS":
+        return names(data)
+    if enumeration := h5py.check_enum_dtype(data.dtype):
+        meaning = {number: text for text, number in enumeration.items()}
+    elif "flag_values" in data.attrs and "flag_meanings" in data.attrs:
+        words = as_text(data.attrs["flag_meanings"]).split()
+        meaning = dict(zip(np.atleast_1d(data.attrs["flag_values"]).tolist(), words, strict=False))
+    else:
+        first = 0 if 0 in data[()] else 1
+        meaning = dict(enumerate(choice, first))
+    return [meaning.get(number, str(number)) for number in data[()].tolist()]
+
+
+def names(data: h5py.Dataset) -> list[str]:
+    """A variable of text as a list, without padding."""
+    return [as_text(value) for value in np.atleast_1d(data[()]).ravel()]
+
+
+def as_text(value: object) -> str:
+    """Text of an attribute or of a scalar variable."""
+    if isinstance(value, np.ndarray):
+        value = value.ravel()[0] if value.size else ""
+    if isinstance(value, bytes):
+        value = value.decode("utf-8", "replace")
+    return str(value).strip()
+
+
+def keyword_values(namelist: str, key: str) -> list[str]:
+    """The text values of a key in a namelist; a doubled quote stands for one."""
+    text = re.sub(
+        r"^((?:[^'\"!\n]|'[^'\n]*'|\"[^\"\n]*\")*)!.*", r"\1", namelist, flags=re.MULTILINE
+    )
+    pattern = rf"(?<!\w){key}\s*=\s*('(?:[^']|'')*'|\"(?:[^\"]|\"\")*\")"
+    found = re.findall(pattern, text, re.IGNORECASE)
+    return [value[1:-1].replace(2 * value[0], value[0]) for value in found]

@@ -1,0 +1,290 @@
+"""Draw one output file of contensou: inclination, contacts, energy balance and spin over time."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from lib import style
+from lib.results import Result, ResultError
+
+MAX_LINES = 8
+MAX_LANDMARKS = 4
+
+
+def inclination_panel(axes: Axes, result: Result) -> None:
+    """Angle between each body's axis and the vertical."""
+    bodies = result.symmetric_bodies()
+    for i, body in enumerate(bodies[:MAX_LINES]):
+        theta = np.degrees(result.inclination(body))
+        axes.plot(result.time, theta, color=style.CYCLE[i], label=result.bodies[body])
+    note_omitted(axes, bodies)
+    axes.set_title("Inclination of the body's axis")
+    axes.set_ylabel("θ [°]")
+    low, high = axes.get_ylim()
+    if high - low > 60:
+        axes.set_yticks(np.arange(0, 181, 45))
+        axes.set_ylim(max(low, -8), min(high, 188))
+    style.legend_beside(axes)
+
+
+def height_panel(axes: Axes, result: Result) -> None:
+    """Height of each centre of mass, for bodies that have no axis."""
+    position = result.column("position")
+    factor, unit = style.unit_for(np.abs(position[:, :, 2]).max(), "m")
+    for i, name in enumerate(result.bodies[:MAX_LINES]):
+        axes.plot(result.time, factor * position[:, i, 2], color=style.CYCLE[i], label=name)
+    note_omitted(axes, result.bodies)
+    axes.set_title("Height of the centre of mass")
+    axes.set_ylabel(f"z [{unit}]")
+    style.legend_beside(axes)
+
+
+def gap_panel(axes: Axes, result: Result) -> None:
+    """Contact indicators with the touches and lifts."""
+    gaps = result.column("gap")
+    style.gap_axis(axes, gaps)
+    for i, name in enumerate(result.contacts[:MAX_LINES]):
+        colour = style.CYCLE[i]
+        axes.plot(result.time, gaps[:, i], color=colour, linewidth=1.3, label=name)
+        for kind, marker, face in (("touch", "v", colour), ("lift", "^", "white")):
+            times = [e.time for e in result.events if e.contact == name and e.kind == kind]
+            detailed = times and len(result.contacts) <= 2
+            axes.plot(
+                times,
+                np.zeros(len(times)),
+                marker,
+                markersize=6,
+                color=colour,
+                markerfacecolor=face,
+                clip_on=False,
+                zorder=4,
+                label=f"{kind}, {len(times)} ×" if detailed else None,
+            )
+    note_omitted(axes, result.contacts)
+    axes.annotate(
+        "overlap",
+        (1, 0),
+        xycoords="axes fraction",
+        xytext=(-4, 3),
+        textcoords="offset points",
+        ha="right",
+        color=style.GREY,
+        fontsize=8,
+    )
+    axes.set_title("Contact indicators")
+    axes.set_ylabel("gap")
+    style.legend_beside(axes)
+
+
+def energy_panel(axes: Axes, result: Result) -> None:
+    """Terms of the energy balance; the legend gives what is too small to be seen."""
+    terms = result.energies()
+    factor, unit = style.unit_for(max(np.abs(values).max() for values in terms.values()), "J")
+    total = np.zeros_like(result.time)
+    for name, values in terms.items():
+        total += values
+        last = style.prefixed(values[-1], "J")
+        axes.plot(
+            result.time, factor * values, color=style.ENERGY_COLOURS[name], label=f"{name}: {last}"
+        )
+    axes.plot(
+        result.time,
+        factor * total,
+        color=style.DARK,
+        linewidth=1.1,
+        linestyle=(0, (5, 3)),
+        label=f"sum: {style.prefixed(total[-1], 'J')}",
+    )
+    axes.set_title("Energy balance")
+    axes.set_ylabel(f"energy [{unit}]")
+    style.legend_beside(axes, title="value at the end", alignment="left", title_fontsize=8.5)
+
+
+def residual_panel(axes: Axes, result: Result) -> None:
+    """What the balance leaves open, in parts of the initial energy."""
+    scale = result.initial_energy()
+    share = np.abs(result.residual()) / (scale or 1)
+    shown = np.where(share > 0, share, np.nan)
+    axes.plot(result.time, shown, color=style.DARK, linewidth=1.0)
+    if np.isfinite(shown).any():
+        axes.set_yscale("log")
+        low, high = np.nanpercentile(shown, 5), np.nanmax(shown)
+        axes.set_ylim(10 ** np.floor(np.log10(low) - 0.2), 10 ** np.ceil(np.log10(high) + 0.2))
+        axes.yaxis.set_major_locator(plt.LogLocator(numticks=4))
+        axes.yaxis.set_minor_locator(plt.NullLocator())
+    axes.set_title("Residual of the energy balance")
+    axes.set_ylabel("|residual|" + (" / $E_0$" if scale else " [J]"))
+    axes.text(
+        1.018,
+        1.0,
+        f"largest {share.max():.1e}" + (f"\n$E_0$ = {style.prefixed(scale, 'J')}" if scale else ""),
+        transform=axes.transAxes,
+        va="top",
+        fontsize=8.5,
+        linespacing=1.5,
+    )
+
+
+def spin_panel(axes: Axes, result: Result) -> None:
+    """Angular velocity about the vertical and about the body's axis."""
+    vertical = result.column("angular_velocity")[:, :, 2]
+    symmetric = result.symmetric_bodies()
+    several = len(result.bodies) > 1
+    for i, name in enumerate(result.bodies[: MAX_LINES if not several else MAX_LINES // 2]):
+        colour = style.CYCLE[i if several else 0]
+        prefix = f"{name}, " if several else ""
+        axes.plot(result.time, vertical[:, i], color=colour, label=f"{prefix}about the vertical")
+        if i in symmetric:
+            axes.plot(
+                result.time,
+                result.axial_spin(i),
+                color=colour if several else style.RED,
+                linestyle=(0, (4, 1.5)) if several else "-",
+                label=f"{prefix}about its axis",
+            )
+    axes.axhline(0, color=style.GREY, linewidth=0.8, zorder=1)
+    note_omitted(axes, result.bodies, MAX_LINES if not several else MAX_LINES // 2)
+    axes.set_title("Angular velocity")
+    axes.set_ylabel("ω [rad/s]")
+    style.legend_beside(axes)
+
+
+def note_omitted(axes: Axes, items: list, limit: int = MAX_LINES) -> None:
+    """Say in the legend how many lines are not drawn."""
+    if len(items) > limit:
+        axes.plot([], [], " ", label=f"… and {len(items) - limit} more")
+
+
+def panels_of(result: Result) -> list[tuple]:
+    """The panels that the file has data for, with their relative heights."""
+    panels = []
+    if result.column("quaternion") is not None and result.symmetric_bodies():
+        panels.append((inclination_panel, 1.3))
+    elif result.column("position") is not None:
+        panels.append((height_panel, 1.3))
+    gaps = result.column("gap")
+    if result.contacts and gaps is not None and gaps.size:
+        panels.append((gap_panel, 1.5))
+    if result.energies():
+        panels.append((energy_panel, 1.5))
+    if result.residual() is not None:
+        panels.append((residual_panel, 0.65))
+    if result.column("angular_velocity") is not None:
+        panels.append((spin_panel, 1.3))
+    return panels
+
+
+def landmarks(result: Result) -> list[tuple[float, str]]:
+    """First touch of a contact that begins apart, last lift of one that begins closed."""
+    marks = []
+    gaps = result.column("gap")
+    for i, name in enumerate(result.contacts):
+        events = [event for event in result.events if event.contact == name]
+        if events and events[0].kind == "touch":
+            marks.append((events[0].time, f"{name} touches"))
+        elif events and events[-1].kind == "lift" and gaps[-1, i] > 0:
+            marks.append((events[-1].time, f"{name} lifts for the last time"))
+    return sorted(marks)
+
+
+def draw_landmarks(panels: list[Axes], result: Result) -> None:
+    """Thin lines through all panels where contacts change for good, named in the first one."""
+    marks = landmarks(result)
+    if not 0 < len(marks) <= MAX_LANDMARKS:
+        return
+    for time, _ in marks:
+        for axes in panels:
+            axes.axvline(time, color=style.GREY, linewidth=0.8, linestyle=(0, (2, 2)), zorder=1)
+    # The text stands on the wider side of the lines.
+    first, last = marks[0][0], marks[-1][0]
+    right = result.time[-1] - last >= first - result.time[0]
+    panels[0].annotate(
+        "\n".join(f"{text} at {time:.4f} s" for time, text in marks),
+        (last if right else first, 0.05),
+        xycoords=("data", "axes fraction"),
+        xytext=(6 if right else -6, 0),
+        textcoords="offset points",
+        ha="left" if right else "right",
+        va="bottom",
+        fontsize=8.5,
+        linespacing=1.4,
+        color=style.DARK,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5},
+    )
+
+
+def draw(result: Result) -> Figure:
+    """The whole picture."""
+    style.apply()
+    panels = panels_of(result)
+    if not panels:
+        raise ResultError(f"{result.path} holds nothing that could be drawn")
+    figure, grid = style.panels([height for _, height in panels])
+    style.headline(figure, title_of(result), describe(result), alert=not result.complete)
+    column = list(grid[:, 0])
+    for axes, (panel, _) in zip(column, panels, strict=True):
+        panel(axes, result)
+        axes.yaxis.set_label_coords(-0.092, 0.5)
+    draw_landmarks(column, result)
+    column[-1].set_xlabel("time [s]")
+    column[-1].set_xlim(result.time[0], result.time[-1])
+    return figure
+
+
+def title_of(result: Result) -> str:
+    """The scene's title and, when the run did not reach its end, what became of it."""
+    if result.complete:
+        return result.title
+    return f"{result.title}: {result.status or 'unfinished'} at {result.time[-1]:.4g} s"
+
+
+def describe(result: Result) -> str:
+    """The line under the title: program and the models that the scene names."""
+    parts = [f"contensou {result.version}".strip()]
+    for key in ("normal", "friction", "damping", "method"):
+        if values := result.choices(key):
+            parts.append(f"{key} {', '.join(values)}")
+    return "  ·  ".join(parts)
+
+
+def main() -> int:
+    """Read the command line, draw, and print the name of the picture."""
+    parser = argparse.ArgumentParser(
+        prog="scripts/plot",
+        description="Draws one output file of contensou into one PNG and prints its name.",
+    )
+    parser.add_argument("file", type=Path, metavar="FILE", help="output file (HDF5, also .part)")
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="PNG", help="picture; default beside FILE, as .png"
+    )
+    options = parser.parse_args()
+    picture = options.output or default_picture(options.file)
+    try:
+        result = Result(options.file)
+        figure = draw(result)
+        style.save(figure, picture)
+    except ResultError as problem:
+        print(f"error: {problem}", file=sys.stderr)
+        return 2
+    except OSError as problem:
+        print(f"error: {picture} cannot be written: {problem.strerror}", file=sys.stderr)
+        return 2
+    print(picture)
+    return 0
+
+
+def default_picture(file: Path) -> Path:
+    """Beside the file and of its name: run.h5 and run.h5.part both give run.png."""
+    stem = file.with_suffix("") if file.suffix == ".part" else file
+    return stem.with_suffix(".png")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

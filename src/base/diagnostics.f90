@@ -1,0 +1,441 @@
+!> Mistakes in a text that a user wrote, and how they are shown.
+!>
+!> Each mistake knows where it is, so that all of them can be reported at once in the form
+!> that compilers use: file, line and column, the line itself, a caret, and what would be right.
+module contensou_base_diagnostics
+   use contensou_base_text, only : string_type, to_text
+   implicit none(type, external)
+   private
+
+   public :: origin_type, source_type, diagnostics_type
+
+   !> Place of something in the text it was read from.
+   type :: origin_type
+      !> Index of the source in the document; 0 if there is none.
+      integer :: source = 0
+      !> Line, from 1; 0 stands for the source as a whole.
+      integer :: line = 0
+      !> First byte in the line, from 1.
+      integer :: column = 0
+      !> Number of bytes.
+      integer :: length = 1
+   end type origin_type
+
+   !> A text that was read: a file, or a setting from the command line.
+   type :: source_type
+      !> Name as the user gave it.
+      character(len=:), allocatable :: name
+      !> Its lines without line ends.
+      type(string_type), allocatable :: lines(:)
+   end type source_type
+
+   !> One mistake.
+   type :: entry_type
+      !> Where it is.
+      type(origin_type) :: origin
+      !> What is wrong.
+      character(len=:), allocatable :: message
+      !> What would be right; not allocated if there is nothing to say.
+      character(len=:), allocatable :: expected
+   end type entry_type
+
+   !> A growing list of mistakes.
+   type :: diagnostics_type
+      private
+      !> The mistakes in the order in which they were found.
+      type(entry_type), allocatable :: entries(:)
+      !> Number of mistakes in the list.
+      integer :: n_entries = 0
+      !> Number of mistakes found; beyond `max_kept` they are only counted.
+      integer :: n_found = 0
+   contains
+      !> Append a mistake.
+      procedure :: add
+      !> Number of mistakes.
+      procedure :: count => count_entries
+      !> Number of mistakes that are kept and can be asked for one by one.
+      procedure :: kept
+      !> Place of a mistake.
+      procedure :: origin => entry_origin
+      !> What is wrong at a mistake.
+      procedure :: message => entry_message
+      !> What would be right at a mistake.
+      procedure :: expected => entry_expected
+      !> Text that shows the mistakes.
+      procedure :: render
+   end type diagnostics_type
+
+   !> Number of mistakes that are kept.
+   integer, parameter :: max_kept = 1000
+
+   !> Number of mistakes that are shown.
+   integer, parameter :: max_shown = 50
+
+   !> Number of characters of a source line that are shown.
+   integer, parameter :: window = 100
+
+   !> Characters shown before the caret in a line that is cut.
+   integer, parameter :: window_before = 40
+
+   !> Line end of the rendered text.
+   character(len=1), parameter :: newline = achar(10)
+
+   !> Horizontal tab.
+   character(len=1), parameter :: tab = achar(9)
+
+contains
+
+   !> Append a mistake.
+   pure subroutine add(self, origin, message, expected)
+      !> List to append to.
+      class(diagnostics_type), intent(inout) :: self
+      !> Where the mistake is.
+      type(origin_type), intent(in) :: origin
+      !> What is wrong; one line.
+      character(len=*), intent(in) :: message
+      !> What would be right; one line.
+      character(len=*), intent(in), optional :: expected
+
+      type(entry_type), allocatable :: bigger(:)
+      integer :: i
+
+      self%n_found = self%n_found + 1
+      if (self%n_entries == max_kept) return
+      if (.not. allocated(self%entries)) allocate(self%entries(8))
+      if (self%n_entries == size(self%entries)) then
+         allocate(bigger(2 * self%n_entries))
+         do i = 1, self%n_entries
+            bigger(i)%origin = self%entries(i)%origin
+            call move_alloc(self%entries(i)%message, bigger(i)%message)
+            call move_alloc(self%entries(i)%expected, bigger(i)%expected)
+         end do
+         call move_alloc(bigger, self%entries)
+      end if
+      i = self%n_entries + 1
+      self%n_entries = i
+      self%entries(i)%origin = origin
+      self%entries(i)%message = message
+      if (present(expected)) self%entries(i)%expected = expected
+   end subroutine add
+
+   !> Number of mistakes.
+   pure function count_entries(self) result(n)
+      !> List to count.
+      class(diagnostics_type), intent(in) :: self
+      !> The number.
+      integer :: n
+
+      n = self%n_found
+   end function count_entries
+
+   !> Number of mistakes that are kept; `origin`, `message` and `expected` take 1 to this.
+   pure function kept(self) result(n)
+      !> List to count.
+      class(diagnostics_type), intent(in) :: self
+      !> The number.
+      integer :: n
+
+      n = self%n_entries
+   end function kept
+
+   !> Place of a mistake.
+   pure function entry_origin(self, i) result(origin)
+      !> List to look into.
+      class(diagnostics_type), intent(in) :: self
+      !> Index in the order in which the mistakes were found.
+      integer, intent(in) :: i
+      !> The place.
+      type(origin_type) :: origin
+
+      origin = self%entries(i)%origin
+   end function entry_origin
+
+   !> What is wrong at a mistake.
+   pure function entry_message(self, i) result(message)
+      !> List to look into.
+      class(diagnostics_type), intent(in) :: self
+      !> Index in the order in which the mistakes were found.
+      integer, intent(in) :: i
+      !> The text.
+      character(len=:), allocatable :: message
+
+      message = self%entries(i)%message
+   end function entry_message
+
+   !> What would be right at a mistake; empty if there is nothing to say.
+   pure function entry_expected(self, i) result(expected)
+      !> List to look into.
+      class(diagnostics_type), intent(in) :: self
+      !> Index in the order in which the mistakes were found.
+      integer, intent(in) :: i
+      !> The text.
+      character(len=:), allocatable :: expected
+
+      expected = ''
+      if (allocated(self%entries(i)%expected)) expected = self%entries(i)%expected
+   end function entry_expected
+
+   !> Text that shows the mistakes, sorted by place; each line ends with a line end.
+   pure function render(self, sources) result(text)
+      !> List to show.
+      class(diagnostics_type), intent(in) :: self
+      !> Sources that the places refer to.
+      type(source_type), intent(in) :: sources(:)
+      !> The text; empty if there are no mistakes.
+      character(len=:), allocatable :: text
+
+      integer, allocatable :: order(:)
+      integer :: i, n_more
+
+      text = ''
+      call sort(self, order)
+      do i = 1, min(self%n_entries, max_shown)
+         text = text // render_entry(self%entries(order(i)), sources)
+      end do
+      n_more = self%n_found - max_shown
+      if (n_more == 1) then
+         text = text // '... and 1 more error' // newline
+      else if (n_more > 1) then
+         text = text // '... and ' // to_text(n_more) // ' more errors' // newline
+      end if
+   end function render
+
+   !> Order of the mistakes by source, line and column; equal places keep their order.
+   pure subroutine sort(self, order)
+      !> List to sort.
+      class(diagnostics_type), intent(in) :: self
+      !> Indices of the mistakes in their new order.
+      integer, allocatable, intent(out) :: order(:)
+
+      integer :: i, j
+
+      allocate(order(self%n_entries))
+      do i = 1, self%n_entries
+         j = i - 1
+         do while (j > 0)
+            if (.not. comes_before(self%entries(i)%origin, self%entries(order(j))%origin)) exit
+            order(j + 1) = order(j)
+            j = j - 1
+         end do
+         order(j + 1) = i
+      end do
+   end subroutine sort
+
+   !> Whether a place comes before another.
+   pure function comes_before(a, b) result(before)
+      !> First place.
+      type(origin_type), intent(in) :: a
+      !> Second place.
+      type(origin_type), intent(in) :: b
+      !> The answer.
+      logical :: before
+
+      if (a%source /= b%source) then
+         before = a%source < b%source
+      else if (a%line /= b%line) then
+         before = a%line < b%line
+      else
+         before = a%column < b%column
+      end if
+   end function comes_before
+
+   !> Text that shows one mistake.
+   pure function render_entry(entry, sources) result(text)
+      !> Mistake to show.
+      type(entry_type), intent(in) :: entry
+      !> Sources that its place refers to.
+      type(source_type), intent(in) :: sources(:)
+      !> The text.
+      character(len=:), allocatable :: text
+
+      character(len=:), allocatable :: excerpt
+      type(origin_type) :: origin
+      integer :: column
+      logical :: has_line
+
+      origin = entry%origin
+      text = ''
+      excerpt = ''
+      if (origin%source >= 1 .and. origin%source <= size(sources)) then
+         if (allocated(sources(origin%source)%name)) then
+            text = printable(sources(origin%source)%name)
+         end if
+         if (origin%line > 0) then
+            column = origin%column
+            has_line = .false.
+            if (allocated(sources(origin%source)%lines)) then
+               has_line = origin%line <= size(sources(origin%source)%lines)
+            end if
+            if (has_line) then
+               call render_excerpt(sources(origin%source)%lines(origin%line)%s, origin, &
+                  & column, excerpt)
+            end if
+            text = text // ':' // to_text(origin%line) // ':' // to_text(column)
+         end if
+         text = text // ': '
+      end if
+      text = text // 'error: ' // printable(entry%message) // newline // excerpt
+      if (allocated(entry%expected)) then
+         text = text // '  expected: ' // printable(entry%expected) // newline
+      end if
+   end function render_entry
+
+   !> The line of a mistake, and below it a caret; a long line is cut around the caret.
+   pure subroutine render_excerpt(line, origin, column, excerpt)
+      !> Source line.
+      character(len=*), intent(in) :: line
+      !> Place of the mistake.
+      type(origin_type), intent(in) :: origin
+      !> Column of the mistake in characters, from 1.
+      integer, intent(out) :: column
+      !> The two lines.
+      character(len=:), allocatable, intent(out) :: excerpt
+
+      ! Bytes at which the last characters before the caret begin, as a ring.
+      integer :: starts(0:window - 1)
+      character(len=:), allocatable :: carets, gutter, number, shown
+      integer :: byte, caret_byte, first, first_byte, i, last_byte, n_after, n_before
+      logical :: cut_left, cut_right
+
+      starts = 1
+      caret_byte = max(1, min(origin%column, len(line) + 1))
+      byte = 1
+      n_before = 0
+      do while (byte < caret_byte)
+         starts(modulo(n_before, window)) = byte
+         n_before = n_before + 1
+         byte = byte + max(1, character_length(line, byte))
+      end do
+      caret_byte = byte
+      column = n_before + 1
+
+      n_after = 0
+      do while (byte <= len(line) .and. n_after < window)
+         n_after = n_after + 1
+         byte = byte + max(1, character_length(line, byte))
+      end do
+
+      ! Number of characters that are left out at the beginning.
+      first = 0
+      if (byte <= len(line)) then
+         first = max(0, n_before - window_before)
+      else if (n_before + n_after > window) then
+         first = max(0, min(n_before - window_before, n_before + n_after - window))
+      end if
+      cut_left = first > 0
+      first_byte = 1
+      if (cut_left) first_byte = starts(modulo(first, window))
+      if (first == n_before) first_byte = caret_byte
+      byte = caret_byte
+      do i = 1, window - (n_before - first)
+         if (byte > len(line)) exit
+         byte = byte + max(1, character_length(line, byte))
+      end do
+      last_byte = byte - 1
+      cut_right = byte <= len(line)
+
+      shown = printable(line(first_byte:last_byte))
+      carets = blank_out(line(first_byte:caret_byte - 1)) // '^'
+      byte = caret_byte + max(1, character_length(line, caret_byte))
+      do while (byte <= last_byte .and. byte < origin%column + origin%length)
+         carets = carets // '~'
+         byte = byte + max(1, character_length(line, byte))
+      end do
+      if (cut_left) then
+         shown = '...' // shown
+         carets = '   ' // carets
+      end if
+      if (cut_right) shown = shown // '...'
+
+      number = to_text(origin%line)
+      gutter = repeat(' ', max(5, len(number)))
+      excerpt = gutter(len(number) + 1:) // number // ' | ' // shown // newline // &
+         & gutter // ' | ' // carets // newline
+   end subroutine render_excerpt
+
+   !> Text with bytes that cannot be printed replaced by `?`; tabs stay.
+   pure function printable(s) result(t)
+      !> Text to show.
+      character(len=*), intent(in) :: s
+      !> Text that is safe to print.
+      character(len=:), allocatable :: t
+
+      integer :: i, n
+
+      t = s
+      i = 1
+      do while (i <= len(s))
+         n = character_length(s, i)
+         if (n == 0 .and. s(i:i) /= tab) t(i:i) = '?'
+         i = i + max(1, n)
+      end do
+   end function printable
+
+   !> As many blanks as a text has characters, with its tabs kept.
+   pure function blank_out(s) result(t)
+      !> Text to measure.
+      character(len=*), intent(in) :: s
+      !> The blanks.
+      character(len=:), allocatable :: t
+
+      integer :: i
+
+      t = ''
+      i = 1
+      do while (i <= len(s))
+         if (s(i:i) == tab) then
+            t = t // tab
+         else
+            t = t // ' '
+         end if
+         i = i + max(1, character_length(s, i))
+      end do
+   end function blank_out
+
+   !> Number of bytes of the printable character of UTF-8 that begins at a byte; 0 if none does.
+   pure function character_length(s, i) result(n)
+      !> Text to look at.
+      character(len=*), intent(in) :: s
+      !> Index of the byte.
+      integer, intent(in) :: i
+      !> The number of bytes, 0 to 4.
+      integer :: n
+
+      integer :: j, lead, second
+
+      n = 0
+      if (i > len(s)) return
+      lead = ichar(s(i:i))
+      select case (lead)
+      case (32:126)
+         n = 1
+         return
+      case (194:223)
+         n = 2
+      case (224:239)
+         n = 3
+      case (240:244)
+         n = 4
+      case default
+         return
+      end select
+      if (i + n - 1 > len(s)) then
+         n = 0
+         return
+      end if
+      do j = i + 1, i + n - 1
+         if (iand(ichar(s(j:j)), 192) /= 128) then
+            n = 0
+            return
+         end if
+      end do
+      ! Forms that are too long, surrogates, beyond the last code point, and C1 controls.
+      second = ichar(s(i + 1:i + 1))
+      if (lead == 224 .and. second < 160) n = 0
+      if (lead == 237 .and. second > 159) n = 0
+      if (lead == 240 .and. second < 144) n = 0
+      if (lead == 244 .and. second > 143) n = 0
+      if (lead == 194 .and. second < 160) n = 0
+   end function character_length
+
+end module contensou_base_diagnostics

@@ -1,0 +1,79 @@
+!> Rotations as quaternions (w, x, y, z), from the body frame to the inertial frame.
+!>
+!> The rotation matrix is homogeneous of degree zero in the quaternion, so that a norm that an
+!> integrator lets drift is a scale without meaning: nothing has to be projected back.
+module contensou_base_rotations
+   use contensou_base_kinds, only : wp
+   implicit none(type, external)
+   private
+
+   public :: rotation_matrix, quaternion_from_axis_angle, quaternion_rate, unit_quaternion
+
+   !> Rate at which `quaternion_rate` pulls the norm to one [1/s].
+   real(wp), parameter :: norm_rate = 1.0_wp
+
+contains
+
+   !> Rotation matrix of a quaternion of any norm but zero: x_inertial = matmul(r, x_body).
+   pure function rotation_matrix(q) result(r)
+      !> Quaternion (w, x, y, z), need not have unit norm.
+      real(wp), intent(in) :: q(4)
+      real(wp) :: r(3, 3)
+      real(wp) :: s, x, y, z
+
+      s = 2.0_wp/(q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4))
+      x = s*q(2)
+      y = s*q(3)
+      z = s*q(4)
+      r(1, 1) = 1.0_wp - (y*q(3) + z*q(4))
+      r(2, 2) = 1.0_wp - (x*q(2) + z*q(4))
+      r(3, 3) = 1.0_wp - (x*q(2) + y*q(3))
+      r(1, 2) = x*q(3) - z*q(1)
+      r(2, 1) = x*q(3) + z*q(1)
+      r(1, 3) = x*q(4) + y*q(1)
+      r(3, 1) = x*q(4) - y*q(1)
+      r(2, 3) = y*q(4) - x*q(1)
+      r(3, 2) = y*q(4) + x*q(1)
+   end function rotation_matrix
+
+   !> Quaternion of the rotation by an angle about an axis.
+   pure function quaternion_from_axis_angle(axis, angle) result(q)
+      !> Axis, of any length but zero.
+      real(wp), intent(in) :: axis(3)
+      !> Angle [rad].
+      real(wp), intent(in) :: angle
+      real(wp) :: q(4)
+
+      q(1) = cos(0.5_wp*angle)
+      q(2:4) = sin(0.5_wp*angle)*axis/norm2(axis)
+   end function quaternion_from_axis_angle
+
+   !> Time derivative of a quaternion, q' = (1/2) q o (0, w) + norm_rate (1 - |q|^2) q.
+   !>
+   !> The second term only moves the norm, which the rotation does not depend on; it keeps the
+   !> norm near one so that relative tolerances keep their meaning over millions of revolutions.
+   pure function quaternion_rate(q, w) result(rate)
+      !> Quaternion (w, x, y, z).
+      real(wp), intent(in) :: q(4)
+      !> Angular velocity in the body frame [rad/s].
+      real(wp), intent(in) :: w(3)
+      real(wp) :: rate(4)
+      real(wp) :: pull
+
+      pull = norm_rate*(1.0_wp - (q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4)))
+      rate(1) = -0.5_wp*(q(2)*w(1) + q(3)*w(2) + q(4)*w(3)) + pull*q(1)
+      rate(2) = 0.5_wp*(q(1)*w(1) + q(3)*w(3) - q(4)*w(2)) + pull*q(2)
+      rate(3) = 0.5_wp*(q(1)*w(2) + q(4)*w(1) - q(2)*w(3)) + pull*q(3)
+      rate(4) = 0.5_wp*(q(1)*w(3) + q(2)*w(2) - q(3)*w(1)) + pull*q(4)
+   end function quaternion_rate
+
+   !> The quaternion scaled to unit norm.
+   pure function unit_quaternion(q) result(unit)
+      !> Quaternion of any norm but zero.
+      real(wp), intent(in) :: q(4)
+      real(wp) :: unit(4)
+
+      unit = q/norm2(q)
+   end function unit_quaternion
+
+end module contensou_base_rotations

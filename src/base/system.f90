@@ -1,0 +1,324 @@
+!> What the program asks of the operating system beyond standard Fortran: files and their safe
+!> replacement, signals, clocks, the terminal.
+module contensou_base_system
+   use, intrinsic :: iso_c_binding, only : c_char, c_double, c_f_pointer, c_int, c_null_char, &
+      & c_ptr, c_size_t
+   use contensou_base_errors, only : error_type, fatal, status_file
+   implicit none(type, external)
+   private
+
+   public :: rename_file, remove_file, file_exists, is_folder, folder_writable, is_locked
+   public :: is_terminal, terminal_width, write_stderr
+   public :: catch_signals, signal_received
+   public :: host_name, wall_seconds, cpu_seconds, utc_now
+   public :: text_from_c
+
+   interface
+      !> Turn SIGINT, SIGTERM and SIGUSR1 into a flag for `signal_received`; a SIGINT or SIGTERM
+      !> that follows one of the two acts at once. A file-size limit becomes a write error.
+      subroutine catch_signals() bind(c, name="contensou_system_catch_signals")
+         implicit none(type, external)
+      end subroutine catch_signals
+
+      !> Number of the last signal caught since `catch_signals`, 0 if none; costs one load.
+      function signal_received() result(number) &
+         & bind(c, name="contensou_system_signal_received")
+         import :: c_int
+         implicit none(type, external)
+         !> Number of the signal, or 0.
+         integer(c_int) :: number
+      end function signal_received
+
+      !> Seconds of a clock that never jumps, from an arbitrary origin [s].
+      function wall_seconds() result(seconds) bind(c, name="contensou_system_wall_seconds")
+         import :: c_double
+         implicit none(type, external)
+         !> Reading of the clock [s].
+         real(c_double) :: seconds
+      end function wall_seconds
+
+      !> CPU time of this process, all threads together [s].
+      function cpu_seconds() result(seconds) bind(c, name="contensou_system_cpu_seconds")
+         import :: c_double
+         implicit none(type, external)
+         !> CPU time [s].
+         real(c_double) :: seconds
+      end function cpu_seconds
+
+      !> Columns of the terminal on stderr; without one as COLUMNS says, else 80.
+      function terminal_width() result(columns) &
+         & bind(c, name="contensou_system_terminal_width")
+         import :: c_int
+         implicit none(type, external)
+         !> Number of columns.
+         integer(c_int) :: columns
+      end function terminal_width
+
+      !> Rename after bringing the content to the disk.
+      function c_rename(from, to) result(code) bind(c, name="contensou_system_rename")
+         import :: c_char, c_int
+         implicit none(type, external)
+         !> Present name, null-terminated.
+         character(kind=c_char), intent(in) :: from(*)
+         !> New name, null-terminated.
+         character(kind=c_char), intent(in) :: to(*)
+         !> 0 or errno.
+         integer(c_int) :: code
+      end function c_rename
+
+      !> Remove a file.
+      function c_remove(path) result(code) bind(c, name="contensou_system_remove")
+         import :: c_char, c_int
+         implicit none(type, external)
+         !> Name of the file, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         !> 0 or errno.
+         integer(c_int) :: code
+      end function c_remove
+
+      !> Whether a name is taken.
+      function c_exists(path) result(answer) bind(c, name="contensou_system_exists")
+         import :: c_char, c_int
+         implicit none(type, external)
+         !> Name, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         !> 1 or 0.
+         integer(c_int) :: answer
+      end function c_exists
+
+      !> Whether a name is that of a folder.
+      function c_is_folder(path) result(answer) bind(c, name="contensou_system_is_folder")
+         import :: c_char, c_int
+         implicit none(type, external)
+         !> Name, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         !> 1 or 0.
+         integer(c_int) :: answer
+      end function c_is_folder
+
+      !> Whether a file can be created where its name says.
+      function c_folder_writable(path) result(answer) &
+         & bind(c, name="contensou_system_folder_writable")
+         import :: c_char, c_int
+         implicit none(type, external)
+         !> Name of the file, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         !> 1 or 0.
+         integer(c_int) :: answer
+      end function c_folder_writable
+
+      !> Whether another process is writing a file.
+      function c_is_locked(path) result(answer) bind(c, name="contensou_system_is_locked")
+         import :: c_char, c_int
+         implicit none(type, external)
+         !> Name of the file, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         !> 1 or 0.
+         integer(c_int) :: answer
+      end function c_is_locked
+
+      !> Whether a standard stream is a terminal.
+      function c_is_terminal(unit) result(answer) bind(c, name="contensou_system_is_terminal")
+         import :: c_int
+         implicit none(type, external)
+         !> Number of the stream.
+         integer(c_int), value :: unit
+         !> 1 or 0.
+         integer(c_int) :: answer
+      end function c_is_terminal
+
+      !> Name of this machine.
+      subroutine c_host_name(name, size) bind(c, name="contensou_system_host_name")
+         import :: c_char, c_size_t
+         implicit none(type, external)
+         !> Room for the name and its null character.
+         character(kind=c_char), intent(out) :: name(*)
+         !> Size of that room.
+         integer(c_size_t), value :: size
+      end subroutine c_host_name
+
+      !> Date and time.
+      subroutine c_utc_now(text, size) bind(c, name="contensou_system_utc_now")
+         import :: c_char, c_size_t
+         implicit none(type, external)
+         !> Room for the text and its null character.
+         character(kind=c_char), intent(out) :: text(*)
+         !> Size of that room.
+         integer(c_size_t), value :: size
+      end subroutine c_utc_now
+
+      !> Write to stderr.
+      subroutine c_write_stderr(text, length) bind(c, name="contensou_system_write_stderr")
+         import :: c_char, c_size_t
+         implicit none(type, external)
+         !> Bytes to write.
+         character(kind=c_char), intent(in) :: text(*)
+         !> Number of bytes.
+         integer(c_size_t), value :: length
+      end subroutine c_write_stderr
+
+      !> The system's words for an error number.
+      function c_reason(code) result(text) bind(c, name="contensou_system_reason")
+         import :: c_int, c_ptr
+         implicit none(type, external)
+         !> Value of errno.
+         integer(c_int), value :: code
+         !> Null-terminated text.
+         type(c_ptr) :: text
+      end function c_reason
+
+      !> Length of a null-terminated text.
+      pure function c_strlen(text) result(length) bind(c, name="strlen")
+         import :: c_ptr, c_size_t
+         implicit none(type, external)
+         !> Null-terminated text.
+         type(c_ptr), value :: text
+         !> Number of bytes before the null character.
+         integer(c_size_t) :: length
+      end function c_strlen
+   end interface
+
+contains
+
+   !> Rename a file, replacing one of the new name, so that the new name shows the complete
+   !> content or nothing even after a power failure.
+   subroutine rename_file(from, to, error)
+      !> Present name.
+      character(len=*), intent(in) :: from
+      !> New name, on the same file system.
+      character(len=*), intent(in) :: to
+      !> Set when the file could not be brought to the disk or renamed.
+      type(error_type), allocatable, intent(out) :: error
+
+      integer(c_int) :: code
+
+      code = c_rename(trim(from)//c_null_char, trim(to)//c_null_char)
+      if (code /= 0) then
+         call fatal(error, "cannot rename "//trim(from)//" to "//trim(to)//": "//reason(code), &
+            & status_file)
+      end if
+   end subroutine rename_file
+
+   !> Remove a file; one that is not there counts as removed.
+   subroutine remove_file(path, error)
+      !> Name of the file.
+      character(len=*), intent(in) :: path
+      !> Set when the file is still there.
+      type(error_type), allocatable, intent(out) :: error
+
+      integer(c_int) :: code
+
+      code = c_remove(trim(path)//c_null_char)
+      if (code /= 0) then
+         call fatal(error, "cannot remove "//trim(path)//": "//reason(code), status_file)
+      end if
+   end subroutine remove_file
+
+   !> Whether there is a file, folder or device of this name.
+   function file_exists(path) result(answer)
+      !> Name to look for.
+      character(len=*), intent(in) :: path
+      !> True if the name is taken.
+      logical :: answer
+
+      answer = c_exists(trim(path)//c_null_char) /= 0
+   end function file_exists
+
+   !> Whether there is a folder of this name.
+   function is_folder(path) result(answer)
+      !> Name to look for.
+      character(len=*), intent(in) :: path
+      !> True if it is a folder.
+      logical :: answer
+
+      answer = c_is_folder(trim(path)//c_null_char) /= 0
+   end function is_folder
+
+   !> Whether the folder part of a file name exists and files can be created in it.
+   function folder_writable(path) result(answer)
+      !> Name of a file; without a slash its folder is the working folder.
+      character(len=*), intent(in) :: path
+      !> True if the file could be created.
+      logical :: answer
+
+      answer = c_folder_writable(trim(path)//c_null_char) /= 0
+   end function folder_writable
+
+   !> Whether another process is writing this file, judged by the lock that HDF5 takes.
+   function is_locked(path) result(answer)
+      !> Name of the file; one that does not exist is not locked.
+      character(len=*), intent(in) :: path
+      !> True if the lock is held.
+      logical :: answer
+
+      answer = c_is_locked(trim(path)//c_null_char) /= 0
+   end function is_locked
+
+   !> Whether a standard stream is a terminal.
+   function is_terminal(unit) result(answer)
+      !> 1 for standard output, 2 for standard error.
+      integer, intent(in) :: unit
+      !> True for a terminal.
+      logical :: answer
+
+      answer = c_is_terminal(int(unit, c_int)) /= 0
+   end function is_terminal
+
+   !> Write to standard error at once and as it stands: no line feed is added.
+   subroutine write_stderr(text)
+      !> Text to write.
+      character(len=*), intent(in) :: text
+
+      call c_write_stderr(text, len(text, c_size_t))
+   end subroutine write_stderr
+
+   !> Name of this machine.
+   function host_name() result(name)
+      !> The name, "unknown" if there is none.
+      character(len=:), allocatable :: name
+
+      character(kind=c_char, len=256) :: buffer
+
+      call c_host_name(buffer, len(buffer, c_size_t))
+      name = buffer(:index(buffer, c_null_char) - 1)
+   end function host_name
+
+   !> Date and time in the form 2026-01-31T12:00:00Z.
+   function utc_now() result(text)
+      !> Coordinated universal time.
+      character(len=20) :: text
+
+      character(kind=c_char, len=32) :: buffer
+
+      call c_utc_now(buffer, len(buffer, c_size_t))
+      text = buffer(:index(buffer, c_null_char) - 1)
+   end function utc_now
+
+   !> Copy of a null-terminated text that C owns.
+   function text_from_c(pointer) result(text)
+      !> Address of the text; must not be null.
+      type(c_ptr), intent(in) :: pointer
+      !> The text without its null character.
+      character(len=:), allocatable :: text
+
+      character(kind=c_char), pointer :: bytes(:)
+      integer :: i
+
+      call c_f_pointer(pointer, bytes, [c_strlen(pointer)])
+      allocate(character(len=size(bytes)) :: text)
+      do i = 1, size(bytes)
+         text(i:i) = bytes(i)
+      end do
+   end function text_from_c
+
+   !> The system's words for an error number.
+   function reason(code) result(text)
+      !> Value of errno.
+      integer(c_int), intent(in) :: code
+      !> Such as "No space left on device".
+      character(len=:), allocatable :: text
+
+      text = text_from_c(c_reason(code))
+   end function reason
+
+end module contensou_base_system

@@ -1,0 +1,499 @@
+!> Small tools for text: case, numbers to text and back, quoting, and the nearest known word.
+module contensou_base_text
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
+   use contensou_base_kinds, only : i8, wp
+   implicit none(type, external)
+   private
+
+   public :: string_type
+   public :: lower, to_text, read_real, quote, join, shorten, starts_with
+   public :: edit_distance, nearest
+
+   !> A text of its own length, for lists of texts.
+   type :: string_type
+      !> The text.
+      character(len=:), allocatable :: s
+   end type string_type
+
+   !> Text of a number or a logical, without surrounding blanks.
+   interface to_text
+      module procedure :: integer_to_text
+      module procedure :: long_integer_to_text
+      module procedure :: logical_to_text
+      module procedure :: real_to_text
+   end interface to_text
+
+   !> Index of the candidate nearest to a word, 0 if none is near.
+   interface nearest
+      module procedure :: nearest_character
+      module procedure :: nearest_string
+   end interface nearest
+
+   !> Shortest word that may match as a part of a candidate.
+   integer, parameter :: shortest_part = 3
+
+   !> Significant decimal digits beyond which only "zero or not" matters for rounding to double.
+   integer, parameter :: max_digits = 800
+
+   !> Bit pattern of positive infinity; made from bits because arithmetic would trap.
+   integer(i8), parameter :: infinity_bits = int(z'7FF0000000000000', i8)
+
+   !> Bit pattern of a quiet NaN.
+   integer(i8), parameter :: nan_bits = int(z'7FF8000000000000', i8)
+
+contains
+
+   !> Text with the ASCII letters in lower case; other bytes are kept.
+   pure function lower(s) result(t)
+      !> Text to convert.
+      character(len=*), intent(in) :: s
+      !> Converted text.
+      character(len=len(s)) :: t
+
+      integer :: i
+
+      do i = 1, len(s)
+         if (s(i:i) >= 'A' .and. s(i:i) <= 'Z') then
+            t(i:i) = achar(iachar(s(i:i)) + 32)
+         else
+            t(i:i) = s(i:i)
+         end if
+      end do
+   end function lower
+
+   !> Decimal text of an integer.
+   pure function integer_to_text(x) result(s)
+      !> Number to write.
+      integer, intent(in) :: x
+      !> Its text.
+      character(len=:), allocatable :: s
+
+      s = long_integer_to_text(int(x, i8))
+   end function integer_to_text
+
+   !> Decimal text of an eight-byte integer.
+   pure function long_integer_to_text(x) result(s)
+      !> Number to write.
+      integer(i8), intent(in) :: x
+      !> Its text.
+      character(len=:), allocatable :: s
+
+      character(len=24) :: buffer
+
+      write (buffer, '(i0)') x
+      s = trim(buffer)
+   end function long_integer_to_text
+
+   !> Fortran text of a logical: `.true.` or `.false.`.
+   pure function logical_to_text(x) result(s)
+      !> Value to write.
+      logical, intent(in) :: x
+      !> Its text.
+      character(len=:), allocatable :: s
+
+      if (x) then
+         s = '.true.'
+      else
+         s = '.false.'
+      end if
+   end function logical_to_text
+
+   !> Shortest decimal text that reads back to the same double.
+   !>
+   !> Moderate numbers are written as `0.3` or `180.0`, others as `6.0e-3`; there is always a
+   !> decimal point. Numbers that are not finite become `NaN`, `Infinity`, `-Infinity`.
+   pure function real_to_text(x) result(s)
+      !> Number to write.
+      real(wp), intent(in) :: x
+      !> Its text.
+      character(len=:), allocatable :: s
+
+      character(len=*), parameter :: zeros = '000000'
+      integer, parameter :: lowest_fixed = -2, highest_fixed = 5
+      character(len=40) :: buffer
+      character(len=16) :: form
+      character(len=:), allocatable :: digits, sign_text
+      real(wp) :: back
+      integer :: decimals, e, exponent, n
+      logical :: valid
+
+      ! A comparison with a NaN would trap in a build that traps invalid operations.
+      if (ieee_is_nan(x)) then
+         s = 'NaN'
+         return
+      end if
+
+      sign_text = ''
+      if (sign(1.0_wp, x) < 0.0_wp) sign_text = '-'
+      if (.not. ieee_is_finite(x)) then
+         s = sign_text // 'Infinity'
+         return
+      end if
+
+      do decimals = 0, 16
+         write (form, '(a,i0,a)') '(es40.', decimals, 'e4)'
+         write (buffer, form) abs(x)
+         buffer = adjustl(buffer)
+         call read_real(trim(buffer), back, valid)
+         if (transfer(back, 0_i8) == transfer(abs(x), 0_i8)) exit
+      end do
+
+      e = scan(buffer, 'E')
+      read (buffer(e + 1:), *) exponent
+      digits = buffer(1:1) // buffer(3:e - 1)
+      n = len(digits)
+      if (exponent < lowest_fixed .or. exponent > highest_fixed) then
+         if (n == 1) digits = digits // '0'
+         s = digits(1:1) // '.' // digits(2:) // 'e' // integer_to_text(exponent)
+      else if (exponent < 0) then
+         s = '0.' // zeros(1:-exponent - 1) // digits
+      else
+         if (n < exponent + 2) digits = digits // zeros(1:exponent + 2 - n)
+         s = digits(1:exponent + 1) // '.' // digits(exponent + 2:)
+      end if
+      s = sign_text // s
+   end function real_to_text
+
+   !> Double nearest to a decimal number in any form that Fortran reads.
+   !>
+   !> Forms: `1`, `+1.5`, `.5`, `5.`, `1e5`, `1.0d-3`, `1.5-3`, and in any case `inf`, `infinity`,
+   !> `nan`, `nan(...)`. A number beyond the largest double becomes infinity. The conversion
+   !> raises neither overflow nor invalid, so it is safe in builds that trap them.
+   pure subroutine read_real(s, x, valid)
+      !> Text of the number, without blanks.
+      character(len=*), intent(in) :: s
+      !> The number; a quiet NaN if the text is none.
+      real(wp), intent(out) :: x
+      !> Whether the text is a number.
+      logical, intent(out) :: valid
+
+      !> Leading digits of the midpoint between the largest double and 2**1024.
+      character(len=*), parameter :: ceiling_digits = '179769313486231580793728971405'
+      integer, parameter :: ceiling_scale = 309, floor_scale = -400
+      integer(i8), parameter :: max_exponent = 1000000000_i8
+      character(len=max_digits) :: digits
+      character(len=max_digits + 32) :: buffer
+      character(len=len(ceiling_digits)) :: leading
+      integer(i8) :: exponent, scaling
+      integer :: i, n_digits, n_read, stat
+      logical :: beyond_point, negative, negative_exponent, remainder
+
+      valid = .false.
+      x = transfer(nan_bits, 1.0_wp)
+
+      i = 1
+      negative = .false.
+      if (len(s) > 0) then
+         negative = s(1:1) == '-'
+         if (scan(s(1:1), '+-') == 1) i = 2
+      end if
+      if (is_special(s(i:))) then
+         valid = .true.
+         if (scan(s(i:i), 'iI') == 1) x = signed(transfer(infinity_bits, 1.0_wp), negative)
+         return
+      end if
+
+      ! The number is 0.DIGITS * 10**scaling.
+      digits = ''
+      n_digits = 0
+      n_read = 0
+      scaling = 0
+      beyond_point = .false.
+      remainder = .false.
+      do i = i, len(s)
+         if (s(i:i) == '.') then
+            if (beyond_point) return
+            beyond_point = .true.
+         else if (is_digit(s(i:i))) then
+            n_read = n_read + 1
+            if (n_digits == 0 .and. s(i:i) == '0') then
+               if (beyond_point) scaling = scaling - 1
+               cycle
+            end if
+            if (.not. beyond_point) scaling = scaling + 1
+            if (n_digits < max_digits - 1) then
+               n_digits = n_digits + 1
+               digits(n_digits:n_digits) = s(i:i)
+            else
+               remainder = remainder .or. s(i:i) /= '0'
+            end if
+         else
+            exit
+         end if
+      end do
+      if (n_read == 0) return
+
+      exponent = 0
+      if (i <= len(s)) then
+         if (scan(s(i:i), 'eEdD') == 1) then
+            i = i + 1
+         else if (scan(s(i:i), '+-') == 0) then
+            return
+         end if
+         if (i > len(s)) return
+         negative_exponent = s(i:i) == '-'
+         if (scan(s(i:i), '+-') == 1) i = i + 1
+         if (i > len(s)) return
+         do i = i, len(s)
+            if (.not. is_digit(s(i:i))) return
+            exponent = min(10 * exponent + iachar(s(i:i)) - iachar('0'), max_exponent)
+         end do
+         if (negative_exponent) exponent = -exponent
+      end if
+      valid = .true.
+
+      scaling = scaling + exponent
+      if (remainder) then
+         n_digits = max_digits
+         digits(n_digits:) = '1'
+      end if
+      if (n_digits == 0 .or. scaling < floor_scale) then
+         x = signed(0.0_wp, negative)
+         return
+      end if
+      leading = repeat('0', len(leading))
+      leading(1:min(n_digits, len(leading))) = digits(1:min(n_digits, len(leading)))
+      if (scaling > ceiling_scale &
+         & .or. (scaling == ceiling_scale .and. leading >= ceiling_digits)) then
+         x = signed(transfer(infinity_bits, 1.0_wp), negative)
+         return
+      end if
+      write (buffer, '(3a,i0)') '0.', digits(1:n_digits), 'e', scaling
+      read (buffer, *, iostat=stat) x
+      if (stat /= 0) then
+         valid = .false.
+         x = transfer(nan_bits, 1.0_wp)
+         return
+      end if
+      x = signed(x, negative)
+   end subroutine read_real
+
+   !> Whether a text without sign is one of the forms of infinity and NaN.
+   pure function is_special(s) result(special)
+      !> Text to look at.
+      character(len=*), intent(in) :: s
+      !> The answer.
+      logical :: special
+
+      character(len=*), parameter :: allowed = &
+         & 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_'
+
+      special = .false.
+      select case (len(s))
+      case (:2)
+         continue
+      case (3)
+         special = lower(s) == 'inf' .or. lower(s) == 'nan'
+      case (4)
+         continue
+      case default
+         if (len(s) == 8) special = lower(s) == 'infinity'
+         if (lower(s(1:4)) == 'nan(' .and. s(len(s):) == ')') then
+            special = verify(s(5:len(s) - 1), allowed) == 0
+         end if
+      end select
+   end function is_special
+
+   !> Magnitude with a sign; also for zero and infinity.
+   pure function signed(magnitude, negative) result(x)
+      !> Number without sign.
+      real(wp), intent(in) :: magnitude
+      !> Whether the result is negative.
+      logical, intent(in) :: negative
+      !> Number with sign.
+      real(wp) :: x
+
+      x = magnitude
+      if (negative) x = sign(magnitude, -1.0_wp)
+   end function signed
+
+   !> Whether a character is a decimal digit.
+   pure function is_digit(c) result(digit)
+      !> Character to look at.
+      character(len=1), intent(in) :: c
+      !> The answer.
+      logical :: digit
+
+      digit = c >= '0' .and. c <= '9'
+   end function is_digit
+
+   !> Fortran character literal of a text, with quotes in it doubled.
+   pure function quote(s) result(t)
+      !> Text to quote.
+      character(len=*), intent(in) :: s
+      !> The literal.
+      character(len=:), allocatable :: t
+
+      integer :: i, n
+
+      n = 2 + len(s)
+      do i = 1, len(s)
+         if (s(i:i) == '''') n = n + 1
+      end do
+      allocate(character(len=n) :: t)
+      t(1:1) = ''''
+      n = 1
+      do i = 1, len(s)
+         n = n + 1
+         t(n:n) = s(i:i)
+         if (s(i:i) == '''') then
+            n = n + 1
+            t(n:n) = ''''
+         end if
+      end do
+      t(n + 1:) = ''''
+   end function quote
+
+   !> Texts of a list one after the other with a separator between them.
+   pure function join(list, separator) result(t)
+      !> Texts to join; one that is not allocated counts as empty.
+      type(string_type), intent(in) :: list(:)
+      !> Text between two of them.
+      character(len=*), intent(in) :: separator
+      !> The joined text.
+      character(len=:), allocatable :: t
+
+      integer :: i
+
+      t = ''
+      do i = 1, size(list)
+         if (i > 1) t = t // separator
+         if (allocated(list(i)%s)) t = t // list(i)%s
+      end do
+   end function join
+
+   !> Text cut to a number of bytes and ended by `...` if it is longer; never cuts a character.
+   pure function shorten(s, width) result(t)
+      !> Text to shorten.
+      character(len=*), intent(in) :: s
+      !> Largest number of bytes of the result, at least 3.
+      integer, intent(in) :: width
+      !> The shortened text.
+      character(len=:), allocatable :: t
+
+      integer :: last
+
+      if (len(s) <= width) then
+         t = s
+         return
+      end if
+      ! Bytes 128 to 191 continue a character of UTF-8.
+      last = max(width - 3, 0)
+      do while (last > 0)
+         if (iand(ichar(s(last + 1:last + 1)), 192) /= 128) exit
+         last = last - 1
+      end do
+      t = s(1:last) // '...'
+   end function shorten
+
+   !> Whether a text begins with another.
+   pure function starts_with(s, prefix) result(does)
+      !> Text to look at.
+      character(len=*), intent(in) :: s
+      !> Beginning to look for.
+      character(len=*), intent(in) :: prefix
+      !> The answer.
+      logical :: does
+
+      does = .false.
+      if (len(s) >= len(prefix)) does = s(1:len(prefix)) == prefix
+   end function starts_with
+
+   !> Damerau-Levenshtein distance of two texts (optimal string alignment): the number of
+   !> insertions, deletions, substitutions and swaps of neighbours that turn one into the other.
+   pure function edit_distance(a, b) result(distance)
+      !> First text.
+      character(len=*), intent(in) :: a
+      !> Second text.
+      character(len=*), intent(in) :: b
+      !> The distance.
+      integer :: distance
+
+      ! Rows i - 2, i - 1 and i of the table of distances between beginnings of the texts.
+      integer, allocatable :: before(:), previous(:), current(:)
+      integer :: cost, i, j
+
+      allocate(before(0:len(b)), previous(0:len(b)), current(0:len(b)))
+      before = 0
+      previous = 0
+      do j = 0, len(b)
+         current(j) = j
+      end do
+      do i = 1, len(a)
+         before = previous
+         previous = current
+         current(0) = i
+         do j = 1, len(b)
+            cost = 1
+            if (a(i:i) == b(j:j)) cost = 0
+            current(j) = min(previous(j) + 1, current(j - 1) + 1, previous(j - 1) + cost)
+            if (i > 1 .and. j > 1) then
+               if (a(i:i) == b(j - 1:j - 1) .and. a(i - 1:i - 1) == b(j:j)) then
+                  current(j) = min(current(j), before(j - 2) + 1)
+               end if
+            end if
+         end do
+      end do
+      distance = current(len(b))
+   end function edit_distance
+
+   !> Index of the candidate nearest to a word, 0 if none is near.
+   pure function nearest_character(word, candidates) result(best)
+      !> Word as the user wrote it; case does not matter.
+      character(len=*), intent(in) :: word
+      !> Known words; trailing blanks do not count.
+      character(len=*), intent(in) :: candidates(:)
+      !> Index of the nearest candidate or 0.
+      integer :: best
+
+      type(string_type), allocatable :: list(:)
+      integer :: i
+
+      allocate(list(size(candidates)))
+      do i = 1, size(candidates)
+         list(i)%s = trim(candidates(i))
+      end do
+      best = nearest_string(word, list)
+   end function nearest_character
+
+   !> Index of the candidate nearest to a word, 0 if none is near.
+   !>
+   !> Near means an edit distance of at most a third of the word's length (but 1 is always
+   !> allowed); failing that, a candidate that begins with the word, then one that contains it.
+   pure function nearest_string(word, candidates) result(best)
+      !> Word as the user wrote it; case does not matter.
+      character(len=*), intent(in) :: word
+      !> Known words.
+      type(string_type), intent(in) :: candidates(:)
+      !> Index of the nearest candidate or 0.
+      integer :: best
+
+      character(len=:), allocatable :: candidate, sought
+      integer :: containing, distance, i, limit, shortest, starting
+
+      best = 0
+      starting = 0
+      containing = 0
+      sought = lower(trim(word))
+      limit = max(1, len(sought) / 3)
+      shortest = min(limit + 1, len(sought))
+      do i = 1, size(candidates)
+         if (.not. allocated(candidates(i)%s)) cycle
+         candidate = lower(candidates(i)%s)
+         if (abs(len(candidate) - len(sought)) <= limit) then
+            distance = edit_distance(sought, candidate)
+            if (distance < shortest) then
+               shortest = distance
+               best = i
+            end if
+         end if
+         if (len(sought) >= shortest_part) then
+            if (starting == 0 .and. starts_with(candidate, sought)) starting = i
+            if (containing == 0 .and. index(candidate, sought) > 0) containing = i
+         end if
+      end do
+      if (best == 0) best = starting
+      if (best == 0) best = containing
+   end function nearest_string
+
+end module contensou_base_text

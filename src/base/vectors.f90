@@ -1,0 +1,37 @@
+!> Vectors in three dimensions.
+module contensou_base_vectors
+   use contensou_base_kinds, only : wp
+   implicit none(type, external)
+   private
+
+   public :: cross, any_perpendicular
+
+contains
+
+   !> Vector product `a x b`.
+   pure function cross(a, b) result(c)
+      !> First factor.
+      real(wp), intent(in) :: a(3)
+      !> Second factor.
+      real(wp), intent(in) :: b(3)
+      real(wp) :: c(3)
+
+      c(1) = a(2)*b(3) - a(3)*b(2)
+      c(2) = a(3)*b(1) - a(1)*b(3)
+      c(3) = a(1)*b(2) - a(2)*b(1)
+   end function cross
+
+   !> A unit vector perpendicular to a given one, chosen without cancellation.
+   pure function any_perpendicular(n) result(e)
+      !> Vector of any length but zero.
+      real(wp), intent(in) :: n(3)
+      real(wp) :: e(3)
+      real(wp) :: axis(3)
+
+      axis = 0.0_wp
+      axis(minloc(abs(n), dim=1)) = 1.0_wp
+      e = cross(cross(n, axis), n)
+      e = e/norm2(e)
+   end function any_perpendicular
+
+end module contensou_base_vectors

@@ -1,0 +1,107 @@
+!> Friction part of a contact: a rung of the ladder with its parameters.
+module contensou_contact_friction
+   use contensou_base_kinds, only : wp
+   use contensou_contact_catalogue, only : model_info_type
+   use contensou_contact_spot, only : spot_shape_type
+   use contensou_contact_wrench, only : wrench_coulomb, wrench_exact, wrench_kernel, &
+      wrench_pade11, wrench_pade22, wrench_simplified
+   implicit none(type, external)
+   private
+
+   public :: friction_type, friction_model_type, friction_models
+
+   !> A friction model with its parameters.
+   type :: friction_type
+      !> Friction coefficient f [-].
+      real(wp) :: coefficient = 0.0_wp
+      !> Regularisation velocity delta [m/s].
+      real(wp) :: delta = 0.0_wp
+      !> Whether the drilling torque is part of the model.
+      logical :: drilling = .true.
+      !> The rung.
+      procedure(wrench_kernel), pointer, nopass :: kernel => null()
+   contains
+      !> Wrench in SI units.
+      procedure :: wrench
+   end type friction_type
+
+   !> An entry of the table.
+   type :: friction_model_type
+      !> What a user reads.
+      type(model_info_type) :: info
+      !> The rung; not associated for `none`.
+      procedure(wrench_kernel), pointer, nopass :: kernel => null()
+      !> Whether a regularisation velocity must be given.
+      logical :: needs_delta = .false.
+      !> Whether the model has a drilling torque.
+      logical :: has_torque = .true.
+   end type friction_model_type
+
+contains
+
+   !> Table of the friction models.
+   function friction_models() result(models)
+      type(friction_model_type), allocatable :: models(:)
+      character(len=*), parameter :: keys = "friction_coefficient [-], drilling, " // &
+         "regularization_velocity [m/s] (default 0: no regularisation)"
+
+      allocate(models(6))
+      models(1)%info = model_info_type("none", "no friction", "", "")
+      models(1)%has_torque = .false.
+      models(2)%info = model_info_type("coulomb", &
+         "regularised Amontons-Coulomb: |F| = f N min(v/delta, 1), no torque", &
+         "friction_coefficient [-], regularization_velocity [m/s] (mandatory)", &
+         "C. A. Coulomb, Theorie des machines simples, 1785")
+      models(2)%kernel => wrench_coulomb
+      models(2)%needs_delta = .true.
+      models(2)%has_torque = .false.
+      models(3)%info = model_info_type("contensou_simplified", &
+         "piecewise linear: force linear in u = v/(a|w|) up to 1/k, torque k_T then T1/u", &
+         keys, "Kosenko and Aleksandrov, 7th Modelica Conference (2009) 288")
+      models(3)%kernel => wrench_simplified
+      models(4)%info = model_info_type("pade11", &
+         "Pade, one term at rest and at infinity: F = k u/(1 + k u), T = k_T T1/(T1 + k_T u)", &
+         keys, "V. Ph. Zhuravlev, J. Appl. Math. Mech. 62 (1998) 705")
+      models(4)%kernel => wrench_pade11
+      models(5)%info = model_info_type("pade22", &
+         "Pade, two terms at rest and at infinity", &
+         keys, "V. Ph. Zhuravlev, J. Appl. Math. Mech. 67 (2003) 137")
+      models(5)%kernel => wrench_pade22
+      models(6)%info = model_info_type("contensou_exact", &
+         "exact Contensou-Erismann wrench of the Hertz pressure", &
+         keys, "P. Contensou, in: Kreiselprobleme, 1963; Th. Erismann, ZAMP 5 (1954) 355")
+      models(6)%kernel => wrench_exact
+   end function friction_models
+
+   !> Friction force and torque on the body that slips, in the axes of the spot.
+   pure subroutine wrench(self, load, shape, a, vx, vy, w, fx, fy, torque)
+      !> The part.
+      class(friction_type), intent(in) :: self
+      !> Normal force N [N], >= 0.
+      real(wp), intent(in) :: load
+      !> Shape of the spot.
+      type(spot_shape_type), intent(in) :: shape
+      !> Major semi-axis [m], >= 0.
+      real(wp), intent(in) :: a
+      !> Sliding velocity along the major axis [m/s].
+      real(wp), intent(in) :: vx
+      !> Sliding velocity along the minor axis [m/s].
+      real(wp), intent(in) :: vy
+      !> Spin about the normal [rad/s].
+      real(wp), intent(in) :: w
+      !> Force along the major axis [N].
+      real(wp), intent(out) :: fx
+      !> Force along the minor axis [N].
+      real(wp), intent(out) :: fy
+      !> Torque about the normal [N m].
+      real(wp), intent(out) :: torque
+      real(wp) :: limit
+
+      call self%kernel(shape, vx, vy, a*w, self%delta, self%drilling, fx, fy, torque)
+      limit = self%coefficient*load
+      fx = limit*fx
+      fy = limit*fy
+      torque = limit*a*torque
+   end subroutine wrench
+
+end module contensou_contact_friction

@@ -1,0 +1,168 @@
+!> From the description of a scene to the equations of motion.
+module contensou_dynamics_assembly
+   use contensou_base_kinds, only : wp
+   use contensou_contact_damping, only : damping_model_type, damping_models, &
+      hunt_crossley_number, restitution_any_speed, restitution_at_speed, tsuji_factor
+   use contensou_contact_friction, only : friction_model_type, friction_models
+   use contensou_contact_geometry, only : new_geometry
+   use contensou_contact_hertz, only : effective_modulus
+   use contensou_contact_law, only : contact_law_type
+   use contensou_contact_normal, only : new_normal
+   use contensou_dynamics_scene, only : contact_spec_type, scene_type
+   use contensou_dynamics_system, only : body_size, system_type
+   implicit none(type, external)
+   private
+
+   public :: assemble, initial_state, contact_length, largest_relative_approach
+
+   !> Smallest impact speed that a restitution per impact distinguishes [m/s].
+   real(wp), parameter :: slowest_impact = 1.0e-3_wp
+
+   !> Largest approach over the smallest radius of curvature: beyond it the half-space theory of
+   !> Hertz has no meaning.
+   real(wp), parameter :: largest_relative_approach = 0.1_wp
+
+contains
+
+   !> Equations of motion of a checked scene.
+   subroutine assemble(scene, system)
+      !> The scene; its pairs of surfaces are supported.
+      type(scene_type), intent(in) :: scene
+      !> The equations of motion.
+      type(system_type), intent(out) :: system
+      integer :: i
+
+      system%gravity = scene%gravity
+      allocate(system%bodies(size(scene%bodies)), system%contacts(size(scene%contacts)))
+      do i = 1, size(scene%bodies)
+         system%bodies(i)%mass = scene%bodies(i)%mass
+         system%bodies(i)%inertia = scene%bodies(i)%inertia
+      end do
+      do i = 1, size(scene%contacts)
+         associate (spec => scene%contacts(i), contact => system%contacts(i))
+            contact%a = scene%surfaces(spec%surfaces(1))%body
+            contact%b = scene%surfaces(spec%surfaces(2))%body
+            call set_law(scene, spec, contact%law)
+         end associate
+      end do
+      call system%prepare()
+   end subroutine assemble
+
+   !> The four parts of a contact.
+   subroutine set_law(scene, spec, law)
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> The contact.
+      type(contact_spec_type), intent(in) :: spec
+      !> Its law.
+      type(contact_law_type), intent(inout) :: law
+      type(damping_model_type), allocatable :: damping(:)
+      type(friction_model_type), allocatable :: friction(:)
+      real(wp) :: modulus, mass
+
+      associate (a => scene%surfaces(spec%surfaces(1)), b => scene%surfaces(spec%surfaces(2)))
+         call new_geometry(a%surface, b%surface, law%geometry)
+         associate (ma => scene%materials(a%material), mb => scene%materials(b%material))
+            modulus = effective_modulus(ma%young, ma%poisson, mb%young, mb%poisson)
+         end associate
+         law%normal = new_normal(modulus, 0.5_wp/law%geometry%smallest_radius())
+         law%largest_approach = largest_relative_approach*law%geometry%smallest_radius()
+
+         damping = damping_models()
+         if (associated(damping(spec%damping)%kernel)) then
+            allocate(law%damping)
+            law%damping%kernel => damping(spec%damping)%kernel
+            law%damping%coefficient = spec%damping_coefficient
+            mass = reduced_mass(scene, a%body, b%body)
+            select case (damping(spec%damping)%restitution)
+            case (restitution_at_speed)
+               if (spec%restitution > 0.0_wp) then
+                  law%damping%impact_number = hunt_crossley_number(spec%restitution)
+                  law%damping%slowest_impact = max(slowest_impact, spec%impact_velocity)
+                  call law%damping%begin_impact(spec%impact_velocity)
+                  if (spec%impact_velocity > 0.0_wp) law%damping%impact_number = 0.0_wp
+               end if
+            case (restitution_any_speed)
+               if (spec%restitution > 0.0_wp) law%damping%coefficient = &
+                  tsuji_factor(spec%restitution)
+               law%damping%coefficient = law%damping%coefficient*sqrt(mass*law%normal%stiffness)
+            end select
+         end if
+
+         friction = friction_models()
+         if (associated(friction(spec%friction)%kernel)) then
+            allocate(law%friction)
+            law%friction%kernel => friction(spec%friction)%kernel
+            law%friction%coefficient = spec%friction_coefficient
+            law%friction%delta = spec%regularization_velocity
+            law%friction%drilling = spec%drilling .and. friction(spec%friction)%has_torque
+         end if
+      end associate
+   end subroutine set_law
+
+   !> Reduced mass of two bodies [kg]; that of the other one if one is the ground.
+   pure function reduced_mass(scene, a, b) result(mass)
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> First body, 0 for the ground.
+      integer, intent(in) :: a
+      !> Second body, 0 for the ground.
+      integer, intent(in) :: b
+      real(wp) :: mass
+      real(wp) :: inverse
+
+      inverse = 0.0_wp
+      if (a > 0) inverse = inverse + 1.0_wp/scene%bodies(a)%mass
+      if (b > 0) inverse = inverse + 1.0_wp/scene%bodies(b)%mass
+      mass = 1.0_wp/inverse
+   end function reduced_mass
+
+   !> State at the beginning.
+   pure function initial_state(scene, n) result(y)
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> Length of the state.
+      integer, intent(in) :: n
+      real(wp) :: y(n)
+      integer :: i, k
+
+      y = 0.0_wp
+      do i = 1, size(scene%bodies)
+         k = body_size*(i - 1)
+         associate (body => scene%bodies(i))
+            y(k + 1:k + 3) = body%position
+            y(k + 4:k + 7) = body%quaternion
+            y(k + 8:k + 10) = body%velocity
+            y(k + 11:k + 13) = body%spin
+         end associate
+      end do
+   end function initial_state
+
+   !> Length scale of the contacts of a scene [m]: the smallest overlap under gravity, or without
+   !> gravity that of an impact at a given speed; 1e-6 m without contacts.
+   pure function contact_length(scene, system, speed) result(length)
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> Its equations of motion.
+      type(system_type), intent(in) :: system
+      !> Speed of the impact [m/s], > 0.
+      real(wp), intent(in) :: speed
+      real(wp) :: length
+      real(wp) :: mass, g, stiffness
+      integer :: i
+
+      length = huge(length)
+      g = norm2(scene%gravity)
+      do i = 1, size(system%contacts)
+         mass = reduced_mass(scene, system%contacts(i)%a, system%contacts(i)%b)
+         stiffness = system%contacts(i)%law%normal%stiffness
+         if (g > 0.0_wp) then
+            length = min(length, (mass*g/stiffness)**(2.0_wp/3.0_wp))
+         else
+            length = min(length, (1.25_wp*mass*speed**2/stiffness)**0.4_wp)
+         end if
+      end do
+      if (size(system%contacts) == 0) length = 1.0e-6_wp
+   end function contact_length
+
+end module contensou_dynamics_assembly

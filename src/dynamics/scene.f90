@@ -1,0 +1,123 @@
+!> Description of a scene as read, checked and resolved: plain data, no behaviour.
+module contensou_dynamics_scene
+   use contensou_base_kinds, only : wp
+   use contensou_contact_geometry, only : surface_type
+   implicit none(type, external)
+   private
+
+   public :: scene_type, material_spec_type, body_spec_type, surface_spec_type
+   public :: contact_spec_type, integrator_spec_type, output_spec_type
+
+   !> Elastic material.
+   type :: material_spec_type
+      !> Name.
+      character(len=:), allocatable :: name
+      !> Young's modulus [Pa].
+      real(wp) :: young = 0.0_wp
+      !> Poisson's ratio [-].
+      real(wp) :: poisson = 0.0_wp
+   end type material_spec_type
+
+   !> Rigid body and its initial state.
+   type :: body_spec_type
+      !> Name.
+      character(len=:), allocatable :: name
+      !> Mass [kg].
+      real(wp) :: mass = 0.0_wp
+      !> Principal moments of inertia about the centre of mass, body axes [kg m2].
+      real(wp) :: inertia(3) = 0.0_wp
+      !> Centre of mass [m], inertial frame.
+      real(wp) :: position(3) = 0.0_wp
+      !> Unit quaternion (w, x, y, z), body to inertial frame.
+      real(wp) :: quaternion(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      !> Velocity of the centre of mass [m/s], inertial frame.
+      real(wp) :: velocity(3) = 0.0_wp
+      !> Angular velocity [rad/s], body frame.
+      real(wp) :: spin(3) = 0.0_wp
+   end type body_spec_type
+
+   !> Surface on a body.
+   type :: surface_spec_type
+      !> Name.
+      character(len=:), allocatable :: name
+      !> Index of the body; 0 for the ground.
+      integer :: body = 0
+      !> Index of the material.
+      integer :: material = 0
+      !> The surface in the frame of its body.
+      type(surface_type) :: surface
+   end type surface_spec_type
+
+   !> Contact of two surfaces.
+   type :: contact_spec_type
+      !> Name.
+      character(len=:), allocatable :: name
+      !> Indices of the surfaces A and B.
+      integer :: surfaces(2) = 0
+      !> Index into `normal_models`.
+      integer :: normal = 1
+      !> Index into `damping_models`.
+      integer :: damping = 1
+      !> Coefficient of the damping law, in its unit.
+      real(wp) :: damping_coefficient = 0.0_wp
+      !> Coefficient of restitution [-]; 0 when the coefficient is given instead.
+      real(wp) :: restitution = 0.0_wp
+      !> Impact speed at which `restitution` holds [m/s]; 0 for that of each impact.
+      real(wp) :: impact_velocity = 0.0_wp
+      !> Index into `friction_models`.
+      integer :: friction = 1
+      !> Friction coefficient [-].
+      real(wp) :: friction_coefficient = 0.0_wp
+      !> Regularisation velocity [m/s].
+      real(wp) :: regularization_velocity = 0.0_wp
+      !> Whether the drilling torque acts.
+      logical :: drilling = .true.
+   end type contact_spec_type
+
+   !> How to integrate.
+   type :: integrator_spec_type
+      !> Method, as in the scene.
+      character(len=:), allocatable :: method
+      !> Relative tolerance [-].
+      real(wp) :: rtol = 0.0_wp
+      !> Length that the tolerance of a position refers to [m]; 0 to derive it from the scene.
+      real(wp) :: length_scale = 0.0_wp
+      !> Velocity below which tolerances are absolute [m/s].
+      real(wp) :: velocity_scale = 0.0_wp
+      !> Angular velocity below which tolerances are absolute [rad/s].
+      real(wp) :: angular_velocity_scale = 0.0_wp
+      !> Largest step [s]; 0 for no bound.
+      real(wp) :: max_step = 0.0_wp
+   end type integrator_spec_type
+
+   !> What to write.
+   type :: output_spec_type
+      !> Name of the output file.
+      character(len=:), allocatable :: file
+      !> Time between rows [s].
+      real(wp) :: interval = 0.0_wp
+   end type output_spec_type
+
+   !> A scene.
+   type :: scene_type
+      !> Title.
+      character(len=:), allocatable :: title
+      !> Acceleration of gravity [m/s2], inertial frame.
+      real(wp) :: gravity(3) = 0.0_wp
+      !> End of the simulated time [s].
+      real(wp) :: t_end = 0.0_wp
+      !> Materials.
+      type(material_spec_type), allocatable :: materials(:)
+      !> Bodies, without the ground.
+      type(body_spec_type), allocatable :: bodies(:)
+      !> Surfaces.
+      type(surface_spec_type), allocatable :: surfaces(:)
+      !> Contacts.
+      type(contact_spec_type), allocatable :: contacts(:)
+      !> How to integrate.
+      type(integrator_spec_type) :: integrator
+      !> What to write.
+      type(output_spec_type) :: output
+   end type scene_type
+
+end module contensou_dynamics_scene

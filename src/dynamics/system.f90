@@ -1,0 +1,371 @@
+!> Rigid bodies with contacts: the equations of motion.
+!>
+!> State of a body, 13 numbers: centre of mass r (inertial), quaternion q (w, x, y, z; body to
+!> inertial; its norm carries no meaning), velocity v (inertial), angular velocity (body frame).
+!> After the bodies come, only if the scene has the effect, the work lost in friction and the work
+!> lost in damping, so that a run closes its own energy balance.
+!> Newton-Euler: m v' = m g + F, I w' = T - w x (I w) about the principal axes.
+module contensou_dynamics_system
+   use contensou_base_kinds, only : wp
+   use contensou_base_rotations, only : quaternion_rate, rotation_matrix, unit_quaternion
+   use contensou_base_vectors, only : cross
+   use contensou_contact_geometry, only : contact_point_type, pose_type
+   use contensou_contact_law, only : contact_law_type, contact_load_type
+   implicit none(type, external)
+   private
+
+   public :: system_type, body_type, contact_type, contact_report_type, body_size
+
+   !> Numbers of state per body.
+   integer, parameter :: body_size = 13
+
+   !> Inertia of a rigid body.
+   type :: body_type
+      !> Mass [kg].
+      real(wp) :: mass = 0.0_wp
+      !> Principal moments of inertia [kg m2].
+      real(wp) :: inertia(3) = 0.0_wp
+   end type body_type
+
+   !> Two bodies and the law between them.
+   type :: contact_type
+      !> Body A; 0 is the ground.
+      integer :: a = 0
+      !> Body B; 0 is the ground.
+      integer :: b = 0
+      !> The law.
+      type(contact_law_type) :: law
+   end type contact_type
+
+   !> What an output row says of a contact.
+   type :: contact_report_type
+      !> Geometry.
+      type(contact_point_type) :: at
+      !> Load, zero when open.
+      type(contact_load_type) :: load
+      !> Semi-axes of the spot [m], zero when open.
+      real(wp) :: semi_axes(2) = 0.0_wp
+      !> Elastic energy [J].
+      real(wp) :: elastic_energy = 0.0_wp
+   end type contact_report_type
+
+   !> The equations of motion, with the space they need; one instance per thread.
+   type :: system_type
+      !> Acceleration of gravity [m/s2].
+      real(wp) :: gravity(3) = 0.0_wp
+      !> Bodies, without the ground.
+      type(body_type), allocatable :: bodies(:)
+      !> Contacts.
+      type(contact_type), allocatable :: contacts(:)
+      !> Length of the state.
+      integer :: n = 0
+      !> Index of the work of friction in the state; 0 without friction.
+      integer :: friction_index = 0
+      !> Index of the work of damping in the state; 0 without damping.
+      integer :: damping_index = 0
+      !> Contact whose approach left the domain of the model in the last call; 0 for none.
+      integer :: too_deep = 0
+      !> Poses of the ground (0) and the bodies.
+      type(pose_type), allocatable, private :: pose(:)
+      !> Forces on the ground (0) and the bodies [N].
+      real(wp), allocatable, private :: force(:, :)
+      !> Torques about the centres of mass [N m], inertial frame.
+      real(wp), allocatable, private :: torque(:, :)
+   contains
+      !> Make ready after bodies and contacts are set.
+      procedure :: prepare
+      !> Time derivative of the state.
+      procedure :: derivative
+      !> Gaps of all contacts.
+      procedure :: gaps
+      !> Rates of all gaps.
+      procedure :: gap_rates
+      !> Pose of a body.
+      procedure :: pose_of
+      !> Report on a contact.
+      procedure :: report
+      !> Kinetic and potential energy.
+      procedure :: energies
+      !> Linear momentum, and angular momentum about the origin.
+      procedure :: momenta
+   end type system_type
+
+contains
+
+   !> Lay out the state and the workspace.
+   subroutine prepare(self)
+      !> The system.
+      class(system_type), intent(inout) :: self
+      integer :: i, nb
+
+      nb = size(self%bodies)
+      self%n = body_size*nb
+      self%friction_index = 0
+      self%damping_index = 0
+      if (any([(allocated(self%contacts(i)%law%friction), i=1, size(self%contacts))])) then
+         self%n = self%n + 1
+         self%friction_index = self%n
+      end if
+      if (any([(allocated(self%contacts(i)%law%damping), i=1, size(self%contacts))])) then
+         self%n = self%n + 1
+         self%damping_index = self%n
+      end if
+      if (allocated(self%pose)) deallocate(self%pose, self%force, self%torque)
+      allocate(self%pose(0:nb), self%force(3, 0:nb), self%torque(3, 0:nb))
+   end subroutine prepare
+
+   !> Time derivative of the state. Allocates nothing.
+   subroutine derivative(self, y, rate)
+      !> The system; its workspace is changed, and `too_deep`.
+      class(system_type), intent(inout) :: self
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Its time derivative; not set when `too_deep` is not zero.
+      real(wp), intent(out) :: rate(:)
+      integer :: i, k
+      real(wp) :: w(3), angular(3), inertia(3), friction_power, damping_power
+
+      call set_poses(self, y)
+      do i = 1, size(self%bodies)
+         self%force(:, i) = self%bodies(i)%mass*self%gravity
+         self%torque(:, i) = 0.0_wp
+      end do
+      friction_power = 0.0_wp
+      damping_power = 0.0_wp
+      self%too_deep = 0
+      do i = 1, size(self%contacts)
+         call add_contact(self, self%contacts(i), i, friction_power, damping_power)
+         if (self%too_deep > 0) return
+      end do
+      do i = 1, size(self%bodies)
+         k = body_size*(i - 1)
+         inertia = self%bodies(i)%inertia
+         w = y(k + 11:k + 13)
+         angular = inertia*w
+         rate(k + 1:k + 3) = y(k + 8:k + 10)
+         rate(k + 4:k + 7) = quaternion_rate(y(k + 4:k + 7), w)
+         rate(k + 8:k + 10) = self%force(:, i)/self%bodies(i)%mass
+         rate(k + 11:k + 13) = (matmul(self%torque(:, i), self%pose(i)%rotation) &
+            - cross(w, angular))/inertia
+      end do
+      if (self%friction_index > 0) rate(self%friction_index) = friction_power
+      if (self%damping_index > 0) rate(self%damping_index) = damping_power
+   end subroutine derivative
+
+   !> Add the load of a contact to its bodies.
+   subroutine add_contact(self, contact, index, friction_power, damping_power)
+      !> The system.
+      type(system_type), intent(inout) :: self
+      !> The contact.
+      type(contact_type), intent(in) :: contact
+      !> Its index.
+      integer, intent(in) :: index
+      !> Power lost in friction so far [W].
+      real(wp), intent(inout) :: friction_power
+      !> Power lost in damping so far [W].
+      real(wp), intent(inout) :: damping_power
+      type(contact_point_type) :: at
+      type(contact_load_type) :: load
+      real(wp) :: gap, force(3), torque(3), velocity(3), spin(3)
+
+      associate (a => self%pose(contact%a), b => self%pose(contact%b))
+         gap = contact%law%geometry%gap(a, b)
+         if (gap >= 0.0_wp) return
+         if (-gap > contact%law%largest_approach) then
+            self%too_deep = index
+            return
+         end if
+         call contact%law%geometry%locate(a, b, gap, at)
+         call relative_motion(a, b, at%point, velocity, spin)
+         call contact%law%evaluate(at, velocity, spin, load)
+         force = load%normal_force*at%normal
+         if (allocated(contact%law%friction)) then
+            force = force + load%friction_force
+            torque = load%friction_torque*at%normal
+            self%torque(:, contact%a) = self%torque(:, contact%a) - torque
+            self%torque(:, contact%b) = self%torque(:, contact%b) + torque
+            friction_power = friction_power + load%friction_power
+         end if
+         damping_power = damping_power + load%damping_power
+         self%force(:, contact%a) = self%force(:, contact%a) - force
+         self%force(:, contact%b) = self%force(:, contact%b) + force
+         self%torque(:, contact%a) = self%torque(:, contact%a) - cross(at%point - a%position, force)
+         self%torque(:, contact%b) = self%torque(:, contact%b) + cross(at%point - b%position, force)
+      end associate
+   end subroutine add_contact
+
+   !> Velocity of B against A at a point, and angular velocity of B against A.
+   pure subroutine relative_motion(a, b, point, velocity, spin)
+      !> Pose of A.
+      type(pose_type), intent(in) :: a
+      !> Pose of B.
+      type(pose_type), intent(in) :: b
+      !> Point [m].
+      real(wp), intent(in) :: point(3)
+      !> Velocity [m/s].
+      real(wp), intent(out) :: velocity(3)
+      !> Angular velocity [rad/s].
+      real(wp), intent(out) :: spin(3)
+
+      velocity = b%velocity + cross(b%spin, point - b%position) &
+         - a%velocity - cross(a%spin, point - a%position)
+      spin = b%spin - a%spin
+   end subroutine relative_motion
+
+   !> Poses of all bodies.
+   subroutine set_poses(self, y)
+      !> The system.
+      class(system_type), intent(inout) :: self
+      !> State.
+      real(wp), intent(in) :: y(:)
+      integer :: i, k
+
+      do i = 1, size(self%bodies)
+         k = body_size*(i - 1)
+         self%pose(i)%position = y(k + 1:k + 3)
+         self%pose(i)%rotation = rotation_matrix(y(k + 4:k + 7))
+         self%pose(i)%velocity = y(k + 8:k + 10)
+         self%pose(i)%spin = matmul(self%pose(i)%rotation, y(k + 11:k + 13))
+      end do
+   end subroutine set_poses
+
+   !> Gaps of all contacts [m].
+   subroutine gaps(self, y, gap)
+      !> The system; its workspace is changed.
+      class(system_type), intent(inout) :: self
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Gap of each contact, negative for overlap [m].
+      real(wp), intent(out) :: gap(:)
+      integer :: i
+
+      call set_poses(self, y)
+      do i = 1, size(self%contacts)
+         associate (c => self%contacts(i))
+            gap(i) = c%law%geometry%gap(self%pose(c%a), self%pose(c%b))
+         end associate
+      end do
+   end subroutine gaps
+
+   !> Rates of all gaps [m/s].
+   subroutine gap_rates(self, y, rate)
+      !> The system; its workspace is changed.
+      class(system_type), intent(inout) :: self
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Rate of each gap, negative for approach [m/s].
+      real(wp), intent(out) :: rate(:)
+      type(contact_point_type) :: at
+      real(wp) :: velocity(3), spin(3)
+      integer :: i
+
+      call set_poses(self, y)
+      do i = 1, size(self%contacts)
+         associate (a => self%pose(self%contacts(i)%a), b => self%pose(self%contacts(i)%b), &
+            geometry => self%contacts(i)%law%geometry)
+            call geometry%locate(a, b, geometry%gap(a, b), at)
+            call relative_motion(a, b, at%point, velocity, spin)
+            rate(i) = dot_product(velocity, at%normal)
+         end associate
+      end do
+   end subroutine gap_rates
+
+   !> Pose of a body, and its unit quaternion.
+   subroutine pose_of(self, y, body, pose, quaternion)
+      !> The system.
+      class(system_type), intent(in) :: self
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Index of the body, 1 to the number of bodies.
+      integer, intent(in) :: body
+      !> Its pose.
+      type(pose_type), intent(out) :: pose
+      !> Unit quaternion (w, x, y, z), body to inertial.
+      real(wp), intent(out) :: quaternion(4)
+      integer :: k
+
+      k = body_size*(body - 1)
+      quaternion = unit_quaternion(y(k + 4:k + 7))
+      pose%position = y(k + 1:k + 3)
+      pose%rotation = rotation_matrix(quaternion)
+      pose%velocity = y(k + 8:k + 10)
+      pose%spin = matmul(pose%rotation, y(k + 11:k + 13))
+   end subroutine pose_of
+
+   !> All that an output row says of a contact.
+   subroutine report(self, y, index, row)
+      !> The system; its workspace is changed.
+      class(system_type), intent(inout) :: self
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Index of the contact.
+      integer, intent(in) :: index
+      !> The report.
+      type(contact_report_type), intent(out) :: row
+      real(wp) :: velocity(3), spin(3), gap
+
+      call set_poses(self, y)
+      associate (c => self%contacts(index))
+         associate (a => self%pose(c%a), b => self%pose(c%b), law => c%law)
+            gap = law%geometry%gap(a, b)
+            call law%geometry%locate(a, b, gap, row%at)
+            if (gap >= 0.0_wp) return
+            call relative_motion(a, b, row%at%point, velocity, spin)
+            call law%evaluate(row%at, velocity, spin, row%load)
+            row%load%slip = velocity - dot_product(velocity, row%at%normal)*row%at%normal
+            row%load%spin = dot_product(spin, row%at%normal)
+            row%semi_axes(1) = law%normal%major_axis(-gap)
+            row%semi_axes(2) = law%normal%shape%k*row%semi_axes(1)
+            row%elastic_energy = law%normal%energy(-gap)
+         end associate
+      end associate
+   end subroutine report
+
+   !> Kinetic energy, and potential energy of gravity relative to the origin [J].
+   pure subroutine energies(self, y, kinetic, potential)
+      !> The system.
+      class(system_type), intent(in) :: self
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Kinetic energy [J].
+      real(wp), intent(out) :: kinetic
+      !> Potential energy [J].
+      real(wp), intent(out) :: potential
+      integer :: i, k
+
+      kinetic = 0.0_wp
+      potential = 0.0_wp
+      do i = 1, size(self%bodies)
+         k = body_size*(i - 1)
+         associate (body => self%bodies(i), v => y(k + 8:k + 10), w => y(k + 11:k + 13))
+            kinetic = kinetic + 0.5_wp*(body%mass*dot_product(v, v) + dot_product(body%inertia*w, w))
+            potential = potential - body%mass*dot_product(self%gravity, y(k + 1:k + 3))
+         end associate
+      end do
+   end subroutine energies
+
+   !> Linear momentum [kg m/s] and angular momentum about the origin [kg m2/s].
+   pure subroutine momenta(self, y, linear, angular)
+      !> The system.
+      class(system_type), intent(in) :: self
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Linear momentum [kg m/s].
+      real(wp), intent(out) :: linear(3)
+      !> Angular momentum about the origin [kg m2/s].
+      real(wp), intent(out) :: angular(3)
+      integer :: i, k
+
+      linear = 0.0_wp
+      angular = 0.0_wp
+      do i = 1, size(self%bodies)
+         k = body_size*(i - 1)
+         associate (body => self%bodies(i))
+            linear = linear + body%mass*y(k + 8:k + 10)
+            angular = angular + body%mass*cross(y(k + 1:k + 3), y(k + 8:k + 10)) &
+               + matmul(rotation_matrix(y(k + 4:k + 7)), body%inertia*y(k + 11:k + 13))
+         end associate
+      end do
+   end subroutine momenta
+
+end module contensou_dynamics_system

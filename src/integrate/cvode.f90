@@ -1,0 +1,384 @@
+!> CVODE of SUNDIALS, stepped one step at a time. The only module that names SUNDIALS.
+!>
+!> `cvode_bdf`: variable-order BDF with a dense Newton iteration; `cvode_adams`: variable-order
+!> Adams-Moulton with a fixed-point iteration.
+!> A. C. Hindmarsh et al., ACM Trans. Math. Software 31 (2005) 363.
+module contensou_integrate_cvode
+   use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_double, c_f_pointer, c_funloc, &
+      c_int, c_loc, c_long, c_null_char, c_null_ptr, c_ptr
+   use fcvode_mod, only : CV_ADAMS, CV_BDF, CV_CONV_FAILURE, CV_ERR_FAILURE, CV_FIRST_RHSFUNC_ERR, &
+      CV_LSETUP_FAIL, CV_ONE_STEP, CV_REPTD_RHSFUNC_ERR, CV_ROOT_RETURN, CV_TOO_MUCH_ACC, &
+      CV_TSTOP_RETURN, CV_UNREC_RHSFUNC_ERR, FCVode, FCVodeCreate, FCVodeFree, FCVodeGetDky, &
+      FCVodeGetIntegratorStats, FCVodeGetNonlinSolvStats, FCVodeGetNumJacEvals, &
+      FCVodeGetNumLinRhsEvals, FCVodeGetRootInfo, FCVodeInit, FCVodeReInit, FCVodeRootInit, &
+      FCVodeSetErrFile, FCVodeSetLinearSolver, FCVodeSetMaxConvFails, FCVodeSetMaxErrTestFails, &
+      FCVodeSetMaxHnilWarns, FCVodeSetMaxStep, FCVodeSetNoInactiveRootWarn, &
+      FCVodeSetNonlinearSolver, FCVodeSetStopTime, FCVodeSetUserData, FCVodeWFtolerances
+   use fnvector_serial_mod, only : FN_VMake_Serial
+   use fsundials_version_mod, only : FSUNDIALSGetVersion
+   use fsundials_context_mod, only : FSUNContext_Create, FSUNContext_Free
+   use fsundials_linearsolver_mod, only : FSUNLinSolFree, SUNLinearSolver
+   use fsundials_matrix_mod, only : FSUNMatDestroy, SUNMatrix
+   use fsundials_nonlinearsolver_mod, only : FSUNNonlinSolFree, SUNNonlinearSolver
+   use fsundials_nvector_mod, only : FN_VDestroy, FN_VGetArrayPointer, N_Vector
+   use fsunlinsol_dense_mod, only : FSUNLinSol_Dense
+   use fsunmatrix_dense_mod, only : FSUNDenseMatrix
+   use fsunnonlinsol_fixedpoint_mod, only : FSUNNonlinSol_FixedPoint
+   use contensou_base_errors, only : error_type, fatal, status_failed
+   use contensou_base_kinds, only : i8, wp
+   use contensou_integrate_problem, only : problem_type
+   implicit none(type, external)
+   private
+
+   public :: cvode_type, statistics_type, sundials_version
+
+   !> Counters of an integration.
+   type :: statistics_type
+      !> Steps taken.
+      integer(i8) :: steps = 0
+      !> Evaluations of the right-hand side, including those for Jacobians.
+      integer(i8) :: derivatives = 0
+      !> Jacobians.
+      integer(i8) :: jacobians = 0
+      !> Failed error tests.
+      integer(i8) :: error_test_failures = 0
+      !> Failed nonlinear iterations.
+      integer(i8) :: convergence_failures = 0
+      !> Size of the last step [s].
+      real(wp) :: last_step = 0.0_wp
+   end type statistics_type
+
+   !> What the callbacks get to see.
+   type :: handle_type
+      !> The problem.
+      class(problem_type), pointer :: problem => null()
+   end type handle_type
+
+   !> One integration.
+   type :: cvode_type
+      private
+      !> Memory of CVODE.
+      type(c_ptr) :: memory = c_null_ptr
+      !> SUNDIALS context, one per integration.
+      type(c_ptr) :: context = c_null_ptr
+      !> What the callbacks see.
+      type(handle_type), pointer :: handle => null()
+      !> State.
+      real(c_double), pointer, contiguous :: y(:) => null()
+      !> Space for interpolation.
+      real(c_double), pointer, contiguous :: y_between(:) => null()
+      !> Vector of `y`.
+      type(N_Vector), pointer :: vector => null()
+      !> Vector of `y_between`.
+      type(N_Vector), pointer :: vector_between => null()
+      !> Matrix of the Newton iteration.
+      type(SUNMatrix), pointer :: matrix => null()
+      !> Its solver.
+      type(SUNLinearSolver), pointer :: linear_solver => null()
+      !> Fixed-point iteration.
+      type(SUNNonlinearSolver), pointer :: fixed_point => null()
+      !> Counters of earlier starts.
+      type(statistics_type) :: before
+      !> End of time [s].
+      real(wp) :: t_end = 0.0_wp
+      !> Steps in a row that did not advance time.
+      integer :: standstill = 0
+   contains
+      !> Begin at a state.
+      procedure, public :: start
+      !> Advance by one step, or to the next event within it.
+      procedure, public :: step
+      !> State at a time within the last step.
+      procedure, public :: interpolate
+      !> Begin anew at a state after the right-hand side has changed.
+      procedure, public :: restart
+      !> Counters so far.
+      procedure, public :: statistics
+      !> Release everything.
+      procedure, public :: free
+   end type cvode_type
+
+contains
+
+   !> Version of SUNDIALS that is linked.
+   function sundials_version() result(text)
+      character(len=:), allocatable :: text
+      character(len=32, kind=c_char) :: buffer
+      integer :: last
+
+      buffer = ""
+      if (FSUNDIALSGetVersion(buffer, len(buffer)) /= 0) buffer = "unknown"
+      last = index(buffer, c_null_char) - 1
+      if (last < 0) last = len_trim(buffer)
+      text = buffer(:last)
+   end function sundials_version
+
+   !> Begin an integration.
+   subroutine start(self, problem, method, t, y, t_end, max_step, error)
+      !> The integration.
+      class(cvode_type), intent(inout) :: self
+      !> The problem; must outlive the integration.
+      class(problem_type), intent(in), target :: problem
+      !> `cvode_bdf` or `cvode_adams`.
+      character(len=*), intent(in) :: method
+      !> Initial time [s].
+      real(wp), intent(in) :: t
+      !> Initial state.
+      real(wp), intent(in) :: y(:)
+      !> The right-hand side is never evaluated beyond this time [s].
+      real(wp), intent(in) :: t_end
+      !> Largest step [s]; 0 for no bound.
+      real(wp), intent(in) :: max_step
+      !> Set when CVODE cannot be set up.
+      type(error_type), allocatable, intent(out) :: error
+      integer(c_int) :: flag
+      integer :: n
+
+      call self%free()
+      n = problem%n
+      allocate(self%handle)
+      self%handle%problem => problem
+      self%t_end = t_end
+      allocate(self%y(n), self%y_between(n))
+      self%y = y
+      flag = FSUNContext_Create(c_null_ptr, self%context)
+      self%vector => FN_VMake_Serial(int(n, i8), self%y, self%context)
+      self%vector_between => FN_VMake_Serial(int(n, i8), self%y_between, self%context)
+      self%memory = FCVodeCreate(merge(CV_ADAMS, CV_BDF, method == "cvode_adams"), self%context)
+      if (flag /= 0 .or. .not. c_associated(self%memory)) then
+         call fatal(error, "CVODE could not be set up", status_failed)
+         return
+      end if
+      flag = FCVodeSetErrFile(self%memory, c_null_ptr)
+      flag = min(flag, FCVodeInit(self%memory, c_funloc(derivative_callback), t, self%vector))
+      flag = min(flag, FCVodeSetUserData(self%memory, c_loc(self%handle)))
+      flag = min(flag, FCVodeWFtolerances(self%memory, c_funloc(weights_callback)))
+      if (method == "cvode_adams") then
+         self%fixed_point => FSUNNonlinSol_FixedPoint(self%vector, 0, self%context)
+         flag = min(flag, FCVodeSetNonlinearSolver(self%memory, self%fixed_point))
+      else
+         self%matrix => FSUNDenseMatrix(int(n, i8), int(n, i8), self%context)
+         self%linear_solver => FSUNLinSol_Dense(self%vector, self%matrix, self%context)
+         flag = min(flag, FCVodeSetLinearSolver(self%memory, self%linear_solver, self%matrix))
+      end if
+      if (problem%n_events > 0) flag = min(flag, FCVodeRootInit(self%memory, &
+         int(problem%n_events, c_int), c_funloc(events_callback)))
+      flag = min(flag, FCVodeSetNoInactiveRootWarn(self%memory))
+      flag = min(flag, FCVodeSetMaxHnilWarns(self%memory, -1_c_int))
+      ! From free flight into a stiff contact the step shrinks by many orders of magnitude.
+      flag = min(flag, FCVodeSetMaxErrTestFails(self%memory, 60_c_int))
+      flag = min(flag, FCVodeSetMaxConvFails(self%memory, 60_c_int))
+      flag = min(flag, FCVodeSetStopTime(self%memory, t_end))
+      if (max_step > 0.0_wp) flag = min(flag, FCVodeSetMaxStep(self%memory, max_step))
+      if (flag < 0) call fatal(error, "CVODE could not be set up", status_failed)
+   end subroutine start
+
+   !> Advance by one step, or to the next event within it.
+   subroutine step(self, t, y, events, error)
+      !> The integration.
+      class(cvode_type), intent(inout) :: self
+      !> Time reached [s].
+      real(wp), intent(inout) :: t
+      !> State there.
+      real(wp), intent(out) :: y(:)
+      !> For each event function: 1 it rose through zero here, -1 it fell, 0 no event.
+      integer, intent(out) :: events(:)
+      !> Set when the integration cannot go on; its message says why in CVODE's terms.
+      type(error_type), allocatable, intent(out) :: error
+      integer(c_int) :: flag, found(size(events))
+      real(c_double) :: reached(1)
+
+      events = 0
+      reached = t
+      flag = FCVode(self%memory, self%t_end, self%vector, reached, CV_ONE_STEP)
+      y = self%y
+      if (flag == CV_ROOT_RETURN) then
+         flag = FCVodeGetRootInfo(self%memory, found)
+         events = int(found)
+      end if
+      if (flag >= 0) then
+         self%standstill = merge(0, self%standstill + 1, reached(1) > t .or. any(events /= 0))
+         if (self%standstill > 1000) call fatal(error, &
+            "the step size fell below the resolution of time", status_failed)
+         t = reached(1)
+      else
+         call fatal(error, reason(flag), status_failed)
+      end if
+   end subroutine step
+
+   !> State at a time within the last step.
+   subroutine interpolate(self, t, y)
+      !> The integration.
+      class(cvode_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State there.
+      real(wp), intent(out) :: y(:)
+      integer(c_int) :: flag
+
+      flag = FCVodeGetDky(self%memory, t, 0_c_int, self%vector_between)
+      y = self%y_between
+      if (flag < 0) y = self%y
+   end subroutine interpolate
+
+   !> Begin anew at a state after the right-hand side has changed.
+   subroutine restart(self, t, y, error)
+      !> The integration.
+      class(cvode_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Set when CVODE refuses.
+      type(error_type), allocatable, intent(out) :: error
+      integer(c_int) :: flag
+
+      self%before = self%statistics()
+      self%y = y
+      flag = FCVodeReInit(self%memory, t, self%vector)
+      flag = min(flag, FCVodeSetStopTime(self%memory, self%t_end))
+      if (flag < 0) call fatal(error, "CVODE could not be started again", status_failed)
+   end subroutine restart
+
+   !> Counters so far.
+   function statistics(self) result(s)
+      !> The integration.
+      class(cvode_type), intent(in) :: self
+      type(statistics_type) :: s
+      integer(c_long) :: steps(1), derivatives(1), setups(1), failures(1), iterations(1)
+      integer(c_long) :: convergence(1), jacobians(1), linear(1)
+      integer(c_int) :: last_order(1), current_order(1), flag
+      real(c_double) :: first_step(1), last_step(1), current_step(1), current_time(1)
+
+      s = self%before
+      if (.not. c_associated(self%memory)) return
+      flag = FCVodeGetIntegratorStats(self%memory, steps, derivatives, setups, failures, &
+         last_order, current_order, first_step, last_step, current_step, current_time)
+      if (flag < 0) return
+      flag = FCVodeGetNonlinSolvStats(self%memory, iterations, convergence)
+      jacobians = 0
+      linear = 0
+      if (associated(self%matrix)) then
+         flag = FCVodeGetNumJacEvals(self%memory, jacobians)
+         flag = FCVodeGetNumLinRhsEvals(self%memory, linear)
+      end if
+      s%steps = s%steps + steps(1)
+      s%derivatives = s%derivatives + derivatives(1) + linear(1)
+      s%jacobians = s%jacobians + jacobians(1)
+      s%error_test_failures = s%error_test_failures + failures(1)
+      s%convergence_failures = s%convergence_failures + convergence(1)
+      s%last_step = last_step(1)
+   end function statistics
+
+   !> Release everything.
+   subroutine free(self)
+      !> The integration.
+      class(cvode_type), intent(inout) :: self
+      integer(c_int) :: flag
+
+      if (c_associated(self%memory)) call FCVodeFree(self%memory)
+      if (associated(self%linear_solver)) flag = FSUNLinSolFree(self%linear_solver)
+      if (associated(self%matrix)) call FSUNMatDestroy(self%matrix)
+      if (associated(self%fixed_point)) flag = FSUNNonlinSolFree(self%fixed_point)
+      if (associated(self%vector)) call FN_VDestroy(self%vector)
+      if (associated(self%vector_between)) call FN_VDestroy(self%vector_between)
+      if (c_associated(self%context)) flag = FSUNContext_Free(self%context)
+      if (associated(self%handle)) deallocate(self%handle)
+      if (associated(self%y)) deallocate(self%y, self%y_between)
+      self%memory = c_null_ptr
+      self%context = c_null_ptr
+      nullify(self%linear_solver, self%matrix, self%fixed_point, self%vector, self%vector_between)
+      self%before = statistics_type()
+      self%standstill = 0
+   end subroutine free
+
+   !> A return flag of CVODE in words.
+   pure function reason(flag) result(words)
+      !> Return flag.
+      integer(c_int), intent(in) :: flag
+      character(len=:), allocatable :: words
+
+      select case (flag)
+      case (CV_TOO_MUCH_ACC)
+         words = "the tolerance is below what double precision can resolve"
+      case (CV_ERR_FAILURE)
+         words = "the local error stays above the tolerance however small the step"
+      case (CV_CONV_FAILURE, CV_LSETUP_FAIL)
+         words = "the nonlinear iteration does not converge however small the step"
+      case (CV_FIRST_RHSFUNC_ERR)
+         words = "the initial state is outside the domain of the model"
+      case (CV_REPTD_RHSFUNC_ERR, CV_UNREC_RHSFUNC_ERR)
+         words = "the motion leaves the domain of the model"
+      case default
+         block
+            character(len=12) :: digits
+            write(digits, "(i0)") flag
+            words = "CVODE gave up with flag " // trim(digits)
+         end block
+      end select
+   end function reason
+
+   !> Right-hand side for CVODE.
+   function derivative_callback(t, vector_y, vector_rate, user_data) result(flag) bind(c)
+      !> Time [s].
+      real(c_double), intent(in), value :: t
+      !> State.
+      type(N_Vector) :: vector_y
+      !> Its time derivative.
+      type(N_Vector) :: vector_rate
+      !> The handle.
+      type(c_ptr), intent(in), value :: user_data
+      integer(c_int) :: flag
+      type(handle_type), pointer :: handle
+      real(c_double), pointer :: y(:), rate(:)
+      logical :: outside
+
+      call c_f_pointer(user_data, handle)
+      y => FN_VGetArrayPointer(vector_y)
+      rate => FN_VGetArrayPointer(vector_rate)
+      call handle%problem%derivative(t, y, rate, outside)
+      flag = merge(1_c_int, 0_c_int, outside)
+   end function derivative_callback
+
+   !> Event functions for CVODE.
+   function events_callback(t, vector_y, g, user_data) result(flag) bind(c)
+      !> Time [s].
+      real(c_double), intent(in), value :: t
+      !> State.
+      type(N_Vector) :: vector_y
+      !> Values.
+      type(c_ptr), intent(in), value :: g
+      !> The handle.
+      type(c_ptr), intent(in), value :: user_data
+      integer(c_int) :: flag
+      type(handle_type), pointer :: handle
+      real(c_double), pointer :: y(:), values(:)
+
+      call c_f_pointer(user_data, handle)
+      y => FN_VGetArrayPointer(vector_y)
+      call c_f_pointer(g, values, [handle%problem%n_events])
+      call handle%problem%events(t, y, values)
+      flag = 0
+   end function events_callback
+
+   !> Error weights for CVODE.
+   function weights_callback(vector_y, vector_weight, user_data) result(flag) bind(c)
+      !> State.
+      type(N_Vector) :: vector_y
+      !> Weights, the inverse of the admissible errors.
+      type(N_Vector) :: vector_weight
+      !> The handle.
+      type(c_ptr), intent(in), value :: user_data
+      integer(c_int) :: flag
+      type(handle_type), pointer :: handle
+      real(c_double), pointer :: y(:), weight(:)
+
+      call c_f_pointer(user_data, handle)
+      y => FN_VGetArrayPointer(vector_y)
+      weight => FN_VGetArrayPointer(vector_weight)
+      call handle%problem%admissible_error(y, weight)
+      weight = 1.0_wp/weight
+      flag = 0
+   end function weights_callback
+
+end module contensou_integrate_cvode

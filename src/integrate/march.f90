@@ -1,0 +1,266 @@
+!> March a motion from its initial state to the end: rows at fixed intervals, touch and lift-off
+!> as events, a chance to stop after every step.
+module contensou_integrate_march
+   use contensou_base_errors, only : error_type
+   use contensou_base_kinds, only : i8, wp
+   use contensou_integrate_cvode, only : cvode_type, statistics_type
+   use contensou_integrate_motion, only : motion_type
+   implicit none(type, external)
+   private
+
+   public :: observer_type, march, event_touch, event_lift, integrator_methods, row_count
+
+   !> Methods of integration, as named in a scene.
+   character(len=*), parameter :: integrator_methods(*) = [character(len=11) :: &
+      "cvode_bdf", "cvode_adams"]
+
+   !> A gap closes.
+   integer, parameter :: event_touch = 1
+
+   !> A gap opens.
+   integer, parameter :: event_lift = 2
+
+   !> Who looks on.
+   type, abstract :: observer_type
+   contains
+      !> A row is due.
+      procedure(sample_interface), deferred :: sample
+      !> A contact touched or lifted off.
+      procedure(event_interface), deferred :: event
+      !> A step is done; may ask to stop.
+      procedure(after_step_interface), deferred :: after_step
+   end type observer_type
+
+   abstract interface
+      !> A row is due.
+      subroutine sample_interface(self, motion, t, y, error)
+         import :: observer_type, motion_type, error_type, wp
+         implicit none(type, external)
+         !> The observer.
+         class(observer_type), intent(inout) :: self
+         !> The motion.
+         class(motion_type), intent(inout) :: motion
+         !> Time [s].
+         real(wp), intent(in) :: t
+         !> State.
+         real(wp), intent(in) :: y(:)
+         !> Set to end the march.
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine sample_interface
+
+      !> A contact touched or lifted off.
+      subroutine event_interface(self, t, kind, contact, error)
+         import :: observer_type, error_type, wp
+         implicit none(type, external)
+         !> The observer.
+         class(observer_type), intent(inout) :: self
+         !> Time [s].
+         real(wp), intent(in) :: t
+         !> `event_touch` or `event_lift`.
+         integer, intent(in) :: kind
+         !> Index of the contact.
+         integer, intent(in) :: contact
+         !> Set to end the march.
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine event_interface
+
+      !> A step is done.
+      subroutine after_step_interface(self, t, stop_now, error)
+         import :: observer_type, error_type, wp
+         implicit none(type, external)
+         !> The observer.
+         class(observer_type), intent(inout) :: self
+         !> Time reached [s].
+         real(wp), intent(in) :: t
+         !> Whether to stop here.
+         logical, intent(out) :: stop_now
+         !> Set to end the march.
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine after_step_interface
+   end interface
+
+contains
+
+   !> Number of rows after the first one: multiples of the interval up to the end, and the end.
+   pure function row_count(t_end, interval) result(rows)
+      !> End of time [s].
+      real(wp), intent(in) :: t_end
+      !> Interval of the rows [s].
+      real(wp), intent(in) :: interval
+      integer(i8) :: rows
+
+      rows = ceiling(t_end/interval*(1.0_wp - 4.0_wp*epsilon(t_end)), i8)
+   end function row_count
+
+   !> March to the end.
+   subroutine march(motion, method, y, t_end, interval, max_step, observer, t, statistics, &
+      stopped, error)
+      !> The motion; its contacts remember their impacts.
+      class(motion_type), intent(inout), target :: motion
+      !> One of `integrator_methods`.
+      character(len=*), intent(in) :: method
+      !> State, initial on entry, final on return.
+      real(wp), intent(inout) :: y(:)
+      !> End of time [s].
+      real(wp), intent(in) :: t_end
+      !> Interval of the rows [s].
+      real(wp), intent(in) :: interval
+      !> Largest step [s], 0 for no bound.
+      real(wp), intent(in) :: max_step
+      !> Who looks on.
+      class(observer_type), intent(inout) :: observer
+      !> Time reached [s].
+      real(wp), intent(out) :: t
+      !> Counters.
+      type(statistics_type), intent(out) :: statistics
+      !> Whether the observer asked to stop.
+      logical, intent(out) :: stopped
+      !> Set when the integration or the observer failed.
+      type(error_type), allocatable, intent(out) :: error
+      type(cvode_type) :: integrator
+
+      t = 0.0_wp
+      stopped = .false.
+      call integrator%start(motion, method, t, y, t_end, max_step, error)
+      if (.not. allocated(error)) call advance(integrator, motion, y, t_end, interval, observer, &
+         t, stopped, error)
+      statistics = integrator%statistics()
+      call integrator%free()
+   end subroutine march
+
+   !> The loop of `march`.
+   subroutine advance(integrator, motion, y, t_end, interval, observer, t, stopped, error)
+      !> The integration, started.
+      type(cvode_type), intent(inout) :: integrator
+      !> The motion.
+      class(motion_type), intent(inout) :: motion
+      !> State.
+      real(wp), intent(inout) :: y(:)
+      !> End of time [s].
+      real(wp), intent(in) :: t_end
+      !> Interval of the rows [s].
+      real(wp), intent(in) :: interval
+      !> Who looks on.
+      class(observer_type), intent(inout) :: observer
+      !> Time [s].
+      real(wp), intent(inout) :: t
+      !> Whether the observer asked to stop.
+      logical, intent(inout) :: stopped
+      !> Set when the integration or the observer failed.
+      type(error_type), allocatable, intent(out) :: error
+      integer(i8) :: row, rows
+      real(wp) :: t_row, row_state(size(y))
+      real(wp) :: gap(motion%n_events), rate(motion%n_events)
+      real(wp) :: resolution
+      logical :: closed(motion%n_events), undecided(motion%n_events), changed
+      integer :: events(motion%n_events), i
+
+      call motion%system%gaps(y, gap)
+      call motion%system%gap_rates(y, rate)
+      ! A gap that is zero to rounding is a contact from the start, not a touch.
+      resolution = 64.0_wp*epsilon(gap)*(1.0_wp + maxval(abs(y)))
+      undecided = abs(gap) <= resolution
+      closed = gap <= 0.0_wp .or. undecided
+      do i = 1, motion%n_events
+         if (closed(i)) call begin_impact(motion, i, -rate(i), changed)
+      end do
+      call observer%sample(motion, t, y, error)
+      if (allocated(error)) return
+
+      rows = row_count(t_end, interval)
+      row = 1
+      do while (row <= rows)
+         call integrator%step(t, y, events, error)
+         if (allocated(error)) return
+         do while (row <= rows)
+            t_row = min(row*interval, t_end)
+            if (row == rows) t_row = t_end
+            if (t_row > t) exit
+            call integrator%interpolate(t_row, row_state)
+            call observer%sample(motion, t_row, row_state, error)
+            if (allocated(error)) return
+            row = row + 1
+         end do
+         if (any(undecided)) then
+            call motion%system%gaps(y, gap)
+            do i = 1, size(gap)
+               if (.not. undecided(i) .or. events(i) == 0) cycle
+               closed(i) = events(i) < 0
+               events(i) = 0
+               undecided(i) = .false.
+            end do
+            where (undecided .and. abs(gap) > resolution)
+               closed = gap < 0.0_wp
+               undecided = .false.
+            end where
+         end if
+         if (any(events /= 0)) then
+            call take_events(integrator, motion, t, y, events, closed, observer, error)
+            if (allocated(error)) return
+         end if
+         call observer%after_step(t, stopped, error)
+         if (allocated(error) .or. stopped) return
+      end do
+   end subroutine advance
+
+   !> Record events, and let the contacts take note of the impact speed.
+   subroutine take_events(integrator, motion, t, y, events, closed, observer, error)
+      !> The integration.
+      type(cvode_type), intent(inout) :: integrator
+      !> The motion.
+      class(motion_type), intent(inout) :: motion
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> For each contact 1, -1 or 0 as the gap opens, closes, or neither.
+      integer, intent(in) :: events(:)
+      !> Which contacts are closed.
+      logical, intent(inout) :: closed(:)
+      !> Who looks on.
+      class(observer_type), intent(inout) :: observer
+      !> Set when the observer failed.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: rate(size(events))
+      logical :: changed, any_changed
+      integer :: i
+
+      any_changed = .false.
+      call motion%system%gap_rates(y, rate)
+      do i = 1, size(events)
+         if (events(i) < 0 .and. .not. closed(i)) then
+            closed(i) = .true.
+            call begin_impact(motion, i, -rate(i), changed)
+            any_changed = any_changed .or. changed
+            call observer%event(t, event_touch, i, error)
+         else if (events(i) > 0 .and. closed(i)) then
+            closed(i) = .false.
+            call observer%event(t, event_lift, i, error)
+         end if
+         if (allocated(error)) return
+      end do
+      if (any_changed) call integrator%restart(t, y, error)
+   end subroutine take_events
+
+   !> Tell a contact the speed of an impact.
+   subroutine begin_impact(motion, contact, speed, changed)
+      !> The motion.
+      class(motion_type), intent(inout) :: motion
+      !> Index of the contact.
+      integer, intent(in) :: contact
+      !> Speed of approach [m/s].
+      real(wp), intent(in) :: speed
+      !> Whether the right-hand side changed by that.
+      logical, intent(out) :: changed
+      real(wp) :: before
+
+      changed = .false.
+      associate (law => motion%system%contacts(contact)%law)
+         if (.not. allocated(law%damping)) return
+         before = law%damping%coefficient
+         call law%damping%begin_impact(speed)
+         changed = abs(law%damping%coefficient - before) > 0.0_wp
+      end associate
+   end subroutine begin_impact
+
+end module contensou_integrate_march

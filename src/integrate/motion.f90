@@ -1,0 +1,129 @@
+!> The motion of a system of bodies as an initial value problem.
+module contensou_integrate_motion
+   use contensou_base_kinds, only : wp
+   use contensou_dynamics_scene, only : scene_type
+   use contensou_dynamics_system, only : body_size, system_type
+   use contensou_integrate_problem, only : problem_type
+   implicit none(type, external)
+   private
+
+   public :: motion_type, scales_type, set_up_motion
+
+   !> What the relative tolerance refers to, per kind of unknown.
+   !>
+   !> A position carries the information of a contact in its last digits (an overlap of 1e-7 m on a
+   !> height of 1e-2 m), so its error is measured against a length of the contact, not against
+   !> itself.
+   type :: scales_type
+      !> Relative tolerance [-].
+      real(wp) :: rtol = 1.0e-8_wp
+      !> Positions: absolute, against this length [m].
+      real(wp) :: length = 1.0e-7_wp
+      !> Velocities: against the larger of this and the speed of the body [m/s].
+      real(wp) :: velocity = 1.0e-2_wp
+      !> Angular velocities: against the larger of this and the rate of the body [rad/s].
+      real(wp) :: angular_velocity = 1.0_wp
+      !> Quaternion: absolute, against this [-].
+      real(wp) :: rotation = 1.0_wp
+      !> Works: against the larger of this and the work [J].
+      real(wp) :: energy = 1.0_wp
+   end type scales_type
+
+   !> Motion of a system.
+   type, extends(problem_type) :: motion_type
+      !> The system.
+      type(system_type) :: system
+      !> What the tolerance refers to.
+      type(scales_type) :: scales
+   contains
+      procedure :: derivative
+      procedure :: events
+      procedure :: admissible_error
+   end type motion_type
+
+contains
+
+   !> Set sizes and scales of a motion whose system is assembled.
+   subroutine set_up_motion(motion, scene, y)
+      !> The motion.
+      type(motion_type), intent(inout) :: motion
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> Initial state.
+      real(wp), intent(in) :: y(:)
+      real(wp) :: kinetic, potential
+      integer :: i
+
+      motion%n = motion%system%n
+      motion%n_events = size(motion%system%contacts)
+      associate (s => motion%scales)
+         s%rtol = scene%integrator%rtol
+         s%length = scene%integrator%length_scale
+         s%velocity = scene%integrator%velocity_scale
+         s%angular_velocity = scene%integrator%angular_velocity_scale
+         call motion%system%energies(y, kinetic, potential)
+         s%energy = kinetic
+         do i = 1, size(motion%system%bodies)
+            s%energy = s%energy + 0.5_wp*motion%system%bodies(i)%mass*s%velocity**2
+         end do
+      end associate
+   end subroutine set_up_motion
+
+   !> Right-hand side.
+   subroutine derivative(self, t, y, rate, outside)
+      !> The motion.
+      class(motion_type), intent(inout) :: self
+      !> Time [s] (the equations do not depend on it).
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Its time derivative.
+      real(wp), intent(out) :: rate(:)
+      !> Whether an approach is outside the domain of the contact model.
+      logical, intent(out) :: outside
+
+      call self%system%derivative(y, rate)
+      outside = self%system%too_deep > 0
+   end subroutine derivative
+
+   !> Gaps of the contacts: zero at touch and lift-off.
+   subroutine events(self, t, y, g)
+      !> The motion.
+      class(motion_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Gaps [m].
+      real(wp), intent(out) :: g(:)
+
+      call self%system%gaps(y, g)
+   end subroutine events
+
+   !> Admissible local error of each unknown.
+   subroutine admissible_error(self, y, size_of_error)
+      !> The motion.
+      class(motion_type), intent(in) :: self
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Admissible error.
+      real(wp), intent(out) :: size_of_error(:)
+      integer :: k, i
+
+      associate (s => self%scales)
+         do i = 1, size(self%system%bodies)
+            k = body_size*(i - 1)
+            ! No finer than the rounding of the position itself.
+            size_of_error(k + 1:k + 3) = max(s%rtol*s%length, &
+               64.0_wp*epsilon(s%rtol)*abs(y(k + 1:k + 3)))
+            size_of_error(k + 4:k + 7) = s%rtol*s%rotation
+            size_of_error(k + 8:k + 10) = s%rtol*max(s%velocity, norm2(y(k + 8:k + 10)))
+            size_of_error(k + 11:k + 13) = s%rtol*max(s%angular_velocity, norm2(y(k + 11:k + 13)))
+         end do
+         do k = body_size*size(self%system%bodies) + 1, self%n
+            size_of_error(k) = s%rtol*max(s%energy, abs(y(k)))
+         end do
+      end associate
+   end subroutine admissible_error
+
+end module contensou_integrate_motion

@@ -1,0 +1,881 @@
+!> Writing of HDF5 files in the manner of netCDF-4 and the CF conventions.
+!>
+!> Every data set carries `long_name` and, if it has a unit, `units` (UDUNITS text, "1" for pure
+!> numbers), and has a dimension scale for each dimension. Scales and other objects are named by
+!> their path in the file, such as "/trajectory/time". netCDF finds a scale only in the data set's
+!> own group or one above it.
+!>
+!> Shapes and lists of scales are in the order of the file, outermost first, which is the reverse
+!> of Fortran's: an array `a(xyz, body)` becomes the data set `(body, xyz)`.
+!>
+!> After a failure the file takes nothing but `abandon`, or `close`, which then abandons it and
+!> reports the failure again. On the disk it is as last flushed, a full disk included, and so it is
+!> if the process is killed or ends without either call. Only a kill during a flush, which takes
+!> about a millisecond, can leave it unreadable; hence it belongs under a temporary name until it
+!> is closed. A first flush after the set-up makes the file worth reading from the start.
+module contensou_io_hdf5_file
+   use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_double, c_int, c_int32_t, &
+      & c_int64_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_size_t
+   use contensou_base_errors, only : error_type, fatal, status_file
+   use contensou_base_kinds, only : i8, wp
+   use contensou_base_system, only : is_locked, text_from_c
+   implicit none(type, external)
+   private
+
+   public :: hdf5_file_type, hdf5_series_type
+   public :: series_real, series_integer, series_text
+   public :: hdf5_readable_status, hdf5_version
+
+   !> Kind of a series of reals.
+   integer, parameter :: series_real = 1
+
+   !> Kind of a series of default integers.
+   integer, parameter :: series_integer = 2
+
+   !> Kind of a series of texts.
+   integer, parameter :: series_text = 3
+
+   !> Kind of eight-byte integers; series do not come in it.
+   integer, parameter :: kind_long = 4
+
+   !> A data set that grows along its first dimension; valid until its file is closed.
+   type :: hdf5_series_type
+      private
+      !> Address of what C keeps about it.
+      type(c_ptr) :: handle = c_null_ptr
+      !> One of the `series_*` parameters.
+      integer :: kind = 0
+      !> Number of values in a row.
+      integer(i8) :: row_values = 0_i8
+      !> Path in the file, for messages.
+      character(len=:), allocatable :: path
+   end type hdf5_series_type
+
+   !> A file that is being written.
+   type :: hdf5_file_type
+      private
+      !> Address of what C keeps about it; null when there is no open file.
+      type(c_ptr) :: handle = c_null_ptr
+   contains
+      !> Create a file, or empty the one there is.
+      procedure :: create
+      !> Whether a file is open.
+      procedure :: is_open
+      !> Hand everything written so far to the operating system.
+      procedure :: flush => flush_file
+      !> Finish the file.
+      procedure :: close => close_file
+      !> Give the file up, whatever its state.
+      procedure :: abandon
+      !> Create a group.
+      procedure :: create_group
+      !> Create an attribute or replace its value.
+      generic :: put_attribute => put_attribute_text, put_attribute_texts, &
+         & put_attribute_integer, put_attribute_real
+      !> Write a scale of labels.
+      procedure :: put_labels
+      !> Write one text.
+      procedure :: put_text
+      !> Write one number.
+      generic :: put_value => put_value_real, put_value_integer, put_value_long
+      !> Write an array.
+      generic :: put_array => put_array_real, put_array_real_2d, put_array_integer, &
+         & put_array_text, put_array_text_2d
+      !> Create a data set that grows.
+      procedure :: create_series
+      !> Append rows to a series.
+      generic :: append => append_real, append_integer, append_text
+      procedure, private :: put_attribute_text, put_attribute_texts, put_attribute_integer
+      procedure, private :: put_attribute_real
+      procedure, private :: put_value_real, put_value_integer, put_value_long
+      procedure, private :: put_array_real, put_array_real_2d, put_array_integer
+      procedure, private :: put_array_text, put_array_text_2d
+      procedure, private :: append_real, append_integer, append_text
+   end type hdf5_file_type
+
+   interface
+      !> Create a file.
+      function c_create(path) result(file) bind(c, name="contensou_hdf5_create")
+         import :: c_char, c_ptr
+         implicit none(type, external)
+         !> Name of the file, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         !> The file, or null.
+         type(c_ptr) :: file
+      end function c_create
+
+      !> Flush a file.
+      function c_flush(file) result(code) bind(c, name="contensou_hdf5_flush")
+         import :: c_int, c_ptr
+         implicit none(type, external)
+         !> The file.
+         type(c_ptr), value :: file
+         !> 0 on success.
+         integer(c_int) :: code
+      end function c_flush
+
+      !> Close a file and free what belongs to it.
+      function c_close(file) result(code) bind(c, name="contensou_hdf5_close")
+         import :: c_int, c_ptr
+         implicit none(type, external)
+         !> The file.
+         type(c_ptr), value :: file
+         !> 0 on success.
+         integer(c_int) :: code
+      end function c_close
+
+      !> Give a file up and free what belongs to it.
+      subroutine c_abandon(file) bind(c, name="contensou_hdf5_abandon")
+         import :: c_ptr
+         implicit none(type, external)
+         !> The file.
+         type(c_ptr), value :: file
+      end subroutine c_abandon
+
+      !> Create a group.
+      function c_create_group(file, path) result(code) &
+         & bind(c, name="contensou_hdf5_create_group")
+         import :: c_char, c_int, c_ptr
+         implicit none(type, external)
+         !> The file.
+         type(c_ptr), value :: file
+         !> Path of the group, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         !> 0 on success.
+         integer(c_int) :: code
+      end function c_create_group
+
+      !> Write an attribute.
+      function c_put_attribute(file, object, name, kind, rank, count, data, text, length) &
+         & result(code) bind(c, name="contensou_hdf5_put_attribute")
+         import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+         implicit none(type, external)
+         !> The file.
+         type(c_ptr), value :: file
+         !> Path of the object, null-terminated.
+         character(kind=c_char), intent(in) :: object(*)
+         !> Name of the attribute, null-terminated.
+         character(kind=c_char), intent(in) :: name(*)
+         !> Kind of the values.
+         integer(c_int), value :: kind
+         !> 0 for a scalar, 1 for an array.
+         integer(c_int), value :: rank
+         !> Number of values.
+         integer(c_int64_t), value :: count
+         !> Address of numbers.
+         type(c_ptr), value :: data
+         !> Texts of equal length.
+         character(kind=c_char), intent(in) :: text(*)
+         !> Length of each text.
+         integer(c_size_t), value :: length
+         !> 0 on success.
+         integer(c_int) :: code
+      end function c_put_attribute
+
+      !> Write a data set of fixed size.
+      function c_put_dataset(file, path, kind, rank, extents, data, text, length, scale_count, &
+         & scales, scale_length, is_scale, units, long_name) result(code) &
+         & bind(c, name="contensou_hdf5_put_dataset")
+         import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+         implicit none(type, external)
+         !> The file.
+         type(c_ptr), value :: file
+         !> Path of the data set, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         !> Kind of the values.
+         integer(c_int), value :: kind
+         !> Number of dimensions.
+         integer(c_int), value :: rank
+         !> Extents, outermost first.
+         integer(c_int64_t), intent(in) :: extents(*)
+         !> Address of numbers.
+         type(c_ptr), value :: data
+         !> Texts of equal length.
+         character(kind=c_char), intent(in) :: text(*)
+         !> Length of each text.
+         integer(c_size_t), value :: length
+         !> Number of scales.
+         integer(c_int), value :: scale_count
+         !> Paths of the scales, of equal length.
+         character(kind=c_char), intent(in) :: scales(*)
+         !> Length of each path.
+         integer(c_size_t), value :: scale_length
+         !> 1 if the data set is a scale itself.
+         integer(c_int), value :: is_scale
+         !> Units, null-terminated; empty for none.
+         character(kind=c_char), intent(in) :: units(*)
+         !> Description, null-terminated.
+         character(kind=c_char), intent(in) :: long_name(*)
+         !> 0 on success.
+         integer(c_int) :: code
+      end function c_put_dataset
+
+      !> Create a data set that grows.
+      function c_create_series(file, path, kind, rank, extents, chunk_rows, scale_count, &
+         & scales, scale_length, is_scale, units, long_name) result(series) &
+         & bind(c, name="contensou_hdf5_create_series")
+         import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+         implicit none(type, external)
+         !> The file.
+         type(c_ptr), value :: file
+         !> Path of the data set, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         !> Kind of the values.
+         integer(c_int), value :: kind
+         !> Number of dimensions after the growing one.
+         integer(c_int), value :: rank
+         !> Their extents, outermost first.
+         integer(c_int64_t), intent(in) :: extents(*)
+         !> Rows in a chunk.
+         integer(c_int64_t), value :: chunk_rows
+         !> Number of scales.
+         integer(c_int), value :: scale_count
+         !> Paths of the scales, of equal length.
+         character(kind=c_char), intent(in) :: scales(*)
+         !> Length of each path.
+         integer(c_size_t), value :: scale_length
+         !> 1 if the data set is a scale itself.
+         integer(c_int), value :: is_scale
+         !> Units, null-terminated; empty for none.
+         character(kind=c_char), intent(in) :: units(*)
+         !> Description, null-terminated.
+         character(kind=c_char), intent(in) :: long_name(*)
+         !> The series, or null.
+         type(c_ptr) :: series
+      end function c_create_series
+
+      !> Append rows to a series.
+      function c_append(series, rows, data, text, length) result(code) &
+         & bind(c, name="contensou_hdf5_append")
+         import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+         implicit none(type, external)
+         !> The series.
+         type(c_ptr), value :: series
+         !> Number of rows.
+         integer(c_int64_t), value :: rows
+         !> Address of numbers.
+         type(c_ptr), value :: data
+         !> Texts of equal length.
+         character(kind=c_char), intent(in) :: text(*)
+         !> Length of each text.
+         integer(c_size_t), value :: length
+         !> 0 on success.
+         integer(c_int) :: code
+      end function c_append
+
+      !> Read the status of a file.
+      function c_read_status(path, status, size) result(code) &
+         & bind(c, name="contensou_hdf5_read_status")
+         import :: c_char, c_int, c_size_t
+         implicit none(type, external)
+         !> Name of the file, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         !> Room for the status and its null character.
+         character(kind=c_char), intent(out) :: status(*)
+         !> Size of that room.
+         integer(c_size_t), value :: size
+         !> 0 on success.
+         integer(c_int) :: code
+      end function c_read_status
+
+      !> Reason of the last failure.
+      function c_message() result(text) bind(c, name="contensou_hdf5_message")
+         import :: c_ptr
+         implicit none(type, external)
+         !> Null-terminated text.
+         type(c_ptr) :: text
+      end function c_message
+
+      !> Version of the library.
+      function c_version() result(text) bind(c, name="contensou_hdf5_version")
+         import :: c_ptr
+         implicit none(type, external)
+         !> Null-terminated text.
+         type(c_ptr) :: text
+      end function c_version
+   end interface
+
+contains
+
+   !> Create a file, emptying one of that name; a file open so far is abandoned.
+   subroutine create(self, path, error)
+      !> File to open.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Name of the file.
+      character(len=*), intent(in) :: path
+      !> Set when the file cannot be created, or another program is writing it.
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%abandon()
+      ! HDF5 empties the file first and asks for the lock afterwards.
+      if (is_locked(path)) then
+         call fatal(error, "cannot create "//trim(path)//": another program has it open", &
+            & status_file)
+         return
+      end if
+      self%handle = c_create(c_text(path))
+      if (.not. c_associated(self%handle)) call report(error)
+   end subroutine create
+
+   !> Whether a file is open.
+   pure function is_open(self) result(answer)
+      !> File in question.
+      class(hdf5_file_type), intent(in) :: self
+      !> False before `create` and after `close` or `abandon`.
+      logical :: answer
+
+      answer = c_associated(self%handle)
+   end function is_open
+
+   !> Hand everything written so far to the operating system: what a process killed later leaves.
+   subroutine flush_file(self, error)
+      !> File to flush.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Set when something could not be written.
+      type(error_type), allocatable, intent(out) :: error
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      call check(c_flush(self%handle), error)
+   end subroutine flush_file
+
+   !> Finish the file. Nothing is left open even if that fails.
+   subroutine close_file(self, error)
+      !> File to close; one that is not open stays so.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Set when something could not be written, now or earlier.
+      type(error_type), allocatable, intent(out) :: error
+
+      if (.not. self%is_open()) return
+      call check(c_close(self%handle), error)
+      self%handle = c_null_ptr
+   end subroutine close_file
+
+   !> Give the file up: free everything, and leave it on the disk as it was last flushed.
+   subroutine abandon(self)
+      !> File to give up; one that is not open stays so.
+      class(hdf5_file_type), intent(inout) :: self
+
+      if (.not. self%is_open()) return
+      call c_abandon(self%handle)
+      self%handle = c_null_ptr
+   end subroutine abandon
+
+   !> Create a group, inside one that exists.
+   subroutine create_group(self, path, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the group.
+      character(len=*), intent(in) :: path
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      call check(c_create_group(self%handle, c_text(path)), error)
+   end subroutine create_group
+
+   !> Write a text attribute, without trailing blanks.
+   subroutine put_attribute_text(self, object, name, value, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the group or data set; "/" for the file itself.
+      character(len=*), intent(in) :: object
+      !> Name of the attribute.
+      character(len=*), intent(in) :: name
+      !> Its value.
+      character(len=*), intent(in) :: value
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      call check(c_put_attribute(self%handle, c_text(object), c_text(name), series_text, 0, 1_i8, &
+         & c_null_ptr, value, len(value, c_size_t)), error)
+   end subroutine put_attribute_text
+
+   !> Write an attribute that is a list of texts, each without trailing blanks.
+   subroutine put_attribute_texts(self, object, name, value, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the group or data set; "/" for the file itself.
+      character(len=*), intent(in) :: object
+      !> Name of the attribute.
+      character(len=*), intent(in) :: name
+      !> Its value.
+      character(len=*), intent(in) :: value(:)
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      call check(c_put_attribute(self%handle, c_text(object), c_text(name), series_text, 1, &
+         & size(value, kind=i8), c_null_ptr, value, len(value, c_size_t)), error)
+   end subroutine put_attribute_texts
+
+   !> Write an integer attribute.
+   subroutine put_attribute_integer(self, object, name, value, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the group or data set; "/" for the file itself.
+      character(len=*), intent(in) :: object
+      !> Name of the attribute.
+      character(len=*), intent(in) :: name
+      !> Its value.
+      integer, intent(in) :: value
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      integer(c_int32_t), target :: buffer
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      buffer = value
+      call check(c_put_attribute(self%handle, c_text(object), c_text(name), series_integer, 0, &
+         & 1_i8, c_loc(buffer), "", 0_c_size_t), error)
+   end subroutine put_attribute_integer
+
+   !> Write a real attribute.
+   subroutine put_attribute_real(self, object, name, value, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the group or data set; "/" for the file itself.
+      character(len=*), intent(in) :: object
+      !> Name of the attribute.
+      character(len=*), intent(in) :: name
+      !> Its value.
+      real(wp), intent(in) :: value
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      real(c_double), target :: buffer
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      buffer = value
+      call check(c_put_attribute(self%handle, c_text(object), c_text(name), series_real, 0, &
+         & 1_i8, c_loc(buffer), "", 0_c_size_t), error)
+   end subroutine put_attribute_real
+
+   !> Write a dimension scale of labels, each without trailing blanks.
+   subroutine put_labels(self, path, names, long_name, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the scale; its last part names the dimension.
+      character(len=*), intent(in) :: path
+      !> The labels.
+      character(len=*), intent(in) :: names(:)
+      !> Description.
+      character(len=*), intent(in) :: long_name
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      call check(c_put_dataset(self%handle, c_text(path), series_text, 1, &
+         & [size(names, kind=i8)], c_null_ptr, names, len(names, c_size_t), 0, "", 0_c_size_t, &
+         & 1, c_text(""), c_text(long_name)), error)
+   end subroutine put_labels
+
+   !> Write one text exactly as it is.
+   subroutine put_text(self, path, text, long_name, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the data set.
+      character(len=*), intent(in) :: path
+      !> The text.
+      character(len=*), intent(in) :: text
+      !> Description.
+      character(len=*), intent(in) :: long_name
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      call check(c_put_dataset(self%handle, c_text(path), series_text, 0, [0_i8], c_null_ptr, &
+         & text, len(text, c_size_t), 0, "", 0_c_size_t, 0, c_text(""), c_text(long_name)), error)
+   end subroutine put_text
+
+   !> Write one real number.
+   subroutine put_value_real(self, path, value, units, long_name, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the data set.
+      character(len=*), intent(in) :: path
+      !> The number.
+      real(wp), intent(in) :: value
+      !> Its units; empty for none.
+      character(len=*), intent(in) :: units
+      !> Description.
+      character(len=*), intent(in) :: long_name
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      real(c_double), target :: buffer
+
+      buffer = value
+      call put_numbers(self, path, series_real, c_loc(buffer), [integer ::], &
+         & [character(len=1) ::], units, long_name, error)
+   end subroutine put_value_real
+
+   !> Write one integer.
+   subroutine put_value_integer(self, path, value, units, long_name, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the data set.
+      character(len=*), intent(in) :: path
+      !> The number.
+      integer, intent(in) :: value
+      !> Its units; empty for none.
+      character(len=*), intent(in) :: units
+      !> Description.
+      character(len=*), intent(in) :: long_name
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      integer(c_int32_t), target :: buffer
+
+      buffer = value
+      call put_numbers(self, path, series_integer, c_loc(buffer), [integer ::], &
+         & [character(len=1) ::], units, long_name, error)
+   end subroutine put_value_integer
+
+   !> Write one eight-byte integer.
+   subroutine put_value_long(self, path, value, units, long_name, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the data set.
+      character(len=*), intent(in) :: path
+      !> The number.
+      integer(i8), intent(in) :: value
+      !> Its units; empty for none.
+      character(len=*), intent(in) :: units
+      !> Description.
+      character(len=*), intent(in) :: long_name
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      integer(c_int64_t), target :: buffer
+
+      buffer = value
+      call put_numbers(self, path, kind_long, c_loc(buffer), [integer ::], &
+         & [character(len=1) ::], units, long_name, error)
+   end subroutine put_value_long
+
+   !> Write a list of real numbers.
+   subroutine put_array_real(self, path, array, dims, units, long_name, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the data set.
+      character(len=*), intent(in) :: path
+      !> The numbers.
+      real(wp), intent(in), contiguous, target :: array(:)
+      !> Path of the scale.
+      character(len=*), intent(in) :: dims(:)
+      !> Their units; empty for none.
+      character(len=*), intent(in) :: units
+      !> Description.
+      character(len=*), intent(in) :: long_name
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call put_numbers(self, path, series_real, c_loc(array), shape(array), dims, units, &
+         & long_name, error)
+   end subroutine put_array_real
+
+   !> Write a table of real numbers.
+   subroutine put_array_real_2d(self, path, array, dims, units, long_name, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the data set.
+      character(len=*), intent(in) :: path
+      !> The numbers; the last Fortran index becomes the first dimension.
+      real(wp), intent(in), contiguous, target :: array(:, :)
+      !> Paths of the two scales, outermost first.
+      character(len=*), intent(in) :: dims(:)
+      !> Their units; empty for none.
+      character(len=*), intent(in) :: units
+      !> Description.
+      character(len=*), intent(in) :: long_name
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call put_numbers(self, path, series_real, c_loc(array), [size(array, 2), size(array, 1)], &
+         & dims, units, long_name, error)
+   end subroutine put_array_real_2d
+
+   !> Write a list of integers.
+   subroutine put_array_integer(self, path, array, dims, units, long_name, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the data set.
+      character(len=*), intent(in) :: path
+      !> The numbers.
+      integer, intent(in), contiguous, target :: array(:)
+      !> Path of the scale.
+      character(len=*), intent(in) :: dims(:)
+      !> Their units; empty for none.
+      character(len=*), intent(in) :: units
+      !> Description.
+      character(len=*), intent(in) :: long_name
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call put_numbers(self, path, series_integer, c_loc(array), shape(array), dims, units, &
+         & long_name, error)
+   end subroutine put_array_integer
+
+   !> Write a list of texts, each without trailing blanks.
+   subroutine put_array_text(self, path, array, dims, long_name, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the data set.
+      character(len=*), intent(in) :: path
+      !> The texts.
+      character(len=*), intent(in) :: array(:)
+      !> Path of the scale.
+      character(len=*), intent(in) :: dims(:)
+      !> Description.
+      character(len=*), intent(in) :: long_name
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      call check(c_put_dataset(self%handle, c_text(path), series_text, 1, &
+         & shape(array, kind=i8), c_null_ptr, array, len(array, c_size_t), size(dims), dims, &
+         & len(dims, c_size_t), 0, c_text(""), c_text(long_name)), error)
+   end subroutine put_array_text
+
+   !> Write a table of texts, each without trailing blanks.
+   subroutine put_array_text_2d(self, path, array, dims, long_name, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the data set.
+      character(len=*), intent(in) :: path
+      !> The texts; the last Fortran index becomes the first dimension.
+      character(len=*), intent(in) :: array(:, :)
+      !> Paths of the two scales, outermost first.
+      character(len=*), intent(in) :: dims(:)
+      !> Description.
+      character(len=*), intent(in) :: long_name
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      call check(c_put_dataset(self%handle, c_text(path), series_text, 2, &
+         & [size(array, 2, i8), size(array, 1, i8)], c_null_ptr, array, len(array, c_size_t), &
+         & size(dims), dims, len(dims, c_size_t), 0, c_text(""), c_text(long_name)), error)
+   end subroutine put_array_text_2d
+
+   !> Create a data set that grows along its first dimension, with no rows as yet.
+   subroutine create_series(self, path, extents, dims, is_scale, chunk_rows, units, long_name, &
+      & kind, series, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the data set.
+      character(len=*), intent(in) :: path
+      !> Extents of the dimensions after the growing one, outermost first; none for one value a row.
+      integer, intent(in) :: extents(:)
+      !> Paths of the scales, that of the growing dimension first; none for a scale.
+      character(len=*), intent(in) :: dims(:)
+      !> Whether the series itself is the scale of its growing dimension.
+      logical, intent(in) :: is_scale
+      !> Rows in a chunk, the unit of storage. Long rows make it less, as a chunk is 4 MiB at most.
+      integer, intent(in) :: chunk_rows
+      !> Units; empty for none.
+      character(len=*), intent(in) :: units
+      !> Description.
+      character(len=*), intent(in) :: long_name
+      !> One of the `series_*` parameters.
+      integer, intent(in) :: kind
+      !> The series, for `append`.
+      type(hdf5_series_type), intent(out) :: series
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      series%kind = kind
+      series%row_values = product(int(extents, i8))
+      series%path = trim(path)
+      series%handle = c_create_series(self%handle, c_text(path), kind, size(extents), &
+         & int(extents, i8), int(chunk_rows, i8), size(dims), dims, len(dims, c_size_t), &
+         & merge(1, 0, is_scale), c_text(units), c_text(long_name))
+      if (.not. c_associated(series%handle)) call report(error)
+   end subroutine create_series
+
+   !> Append rows of reals.
+   subroutine append_real(self, series, n_rows, buffer, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Series to append to.
+      type(hdf5_series_type), intent(in) :: series
+      !> Number of rows; the buffer may hold more.
+      integer, intent(in) :: n_rows
+      !> Values of any shape whose last index, or only one, counts the rows.
+      real(wp), intent(in), contiguous, target :: buffer(..)
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call check_rows(self, series, series_real, n_rows, size(buffer, kind=i8), error)
+      if (allocated(error)) return
+      call check(c_append(series%handle, int(n_rows, i8), c_loc(buffer), "", 0_c_size_t), error)
+   end subroutine append_real
+
+   !> Append rows of integers.
+   subroutine append_integer(self, series, n_rows, buffer, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Series to append to.
+      type(hdf5_series_type), intent(in) :: series
+      !> Number of rows; the buffer may hold more.
+      integer, intent(in) :: n_rows
+      !> Values of any shape whose last index, or only one, counts the rows.
+      integer, intent(in), contiguous, target :: buffer(..)
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call check_rows(self, series, series_integer, n_rows, size(buffer, kind=i8), error)
+      if (allocated(error)) return
+      call check(c_append(series%handle, int(n_rows, i8), c_loc(buffer), "", 0_c_size_t), error)
+   end subroutine append_integer
+
+   !> Append rows of texts, each without trailing blanks.
+   subroutine append_text(self, series, n_rows, buffer, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Series to append to.
+      type(hdf5_series_type), intent(in) :: series
+      !> Number of rows; the buffer may hold more.
+      integer, intent(in) :: n_rows
+      !> The texts, row after row.
+      character(len=*), intent(in) :: buffer(:)
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call check_rows(self, series, series_text, n_rows, size(buffer, kind=i8), error)
+      if (allocated(error)) return
+      call check(c_append(series%handle, int(n_rows, i8), c_null_ptr, buffer, &
+         & len(buffer, c_size_t)), error)
+   end subroutine append_text
+
+   !> Status that the file of an earlier run carries, or why the file is unreadable.
+   subroutine hdf5_readable_status(path, status_text, error)
+      !> Name of the file.
+      character(len=*), intent(in) :: path
+      !> Its root attribute `status`.
+      character(len=:), allocatable, intent(out) :: status_text
+      !> Set when the file is no readable HDF5 file, has no status, or is being written.
+      type(error_type), allocatable, intent(out) :: error
+
+      character(kind=c_char, len=256) :: buffer
+
+      status_text = ""
+      call check(c_read_status(c_text(path), buffer, len(buffer, c_size_t)), error)
+      if (allocated(error)) return
+      status_text = buffer(:index(buffer, c_null_char) - 1)
+   end subroutine hdf5_readable_status
+
+   !> Version of the HDF5 library in use.
+   function hdf5_version() result(text)
+      !> Such as "1.10.8".
+      character(len=:), allocatable :: text
+
+      text = text_from_c(c_version())
+   end function hdf5_version
+
+   !> Write a data set of numbers.
+   subroutine put_numbers(self, path, kind, data, extents, dims, units, long_name, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the data set.
+      character(len=*), intent(in) :: path
+      !> Kind of the numbers.
+      integer, intent(in) :: kind
+      !> Their address.
+      type(c_ptr), intent(in) :: data
+      !> Extents, outermost first.
+      integer, intent(in) :: extents(:)
+      !> Paths of the scales, outermost first.
+      character(len=*), intent(in) :: dims(:)
+      !> Their units; empty for none.
+      character(len=*), intent(in) :: units
+      !> Description.
+      character(len=*), intent(in) :: long_name
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      call check(c_put_dataset(self%handle, c_text(path), kind, size(extents), int(extents, i8), &
+         & data, "", 0_c_size_t, size(dims), dims, len(dims, c_size_t), 0, c_text(units), &
+         & c_text(long_name)), error)
+   end subroutine put_numbers
+
+   !> Check that a buffer suits a series, before C reads from its address.
+   subroutine check_rows(self, series, kind, n_rows, n_values, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(in) :: self
+      !> Series to append to.
+      type(hdf5_series_type), intent(in) :: series
+      !> Kind of the buffer.
+      integer, intent(in) :: kind
+      !> Number of rows to append.
+      integer, intent(in) :: n_rows
+      !> Number of values in the buffer.
+      integer(i8), intent(in) :: n_values
+      !> Set when they do not suit.
+      type(error_type), allocatable, intent(out) :: error
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      if (.not. c_associated(series%handle)) then
+         call fatal(error, "rows appended to a series that was never created", status_file)
+      else if (series%kind /= kind) then
+         call fatal(error, "values of the wrong type appended to "//series%path, status_file)
+      else if (n_values < n_rows*series%row_values) then
+         call fatal(error, "too few values appended to "//series%path, status_file)
+      end if
+   end subroutine check_rows
+
+   !> Check that there is a file to write to.
+   subroutine require_open(self, error)
+      !> File in question.
+      class(hdf5_file_type), intent(in) :: self
+      !> Set when it is not open.
+      type(error_type), allocatable, intent(out) :: error
+
+      if (.not. self%is_open()) call fatal(error, "no output file is open", status_file)
+   end subroutine require_open
+
+   !> Turn C's answer into an error.
+   subroutine check(code, error)
+      !> 0 on success.
+      integer(c_int), intent(in) :: code
+      !> Set otherwise.
+      type(error_type), allocatable, intent(out) :: error
+
+      if (code /= 0) call report(error)
+   end subroutine check
+
+   !> Set the error that C has just met.
+   subroutine report(error)
+      !> Error to create.
+      type(error_type), allocatable, intent(out) :: error
+
+      call fatal(error, text_from_c(c_message()), status_file)
+   end subroutine report
+
+   !> A text as C takes it, without trailing blanks.
+   pure function c_text(text) result(copy)
+      !> Text to pass.
+      character(len=*), intent(in) :: text
+      !> The text and a null character.
+      character(kind=c_char, len=:), allocatable :: copy
+
+      copy = trim(text)//c_null_char
+   end function c_text
+
+end module contensou_io_hdf5_file

@@ -1,0 +1,699 @@
+!> Reads a scene: document, settings, cross references; every mistake is reported at once.
+module contensou_io_scene_reader
+   use contensou_base_diagnostics, only : diagnostics_type, origin_type
+   use contensou_base_document, only : document_type, read_document
+   use contensou_base_errors, only : error_type, fatal, status_usage
+   use contensou_base_kinds, only : wp
+   use contensou_base_rotations, only : quaternion_from_axis_angle, rotation_matrix, unit_quaternion
+   use contensou_base_text, only : lower, nearest, quote, string_type, to_text
+   use contensou_contact_damping, only : damping_model_type, damping_models, restitution_at_speed, &
+      restitution_none
+   use contensou_contact_friction, only : friction_model_type, friction_models
+   use contensou_contact_geometry, only : geometry_models, geometry_type, new_geometry, &
+      pose_type, shape_names, shape_plane, shape_sphere
+   use contensou_dynamics_assembly, only : assemble, contact_length, largest_relative_approach
+   use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, scene_type
+   use contensou_dynamics_system, only : system_type
+   use contensou_io_schema, only : group_spec_type, schema_groups
+   use contensou_io_settings, only : apply_override, instance_type, resolve, resolved_text, &
+      settings_type
+   implicit none(type, external)
+   private
+
+   public :: read_scene, scene_file_type
+
+   !> A scene with the texts it came from.
+   type :: scene_file_type
+      !> The scene.
+      type(scene_type) :: scene
+      !> Text of the file as read.
+      character(len=:), allocatable :: text
+      !> All settings with defaults and overrides, as a namelist text.
+      character(len=:), allocatable :: resolved
+   end type scene_file_type
+
+   !> Largest number of output rows.
+   real(wp), parameter :: max_rows = 1.0e9_wp
+
+contains
+
+   !> Read a scene file, apply overrides, check everything.
+   subroutine read_scene(path, overrides, output_file, file, error)
+      !> Name of the scene file.
+      character(len=*), intent(in) :: path
+      !> Texts of the `--set` options.
+      type(string_type), intent(in) :: overrides(:)
+      !> Name of the output file from the command line; blank for that of the scene.
+      character(len=*), intent(in) :: output_file
+      !> The scene.
+      type(scene_file_type), intent(out) :: file
+      !> Set with all mistakes found; nothing of `file` is to be used then.
+      type(error_type), allocatable, intent(out) :: error
+      type(document_type) :: document
+      type(diagnostics_type) :: diagnostics
+      type(settings_type) :: settings
+      integer :: i
+      character(len=:), allocatable :: count_text
+
+      call read_document(path, document, diagnostics, error)
+      if (allocated(error)) return
+      file%text = ""
+      do i = 1, size(document%sources(1)%lines)
+         file%text = file%text // document%sources(1)%lines(i)%s // new_line("a")
+      end do
+      do i = 1, size(overrides)
+         call apply_override(document, overrides(i)%s, diagnostics)
+      end do
+      call resolve(document, settings, diagnostics)
+      call build(settings, document%complete, path, output_file, file%scene, diagnostics)
+      if (diagnostics%count() > 0) then
+         count_text = to_text(diagnostics%count()) // " errors"
+         if (diagnostics%count() == 1) count_text = "1 error"
+         call fatal(error, diagnostics%render(document%sources) // count_text // " in " // path // &
+            "; nothing was run", status_usage)
+         return
+      end if
+      file%resolved = resolved_text(settings)
+   end subroutine read_scene
+
+   !> Build the scene from its settings; references and everything that concerns several keys are
+   !> checked here.
+   subroutine build(settings, complete, path, output_file, scene, diagnostics)
+      !> The settings; derived values are filled in.
+      type(settings_type), intent(inout) :: settings
+      !> Whether the document was read without a mistake of syntax.
+      logical, intent(in) :: complete
+      !> Name of the scene file.
+      character(len=*), intent(in) :: path
+      !> Name of the output file from the command line; blank for that of the scene.
+      character(len=*), intent(in) :: output_file
+      !> The scene.
+      type(scene_type), intent(out) :: scene
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(group_spec_type), allocatable :: groups(:)
+      type(system_type) :: system
+      integer :: i, n(7)
+
+      groups = schema_groups()
+      call add_missing(settings)
+      n = [(count(settings%instances%group == i), i=1, 7)]
+      allocate(scene%materials(n(2)), scene%bodies(n(3)), scene%surfaces(n(4)), scene%contacts(n(5)))
+      call check_names(settings, groups, diagnostics)
+      n = 0
+      do i = 1, size(settings%instances)
+         associate (instance => settings%instances(i))
+            n(instance%group) = n(instance%group) + 1
+            select case (groups(instance%group)%name)
+            case ("scene")
+               call build_scene(instance, scene)
+            case ("material")
+               associate (material => scene%materials(n(2)))
+                  material%name = instance%label()
+                  material%young = number(instance, "young")
+                  material%poisson = number(instance, "poisson")
+               end associate
+            case ("body")
+               call build_body(instance, scene%bodies(n(3)), diagnostics)
+            case ("surface")
+               call build_surface(settings, complete, instance, scene, n(4), diagnostics)
+            case ("contact")
+               call build_contact(settings, complete, instance, scene%contacts(n(5)), diagnostics)
+            case ("integrator")
+               call build_integrator(instance, scene)
+            case ("output")
+               call build_output(instance, path, output_file, scene, diagnostics)
+            end select
+         end associate
+      end do
+      if (diagnostics%count() > 0) return
+      call check_contacts(settings, scene, diagnostics)
+      if (diagnostics%count() > 0) return
+      call assemble(scene, system)
+      call fill_in(settings, scene, system)
+      call check_overlaps(settings, scene, system, diagnostics)
+   end subroutine build
+
+   !> Add the groups that may be left out, with their defaults.
+   subroutine add_missing(settings)
+      !> The settings.
+      type(settings_type), intent(inout) :: settings
+      type(document_type) :: document
+      type(settings_type) :: extra
+      type(diagnostics_type) :: ignored
+      type(group_spec_type), allocatable :: groups(:)
+      type(instance_type), allocatable :: all(:)
+      integer :: g, i, n, last
+
+      groups = schema_groups()
+      last = size(settings%instances)
+      allocate(document%groups(size(groups)))
+      n = 0
+      do g = 1, size(groups)
+         if (groups(g)%repeats .or. groups(g)%mandatory) cycle
+         if (any(settings%instances%group == g)) cycle
+         n = n + 1
+         document%groups(n)%name = trim(groups(g)%name)
+         document%groups(n)%origin = origin_type(1, 0, 0, 1)
+         allocate(document%groups(n)%assignments(0))
+      end do
+      document%n_groups = n
+      document%complete = .false.
+      call resolve(document, extra, ignored)
+      allocate(all(last + n))
+      do i = 1, last
+         all(i) = settings%instances(i)
+      end do
+      do i = 1, n
+         all(last + i) = extra%instances(i)
+      end do
+      call move_alloc(all, settings%instances)
+   end subroutine add_missing
+
+   !> Names must be unique among groups of one kind.
+   subroutine check_names(settings, groups, diagnostics)
+      !> The settings.
+      type(settings_type), intent(in) :: settings
+      !> Groups of the schema.
+      type(group_spec_type), intent(in) :: groups(:)
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: i, j
+      character(len=:), allocatable :: name
+
+      do i = 1, size(settings%instances)
+         associate (instance => settings%instances(i))
+            name = lower(instance%label())
+            if (name == "") cycle
+            if (groups(instance%group)%name == "body" .and. name == "ground") call diagnostics%add( &
+               instance%settings(instance%at("name"))%places(1), &
+               "the name 'ground' is taken by the predeclared fixed body", "another name")
+            do j = 1, i - 1
+               if (settings%instances(j)%group /= instance%group) cycle
+               if (lower(settings%instances(j)%label()) /= name) cycle
+               call diagnostics%add(instance%settings(instance%at("name"))%places(1), &
+                  "there are two groups &" // trim(groups(instance%group)%name) // &
+                  " with the name " // quote(instance%label()), &
+                  "another name; the first is in line " // &
+                  to_text(settings%instances(j)%settings(instance%at("name"))%places(1)%line))
+               exit
+            end do
+         end associate
+      end do
+   end subroutine check_names
+
+   !> Values of the group `scene`.
+   subroutine build_scene(instance, scene)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The scene.
+      type(scene_type), intent(inout) :: scene
+
+      scene%title = instance%settings(instance%at("title"))%text(1)%s
+      scene%gravity = numbers(instance, "gravity")
+      scene%t_end = number(instance, "t_end")
+   end subroutine build_scene
+
+   !> A body.
+   subroutine build_body(instance, body, diagnostics)
+      !> The group.
+      type(instance_type), intent(inout) :: instance
+      !> The body.
+      type(body_spec_type), intent(inout) :: body
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      real(wp) :: rotation(3, 3)
+
+      body%name = instance%label()
+      body%mass = number(instance, "mass")
+      body%inertia = numbers(instance, "inertia")
+      body%position = numbers(instance, "position")
+      body%velocity = numbers(instance, "velocity")
+      associate (inertia => instance%settings(instance%at("inertia")))
+         if (inertia%set) then
+            ! A thin disc is allowed to miss equality by rounding.
+            if (2.0_wp*maxval(body%inertia) > sum(body%inertia)*(1.0_wp + 1.0e-12_wp)) &
+               call diagnostics%add(inertia%places(maxloc(body%inertia, dim=1)), &
+               "the inertia of " // quote(body%name) // " violates the triangle inequality", &
+               "no principal moment larger than the sum of the other two, here at most " // &
+               to_text(sum(body%inertia) - maxval(body%inertia)))
+         end if
+      end associate
+      associate (axis => instance%settings(instance%at("axis")), &
+         angle => instance%settings(instance%at("angle")), &
+         quaternion => instance%settings(instance%at("quaternion")))
+         if (axis%given .neqv. angle%given) then
+            if (axis%given) call diagnostics%add(axis%origin, "'axis' without 'angle'", &
+               "both, or neither")
+            if (angle%given) call diagnostics%add(angle%origin, "'angle' without 'axis'", &
+               "both, or neither")
+         end if
+         if (quaternion%given .and. (axis%given .or. angle%given)) call diagnostics%add( &
+            quaternion%origin, "the attitude is given twice", &
+            "either quaternion, or axis and angle")
+         if (axis%set .and. angle%set) then
+            if (norm2(axis%real(:3)) > 0.0_wp) then
+               body%quaternion = quaternion_from_axis_angle(axis%real(:3), angle%real(1))
+            else
+               call diagnostics%add(axis%places(1), "'axis' is a zero vector", &
+                  "an axis of any length but zero")
+            end if
+         else if (quaternion%set) then
+            if (norm2(quaternion%real) > 0.0_wp) then
+               body%quaternion = unit_quaternion(quaternion%real)
+            else
+               call diagnostics%add(quaternion%places(1), "'quaternion' is zero", &
+                  "(w, x, y, z) of any norm but zero")
+            end if
+         end if
+      end associate
+      associate (spin => instance%settings(instance%at("spin")), &
+         omega => instance%settings(instance%at("angular_velocity")))
+         if (spin%given .and. omega%given) call diagnostics%add(omega%origin, &
+            "the angular velocity is given twice", &
+            "either spin (body axes) or angular_velocity (inertial frame)")
+         body%spin = spin%real(:3)
+         rotation = rotation_matrix(body%quaternion)
+         if (omega%set) body%spin = matmul(omega%real(:3), rotation)
+      end associate
+   end subroutine build_body
+
+   !> A surface.
+   subroutine build_surface(settings, complete, instance, scene, index, diagnostics)
+      !> All settings.
+      type(settings_type), intent(in) :: settings
+      !> Whether the document was read without a mistake of syntax.
+      logical, intent(in) :: complete
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The scene.
+      type(scene_type), intent(inout) :: scene
+      !> Number of the surface.
+      integer, intent(in) :: index
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      associate (spec => scene%surfaces(index), &
+         shape => instance%settings(instance%at("shape")), &
+         radius => instance%settings(instance%at("radius")), &
+         normal => instance%settings(instance%at("normal")))
+         spec%name = instance%label()
+         call refer(settings, complete, instance, "body", 1, spec%body, diagnostics)
+         call refer(settings, complete, instance, "material", 1, spec%material, diagnostics)
+         spec%surface%shape = shape%choice
+         spec%surface%centre = numbers(instance, "centre")
+         spec%surface%radius = radius%real(1)
+         if (normal%set) spec%surface%normal = normal%real(:3)
+         if (normal%set) then
+            if (norm2(normal%real(:3)) > 0.0_wp) then
+               spec%surface%normal = normal%real(:3)/norm2(normal%real(:3))
+            else
+               call diagnostics%add(normal%places(1), "'normal' is a zero vector", &
+                  "a normal of any length but zero")
+            end if
+         end if
+         select case (shape%choice)
+         case (shape_sphere)
+            if (.not. radius%given .and. instance%complete) call diagnostics%add( &
+               instance%origin, "'radius' is missing for the sphere " // quote(spec%name), &
+               "radius = a number > 0 [m]")
+            if (normal%given) call diagnostics%add(normal%origin, &
+               "a sphere has no 'normal'", "centre and radius")
+         case (shape_plane)
+            if (radius%given) call diagnostics%add(radius%origin, "a plane has no 'radius'", &
+               "centre (any point of it) and normal")
+         end select
+      end associate
+   end subroutine build_surface
+
+   !> A contact.
+   subroutine build_contact(settings, complete, instance, contact, diagnostics)
+      !> All settings.
+      type(settings_type), intent(in) :: settings
+      !> Whether the document was read without a mistake of syntax.
+      logical, intent(in) :: complete
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The contact.
+      type(contact_spec_type), intent(inout) :: contact
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(damping_model_type), allocatable :: dampings(:)
+      type(friction_model_type), allocatable :: frictions(:)
+
+      contact%name = instance%label()
+      call refer(settings, complete, instance, "surfaces", 1, contact%surfaces(1), diagnostics)
+      call refer(settings, complete, instance, "surfaces", 2, contact%surfaces(2), diagnostics)
+      contact%normal = max(instance%settings(instance%at("normal"))%choice, 1)
+      associate (damping => instance%settings(instance%at("damping")), &
+         coefficient => instance%settings(instance%at("damping_coefficient")), &
+         restitution => instance%settings(instance%at("restitution")), &
+         velocity => instance%settings(instance%at("impact_velocity")))
+         dampings = damping_models()
+         contact%damping = max(damping%choice, 1)
+         contact%damping_coefficient = coefficient%real(1)
+         contact%restitution = restitution%real(1)
+         contact%impact_velocity = velocity%real(1)
+         associate (model => dampings(contact%damping))
+            if (.not. damping%given) then
+               if (coefficient%given) call diagnostics%add(coefficient%origin, &
+                  "'damping_coefficient' without 'damping'", "damping = the name of a law")
+               if (restitution%given) call diagnostics%add(restitution%origin, &
+                  "'restitution' without 'damping'", "damping = 'hunt_crossley' or 'tsuji'")
+            else if (associated(model%kernel)) then
+               if (coefficient%given .and. restitution%given) call diagnostics%add( &
+                  restitution%origin, "the damping is given twice", &
+                  "either damping_coefficient or restitution")
+               if (restitution%given .and. model%restitution == restitution_none) call &
+                  diagnostics%add(restitution%origin, "damping " // &
+                  quote(trim(model%info%name)) // " has no formula for a restitution", &
+                  "damping_coefficient")
+               if (.not. coefficient%given .and. .not. restitution%given .and. instance%complete) &
+                  call diagnostics%add(damping%origin, "damping " // &
+                  quote(trim(model%info%name)) // " needs its coefficient", &
+                  trim(model%info%keys))
+               if (velocity%given .and. (.not. restitution%given .or. &
+                  model%restitution /= restitution_at_speed)) call diagnostics%add( &
+                  velocity%origin, "'impact_velocity' has no meaning here", &
+                  "it goes with damping = 'hunt_crossley' and restitution")
+            end if
+         end associate
+      end associate
+      associate (friction => instance%settings(instance%at("friction")), &
+         coefficient => instance%settings(instance%at("friction_coefficient")), &
+         delta => instance%settings(instance%at("regularization_velocity")), &
+         drilling => instance%settings(instance%at("drilling")))
+         frictions = friction_models()
+         contact%friction = max(friction%choice, 1)
+         contact%friction_coefficient = coefficient%real(1)
+         contact%regularization_velocity = delta%real(1)
+         contact%drilling = drilling%logical
+         associate (model => frictions(contact%friction))
+            if (.not. friction%given .and. coefficient%given) then
+               call diagnostics%add(coefficient%origin, &
+                  "'friction_coefficient' without 'friction'", "friction = the name of a model")
+            else if (associated(model%kernel) .and. instance%complete) then
+               if (.not. coefficient%given) call diagnostics%add(friction%origin, "friction " // &
+                  quote(trim(model%info%name)) // " needs 'friction_coefficient'", &
+                  "friction_coefficient = a number >= 0 [-]")
+               if (model%needs_delta .and. .not. delta%given) call diagnostics%add( &
+                  friction%origin, "friction " // quote(trim(model%info%name)) // &
+                  " needs 'regularization_velocity'", &
+                  "regularization_velocity = a number > 0 [m s-1], as 1.0e-3")
+               if (model%needs_delta .and. delta%set .and. delta%real(1) <= 0.0_wp) call &
+                  diagnostics%add(delta%places(1), "'regularization_velocity' must be positive " // &
+                  "for " // quote(trim(model%info%name)), "a number > 0 [m s-1], as 1.0e-3")
+            end if
+         end associate
+      end associate
+   end subroutine build_contact
+
+   !> Values of the group `integrator`.
+   subroutine build_integrator(instance, scene)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The scene.
+      type(scene_type), intent(inout) :: scene
+
+      scene%integrator%method = instance%settings(instance%at("method"))%text(1)%s
+      scene%integrator%rtol = number(instance, "rtol")
+      scene%integrator%length_scale = number(instance, "length_scale")
+      scene%integrator%velocity_scale = number(instance, "velocity_scale")
+      scene%integrator%angular_velocity_scale = number(instance, "angular_velocity_scale")
+      scene%integrator%max_step = number(instance, "max_step")
+   end subroutine build_integrator
+
+   !> Values of the group `output`.
+   subroutine build_output(instance, path, output_file, scene, diagnostics)
+      !> The group.
+      type(instance_type), intent(inout) :: instance
+      !> Name of the scene file.
+      character(len=*), intent(in) :: path
+      !> Name of the output file from the command line; blank for that of the scene.
+      character(len=*), intent(in) :: output_file
+      !> The scene.
+      type(scene_type), intent(inout) :: scene
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: slash, dot
+
+      associate (file => instance%settings(instance%at("file")))
+         if (output_file /= "") then
+            file%text(1)%s = output_file
+         else if (.not. file%given) then
+            slash = index(path, "/", back=.true.)
+            dot = index(path, ".", back=.true.)
+            if (dot <= slash + 1) dot = len(path) + 1
+            file%text(1)%s = path(slash + 1:dot - 1) // ".h5"
+         else if (file%set .and. file%text(1)%s == "") then
+            call diagnostics%add(file%places(1), "'file' is empty", "the name of a file")
+         end if
+         file%set = .true.
+         scene%output%file = file%text(1)%s
+      end associate
+      scene%output%interval = number(instance, "interval")
+   end subroutine build_output
+
+   !> Contacts need two different bodies and a pair of shapes that is supported.
+   subroutine check_contacts(settings, scene, diagnostics)
+      !> The settings.
+      type(settings_type), intent(in) :: settings
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      class(geometry_type), allocatable :: geometry
+      type(origin_type) :: place
+      integer :: i
+
+      do i = 1, size(scene%contacts)
+         place = contact_place(settings, i)
+         associate (a => scene%surfaces(scene%contacts(i)%surfaces(1)), &
+            b => scene%surfaces(scene%contacts(i)%surfaces(2)))
+            if (a%body == b%body) then
+               call diagnostics%add(place, "surfaces " // quote(a%name) // " and " // &
+                  quote(b%name) // " of contact " // quote(scene%contacts(i)%name) // &
+                  " belong to the same body", "surfaces of two bodies")
+               cycle
+            end if
+            call new_geometry(a%surface, b%surface, geometry)
+            if (.not. allocated(geometry)) call diagnostics%add(place, "contact " // &
+               quote(scene%contacts(i)%name) // ": a " // trim(shape_names(a%surface%shape)) // &
+               " and a " // trim(shape_names(b%surface%shape)) // " cannot be paired", &
+               "one of the pairs (" // pairs() // ")")
+         end associate
+      end do
+      if (scene%output%interval > 0.0_wp .and. scene%t_end > max_rows*scene%output%interval) &
+         call diagnostics%add(origin_type(1, 0, 0, 1), "the output would have more than " // &
+         to_text(nint(max_rows)) // " rows", "a larger output.interval")
+
+   contains
+
+      !> Supported pairs.
+      function pairs() result(text)
+         character(len=:), allocatable :: text
+         integer :: k
+
+         associate (models => geometry_models())
+            text = trim(models(1)%name)
+            do k = 2, size(models)
+               text = text // "; " // trim(models(k)%name)
+            end do
+         end associate
+      end function pairs
+
+   end subroutine check_contacts
+
+   !> Where the surfaces of a contact are named.
+   pure function contact_place(settings, contact) result(place)
+      !> The settings.
+      type(settings_type), intent(in) :: settings
+      !> Number of the contact.
+      integer, intent(in) :: contact
+      type(origin_type) :: place
+      integer :: i, n
+
+      n = 0
+      place = origin_type()
+      do i = 1, size(settings%instances)
+         if (settings%instances(i)%settings(1)%key%group /= "contact") cycle
+         n = n + 1
+         if (n == contact) place = &
+            settings%instances(i)%settings(settings%instances(i)%at("surfaces"))%origin
+      end do
+   end function contact_place
+
+   !> Derive the settings that depend on the scene.
+   subroutine fill_in(settings, scene, system)
+      !> The settings.
+      type(settings_type), intent(inout) :: settings
+      !> The scene.
+      type(scene_type), intent(inout) :: scene
+      !> Its equations of motion.
+      type(system_type), intent(in) :: system
+      integer :: i
+
+      if (scene%output%interval <= 0.0_wp) scene%output%interval = 1.0e-3_wp*scene%t_end
+      if (scene%integrator%length_scale <= 0.0_wp) scene%integrator%length_scale = &
+         contact_length(scene, system, scene%integrator%velocity_scale)
+      do i = 1, size(settings%instances)
+         associate (instance => settings%instances(i))
+            select case (instance%settings(1)%key%group)
+            case ("output")
+               call derive(instance, "interval", scene%output%interval)
+            case ("integrator")
+               call derive(instance, "length_scale", scene%integrator%length_scale)
+            end select
+         end associate
+      end do
+
+   contains
+
+      !> Record a derived number.
+      subroutine derive(instance, name, x)
+         !> The group.
+         type(instance_type), intent(inout) :: instance
+         !> The key.
+         character(len=*), intent(in) :: name
+         !> The number.
+         real(wp), intent(in) :: x
+
+         associate (setting => instance%settings(instance%at(name)))
+            setting%set = .true.
+            setting%real(1) = x
+         end associate
+      end subroutine derive
+
+   end subroutine fill_in
+
+   !> Surfaces that overlap too much at the beginning.
+   subroutine check_overlaps(settings, scene, system, diagnostics)
+      !> The settings.
+      type(settings_type), intent(in) :: settings
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> Its equations of motion.
+      type(system_type), intent(in) :: system
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(pose_type) :: pose(0:size(scene%bodies))
+      real(wp) :: gap
+      integer :: i
+
+      do i = 1, size(scene%bodies)
+         pose(i)%position = scene%bodies(i)%position
+         pose(i)%rotation = rotation_matrix(scene%bodies(i)%quaternion)
+      end do
+      do i = 1, size(system%contacts)
+         associate (contact => system%contacts(i))
+            gap = contact%law%geometry%gap(pose(contact%a), pose(contact%b))
+            if (-gap > contact%law%largest_approach) call diagnostics%add( &
+               contact_place(settings, i), "the surfaces of contact " // &
+               quote(scene%contacts(i)%name) // " overlap by " // short(-gap) // &
+               " m at the beginning", "at most " // short(contact%law%largest_approach) // &
+               " m, " // short(largest_relative_approach) // " of the smallest radius of curvature")
+         end associate
+      end do
+
+   contains
+
+      !> A number with four digits.
+      function short(x) result(text)
+         !> The number.
+         real(wp), intent(in) :: x
+         character(len=:), allocatable :: text
+         character(len=16) :: digits
+
+         write(digits, "(es10.3)") x
+         text = trim(adjustl(digits))
+         if (x >= 1.0e-2_wp .and. x < 1.0e3_wp) text = to_text(x)
+      end function short
+
+   end subroutine check_overlaps
+
+   !> Index of what a reference names; 0 for the ground, or after a mistake.
+   subroutine refer(settings, complete, instance, key, slot, index, diagnostics)
+      !> All settings.
+      type(settings_type), intent(in) :: settings
+      !> Whether the document was read without a mistake of syntax.
+      logical, intent(in) :: complete
+      !> The group that refers.
+      type(instance_type), intent(in) :: instance
+      !> The key that refers.
+      character(len=*), intent(in) :: key
+      !> Which of its values.
+      integer, intent(in) :: slot
+      !> Number of the group among those of its kind.
+      integer, intent(out) :: index
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(string_type), allocatable :: names(:)
+      character(len=:), allocatable :: wanted, target
+      integer :: i, n, near
+      logical :: is_ground
+
+      index = 0
+      associate (setting => instance%settings(instance%at(key)))
+         if (.not. setting%set) return
+         target = trim(setting%key%target)
+         wanted = lower(setting%text(slot)%s)
+         is_ground = target == "body" .and. wanted == "ground"
+         if (is_ground) return
+         allocate(names(count_of(settings, target)))
+         n = 0
+         do i = 1, size(settings%instances)
+            if (settings%instances(i)%settings(1)%key%group /= target) cycle
+            n = n + 1
+            names(n)%s = settings%instances(i)%label()
+            if (lower(names(n)%s) == wanted) index = n
+         end do
+         if (index > 0 .or. .not. complete) return
+         near = nearest(wanted, names)
+         if (near > 0) then
+            call diagnostics%add(setting%places(slot), "there is no " // target // " " // &
+               quote(setting%text(slot)%s), quote(names(near)%s))
+         else
+            call diagnostics%add(setting%places(slot), "there is no " // target // " " // &
+               quote(setting%text(slot)%s), "the name of a group &" // target)
+         end if
+      end associate
+   end subroutine refer
+
+   !> Number of groups of a kind.
+   pure function count_of(settings, group) result(n)
+      !> All settings.
+      type(settings_type), intent(in) :: settings
+      !> Name of the group.
+      character(len=*), intent(in) :: group
+      integer :: n
+      integer :: i
+
+      n = 0
+      do i = 1, size(settings%instances)
+         if (settings%instances(i)%settings(1)%key%group == group) n = n + 1
+      end do
+   end function count_of
+
+   !> Number of a key; zero if it has none.
+   pure function number(instance, name) result(x)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The key.
+      character(len=*), intent(in) :: name
+      real(wp) :: x
+
+      x = instance%settings(instance%at(name))%real(1)
+   end function number
+
+   !> Three numbers of a key.
+   pure function numbers(instance, name) result(x)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The key.
+      character(len=*), intent(in) :: name
+      real(wp) :: x(3)
+
+      x = instance%settings(instance%at(name))%real(:3)
+   end function numbers
+
+end module contensou_io_scene_reader

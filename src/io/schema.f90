@@ -1,0 +1,327 @@
+!> The groups and keys of a scene: one table, from which the reader checks, `contensou help`
+!> documents, and the resolved scene in an output file is written.
+module contensou_io_schema
+   use contensou_base_kinds, only : wp
+   use contensou_base_text, only : string_type, to_text
+   use contensou_contact_damping, only : damping_model_type, damping_models
+   use contensou_contact_friction, only : friction_model_type, friction_models
+   use contensou_contact_catalogue, only : model_info_type
+   use contensou_contact_geometry, only : shape_names
+   use contensou_contact_normal, only : normal_models
+   use contensou_integrate_march, only : integrator_methods
+   implicit none(type, external)
+   private
+
+   public :: group_spec_type, key_spec_type, schema_groups, schema_keys, choices_of
+   public :: kind_real, kind_text, kind_name, kind_choice, kind_reference, kind_logical
+   public :: admits, domain_text
+
+   !> Real numbers.
+   integer, parameter :: kind_real = 1
+
+   !> Any text.
+   integer, parameter :: kind_text = 2
+
+   !> The name of what the group describes.
+   integer, parameter :: kind_name = 3
+
+   !> One of the names in a table of the program.
+   integer, parameter :: kind_choice = 4
+
+   !> The name of something described elsewhere in the scene.
+   integer, parameter :: kind_reference = 5
+
+   !> A logical.
+   integer, parameter :: kind_logical = 6
+
+   !> A group.
+   type :: group_spec_type
+      !> Name.
+      character(len=12) :: name = ""
+      !> Whether it may stand more than once.
+      logical :: repeats = .false.
+      !> Whether a scene must have it.
+      logical :: mandatory = .false.
+      !> What it describes.
+      character(len=160) :: doc = ""
+   end type group_spec_type
+
+   !> A key.
+   type :: key_spec_type
+      !> Group it belongs to.
+      character(len=12) :: group = ""
+      !> Name.
+      character(len=28) :: name = ""
+      !> What its values are, one of the `kind_*` codes.
+      integer :: kind = kind_real
+      !> Number of values.
+      integer :: values = 1
+      !> Whether it must be given.
+      logical :: mandatory = .false.
+      !> Default in namelist syntax; empty when there is none or it depends on the scene.
+      character(len=24) :: default = ""
+      !> Unit.
+      character(len=12) :: unit = ""
+      !> Smallest number.
+      real(wp) :: low = -huge(1.0_wp)
+      !> Largest number.
+      real(wp) :: high = huge(1.0_wp)
+      !> Whether `low` itself is excluded.
+      logical :: above_low = .false.
+      !> For a reference, the group it refers to.
+      character(len=12) :: target = ""
+      !> What it means.
+      character(len=320) :: doc = ""
+   end type key_spec_type
+
+contains
+
+   !> The groups of a scene, in the order of the documentation.
+   pure function schema_groups() result(groups)
+      type(group_spec_type), allocatable :: groups(:)
+
+      allocate(groups(7))
+      groups(1) = group_spec_type("scene", .false., .true., "what the whole scene shares")
+      groups(2) = group_spec_type("material", .true., .false., "an isotropic elastic material")
+      groups(3) = group_spec_type("body", .true., .true., &
+         "a rigid body and its initial state; the body 'ground' is predeclared and at rest")
+      groups(4) = group_spec_type("surface", .true., .false., &
+         "a surface fixed to a body, given in the frame of that body")
+      groups(5) = group_spec_type("contact", .true., .false., &
+         "two surfaces that can touch, and the models that act between them")
+      groups(6) = group_spec_type("integrator", .false., .false., "how time is integrated")
+      groups(7) = group_spec_type("output", .false., .false., "what is written")
+   end function schema_groups
+
+   !> The keys of all groups, in the order of the documentation.
+   function schema_keys() result(keys)
+      type(key_spec_type), allocatable :: keys(:)
+      integer :: n
+
+      allocate(keys(64))
+      n = 0
+
+      call put("scene", "title", kind_text, default="''", &
+         doc="title of the scene, for pictures and reports")
+      call put("scene", "gravity", kind_real, values=3, unit="m s-2", default="0, 0, 0", &
+         doc="acceleration of gravity in the inertial frame; not named, there is none")
+      call put("scene", "t_end", kind_real, unit="s", mandatory=.true., above=0.0_wp, &
+         doc="end of the simulated time, which starts at 0")
+
+      call put("material", "name", kind_name, mandatory=.true., doc="name of the material")
+      call put("material", "young", kind_real, unit="Pa", mandatory=.true., above=0.0_wp, &
+         doc="Young's modulus E")
+      call put("material", "poisson", kind_real, unit="1", mandatory=.true., above=-1.0_wp, &
+         most=0.5_wp, doc="Poisson's ratio nu")
+
+      call put("body", "name", kind_name, mandatory=.true., &
+         doc="name of the body; 'ground' is taken")
+      call put("body", "mass", kind_real, unit="kg", mandatory=.true., above=0.0_wp, doc="mass")
+      call put("body", "inertia", kind_real, values=3, unit="kg m2", mandatory=.true., &
+         above=0.0_wp, doc="principal moments of inertia about the centre of mass, along the " // &
+         "body axes; none may exceed the sum of the other two")
+      call put("body", "position", kind_real, values=3, unit="m", default="0, 0, 0", &
+         doc="initial centre of mass in the inertial frame")
+      call put("body", "axis", kind_real, values=3, unit="1", &
+         doc="axis of the initial rotation from the inertial to the body axes, of any length; " // &
+         "goes with angle")
+      call put("body", "angle", kind_real, unit="rad", &
+         doc="angle of the initial rotation about axis")
+      call put("body", "quaternion", kind_real, values=4, unit="1", &
+         doc="initial attitude (w, x, y, z), body to inertial frame, of any norm; instead of " // &
+         "axis and angle")
+      call put("body", "velocity", kind_real, values=3, unit="m s-1", default="0, 0, 0", &
+         doc="initial velocity of the centre of mass in the inertial frame")
+      call put("body", "spin", kind_real, values=3, unit="rad s-1", default="0, 0, 0", &
+         doc="initial angular velocity in body axes")
+      call put("body", "angular_velocity", kind_real, values=3, unit="rad s-1", &
+         doc="initial angular velocity in the inertial frame; instead of spin")
+
+      call put("surface", "name", kind_name, mandatory=.true., doc="name of the surface")
+      call put("surface", "body", kind_reference, mandatory=.true., target="body", &
+         doc="body that carries the surface, or 'ground'")
+      call put("surface", "shape", kind_choice, mandatory=.true., doc="shape of the surface")
+      call put("surface", "centre", kind_real, values=3, unit="m", default="0, 0, 0", &
+         doc="centre of a sphere, any point of a plane, in the frame of the body")
+      call put("surface", "radius", kind_real, unit="m", above=0.0_wp, &
+         doc="radius of a sphere; mandatory there, not for a plane")
+      call put("surface", "normal", kind_real, values=3, unit="1", &
+         doc="outward normal of a plane in the frame of the body, of any length; " // &
+         "0, 0, 1 if not given; not for a sphere")
+      call put("surface", "material", kind_reference, mandatory=.true., target="material", &
+         doc="material of the surface")
+
+      call put("contact", "name", kind_name, mandatory=.true., doc="name of the contact")
+      call put("contact", "surfaces", kind_reference, values=2, mandatory=.true., &
+         target="surface", doc="the surfaces A and B; normals point from A into B, forces are " // &
+         "reported as they act on the body of B")
+      call put("contact", "normal", kind_choice, default="'hertz'", doc="normal force")
+      call put("contact", "damping", kind_choice, default="'none'", &
+         doc="damping of the normal force")
+      call put("contact", "damping_coefficient", kind_real, unit="model", least=0.0_wp, &
+         doc="coefficient of the damping law: hunt_crossley alpha [s/m], viscous D [N s/m2], " // &
+         "tsuji alpha [-]")
+      call put("contact", "restitution", kind_real, unit="1", above=0.0_wp, most=1.0_wp, &
+         doc="coefficient of restitution, instead of damping_coefficient, for hunt_crossley " // &
+         "and tsuji")
+      call put("contact", "impact_velocity", kind_real, unit="m s-1", above=0.0_wp, &
+         doc="speed of approach at which a hunt_crossley contact has its restitution; not " // &
+         "given, the coefficient follows the speed of each touch (not below 1e-3 m/s)")
+      call put("contact", "friction", kind_choice, default="'none'", doc="friction model")
+      call put("contact", "friction_coefficient", kind_real, unit="1", least=0.0_wp, &
+         doc="friction coefficient f; mandatory with friction")
+      call put("contact", "regularization_velocity", kind_real, unit="m s-1", least=0.0_wp, &
+         doc="velocity delta below which friction falls to zero with the slip velocity; " // &
+         "mandatory and positive for coulomb, otherwise 0: the wrench of v = w = 0 is zero")
+      call put("contact", "drilling", kind_logical, default=".true.", &
+         doc="whether the drilling torque about the normal acts")
+
+      call put("integrator", "method", kind_choice, default="'cvode_bdf'", doc="method")
+      call put("integrator", "rtol", kind_real, unit="1", default="1.0e-8", least=1.0e-14_wp, &
+         most=1.0e-1_wp, doc="relative tolerance of a step, against the scales below")
+      call put("integrator", "length_scale", kind_real, unit="m", above=0.0_wp, &
+         doc="positions are held to rtol times this length; not given, it is the overlap " // &
+         "under gravity of the lightest contact, or of an impact at velocity_scale")
+      call put("integrator", "velocity_scale", kind_real, unit="m s-1", above=0.0_wp, &
+         default="1.0e-2", &
+         doc="velocities are held to rtol times the larger of this and the speed")
+      call put("integrator", "angular_velocity_scale", kind_real, unit="rad s-1", above=0.0_wp, &
+         default="1.0", &
+         doc="angular velocities are held to rtol times the larger of this and the rate")
+      call put("integrator", "max_step", kind_real, unit="s", above=0.0_wp, &
+         doc="largest step; not given, there is no bound")
+
+      call put("output", "file", kind_text, &
+         doc="name of the HDF5 file; not given, the name of the scene file with .h5, in the " // &
+         "current folder")
+      call put("output", "interval", kind_real, unit="s", above=0.0_wp, &
+         doc="time between rows; not given, t_end/1000")
+
+      keys = keys(:n)
+
+   contains
+
+      !> Add a key.
+      subroutine put(group, name, kind, doc, values, unit, default, mandatory, above, least, &
+         most, target)
+         !> Group.
+         character(len=*), intent(in) :: group
+         !> Name.
+         character(len=*), intent(in) :: name
+         !> What its values are.
+         integer, intent(in) :: kind
+         !> What it means.
+         character(len=*), intent(in) :: doc
+         !> Number of values.
+         integer, intent(in), optional :: values
+         !> Unit.
+         character(len=*), intent(in), optional :: unit
+         !> Default in namelist syntax.
+         character(len=*), intent(in), optional :: default
+         !> Whether it must be given.
+         logical, intent(in), optional :: mandatory
+         !> Numbers are larger than this.
+         real(wp), intent(in), optional :: above
+         !> Numbers are at least this.
+         real(wp), intent(in), optional :: least
+         !> Numbers are at most this.
+         real(wp), intent(in), optional :: most
+         !> Group that a reference refers to.
+         character(len=*), intent(in), optional :: target
+
+         n = n + 1
+         keys(n)%group = group
+         keys(n)%name = name
+         keys(n)%kind = kind
+         keys(n)%doc = doc
+         if (present(values)) keys(n)%values = values
+         if (present(unit)) keys(n)%unit = unit
+         if (present(default)) keys(n)%default = default
+         if (present(mandatory)) keys(n)%mandatory = mandatory
+         if (present(above)) keys(n)%low = above
+         keys(n)%above_low = present(above)
+         if (present(least)) keys(n)%low = least
+         if (present(most)) keys(n)%high = most
+         if (present(target)) keys(n)%target = target
+      end subroutine put
+
+   end function schema_keys
+
+   !> Names that a key of `kind_choice` admits, from the tables of the program.
+   function choices_of(key) result(names)
+      !> The key.
+      type(key_spec_type), intent(in) :: key
+      type(string_type), allocatable :: names(:)
+      type(model_info_type), allocatable :: normal(:)
+      type(damping_model_type), allocatable :: damping(:)
+      type(friction_model_type), allocatable :: friction(:)
+
+      select case (trim(key%group) // "." // trim(key%name))
+      case ("surface.shape")
+         names = strings(shape_names)
+      case ("contact.normal")
+         normal = normal_models()
+         names = strings(normal%name)
+      case ("contact.damping")
+         damping = damping_models()
+         names = strings(damping%info%name)
+      case ("contact.friction")
+         friction = friction_models()
+         names = strings(friction%info%name)
+      case ("integrator.method")
+         names = strings(integrator_methods)
+      case default
+         allocate(names(0))
+      end select
+   end function choices_of
+
+   !> Texts of their own length from texts padded with blanks.
+   pure function strings(padded) result(names)
+      !> Padded texts.
+      character(len=*), intent(in) :: padded(:)
+      type(string_type), allocatable :: names(:)
+      integer :: i
+
+      allocate(names(size(padded)))
+      do i = 1, size(padded)
+         names(i)%s = trim(padded(i))
+      end do
+   end function strings
+
+   !> Whether a finite number is in the domain of a key.
+   pure function admits(key, x) result(ok)
+      !> The key.
+      type(key_spec_type), intent(in) :: key
+      !> The number.
+      real(wp), intent(in) :: x
+      logical :: ok
+
+      ok = x >= key%low .and. x <= key%high
+      if (key%above_low) ok = ok .and. x > key%low
+   end function admits
+
+   !> Domain and unit of the numbers of a key in words, as "a number > 0 [kg]".
+   pure function domain_text(key) result(text)
+      !> The key.
+      type(key_spec_type), intent(in) :: key
+      character(len=:), allocatable :: text
+
+      text = "a number"
+      if (key%values > 1) text = to_text(key%values) // " numbers"
+      if (key%low > -huge(key%low)) then
+         text = text // trim(merge(" > ", " >=", key%above_low)) // " " // to_text(key%low)
+      end if
+      if (key%high < huge(key%high)) then
+         if (key%low > -huge(key%low)) text = text // " and"
+         text = text // " <= " // to_text(key%high)
+      end if
+      if (key%unit == "model") then
+         text = text // " [unit of the law]"
+      else if (key%unit == "1") then
+         text = text // " [-]"
+      else if (key%unit /= "") then
+         text = text // " [" // trim(key%unit) // "]"
+      end if
+   end function domain_text
+
+end module contensou_io_schema

@@ -1,0 +1,662 @@
+!> From a namelist document to checked settings: every key of every group with its value or
+!> default, its origin, and every mistake reported.
+module contensou_io_settings
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
+   use contensou_base_diagnostics, only : diagnostics_type, origin_type
+   use contensou_base_document, only : assignment_type, document_type, group_type, &
+      parse_value_list, value_integer, value_logical, value_null, value_real, value_text, value_type
+   use contensou_base_kinds, only : wp
+   use contensou_base_text, only : join, lower, nearest, quote, string_type, to_text
+   use contensou_io_schema, only : admits, choices_of, domain_text, group_spec_type, &
+      key_spec_type, kind_choice, kind_logical, kind_name, kind_real, kind_reference, kind_text, &
+      schema_groups, schema_keys
+   implicit none(type, external)
+   private
+
+   public :: setting_type, instance_type, settings_type
+   public :: resolve, apply_override, resolved_text
+
+   !> A key with its value.
+   type :: setting_type
+      !> The key.
+      type(key_spec_type) :: key
+      !> Whether the scene gives it.
+      logical :: given = .false.
+      !> Whether it has a usable value, given or default.
+      logical :: set = .false.
+      !> Where the key stands, or the group if it is not given.
+      type(origin_type) :: origin
+      !> Where each value stands.
+      type(origin_type) :: places(4)
+      !> Numbers.
+      real(wp) :: real(4) = 0.0_wp
+      !> Texts.
+      type(string_type) :: text(2)
+      !> Logical.
+      logical :: logical = .false.
+      !> Position of a choice in its table.
+      integer :: choice = 0
+   end type setting_type
+
+   !> A group of the scene.
+   type :: instance_type
+      !> Index in `schema_groups`.
+      integer :: group = 0
+      !> Where it stands.
+      type(origin_type) :: origin
+      !> Whether it was read without a mistake of syntax.
+      logical :: complete = .true.
+      !> Its keys, all that the schema has for it.
+      type(setting_type), allocatable :: settings(:)
+   contains
+      !> Position of a key in `settings`.
+      procedure :: at
+      !> Value of the key `name`, or blank.
+      procedure :: label
+   end type instance_type
+
+   !> All groups.
+   type :: settings_type
+      !> The groups in the order of the file.
+      type(instance_type), allocatable :: instances(:)
+   end type settings_type
+
+contains
+
+   !> Position of a key in the settings of a group; the key must exist.
+   pure function at(self, name) result(i)
+      !> The group.
+      class(instance_type), intent(in) :: self
+      !> Name of the key.
+      character(len=*), intent(in) :: name
+      integer :: i
+
+      do i = 1, size(self%settings)
+         if (self%settings(i)%key%name == name) return
+      end do
+      error stop "a key is asked for that the schema does not have"
+   end function at
+
+   !> Value of the key `name` of a group; blank if it has none.
+   pure function label(self) result(name)
+      !> The group.
+      class(instance_type), intent(in) :: self
+      character(len=:), allocatable :: name
+      integer :: i
+
+      name = ""
+      do i = 1, size(self%settings)
+         if (self%settings(i)%key%kind == kind_name .and. self%settings(i)%set) &
+            name = self%settings(i)%text(1)%s
+      end do
+   end function label
+
+   !> Replace or add values in a document, from `--set PATH=VALUE`.
+   !>
+   !> PATH is `group.key` (every group of that name; one is added if there is none and it does not
+   !> repeat), `name.key`, or `group.name.key` where a name alone would be ambiguous.
+   subroutine apply_override(document, override, diagnostics)
+      !> Document to change.
+      type(document_type), intent(inout) :: document
+      !> Text after `--set`.
+      character(len=*), intent(in) :: override
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(key_spec_type), allocatable :: keys(:)
+      type(group_spec_type), allocatable :: groups(:)
+      type(value_type), allocatable :: values(:)
+      type(string_type), allocatable :: names(:)
+      character(len=:), allocatable :: path, object, key, source_name, names_found
+      logical, allocatable :: hit(:)
+      logical :: any_group
+      type(origin_type) :: origin
+      integer :: equals, dot, i, first_dot, n_before
+
+      source_name = "--set " // override
+      equals = index(override, "=")
+      n_before = diagnostics%count()
+      if (equals == 0) then
+         call parse_value_list(source_name, override, values, document, diagnostics, .true.)
+         origin = origin_type(size(document%sources), 0, 0, 1)
+         if (diagnostics%count() == n_before) call diagnostics%add(origin, &
+            "'=' is missing", "--set group.key=value or --set name.key=value")
+         return
+      end if
+      call parse_value_list(source_name, override(equals + 1:), values, document, diagnostics, &
+         .true.)
+      origin = origin_type(size(document%sources), 0, 0, 1)
+      if (diagnostics%count() > n_before) return
+      path = lower(trim(adjustl(override(:equals - 1))))
+      dot = index(path, ".", back=.true.)
+      if (dot <= 1 .or. dot == len(path)) then
+         call diagnostics%add(origin, "'" // path // "' does not say what to set", &
+            "group.key or name.key, as integrator.rtol")
+         return
+      end if
+      object = path(:dot - 1)
+      key = path(dot + 1:)
+      keys = schema_keys()
+      groups = schema_groups()
+      do i = 1, size(document%sources)
+         if (document%sources(i)%name == source_name) origin%source = i
+      end do
+
+      allocate(hit(document%n_groups), source=.false.)
+      any_group = any(groups%name == object)
+      names_found = ""
+      if (any_group) then
+         do i = 1, document%n_groups
+            hit(i) = document%groups(i)%name == object
+         end do
+         if (.not. any(hit) .and. any(groups%name == object .and. .not. groups%repeats)) then
+            call add_group(document, object, origin)
+            hit = [hit, .true.]
+         end if
+      else
+         first_dot = index(object, ".")
+         do i = 1, document%n_groups
+            hit(i) = name_of(document%groups(i)) == object
+            if (first_dot > 0) hit(i) = hit(i) .or. (document%groups(i)%name == &
+               object(:first_dot - 1) .and. name_of(document%groups(i)) == object(first_dot + 1:))
+            if (hit(i)) hit(i) = any(keys%group == document%groups(i)%name .and. keys%name == key) &
+               .or. .not. any(keys%name == key)
+            if (hit(i)) names_found = names_found // " " // trim(document%groups(i)%name) // &
+               "." // object // "." // key
+         end do
+         if (count(hit) > 1) then
+            call diagnostics%add(origin, "'" // path // "' is ambiguous", "one of" // names_found)
+            return
+         end if
+      end if
+      if (.not. any(hit)) then
+         allocate(names(size(groups) + document%n_groups))
+         do i = 1, size(groups)
+            names(i)%s = trim(groups(i)%name)
+         end do
+         do i = 1, document%n_groups
+            names(size(groups) + i)%s = name_of(document%groups(i))
+         end do
+         i = nearest(object, names)
+         if (any_group) then
+            call diagnostics%add(origin, "the scene has no group &" // object)
+         else if (i > 0) then
+            call diagnostics%add(origin, "the scene has no group or name '" // object // "'" // &
+               " with a key '" // key // "'", names(i)%s // "." // key)
+         else
+            call diagnostics%add(origin, "the scene has no group or name '" // object // "'", &
+               "the name of a group, or of a body, surface, material or contact")
+         end if
+         return
+      end if
+      do i = 1, document%n_groups
+         if (hit(i)) call set_key(document%groups(i), key, values, origin)
+      end do
+   end subroutine apply_override
+
+   !> Name that a group of a document gives itself, in lower case; blank if none.
+   pure function name_of(group) result(name)
+      !> The group.
+      type(group_type), intent(in) :: group
+      character(len=:), allocatable :: name
+      integer :: i
+
+      name = ""
+      do i = 1, group%n_assignments
+         if (group%assignments(i)%key /= "name") cycle
+         if (size(group%assignments(i)%values) /= 1) cycle
+         if (group%assignments(i)%values(1)%kind == value_text) &
+            name = lower(trim(group%assignments(i)%values(1)%text))
+      end do
+   end function name_of
+
+   !> Add an empty group to a document.
+   subroutine add_group(document, name, origin)
+      !> The document.
+      type(document_type), intent(inout) :: document
+      !> Name of the group.
+      character(len=*), intent(in) :: name
+      !> Where it comes from.
+      type(origin_type), intent(in) :: origin
+      type(group_type), allocatable :: groups(:)
+      integer :: i
+
+      allocate(groups(document%n_groups + 1))
+      do i = 1, document%n_groups
+         groups(i) = document%groups(i)
+      end do
+      groups(i)%name = name
+      groups(i)%origin = origin
+      allocate(groups(i)%assignments(0))
+      call move_alloc(groups, document%groups)
+      document%n_groups = document%n_groups + 1
+   end subroutine add_group
+
+   !> Give a key of a group new values, in place of all that it had.
+   subroutine set_key(group, key, values, origin)
+      !> The group.
+      type(group_type), intent(inout) :: group
+      !> The key.
+      character(len=*), intent(in) :: key
+      !> Its values.
+      type(value_type), intent(in) :: values(:)
+      !> Where they come from.
+      type(origin_type), intent(in) :: origin
+      type(assignment_type), allocatable :: kept(:)
+      integer :: i, n
+
+      allocate(kept(group%n_assignments + 1))
+      n = 0
+      do i = 1, group%n_assignments
+         if (group%assignments(i)%key == key) cycle
+         n = n + 1
+         kept(n) = group%assignments(i)
+      end do
+      n = n + 1
+      kept(n)%key = key
+      kept(n)%values = values
+      kept(n)%origin = origin
+      deallocate(group%assignments)
+      allocate(group%assignments(n))
+      do i = 1, n
+         group%assignments(i) = kept(i)
+      end do
+      group%n_assignments = n
+   end subroutine set_key
+
+   !> Check all groups and keys of a document against the schema.
+   subroutine resolve(document, settings, diagnostics)
+      !> The document.
+      type(document_type), intent(in) :: document
+      !> All groups with all their keys.
+      type(settings_type), intent(out) :: settings
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(group_spec_type), allocatable :: groups(:)
+      type(key_spec_type), allocatable :: keys(:)
+      type(instance_type), allocatable :: instances(:)
+      integer, allocatable :: first(:)
+      integer :: i, g, n, near
+
+      groups = schema_groups()
+      keys = schema_keys()
+      allocate(instances(document%n_groups))
+      allocate(first(size(groups)), source=0)
+      n = 0
+      do i = 1, document%n_groups
+         associate (group => document%groups(i))
+            g = findloc(groups%name == group%name, .true., dim=1)
+            if (g == 0) then
+               near = nearest(group%name, groups%name)
+               if (near > 0) then
+                  call diagnostics%add(group%origin, "unknown group &" // group%name, &
+                     "&" // trim(groups(near)%name))
+               else
+                  call diagnostics%add(group%origin, "unknown group &" // group%name, &
+                     "one of " // list_of(groups%name, "&"))
+               end if
+               cycle
+            end if
+            if (first(g) > 0 .and. .not. groups(g)%repeats) then
+               call diagnostics%add(group%origin, "group &" // group%name // " given twice", &
+                  "one group &" // group%name // "; the first is in line " // &
+                  to_text(document%groups(first(g))%origin%line))
+               cycle
+            end if
+            if (first(g) == 0) first(g) = i
+            n = n + 1
+            instances(n)%group = g
+            instances(n)%origin = group%origin
+            instances(n)%complete = group%complete
+            call resolve_group(group, keys, instances(n), diagnostics)
+         end associate
+      end do
+      allocate(settings%instances(n))
+      do i = 1, n
+         settings%instances(i) = instances(i)
+      end do
+      if (.not. document%complete) return
+      do g = 1, size(groups)
+         if (groups(g)%mandatory .and. first(g) == 0) call diagnostics%add( &
+            origin_type(1, 0, 0, 1), "there is no group &" // trim(groups(g)%name), &
+            "&" // trim(groups(g)%name) // ": " // trim(groups(g)%doc))
+      end do
+   end subroutine resolve
+
+   !> Check the keys of a group.
+   subroutine resolve_group(group, keys, instance, diagnostics)
+      !> The group as read.
+      type(group_type), intent(in) :: group
+      !> All keys of the schema.
+      type(key_spec_type), intent(in) :: keys(:)
+      !> The group with all its keys.
+      type(instance_type), intent(inout) :: instance
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(key_spec_type), allocatable :: own(:)
+      integer, allocatable :: first_given(:, :)
+      integer :: i, k, near
+
+      own = pack(keys, keys%group == group%name)
+      allocate(instance%settings(size(own)), first_given(4, size(own)))
+      first_given = 0
+      do k = 1, size(own)
+         instance%settings(k)%key = own(k)
+         instance%settings(k)%origin = group%origin
+         instance%settings(k)%places = group%origin
+         call set_default(instance%settings(k))
+      end do
+      do i = 1, group%n_assignments
+         associate (assignment => group%assignments(i))
+            k = findloc(own%name == assignment%key, .true., dim=1)
+            if (k == 0) then
+               near = nearest(assignment%key, own%name)
+               if (near > 0) then
+                  call diagnostics%add(assignment%origin, "unknown key '" // assignment%key // &
+                     "' in group &" // group%name, trim(own(near)%name))
+               else
+                  call diagnostics%add(assignment%origin, "unknown key '" // assignment%key // &
+                     "' in group &" // group%name, "one of " // list_of(own%name, ""))
+               end if
+               cycle
+            end if
+            call take_assignment(assignment, instance%settings(k), first_given(:, k), &
+               group%name, diagnostics)
+         end associate
+      end do
+      do k = 1, size(own)
+         associate (setting => instance%settings(k))
+            if (setting%given) then
+               setting%set = all(first_given(:own(k)%values, k) > 0)
+               if (any(first_given(:own(k)%values, k) == 0)) call diagnostics%add( &
+                  setting%origin, "'" // trim(own(k)%name) // "' has " // &
+                  to_text(count(first_given(:, k) /= 0)) // " of " // to_text(own(k)%values) // &
+                  " values", expected_of(own(k)))
+            else if (own(k)%mandatory .and. group%complete) then
+               call diagnostics%add(group%origin, "'" // trim(own(k)%name) // &
+                  "' is missing in group &" // trim(group%name) // named(instance), &
+                  trim(own(k)%name) // " = " // expected_of(own(k)))
+            end if
+         end associate
+      end do
+   end subroutine resolve_group
+
+   !> " 'name'" for messages, if the group has a name.
+   pure function named(instance) result(text)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      character(len=:), allocatable :: text
+
+      text = instance%label()
+      if (text /= "") text = " " // quote(text)
+   end function named
+
+   !> Give a key its default, if it has one.
+   subroutine set_default(setting)
+      !> The key.
+      type(setting_type), intent(inout) :: setting
+      integer :: i
+      type(string_type), allocatable :: names(:)
+      character(len=:), allocatable :: text
+
+      setting%text(1)%s = ""
+      setting%text(2)%s = ""
+      if (setting%key%default == "") return
+      text = trim(setting%key%default)
+      setting%set = .true.
+      select case (setting%key%kind)
+      case (kind_real)
+         read(text, *) setting%real(:setting%key%values)
+      case (kind_logical)
+         setting%logical = text == ".true."
+      case default
+         setting%text(1)%s = text(2:len(text) - 1)
+         names = choices_of(setting%key)
+         do i = 1, size(names)
+            if (names(i)%s == setting%text(1)%s) setting%choice = i
+         end do
+      end select
+   end subroutine set_default
+
+   !> Take the values of an assignment.
+   subroutine take_assignment(assignment, setting, first_given, group, diagnostics)
+      !> The assignment.
+      type(assignment_type), intent(in) :: assignment
+      !> The key.
+      type(setting_type), intent(inout) :: setting
+      !> For each value, the line it was first given in; -1 after a mistake, 0 if not given.
+      integer, intent(inout) :: first_given(:)
+      !> Name of the group.
+      character(len=*), intent(in) :: group
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: low, high, i, slot
+      logical :: good
+
+      associate (key => setting%key)
+         low = max(assignment%first, 1)
+         high = key%values
+         if (assignment%first > 0 .and. assignment%last >= 0) high = assignment%last
+         if (key%values == 1 .and. assignment%first /= 0 .or. high > key%values .or. &
+            low > key%values) then
+            call diagnostics%add(assignment%origin, "'" // trim(key%name) // "' has " // &
+               to_text(key%values) // merge(" value ", " values", key%values == 1) // &
+               ", the subscript is out of range", expected_of(key))
+            setting%given = .true.
+            first_given = -1
+            return
+         end if
+         if (.not. setting%given) setting%origin = assignment%origin
+         if (size(assignment%values) > high - low + 1) then
+            call diagnostics%add(assignment%values(high - low + 2)%origin, "too many values for '" &
+               // trim(key%name) // "' in group &" // group, expected_of(key))
+            setting%given = .true.
+            first_given = -1
+            return
+         end if
+         if (size(assignment%values) == 0) then
+            call diagnostics%add(assignment%origin, "no value for '" // trim(key%name) // &
+               "' in group &" // group, expected_of(key))
+            setting%given = .true.
+            first_given = -1
+            return
+         end if
+         if (any(first_given(low:low + size(assignment%values) - 1) /= 0)) then
+            call diagnostics%add(assignment%origin, "'" // trim(key%name) // &
+               "' given twice in group &" // group, "one of the two; the first is in line " // &
+               to_text(maxval(abs(first_given(low:high)))))
+            return
+         end if
+         setting%given = .true.
+         do i = 1, size(assignment%values)
+            slot = low + i - 1
+            setting%places(slot) = assignment%values(i)%origin
+            call take_value(assignment%values(i), setting, slot, group, diagnostics, good)
+            first_given(slot) = -1
+            if (good) first_given(slot) = max(assignment%origin%line, 1)
+         end do
+      end associate
+   end subroutine take_assignment
+
+   !> Take one value.
+   subroutine take_value(value, setting, slot, group, diagnostics, good)
+      !> The value.
+      type(value_type), intent(in) :: value
+      !> The key.
+      type(setting_type), intent(inout) :: setting
+      !> Which of its values.
+      integer, intent(in) :: slot
+      !> Name of the group.
+      character(len=*), intent(in) :: group
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      !> Whether the value is in order.
+      logical, intent(out) :: good
+      type(string_type), allocatable :: names(:)
+      integer :: i
+
+      good = .false.
+      associate (key => setting%key)
+         if (value%kind == value_null) then
+            call wrong("a value of '" // trim(key%name) // "' is missing in group &" // group)
+            return
+         end if
+         select case (key%kind)
+         case (kind_real)
+            if (value%kind /= value_integer .and. value%kind /= value_real) then
+               call wrong("'" // trim(key%name) // "' needs a number, this is a " // &
+                  kind_word(value))
+               return
+            end if
+            if (.not. ieee_is_finite(value%real)) then
+               call wrong("'" // trim(key%name) // "' must be finite")
+               return
+            end if
+            if (.not. admits(key, value%real)) then
+               call wrong("'" // trim(key%name) // "' is out of range")
+               return
+            end if
+            setting%real(slot) = value%real
+         case (kind_logical)
+            if (value%kind /= value_logical) then
+               call wrong("'" // trim(key%name) // "' needs a logical, this is a " // &
+                  kind_word(value))
+               return
+            end if
+            setting%logical = value%logical
+         case default
+            if (value%kind /= value_text) then
+               call wrong("'" // trim(key%name) // "' needs a text in quotes, this is a " // &
+                  kind_word(value))
+               return
+            end if
+            setting%text(slot)%s = trim(adjustl(value%text))
+            if (key%kind /= kind_text .and. setting%text(slot)%s == "") then
+               call wrong("'" // trim(key%name) // "' is empty")
+               return
+            end if
+            if (key%kind == kind_choice) then
+               names = choices_of(key)
+               setting%choice = 0
+               do i = 1, size(names)
+                  if (names(i)%s == lower(setting%text(slot)%s)) setting%choice = i
+               end do
+               if (setting%choice == 0) then
+                  i = nearest(lower(setting%text(slot)%s), names)
+                  if (i > 0) then
+                     call diagnostics%add(value%origin, "unknown " // trim(key%name) // " " // &
+                        quote(setting%text(slot)%s), quote(names(i)%s) // "; possible are " // &
+                        join(names, ", "))
+                  else
+                     call diagnostics%add(value%origin, "unknown " // trim(key%name) // " " // &
+                        quote(setting%text(slot)%s), "one of " // join(names, ", "))
+                  end if
+                  return
+               end if
+               setting%text(slot)%s = names(setting%choice)%s
+            end if
+         end select
+      end associate
+      good = .true.
+
+   contains
+
+      !> Report a mistake in this value.
+      subroutine wrong(message)
+         !> What is wrong.
+         character(len=*), intent(in) :: message
+
+         call diagnostics%add(value%origin, message, expected_of(setting%key))
+      end subroutine wrong
+
+   end subroutine take_value
+
+   !> A kind of value in words.
+   pure function kind_word(value) result(word)
+      !> The value.
+      type(value_type), intent(in) :: value
+      character(len=:), allocatable :: word
+
+      select case (value%kind)
+      case (value_logical)
+         word = "logical"
+      case (value_text)
+         word = "text"
+      case default
+         word = "number"
+      end select
+   end function kind_word
+
+   !> What a key wants, in words.
+   function expected_of(key) result(text)
+      !> The key.
+      type(key_spec_type), intent(in) :: key
+      character(len=:), allocatable :: text
+
+      select case (key%kind)
+      case (kind_real)
+         text = domain_text(key)
+      case (kind_logical)
+         text = ".true. or .false."
+      case (kind_choice)
+         text = "one of " // join(choices_of(key), ", ") // ", in quotes"
+      case (kind_reference)
+         text = "the name of a " // trim(key%target) // " in quotes"
+         if (key%values == 2) text = "the names of two " // trim(key%target) // "s in quotes"
+      case (kind_name)
+         text = "a name in quotes"
+      case default
+         text = "a text in quotes"
+      end select
+   end function expected_of
+
+   !> Names separated by commas, each with a prefix.
+   pure function list_of(names, prefix) result(text)
+      !> The names.
+      character(len=*), intent(in) :: names(:)
+      !> Put before each.
+      character(len=*), intent(in) :: prefix
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = ""
+      do i = 1, size(names)
+         if (i > 1) text = text // ", "
+         text = text // prefix // trim(names(i))
+      end do
+   end function list_of
+
+   !> The settings as a namelist text: every key that has a value, defaults included.
+   function resolved_text(settings) result(text)
+      !> The settings.
+      type(settings_type), intent(in) :: settings
+      character(len=:), allocatable :: text
+      type(group_spec_type), allocatable :: groups(:)
+      integer :: i, k, v
+
+      groups = schema_groups()
+      text = ""
+      do i = 1, size(settings%instances)
+         text = text // "&" // trim(groups(settings%instances(i)%group)%name) // new_line("a")
+         do k = 1, size(settings%instances(i)%settings)
+            associate (setting => settings%instances(i)%settings(k))
+               if (.not. setting%set) cycle
+               text = text // "   " // trim(setting%key%name) // " = "
+               do v = 1, setting%key%values
+                  if (v > 1) text = text // ", "
+                  select case (setting%key%kind)
+                  case (kind_real)
+                     text = text // to_text(setting%real(v))
+                  case (kind_logical)
+                     text = text // trim(merge(".true. ", ".false.", setting%logical))
+                  case default
+                     text = text // quote(setting%text(v)%s)
+                  end select
+               end do
+               text = text // new_line("a")
+            end associate
+         end do
+         text = text // "/" // new_line("a")
+      end do
+   end function resolved_text
+
+end module contensou_io_settings

@@ -1,0 +1,682 @@
+!> The output file of a run: docs/output.md describes its format.
+!>
+!> Rows are collected and appended in chunks, handed to the system every few seconds, so that a
+!> killed run leaves what it had. The file is written under the name NAME.part and renamed when it
+!> is complete: a file under its final name is a complete result.
+module contensou_io_trajectory
+   use contensou_base_build, only : build_compiler, build_flags, git_commit, program_version
+   use contensou_base_errors, only : error_type
+   use contensou_base_kinds, only : i8, wp
+   use contensou_base_system, only : cpu_seconds, host_name, rename_file, utc_now, wall_seconds
+   use contensou_contact_damping, only : damping_model_type, damping_models
+   use contensou_contact_friction, only : friction_model_type, friction_models
+   use contensou_contact_catalogue, only : model_info_type
+   use contensou_contact_geometry, only : pose_type
+   use contensou_contact_normal, only : normal_models
+   use contensou_dynamics_scene, only : scene_type
+   use contensou_dynamics_system, only : contact_report_type, system_type
+   use contensou_integrate_cvode, only : statistics_type, sundials_version
+   use contensou_integrate_march, only : event_touch
+   use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_series_type, hdf5_version, &
+      series_real, series_text
+   implicit none(type, external)
+   private
+
+   public :: trajectory_type, summary_type, filetype, filetype_version, part_suffix
+
+   !> What the file is, for programs that open it.
+   character(len=*), parameter :: filetype = "contensou-trajectory"
+
+   !> Version of the format: the second number grows with additions, the first with changes.
+   character(len=*), parameter :: filetype_version = "1.0"
+
+   !> Suffix of a file that is not complete.
+   character(len=*), parameter :: part_suffix = ".part"
+
+   !> Seconds between two flushes.
+   real(wp), parameter :: flush_interval = 5.0_wp
+
+   !> Rows in a chunk.
+   integer, parameter :: chunk_rows = 512
+
+   !> Events in a chunk.
+   integer, parameter :: chunk_events = 64
+
+   !> A series with the rows that wait to be appended.
+   type :: column_type
+      !> The series.
+      type(hdf5_series_type) :: series
+      !> Values of a row.
+      integer :: width = 1
+      !> Rows that wait, (width, chunk_rows).
+      real(wp), allocatable :: rows(:, :)
+   end type column_type
+
+   !> Columns of the trajectory, in the order in which `row` fills them.
+   integer, parameter :: c_time = 1, c_position = 2, c_velocity = 3, c_angular_velocity = 4, &
+      c_quaternion = 5, c_kinetic = 6, c_potential = 7, c_elastic = 8, c_friction = 9, &
+      c_damping = 10, c_error = 11, c_gap = 12, c_normal = 13, c_force = 14, c_torque = 15, &
+      c_slip = 16, c_spin = 17, c_axes = 18, n_columns = 18
+
+   !> What a run comes down to.
+   type :: summary_type
+      !> Time reached [s].
+      real(wp) :: time = 0.0_wp
+      !> Rows written.
+      integer(i8) :: rows = 0
+      !> Touches.
+      integer(i8) :: touches = 0
+      !> Lift-offs.
+      integer(i8) :: lifts = 0
+      !> Energy at the beginning [J].
+      real(wp) :: initial_energy = 0.0_wp
+      !> Largest absolute residual of the energy balance [J].
+      real(wp) :: largest_error = 0.0_wp
+      !> That over the initial energy, or over the largest kinetic energy if that is zero [-].
+      real(wp) :: relative_error = 0.0_wp
+      !> Work lost in friction [J].
+      real(wp) :: work_friction = 0.0_wp
+      !> Work lost in damping [J].
+      real(wp) :: work_damping = 0.0_wp
+   end type summary_type
+
+   !> An output file that is being written.
+   type :: trajectory_type
+      !> What the run comes down to so far.
+      type(summary_type) :: summary
+      !> Name of the complete file.
+      character(len=:), allocatable :: name
+      !> The file.
+      type(hdf5_file_type), private :: file
+      !> Columns of the trajectory.
+      type(column_type), private :: columns(n_columns)
+      !> Rows that wait.
+      integer, private :: waiting = 0
+      !> Times of events that wait [s].
+      real(wp), private :: event_time(chunk_events)
+      !> Kinds of events that wait.
+      character(len=8), private :: event_kind(chunk_events)
+      !> Contacts of events that wait, as indices.
+      integer, private :: event_contact(chunk_events)
+      !> Events that wait.
+      integer, private :: events_waiting = 0
+      !> Series of the events.
+      type(hdf5_series_type), private :: event_series(3)
+      !> Names of the contacts, padded.
+      character(len=:), allocatable, private :: contact_names(:)
+      !> Names of the bodies, padded.
+      character(len=:), allocatable, private :: body_names(:)
+      !> Largest kinetic energy so far [J].
+      real(wp), private :: largest_kinetic = 0.0_wp
+      !> When the file was last flushed [s].
+      real(wp), private :: last_flush = 0.0_wp
+      !> Clocks at the beginning: wall, CPU [s].
+      real(wp), private :: clocks(2) = 0.0_wp
+   contains
+      !> Create the file.
+      procedure :: open
+      !> Add a row.
+      procedure :: row
+      !> Add an event.
+      procedure :: event
+      !> Flush if it is time.
+      procedure :: flush_if_due
+      !> Write what remains and close; rename a complete file.
+      procedure :: finish
+      !> Give up after a failure to write.
+      procedure :: abandon
+   end type trajectory_type
+
+contains
+
+   !> Create the file with everything that is known before the run.
+   subroutine open(self, name, scene, namelist, resolved, command_line, error)
+      !> The file.
+      class(trajectory_type), intent(inout) :: self
+      !> Name of the complete file.
+      character(len=*), intent(in) :: name
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> Text of the scene file.
+      character(len=*), intent(in) :: namelist
+      !> All settings.
+      character(len=*), intent(in) :: resolved
+      !> Command line.
+      character(len=*), intent(in) :: command_line
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+
+      self%name = name
+      self%clocks = [wall_seconds(), cpu_seconds()]
+      self%last_flush = self%clocks(1)
+      call collect_names(self, scene)
+      associate (f => self%file)
+         call f%create(name // part_suffix, error)
+         if (allocated(error)) return
+         call f%put_attribute("/", "filetype", filetype, error)
+         call f%put_attribute("/", "filetype_version", filetype_version, error)
+         call f%put_attribute("/", "program_version", program_version, error)
+         call f%put_attribute("/", "git_commit", git_commit(), error)
+         call f%put_attribute("/", "created", utc_now(), error)
+         call f%put_attribute("/", "status", "running", error)
+         call f%put_attribute("/", "title", scene%title, error)
+         call f%put_attribute("/", "Conventions", "CF-1.8", error)
+         call f%put_attribute("/", "NX_class", "NXroot", error)
+         call f%put_attribute("/", "default", "trajectory", error)
+         call f%create_group("/input", error)
+         call f%put_text("/input/namelist", namelist, "text of the scene file", error)
+         call f%put_text("/input/resolved", resolved, "all settings with defaults", error)
+         call f%put_text("/input/command_line", command_line, "command line", error)
+         call put_provenance(self, error)
+         call put_bodies(self, scene, error)
+         call put_contacts(self, scene, error)
+         call create_columns(self, scene, error)
+         call create_events(self, error)
+         ! A failure is kept by the file, so that this last call sees the first one.
+         call f%flush(error)
+      end associate
+   end subroutine open
+
+   !> Names of bodies and contacts as padded arrays.
+   subroutine collect_names(self, scene)
+      !> The file.
+      type(trajectory_type), intent(inout) :: self
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      integer :: i, longest
+
+      longest = 1
+      do i = 1, size(scene%bodies)
+         longest = max(longest, len(scene%bodies(i)%name))
+      end do
+      allocate(character(len=longest) :: self%body_names(size(scene%bodies)))
+      do i = 1, size(scene%bodies)
+         self%body_names(i) = scene%bodies(i)%name
+      end do
+      longest = 1
+      do i = 1, size(scene%contacts)
+         longest = max(longest, len(scene%contacts(i)%name))
+      end do
+      allocate(character(len=longest) :: self%contact_names(size(scene%contacts)))
+      do i = 1, size(scene%contacts)
+         self%contact_names(i) = scene%contacts(i)%name
+      end do
+   end subroutine collect_names
+
+   !> What made the file; comparisons ignore it.
+   subroutine put_provenance(self, error)
+      !> The file.
+      type(trajectory_type), intent(inout) :: self
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      associate (f => self%file)
+         call f%create_group("/provenance", error)
+         call f%put_text("/provenance/compiler", build_compiler, "compiler", error)
+         call f%put_text("/provenance/flags", build_flags, "compiler flags", error)
+         call f%put_text("/provenance/hdf5", hdf5_version(), "version of HDF5", error)
+         call f%put_text("/provenance/sundials", sundials_version(), "version of SUNDIALS", error)
+         call f%put_text("/provenance/host", host_name(), "host", error)
+      end associate
+   end subroutine put_provenance
+
+   !> The bodies.
+   subroutine put_bodies(self, scene, error)
+      !> The file.
+      type(trajectory_type), intent(inout) :: self
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: mass(size(scene%bodies)), inertia(3, size(scene%bodies))
+      integer :: i
+
+      do i = 1, size(scene%bodies)
+         mass(i) = scene%bodies(i)%mass
+         inertia(:, i) = scene%bodies(i)%inertia
+      end do
+      associate (f => self%file)
+         call f%create_group("/body", error)
+         call f%put_labels("/body/name", self%body_names, "name of the body", error)
+         call f%put_labels("/body/xyz", ["x", "y", "z"], "principal axis", error)
+         call f%put_array("/body/mass", mass, ["/body/name"], "kg", "mass", error)
+         call f%put_array("/body/inertia", inertia, ["/body/name", "/body/xyz "], "kg m2", &
+            "principal moments of inertia", error)
+      end associate
+   end subroutine put_bodies
+
+   !> The contacts and their models.
+   subroutine put_contacts(self, scene, error)
+      !> The file.
+      type(trajectory_type), intent(inout) :: self
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+      type(model_info_type), allocatable :: normal(:)
+      type(damping_model_type), allocatable :: damping(:)
+      type(friction_model_type), allocatable :: friction(:)
+      character(len=:), allocatable :: surfaces(:, :)
+      integer :: i, n, longest
+
+      normal = normal_models()
+      damping = damping_models()
+      friction = friction_models()
+      n = size(scene%contacts)
+      longest = 1
+      do i = 1, size(scene%surfaces)
+         longest = max(longest, len(scene%surfaces(i)%name))
+      end do
+      allocate(character(len=longest) :: surfaces(2, n))
+      do i = 1, n
+         surfaces(1, i) = scene%surfaces(scene%contacts(i)%surfaces(1))%name
+         surfaces(2, i) = scene%surfaces(scene%contacts(i)%surfaces(2))%name
+      end do
+      associate (f => self%file, scale => ["/contact/name"])
+         call f%create_group("/contact", error)
+         call f%put_labels("/contact/name", self%contact_names, "name of the contact", error)
+         call f%put_labels("/contact/side", ["A", "B"], "side of the contact", error)
+         call f%put_array("/contact/surfaces", surfaces, ["/contact/name", "/contact/side"], &
+            "surfaces that touch", error)
+         call f%put_array("/contact/normal", normal(scene%contacts%normal)%name, scale, &
+            "normal force model", error)
+         call f%put_array("/contact/damping", damping(scene%contacts%damping)%info%name, scale, &
+            "damping law", error)
+         call f%put_array("/contact/friction", friction(scene%contacts%friction)%info%name, scale, &
+            "friction model", error)
+      end associate
+   end subroutine put_contacts
+
+   !> The columns of the trajectory with their scales.
+   subroutine create_columns(self, scene, error)
+      !> The file.
+      type(trajectory_type), intent(inout) :: self
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: t = "/trajectory/"
+      integer :: nb, nc
+
+      nb = size(scene%bodies)
+      nc = size(scene%contacts)
+      associate (f => self%file)
+         call f%create_group("/trajectory", error)
+         call f%put_labels(t // "body", self%body_names, "body", error)
+         call f%put_labels(t // "contact", self%contact_names, "contact", error)
+         call f%put_labels(t // "xyz", ["x", "y", "z"], "axis of the inertial frame", error)
+         call f%put_labels(t // "wxyz", ["w", "x", "y", "z"], "component of a quaternion", error)
+         call f%put_labels(t // "axis", ["major", "minor"], "axis of the spot", error)
+         call column(c_time, "time", "", "s", "time")
+         call column(c_position, "position", "body xyz", "m", "centre of mass")
+         call column(c_velocity, "velocity", "body xyz", "m s-1", "velocity of the centre of mass")
+         call column(c_angular_velocity, "angular_velocity", "body xyz", "rad s-1", &
+            "angular velocity, inertial frame")
+         call column(c_quaternion, "quaternion", "body wxyz", "1", &
+            "attitude, body to inertial frame")
+         call column(c_kinetic, "energy_kinetic", "", "J", "kinetic energy")
+         call column(c_potential, "energy_potential", "", "J", &
+            "potential energy of gravity, zero at the origin")
+         call column(c_elastic, "energy_elastic", "", "J", "elastic energy of the contacts")
+         call column(c_friction, "work_friction", "", "J", "energy lost in friction so far")
+         call column(c_damping, "work_damping", "", "J", "energy lost in damping so far")
+         call column(c_error, "energy_error", "", "J", &
+            "residual of the energy balance since the beginning")
+         call column(c_gap, "gap", "contact", "m", &
+            "signed distance of the undeformed surfaces, negative for overlap")
+         call column(c_normal, "normal_force", "contact", "N", "normal force")
+         call column(c_force, "friction_force", "contact xyz", "N", &
+            "friction force on body B, inertial frame")
+         call column(c_torque, "friction_torque", "contact", "N m", &
+            "friction torque on body B about the normal from A to B")
+         call column(c_slip, "slip_velocity", "contact xyz", "m s-1", &
+            "slip velocity of B against A, inertial frame; zero while open")
+         call column(c_spin, "spin", "contact", "rad s-1", &
+            "spin of B against A about the normal; zero while open")
+         call column(c_axes, "semi_axes", "contact axis", "m", "semi-axes of the contact spot")
+         call f%put_attribute("/trajectory", "NX_class", "NXdata", error)
+         call f%put_attribute("/trajectory", "signal", "energy_kinetic", error)
+         call f%put_attribute("/trajectory", "axes", "time", error)
+         call f%put_attribute("/trajectory", "auxiliary_signals", [character(len=16) :: &
+            "energy_potential", "energy_elastic", "work_friction", "work_damping"], error)
+      end associate
+
+   contains
+
+      !> Create a column.
+      subroutine column(index, name, dims, units, long_name)
+         !> Which one.
+         integer, intent(in) :: index
+         !> Name.
+         character(len=*), intent(in) :: name
+         !> Dimensions after time, separated by a blank.
+         character(len=*), intent(in) :: dims
+         !> Units.
+         character(len=*), intent(in) :: units
+         !> Description.
+         character(len=*), intent(in) :: long_name
+         character(len=24) :: scales(3)
+         integer :: extents(2), n, blank, start
+
+         scales(1) = t // "time"
+         n = 0
+         start = 1
+         do while (start <= len(dims))
+            blank = index_of_blank(dims(start:))
+            n = n + 1
+            scales(n + 1) = t // dims(start:start + blank - 2)
+            select case (dims(start:start + blank - 2))
+            case ("body")
+               extents(n) = nb
+            case ("contact")
+               extents(n) = nc
+            case ("xyz")
+               extents(n) = 3
+            case ("wxyz")
+               extents(n) = 4
+            case default
+               extents(n) = 2
+            end select
+            start = start + blank
+         end do
+         self%columns(index)%width = product(extents(:n))
+         allocate(self%columns(index)%rows(self%columns(index)%width, chunk_rows))
+         if (index == c_time) then
+            call self%file%create_series(t // name, extents(:0), scales(:0), .true., chunk_rows, &
+               units, long_name, series_real, self%columns(index)%series, error)
+         else
+            call self%file%create_series(t // name, extents(:n), scales(:n + 1), .false., &
+               chunk_rows, units, long_name, series_real, self%columns(index)%series, error)
+         end if
+      end subroutine column
+
+      !> Position of the first blank, or one after the end.
+      pure integer function index_of_blank(text)
+         !> Text.
+         character(len=*), intent(in) :: text
+
+         index_of_blank = index(text // " ", " ")
+      end function index_of_blank
+
+   end subroutine create_columns
+
+   !> The series of the events.
+   subroutine create_events(self, error)
+      !> The file.
+      type(trajectory_type), intent(inout) :: self
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: no_extents(0) = [integer ::]
+
+      associate (f => self%file, dims => ["/events/time"])
+         call f%create_group("/events", error)
+         call f%create_series("/events/time", no_extents, dims(:0), .true., chunk_events, "s", &
+            "time of the event", series_real, self%event_series(1), error)
+         call f%create_series("/events/kind", no_extents, dims, .false., chunk_events, "", &
+            "touch or lift", series_text, self%event_series(2), error)
+         call f%create_series("/events/contact", no_extents, dims, .false., chunk_events, "", &
+            "name of the contact", series_text, self%event_series(3), error)
+      end associate
+   end subroutine create_events
+
+   !> Add a row.
+   subroutine row(self, system, t, y, error)
+      !> The file.
+      class(trajectory_type), intent(inout) :: self
+      !> The equations of motion; their workspace is changed.
+      type(system_type), intent(inout) :: system
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+      type(pose_type) :: pose
+      type(contact_report_type) :: report
+      real(wp) :: quaternion(4), kinetic, potential, elastic, friction, damping, residual
+      integer :: i, r
+
+      self%waiting = self%waiting + 1
+      r = self%waiting
+      associate (c => self%columns)
+         c(c_time)%rows(1, r) = t
+         do i = 1, size(system%bodies)
+            call system%pose_of(y, i, pose, quaternion)
+            c(c_position)%rows(3*i - 2:3*i, r) = pose%position
+            c(c_velocity)%rows(3*i - 2:3*i, r) = pose%velocity
+            c(c_angular_velocity)%rows(3*i - 2:3*i, r) = pose%spin
+            c(c_quaternion)%rows(4*i - 3:4*i, r) = quaternion
+         end do
+         elastic = 0.0_wp
+         do i = 1, size(system%contacts)
+            call system%report(y, i, report)
+            elastic = elastic + report%elastic_energy
+            c(c_gap)%rows(i, r) = report%at%gap
+            c(c_normal)%rows(i, r) = report%load%normal_force
+            c(c_force)%rows(3*i - 2:3*i, r) = report%load%friction_force
+            c(c_torque)%rows(i, r) = report%load%friction_torque
+            c(c_slip)%rows(3*i - 2:3*i, r) = report%load%slip
+            c(c_spin)%rows(i, r) = report%load%spin
+            c(c_axes)%rows(2*i - 1:2*i, r) = report%semi_axes
+         end do
+         call system%energies(y, kinetic, potential)
+         friction = 0.0_wp
+         damping = 0.0_wp
+         if (system%friction_index > 0) friction = y(system%friction_index)
+         if (system%damping_index > 0) damping = y(system%damping_index)
+         residual = kinetic + potential + elastic + friction + damping
+         if (self%summary%rows == 0) self%summary%initial_energy = residual
+         residual = residual - self%summary%initial_energy
+         c(c_kinetic)%rows(1, r) = kinetic
+         c(c_potential)%rows(1, r) = potential
+         c(c_elastic)%rows(1, r) = elastic
+         c(c_friction)%rows(1, r) = friction
+         c(c_damping)%rows(1, r) = damping
+         c(c_error)%rows(1, r) = residual
+      end associate
+      associate (s => self%summary)
+         s%time = t
+         s%rows = s%rows + 1
+         s%largest_error = max(s%largest_error, abs(residual))
+         self%largest_kinetic = max(self%largest_kinetic, kinetic)
+         s%relative_error = s%largest_error
+         if (abs(s%initial_energy) > 0.0_wp) then
+            s%relative_error = s%largest_error/abs(s%initial_energy)
+         else if (self%largest_kinetic > 0.0_wp) then
+            s%relative_error = s%largest_error/self%largest_kinetic
+         end if
+         s%work_friction = friction
+         s%work_damping = damping
+      end associate
+      if (self%waiting == chunk_rows) call append_rows(self, error)
+   end subroutine row
+
+   !> Append the rows that wait.
+   subroutine append_rows(self, error)
+      !> The file.
+      class(trajectory_type), intent(inout) :: self
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i
+
+      do i = 1, n_columns
+         call self%file%append(self%columns(i)%series, self%waiting, self%columns(i)%rows, error)
+         if (allocated(error)) return
+      end do
+      self%waiting = 0
+   end subroutine append_rows
+
+   !> Add an event.
+   subroutine event(self, t, kind, contact, error)
+      !> The file.
+      class(trajectory_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> `event_touch` or `event_lift`.
+      integer, intent(in) :: kind
+      !> Index of the contact.
+      integer, intent(in) :: contact
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+
+      if (kind == event_touch) then
+         self%summary%touches = self%summary%touches + 1
+      else
+         self%summary%lifts = self%summary%lifts + 1
+      end if
+      self%events_waiting = self%events_waiting + 1
+      self%event_time(self%events_waiting) = t
+      self%event_kind(self%events_waiting) = merge("touch", "lift ", kind == event_touch)
+      self%event_contact(self%events_waiting) = contact
+      if (self%events_waiting == chunk_events) call append_events(self, error)
+   end subroutine event
+
+   !> Append the events that wait.
+   subroutine append_events(self, error)
+      !> The file.
+      class(trajectory_type), intent(inout) :: self
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+      integer :: n
+
+      n = self%events_waiting
+      if (n == 0) return
+      call self%file%append(self%event_series(1), n, self%event_time, error)
+      if (allocated(error)) return
+      call self%file%append(self%event_series(2), n, self%event_kind, error)
+      if (allocated(error)) return
+      call self%file%append(self%event_series(3), n, &
+         self%contact_names(self%event_contact(:n)), error)
+      if (allocated(error)) return
+      self%events_waiting = 0
+   end subroutine append_events
+
+   !> Flush if the last time is some seconds ago.
+   subroutine flush_if_due(self, error)
+      !> The file.
+      class(trajectory_type), intent(inout) :: self
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: now
+
+      now = wall_seconds()
+      if (now - self%last_flush < flush_interval) return
+      self%last_flush = now
+      if (self%waiting > 0) call append_rows(self, error)
+      if (allocated(error)) return
+      call append_events(self, error)
+      if (allocated(error)) return
+      call self%file%flush(error)
+   end subroutine flush_if_due
+
+   !> Write what remains, close, and give a complete file its final name.
+   subroutine finish(self, system, y, statistics, status, error)
+      !> The file.
+      class(trajectory_type), intent(inout) :: self
+      !> The equations of motion.
+      type(system_type), intent(in) :: system
+      !> Final state.
+      real(wp), intent(in) :: y(:)
+      !> Counters of the integrator.
+      type(statistics_type), intent(in) :: statistics
+      !> `complete`, `interrupted` or `failed`.
+      character(len=*), intent(in) :: status
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+
+      if (self%waiting > 0) call append_rows(self, error)
+      if (allocated(error)) return
+      call append_events(self, error)
+      if (allocated(error)) return
+      associate (f => self%file, wall => wall_seconds() - self%clocks(1), &
+         cpu => cpu_seconds() - self%clocks(2))
+         call f%create_group("/integrator", error)
+         call f%put_value("/integrator/steps", statistics%steps, "1", "steps", error)
+         call f%put_value("/integrator/right_hand_sides", statistics%derivatives, "1", &
+            "evaluations of the right-hand side, those for Jacobians included", error)
+         call f%put_value("/integrator/jacobians", statistics%jacobians, "1", "Jacobians", error)
+         call f%put_value("/integrator/error_test_failures", statistics%error_test_failures, "1", &
+            "failed error tests", error)
+         call f%put_value("/integrator/convergence_failures", statistics%convergence_failures, &
+            "1", "failed nonlinear iterations", error)
+         call f%put_value("/integrator/last_step", statistics%last_step, "s", "last step", error)
+         call f%put_value("/provenance/wall_s", wall, "s", "wall time of the run", error)
+         call f%put_value("/provenance/cpu_s", cpu, "s", "CPU time of the run", error)
+         call put_summary(self, system, y, statistics, cpu, error)
+         call f%put_attribute("/", "status", status, error)
+         ! A failure is kept by the file, so that closing reports the first one.
+         call f%close(error)
+      end associate
+      if (allocated(error)) return
+      if (status == "complete") call rename_file(self%name // part_suffix, self%name, error)
+   end subroutine finish
+
+   !> The row that a run is in a sweep.
+   subroutine put_summary(self, system, y, statistics, cpu, error)
+      !> The file.
+      class(trajectory_type), intent(inout) :: self
+      !> The equations of motion.
+      type(system_type), intent(in) :: system
+      !> Final state.
+      real(wp), intent(in) :: y(:)
+      !> Counters of the integrator.
+      type(statistics_type), intent(in) :: statistics
+      !> CPU time of the run [s].
+      real(wp), intent(in) :: cpu
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: g = "/summary/"
+      character(len=13), parameter :: vector(2) = [character(len=13) :: g // "body", g // "xyz"]
+      character(len=13), parameter :: four(2) = [character(len=13) :: g // "body", g // "wxyz"]
+      type(pose_type) :: pose
+      real(wp) :: position(3, size(system%bodies)), velocity(3, size(system%bodies))
+      real(wp) :: spin(3, size(system%bodies)), quaternion(4, size(system%bodies))
+      integer :: i
+
+      do i = 1, size(system%bodies)
+         call system%pose_of(y, i, pose, quaternion(:, i))
+         position(:, i) = pose%position
+         velocity(:, i) = pose%velocity
+         spin(:, i) = pose%spin
+      end do
+      associate (f => self%file, s => self%summary)
+         call f%create_group("/summary", error)
+         call f%put_labels(g // "body", self%body_names, "body", error)
+         call f%put_labels(g // "xyz", ["x", "y", "z"], "axis of the inertial frame", error)
+         call f%put_labels(g // "wxyz", ["w", "x", "y", "z"], "component of a quaternion", error)
+         call f%put_value(g // "time", s%time, "s", "time reached", error)
+         call f%put_value(g // "rows", s%rows, "1", "rows of the trajectory", error)
+         call f%put_value(g // "touches", s%touches, "1", "touch events", error)
+         call f%put_value(g // "lifts", s%lifts, "1", "lift-off events", error)
+         call f%put_value(g // "energy_initial", s%initial_energy, "J", &
+            "energy at the beginning", error)
+         call f%put_value(g // "energy_error", s%largest_error, "J", &
+            "largest absolute residual of the energy balance", error)
+         call f%put_value(g // "energy_error_relative", s%relative_error, "1", &
+            "largest residual over the initial energy", error)
+         call f%put_value(g // "work_friction", s%work_friction, "J", &
+            "energy lost in friction", error)
+         call f%put_value(g // "work_damping", s%work_damping, "J", &
+            "energy lost in damping", error)
+         call f%put_value(g // "steps", statistics%steps, "1", "steps", error)
+         call f%put_value(g // "right_hand_sides", statistics%derivatives, "1", &
+            "evaluations of the right-hand side", error)
+         call f%put_value(g // "cpu_s", cpu, "s", "CPU time of the run", error)
+         call f%put_array(g // "position", position, vector, "m", "final centre of mass", error)
+         call f%put_array(g // "velocity", velocity, vector, "m s-1", "final velocity", error)
+         call f%put_array(g // "angular_velocity", spin, vector, "rad s-1", &
+            "final angular velocity, inertial frame", error)
+         call f%put_array(g // "quaternion", quaternion, four, "1", &
+            "final attitude, body to inertial frame", error)
+      end associate
+   end subroutine put_summary
+
+   !> Give up after a failure to write: nothing stays open.
+   subroutine abandon(self)
+      !> The file.
+      class(trajectory_type), intent(inout) :: self
+
+      call self%file%abandon()
+   end subroutine abandon
+
+end module contensou_io_trajectory

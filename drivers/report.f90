@@ -59,10 +59,10 @@ contains
 
       before = 0
       if (abs(x) > 0.0_wp) before = floor(log10(abs(x))) + 1
-      if (abs(x) > 0.0_wp .and. (before < -2 .or. before > 6)) then
+      if (before < -2 .or. before > 6) then
          write(form, "('(es32.', i0, ')')") max(digits - 1, 1)
       else
-         write(form, "('(f32.', i0, ')')") max(digits - max(before, 1), 0)
+         write(form, "('(f32.', i0, ')')") max(digits - before, 0)
       end if
       write(buffer, form) x
       text = trim(adjustl(buffer))

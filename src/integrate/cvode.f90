@@ -15,7 +15,6 @@ module contensou_integrate_cvode
       FCVodeSetMaxHnilWarns, FCVodeSetMaxStep, FCVodeSetNoInactiveRootWarn, &
       FCVodeSetNonlinearSolver, FCVodeSetStopTime, FCVodeSetUserData, FCVodeWFtolerances
    use fnvector_serial_mod, only : FN_VMake_Serial
-   use fsundials_version_mod, only : FSUNDIALSGetVersion
    use fsundials_context_mod, only : FSUNContext_Create, FSUNContext_Free
    use fsundials_linearsolver_mod, only : FSUNLinSolFree, SUNLinearSolver
    use fsundials_matrix_mod, only : FSUNMatDestroy, SUNMatrix
@@ -98,6 +97,19 @@ module contensou_integrate_cvode
       procedure, public :: free
    end type cvode_type
 
+   interface
+      !> Version as text; not among the Fortran modules of SUNDIALS.
+      function get_version(text, length) result(flag) bind(c, name="SUNDIALSGetVersion")
+         import :: c_char, c_int
+         implicit none(type, external)
+         !> The text, ended by a zero byte.
+         character(len=1, kind=c_char), intent(out) :: text(*)
+         !> Bytes of it.
+         integer(c_int), intent(in), value :: length
+         integer(c_int) :: flag
+      end function get_version
+   end interface
+
 contains
 
    !> Version of SUNDIALS that is linked.
@@ -107,7 +119,7 @@ contains
       integer :: last
 
       buffer = ""
-      if (FSUNDIALSGetVersion(buffer, len(buffer)) /= 0) buffer = "unknown"
+      if (get_version(buffer, len(buffer)) /= 0) buffer = "unknown"
       last = index(buffer, c_null_char) - 1
       if (last < 0) last = len_trim(buffer)
       text = buffer(:last)

@@ -537,16 +537,19 @@ contains
       class(trajectory_type), intent(inout) :: self
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
-      integer :: n
+      character(len=len(self%contact_names)) :: names(self%events_waiting)
+      integer :: i, n
 
       n = self%events_waiting
       if (n == 0) return
+      do i = 1, n
+         names(i) = self%contact_names(self%event_contact(i))
+      end do
       call self%file%append(self%event_series(1), n, self%event_time, error)
       if (allocated(error)) return
       call self%file%append(self%event_series(2), n, self%event_kind, error)
       if (allocated(error)) return
-      call self%file%append(self%event_series(3), n, &
-         self%contact_names(self%event_contact(:n)), error)
+      call self%file%append(self%event_series(3), n, names, error)
       if (allocated(error)) return
       self%events_waiting = 0
    end subroutine append_events

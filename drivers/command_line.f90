@@ -98,9 +98,10 @@ contains
       end do
       call parse_options(words, first, command, error)
       if (allocated(error)) return
-      if (command%subject == "" .and. any(command%name == ["run  ", "check", "eval "])) call fatal( &
-         error, command%name // " needs a " // trim(merge("kernel", "scene ", &
-         command%name == "eval")) // new_line("a") // usage_text(command%name), status_usage)
+      if (command%subject == "" .and. any(command%name == ["run  ", "check", "eval "])) then
+         call fatal(error, command%name // " needs a " // trim(merge("kernel", "scene ", &
+            command%name == "eval")) // new_line("a") // usage_text(command%name), status_usage)
+      end if
    end subroutine parse_command_line
 
    !> Options and operands of a sub-command.
@@ -145,8 +146,8 @@ contains
                if (.not. allocated(error)) then
                   call read_real(value, command%delta, valid)
                   if (valid) valid = command%delta >= 0.0_wp .and. command%delta <= huge(1.0_wp)
-                  if (.not. valid) call fatal(error, "--delta needs a velocity >= 0 [m/s], not " // &
-                     quote(value), status_usage)
+                  if (.not. valid) call fatal(error, "--delta needs a velocity " // &
+                     ">= 0 [m/s], not " // quote(value), status_usage)
                end if
             case ("--force")
                command%force = .true.
@@ -262,10 +263,10 @@ contains
 
       select case (command)
       case ("run")
-         text = "usage: contensou run SCENE [--set PATH=VALUE]... [-o FILE] [--force] [-q]" // nl // &
-            "  SCENE            namelist file" // nl // &
-            "  --set PATH=VALUE replace a value: PATH is group.key, name.key or group.name.key" // nl &
-            // "  -o FILE          output file, instead of that of the scene" // nl // &
+         text = "usage: contensou run SCENE [--set PATH=VALUE]... [-o FILE] [--force] [-q]" // &
+            nl // "  SCENE            namelist file" // nl // &
+            "  --set PATH=VALUE replace a value: PATH is group.key, name.key or group.name.key" // &
+            nl // "  -o FILE          output file, instead of that of the scene" // nl // &
             "  --force          replace an existing output file" // nl // &
             "  -q               no progress on stderr"
       case ("check")
@@ -275,10 +276,10 @@ contains
          text = "usage: contensou models [NAME]"
       case ("eval")
          text = "usage: contensou eval wrench [--model NAME] [--delta VELOCITY] [FILE]" // nl // &
-            "  FILE             CSV with the columns N,a,b,f,vx,vy,w; standard input if not given" &
-            // nl // &
-            "  --model NAME     friction model, default contensou_exact; see contensou models" // nl &
-            // "  --delta VELOCITY regularisation velocity [m/s], default 0"
+            "  FILE             CSV with columns N,a,b,f,vx,vy,w; standard input if not given" // &
+            nl // &
+            "  --model NAME     friction model, default contensou_exact; see contensou models" // &
+            nl // "  --delta VELOCITY regularisation velocity [m/s], default 0"
       case ("help")
          text = "usage: contensou help [GROUP[.KEY]]"
       case default

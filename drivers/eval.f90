@@ -126,7 +126,8 @@ contains
       character(len=:), allocatable :: text
       character(len=32) :: buffer
 
-      write(buffer, "(es32.16e3)") x
+      ! Adding zero turns -0 into 0.
+      write(buffer, "(es32.16e3)") x + 0.0_wp
       text = trim(adjustl(buffer))
    end function digits17
 

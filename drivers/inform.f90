@@ -253,7 +253,7 @@ contains
       group = lower(command%subject(:dot - 1))
       key = lower(command%subject(min(dot + 1, len(command%subject) + 1):))
       if (group == "") then
-         text = "A scene is a Fortran namelist file: groups &name key = value, ... / in SI units." // &
+         text = "A scene is a Fortran namelist file: groups &name key = value ... /, SI units." // &
             nl
          do g = 1, size(groups)
             text = text // nl // group_text(groups(g))
@@ -358,8 +358,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       call print_text("contensou " // program_version // nl // "commit " // git_commit() // nl // &
-         build_compiler // ", SUNDIALS " // sundials_version() // ", HDF5 " // hdf5_version() // nl, &
-         error)
+         build_compiler // ", SUNDIALS " // sundials_version() // ", HDF5 " // hdf5_version() // &
+         nl, error)
    end subroutine print_version
 
    !> Text with each line indented.

@@ -329,13 +329,15 @@ contains
          call system%gap_rates(y, rate)
       end if
       do i = 1, size(gap)
-         text = text // new_line("a") // "  contact " // quote(scene%contacts(i)%name) // ": gap " // &
-            number_text(gap(i), 4) // " m, changing at " // number_text(rate(i), 4) // " m/s"
+         text = text // new_line("a") // "  contact " // quote(scene%contacts(i)%name) // &
+            ": gap " // number_text(gap(i), 4) // " m, changing at " // &
+            number_text(rate(i), 4) // " m/s"
       end do
       if (deep > 0) then
          text = text // new_line("a") // "  contact " // quote(scene%contacts(deep)%name) // &
-            " is pressed deeper than " // number_text(system%contacts(deep)%law%largest_approach, 3) // &
-            " m, a tenth of its radius, beyond Hertz's theory: a stiffer material, a slower " // &
+            " is pressed deeper than " // &
+            number_text(system%contacts(deep)%law%largest_approach, 3) // " m, a tenth of " // &
+            "its radius, beyond Hertz's theory: a stiffer material, a slower " // &
             "impact or a smaller mass keeps it inside"
       else
          text = text // new_line("a") // "  a larger integrator.rtol, a larger " // &
@@ -392,13 +394,14 @@ contains
             call line("  events     " // to_text(s%touches) // " touches, " // to_text(s%lifts) // &
                " lift-offs")
          end if
-         call line("  energy     " // number_text(s%initial_energy, 6) // " J at the start; lost " // &
-            number_text(s%work_friction, 5) // " J in friction, " // number_text(s%work_damping, 5) &
-            // " J in damping; balance closed to " // number_text(s%relative_error, 2))
+         call line("  energy     " // number_text(s%initial_energy, 6) // " J at the start" // &
+            lost(system%friction_index, s%work_friction, "friction") // &
+            lost(system%damping_index, s%work_damping, "damping") // "; balance closed to " // &
+            number_text(s%relative_error, 2))
          call line("  work       " // to_text(statistics%steps) // " steps, " // &
             to_text(statistics%derivatives) // " right-hand sides, " // &
-            to_text(statistics%jacobians) // " Jacobians; " // number_text(cpu, 3) // " s CPU, " // &
-            number_text(wall, 3) // " s wall")
+            to_text(statistics%jacobians) // " Jacobians; " // number_text(cpu, 3) // &
+            " s CPU, " // number_text(wall, 3) // " s wall")
          if (stopped) then
             call line("  output     " // scene%output%file // part_suffix // " (interrupted), " // &
                to_text(s%rows) // " rows")
@@ -419,6 +422,20 @@ contains
 
          text = text // words // new_line("a")
       end subroutine line
+
+      !> Energy lost in an effect, if the run has the effect.
+      function lost(index, work, effect) result(words)
+         !> Index of the work in the state; 0 if the run does not have the effect.
+         integer, intent(in) :: index
+         !> Work [J].
+         real(wp), intent(in) :: work
+         !> Name of the effect.
+         character(len=*), intent(in) :: effect
+         character(len=:), allocatable :: words
+
+         words = ""
+         if (index > 0) words = ", " // number_text(work, 5) // " J lost in " // effect
+      end function lost
 
       !> Angle between the z axis of a body and the vertical [deg].
       function tilt(state, body) result(angle)

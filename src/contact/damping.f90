@@ -117,8 +117,9 @@ contains
       !> Speed of approach at touch [m/s].
       real(wp), intent(in) :: speed
 
-      if (self%impact_number > 0.0_wp) &
+      if (self%impact_number > 0.0_wp) then
          self%coefficient = self%impact_number/(1.5_wp*max(speed, self%slowest_impact))
+      end if
    end subroutine begin_impact
 
    !> Hunt-Crossley damping [N], F_el (3/2) alpha d'.
@@ -205,8 +206,9 @@ contains
 
       if (d >= 0.05_wp) then
          f = huge(f)
-         if (1.0_wp - e*d > 0.0_wp) &
+         if (1.0_wp - e*d > 0.0_wp) then
             f = (log(1.0_wp + d) - log(1.0_wp - e*d) - (1.0_wp + e)*d)/d**2
+         end if
       else
          ! The logarithms cancel: sum of (e^n - (-1)^n) D^(n - 2)/n from n = 2.
          f = 0.0_wp

@@ -83,9 +83,12 @@ contains
                   if (spec%impact_velocity > 0.0_wp) law%damping%impact_number = 0.0_wp
                end if
             case (restitution_any_speed)
-               if (spec%restitution > 0.0_wp) law%damping%coefficient = &
-                  tsuji_factor(spec%restitution)
+               if (spec%restitution > 0.0_wp) then
+                  law%damping%coefficient = tsuji_factor(spec%restitution)
+               end if
                law%damping%coefficient = law%damping%coefficient*sqrt(mass*law%normal%stiffness)
+            case default
+               ! The coefficient is in the unit of the law.
             end select
          end if
 

@@ -338,7 +338,8 @@ contains
       do i = 1, size(self%bodies)
          k = body_size*(i - 1)
          associate (body => self%bodies(i), v => y(k + 8:k + 10), w => y(k + 11:k + 13))
-            kinetic = kinetic + 0.5_wp*(body%mass*dot_product(v, v) + dot_product(body%inertia*w, w))
+            kinetic = kinetic + 0.5_wp*body%mass*dot_product(v, v) &
+               + 0.5_wp*dot_product(body%inertia*w, w)
             potential = potential - body%mass*dot_product(self%gravity, y(k + 1:k + 3))
          end associate
       end do

@@ -89,8 +89,10 @@ module contensou_integrate_cvode
       procedure, public :: step
       !> State at a time within the last step.
       procedure, public :: interpolate
-      !> Begin anew at a state after the right-hand side has changed.
+      !> Begin anew at a state, after the right-hand side has changed or to try again.
       procedure, public :: restart
+      !> Bound the step.
+      procedure, public :: bound_step
       !> Counters so far.
       procedure, public :: statistics
       !> Release everything.
@@ -181,7 +183,7 @@ contains
       flag = min(flag, FCVodeSetMaxErrTestFails(self%memory, 60_c_int))
       flag = min(flag, FCVodeSetMaxConvFails(self%memory, 60_c_int))
       flag = min(flag, FCVodeSetStopTime(self%memory, t_end))
-      if (max_step > 0.0_wp) flag = min(flag, FCVodeSetMaxStep(self%memory, max_step))
+      call self%bound_step(max_step)
       if (flag < 0) call fatal(error, "CVODE could not be set up", status_failed)
    end subroutine start
 
@@ -251,6 +253,18 @@ contains
       flag = min(flag, FCVodeSetStopTime(self%memory, self%t_end))
       if (flag < 0) call fatal(error, "CVODE could not be started again", status_failed)
    end subroutine restart
+
+   !> Bound the step.
+   subroutine bound_step(self, max_step)
+      !> The integration.
+      class(cvode_type), intent(inout) :: self
+      !> Largest step [s]; 0 for no bound.
+      real(wp), intent(in) :: max_step
+      integer(c_int) :: flag
+
+      flag = FCVodeSetMaxStep(self%memory, max_step)
+      if (flag < 0) flag = FCVodeSetMaxStep(self%memory, 0.0_wp)
+   end subroutine bound_step
 
    !> Counters so far.
    function statistics(self) result(s)
@@ -335,9 +349,9 @@ contains
       !> Time [s].
       real(c_double), intent(in), value :: t
       !> State.
-      type(N_Vector) :: vector_y
+      type(N_Vector), intent(inout) :: vector_y
       !> Its time derivative.
-      type(N_Vector) :: vector_rate
+      type(N_Vector), intent(inout) :: vector_rate
       !> The handle.
       type(c_ptr), intent(in), value :: user_data
       integer(c_int) :: flag
@@ -357,7 +371,7 @@ contains
       !> Time [s].
       real(c_double), intent(in), value :: t
       !> State.
-      type(N_Vector) :: vector_y
+      type(N_Vector), intent(inout) :: vector_y
       !> Values.
       type(c_ptr), intent(in), value :: g
       !> The handle.
@@ -376,9 +390,9 @@ contains
    !> Error weights for CVODE.
    function weights_callback(vector_y, vector_weight, user_data) result(flag) bind(c)
       !> State.
-      type(N_Vector) :: vector_y
+      type(N_Vector), intent(inout) :: vector_y
       !> Weights, the inverse of the admissible errors.
-      type(N_Vector) :: vector_weight
+      type(N_Vector), intent(inout) :: vector_weight
       !> The handle.
       type(c_ptr), intent(in), value :: user_data
       integer(c_int) :: flag

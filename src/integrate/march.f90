@@ -122,14 +122,14 @@ contains
       t = 0.0_wp
       stopped = .false.
       call integrator%start(motion, method, t, y, t_end, max_step, error)
-      if (.not. allocated(error)) call advance(integrator, motion, y, t_end, interval, observer, &
-         t, stopped, error)
+      if (.not. allocated(error)) call advance(integrator, motion, y, t_end, interval, &
+         max_step, observer, t, stopped, error)
       statistics = integrator%statistics()
       call integrator%free()
    end subroutine march
 
    !> The loop of `march`.
-   subroutine advance(integrator, motion, y, t_end, interval, observer, t, stopped, error)
+   subroutine advance(integrator, motion, y, t_end, interval, max_step, observer, t, stopped, error)
       !> The integration, started.
       type(cvode_type), intent(inout) :: integrator
       !> The motion.
@@ -140,6 +140,8 @@ contains
       real(wp), intent(in) :: t_end
       !> Interval of the rows [s].
       real(wp), intent(in) :: interval
+      !> Largest step [s], 0 for no bound.
+      real(wp), intent(in) :: max_step
       !> Who looks on.
       class(observer_type), intent(inout) :: observer
       !> Time [s].
@@ -149,8 +151,8 @@ contains
       !> Set when the integration or the observer failed.
       type(error_type), allocatable, intent(out) :: error
       integer(i8) :: row, rows
-      real(wp) :: t_row, row_state(size(y))
-      real(wp) :: gap(motion%n_events), rate(motion%n_events)
+      real(wp) :: t_row, row_state(size(y)), t_before, y_before(size(y)), t_dip, bounded_until
+      real(wp) :: gap(motion%n_events), rate(motion%n_events), rate_before(motion%n_events)
       real(wp) :: resolution
       logical :: closed(motion%n_events), undecided(motion%n_events), changed
       integer :: events(motion%n_events), i
@@ -169,9 +171,33 @@ contains
 
       rows = row_count(t_end, interval)
       row = 1
+      bounded_until = 0.0_wp
       do while (row <= rows)
+         t_before = t
+         y_before = y
+         rate_before = rate
          call integrator%step(t, y, events, error)
          if (allocated(error)) return
+         if (.not. all(closed)) then
+            call motion%system%gap_rates(y, rate)
+            call find_dip(integrator, motion, t_before, t, .not. closed .and. events == 0 .and. &
+               rate_before < 0.0_wp .and. rate > 0.0_wp, resolution, t_dip)
+            if (t_dip < t) then
+               ! A contact closed and opened again within the step: take it in smaller ones.
+               t = t_before
+               y = y_before
+               rate = rate_before
+               bounded_until = t_dip
+               call integrator%bound_step((t_dip - t)/4.0_wp)
+               call integrator%restart(t, y, error)
+               if (allocated(error)) return
+               cycle
+            end if
+            if (bounded_until > 0.0_wp .and. t > bounded_until) then
+               call integrator%bound_step(max_step)
+               bounded_until = 0.0_wp
+            end if
+         end if
          do while (row <= rows)
             t_row = min(row*interval, t_end)
             if (row == rows) t_row = t_end
@@ -183,13 +209,11 @@ contains
          end do
          if (any(undecided)) then
             call motion%system%gaps(y, gap)
-            do i = 1, size(gap)
-               if (.not. undecided(i) .or. events(i) == 0) cycle
-               closed(i) = events(i) < 0
-               events(i) = 0
-               undecided(i) = .false.
-            end do
-            where (undecided .and. abs(gap) > resolution)
+            where (undecided .and. events /= 0)
+               closed = events < 0
+               undecided = .false.
+               events = 0
+            else where (undecided .and. abs(gap) > resolution)
                closed = gap < 0.0_wp
                undecided = .false.
             end where
@@ -202,6 +226,50 @@ contains
          if (allocated(error) .or. stopped) return
       end do
    end subroutine advance
+
+   !> First time within a step at which an open gap that falls and rises again is closed; a time
+   !> after the step if there is none.
+   subroutine find_dip(integrator, motion, t_before, t, suspect, resolution, t_dip)
+      !> The integration, its last step from `t_before` to `t` or beyond.
+      type(cvode_type), intent(inout) :: integrator
+      !> The motion.
+      class(motion_type), intent(inout) :: motion
+      !> Beginning of the step [s].
+      real(wp), intent(in) :: t_before
+      !> End of the step [s].
+      real(wp), intent(in) :: t
+      !> Contacts whose gap is open at both ends, falls at the first and rises at the second.
+      logical, intent(in) :: suspect(:)
+      !> Overlaps below this are not seen [m].
+      real(wp), intent(in) :: resolution
+      !> The time [s].
+      real(wp), intent(out) :: t_dip
+      real(wp) :: low, high, middle, y(motion%n), gap(motion%n_events), rate(motion%n_events)
+      integer :: i, k
+
+      t_dip = huge(t_dip)
+      do i = 1, size(suspect)
+         if (.not. suspect(i)) cycle
+         low = t_before
+         high = t
+         do k = 1, 60
+            middle = 0.5_wp*(low + high)
+            if (middle <= low .or. middle >= high) exit
+            call integrator%interpolate(middle, y)
+            call motion%system%gaps(y, gap)
+            if (gap(i) < -resolution) then
+               t_dip = min(t_dip, middle)
+               exit
+            end if
+            call motion%system%gap_rates(y, rate)
+            if (rate(i) < 0.0_wp) then
+               low = middle
+            else
+               high = middle
+            end if
+         end do
+      end do
+   end subroutine find_dip
 
    !> Record events, and let the contacts take note of the impact speed.
    subroutine take_events(integrator, motion, t, y, events, closed, observer, error)

@@ -98,7 +98,8 @@ contains
       groups = schema_groups()
       call add_missing(settings)
       n = [(count(settings%instances%group == i), i=1, 7)]
-      allocate(scene%materials(n(2)), scene%bodies(n(3)), scene%surfaces(n(4)), scene%contacts(n(5)))
+      allocate(scene%materials(n(2)), scene%bodies(n(3)))
+      allocate(scene%surfaces(n(4)), scene%contacts(n(5)))
       call check_names(settings, groups, diagnostics)
       n = 0
       do i = 1, size(settings%instances)
@@ -123,6 +124,8 @@ contains
                call build_integrator(instance, scene)
             case ("output")
                call build_output(instance, path, output_file, scene, diagnostics)
+            case default
+               error stop "the schema has a group that no scene is built from"
             end select
          end associate
       end do
@@ -185,9 +188,10 @@ contains
          associate (instance => settings%instances(i))
             name = lower(instance%label())
             if (name == "") cycle
-            if (groups(instance%group)%name == "body" .and. name == "ground") call diagnostics%add( &
-               instance%settings(instance%at("name"))%places(1), &
-               "the name 'ground' is taken by the predeclared fixed body", "another name")
+            if (groups(instance%group)%name == "body" .and. name == "ground") then
+               call diagnostics%add(instance%settings(instance%at("name"))%places(1), &
+                  "the name 'ground' is taken by the predeclared fixed body", "another name")
+            end if
             do j = 1, i - 1
                if (settings%instances(j)%group /= instance%group) cycle
                if (lower(settings%instances(j)%label()) /= name) cycle
@@ -232,11 +236,12 @@ contains
       associate (inertia => instance%settings(instance%at("inertia")))
          if (inertia%set) then
             ! A thin disc is allowed to miss equality by rounding.
-            if (2.0_wp*maxval(body%inertia) > sum(body%inertia)*(1.0_wp + 1.0e-12_wp)) &
+            if (2.0_wp*maxval(body%inertia) > sum(body%inertia)*(1.0_wp + 1.0e-12_wp)) then
                call diagnostics%add(inertia%places(maxloc(body%inertia, dim=1)), &
-               "the inertia of " // quote(body%name) // " violates the triangle inequality", &
-               "no principal moment larger than the sum of the other two, here at most " // &
-               to_text(sum(body%inertia) - maxval(body%inertia)))
+                  "the inertia of " // quote(body%name) // " violates the triangle inequality", &
+                  "no principal moment larger than the sum of the other two, here at most " // &
+                  to_text(sum(body%inertia) - maxval(body%inertia)))
+            end if
          end if
       end associate
       associate (axis => instance%settings(instance%at("axis")), &
@@ -322,6 +327,8 @@ contains
          case (shape_plane)
             if (radius%given) call diagnostics%add(radius%origin, "a plane has no 'radius'", &
                "centre (any point of it) and normal")
+         case default
+            ! An unknown shape is reported already.
          end select
       end associate
    end subroutine build_surface
@@ -368,10 +375,11 @@ contains
                   diagnostics%add(restitution%origin, "damping " // &
                   quote(trim(model%info%name)) // " has no formula for a restitution", &
                   "damping_coefficient")
-               if (.not. coefficient%given .and. .not. restitution%given .and. instance%complete) &
+               if (.not. (coefficient%given .or. restitution%given) .and. instance%complete) then
                   call diagnostics%add(damping%origin, "damping " // &
-                  quote(trim(model%info%name)) // " needs its coefficient", &
-                  trim(model%info%keys))
+                     quote(trim(model%info%name)) // " needs its coefficient", &
+                     trim(model%info%keys))
+               end if
                if (velocity%given .and. (.not. restitution%given .or. &
                   model%restitution /= restitution_at_speed)) call diagnostics%add( &
                   velocity%origin, "'impact_velocity' has no meaning here", &
@@ -400,9 +408,11 @@ contains
                   friction%origin, "friction " // quote(trim(model%info%name)) // &
                   " needs 'regularization_velocity'", &
                   "regularization_velocity = a number > 0 [m s-1], as 1.0e-3")
-               if (model%needs_delta .and. delta%set .and. delta%real(1) <= 0.0_wp) call &
-                  diagnostics%add(delta%places(1), "'regularization_velocity' must be positive " // &
-                  "for " // quote(trim(model%info%name)), "a number > 0 [m s-1], as 1.0e-3")
+               if (model%needs_delta .and. delta%set .and. delta%real(1) <= 0.0_wp) then
+                  call diagnostics%add(delta%places(1), "'regularization_velocity' must be " // &
+                     "positive for " // quote(trim(model%info%name)), &
+                     "a number > 0 [m s-1], as 1.0e-3")
+               end if
             end if
          end associate
       end associate
@@ -483,9 +493,10 @@ contains
                "one of the pairs (" // pairs() // ")")
          end associate
       end do
-      if (scene%output%interval > 0.0_wp .and. scene%t_end > max_rows*scene%output%interval) &
+      if (scene%output%interval > 0.0_wp .and. scene%t_end > max_rows*scene%output%interval) then
          call diagnostics%add(origin_type(1, 0, 0, 1), "the output would have more than " // &
-         to_text(nint(max_rows)) // " rows", "a larger output.interval")
+            to_text(nint(max_rows)) // " rows", "a larger output.interval")
+      end if
 
    contains
 
@@ -543,6 +554,8 @@ contains
                call derive(instance, "interval", scene%output%interval)
             case ("integrator")
                call derive(instance, "length_scale", scene%integrator%length_scale)
+            case default
+               ! Nothing in the other groups is derived.
             end select
          end associate
       end do

@@ -86,8 +86,9 @@ contains
 
       name = ""
       do i = 1, size(self%settings)
-         if (self%settings(i)%key%kind == kind_name .and. self%settings(i)%set) &
+         if (self%settings(i)%key%kind == kind_name .and. self%settings(i)%set) then
             name = self%settings(i)%text(1)%s
+         end if
       end do
    end function label
 
@@ -204,8 +205,9 @@ contains
       do i = 1, group%n_assignments
          if (group%assignments(i)%key /= "name") cycle
          if (size(group%assignments(i)%values) /= 1) cycle
-         if (group%assignments(i)%values(1)%kind == value_text) &
+         if (group%assignments(i)%values(1)%kind == value_text) then
             name = lower(trim(group%assignments(i)%values(1)%text))
+         end if
       end do
    end function name_of
 

@@ -98,6 +98,9 @@ contains
       real(wp), intent(out) :: g(:)
 
       call self%system%gaps(y, g)
+      ! A gap is a difference of larger numbers and can stay exactly zero over a short time, which
+      ! CVODE refuses as two roots in one place.
+      where (abs(g) <= 0.0_wp) g = 1.0e-100_wp
    end subroutine events
 
    !> Admissible local error of each unknown.

@@ -180,8 +180,8 @@ contains
       call put("integrator", "rtol", kind_real, unit="1", default="1.0e-8", least=1.0e-14_wp, &
          most=1.0e-1_wp, doc="relative tolerance of a step, against the scales below")
       call put("integrator", "length_scale", kind_real, unit="m", above=0.0_wp, &
-         doc="positions are held to rtol times this length; not given, it is the overlap " // &
-         "under gravity of the lightest contact, or of an impact at velocity_scale")
+         doc="positions are held to rtol times this length; not given, it is a tenth of " // &
+         "the smallest overlap under gravity, or without gravity in an impact at velocity_scale")
       call put("integrator", "velocity_scale", kind_real, unit="m s-1", above=0.0_wp, &
          default="1.0e-2", &
          doc="velocities are held to rtol times the larger of this and the speed")

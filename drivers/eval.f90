@@ -4,10 +4,11 @@
 !> does not know are passed through. The output repeats the input columns and appends the results
 !> with 17 significant digits. Nothing is written when any row has a mistake.
 module contensou_drivers_eval
-   use, intrinsic :: iso_fortran_env, only : input_unit, iostat_end, iostat_eor, output_unit
+   use, intrinsic :: iso_fortran_env, only : input_unit, iostat_end, iostat_eor
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : wp
+   use contensou_base_system, only : write_stdout
    use contensou_base_text, only : lower, nearest, quote, read_real, string_type, to_text
    use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
    use contensou_contact_spot, only : circular_shape
@@ -23,6 +24,9 @@ module contensou_drivers_eval
 
    !> Outputs of the kernel `wrench`.
    character(len=*), parameter :: wrench_outputs = "Fx,Fy,Tz"
+
+   !> Bytes that are written at a time.
+   integer, parameter :: block_size = 65536
 
    !> Rows that are kept before the buffer grows.
    integer, parameter :: first_rows = 1024
@@ -61,8 +65,8 @@ contains
       real(wp), allocatable :: inputs(:, :)
       integer, allocatable :: lines(:)
       real(wp) :: fx, fy, torque
-      integer :: i, status
-      character(len=:), allocatable :: name
+      integer :: i
+      character(len=:), allocatable :: name, text
 
       models = friction_models()
       name = command%model
@@ -106,17 +110,19 @@ contains
          call fatal(error, diagnostics%render([table]) // "nothing was evaluated", status_usage)
          return
       end if
-      write(output_unit, "(a)", iostat=status) table%lines(1)%s // "," // wrench_outputs
+      text = table%lines(1)%s // "," // wrench_outputs // new_line("a")
       do i = 1, size(lines)
-         if (status /= 0) exit
          friction%coefficient = inputs(4, i)
          call friction%wrench(inputs(1, i), circular_shape, inputs(2, i), inputs(5, i), &
             inputs(6, i), inputs(7, i), fx, fy, torque)
-         write(output_unit, "(a, 3(',', a))", iostat=status) table%lines(lines(i))%s, &
-            digits17(fx), digits17(fy), digits17(torque)
+         text = text // table%lines(lines(i))%s // "," // digits17(fx) // "," // digits17(fy) // &
+            "," // digits17(torque) // new_line("a")
+         if (len(text) < block_size .and. i < size(lines)) cycle
+         call write_stdout(text, error)
+         if (allocated(error)) return
+         text = ""
       end do
-      if (status == 0) flush(output_unit, iostat=status)
-      if (status /= 0) call fatal(error, "the standard output cannot be written", status_file)
+      if (size(lines) == 0) call write_stdout(text, error)
    end subroutine eval_wrench
 
    !> A number with 17 significant digits.

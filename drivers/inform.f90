@@ -1,10 +1,9 @@
 !> `contensou check`, `contensou models`, `contensou help`: what the program knows, in words.
 module contensou_drivers_inform
-   use, intrinsic :: iso_fortran_env, only : output_unit
    use contensou_base_build, only : build_compiler, git_commit, program_version
-   use contensou_base_errors, only : error_type, fatal, status_file, status_usage
+   use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : cpu_seconds
+   use contensou_base_system, only : cpu_seconds, write_stdout
    use contensou_base_text, only : join, lower, nearest, quote, to_text
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_damping, only : damping_model_type, damping_models
@@ -24,7 +23,7 @@ module contensou_drivers_inform
    implicit none(type, external)
    private
 
-   public :: check_command, models_command, help_command, print_version, print_text
+   public :: check_command, models_command, help_command, print_version
 
    !> Observer that lets a march run for a given CPU time.
    type, extends(observer_type) :: stopwatch_type
@@ -77,7 +76,7 @@ contains
          text = text // nl // "cost" // nl // cost_text(file, motion)
          text = text // "settings" // nl // indented(file%resolved)
       end associate
-      call print_text(text, error)
+      call write_stdout(text, error)
    end subroutine check_command
 
    !> Cost of a scene, measured.
@@ -206,7 +205,7 @@ contains
          end if
          return
       end if
-      call print_text(text, error)
+      call write_stdout(text, error)
 
    contains
 
@@ -263,7 +262,7 @@ contains
             end do
          end do
          text = text // nl // "contensou help GROUP.KEY tells more." // nl
-         call print_text(text, error)
+         call write_stdout(text, error)
          return
       end if
       g = findloc(groups%name == group, .true., dim=1)
@@ -299,7 +298,7 @@ contains
          end if
          text = key_text(own(k))
       end if
-      call print_text(text, error)
+      call write_stdout(text, error)
    end subroutine help_command
 
    !> A group in a line.
@@ -357,9 +356,9 @@ contains
       !> Set when the standard output cannot be written.
       type(error_type), allocatable, intent(out) :: error
 
-      call print_text("contensou " // program_version // nl // "commit " // git_commit() // nl // &
-         build_compiler // ", SUNDIALS " // sundials_version() // ", HDF5 " // hdf5_version() // &
-         nl, error)
+      call write_stdout("contensou " // program_version // nl // &
+         "commit " // git_commit() // nl // build_compiler // &
+         ", SUNDIALS " // sundials_version() // ", HDF5 " // hdf5_version() // nl, error)
    end subroutine print_version
 
    !> Text with each line indented.
@@ -378,18 +377,5 @@ contains
          start = start + length
       end do
    end function indented
-
-   !> Write a text to the standard output.
-   subroutine print_text(text, error)
-      !> Text, its lines ended.
-      character(len=*), intent(in) :: text
-      !> Set when the standard output cannot be written.
-      type(error_type), allocatable, intent(out) :: error
-      integer :: status
-
-      write(output_unit, "(a)", iostat=status) text(:len(text) - 1)
-      if (status == 0) flush(output_unit, iostat=status)
-      if (status /= 0) call fatal(error, "the standard output cannot be written", status_file)
-   end subroutine print_text
 
 end module contensou_drivers_inform

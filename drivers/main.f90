@@ -1,13 +1,12 @@
 !> From the command line to an exit status.
 module contensou_drivers_main
    use contensou_base_errors, only : error_type, status_interrupted, status_ok
-   use contensou_base_system, only : write_stderr
+   use contensou_base_system, only : write_stderr, write_stdout
    use contensou_base_text, only : string_type
    use contensou_drivers_command_line, only : command_line_words, command_type, &
       parse_command_line, usage_text
    use contensou_drivers_eval, only : eval_command
-   use contensou_drivers_inform, only : check_command, help_command, models_command, print_text, &
-      print_version
+   use contensou_drivers_inform, only : check_command, help_command, models_command, print_version
    use contensou_drivers_run, only : run_command
    implicit none(type, external)
    private
@@ -39,7 +38,7 @@ contains
          case ("help")
             call help_command(command, error)
          case ("usage")
-            call print_text(usage_text(command%subject) // new_line("a"), error)
+            call write_stdout(usage_text(command%subject) // new_line("a"), error)
          case default
             call print_version(error)
          end select

@@ -1,12 +1,10 @@
 !> `contensou run`: simulate a scene and write its output file.
 module contensou_drivers_run
-   use, intrinsic :: iso_fortran_env, only : output_unit
-   use contensou_base_errors, only : error_type, fatal, status_failed, status_file, &
-      status_interrupted
+   use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted
    use contensou_base_kinds, only : i8, pi, wp
    use contensou_base_system, only : catch_signals, cpu_seconds, file_exists, folder_writable, &
       is_folder, is_locked, is_terminal, remove_file, signal_received, terminal_width, &
-      wall_seconds, write_stderr
+      wall_seconds, write_stderr, write_stdout
    use contensou_base_text, only : quote, string_type, to_text
    use contensou_contact_geometry, only : pose_type
    use contensou_drivers_command_line, only : command_type
@@ -369,7 +367,7 @@ contains
       !> Set when the standard output cannot be written.
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
-      integer :: i, status
+      integer :: i
 
       text = ""
       if (scene%title /= "") call line(scene%title)
@@ -409,9 +407,7 @@ contains
             call line("  output     " // scene%output%file // ", " // to_text(s%rows) // " rows")
          end if
       end associate
-      write(output_unit, "(a)", iostat=status) text(:len(text) - 1)
-      if (status == 0) flush(output_unit, iostat=status)
-      if (status /= 0) call fatal(error, "the standard output cannot be written", status_failed)
+      call write_stdout(text, error)
 
    contains
 

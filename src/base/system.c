@@ -33,7 +33,7 @@ void contensou_system_host_name(char *name, size_t size);
 double contensou_system_wall_seconds(void);
 double contensou_system_cpu_seconds(void);
 void contensou_system_utc_now(char *text, size_t size);
-void contensou_system_write_stderr(const char *text, size_t length);
+int contensou_system_write(int unit, const char *text, size_t length);
 const char *contensou_system_reason(int code);
 
 /* The folder part of a file name, to be freed by the caller; null when memory is short. */
@@ -200,16 +200,17 @@ void contensou_system_utc_now(char *text, size_t size)
    if (gmtime_r(&now, &parts)) strftime(text, size, "%Y-%m-%dT%H:%M:%SZ", &parts);
 }
 
-/* Write to stderr as it stands, unbuffered; a closed stderr is nobody's concern. */
-void contensou_system_write_stderr(const char *text, size_t length)
+/* Write to stdout (1) or stderr (2) as it stands, unbuffered. */
+int contensou_system_write(int unit, const char *text, size_t length)
 {
    while (length > 0) {
-      ssize_t written = write(STDERR_FILENO, text, length);
+      ssize_t written = write(unit, text, length);
       if (written < 0 && errno == EINTR) continue;
-      if (written <= 0) return;
+      if (written < 0) return errno;
       text += written;
       length -= (size_t)written;
    }
+   return 0;
 }
 
 /* The system's words for a value of errno. */

@@ -8,7 +8,7 @@ module contensou_base_system
    private
 
    public :: rename_file, remove_file, file_exists, is_folder, folder_writable, is_locked
-   public :: is_terminal, terminal_width, write_stderr
+   public :: is_terminal, terminal_width, write_stderr, write_stdout
    public :: catch_signals, signal_received
    public :: host_name, wall_seconds, cpu_seconds, utc_now
    public :: text_from_c
@@ -148,14 +148,18 @@ module contensou_base_system
       end subroutine c_utc_now
 
       !> Write to stderr.
-      subroutine c_write_stderr(text, length) bind(c, name="contensou_system_write_stderr")
-         import :: c_char, c_size_t
+      function c_write(unit, text, length) result(code) bind(c, name="contensou_system_write")
+         import :: c_char, c_int, c_size_t
          implicit none(type, external)
+         !> 1 for stdout, 2 for stderr.
+         integer(c_int), value :: unit
          !> Bytes to write.
          character(kind=c_char), intent(in) :: text(*)
          !> Number of bytes.
          integer(c_size_t), value :: length
-      end subroutine c_write_stderr
+         !> Value of errno, 0 if all went well.
+         integer(c_int) :: code
+      end function c_write
 
       !> The system's words for an error number.
       function c_reason(code) result(text) bind(c, name="contensou_system_reason")
@@ -269,8 +273,25 @@ contains
       !> Text to write.
       character(len=*), intent(in) :: text
 
-      call c_write_stderr(text, len(text, c_size_t))
+      integer(c_int) :: code
+
+      ! A closed stderr is nobody's concern.
+      code = c_write(2_c_int, text, len(text, c_size_t))
    end subroutine write_stderr
+
+   !> Write results to stdout as they stand; unlike Fortran's, this write sees a full disk.
+   subroutine write_stdout(text, error)
+      !> Text to write.
+      character(len=*), intent(in) :: text
+      !> Set when not all of it could be written.
+      type(error_type), allocatable, intent(out) :: error
+
+      integer(c_int) :: code
+
+      code = c_write(1_c_int, text, len(text, c_size_t))
+      if (code /= 0) call fatal(error, "cannot write to the standard output: "//reason(code), &
+         status_file)
+   end subroutine write_stdout
 
    !> Name of this machine.
    function host_name() result(name)

@@ -65,7 +65,7 @@ contains
          call apply_override(document, overrides(i)%s, diagnostics)
       end do
       call resolve(document, settings, diagnostics)
-      call build(settings, document%complete, path, output_file, file%scene, diagnostics)
+      call build(settings, settings%complete, path, output_file, file%scene, diagnostics)
       if (diagnostics%count() > 0) then
          count_text = to_text(diagnostics%count()) // " errors"
          if (diagnostics%count() == 1) count_text = "1 error"
@@ -81,7 +81,7 @@ contains
    subroutine build(settings, complete, path, output_file, scene, diagnostics)
       !> The settings; derived values are filled in.
       type(settings_type), intent(inout) :: settings
-      !> Whether the document was read without a mistake of syntax.
+      !> Whether no group is lost by a mistake of syntax or spelling.
       logical, intent(in) :: complete
       !> Name of the scene file.
       character(len=*), intent(in) :: path
@@ -287,7 +287,7 @@ contains
    subroutine build_surface(settings, complete, instance, scene, index, diagnostics)
       !> All settings.
       type(settings_type), intent(in) :: settings
-      !> Whether the document was read without a mistake of syntax.
+      !> Whether no group is lost by a mistake of syntax or spelling.
       logical, intent(in) :: complete
       !> The group.
       type(instance_type), intent(in) :: instance
@@ -319,9 +319,10 @@ contains
          end if
          select case (shape%choice)
          case (shape_sphere)
-            if (.not. radius%given .and. instance%complete) call diagnostics%add( &
-               instance%origin, "'radius' is missing for the sphere " // quote(spec%name), &
-               "radius = a number > 0 [m]")
+            if (.not. (radius%given .or. radius%meant) .and. instance%complete) then
+               call diagnostics%add(instance%origin, "'radius' is missing for the sphere " // &
+                  quote(spec%name), "radius = a number > 0 [m]")
+            end if
             if (normal%given) call diagnostics%add(normal%origin, &
                "a sphere has no 'normal'", "centre and radius")
          case (shape_plane)
@@ -337,7 +338,7 @@ contains
    subroutine build_contact(settings, complete, instance, contact, diagnostics)
       !> All settings.
       type(settings_type), intent(in) :: settings
-      !> Whether the document was read without a mistake of syntax.
+      !> Whether no group is lost by a mistake of syntax or spelling.
       logical, intent(in) :: complete
       !> The group.
       type(instance_type), intent(in) :: instance
@@ -375,7 +376,8 @@ contains
                   diagnostics%add(restitution%origin, "damping " // &
                   quote(trim(model%info%name)) // " has no formula for a restitution", &
                   "damping_coefficient")
-               if (.not. (coefficient%given .or. restitution%given) .and. instance%complete) then
+               if (.not. (coefficient%given .or. restitution%given .or. coefficient%meant .or. &
+                  restitution%meant) .and. instance%complete) then
                   call diagnostics%add(damping%origin, "damping " // &
                      quote(trim(model%info%name)) // " needs its coefficient", &
                      trim(model%info%keys))
@@ -401,13 +403,16 @@ contains
                call diagnostics%add(coefficient%origin, &
                   "'friction_coefficient' without 'friction'", "friction = the name of a model")
             else if (associated(model%kernel) .and. instance%complete) then
-               if (.not. coefficient%given) call diagnostics%add(friction%origin, "friction " // &
-                  quote(trim(model%info%name)) // " needs 'friction_coefficient'", &
-                  "friction_coefficient = a number >= 0 [-]")
-               if (model%needs_delta .and. .not. delta%given) call diagnostics%add( &
-                  friction%origin, "friction " // quote(trim(model%info%name)) // &
-                  " needs 'regularization_velocity'", &
-                  "regularization_velocity = a number > 0 [m s-1], as 1.0e-3")
+               if (.not. (coefficient%given .or. coefficient%meant)) then
+                  call diagnostics%add(friction%origin, "friction " // &
+                     quote(trim(model%info%name)) // " needs 'friction_coefficient'", &
+                     "friction_coefficient = a number >= 0 [-]")
+               end if
+               if (model%needs_delta .and. .not. (delta%given .or. delta%meant)) then
+                  call diagnostics%add(friction%origin, "friction " // &
+                     quote(trim(model%info%name)) // " needs 'regularization_velocity'", &
+                     "regularization_velocity = a number > 0 [m s-1], as 1.0e-3")
+               end if
                if (model%needs_delta .and. delta%set .and. delta%real(1) <= 0.0_wp) then
                   call diagnostics%add(delta%places(1), "'regularization_velocity' must be " // &
                      "positive for " // quote(trim(model%info%name)), &
@@ -628,7 +633,7 @@ contains
    subroutine refer(settings, complete, instance, key, slot, index, diagnostics)
       !> All settings.
       type(settings_type), intent(in) :: settings
-      !> Whether the document was read without a mistake of syntax.
+      !> Whether no group is lost by a mistake of syntax or spelling.
       logical, intent(in) :: complete
       !> The group that refers.
       type(instance_type), intent(in) :: instance

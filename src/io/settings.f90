@@ -22,6 +22,8 @@ module contensou_io_settings
       type(key_spec_type) :: key
       !> Whether the scene gives it.
       logical :: given = .false.
+      !> Whether it is likely given under a misspelt name.
+      logical :: meant = .false.
       !> Whether it has a usable value, given or default.
       logical :: set = .false.
       !> Where the key stands, or the group if it is not given.
@@ -59,6 +61,8 @@ module contensou_io_settings
    type :: settings_type
       !> The groups in the order of the file.
       type(instance_type), allocatable :: instances(:)
+      !> Whether all groups are known; if not, some may be missing because they are misspelt.
+      logical :: complete = .true.
    end type settings_type
 
 contains
@@ -289,6 +293,7 @@ contains
             g = findloc(groups%name == group%name, .true., dim=1)
             if (g == 0) then
                near = nearest(group%name, groups%name)
+               settings%complete = .false.
                if (near > 0) then
                   call diagnostics%add(group%origin, "unknown group &" // group%name, &
                      "&" // trim(groups(near)%name))
@@ -316,7 +321,8 @@ contains
       do i = 1, n
          settings%instances(i) = instances(i)
       end do
-      if (.not. document%complete) return
+      settings%complete = settings%complete .and. document%complete
+      if (.not. settings%complete) return
       do g = 1, size(groups)
          if (groups(g)%mandatory .and. first(g) == 0) call diagnostics%add( &
             origin_type(1, 0, 0, 1), "there is no group &" // trim(groups(g)%name), &
@@ -353,6 +359,7 @@ contains
             if (k == 0) then
                near = nearest(assignment%key, own%name)
                if (near > 0) then
+                  instance%settings(near)%meant = .true.
                   call diagnostics%add(assignment%origin, "unknown key '" // assignment%key // &
                      "' in group &" // group%name, trim(own(near)%name))
                else
@@ -373,7 +380,8 @@ contains
                   setting%origin, "'" // trim(own(k)%name) // "' has " // &
                   to_text(count(first_given(:, k) /= 0)) // " of " // to_text(own(k)%values) // &
                   " values", expected_of(own(k)))
-            else if (own(k)%mandatory .and. group%complete) then
+            else if (own(k)%mandatory .and. group%complete .and. &
+               .not. setting%meant) then
                call diagnostics%add(group%origin, "'" // trim(own(k)%name) // &
                   "' is missing in group &" // trim(group%name) // named(instance), &
                   trim(own(k)%name) // " = " // expected_of(own(k)))

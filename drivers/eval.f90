@@ -66,8 +66,11 @@ contains
       integer, allocatable :: lines(:)
       real(wp) :: fx, fy, torque
       integer :: i
-      character(len=:), allocatable :: name, text
+      character(len=:), allocatable :: name
+      character(len=block_size) :: block
+      integer :: filled
 
+      filled = 0
       models = friction_models()
       name = command%model
       if (name == "") name = "contensou_exact"
@@ -110,19 +113,36 @@ contains
          call fatal(error, diagnostics%render([table]) // "nothing was evaluated", status_usage)
          return
       end if
-      text = table%lines(1)%s // "," // wrench_outputs // new_line("a")
+      call put(table%lines(1)%s // "," // wrench_outputs)
       do i = 1, size(lines)
+         if (allocated(error)) return
          friction%coefficient = inputs(4, i)
          call friction%wrench(inputs(1, i), circular_shape, inputs(2, i), inputs(5, i), &
             inputs(6, i), inputs(7, i), fx, fy, torque)
-         text = text // table%lines(lines(i))%s // "," // digits17(fx) // "," // digits17(fy) // &
-            "," // digits17(torque) // new_line("a")
-         if (len(text) < block_size .and. i < size(lines)) cycle
-         call write_stdout(text, error)
-         if (allocated(error)) return
-         text = ""
+         call put(table%lines(lines(i))%s // "," // digits17(fx) // "," // digits17(fy) // "," // &
+            digits17(torque))
       end do
-      if (size(lines) == 0) call write_stdout(text, error)
+      if (.not. allocated(error)) call write_stdout(block(:filled), error)
+
+   contains
+
+      !> Write a line, by way of a block.
+      subroutine put(line)
+         !> The line.
+         character(len=*), intent(in) :: line
+
+         if (filled + len(line) + 1 > len(block)) then
+            call write_stdout(block(:filled), error)
+            filled = 0
+         end if
+         if (len(line) + 1 > len(block)) then
+            call write_stdout(line // new_line("a"), error)
+         else
+            block(filled + 1:filled + len(line) + 1) = line // new_line("a")
+            filled = filled + len(line) + 1
+         end if
+      end subroutine put
+
    end subroutine eval_wrench
 
    !> A number with 17 significant digits.

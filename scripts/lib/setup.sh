@@ -155,7 +155,7 @@ make_python() {
 }
 
 make_build() {
-   local name=$1 folder=$root/$1 start=$SECONDS quiet=no stamp how=()
+   local name=$1 folder=$root/$1 start=$SECONDS quiet=no stamp newest how=()
    shift
    stamp=$(printf '%s\n' "$root" "$@")
    if [ -f "$folder/build.ninja" ] && [ "$(cat -- "$folder/.stamp" 2>/dev/null)" = "$stamp" ]; then
@@ -173,6 +173,10 @@ make_build() {
       printf '%s\n' "$stamp" >"$folder/.stamp"
    fi
    [ "$quiet" = yes ] || say "compiling $name"
+   logged "$folder/compile.log" ninja -C "$folder" src/libcontensou.a || return 1
+   # Meson does not know that the programs depend on the library's module files.
+   newest=$(find "$folder/src" -name '*.mod' -printf '%T@ %p\n' | sort -n | tail -n 1)
+   find "$folder/drivers" "$folder/tests" -name '*.o' ! -newer "${newest#* }" -delete
    logged "$folder/compile.log" meson compile -C "$folder" || return 1
    [ "$quiet" = yes ] || say "$name compiled in $((SECONDS - start)) s"
 }

@@ -194,7 +194,6 @@ contains
       end if
 
       ! The number is 0.DIGITS * 10**scaling.
-      digits = ''
       n_digits = 0
       n_read = 0
       scaling = 0
@@ -258,8 +257,9 @@ contains
          x = signed(transfer(infinity_bits, 1.0_wp), negative)
          return
       end if
-      write (buffer, '(3a,i0)') '0.', digits(1:n_digits), 'e', scaling
-      read (buffer, *, iostat=stat) x
+      ! Only the part that is used: the rest of a long record costs more than the number.
+      write (buffer(:n_digits + 16), '(3a,i0)') '0.', digits(1:n_digits), 'e', scaling
+      read (buffer(:n_digits + 16), *, iostat=stat) x
       if (stat /= 0) then
          valid = .false.
          x = transfer(nan_bits, 1.0_wp)

@@ -1,12 +1,13 @@
 !> Command line of the executable: from words to one plain configuration per sub-command.
 module contensou_drivers_command_line
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : nearest, quote, read_real, starts_with, string_type
    implicit none(type, external)
    private
 
-   public :: command_type, parse_command_line, command_line_words, usage_text
+   public :: command_type, parse_command_line, command_line_words, usage_text, commands
 
    !> What the user asks for; a sub-command uses the fields that its usage names.
    type :: command_type
@@ -74,7 +75,8 @@ contains
       case ("--version", "-V")
          command%name = "version"
       case ("--help", "-h")
-         command%name = "help"
+         command%name = "usage"
+         return
       case default
          command%name = words(1)%s
          if (.not. any(commands == command%name)) then
@@ -145,7 +147,8 @@ contains
                call take_value()
                if (.not. allocated(error)) then
                   call read_real(value, command%delta, valid)
-                  if (valid) valid = command%delta >= 0.0_wp .and. command%delta <= huge(1.0_wp)
+                  if (valid) valid = ieee_is_finite(command%delta)
+                  if (valid) valid = command%delta >= 0.0_wp
                   if (.not. valid) call fatal(error, "--delta needs a velocity " // &
                      ">= 0 [m/s], not " // quote(value), status_usage)
                end if
@@ -281,7 +284,7 @@ contains
             "  --model NAME     friction model, default contensou_exact; see contensou models" // &
             nl // "  --delta VELOCITY regularisation velocity [m/s], default 0"
       case ("help")
-         text = "usage: contensou help [GROUP[.KEY]]"
+         text = "usage: contensou help [GROUP[.KEY] | COMMAND]"
       case default
          text = "usage: contensou COMMAND ..." // nl // &
             "  run SCENE        simulate a scene" // nl // &

@@ -4,12 +4,14 @@
 !> does not know are passed through. The output repeats the input columns and appends the results
 !> with 17 significant digits. Nothing is written when any row has a mistake.
 module contensou_drivers_eval
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
    use, intrinsic :: iso_fortran_env, only : input_unit, iostat_end, iostat_eor
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : wp
-   use contensou_base_system, only : write_stdout
-   use contensou_base_text, only : lower, nearest, quote, read_real, string_type, to_text
+   use contensou_base_system, only : file_exists, is_folder, write_stdout
+   use contensou_base_text, only : lower, nearest, quote, read_real, starts_with, string_type, &
+      to_text
    use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
    use contensou_contact_spot, only : circular_shape
    use contensou_drivers_command_line, only : command_type
@@ -24,6 +26,9 @@ module contensou_drivers_eval
 
    !> Outputs of the kernel `wrench`.
    character(len=*), parameter :: wrench_outputs = "Fx,Fy,Tz"
+
+   !> Mark of UTF-8 at the beginning of a file.
+   character(len=*), parameter :: byte_order_mark = char(239) // char(187) // char(191)
 
    !> Bytes that are written at a time.
    integer, parameter :: block_size = 65536
@@ -81,6 +86,9 @@ contains
       if (i == 0) then
          i = nearest(name, models%info%name)
          if (i > 0) then
+            if (.not. associated(models(i)%kernel)) i = 0
+         end if
+         if (i > 0) then
             call fatal(error, "unknown friction model " // quote(name) // "; did you mean " // &
                quote(trim(models(i)%info%name)) // "?", status_usage)
          else
@@ -100,11 +108,13 @@ contains
       call read_table(table, wrench_inputs, inputs, lines, diagnostics)
       do i = 1, size(lines)
          associate (a => inputs(2, i), b => inputs(3, i))
+            ! What is not a number gives results that are none; comparing it would trap.
+            if (any(ieee_is_nan(inputs(:4, i)))) cycle
             if (abs(a - b) > 0.0_wp) call diagnostics%add( &
                origin_type(1, lines(i), 1, len(table%lines(lines(i))%s)), &
                "the spot is not a circle, a = " // to_text(a) // " and b = " // to_text(b), &
                "a = b: only circular spots are evaluated")
-            if (inputs(1, i) < 0.0_wp .or. a < 0.0_wp .or. inputs(4, i) < 0.0_wp) call &
+            if (any(inputs(:4, i) < 0.0_wp)) call &
                diagnostics%add(origin_type(1, lines(i), 1, len(table%lines(lines(i))%s)), &
                "N, a, b and f must not be negative", "numbers >= 0")
          end associate
@@ -173,30 +183,38 @@ contains
       integer :: column(size(names)), i, c, n, near
       logical :: valid
       type(origin_type) :: place
+      character(len=:), allocatable :: missing
 
+      missing = ""
       allocate(values(size(names), 0), lines(0))
-      if (size(table%lines) == 0) then
+      if (all([(len_trim(table%lines(i)%s) == 0, i=1, size(table%lines))])) then
          call diagnostics%add(origin_type(1, 0, 0, 1), "the table is empty", &
             "a header with " // list(names))
          return
       end if
       header = field_starts(table%lines(1)%s)
+      place = origin_type(1, 1, 1, max(len(table%lines(1)%s), 1))
       do i = 1, size(names)
          column(i) = 0
-         do c = 1, size(header) - 1
-            if (field(1, header, c) == names(i)) column(i) = c
-         end do
-         if (column(i) > 0) cycle
          near = 0
          do c = 1, size(header) - 1
-            if (lower(field(1, header, c)) == lower(trim(names(i)))) near = c
+            if (field(1, header, c) == names(i)) then
+               if (column(i) > 0) then
+                  call diagnostics%add(place_of(c), "the header has the column " // &
+                     trim(names(i)) // " twice", "a header with " // list(names) // ", each once")
+               end if
+               column(i) = c
+            else if (lower(field(1, header, c)) == lower(trim(names(i)))) then
+               near = c
+            end if
          end do
-         place = origin_type(1, 1, 1, max(len(table%lines(1)%s), 1))
-         if (near > 0) place = origin_type(1, 1, header(near), header(near + 1) - header(near) - 1)
-         call diagnostics%add(place, "the header has no column " // trim(names(i)), &
-            "a header with " // list(names))
+         if (column(i) > 0) cycle
+         if (near > 0 .and. missing == "") place = place_of(near)
+         missing = missing // ", " // trim(names(i))
       end do
-      if (any(column == 0)) return
+      if (missing /= "") call diagnostics%add(place, "the header has no column " // missing(3:), &
+         "a header with " // list(names))
+      if (diagnostics%count() > 0) return
       deallocate(values, lines)
       allocate(values(size(names), size(table%lines)), lines(size(table%lines)))
       n = 0
@@ -213,15 +231,30 @@ contains
          lines(n) = i
          do c = 1, size(names)
             call read_real(field(i, starts, column(c)), values(c, n), valid)
-            if (.not. valid) call diagnostics%add(origin_type(1, i, starts(column(c)), &
-               max(starts(column(c) + 1) - starts(column(c)) - 1, 1)), quote(field(i, starts, &
-               column(c))) // " is not a number", trim(names(c)) // " = a number")
+            place = origin_type(1, i, starts(column(c)), &
+               max(starts(column(c) + 1) - starts(column(c)) - 1, 1))
+            if (.not. valid) then
+               call diagnostics%add(place, quote(field(i, starts, column(c))) // &
+                  " is not a number", trim(names(c)) // " = a number")
+            else if (.not. (ieee_is_finite(values(c, n)) .or. ieee_is_nan(values(c, n)))) then
+               call diagnostics%add(place, quote(field(i, starts, column(c))) // &
+                  " is too large", trim(names(c)) // " = a finite number")
+            end if
          end do
       end do
       values = values(:, :n)
       lines = lines(:n)
 
    contains
+
+      !> Where a column of the header stands.
+      pure function place_of(number) result(place)
+         !> Number of the column.
+         integer, intent(in) :: number
+         type(origin_type) :: place
+
+         place = origin_type(1, 1, header(number), header(number + 1) - header(number) - 1)
+      end function place_of
 
       !> A field without blanks around it.
       pure function field(line, starts, number) result(text)
@@ -282,16 +315,26 @@ contains
       character(len=512) :: message
       character(len=:), allocatable :: line
       integer :: unit, status, n, length, i
-      logical :: standard
+      logical :: standard, is
 
       standard = path == "" .or. path == "-"
       unit = input_unit
       table%name = "standard input"
       if (.not. standard) then
          table%name = path
+         is = is_folder(path)
+         if (is) then
+            call fatal(error, path // " cannot be read: it is a folder", status_file)
+            return
+         end if
+         is = file_exists(path)
+         if (.not. is) then
+            call fatal(error, path // " cannot be read: it does not exist", status_file)
+            return
+         end if
          open(newunit=unit, file=path, status="old", action="read", iostat=status, iomsg=message)
          if (status /= 0) then
-            call fatal(error, "cannot read " // path // ": " // trim(message), status_file)
+            call fatal(error, path // " cannot be read: " // trim(message), status_file)
             return
          end if
       end if
@@ -322,6 +365,10 @@ contains
             if (line(i:i) == achar(13)) i = i - 1
          end if
          lines(n)%s = line(:i)
+         ! Spreadsheets put a byte order mark before the header.
+         if (n == 1 .and. starts_with(lines(n)%s, byte_order_mark)) then
+            lines(n)%s = line(len(byte_order_mark) + 1:i)
+         end if
          if (status == iostat_end) exit
       end do
       if (.not. standard) close(unit)

@@ -10,7 +10,7 @@ module contensou_drivers_inform
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_geometry, only : geometry_models
    use contensou_contact_normal, only : normal_models
-   use contensou_drivers_command_line, only : command_type
+   use contensou_drivers_command_line, only : command_type, commands, usage_text
    use contensou_drivers_report, only : contact_effects, number_text
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_integrate_cvode, only : statistics_type, sundials_version
@@ -183,19 +183,19 @@ contains
       type(damping_model_type), allocatable :: damping(:)
       type(friction_model_type), allocatable :: friction(:)
       character(len=:), allocatable :: text
-      character(len=24), allocatable :: names(:)
-      integer :: near
+      character(len=24) :: names(64)
+      integer :: near, n
 
       damping = damping_models()
       friction = friction_models()
       text = ""
-      allocate(names(0))
+      n = 0
       call list("surfaces (contact.surfaces)", geometry_models())
       call list("normal force (contact.normal)", normal_models())
       call list("damping (contact.damping)", damping%info)
       call list("friction (contact.friction)", friction%info)
       if (text == "") then
-         near = nearest(command%subject, names)
+         near = nearest(command%subject, names(:n))
          if (near > 0) then
             call fatal(error, "there is no model " // quote(command%subject) // &
                "; did you mean " // quote(trim(names(near))) // "?", status_usage)
@@ -219,8 +219,9 @@ contains
          logical :: first
 
          first = .true.
-         names = [names, info%name]
          do i = 1, size(info)
+            n = n + 1
+            names(n) = info(i)%name
             if (command%subject /= "" .and. lower(command%subject) /= info(i)%name) cycle
             if (first) text = text // title // nl
             first = .false.
@@ -245,6 +246,10 @@ contains
       character(len=:), allocatable :: text, group, key
       integer :: g, k, dot
 
+      if (any(commands == command%subject)) then
+         call write_stdout(usage_text(command%subject) // nl, error)
+         return
+      end if
       groups = schema_groups()
       keys = schema_keys()
       dot = index(command%subject, ".")

@@ -66,6 +66,7 @@ contains
       end if
       write(buffer, form) x
       text = trim(adjustl(buffer))
+      if (text(len(text):) == ".") text = text(:len(text) - 1)
    end function number_text
 
 end module contensou_drivers_report

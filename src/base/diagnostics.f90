@@ -68,6 +68,9 @@ module contensou_base_diagnostics
    !> Number of mistakes that are kept.
    integer, parameter :: max_kept = 1000
 
+   !> Number of earlier mistakes that a new one is compared with.
+   integer, parameter :: look_back = 16
+
    !> Number of mistakes that are shown.
    integer, parameter :: max_shown = 50
 
@@ -85,7 +88,8 @@ module contensou_base_diagnostics
 
 contains
 
-   !> Append a mistake.
+   !> Append a mistake, unless it was found at the same place just before: an option that sets a
+   !> key of several groups is looked at once for each.
    pure subroutine add(self, origin, message, expected)
       !> List to append to.
       class(diagnostics_type), intent(inout) :: self
@@ -99,6 +103,12 @@ contains
       type(entry_type), allocatable :: bigger(:)
       integer :: i
 
+      do i = self%n_entries, max(self%n_entries - look_back, 1), -1
+         associate (entry => self%entries(i))
+            if (entry%origin%source == origin%source .and. entry%origin%line == origin%line .and. &
+               & entry%origin%column == origin%column .and. entry%message == message) return
+         end associate
+      end do
       self%n_found = self%n_found + 1
       if (self%n_entries == max_kept) return
       if (.not. allocated(self%entries)) allocate(self%entries(8))

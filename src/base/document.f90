@@ -1347,6 +1347,9 @@ contains
          message = 'typographic quotes around a text'
          expected = 'straight quotes, '' or "'
          loses = .true.
+      else if (any(lower(word) == [character(len=3) :: 'yes', 'no', 'on', 'off'])) then
+         message = '''' // word // ''' is not a logical'
+         expected = '.true. or .false.'
       else if (scan(word(1:1), letters // '_./~') > 0 .or. ichar(word(1:1)) > 127) then
          message = 'text ''' // shorten(word, word_width) // ''' needs quotes'
          expected = quote(shorten(word, word_width))

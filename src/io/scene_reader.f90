@@ -65,7 +65,7 @@ contains
          call apply_override(document, overrides(i)%s, diagnostics)
       end do
       call resolve(document, settings, diagnostics)
-      call build(settings, settings%complete, path, output_file, file%scene, diagnostics)
+      call build(settings, path, output_file, file%scene, diagnostics)
       if (diagnostics%count() > 0) then
          count_text = to_text(diagnostics%count()) // " errors"
          if (diagnostics%count() == 1) count_text = "1 error"
@@ -78,11 +78,9 @@ contains
 
    !> Build the scene from its settings; references and everything that concerns several keys are
    !> checked here.
-   subroutine build(settings, complete, path, output_file, scene, diagnostics)
+   subroutine build(settings, path, output_file, scene, diagnostics)
       !> The settings; derived values are filled in.
       type(settings_type), intent(inout) :: settings
-      !> Whether no group is lost by a mistake of syntax or spelling.
-      logical, intent(in) :: complete
       !> Name of the scene file.
       character(len=*), intent(in) :: path
       !> Name of the output file from the command line; blank for that of the scene.
@@ -117,9 +115,9 @@ contains
             case ("body")
                call build_body(instance, scene%bodies(n(3)), diagnostics)
             case ("surface")
-               call build_surface(settings, complete, instance, scene, n(4), diagnostics)
+               call build_surface(settings, instance, scene, n(4), diagnostics)
             case ("contact")
-               call build_contact(settings, complete, instance, scene%contacts(n(5)), diagnostics)
+               call build_contact(settings, instance, scene%contacts(n(5)), diagnostics)
             case ("integrator")
                call build_integrator(instance, scene)
             case ("output")
@@ -240,7 +238,7 @@ contains
                call diagnostics%add(inertia%places(maxloc(body%inertia, dim=1)), &
                   "the inertia of " // quote(body%name) // " violates the triangle inequality", &
                   "no principal moment larger than the sum of the other two, here at most " // &
-                  to_text(sum(body%inertia) - maxval(body%inertia)))
+                  to_text(sum(body%inertia, mask=[1, 2, 3] /= maxloc(body%inertia, dim=1))))
             end if
          end if
       end associate
@@ -284,11 +282,9 @@ contains
    end subroutine build_body
 
    !> A surface.
-   subroutine build_surface(settings, complete, instance, scene, index, diagnostics)
+   subroutine build_surface(settings, instance, scene, index, diagnostics)
       !> All settings.
       type(settings_type), intent(in) :: settings
-      !> Whether no group is lost by a mistake of syntax or spelling.
-      logical, intent(in) :: complete
       !> The group.
       type(instance_type), intent(in) :: instance
       !> The scene.
@@ -303,8 +299,8 @@ contains
          radius => instance%settings(instance%at("radius")), &
          normal => instance%settings(instance%at("normal")))
          spec%name = instance%label()
-         call refer(settings, complete, instance, "body", 1, spec%body, diagnostics)
-         call refer(settings, complete, instance, "material", 1, spec%material, diagnostics)
+         call refer(settings, instance, "body", 1, spec%body, diagnostics)
+         call refer(settings, instance, "material", 1, spec%material, diagnostics)
          spec%surface%shape = shape%choice
          spec%surface%centre = numbers(instance, "centre")
          spec%surface%radius = radius%real(1)
@@ -335,11 +331,9 @@ contains
    end subroutine build_surface
 
    !> A contact.
-   subroutine build_contact(settings, complete, instance, contact, diagnostics)
+   subroutine build_contact(settings, instance, contact, diagnostics)
       !> All settings.
       type(settings_type), intent(in) :: settings
-      !> Whether no group is lost by a mistake of syntax or spelling.
-      logical, intent(in) :: complete
       !> The group.
       type(instance_type), intent(in) :: instance
       !> The contact.
@@ -350,8 +344,8 @@ contains
       type(friction_model_type), allocatable :: frictions(:)
 
       contact%name = instance%label()
-      call refer(settings, complete, instance, "surfaces", 1, contact%surfaces(1), diagnostics)
-      call refer(settings, complete, instance, "surfaces", 2, contact%surfaces(2), diagnostics)
+      call refer(settings, instance, "surfaces", 1, contact%surfaces(1), diagnostics)
+      call refer(settings, instance, "surfaces", 2, contact%surfaces(2), diagnostics)
       contact%normal = max(instance%settings(instance%at("normal"))%choice, 1)
       associate (damping => instance%settings(instance%at("damping")), &
          coefficient => instance%settings(instance%at("damping_coefficient")), &
@@ -368,6 +362,8 @@ contains
                   "'damping_coefficient' without 'damping'", "damping = the name of a law")
                if (restitution%given) call diagnostics%add(restitution%origin, &
                   "'restitution' without 'damping'", "damping = 'hunt_crossley' or 'tsuji'")
+               if (velocity%given) call diagnostics%add(velocity%origin, &
+                  "'impact_velocity' without 'damping'", "damping = 'hunt_crossley'")
             else if (associated(model%kernel)) then
                if (coefficient%given .and. restitution%given) call diagnostics%add( &
                   restitution%origin, "the damping is given twice", &
@@ -399,9 +395,13 @@ contains
          contact%regularization_velocity = delta%real(1)
          contact%drilling = drilling%logical
          associate (model => frictions(contact%friction))
-            if (.not. friction%given .and. coefficient%given) then
-               call diagnostics%add(coefficient%origin, &
+            if (.not. friction%given) then
+               if (coefficient%given) call diagnostics%add(coefficient%origin, &
                   "'friction_coefficient' without 'friction'", "friction = the name of a model")
+               if (delta%given) call diagnostics%add(delta%origin, &
+                  "'regularization_velocity' without 'friction'", "friction = the name of a model")
+               if (drilling%given) call diagnostics%add(drilling%origin, &
+                  "'drilling' without 'friction'", "friction = the name of a model")
             else if (associated(model%kernel) .and. instance%complete) then
                if (.not. (coefficient%given .or. coefficient%meant)) then
                   call diagnostics%add(friction%origin, "friction " // &
@@ -499,7 +499,7 @@ contains
          end associate
       end do
       if (scene%output%interval > 0.0_wp .and. scene%t_end > max_rows*scene%output%interval) then
-         call diagnostics%add(origin_type(1, 0, 0, 1), "the output would have more than " // &
+         call diagnostics%add(interval_place(settings), "the output would have more than " // &
             to_text(nint(max_rows)) // " rows", "a larger output.interval")
       end if
 
@@ -519,6 +519,20 @@ contains
       end function pairs
 
    end subroutine check_contacts
+
+   !> Where the interval of the output is given.
+   pure function interval_place(settings) result(place)
+      !> The settings.
+      type(settings_type), intent(in) :: settings
+      type(origin_type) :: place
+      integer :: i
+
+      place = origin_type(1, 0, 0, 1)
+      do i = 1, size(settings%instances)
+         if (settings%instances(i)%settings(1)%key%group /= "output") cycle
+         place = settings%instances(i)%settings(settings%instances(i)%at("interval"))%places(1)
+      end do
+   end function interval_place
 
    !> Where the surfaces of a contact are named.
    pure function contact_place(settings, contact) result(place)
@@ -630,11 +644,9 @@ contains
    end subroutine check_overlaps
 
    !> Index of what a reference names; 0 for the ground, or after a mistake.
-   subroutine refer(settings, complete, instance, key, slot, index, diagnostics)
+   subroutine refer(settings, instance, key, slot, index, diagnostics)
       !> All settings.
       type(settings_type), intent(in) :: settings
-      !> Whether no group is lost by a mistake of syntax or spelling.
-      logical, intent(in) :: complete
       !> The group that refers.
       type(instance_type), intent(in) :: instance
       !> The key that refers.
@@ -646,26 +658,30 @@ contains
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(string_type), allocatable :: names(:)
+      type(group_spec_type), allocatable :: groups(:)
       character(len=:), allocatable :: wanted, target
       integer :: i, n, near
-      logical :: is_ground
 
       index = 0
+      groups = schema_groups()
       associate (setting => instance%settings(instance%at(key)))
          if (.not. setting%set) return
          target = trim(setting%key%target)
          wanted = lower(setting%text(slot)%s)
-         is_ground = target == "body" .and. wanted == "ground"
-         if (is_ground) return
-         allocate(names(count_of(settings, target)))
+         if (target == "body" .and. wanted == "ground") return
+         allocate(names(count_of(settings, target) + 1))
+         ! The last candidate is the predeclared body.
+         names(size(names))%s = trim(merge("ground", "      ", target == "body"))
          n = 0
          do i = 1, size(settings%instances)
             if (settings%instances(i)%settings(1)%key%group /= target) cycle
             n = n + 1
             names(n)%s = settings%instances(i)%label()
+            ! A name that could not be read may be the one.
+            if (names(n)%s == "") return
             if (lower(names(n)%s) == wanted) index = n
          end do
-         if (index > 0 .or. .not. complete) return
+         if (index > 0 .or. any(settings%lost .and. groups%name == target)) return
          near = nearest(wanted, names)
          if (near > 0) then
             call diagnostics%add(setting%places(slot), "there is no " // target // " " // &

@@ -61,8 +61,9 @@ module contensou_io_settings
    type :: settings_type
       !> The groups in the order of the file.
       type(instance_type), allocatable :: instances(:)
-      !> Whether all groups are known; if not, some may be missing because they are misspelt.
-      logical :: complete = .true.
+      !> For each group of the schema, whether some may be missing because of a mistake of syntax
+      !> or because their name is misspelt.
+      logical, allocatable :: lost(:)
    end type settings_type
 
 contains
@@ -287,14 +288,15 @@ contains
       keys = schema_keys()
       allocate(instances(document%n_groups))
       allocate(first(size(groups)), source=0)
+      allocate(settings%lost(size(groups)), source=.not. document%complete)
       n = 0
       do i = 1, document%n_groups
          associate (group => document%groups(i))
             g = findloc(groups%name == group%name, .true., dim=1)
             if (g == 0) then
                near = nearest(group%name, groups%name)
-               settings%complete = .false.
                if (near > 0) then
+                  settings%lost(near) = .true.
                   call diagnostics%add(group%origin, "unknown group &" // group%name, &
                      "&" // trim(groups(near)%name))
                else
@@ -321,12 +323,10 @@ contains
       do i = 1, n
          settings%instances(i) = instances(i)
       end do
-      settings%complete = settings%complete .and. document%complete
-      if (.not. settings%complete) return
       do g = 1, size(groups)
-         if (groups(g)%mandatory .and. first(g) == 0) call diagnostics%add( &
-            origin_type(1, 0, 0, 1), "there is no group &" // trim(groups(g)%name), &
-            "&" // trim(groups(g)%name) // ": " // trim(groups(g)%doc))
+         if (first(g) > 0 .or. settings%lost(g) .or. .not. groups(g)%mandatory) cycle
+         call diagnostics%add(origin_type(1, 0, 0, 1), "there is no group &" // &
+            trim(groups(g)%name), "&" // trim(groups(g)%name) // ": " // trim(groups(g)%doc))
       end do
    end subroutine resolve
 
@@ -369,7 +369,7 @@ contains
                cycle
             end if
             call take_assignment(assignment, instance%settings(k), first_given(:, k), &
-               group%name, diagnostics)
+               group%name, group%complete, diagnostics)
          end associate
       end do
       do k = 1, size(own)
@@ -428,7 +428,7 @@ contains
    end subroutine set_default
 
    !> Take the values of an assignment.
-   subroutine take_assignment(assignment, setting, first_given, group, diagnostics)
+   subroutine take_assignment(assignment, setting, first_given, group, complete, diagnostics)
       !> The assignment.
       type(assignment_type), intent(in) :: assignment
       !> The key.
@@ -437,6 +437,8 @@ contains
       integer, intent(inout) :: first_given(:)
       !> Name of the group.
       character(len=*), intent(in) :: group
+      !> Whether the group was read without a mistake of syntax.
+      logical, intent(in) :: complete
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       integer :: low, high, i, slot
@@ -449,7 +451,7 @@ contains
          if (key%values == 1 .and. assignment%first /= 0 .or. high > key%values .or. &
             low > key%values) then
             call diagnostics%add(assignment%origin, "'" // trim(key%name) // "' has " // &
-               to_text(key%values) // merge(" value ", " values", key%values == 1) // &
+               to_text(key%values) // trim(merge(" value ", " values", key%values == 1)) // &
                ", the subscript is out of range", expected_of(key))
             setting%given = .true.
             first_given = -1
@@ -464,8 +466,9 @@ contains
             return
          end if
          if (size(assignment%values) == 0) then
-            call diagnostics%add(assignment%origin, "no value for '" // trim(key%name) // &
-               "' in group &" // group, expected_of(key))
+            ! In a group with a mistake of syntax that mistake took the value.
+            if (complete) call diagnostics%add(assignment%origin, "no value for '" // &
+               trim(key%name) // "' in group &" // group, expected_of(key))
             setting%given = .true.
             first_given = -1
             return

@@ -1,0 +1,230 @@
+"""Fixtures of the driver tests: the executable, a way to run it, and a short scene.
+
+CONTENSOU names the executable (build/drivers/contensou of the project if not set),
+CONTENSOU_BUILD the kind of build it is: release, debug or sanitize.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILD_KINDS = ("release", "debug", "sanitize")
+
+SCENE = """\
+&scene title = 'Tippe-Top', gravity = 0, 0, -9.81, t_end = 0.02 /
+&material name = 'wood', young = 9.1e9, poisson = 0.3 /
+&body
+   name = 'top'
+   mass = 6.0e-3
+   inertia = 8.0e-7, 8.0e-7, 7.0e-7
+   position = 0, 0, 0.0120149875041659
+   axis = 0, 1, 0
+   angle = 0.1
+   spin = 0, 0, 180.0
+/
+&surface
+   name = 'ball', body = 'top', shape = 'sphere'
+   centre = 0, 0, 3.0e-3, radius = 1.5e-2, material = 'wood'
+/
+&surface
+   name = 'stem', body = 'top', shape = 'sphere'
+   centre = 0, 0, 16.0e-3, radius = 5.0e-3, material = 'wood'
+/
+&surface name = 'floor', body = 'ground', shape = 'plane', normal = 0, 0, 1, material = 'wood' /
+&contact
+   name = 'ball_floor', surfaces = 'ball', 'floor', normal = 'hertz'
+   damping = 'hunt_crossley', damping_coefficient = 100.0
+   friction = 'contensou_exact', friction_coefficient = 0.3
+/
+&contact
+   name = 'stem_floor', surfaces = 'stem', 'floor', normal = 'hertz'
+   damping = 'hunt_crossley', damping_coefficient = 100.0
+   friction = 'contensou_exact', friction_coefficient = 0.3
+/
+&integrator method = 'cvode_bdf', rtol = 1e-8 /
+&output file = 'top.h5', interval = 1.0e-3 /
+"""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a command left: exit status, standard output, standard error."""
+
+    status: int
+    out: str
+    err: str
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A mistake as the program shows it; line and column are 0 for a source as a whole."""
+
+    source: str
+    line: int
+    column: int
+    message: str
+    excerpt: str
+    carets: str
+    expected: str
+
+
+HEADING = re.compile(r"(?P<source>.+?)(?::(?P<line>\d+):(?P<column>\d+))?: error: (?P<message>.+)")
+
+
+def parse_mistakes(text: str) -> list[Mistake]:
+    """Mistakes in what the program wrote to standard error."""
+    lines = text.split("\n")
+    found = []
+    for i, line in enumerate(lines):
+        heading = HEADING.fullmatch(line)
+        if not heading:
+            continue
+        excerpt = carets = expected = ""
+        rest = lines[i + 1 :]
+        number, bar, shown = (rest[0] if rest else "").partition(" | ")
+        if heading["line"]:
+            assert bar, f"no source line after {line!r}"
+            assert int(number) == int(heading["line"])
+            gutter, bar, carets = rest[1].partition(" | ")
+            assert bar, f"no caret after {line!r}"
+            assert gutter == " " * len(number)
+            assert re.fullmatch(r"[ \t]*\^~*", carets)
+            excerpt = shown
+            rest = rest[2:]
+        if rest and rest[0].startswith("  expected: "):
+            expected = rest[0].removeprefix("  expected: ")
+        found.append(
+            Mistake(
+                heading["source"],
+                int(heading["line"] or 0),
+                int(heading["column"] or 0),
+                heading["message"],
+                excerpt,
+                carets,
+                expected,
+            )
+        )
+    return found
+
+
+def parse_settings(text: str) -> list[tuple[str, dict[str, list]]]:
+    """The resolved settings that `check` prints: groups in order, each with its keys and values."""
+
+    def value(word: str):
+        if word[0] == "'":
+            return word[1:-1].replace("''", "'")
+        if word in (".true.", ".false."):
+            return word == ".true."
+        return float(word)
+
+    groups = []
+    body = text.partition("\nsettings\n")[2]
+    assert body, "no settings in this output"
+    for line in body.splitlines():
+        line = line.strip()
+        if line.startswith("&"):
+            groups.append((line[1:], {}))
+        elif line != "/":
+            key, equals, values = line.partition(" = ")
+            assert equals
+            words = re.findall(r"'(?:[^']|'')*'|[^,\s]+", values)
+            groups[-1][1][key] = [value(word) for word in words]
+    return groups
+
+
+@pytest.fixture(scope="session")
+def mistakes():
+    """Function from standard error to a list of mistakes."""
+    return parse_mistakes
+
+
+@pytest.fixture(scope="session")
+def settings():
+    """Function from the output of `check` to a list of (group, {key: values})."""
+    return parse_settings
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    """Folder of the project."""
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def inputs() -> Path:
+    """Folder of the shipped scenes."""
+    return ROOT / "inputs"
+
+
+@pytest.fixture(scope="session")
+def reference() -> Path:
+    """Folder of the reference data."""
+    return ROOT / "tests" / "reference"
+
+
+@pytest.fixture(scope="session")
+def executable() -> Path:
+    """The executable under test, as an absolute path."""
+    named = os.environ.get("CONTENSOU")
+    path = Path(named) if named else ROOT / "build" / "drivers" / "contensou"
+    if not path.is_file():
+        pytest.exit(f"there is no executable {path}; build it or set CONTENSOU", returncode=2)
+    return path.absolute()
+
+
+@pytest.fixture(scope="session")
+def build_kind() -> str:
+    """Kind of the build under test: release, debug or sanitize."""
+    kind = os.environ.get("CONTENSOU_BUILD", "release")
+    if kind not in BUILD_KINDS:
+        pytest.exit(f"CONTENSOU_BUILD is '{kind}', not one of {BUILD_KINDS}", returncode=2)
+    return kind
+
+
+@pytest.fixture
+def run(executable, tmp_path):
+    """Run the executable; `run(*args, cwd, input, timeout, env) -> Result(status, out, err)`.
+
+    The folder is tmp_path unless `cwd` says otherwise. `input` is text or bytes for standard input,
+    empty if not given; `env` is added to the environment. A signal gives a negative status.
+    """
+
+    def run_it(*args, cwd=None, input=None, timeout=120, env=None) -> Result:
+        data = input.encode() if isinstance(input, str) else input or b""
+        done = subprocess.run(
+            [str(executable), *map(str, args)],
+            cwd=tmp_path if cwd is None else cwd,
+            input=data,
+            capture_output=True,
+            timeout=timeout,
+            env={**os.environ, **env} if env else None,
+            check=False,
+        )
+        return Result(
+            done.returncode,
+            done.stdout.decode("utf-8", errors="backslashreplace"),
+            done.stderr.decode("utf-8", errors="backslashreplace"),
+        )
+
+    return run_it
+
+
+@pytest.fixture(scope="session")
+def scene_text() -> str:
+    """A Tippe-Top of 20 ms, whose output file is top.h5."""
+    return SCENE
+
+
+@pytest.fixture
+def scene(tmp_path, scene_text) -> Path:
+    """The short Tippe-Top as a file of its own, tmp_path/top.nml."""
+    path = tmp_path / "top.nml"
+    path.write_text(scene_text)
+    return path

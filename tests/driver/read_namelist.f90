@@ -1,0 +1,294 @@
+!> Reads a scene with the intrinsic namelist input, and prints each key of each group with its
+!> values, or "-" where the scene gives none: an independent reading of the same text.
+!>
+!>    read_namelist FILE
+!>
+!> Lines: `GROUP INDEX KEY -`, or `GROUP INDEX KEY VALUE...` with texts in quotes.
+program read_namelist
+   use, intrinsic :: iso_fortran_env, only : iostat_end
+   implicit none(type, external)
+
+   !> Precision of the numbers.
+   integer, parameter :: wp = kind(1.0d0)
+
+   !> What a key holds before it is read.
+   real(wp), parameter :: no_number = -huge(1.0_wp)
+   character(len=*), parameter :: no_text = "?"
+
+   character(len=1024) :: path
+   integer :: unit, status, length
+
+   call get_command_argument(1, path, length, status)
+   if (status /= 0 .or. length == 0) then
+      print "(a)", "usage: read_namelist FILE"
+      stop 2, quiet=.true.
+   end if
+   open(newunit=unit, file=trim(path), status="old", action="read")
+   call read_scene()
+   call read_material()
+   call read_body()
+   call read_surface()
+   call read_contact()
+   call read_integrator()
+   call read_output()
+   close(unit)
+
+contains
+
+   !> Every group `scene`.
+   subroutine read_scene()
+      character(len=256) :: title
+      real(wp) :: gravity(3), t_end
+      integer :: n
+      namelist /scene/ title, gravity, t_end
+
+      rewind(unit)
+      n = 0
+      do
+         title = no_text
+         gravity = no_number
+         t_end = no_number
+         read(unit, nml=scene, iostat=status)
+         if (status == iostat_end) exit
+         call count_group("scene", status, n)
+         call put_texts("scene", n, "title", [title])
+         call put_numbers("scene", n, "gravity", gravity)
+         call put_numbers("scene", n, "t_end", [t_end])
+      end do
+   end subroutine read_scene
+
+   !> Every group `material`.
+   subroutine read_material()
+      character(len=256) :: name
+      real(wp) :: young, poisson
+      integer :: n
+      namelist /material/ name, young, poisson
+
+      rewind(unit)
+      n = 0
+      do
+         name = no_text
+         young = no_number
+         poisson = no_number
+         read(unit, nml=material, iostat=status)
+         if (status == iostat_end) exit
+         call count_group("material", status, n)
+         call put_texts("material", n, "name", [name])
+         call put_numbers("material", n, "young", [young])
+         call put_numbers("material", n, "poisson", [poisson])
+      end do
+   end subroutine read_material
+
+   !> Every group `body`.
+   subroutine read_body()
+      character(len=256) :: name
+      real(wp) :: mass, inertia(3), position(3), axis(3), angle, quaternion(4), velocity(3), &
+         spin(3), angular_velocity(3)
+      integer :: n
+      namelist /body/ name, mass, inertia, position, axis, angle, quaternion, velocity, spin, &
+         angular_velocity
+
+      rewind(unit)
+      n = 0
+      do
+         name = no_text
+         mass = no_number
+         inertia = no_number
+         position = no_number
+         axis = no_number
+         angle = no_number
+         quaternion = no_number
+         velocity = no_number
+         spin = no_number
+         angular_velocity = no_number
+         read(unit, nml=body, iostat=status)
+         if (status == iostat_end) exit
+         call count_group("body", status, n)
+         call put_texts("body", n, "name", [name])
+         call put_numbers("body", n, "mass", [mass])
+         call put_numbers("body", n, "inertia", inertia)
+         call put_numbers("body", n, "position", position)
+         call put_numbers("body", n, "axis", axis)
+         call put_numbers("body", n, "angle", [angle])
+         call put_numbers("body", n, "quaternion", quaternion)
+         call put_numbers("body", n, "velocity", velocity)
+         call put_numbers("body", n, "spin", spin)
+         call put_numbers("body", n, "angular_velocity", angular_velocity)
+      end do
+   end subroutine read_body
+
+   !> Every group `surface`.
+   subroutine read_surface()
+      character(len=256) :: name, body, shape, material
+      real(wp) :: centre(3), radius, normal(3)
+      integer :: n
+      namelist /surface/ name, body, shape, centre, radius, normal, material
+
+      rewind(unit)
+      n = 0
+      do
+         name = no_text
+         body = no_text
+         shape = no_text
+         material = no_text
+         centre = no_number
+         radius = no_number
+         normal = no_number
+         read(unit, nml=surface, iostat=status)
+         if (status == iostat_end) exit
+         call count_group("surface", status, n)
+         call put_texts("surface", n, "name", [name])
+         call put_texts("surface", n, "body", [body])
+         call put_texts("surface", n, "shape", [shape])
+         call put_numbers("surface", n, "centre", centre)
+         call put_numbers("surface", n, "radius", [radius])
+         call put_numbers("surface", n, "normal", normal)
+         call put_texts("surface", n, "material", [material])
+      end do
+   end subroutine read_surface
+
+   !> Every group `contact`.
+   subroutine read_contact()
+      character(len=256) :: name, surfaces(2), normal, damping, friction
+      real(wp) :: damping_coefficient, restitution, impact_velocity, friction_coefficient, &
+         regularization_velocity
+      logical :: drilling
+      integer :: n
+      namelist /contact/ name, surfaces, normal, damping, damping_coefficient, restitution, &
+         impact_velocity, friction, friction_coefficient, regularization_velocity, drilling
+
+      rewind(unit)
+      n = 0
+      do
+         name = no_text
+         surfaces = no_text
+         normal = no_text
+         damping = no_text
+         friction = no_text
+         damping_coefficient = no_number
+         restitution = no_number
+         impact_velocity = no_number
+         friction_coefficient = no_number
+         regularization_velocity = no_number
+         ! A logical has no third value: the default.
+         drilling = .true.
+         read(unit, nml=contact, iostat=status)
+         if (status == iostat_end) exit
+         call count_group("contact", status, n)
+         call put_texts("contact", n, "name", [name])
+         call put_texts("contact", n, "surfaces", surfaces)
+         call put_texts("contact", n, "normal", [normal])
+         call put_texts("contact", n, "damping", [damping])
+         call put_numbers("contact", n, "damping_coefficient", [damping_coefficient])
+         call put_numbers("contact", n, "restitution", [restitution])
+         call put_numbers("contact", n, "impact_velocity", [impact_velocity])
+         call put_texts("contact", n, "friction", [friction])
+         call put_numbers("contact", n, "friction_coefficient", [friction_coefficient])
+         call put_numbers("contact", n, "regularization_velocity", [regularization_velocity])
+         print "(a, i0, a)", "contact ", n, " drilling " // merge(".true. ", ".false.", drilling)
+      end do
+   end subroutine read_contact
+
+   !> Every group `integrator`.
+   subroutine read_integrator()
+      character(len=256) :: method
+      real(wp) :: rtol, length_scale, velocity_scale, angular_velocity_scale, max_step
+      integer :: n
+      namelist /integrator/ method, rtol, length_scale, velocity_scale, angular_velocity_scale, &
+         max_step
+
+      rewind(unit)
+      n = 0
+      do
+         method = no_text
+         rtol = no_number
+         length_scale = no_number
+         velocity_scale = no_number
+         angular_velocity_scale = no_number
+         max_step = no_number
+         read(unit, nml=integrator, iostat=status)
+         if (status == iostat_end) exit
+         call count_group("integrator", status, n)
+         call put_texts("integrator", n, "method", [method])
+         call put_numbers("integrator", n, "rtol", [rtol])
+         call put_numbers("integrator", n, "length_scale", [length_scale])
+         call put_numbers("integrator", n, "velocity_scale", [velocity_scale])
+         call put_numbers("integrator", n, "angular_velocity_scale", [angular_velocity_scale])
+         call put_numbers("integrator", n, "max_step", [max_step])
+      end do
+   end subroutine read_integrator
+
+   !> Every group `output`.
+   subroutine read_output()
+      character(len=256) :: file
+      real(wp) :: interval
+      integer :: n
+      namelist /output/ file, interval
+
+      rewind(unit)
+      n = 0
+      do
+         file = no_text
+         interval = no_number
+         read(unit, nml=output, iostat=status)
+         if (status == iostat_end) exit
+         call count_group("output", status, n)
+         call put_texts("output", n, "file", [file])
+         call put_numbers("output", n, "interval", [interval])
+      end do
+   end subroutine read_output
+
+   !> Count a group that was read; a mistake in it stops.
+   subroutine count_group(group, state, n)
+      !> Name of the group.
+      character(len=*), intent(in) :: group
+      !> What reading it returned.
+      integer, intent(in) :: state
+      !> Number of groups of this name so far.
+      integer, intent(inout) :: n
+
+      n = n + 1
+      if (state == 0) return
+      print "(a, i0, a)", "group " // group // " ", n, " cannot be read"
+      stop 1, quiet=.true.
+   end subroutine count_group
+
+   !> Print the numbers of a key.
+   subroutine put_numbers(group, n, key, values)
+      !> Name of the group.
+      character(len=*), intent(in) :: group
+      !> Which of that name.
+      integer, intent(in) :: n
+      !> Name of the key.
+      character(len=*), intent(in) :: key
+      !> Its values.
+      real(wp), intent(in) :: values(:)
+
+      if (all(values <= no_number)) then
+         print "(a, i0, a)", group // " ", n, " " // key // " -"
+      else
+         print "(a, i0, a, *(1x, es24.16e3))", group // " ", n, " " // key, values
+      end if
+   end subroutine put_numbers
+
+   !> Print the texts of a key.
+   subroutine put_texts(group, n, key, values)
+      !> Name of the group.
+      character(len=*), intent(in) :: group
+      !> Which of that name.
+      integer, intent(in) :: n
+      !> Name of the key.
+      character(len=*), intent(in) :: key
+      !> Its values.
+      character(len=*), intent(in) :: values(:)
+      integer :: i
+
+      if (all(values == no_text)) then
+         print "(a, i0, a)", group // " ", n, " " // key // " -"
+      else
+         print "(a, i0, a, *(a))", group // " ", n, " " // key, &
+            (" '" // trim(values(i)) // "'", i=1, size(values))
+      end if
+   end subroutine put_texts
+
+end program read_namelist

@@ -1,7 +1,7 @@
 !> From the command line to an exit status.
 module contensou_drivers_main
    use contensou_base_errors, only : error_type, status_interrupted, status_ok
-   use contensou_base_system, only : write_stderr, write_stdout
+   use contensou_base_system, only : open_standard_streams, write_stderr, write_stdout
    use contensou_base_text, only : string_type
    use contensou_drivers_command_line, only : command_line_words, command_type, &
       parse_command_line, usage_text
@@ -23,6 +23,7 @@ contains
       type(command_type) :: command
       type(error_type), allocatable :: error
 
+      call open_standard_streams()
       words = command_line_words()
       call parse_command_line(words, command, error)
       if (.not. allocated(error)) then

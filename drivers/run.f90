@@ -88,8 +88,9 @@ contains
       recorder%terminal = is_terminal(2)
       recorder%wall_start = wall_seconds()
       recorder%wall_bar = recorder%wall_start
-      call recorder%output%open(file%scene%output%file, file%scene, file%text, file%resolved, &
-         command_text(words), error)
+      call recorder%output%open(file%scene%output%file, command%force, file%scene, file%text, &
+         file%resolved, command_text(words), error)
+      if (allocated(error) .and. .not. recorder%output%is_open()) return
       if (.not. allocated(error)) call march(motion, file%scene%integrator%method, y, &
          file%scene%t_end, file%scene%output%interval, file%scene%integrator%max_step, recorder, &
          t, statistics, stopped, error)
@@ -331,6 +332,10 @@ contains
             ": gap " // number_text(gap(i), 4) // " m, changing at " // &
             number_text(rate(i), 4) // " m/s"
       end do
+      if (deep > 0) then
+         ! A trial of the integrator may have been too deep, too.
+         if (-gap(deep) < 0.5_wp*system%contacts(deep)%law%largest_approach) deep = 0
+      end if
       if (deep > 0) then
          text = text // new_line("a") // "  contact " // quote(scene%contacts(deep)%name) // &
             " is pressed deeper than " // &

@@ -81,6 +81,8 @@ module contensou_base_document
    type :: document_type
       !> Texts that origins refer to.
       type(source_type), allocatable :: sources(:)
+      !> Bytes of the file that was read.
+      character(len=:), allocatable :: bytes
       !> Number of groups.
       integer :: n_groups = 0
       !> The groups, of size `n_groups`.
@@ -200,6 +202,7 @@ contains
          return
       end if
       call parse_document(path, text, document, diagnostics)
+      call move_alloc(text, document%bytes)
    end subroutine read_document
 
    !> Read the bytes of a file.

@@ -4,6 +4,7 @@
 !> integrator lets drift is a scale without meaning: nothing has to be projected back.
 module contensou_base_rotations
    use contensou_base_kinds, only : wp
+   use contensou_base_vectors, only : unit_vector
    implicit none(type, external)
    private
 
@@ -45,7 +46,7 @@ contains
       real(wp) :: q(4)
 
       q(1) = cos(0.5_wp*angle)
-      q(2:4) = sin(0.5_wp*angle)*axis/norm2(axis)
+      q(2:4) = sin(0.5_wp*angle)*unit_vector(axis)
    end function quaternion_from_axis_angle
 
    !> Time derivative of a quaternion, q' = (1/2) q o (0, w) + norm_rate (1 - |q|^2) q.
@@ -73,7 +74,7 @@ contains
       real(wp), intent(in) :: q(4)
       real(wp) :: unit(4)
 
-      unit = q/norm2(q)
+      unit = unit_vector(q)
    end function unit_quaternion
 
 end module contensou_base_rotations

@@ -19,7 +19,7 @@
 #include <time.h>
 #include <unistd.h>
 
-int contensou_system_rename(const char *from, const char *to);
+int contensou_system_rename(const char *from, const char *to, int replace);
 int contensou_system_remove(const char *path);
 int contensou_system_exists(const char *path);
 int contensou_system_is_folder(const char *path);
@@ -27,6 +27,7 @@ int contensou_system_folder_writable(const char *path);
 int contensou_system_is_locked(const char *path);
 int contensou_system_is_terminal(int unit);
 int contensou_system_terminal_width(void);
+void contensou_system_open_standard_streams(void);
 void contensou_system_catch_signals(void);
 int contensou_system_signal_received(void);
 void contensou_system_host_name(char *name, size_t size);
@@ -58,11 +59,18 @@ static int sync_path(const char *path, int flags)
 
 /* Put a complete file under its final name, so that the name never shows a file whose content
    could still be lost: content first, then the name, then the folder's entry. */
-int contensou_system_rename(const char *from, const char *to)
+int contensou_system_rename(const char *from, const char *to, int replace)
 {
    int code = sync_path(from, 0);
    if (code) return code;
-   if (rename(from, to) != 0) return errno;
+   if (replace) {
+      if (rename(from, to) != 0) return errno;
+   } else if (renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_NOREPLACE) != 0) {
+      /* Not every file system can refuse to replace. */
+      if (errno != EINVAL && errno != ENOSYS) return errno;
+      if (contensou_system_exists(to)) return EEXIST;
+      if (rename(from, to) != 0) return errno;
+   }
    char *folder = folder_of(to);
    if (!folder) return ENOMEM;
    code = sync_path(folder, O_DIRECTORY);
@@ -132,17 +140,34 @@ int contensou_system_terminal_width(void)
 
 static volatile sig_atomic_t received = 0;
 
-/* Note the signal. From the first request to stop on, a further one acts at once. */
+/* When the first of them came [s]. */
+static volatile double first_request = 0.0;
+
+/* Note the signal. A request to stop that comes a second after the first or later acts at once;
+ * one that comes sooner is the same request, sent to the process and to its group. */
 static void note_signal(int number)
 {
-   received = number;
-   if (number != SIGUSR1) {
-      signal(SIGINT, SIG_DFL);
-      signal(SIGTERM, SIG_DFL);
+   double now = contensou_system_wall_seconds();
+   if (received != 0 && number != SIGUSR1 && now - first_request > 1.0) {
+      signal(number, SIG_DFL);
+      raise(number);
    }
+   if (received == 0) first_request = now;
+   received = number;
 }
 
-/* Turn requests to stop into a flag, and a file-size limit into an error of write(). */
+/* Give descriptors 0 to 2 to /dev/null where they are closed: a file that got one of them would
+ * take in what is written to the standard streams. */
+void contensou_system_open_standard_streams(void)
+{
+   int fd;
+   do {
+      fd = open("/dev/null", O_RDWR);
+   } while (fd >= 0 && fd <= STDERR_FILENO);
+   if (fd > STDERR_FILENO) close(fd);
+}
+
+/* Turn requests to stop into a flag; let a write to a closed pipe or beyond a limit fail. */
 void contensou_system_catch_signals(void)
 {
    struct sigaction action;
@@ -156,6 +181,7 @@ void contensou_system_catch_signals(void)
    sigaction(SIGTERM, &action, NULL);
    sigaction(SIGUSR1, &action, NULL);
    signal(SIGXFSZ, SIG_IGN);
+   signal(SIGPIPE, SIG_IGN);
 }
 
 /* Number of the last signal caught, 0 if none. */

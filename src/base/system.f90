@@ -9,13 +9,19 @@ module contensou_base_system
 
    public :: rename_file, remove_file, file_exists, is_folder, folder_writable, is_locked
    public :: is_terminal, terminal_width, write_stderr, write_stdout
-   public :: catch_signals, signal_received
+   public :: catch_signals, signal_received, open_standard_streams
    public :: host_name, wall_seconds, cpu_seconds, utc_now
    public :: text_from_c
 
    interface
+      !> Give closed standard streams to /dev/null, before any file can take their place.
+      subroutine open_standard_streams() bind(c, name="contensou_system_open_standard_streams")
+         implicit none(type, external)
+      end subroutine open_standard_streams
+
       !> Turn SIGINT, SIGTERM and SIGUSR1 into a flag for `signal_received`; a SIGINT or SIGTERM
-      !> that follows one of the two acts at once. A file-size limit becomes a write error.
+      !> that follows more than a second later acts at once. A file-size limit and a closed pipe
+      !> become write errors.
       subroutine catch_signals() bind(c, name="contensou_system_catch_signals")
          implicit none(type, external)
       end subroutine catch_signals
@@ -55,13 +61,15 @@ module contensou_base_system
       end function terminal_width
 
       !> Rename after bringing the content to the disk.
-      function c_rename(from, to) result(code) bind(c, name="contensou_system_rename")
+      function c_rename(from, to, replace) result(code) bind(c, name="contensou_system_rename")
          import :: c_char, c_int
          implicit none(type, external)
          !> Present name, null-terminated.
          character(kind=c_char), intent(in) :: from(*)
          !> New name, null-terminated.
          character(kind=c_char), intent(in) :: to(*)
+         !> Whether a file of the new name is replaced.
+         integer(c_int), value :: replace
          !> 0 or errno.
          integer(c_int) :: code
       end function c_rename
@@ -196,7 +204,7 @@ contains
 
       integer(c_int) :: code
 
-      code = c_rename(trim(from)//c_null_char, trim(to)//c_null_char)
+      code = c_rename(trim(from)//c_null_char, trim(to)//c_null_char, 1_c_int)
       if (code /= 0) then
          call fatal(error, "cannot rename "//trim(from)//" to "//trim(to)//": "//reason(code), &
             & status_file)
@@ -248,7 +256,7 @@ contains
       answer = c_folder_writable(trim(path)//c_null_char) /= 0
    end function folder_writable
 
-   !> Whether another process is writing this file, judged by the lock that HDF5 takes.
+   !> Whether another process is writing this file, judged by the lock that a writer holds.
    function is_locked(path) result(answer)
       !> Name of the file; one that does not exist is not locked.
       character(len=*), intent(in) :: path

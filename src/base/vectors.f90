@@ -4,7 +4,7 @@ module contensou_base_vectors
    implicit none(type, external)
    private
 
-   public :: cross, any_perpendicular
+   public :: cross, any_perpendicular, unit_vector
 
 contains
 
@@ -33,5 +33,15 @@ contains
       e = cross(cross(n, axis), n)
       e = e/norm2(e)
    end function any_perpendicular
+
+   !> Vector of unit length; gfortran's norm2 loses vectors whose squares underflow.
+   pure function unit_vector(v) result(e)
+      !> Vector of any length but zero.
+      real(wp), intent(in) :: v(:)
+      real(wp) :: e(size(v))
+
+      e = v/maxval(abs(v))
+      e = e/norm2(e)
+   end function unit_vector
 
 end module contensou_base_vectors

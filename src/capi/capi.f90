@@ -20,7 +20,7 @@ module contensou_capi_capi
    integer(c_int), parameter :: bad_argument = 1
 
    !> Version, kept for the C program.
-   character(len=1, kind=c_char), target, save :: version_text(32)
+   character(len=1, kind=c_char), target :: version_text(32)
 
 contains
 

@@ -19,6 +19,9 @@ module contensou_dynamics_system
    !> Numbers of state per body.
    integer, parameter :: body_size = 13
 
+   !> Multiple of the largest approach up to which a right-hand side is evaluated.
+   real(wp), parameter :: far_beyond = 4.0_wp
+
    !> Inertia of a rigid body.
    type :: body_type
       !> Mass [kg].
@@ -63,11 +66,17 @@ module contensou_dynamics_system
       integer :: friction_index = 0
       !> Index of the work of damping in the state; 0 without damping.
       integer :: damping_index = 0
-      !> Contact whose approach left the domain of the model in the last call; 0 for none.
+      !> Contact whose approach was beyond what Hertz's theory admits in the last call of
+      !> `derivative`; 0 for none.
       integer :: too_deep = 0
+      !> Whether it was so far beyond, as in a step that is too large, that nothing was evaluated.
+      !> Up to that an integrator comes to the limit in a step and not in ever smaller ones.
+      logical :: outside = .false.
+      !> Whether there is gravity.
+      logical, private :: has_gravity = .false.
       !> Poses of the ground (0) and the bodies.
       type(pose_type), allocatable, private :: pose(:)
-      !> Forces on the ground (0) and the bodies [N].
+      !> Forces on the bodies [N].
       real(wp), allocatable, private :: force(:, :)
       !> Torques about the centres of mass [N m], inertial frame.
       real(wp), allocatable, private :: torque(:, :)
@@ -99,6 +108,7 @@ contains
       integer :: i, nb
 
       nb = size(self%bodies)
+      self%has_gravity = norm2(self%gravity) > 0.0_wp
       self%n = body_size*nb
       self%friction_index = 0
       self%damping_index = 0
@@ -111,42 +121,48 @@ contains
          self%damping_index = self%n
       end if
       if (allocated(self%pose)) deallocate(self%pose, self%force, self%torque)
-      allocate(self%pose(0:nb), self%force(3, 0:nb), self%torque(3, 0:nb))
+      allocate(self%pose(0:nb), self%force(3, nb), self%torque(3, nb))
    end subroutine prepare
 
    !> Time derivative of the state. Allocates nothing.
    subroutine derivative(self, y, rate)
-      !> The system; its workspace is changed, and `too_deep`.
+      !> The system; its workspace is changed, `too_deep` and `outside`.
       class(system_type), intent(inout) :: self
       !> State.
       real(wp), intent(in) :: y(:)
-      !> Its time derivative; not set when `too_deep` is not zero.
+      !> Its time derivative; not set when `outside`.
       real(wp), intent(out) :: rate(:)
       integer :: i, k
-      real(wp) :: w(3), angular(3), inertia(3), friction_power, damping_power
+      real(wp) :: w(3), inertia(3), moment(3), friction_power, damping_power
 
       call set_poses(self, y)
       do i = 1, size(self%bodies)
-         self%force(:, i) = self%bodies(i)%mass*self%gravity
+         self%force(:, i) = 0.0_wp
          self%torque(:, i) = 0.0_wp
       end do
+      if (self%has_gravity) then
+         do i = 1, size(self%bodies)
+            self%force(:, i) = self%bodies(i)%mass*self%gravity
+         end do
+      end if
       friction_power = 0.0_wp
       damping_power = 0.0_wp
       self%too_deep = 0
+      self%outside = .false.
       do i = 1, size(self%contacts)
          call add_contact(self, self%contacts(i), i, friction_power, damping_power)
-         if (self%too_deep > 0) return
+         if (self%outside) return
       end do
       do i = 1, size(self%bodies)
          k = body_size*(i - 1)
          inertia = self%bodies(i)%inertia
          w = y(k + 11:k + 13)
-         angular = inertia*w
          rate(k + 1:k + 3) = y(k + 8:k + 10)
          rate(k + 4:k + 7) = quaternion_rate(y(k + 4:k + 7), w)
          rate(k + 8:k + 10) = self%force(:, i)/self%bodies(i)%mass
-         rate(k + 11:k + 13) = (matmul(self%torque(:, i), self%pose(i)%rotation) &
-            - cross(w, angular))/inertia
+         ! In two statements: gfortran takes memory for the sum of a product and a function.
+         moment = matmul(self%torque(:, i), self%pose(i)%rotation)
+         rate(k + 11:k + 13) = (moment - cross(w, inertia*w))/inertia
       end do
       if (self%friction_index > 0) rate(self%friction_index) = friction_power
       if (self%damping_index > 0) rate(self%damping_index) = damping_power
@@ -173,24 +189,30 @@ contains
          if (gap >= 0.0_wp) return
          if (-gap > contact%law%largest_approach) then
             self%too_deep = index
-            return
+            self%outside = -gap > far_beyond*contact%law%largest_approach
+            if (self%outside) return
          end if
          call contact%law%geometry%locate(a, b, gap, at)
          call relative_motion(a, b, at%point, velocity, spin)
          call contact%law%evaluate(at, velocity, spin, load)
          force = load%normal_force*at%normal
+         torque = 0.0_wp
          if (allocated(contact%law%friction)) then
             force = force + load%friction_force
             torque = load%friction_torque*at%normal
-            self%torque(:, contact%a) = self%torque(:, contact%a) - torque
-            self%torque(:, contact%b) = self%torque(:, contact%b) + torque
             friction_power = friction_power + load%friction_power
          end if
          damping_power = damping_power + load%damping_power
-         self%force(:, contact%a) = self%force(:, contact%a) - force
-         self%force(:, contact%b) = self%force(:, contact%b) + force
-         self%torque(:, contact%a) = self%torque(:, contact%a) - cross(at%point - a%position, force)
-         self%torque(:, contact%b) = self%torque(:, contact%b) + cross(at%point - b%position, force)
+         if (contact%a > 0) then
+            self%force(:, contact%a) = self%force(:, contact%a) - force
+            self%torque(:, contact%a) = self%torque(:, contact%a) - torque &
+               - cross(at%point - a%position, force)
+         end if
+         if (contact%b > 0) then
+            self%force(:, contact%b) = self%force(:, contact%b) + force
+            self%torque(:, contact%b) = self%torque(:, contact%b) + torque &
+               + cross(at%point - b%position, force)
+         end if
       end associate
    end subroutine add_contact
 

@@ -211,7 +211,8 @@ contains
          events = int(found)
       end if
       if (flag >= 0) then
-         self%standstill = merge(0, self%standstill + 1, reached(1) > t .or. any(events /= 0))
+         self%standstill = merge(0, self%standstill + 1, &
+            reached(1) - t > 16.0_wp*spacing(t) .or. any(events /= 0))
          if (self%standstill > 1000) call fatal(error, &
             "the step size fell below the resolution of time", status_failed)
          t = reached(1)

@@ -1,7 +1,7 @@
 !> March a motion from its initial state to the end: rows at fixed intervals, touch and lift-off
 !> as events, a chance to stop after every step.
 module contensou_integrate_march
-   use contensou_base_errors, only : error_type
+   use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : i8, wp
    use contensou_integrate_cvode, only : cvode_type, statistics_type
    use contensou_integrate_motion, only : motion_type
@@ -154,7 +154,7 @@ contains
       real(wp) :: t_row, row_state(size(y)), t_before, y_before(size(y)), t_dip, bounded_until
       real(wp) :: gap(motion%n_events), rate(motion%n_events), rate_before(motion%n_events)
       real(wp) :: resolution
-      logical :: closed(motion%n_events), undecided(motion%n_events), changed
+      logical :: closed(motion%n_events), undecided(motion%n_events), changed, too_deep
       integer :: events(motion%n_events), i
 
       call motion%system%gaps(y, gap)
@@ -178,6 +178,8 @@ contains
          rate_before = rate
          call integrator%step(t, y, events, error)
          if (allocated(error)) return
+         too_deep = motion%system%too_deep > 0
+         if (too_deep) call find_depth(integrator, motion, t_before, t, y, too_deep)
          if (.not. all(closed)) then
             call motion%system%gap_rates(y, rate)
             call find_dip(integrator, motion, t_before, t, .not. closed .and. events == 0 .and. &
@@ -207,6 +209,10 @@ contains
             if (allocated(error)) return
             row = row + 1
          end do
+         if (too_deep) then
+            call fatal(error, "the motion leaves the domain of the model")
+            return
+         end if
          if (any(undecided)) then
             call motion%system%gaps(y, gap)
             where (undecided .and. events /= 0)
@@ -226,6 +232,45 @@ contains
          if (allocated(error) .or. stopped) return
       end do
    end subroutine advance
+
+   !> Find where within a step a contact becomes too deep.
+   subroutine find_depth(integrator, motion, t_before, t, y, too_deep)
+      !> The integration, its last step from `t_before` to `t`.
+      type(cvode_type), intent(inout) :: integrator
+      !> The motion; `too_deep` of its system names the contact.
+      class(motion_type), intent(inout) :: motion
+      !> Beginning of the step [s].
+      real(wp), intent(in) :: t_before
+      !> End of the step, moved to where the contact is as deep as is admitted [s].
+      real(wp), intent(inout) :: t
+      !> State there.
+      real(wp), intent(inout) :: y(:)
+      !> Whether a contact of the accepted state is too deep, not only one of a trial.
+      logical, intent(out) :: too_deep
+      real(wp) :: gap(motion%n_events), limit(motion%n_events), low, high, middle
+      integer :: i
+
+      limit = [(motion%system%contacts(i)%law%largest_approach, i=1, motion%n_events)]
+      call motion%system%gaps(y, gap)
+      too_deep = any(-gap > limit)
+      if (.not. too_deep) return
+      low = t_before
+      high = t
+      do i = 1, 60
+         middle = 0.5_wp*(low + high)
+         if (middle <= low .or. middle >= high) exit
+         call integrator%interpolate(middle, y)
+         call motion%system%gaps(y, gap)
+         if (any(-gap > limit)) then
+            high = middle
+            motion%system%too_deep = maxloc(-gap - limit, dim=1)
+         else
+            low = middle
+         end if
+      end do
+      t = high
+      call integrator%interpolate(t, y)
+   end subroutine find_depth
 
    !> First time within a step at which an open gap that falls and rises again is closed; a time
    !> after the step if there is none.

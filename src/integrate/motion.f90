@@ -79,11 +79,11 @@ contains
       real(wp), intent(in) :: y(:)
       !> Its time derivative.
       real(wp), intent(out) :: rate(:)
-      !> Whether an approach is outside the domain of the contact model.
+      !> Whether an approach is far outside the domain of the contact model.
       logical, intent(out) :: outside
 
       call self%system%derivative(y, rate)
-      outside = self%system%too_deep > 0
+      outside = self%system%outside
    end subroutine derivative
 
    !> Gaps of the contacts: zero at touch and lift-off.

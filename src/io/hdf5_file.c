@@ -18,6 +18,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <sys/types.h>
 #include <unistd.h>
 
@@ -34,6 +36,8 @@ struct file {
    /* Bytes of the file that are known to have their place on the disk. */
    hsize_t reserved;
    int failed;
+   /* Descriptor that holds the lock. */
+   int lock;
    char *path;
    struct series *series;
 };
@@ -51,6 +55,8 @@ struct series {
 struct file *contensou_hdf5_create(const char *path);
 int contensou_hdf5_flush(struct file *file);
 int contensou_hdf5_close(struct file *file);
+int contensou_hdf5_close_as(struct file *file, const char *name, int replace);
+int contensou_system_rename(const char *from, const char *to, int replace);
 void contensou_hdf5_abandon(struct file *file);
 int contensou_hdf5_create_group(struct file *file, const char *path);
 int contensou_hdf5_put_attribute(struct file *file, const char *object, const char *name, int kind,
@@ -88,9 +94,9 @@ static herr_t inspect(unsigned position, const H5E_error2_t *entry, void *data)
    return 0;
 }
 
-/* Compose the message from HDF5's error stack. To be called before anything else of HDF5 is, since
+/* Compose the message from HDF5's error stack; the system's error number, if any. To be called before anything else of HDF5 is, since
    each call of HDF5 begins by emptying that stack. */
-static void explain(const char *verb, const char *path, const char *object)
+static int explain(const char *verb, const char *path, const char *object)
 {
    struct cause cause = {0, ""};
    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, inspect, &cause);
@@ -105,6 +111,7 @@ static void explain(const char *verb, const char *path, const char *object)
          object ? ", object " : "", object ? object : "",
          cause.text[0] ? cause.text : "no reason given");
    }
+   return cause.code;
 }
 
 /* Note a failed write; the file then takes nothing but its release. */
@@ -209,14 +216,14 @@ static herr_t hold_metadata(hid_t access)
 
 /* Properties for access to a file: a format that HDF5 1.8 reads, which has no mark "open for
    writing" either that would make a killed run's file unreadable; locks where there are any. */
-static hid_t access_list(void)
+static hid_t access_list(int locking)
 {
    hid_t access = H5Pcreate(H5P_FILE_ACCESS);
    if (access < 0) return access;
    if (H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18) < 0
       || H5Pset_fclose_degree(access, H5F_CLOSE_STRONG) < 0
 #if H5_VERSION_GE(1, 12, 1) || (H5_VERS_MINOR == 10 && H5_VERS_RELEASE >= 7)
-      || H5Pset_file_locking(access, 1, 1) < 0
+      || H5Pset_file_locking(access, locking, 1) < 0
 #endif
       || hold_metadata(access) < 0) {
       H5Pclose(access);
@@ -237,6 +244,7 @@ static void start_library(void)
 
 static void release(struct file *file)
 {
+   if (file->lock >= 0) close(file->lock);
    while (file->series) {
       struct series *next = file->series->next;
       free(file->series);
@@ -244,6 +252,32 @@ static void release(struct file *file)
    }
    free(file->path);
    free(file);
+}
+
+/* Take the lock that tells other programs that a file is being written; the descriptor, or -1 when
+   another program has it. HDF5 itself would empty the file first and ask for its lock afterwards. */
+static int take_lock(const char *path)
+{
+   struct stat mine, now;
+   int fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+   if (fd < 0) return -1;
+   if (flock(fd, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {
+      /* Its owner may have given the file its final name in between. */
+      if (fstat(fd, &mine) == 0 && stat(path, &now) == 0 && mine.st_ino == now.st_ino
+         && mine.st_dev == now.st_dev) return fd;
+      errno = EWOULDBLOCK;
+   }
+   int code = errno;
+   close(fd);
+   errno = code;
+   return -1;
+}
+
+/* Remove a file that could not be filled and is of no use; a device is left where it is. */
+static void discard(const struct file *file)
+{
+   struct stat info;
+   if (fstat(file->lock, &info) == 0 && S_ISREG(info.st_mode)) unlink(file->path);
 }
 
 struct file *contensou_hdf5_create(const char *path)
@@ -257,7 +291,14 @@ struct file *contensou_hdf5_create(const char *path)
       snprintf(last_message, sizeof last_message, "cannot create %s: %s", path, strerror(ENOMEM));
       return NULL;
    }
-   hid_t access = access_list();
+   file->lock = take_lock(path);
+   if (file->lock < 0) {
+      snprintf(last_message, sizeof last_message, "cannot create %s: %s", path,
+         errno == EWOULDBLOCK ? "another program has it open" : strerror(errno));
+      release(file);
+      return NULL;
+   }
+   hid_t access = access_list(0);
    hid_t creation = H5Pcreate(H5P_FILE_CREATE);
    file->id = H5I_INVALID_HID;
    if (access >= 0 && creation >= 0 && H5Pset_link_creation_order(creation, order) >= 0
@@ -265,7 +306,8 @@ struct file *contensou_hdf5_create(const char *path)
       && H5Pset_obj_track_times(creation, 0) >= 0) {
       file->id = H5Fcreate(path, H5F_ACC_TRUNC, creation, access);
    }
-   if (file->id < 0) explain("create", path, NULL);
+   int code = file->id < 0 ? explain("create", path, NULL) : 0;
+   if (code != 0) discard(file);
    if (access >= 0) H5Pclose(access);
    if (creation >= 0) H5Pclose(creation);
    if (file->id < 0) {
@@ -279,6 +321,7 @@ struct file *contensou_hdf5_create(const char *path)
    }
    /* From here on the file can be opened, whatever happens to this process. */
    if (contensou_hdf5_flush(file)) {
+      discard(file);
       contensou_hdf5_abandon(file);
       return NULL;
    }
@@ -317,6 +360,11 @@ int contensou_hdf5_flush(struct file *file)
 
 int contensou_hdf5_close(struct file *file)
 {
+   return contensou_hdf5_close_as(file, NULL, 0);
+}
+
+int contensou_hdf5_close_as(struct file *file, const char *name, int replace)
+{
    /* Flushing first leaves nothing that could fail to the closing itself, after which the file
       could no longer be abandoned. */
    if (contensou_hdf5_flush(file)) {
@@ -326,6 +374,14 @@ int contensou_hdf5_close(struct file *file)
    for (struct series *series = file->series; series; series = series->next) H5Dclose(series->id);
    int failed = H5Fclose(file->id) < 0;
    if (failed) explain("close", file->path, NULL);
+   if (!failed && name) {
+      int code = contensou_system_rename(file->path, name, replace);
+      if (code) {
+         snprintf(last_message, sizeof last_message, "cannot rename %s to %s: %s", file->path, name,
+            strerror(code));
+         failed = 1;
+      }
+   }
    release(file);
    return failed;
 }
@@ -709,7 +765,7 @@ static int read_status(hid_t file, const char *path, char *status, size_t size)
 int contensou_hdf5_read_status(const char *path, char *status, size_t size)
 {
    start_library();
-   hid_t access = access_list();
+   hid_t access = access_list(1);
    hid_t file = access < 0 ? H5I_INVALID_HID : H5Fopen(path, H5F_ACC_RDONLY, access);
    int failed = file < 0;
    if (failed) explain("read", path, NULL);

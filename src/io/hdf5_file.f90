@@ -18,7 +18,7 @@ module contensou_io_hdf5_file
       & c_int64_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_size_t
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : is_locked, text_from_c
+   use contensou_base_system, only : text_from_c
    implicit none(type, external)
    private
 
@@ -65,6 +65,8 @@ module contensou_io_hdf5_file
       procedure :: flush => flush_file
       !> Finish the file.
       procedure :: close => close_file
+      !> Finish the file and give it another name.
+      procedure :: close_as
       !> Give the file up, whatever its state.
       procedure :: abandon
       !> Create a group.
@@ -123,6 +125,20 @@ module contensou_io_hdf5_file
          !> 0 on success.
          integer(c_int) :: code
       end function c_close
+
+      !> Close a file, rename it while its lock is held, and free what belongs to it.
+      function c_close_as(file, name, replace) result(code) bind(c, name="contensou_hdf5_close_as")
+         import :: c_char, c_int, c_ptr
+         implicit none(type, external)
+         !> The file.
+         type(c_ptr), value :: file
+         !> New name, null-terminated.
+         character(kind=c_char), intent(in) :: name(*)
+         !> Whether a file of the new name is replaced.
+         integer(c_int), value :: replace
+         !> 0 on success.
+         integer(c_int) :: code
+      end function c_close_as
 
       !> Give a file up and free what belongs to it.
       subroutine c_abandon(file) bind(c, name="contensou_hdf5_abandon")
@@ -307,12 +323,6 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       call self%abandon()
-      ! HDF5 empties the file first and asks for the lock afterwards.
-      if (is_locked(path)) then
-         call fatal(error, "cannot create "//trim(path)//": another program has it open", &
-            & status_file)
-         return
-      end if
       self%handle = c_create(c_text(path))
       if (.not. c_associated(self%handle)) call report(error)
    end subroutine create
@@ -350,6 +360,22 @@ contains
       call check(c_close(self%handle), error)
       self%handle = c_null_ptr
    end subroutine close_file
+
+   !> Finish the file and give it another name; no other program can take it in between.
+   subroutine close_as(self, name, replace, error)
+      !> File to close.
+      class(hdf5_file_type), intent(inout) :: self
+      !> New name of the file.
+      character(len=*), intent(in) :: name
+      !> Whether a file of that name is replaced.
+      logical, intent(in) :: replace
+      !> Set when something could not be written, now or earlier, or renamed.
+      type(error_type), allocatable, intent(out) :: error
+
+      if (.not. self%is_open()) return
+      call check(c_close_as(self%handle, c_text(name), merge(1_c_int, 0_c_int, replace)), error)
+      self%handle = c_null_ptr
+   end subroutine close_as
 
    !> Give the file up: free everything, and leave it on the disk as it was last flushed.
    subroutine abandon(self)

@@ -5,6 +5,7 @@ module contensou_io_scene_reader
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : quaternion_from_axis_angle, rotation_matrix, unit_quaternion
+   use contensou_base_vectors, only : unit_vector
    use contensou_base_text, only : lower, nearest, quote, string_type, to_text
    use contensou_contact_damping, only : damping_model_type, damping_models, restitution_at_speed, &
       restitution_none
@@ -57,10 +58,7 @@ contains
 
       call read_document(path, document, diagnostics, error)
       if (allocated(error)) return
-      file%text = ""
-      do i = 1, size(document%sources(1)%lines)
-         file%text = file%text // document%sources(1)%lines(i)%s // new_line("a")
-      end do
+      file%text = document%bytes
       do i = 1, size(overrides)
          call apply_override(document, overrides(i)%s, diagnostics)
       end do
@@ -255,14 +253,14 @@ contains
             quaternion%origin, "the attitude is given twice", &
             "either quaternion, or axis and angle")
          if (axis%set .and. angle%set) then
-            if (norm2(axis%real(:3)) > 0.0_wp) then
+            if (any(abs(axis%real(:3)) > 0.0_wp)) then
                body%quaternion = quaternion_from_axis_angle(axis%real(:3), angle%real(1))
             else
                call diagnostics%add(axis%places(1), "'axis' is a zero vector", &
                   "an axis of any length but zero")
             end if
          else if (quaternion%set) then
-            if (norm2(quaternion%real) > 0.0_wp) then
+            if (any(abs(quaternion%real) > 0.0_wp)) then
                body%quaternion = unit_quaternion(quaternion%real)
             else
                call diagnostics%add(quaternion%places(1), "'quaternion' is zero", &
@@ -304,10 +302,9 @@ contains
          spec%surface%shape = shape%choice
          spec%surface%centre = numbers(instance, "centre")
          spec%surface%radius = radius%real(1)
-         if (normal%set) spec%surface%normal = normal%real(:3)
          if (normal%set) then
-            if (norm2(normal%real(:3)) > 0.0_wp) then
-               spec%surface%normal = normal%real(:3)/norm2(normal%real(:3))
+            if (any(abs(normal%real(:3)) > 0.0_wp)) then
+               spec%surface%normal = unit_vector(normal%real(:3))
             else
                call diagnostics%add(normal%places(1), "'normal' is a zero vector", &
                   "a normal of any length but zero")
@@ -413,7 +410,8 @@ contains
                      quote(trim(model%info%name)) // " needs 'regularization_velocity'", &
                      "regularization_velocity = a number > 0 [m s-1], as 1.0e-3")
                end if
-               if (model%needs_delta .and. delta%set .and. delta%real(1) <= 0.0_wp) then
+               if (model%needs_delta .and. delta%given .and. delta%set .and. &
+                  delta%real(1) <= 0.0_wp) then
                   call diagnostics%add(delta%places(1), "'regularization_velocity' must be " // &
                      "positive for " // quote(trim(model%info%name)), &
                      "a number > 0 [m s-1], as 1.0e-3")

@@ -163,7 +163,8 @@ contains
          "tsuji alpha [-]")
       call put("contact", "restitution", kind_real, unit="1", above=0.0_wp, most=1.0_wp, &
          doc="coefficient of restitution, instead of damping_coefficient, for hunt_crossley " // &
-         "and tsuji")
+         "and tsuji; the formula of tsuji is that of a contact that may pull at its end: as " // &
+         "it may not, 0.5 returns 0.55")
       call put("contact", "impact_velocity", kind_real, unit="m s-1", above=0.0_wp, &
          doc="speed of approach at which a hunt_crossley contact has its restitution; not " // &
          "given, the coefficient follows the speed of each touch (not below 1e-3 m/s)")
@@ -171,8 +172,8 @@ contains
       call put("contact", "friction_coefficient", kind_real, unit="1", least=0.0_wp, &
          doc="friction coefficient f; mandatory with friction")
       call put("contact", "regularization_velocity", kind_real, unit="m s-1", least=0.0_wp, &
-         doc="velocity delta below which friction falls to zero with the slip velocity; " // &
-         "mandatory and positive for coulomb, otherwise 0: the wrench of v = w = 0 is zero")
+         default="0.0", doc="velocity delta below which friction falls to zero with the slip " // &
+         "velocity; mandatory and positive for coulomb; with 0 the wrench of v = w = 0 is zero")
       call put("contact", "drilling", kind_logical, default=".true.", &
          doc="whether the drilling torque about the normal acts")
 

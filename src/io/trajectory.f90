@@ -5,9 +5,10 @@
 !> is complete: a file under its final name is a complete result.
 module contensou_io_trajectory
    use contensou_base_build, only : build_compiler, build_flags, git_commit, program_version
-   use contensou_base_errors, only : error_type
+   use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : cpu_seconds, host_name, rename_file, utc_now, wall_seconds
+   use contensou_base_system, only : cpu_seconds, file_exists, host_name, remove_file, utc_now, &
+      wall_seconds
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_catalogue, only : model_info_type
@@ -86,6 +87,8 @@ module contensou_io_trajectory
       type(summary_type) :: summary
       !> Name of the complete file.
       character(len=:), allocatable :: name
+      !> Whether it may replace an existing file.
+      logical :: replace = .false.
       !> The file.
       type(hdf5_file_type), private :: file
       !> Columns of the trajectory.
@@ -110,6 +113,8 @@ module contensou_io_trajectory
       real(wp), private :: largest_kinetic = 0.0_wp
       !> When the file was last flushed [s].
       real(wp), private :: last_flush = 0.0_wp
+      !> CPU time spent in writing rows [s].
+      real(wp), private :: cpu_output = 0.0_wp
       !> Clocks at the beginning: wall, CPU [s].
       real(wp), private :: clocks(2) = 0.0_wp
    contains
@@ -125,16 +130,20 @@ module contensou_io_trajectory
       procedure :: finish
       !> Give up after a failure to write.
       procedure :: abandon
+      !> Whether the file was created and is not finished.
+      procedure :: is_open
    end type trajectory_type
 
 contains
 
    !> Create the file with everything that is known before the run.
-   subroutine open(self, name, scene, namelist, resolved, command_line, error)
+   subroutine open(self, name, replace, scene, namelist, resolved, command_line, error)
       !> The file.
       class(trajectory_type), intent(inout) :: self
       !> Name of the complete file.
       character(len=*), intent(in) :: name
+      !> Whether it may replace an existing file.
+      logical, intent(in) :: replace
       !> The scene.
       type(scene_type), intent(in) :: scene
       !> Text of the scene file.
@@ -145,14 +154,24 @@ contains
       character(len=*), intent(in) :: command_line
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
+      logical :: exists
 
       self%name = name
+      self%replace = replace
       self%clocks = [wall_seconds(), cpu_seconds()]
       self%last_flush = self%clocks(1)
       call collect_names(self, scene)
       associate (f => self%file)
          call f%create(name // part_suffix, error)
          if (allocated(error)) return
+         exists = file_exists(name)
+         if (exists .and. .not. replace) then
+            ! Another run has finished it since the caller looked.
+            call f%abandon()
+            call remove_file(name // part_suffix, error)
+            call fatal(error, name // " exists", status_file)
+            return
+         end if
          call f%put_attribute("/", "filetype", filetype, error)
          call f%put_attribute("/", "filetype_version", filetype_version, error)
          call f%put_attribute("/", "program_version", program_version, error)
@@ -497,13 +516,16 @@ contains
       class(trajectory_type), intent(inout) :: self
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
+      real(wp) :: start
       integer :: i
 
+      start = cpu_seconds()
       do i = 1, n_columns
          call self%file%append(self%columns(i)%series, self%waiting, self%columns(i)%rows, error)
          if (allocated(error)) return
       end do
       self%waiting = 0
+      self%cpu_output = self%cpu_output + cpu_seconds() - start
    end subroutine append_rows
 
    !> Add an event.
@@ -603,15 +625,21 @@ contains
          call f%put_value("/integrator/convergence_failures", statistics%convergence_failures, &
             "1", "failed nonlinear iterations", error)
          call f%put_value("/integrator/last_step", statistics%last_step, "s", "last step", error)
+         call f%put_value("/integrator/cpu_output", self%cpu_output, "s", &
+            "CPU time spent in writing rows", error)
+         call f%put_value("/integrator/cpu_integration", cpu - self%cpu_output, "s", &
+            "CPU time spent in everything else", error)
          call f%put_value("/provenance/wall_s", wall, "s", "wall time of the run", error)
          call f%put_value("/provenance/cpu_s", cpu, "s", "CPU time of the run", error)
          call put_summary(self, system, y, statistics, cpu, error)
          call f%put_attribute("/", "status", status, error)
          ! A failure is kept by the file, so that closing reports the first one.
-         call f%close(error)
+         if (status == "complete") then
+            call f%close_as(self%name, self%replace, error)
+         else
+            call f%close(error)
+         end if
       end associate
-      if (allocated(error)) return
-      if (status == "complete") call rename_file(self%name // part_suffix, self%name, error)
    end subroutine finish
 
    !> The row that a run is in a sweep.
@@ -673,6 +701,15 @@ contains
             "final attitude, body to inertial frame", error)
       end associate
    end subroutine put_summary
+
+   !> Whether the file was created and is not finished.
+   pure function is_open(self) result(answer)
+      !> The file.
+      class(trajectory_type), intent(in) :: self
+      logical :: answer
+
+      answer = self%file%is_open()
+   end function is_open
 
    !> Give up after a failure to write: nothing stays open.
    subroutine abandon(self)

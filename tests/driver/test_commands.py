@@ -938,7 +938,9 @@ def test_bar_on_a_terminal(columns, executable, scene, tmp_path, build_kind):
     assert bars, "there is no bar"
     percents = []
     for bar in bars:
-        match = re.fullmatch(r"\[(#*)( *)\] (\d+) %, t = \S+ s, (?:\d+ s|\d+ min|\d+ h \d+ min) left", bar)
+        match = re.fullmatch(
+            r"\[(#*)( *)\] (\d+) %, t = \S+ s, (?:\d+ s|\d+ min|\d+ h \d+ min) left", bar
+        )
         assert match, bar
         share = int(match[3]) / 100
         width = len(match[1]) + len(match[2])

@@ -39,9 +39,11 @@ module test_document
 contains
 
    !> Run all tests.
-   subroutine run_document_tests(check)
+   subroutine run_document_tests(check, folder)
       !> Called once for each test.
       procedure(check_interface) :: check
+      !> Folder to write to.
+      character(len=*), intent(in) :: folder
 
       call test_text(check)
       call test_real_text(check)
@@ -57,7 +59,7 @@ contains
       call test_recovery(check)
       call test_limits(check)
       call test_value_list(check)
-      call test_files(check)
+      call test_files(check, folder // '/test_document.tmp')
       call test_mutations(check)
    end subroutine run_document_tests
 
@@ -249,12 +251,14 @@ contains
          & .and. diagnostics%expected(2) == '', 'diagnostics: one by one')
 
       do i = 1, 51
-         call many%add(origin_type(1, 4, 1, 1), 'again')
+         call many%add(origin_type(1, 4, 1, 1), 'again ' // to_text(i))
       end do
+      call many%add(origin_type(1, 4, 1, 1), 'again 51')
+      call check(many%count() == 51, 'diagnostics: the same mistake at the same place once')
       call check(ends_with(many%render(sources), '... and 1 more error' // lf), &
          & 'render: one more than is shown')
       do i = 1, 3000
-         call many%add(origin_type(1, 4, 1, 1), 'again')
+         call many%add(origin_type(1, 4, 1, 1), 'again ' // to_text(i))
       end do
       call check(many%count() == 3051 .and. &
          & ends_with(many%render(sources), '... and 3001 more errors' // lf), &
@@ -695,11 +699,12 @@ contains
    end subroutine test_value_list
 
    !> Reading files.
-   subroutine test_files(check)
+   subroutine test_files(check, path)
       !> Called once for each test.
       procedure(check_interface) :: check
+      !> File to write.
+      character(len=*), intent(in) :: path
 
-      character(len=*), parameter :: path = 'test_document.tmp'
       type(document_type) :: d
       type(diagnostics_type) :: g
       type(error_type), allocatable :: error

@@ -7,6 +7,7 @@ module test_hdf5_file
       & terminal_width, utc_now, wall_seconds
    use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_readable_status, hdf5_series_type, &
       & hdf5_version, series_integer, series_real, series_text
+   use test_harness, only : shell_quote
    implicit none(type, external)
    private
 
@@ -278,13 +279,15 @@ contains
       call check_error(check, error, "Is a directory", "create: a folder of that name")
 
       locked = folder//"/locked"
-      call execute_command_line("mkdir -p '"//locked//"' && chmod 500 '"//locked//"'")
+      call execute_command_line("mkdir -p "//shell_quote(locked)//" && chmod 500 "// &
+         & shell_quote(locked))
       ! The superuser may write everywhere.
       if (.not. folder_writable(locked//"/file.h5")) then
          call file%create(locked//"/file.h5", error)
          call check_error(check, error, "Permission denied", "create: unwritable folder")
       end if
-      call execute_command_line("chmod 700 '"//locked//"' && rmdir '"//locked//"'")
+      call execute_command_line("chmod 700 "//shell_quote(locked)//" && rmdir "// &
+         & shell_quote(locked))
       call file%create("/proc/contensou.h5", error)
       call check(allocated(error), "create: a file system that takes no files")
    end subroutine test_create_failures

@@ -1,0 +1,45 @@
+!> Evaluates the right-hand side of a scene many times at its initial state, and does nothing else:
+!> counted by an instruction-level profiler, two runs differ by the cost of the evaluations.
+!>
+!>    rhs_probe SCENE COUNT
+program rhs_probe
+   use, intrinsic :: iso_fortran_env, only : error_unit, output_unit
+   use contensou_base_errors, only : error_type
+   use contensou_base_kinds, only : wp
+   use contensou_base_text, only : string_type
+   use contensou_dynamics_assembly, only : assemble, initial_state
+   use contensou_dynamics_system, only : system_type
+   use contensou_io_scene_reader, only : read_scene, scene_file_type
+   implicit none(type, external)
+   type(scene_file_type) :: file
+   type(system_type) :: system
+   type(error_type), allocatable :: error
+   type(string_type) :: overrides(0)
+   real(wp), allocatable :: y(:), rate(:)
+   character(len=:), allocatable :: path
+   character(len=32) :: digits
+   integer :: length, count, status, i
+
+   call get_command_argument(1, length=length)
+   allocate(character(len=length) :: path)
+   call get_command_argument(1, path)
+   call get_command_argument(2, digits)
+   read(digits, *, iostat=status) count
+   if (status /= 0 .or. length == 0) then
+      write(error_unit, "(a)") "usage: rhs_probe SCENE COUNT"
+      stop 2, quiet=.true.
+   end if
+   call read_scene(path, overrides, "", file, error)
+   if (allocated(error)) then
+      write(error_unit, "(a)") error%message
+      stop 2, quiet=.true.
+   end if
+   call assemble(file%scene, system)
+   y = initial_state(file%scene, system%n)
+   allocate(rate(system%n))
+   rate = 0.0_wp
+   do i = 1, count
+      call system%derivative(y, rate)
+   end do
+   write(output_unit, "(*(es24.16))") rate
+end program rhs_probe

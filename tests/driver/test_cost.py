@@ -1,0 +1,333 @@
+"""What a run pays for: instructions of the right-hand side, and CPU beside bare CVODE.
+
+Instructions are counted by valgrind's callgrind, so that the load of the machine does not matter.
+It collects inside the right-hand side alone, with all that is called from there.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from collections import Counter
+from dataclasses import dataclass
+
+import h5py
+import pytest
+
+MODELS = ("coulomb", "contensou_simplified", "pade11", "pade22", "contensou_exact")
+DAMPINGS = ("hunt_crossley", "viscous", "tsuji")
+ALLOCATORS = {"malloc", "calloc", "realloc", "free", "posix_memalign", "aligned_alloc", "memalign"}
+RIGHT_HAND_SIDE = "__contensou_dynamics_system_MOD_derivative"
+
+# A ball pressed 0.1 um into the floor; it slides, spins, and rebounds. No group or key is here that
+# a case below does not name itself.
+BALL = """\
+&scene {gravity} t_end = 1.0 /
+&material name = 'wood', young = 9.1e9, poisson = 0.3 /
+&body name = 'top', mass = 6.0e-3, inertia = 8.0e-7, 8.0e-7, 7.0e-7,
+   position = 0, 0, 0.0149999, velocity = {velocity}, axis = 0, 0, 1, angle = 0.1,
+   spin = 0, 0, 180 /
+&surface name = 'ball', body = 'top', shape = 'sphere', radius = 1.5e-2, material = 'wood' /
+&surface name = 'floor', body = 'ground', shape = 'plane', normal = 0, 0, 1, material = 'wood' /
+&contact name = 'ball_floor', surfaces = 'ball', 'floor' {damping} {friction} /
+"""
+GRAVITY = "gravity = 0, 0, -9.81,"
+DAMPING = ", damping = 'hunt_crossley', damping_coefficient = 100.0"
+FRICTION = ", friction = 'contensou_exact', friction_coefficient = 0.3"
+# The rim of the spot moves at 0.007 m/s about its centre, which slides:
+SLOW = "0.003, 0.002, -0.01"  # slower than the rim, the rotation centre is inside the spot
+FAST = "0.05, 0.02, -0.01"  # faster, the rotation centre is outside
+
+
+@dataclass(frozen=True)
+class Count:
+    """Per evaluation of the right-hand side: instructions, and calls of each function.
+
+    In a debug build the compiler's runtime allocates too, in its general matmul; only an optimised
+    build tells what the source makes the machine do.
+    """
+
+    instructions: float
+    calls: dict[str, int]
+
+    def of_module(self, *modules) -> dict[str, int]:
+        """Calls of the procedures of some modules."""
+        return {
+            name: calls
+            for name, calls in self.calls.items()
+            if any(f"__{module}_MOD_" in name for module in modules)
+        }
+
+    def allocations(self) -> dict[str, int]:
+        """Calls of the functions that allocate and release memory."""
+        return {name: calls for name, calls in self.calls.items() if name in ALLOCATORS}
+
+
+def parse_profile(text):
+    """Instructions and calls of each function, from a file that callgrind wrote."""
+    names: dict[str, str] = {}
+    calls: Counter[str] = Counter()
+    instructions = 0
+    callee, waiting = "", 0
+    for line in text.splitlines():
+        if waiting:
+            # The line after "calls=" has the cost of the calls; it is zero outside of the part that
+            # was collected.
+            if int(line.split()[-1]) > 0:
+                calls[callee] += waiting
+            waiting = 0
+            continue
+        if found := re.match(r"c?fn=\((\d+)\)(?: (.*))?$", line):
+            number, name = found.groups()
+            if name:
+                names[number] = re.sub(r"'\d+$", "", name)
+            if line.startswith("cfn="):
+                callee = names[number]
+        elif line.startswith("calls="):
+            waiting = int(line[6:].split()[0])
+        elif line.startswith("summary:"):
+            instructions = int(line.split()[1])
+    return instructions, calls
+
+
+def program(executable, name):
+    """A program of tests/cost, from the build folder of the executable."""
+    path = executable.parent.parent / "tests" / "cost" / name
+    if not path.is_file():
+        pytest.fail(f"there is no {path}: the build folder lacks the programs of tests/cost")
+    return path
+
+
+@pytest.fixture
+def count(executable, build_kind, tmp_path):
+    """Count what one evaluation of the right-hand side of a scene costs."""
+    if build_kind == "sanitize":
+        pytest.skip("valgrind and the sanitizers exclude each other")
+    if shutil.which("valgrind") is None:
+        pytest.skip("there is no valgrind")
+    probe = program(executable, "rhs_probe")
+
+    def count_it(
+        gravity=GRAVITY,
+        damping=DAMPING,
+        friction=FRICTION,
+        velocity=SLOW,
+        text=None,
+        evaluations=100,
+    ):
+        scene = tmp_path / "scene.nml"
+        scene.write_text(
+            text
+            or BALL.format(gravity=gravity, damping=damping, friction=friction, velocity=velocity)
+        )
+        profile = tmp_path / "profile"
+        done = subprocess.run(
+            [
+                *("valgrind", "--tool=callgrind", "--quiet"),
+                *(f"--toggle-collect={RIGHT_HAND_SIDE}", f"--callgrind-out-file={profile}"),
+                *(str(probe), str(scene), str(evaluations)),
+            ],
+            # Symbols of libraries are looked up before the first evaluation, not in it.
+            env={**os.environ, "LD_BIND_NOW": "1"},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert "NaN" not in done.stdout
+        instructions, calls = parse_profile(profile.read_text())
+        assert calls[RIGHT_HAND_SIDE] == evaluations
+        # Few are the calls outside that share a caller with those inside.
+        whole = {name: n // evaluations for name, n in calls.items() if n >= evaluations}
+        return Count(instructions / evaluations, whole)
+
+    return count_it
+
+
+@pytest.fixture
+def table(record_property):
+    """Print named figures, and keep them in the report."""
+
+    def show(title, figures):
+        print(f"\n{title}")
+        for name, value in figures.items():
+            print(f"   {name:32s} {value:10.4g}")
+            record_property(f"{title}: {name}", value)
+
+    return show
+
+
+def test_each_effect_that_is_not_named_saves_its_instructions(count, table):
+    everything = count()
+    without = {
+        "drilling": count(friction=FRICTION + ", drilling = .false."),
+        "friction": count(friction=""),
+        "damping": count(damping=""),
+        "friction and damping": count(friction="", damping=""),
+    }
+    table(
+        "instructions per right-hand side",
+        {"all effects": everything.instructions}
+        | {f"without {name}": case.instructions for name, case in without.items()},
+    )
+    for name, case in without.items():
+        assert case.instructions < everything.instructions, name
+    assert without["friction"].instructions < without["drilling"].instructions
+    bare = without["friction and damping"].instructions
+    assert bare < min(without["friction"].instructions, without["damping"].instructions)
+
+    # The exact wrench is a call that must be seen, or the tests for its absence prove nothing.
+    assert everything.of_module("contensou_contact_friction", "contensou_contact_wrench")
+    assert everything.of_module("contensou_contact_damping")
+    for name in ("friction", "friction and damping"):
+        assert not without[name].of_module("contensou_contact_friction", "contensou_contact_wrench")
+    for name in ("damping", "friction and damping"):
+        assert not without[name].of_module("contensou_contact_damping")
+
+
+def test_gravity_that_is_not_named_saves_its_instructions(count, build_kind, table):
+    named = count()
+    absent = count(gravity="")
+    table(
+        "instructions per right-hand side, gravity",
+        {"named": named.instructions, "not named": absent.instructions},
+    )
+    assert build_kind == "debug" or absent.instructions < named.instructions
+
+
+def test_a_contact_that_is_not_named_costs_nothing(count, build_kind):
+    bodies = [
+        line
+        for line in BALL.format(gravity=GRAVITY, damping="", friction="", velocity=SLOW).split("&")
+        if line and not line.startswith(("contact", "surface", "material"))
+    ]
+    lone = count(text="".join("&" + group for group in bodies))
+    assert not lone.of_module(
+        "contensou_contact_law",
+        "contensou_contact_geometry",
+        "contensou_contact_normal",
+        "contensou_contact_friction",
+        "contensou_contact_wrench",
+        "contensou_contact_damping",
+    )
+    assert lone.instructions < count(friction="", damping="").instructions
+    assert build_kind == "debug" or not lone.allocations()
+
+
+def test_an_open_contact_costs_its_gap_alone(count):
+    text = BALL.format(gravity=GRAVITY, damping=DAMPING, friction=FRICTION, velocity=SLOW)
+    lifted = count(text=text.replace("0.0149999", "0.0151"))
+    assert not lifted.of_module(
+        "contensou_contact_friction", "contensou_contact_wrench", "contensou_contact_damping"
+    )
+    assert lifted.instructions < count(friction="", damping="").instructions
+
+
+@pytest.mark.parametrize(
+    ("key", "named"),
+    [
+        ("friction", ", friction = 'none'"),
+        ("friction", ", friction = 'none', friction_coefficient = 0.3, drilling = .false."),
+        ("damping", ", damping = 'none'"),
+    ],
+)
+def test_naming_no_model_is_the_same_as_not_naming_it(count, build_kind, key, named):
+    base = {"friction": "", "damping": ""}
+    without = count(**base).instructions
+    if build_kind == "debug":
+        # What the runtime's allocations cost depends on what was allocated before.
+        without = pytest.approx(without, rel=1e-2)
+    assert count(**(base | {key: named})).instructions == without
+
+
+def test_the_cost_is_the_same_for_each_evaluation(count, build_kind):
+    few, many = count(evaluations=50), count(evaluations=500)
+    if build_kind == "debug":
+        assert few.instructions == pytest.approx(many.instructions, rel=1e-2)
+    else:
+        assert few.instructions == many.instructions
+
+
+def test_parameters_do_not_change_the_cost(count):
+    one = count(friction=", friction = 'contensou_simplified', friction_coefficient = 0.3")
+    two = count(friction=", friction = 'contensou_simplified', friction_coefficient = 0.6")
+    assert one.instructions == two.instructions
+
+
+@pytest.mark.parametrize("velocity", [SLOW, FAST], ids=["slow", "fast"])
+def test_nothing_allocates_in_the_right_hand_side(count, build_kind, table, velocity):
+    cases = {"none": ""}
+    for model in MODELS:
+        cases[model] = (
+            f", friction = '{model}', friction_coefficient = 0.3, regularization_velocity = 1e-4"
+        )
+    counts = {name: count(friction=text, velocity=velocity) for name, text in cases.items()}
+    table(
+        f"instructions per right-hand side, by friction model, v = {velocity}",
+        {name: case.instructions for name, case in counts.items()},
+    )
+    for name, case in counts.items():
+        assert build_kind == "debug" or not case.allocations(), name
+        assert case.calls[RIGHT_HAND_SIDE] == 1
+    assert all(counts["none"].instructions < counts[name].instructions for name in MODELS)
+
+
+def test_damping_allocates_nothing_whichever_law(count, build_kind, table):
+    counts = {
+        name: count(damping=f", damping = '{name}', damping_coefficient = 0.1", friction="")
+        for name in DAMPINGS
+    }
+    counts["none"] = count(damping="", friction="")
+    table(
+        "instructions per right-hand side, by damping law",
+        {name: case.instructions for name, case in counts.items()},
+    )
+    for name, case in counts.items():
+        assert build_kind == "debug" or not case.allocations(), name
+    assert all(counts["none"].instructions < counts[name].instructions for name in DAMPINGS)
+
+
+def cpu_of(command, folder):
+    """Run a command; its CPU seconds (user and system) and its standard output."""
+    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True)
+    out = process.stdout.read()
+    process.stdout.close()
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    assert process.returncode == 0, command
+    return usage.ru_utime + usage.ru_stime, out
+
+
+def test_a_run_costs_little_more_than_bare_cvode(executable, build_kind, inputs, tmp_path, table):
+    # Alternating runs share the machine's moods, and the smallest time of each is the one that
+    # was disturbed least; more pairs are taken only while the answer is in doubt.
+    scene = inputs / "tippe_top.nml"
+    commands = {
+        "run": [executable, "run", scene, "-o", tmp_path / "run.h5", "--force", "-q"],
+        "bare": [program(executable, "bare_cvode"), scene],
+    }
+    limit = 1.5
+    pairs, most = (5, 25) if build_kind == "release" else (1, 1)
+    seconds = dict.fromkeys(commands, float("inf"))
+    outputs = {}
+    for pair in range(most):
+        for name, command in commands.items():
+            used, outputs[name] = cpu_of([str(word) for word in command], tmp_path)
+            seconds[name] = min(seconds[name], used)
+        if pair + 1 >= pairs and seconds["run"] <= limit * seconds["bare"]:
+            break
+    ratio = seconds["run"] / seconds["bare"]
+    table("CPU of 8 s of the Tippe-Top [s]", seconds | {"run over bare": ratio})
+
+    # The yardstick must be the same integration.
+    with h5py.File(tmp_path / "run.h5") as file:
+        assert len(file["/trajectory/time"]) == 8001
+        steps = int(file["/integrator/steps"][()])
+        height = float(file["/summary/position"][0, 2])
+    bare_steps, bare_height = outputs["bare"].split()
+    assert int(bare_steps) == pytest.approx(steps, rel=0.05)
+    assert float(bare_height) == pytest.approx(height, abs=1e-8)
+    if build_kind == "release":
+        assert ratio <= limit

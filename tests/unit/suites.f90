@@ -1,0 +1,37 @@
+!> All suites of unit tests.
+module test_suites
+   use test_contact, only : run_contact_tests
+   use test_document, only : run_document_tests
+   use test_dynamics, only : run_dynamics_tests
+   use test_harness, only : check, finish, make_scratch_folder, remove_scratch_folder, set_up, wants
+   use test_hdf5_file, only : run_hdf5_file_tests
+   use test_integrate, only : run_integrate_tests
+   use test_schema, only : run_schema_tests
+   use test_wrench, only : run_wrench_tests
+   implicit none(type, external)
+   private
+
+   public :: run_suites
+
+contains
+
+   !> Run the suites that are asked for.
+   subroutine run_suites(passed)
+      !> Whether something was checked and nothing failed.
+      logical, intent(out) :: passed
+      character(len=:), allocatable :: folder
+
+      call set_up()
+      call make_scratch_folder(folder)
+      if (wants("document")) call run_document_tests(check, folder)
+      if (wants("wrench")) call run_wrench_tests()
+      if (wants("contact")) call run_contact_tests()
+      if (wants("dynamics")) call run_dynamics_tests()
+      if (wants("integrate")) call run_integrate_tests()
+      if (wants("schema")) call run_schema_tests()
+      if (wants("hdf5_file")) call run_hdf5_file_tests(check, folder)
+      call remove_scratch_folder(folder)
+      call finish(passed)
+   end subroutine run_suites
+
+end module test_suites

@@ -261,17 +261,19 @@ contains
       integer, parameter :: widest = 40
       real(wp) :: now, share
       integer :: filled, width
+      character(len=:), allocatable :: words
 
       share = min(t/self%t_end, 1.0_wp)
       if (self%terminal) then
          now = wall_seconds()
          if (now - self%wall_bar < 0.1_wp) return
          self%wall_bar = now
-         width = max(min(widest, terminal_width() - 45), 5)
+         words = "] " // to_text(int(100.0_wp*share)) // " %, t = " // number_text(t, 4) // &
+            " s, " // time_left() // " left"
+         width = max(min(widest, terminal_width() - len(words) - 2), 0)
          filled = int(share*width)
          call write_stderr(achar(13) // achar(27) // "[K" // "[" // repeat("#", filled) // &
-            repeat(" ", width - filled) // "] " // to_text(int(100.0_wp*share)) // " %, t = " // &
-            number_text(t, 4) // " s, " // time_left() // " left")
+            repeat(" ", width - filled) // words)
       else if (int(10.0_wp*share) > self%tenths) then
          now = wall_seconds()
          self%tenths = int(10.0_wp*share)

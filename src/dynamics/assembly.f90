@@ -58,14 +58,15 @@ contains
       type(contact_law_type), intent(inout) :: law
       type(damping_model_type), allocatable :: damping(:)
       type(friction_model_type), allocatable :: friction(:)
-      real(wp) :: modulus, mass
+      real(wp) :: modulus, mass, curvature
 
       associate (a => scene%surfaces(spec%surfaces(1)), b => scene%surfaces(spec%surfaces(2)))
          call new_geometry(a%surface, b%surface, law%geometry)
          associate (ma => scene%materials(a%material), mb => scene%materials(b%material))
             modulus = effective_modulus(ma%young, ma%poisson, mb%young, mb%poisson)
          end associate
-         law%normal = new_normal(modulus, 0.5_wp/law%geometry%smallest_radius())
+         curvature = 0.5_wp/law%geometry%smallest_radius()
+         law%normal = new_normal(modulus, curvature, curvature)
          law%largest_approach = largest_relative_approach*law%geometry%smallest_radius()
 
          damping = damping_models()

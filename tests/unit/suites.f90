@@ -3,11 +3,14 @@ module test_suites
    use test_contact, only : run_contact_tests
    use test_document, only : run_document_tests
    use test_dynamics, only : run_dynamics_tests
+   use test_elliptic, only : run_elliptic_tests
    use test_harness, only : check, finish, make_scratch_folder, remove_scratch_folder, set_up, wants
    use test_hdf5_file, only : run_hdf5_file_tests
+   use test_hertz, only : run_hertz_tests
    use test_integrate, only : run_integrate_tests
    use test_schema, only : run_schema_tests
    use test_wrench, only : run_wrench_tests
+   use test_wrench_ellipse, only : run_wrench_ellipse_tests
    implicit none(type, external)
    private
 
@@ -24,7 +27,10 @@ contains
       call set_up()
       call make_scratch_folder(folder)
       if (wants("document")) call run_document_tests(check, folder)
+      if (wants("elliptic")) call run_elliptic_tests()
+      if (wants("hertz")) call run_hertz_tests()
       if (wants("wrench")) call run_wrench_tests()
+      if (wants("wrench_ellipse")) call run_wrench_ellipse_tests()
       if (wants("contact")) call run_contact_tests()
       if (wants("dynamics")) call run_dynamics_tests()
       if (wants("integrate")) call run_integrate_tests()

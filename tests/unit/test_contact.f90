@@ -97,7 +97,7 @@ contains
       do i = 1, table%rows
          if (a(i) < b(i)) cycle
          rows = rows + 1
-         normal = new_normal(modulus(i), a(i))
+         normal = new_normal(modulus(i), a(i), a(i))
          n = normal%force(approach(i))
          x = normal%major_axis(approach(i))
          call force%note(abs(n/load(i) - 1.0_wp), i)
@@ -114,7 +114,7 @@ contains
       call major%check_below(1.0e-15_wp, "hertz: semi-axis of the table")
       call peak%check_below(2.0e-15_wp, "hertz: largest pressure of the table")
       call energy%check_below(2.0e-15_wp, "hertz: the energy is the integral of the force")
-      normal = new_normal(1.0e11_wp, 50.0_wp)
+      normal = new_normal(1.0e11_wp, 50.0_wp, 50.0_wp)
       call check_close(normal%force(0.0_wp), 0.0_wp, 0.0_wp, "hertz: no force without approach")
       call check_close(normal%energy(0.0_wp), 0.0_wp, 0.0_wp, "hertz: no energy without approach")
       call check_relative(normal%stiffness, hertz_circle_stiffness(1.0e11_wp, 0.01_wp), &
@@ -516,7 +516,7 @@ contains
       plane%shape = shape_plane
       call new_geometry(sphere, plane, geometry)
       call new_geometry(sphere, plane, law%geometry)
-      law%normal = new_normal(1.0e10_wp, 50.0_wp)
+      law%normal = new_normal(1.0e10_wp, 50.0_wp, 50.0_wp)
       allocate(law%friction)
       law%friction%coefficient = 0.3_wp
       law%friction%kernel => wrench_exact
@@ -547,7 +547,7 @@ contains
       real(wp), parameter :: velocity(3) = [0.02_wp, 0.01_wp, -0.05_wp]
       real(wp), parameter :: spin(3) = [1.0_wp, 2.0_wp, -30.0_wp]
 
-      law%normal = new_normal(1.0e10_wp, 50.0_wp)
+      law%normal = new_normal(1.0e10_wp, 50.0_wp, 50.0_wp)
       at = contact_point_type(gap=-2.0e-5_wp, point=0.0_wp, normal=[0.0_wp, 0.0_wp, 1.0_wp], &
          major=[0.0_wp, 1.0_wp, 0.0_wp], curvature_a=50.0_wp, curvature_b=50.0_wp)
       elastic = law%normal%force(2.0e-5_wp)

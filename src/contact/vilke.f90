@@ -1,0 +1,226 @@
+!> Vil'ke's volumetric normal force, with explicit formulas for the shape of the spot.
+!>
+!> Undeformed gap h = A x^2 + B y^2 with 0 < A <= B, approach d, g = A/B.
+!> N = (4/3) E* sqrt(R_e) d^(3/2), R_e = 1/(2 sqrt(A B)): volume and area of the overlap of the
+!> undeformed bodies alone. Reconstructed: I. Kosenko and E. Aleksandrov, 7th Modelica Conference
+!> (2009) 288, name the model without printing it.
+!> The parameter c = 1 - c1 of the spot is taken from g without elliptic integrals, by the chord of
+!> Hertz's equation (6), c = 1.1033 (1 - g), or by c = 1 - g^(4/3). With it
+!> a = sqrt(d/(A + c1 B)), b = sqrt(c1) a, as Hertz's for the exact c1, and p0 = 3 N/(2 pi a b).
+!> Domain as of Hertz's contact. The chord has a spot for c1 > 0 only, that is g > 0.0936.
+module contensou_contact_vilke
+   use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
+   use contensou_base_kinds, only : pi, wp
+   use contensou_contact_catalogue, only : model_info_type
+   use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_shape, in_hertz_domain
+   implicit none(type, external)
+   private
+
+   public :: vilke_force, vilke_stiffness, vilke_models
+   public :: vilke_chord, vilke_power, vilke_exact
+   public :: chord_c1, power_c1
+
+   !> Slope of the chord of c over g from the circle.
+   real(wp), parameter :: chord_slope = 1.1033_wp
+
+contains
+
+   !> Table of the formulas for the spot; each gives the same force.
+   function vilke_models() result(models)
+      type(hertz_model_type), allocatable :: models(:)
+      character(len=*), parameter :: keys = "curvatures A <= B [1/m], E* [Pa], approach [m]"
+      character(len=*), parameter :: paper = &
+         "Kosenko and Aleksandrov, 7th Modelica Conference (2009) 288; force reconstructed"
+
+      allocate(models(3))
+      models(1)%info = model_info_type("chord", &
+         "c = 1.1033 (1 - A/B), the chord of Hertz's equation; no spot below A/B = 0.0936", &
+         keys, paper)
+      models(1)%kernel => vilke_chord
+      models(2)%info = model_info_type("power", "c = 1 - (A/B)^(4/3)", keys, paper)
+      models(2)%kernel => vilke_power
+      models(3)%info = model_info_type("exact", "c of Hertz's contact", keys, paper)
+      models(3)%kernel => vilke_exact
+   end function vilke_models
+
+   !> Stiffness k_n of N = k_n d^(3/2) [N/m^(3/2)]; NaN outside the domain.
+   pure function vilke_stiffness(curvature_a, curvature_b, modulus) result(stiffness)
+      !> Half relative curvature A along the major axis [1/m], > 0.
+      real(wp), intent(in) :: curvature_a
+      !> Half relative curvature B along the minor axis [1/m], >= A.
+      real(wp), intent(in) :: curvature_b
+      !> Effective modulus E* [Pa], > 0.
+      real(wp), intent(in) :: modulus
+      real(wp) :: stiffness
+
+      if (in_hertz_domain(curvature_a, curvature_b, modulus, 0.0_wp)) then
+         stiffness = (4.0_wp/3.0_wp)*modulus*sqrt(0.5_wp/sqrt(curvature_a*curvature_b))
+      else
+         stiffness = ieee_value(stiffness, ieee_quiet_nan)
+      end if
+   end function vilke_stiffness
+
+   !> Force [N]; NaN outside the domain.
+   pure function vilke_force(curvature_a, curvature_b, modulus, approach) result(force)
+      !> Half relative curvature A along the major axis [1/m], > 0.
+      real(wp), intent(in) :: curvature_a
+      !> Half relative curvature B along the minor axis [1/m], >= A.
+      real(wp), intent(in) :: curvature_b
+      !> Effective modulus E* [Pa], > 0.
+      real(wp), intent(in) :: modulus
+      !> Approach d [m], >= 0.
+      real(wp), intent(in) :: approach
+      real(wp) :: force
+
+      if (in_hertz_domain(curvature_a, curvature_b, modulus, approach)) then
+         force = (4.0_wp/3.0_wp)*modulus*approach &
+            *sqrt(approach*(0.5_wp/sqrt(curvature_a*curvature_b)))
+      else
+         force = ieee_value(force, ieee_quiet_nan)
+      end if
+   end function vilke_force
+
+   !> c1 = 1 - c by the chord c = 1.1033 (1 - g) [-]; not positive for g < 0.0936.
+   pure function chord_c1(g) result(c1)
+      !> Ratio g = A/B of the curvatures [-], in (0, 1].
+      real(wp), intent(in) :: g
+      real(wp) :: c1
+
+      c1 = chord_slope*g - (chord_slope - 1.0_wp)
+      if (g >= 1.0_wp) c1 = 1.0_wp
+   end function chord_c1
+
+   !> c1 = 1 - c by the power c = 1 - g^(4/3) [-].
+   pure function power_c1(g) result(c1)
+      !> Ratio g = A/B of the curvatures [-], in (0, 1].
+      real(wp), intent(in) :: g
+      real(wp) :: c1
+
+      c1 = g*g**(1.0_wp/3.0_wp)
+   end function power_c1
+
+   !> Contact with the spot of the chord.
+   pure subroutine vilke_chord(curvature_a, curvature_b, modulus, approach, c1, a, b, force, &
+      pressure)
+      !> Half relative curvature A along the major axis [1/m], > 0.
+      real(wp), intent(in) :: curvature_a
+      !> Half relative curvature B along the minor axis [1/m], >= A.
+      real(wp), intent(in) :: curvature_b
+      !> Effective modulus E* [Pa], > 0.
+      real(wp), intent(in) :: modulus
+      !> Approach d [m], >= 0.
+      real(wp), intent(in) :: approach
+      !> Complementary parameter c1 = (b/a)^2 of the spot [-]; NaN if the chord gives none.
+      real(wp), intent(out) :: c1
+      !> Major semi-axis a [m]; NaN likewise.
+      real(wp), intent(out) :: a
+      !> Minor semi-axis b [m]; NaN likewise.
+      real(wp), intent(out) :: b
+      !> Force N [N].
+      real(wp), intent(out) :: force
+      !> Largest pressure p0 [Pa]; NaN likewise.
+      real(wp), intent(out) :: pressure
+
+      force = vilke_force(curvature_a, curvature_b, modulus, approach)
+      c1 = 0.0_wp
+      if (in_hertz_domain(curvature_a, curvature_b, modulus, approach)) then
+         c1 = chord_c1(curvature_a/curvature_b)
+      end if
+      call spot(curvature_a, curvature_b, approach, force, c1, a, b, pressure)
+   end subroutine vilke_chord
+
+   !> Contact with the spot of the power.
+   pure subroutine vilke_power(curvature_a, curvature_b, modulus, approach, c1, a, b, force, &
+      pressure)
+      !> Half relative curvature A along the major axis [1/m], > 0.
+      real(wp), intent(in) :: curvature_a
+      !> Half relative curvature B along the minor axis [1/m], >= A.
+      real(wp), intent(in) :: curvature_b
+      !> Effective modulus E* [Pa], > 0.
+      real(wp), intent(in) :: modulus
+      !> Approach d [m], >= 0.
+      real(wp), intent(in) :: approach
+      !> Complementary parameter c1 = (b/a)^2 of the spot [-].
+      real(wp), intent(out) :: c1
+      !> Major semi-axis a [m].
+      real(wp), intent(out) :: a
+      !> Minor semi-axis b [m].
+      real(wp), intent(out) :: b
+      !> Force N [N].
+      real(wp), intent(out) :: force
+      !> Largest pressure p0 [Pa].
+      real(wp), intent(out) :: pressure
+
+      force = vilke_force(curvature_a, curvature_b, modulus, approach)
+      c1 = 0.0_wp
+      if (in_hertz_domain(curvature_a, curvature_b, modulus, approach)) then
+         c1 = power_c1(curvature_a/curvature_b)
+      end if
+      call spot(curvature_a, curvature_b, approach, force, c1, a, b, pressure)
+   end subroutine vilke_power
+
+   !> Contact with Hertz's spot.
+   pure subroutine vilke_exact(curvature_a, curvature_b, modulus, approach, c1, a, b, force, &
+      pressure)
+      !> Half relative curvature A along the major axis [1/m], > 0.
+      real(wp), intent(in) :: curvature_a
+      !> Half relative curvature B along the minor axis [1/m], >= A.
+      real(wp), intent(in) :: curvature_b
+      !> Effective modulus E* [Pa], > 0.
+      real(wp), intent(in) :: modulus
+      !> Approach d [m], >= 0.
+      real(wp), intent(in) :: approach
+      !> Complementary parameter c1 = (b/a)^2 of the spot [-].
+      real(wp), intent(out) :: c1
+      !> Major semi-axis a [m].
+      real(wp), intent(out) :: a
+      !> Minor semi-axis b [m].
+      real(wp), intent(out) :: b
+      !> Force N [N].
+      real(wp), intent(out) :: force
+      !> Largest pressure p0 [Pa].
+      real(wp), intent(out) :: pressure
+      real(wp) :: t, inverse_k
+
+      force = vilke_force(curvature_a, curvature_b, modulus, approach)
+      c1 = 0.0_wp
+      if (in_hertz_domain(curvature_a, curvature_b, modulus, approach)) then
+         call hertz_shape(curvature_a/curvature_b, c1, t, inverse_k)
+      end if
+      call spot(curvature_a, curvature_b, approach, force, c1, a, b, pressure)
+   end subroutine vilke_exact
+
+   !> Spot and largest pressure that belong to c1; NaN, c1 included, if c1 is not positive.
+   pure subroutine spot(curvature_a, curvature_b, approach, force, c1, a, b, pressure)
+      !> Half relative curvature A along the major axis [1/m], > 0.
+      real(wp), intent(in) :: curvature_a
+      !> Half relative curvature B along the minor axis [1/m], >= A.
+      real(wp), intent(in) :: curvature_b
+      !> Approach d [m], >= 0.
+      real(wp), intent(in) :: approach
+      !> Force N [N].
+      real(wp), intent(in) :: force
+      !> Complementary parameter c1 = (b/a)^2 of the spot [-].
+      real(wp), intent(inout) :: c1
+      !> Major semi-axis a [m].
+      real(wp), intent(out) :: a
+      !> Minor semi-axis b [m].
+      real(wp), intent(out) :: b
+      !> Largest pressure p0 [Pa].
+      real(wp), intent(out) :: pressure
+
+      if (c1 <= 0.0_wp) then
+         c1 = ieee_value(c1, ieee_quiet_nan)
+         a = c1
+         b = c1
+         pressure = c1
+         return
+      end if
+      a = sqrt(approach/(curvature_a + c1*curvature_b))
+      b = sqrt(c1)*a
+      pressure = 0.0_wp
+      ! Factor by factor: the area of a small spot may be smaller than any number.
+      if (b > 0.0_wp) pressure = (1.5_wp/pi)*(force/a)/b
+   end subroutine spot
+
+end module contensou_contact_vilke

@@ -2,39 +2,48 @@
 !>
 !> The input is CSV with a header; the columns may stand in any order, and columns that the kernel
 !> does not know are passed through. The output repeats the input columns and appends the results
-!> with 17 significant digits. Nothing is written when any row has a mistake.
+!> with 17 significant digits. Nothing is written when any row has a mistake; rows outside the
+!> domain of a kernel give NaN.
 module contensou_drivers_eval
-   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
-   use, intrinsic :: iso_fortran_env, only : input_unit, iostat_end, iostat_eor
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_nan, ieee_quiet_nan, ieee_value
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
-   use contensou_base_errors, only : error_type, fatal, status_file, status_usage
+   use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
-   use contensou_base_system, only : file_exists, is_folder, write_stdout
-   use contensou_base_text, only : lower, nearest, quote, read_real, starts_with, string_type, &
-      to_text
+   use contensou_base_text, only : join, lower, nearest, quote, string_type
    use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
-   use contensou_contact_spot, only : circular_shape
+   use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_models
+   use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
+   use contensou_contact_vilke, only : vilke_models
    use contensou_drivers_command_line, only : command_type
+   use contensou_drivers_table, only : digits17, has_column, printer_type, read_lines, read_table
+   use contensou_special_elliptic, only : elliptic_kernel, elliptic_model_type, elliptic_models
    implicit none(type, external)
    private
 
    public :: eval_command
 
+   !> Names of the kernels.
+   character(len=*), parameter :: kernels(*) = [character(len=8) :: "elliptic", "hertz", "wrench"]
+
+   !> Inputs of the kernel `hertz`.
+   character(len=*), parameter :: hertz_inputs(*) = [character(len=5) :: &
+      "A", "B", "Estar", "delta"]
+
    !> Inputs of the kernel `wrench`.
    character(len=*), parameter :: wrench_inputs(*) = [character(len=2) :: &
       "N", "a", "b", "f", "vx", "vy", "w"]
 
-   !> Outputs of the kernel `wrench`.
-   character(len=*), parameter :: wrench_outputs = "Fx,Fy,Tz"
-
-   !> Mark of UTF-8 at the beginning of a file.
-   character(len=*), parameter :: byte_order_mark = char(239) // char(187) // char(191)
-
-   !> Bytes that are written at a time.
-   integer, parameter :: block_size = 65536
-
-   !> Rows that are kept before the buffer grows.
-   integer, parameter :: first_rows = 1024
+   !> What is evaluated for each row.
+   type :: evaluation_type
+      !> Elliptic integrals.
+      procedure(elliptic_kernel), pointer, nopass :: elliptic => null()
+      !> Whether the input is c, not c1.
+      logical :: of_c = .false.
+      !> Normal contact.
+      procedure(hertz_kernel), pointer, nopass :: hertz => null()
+      !> Friction.
+      type(friction_type) :: friction
+   end type evaluation_type
 
 contains
 
@@ -44,338 +53,271 @@ contains
       type(command_type), intent(in) :: command
       !> Set when there is a mistake in the input.
       type(error_type), allocatable, intent(out) :: error
+      type(evaluation_type) :: evaluation
       type(source_type) :: table
+      integer :: i
 
-      if (lower(command%subject) /= "wrench") then
-         call fatal(error, "unknown kernel " // quote(command%subject) // &
-            "; possible is wrench", status_usage)
+      i = findloc(kernels == lower(command%subject), .true., dim=1)
+      if (i == 0) then
+         i = nearest(command%subject, kernels)
+         if (i > 0) then
+            call fatal(error, "unknown kernel " // quote(command%subject) // "; did you mean " // &
+               quote(trim(kernels(i))) // "?", status_usage)
+         else
+            call fatal(error, "unknown kernel " // quote(command%subject) // &
+               "; possible are elliptic, hertz, wrench", status_usage)
+         end if
          return
       end if
+      if (kernels(i) /= "wrench" .and. command%delta > 0.0_wp) then
+         call fatal(error, "--delta goes with the kernel wrench", status_usage)
+         return
+      end if
+      select case (kernels(i))
+      case ("elliptic")
+         call choose_elliptic(command, evaluation, error)
+      case ("hertz")
+         call choose_hertz(command, evaluation, error)
+      case default
+         call choose_wrench(command, evaluation, error)
+      end select
+      if (allocated(error)) return
       call read_lines(command%input, table, error)
       if (allocated(error)) return
-      call eval_wrench(table, command, error)
+      select case (kernels(i))
+      case ("elliptic")
+         evaluation%of_c = has_column(table, "c") .and. .not. has_column(table, "c1")
+         if (evaluation%of_c) then
+            call evaluate(table, ["c "], "K,E,B,D,dKdc,dEdc", 6, evaluation, error)
+         else
+            call evaluate(table, ["c1"], "K,E,B,D,dKdc,dEdc", 6, evaluation, error)
+         end if
+      case ("hertz")
+         call evaluate(table, hertz_inputs, "c,c1,a,b,N,p0", 6, evaluation, error)
+      case default
+         call evaluate(table, wrench_inputs, "Fx,Fy,Tz", 3, evaluation, error)
+      end select
    end subroutine eval_command
 
-   !> Evaluate the friction wrench for each row.
-   subroutine eval_wrench(table, command, error)
-      !> The input.
-      type(source_type), intent(in) :: table
+   !> Choose a way to compute the elliptic integrals.
+   subroutine choose_elliptic(command, evaluation, error)
       !> What the user asks for.
       type(command_type), intent(in) :: command
-      !> Set when there is a mistake in the input.
+      !> What is evaluated.
+      type(evaluation_type), intent(inout) :: evaluation
+      !> Set when there is no such way.
+      type(error_type), allocatable, intent(out) :: error
+      type(elliptic_model_type), allocatable :: models(:)
+      integer :: i
+
+      models = elliptic_models()
+      call choose("elliptic integrals", command%model, "tables", models%name, i, error)
+      if (allocated(error)) return
+      evaluation%elliptic => models(i)%kernel
+      if (.not. associated(models(i)%kernel)) call fatal(error, "the library that " // &
+         quote(trim(models(i)%name)) // " needs is not installed", status_usage)
+   end subroutine choose_elliptic
+
+   !> Choose a model of the normal contact.
+   subroutine choose_hertz(command, evaluation, error)
+      !> What the user asks for.
+      type(command_type), intent(in) :: command
+      !> What is evaluated.
+      type(evaluation_type), intent(inout) :: evaluation
+      !> Set when there is no such model.
+      type(error_type), allocatable, intent(out) :: error
+      type(hertz_model_type), allocatable :: models(:), volumetric(:)
+      character(len=24), allocatable :: names(:)
+      integer :: i, n
+
+      models = hertz_models()
+      volumetric = vilke_models()
+      n = size(models)
+      allocate(names(n + size(volumetric) + 2))
+      names(:n) = models%info%name
+      do i = 1, size(volumetric)
+         names(n + i) = "vilke_" // trim(volumetric(i)%info%name)
+      end do
+      ! The default of each family: the exact tables, and the chord that the paper uses.
+      names(size(names) - 1) = "hertz"
+      names(size(names)) = "vilke"
+      call choose("normal model", command%model, "hertz", names, i, error)
+      if (allocated(error)) return
+      if (names(i) == "hertz") i = findloc(names == "tables", .true., dim=1)
+      if (names(i) == "vilke") i = findloc(names == "vilke_chord", .true., dim=1)
+      if (i <= n) then
+         evaluation%hertz => models(i)%kernel
+      else
+         evaluation%hertz => volumetric(i - n)%kernel
+      end if
+   end subroutine choose_hertz
+
+   !> Choose a friction model.
+   subroutine choose_wrench(command, evaluation, error)
+      !> What the user asks for.
+      type(command_type), intent(in) :: command
+      !> What is evaluated.
+      type(evaluation_type), intent(inout) :: evaluation
+      !> Set when there is no such model.
       type(error_type), allocatable, intent(out) :: error
       type(friction_model_type), allocatable :: models(:)
-      type(friction_type) :: friction
-      type(diagnostics_type) :: diagnostics
-      real(wp), allocatable :: inputs(:, :)
-      integer, allocatable :: lines(:)
-      real(wp) :: fx, fy, torque
       integer :: i
-      character(len=:), allocatable :: name
-      character(len=block_size) :: block
-      integer :: filled
 
-      filled = 0
       models = friction_models()
-      name = command%model
-      if (name == "") name = "contensou_exact"
-      i = findloc(models%info%name == lower(name), .true., dim=1)
-      if (i > 0) then
-         if (.not. associated(models(i)%kernel)) i = 0
-      end if
-      if (i == 0) then
-         i = nearest(name, models%info%name)
-         if (i > 0) then
-            if (.not. associated(models(i)%kernel)) i = 0
-         end if
-         if (i > 0) then
-            call fatal(error, "unknown friction model " // quote(name) // "; did you mean " // &
-               quote(trim(models(i)%info%name)) // "?", status_usage)
-         else
-            call fatal(error, "unknown friction model " // quote(name) // &
-               "; contensou models lists them", status_usage)
-         end if
-         return
-      end if
-      friction%kernel => models(i)%kernel
-      friction%delta = command%delta
-      if (models(i)%needs_delta .and. command%delta <= 0.0_wp) then
-         call fatal(error, "friction model " // quote(name) // &
-            " needs --delta VELOCITY, a number > 0 [m/s]", status_usage)
-         return
-      end if
+      ! The first entry, none, has nothing to evaluate.
+      call choose("friction model", command%model, "contensou_exact", models(2:)%info%name, i, &
+         error)
+      if (allocated(error)) return
+      evaluation%friction%kernel => models(i + 1)%kernel
+      evaluation%friction%delta = command%delta
+      if (models(i + 1)%needs_delta .and. command%delta <= 0.0_wp) call fatal(error, &
+         "friction model " // quote(trim(models(i + 1)%info%name)) // &
+         " needs --delta VELOCITY, a number > 0 [m/s]", status_usage)
+   end subroutine choose_wrench
 
-      call read_table(table, wrench_inputs, inputs, lines, diagnostics)
-      do i = 1, size(lines)
-         associate (a => inputs(2, i), b => inputs(3, i))
+   !> Find a name in a list.
+   subroutine choose(what, wanted, default, names, index, error)
+      !> What is looked for, for messages.
+      character(len=*), intent(in) :: what
+      !> The name; blank for the default.
+      character(len=*), intent(in) :: wanted
+      !> The default.
+      character(len=*), intent(in) :: default
+      !> The list.
+      character(len=*), intent(in) :: names(:)
+      !> Position in the list.
+      integer, intent(out) :: index
+      !> Set when it is not there.
+      type(error_type), allocatable, intent(out) :: error
+      type(string_type) :: list(size(names))
+      integer :: i
+
+      index = findloc(names == lower(wanted), .true., dim=1)
+      if (wanted == "") index = findloc(names == default, .true., dim=1)
+      if (index > 0) return
+      do i = 1, size(names)
+         list(i)%s = trim(names(i))
+      end do
+      i = nearest(wanted, list)
+      if (i > 0) then
+         call fatal(error, "unknown " // what // " " // quote(wanted) // "; did you mean " // &
+            quote(list(i)%s) // "?", status_usage)
+      else
+         call fatal(error, "unknown " // what // " " // quote(wanted) // "; possible are " // &
+            join(list, ", "), status_usage)
+      end if
+   end subroutine choose
+
+   !> Evaluate all rows of a table.
+   subroutine evaluate(table, names, header, n_outputs, evaluation, error)
+      !> The table.
+      type(source_type), intent(in) :: table
+      !> Names of the inputs.
+      character(len=*), intent(in) :: names(:)
+      !> Names of the outputs, separated by commas.
+      character(len=*), intent(in) :: header
+      !> Number of the outputs.
+      integer, intent(in) :: n_outputs
+      !> What is evaluated.
+      type(evaluation_type), intent(in) :: evaluation
+      !> Set when there is a mistake in the table.
+      type(error_type), allocatable, intent(out) :: error
+      type(diagnostics_type) :: diagnostics
+      type(printer_type), allocatable :: printer
+      real(wp), allocatable :: inputs(:, :)
+      real(wp) :: outputs(n_outputs)
+      integer, allocatable :: lines(:)
+      character(len=:), allocatable :: line
+      integer :: i, k
+
+      call read_table(table, names, inputs, lines, diagnostics)
+      if (associated(evaluation%friction%kernel)) then
+         do i = 1, size(lines)
             ! What is not a number gives results that are none; comparing it would trap.
             if (any(ieee_is_nan(inputs(:4, i)))) cycle
-            if (abs(a - b) > 0.0_wp) call diagnostics%add( &
+            if (any(inputs(:4, i) < 0.0_wp)) call diagnostics%add( &
                origin_type(1, lines(i), 1, len(table%lines(lines(i))%s)), &
-               "the spot is not a circle, a = " // to_text(a) // " and b = " // to_text(b), &
-               "a = b: only circular spots are evaluated")
-            if (any(inputs(:4, i) < 0.0_wp)) call &
-               diagnostics%add(origin_type(1, lines(i), 1, len(table%lines(lines(i))%s)), &
                "N, a, b and f must not be negative", "numbers >= 0")
-         end associate
-      end do
+         end do
+      end if
       if (diagnostics%count() > 0) then
          call fatal(error, diagnostics%render([table]) // "nothing was evaluated", status_usage)
          return
       end if
-      call put(table%lines(1)%s // "," // wrench_outputs)
+      allocate(printer)
+      call printer%put(table%lines(1)%s // "," // header, error)
       do i = 1, size(lines)
          if (allocated(error)) return
-         friction%coefficient = inputs(4, i)
-         call friction%wrench(inputs(1, i), circular_shape, inputs(2, i), inputs(5, i), &
-            inputs(6, i), inputs(7, i), fx, fy, torque)
-         call put(table%lines(lines(i))%s // "," // digits17(fx) // "," // digits17(fy) // "," // &
-            digits17(torque))
+         call evaluate_row(evaluation, inputs(:, i), outputs)
+         line = table%lines(lines(i))%s
+         do k = 1, n_outputs
+            line = line // "," // digits17(outputs(k))
+         end do
+         call printer%put(line, error)
       end do
-      if (.not. allocated(error)) call write_stdout(block(:filled), error)
+      if (.not. allocated(error)) call printer%flush(error)
+   end subroutine evaluate
 
-   contains
+   !> Evaluate a row.
+   subroutine evaluate_row(evaluation, x, y)
+      !> What is evaluated.
+      type(evaluation_type), intent(in) :: evaluation
+      !> Inputs.
+      real(wp), intent(in) :: x(:)
+      !> Outputs.
+      real(wp), intent(out) :: y(:)
+      real(wp) :: c1
 
-      !> Write a line, by way of a block.
-      subroutine put(line)
-         !> The line.
-         character(len=*), intent(in) :: line
-
-         if (filled + len(line) + 1 > len(block)) then
-            call write_stdout(block(:filled), error)
-            filled = 0
-         end if
-         if (len(line) + 1 > len(block)) then
-            call write_stdout(line // new_line("a"), error)
-         else
-            block(filled + 1:filled + len(line) + 1) = line // new_line("a")
-            filled = filled + len(line) + 1
-         end if
-      end subroutine put
-
-   end subroutine eval_wrench
-
-   !> A number with 17 significant digits.
-   pure function digits17(x) result(text)
-      !> The number.
-      real(wp), intent(in) :: x
-      character(len=:), allocatable :: text
-      character(len=32) :: buffer
-
-      ! Adding zero turns -0 into 0.
-      write(buffer, "(es32.16e3)") x + 0.0_wp
-      text = trim(adjustl(buffer))
-   end function digits17
-
-   !> Columns of a table by their names.
-   subroutine read_table(table, names, values, lines, diagnostics)
-      !> The table.
-      type(source_type), intent(in) :: table
-      !> Names of the columns that are wanted.
-      character(len=*), intent(in) :: names(:)
-      !> Their values, (column, row).
-      real(wp), allocatable, intent(out) :: values(:, :)
-      !> Line of each row.
-      integer, allocatable, intent(out) :: lines(:)
-      !> Mistakes are appended here.
-      type(diagnostics_type), intent(inout) :: diagnostics
-      integer, allocatable :: starts(:), header(:)
-      integer :: column(size(names)), i, c, n, near
-      logical :: valid
-      type(origin_type) :: place
-      character(len=:), allocatable :: missing
-
-      missing = ""
-      allocate(values(size(names), 0), lines(0))
-      if (all([(len_trim(table%lines(i)%s) == 0, i=1, size(table%lines))])) then
-         call diagnostics%add(origin_type(1, 0, 0, 1), "the table is empty", &
-            "a header with " // list(names))
-         return
-      end if
-      header = field_starts(table%lines(1)%s)
-      place = origin_type(1, 1, 1, max(len(table%lines(1)%s), 1))
-      do i = 1, size(names)
-         column(i) = 0
-         near = 0
-         do c = 1, size(header) - 1
-            if (field(1, header, c) == names(i)) then
-               if (column(i) > 0) then
-                  call diagnostics%add(place_of(c), "the header has the column " // &
-                     trim(names(i)) // " twice", "a header with " // list(names) // ", each once")
-               end if
-               column(i) = c
-            else if (lower(field(1, header, c)) == lower(trim(names(i)))) then
-               near = c
+      if (associated(evaluation%elliptic)) then
+         c1 = x(1)
+         if (evaluation%of_c .and. .not. ieee_is_nan(c1)) then
+            ! A tiny c outside the domain must not be rounded into it.
+            if (c1 >= 0.0_wp .and. c1 <= 1.0_wp) then
+               c1 = 1.0_wp - c1
+            else
+               c1 = ieee_value(c1, ieee_quiet_nan)
             end if
-         end do
-         if (column(i) > 0) cycle
-         if (near > 0 .and. missing == "") place = place_of(near)
-         missing = missing // ", " // trim(names(i))
-      end do
-      if (missing /= "") call diagnostics%add(place, "the header has no column " // missing(3:), &
-         "a header with " // list(names))
-      if (diagnostics%count() > 0) return
-      deallocate(values, lines)
-      allocate(values(size(names), size(table%lines)), lines(size(table%lines)))
-      n = 0
-      do i = 2, size(table%lines)
-         if (len_trim(table%lines(i)%s) == 0) cycle
-         starts = field_starts(table%lines(i)%s)
-         if (size(starts) /= size(header)) then
-            call diagnostics%add(origin_type(1, i, 1, len(table%lines(i)%s)), to_text(size(starts) &
-               - 1) // " values in a table of " // to_text(size(header) - 1) // " columns", &
-               to_text(size(header) - 1) // " values separated by commas")
-            cycle
          end if
-         n = n + 1
-         lines(n) = i
-         do c = 1, size(names)
-            call read_real(field(i, starts, column(c)), values(c, n), valid)
-            place = origin_type(1, i, starts(column(c)), &
-               max(starts(column(c) + 1) - starts(column(c)) - 1, 1))
-            if (.not. valid) then
-               call diagnostics%add(place, quote(field(i, starts, column(c))) // &
-                  " is not a number", trim(names(c)) // " = a number")
-            else if (.not. (ieee_is_finite(values(c, n)) .or. ieee_is_nan(values(c, n)))) then
-               call diagnostics%add(place, quote(field(i, starts, column(c))) // &
-                  " is too large", trim(names(c)) // " = a finite number")
-            end if
-         end do
-      end do
-      values = values(:, :n)
-      lines = lines(:n)
-
-   contains
-
-      !> Where a column of the header stands.
-      pure function place_of(number) result(place)
-         !> Number of the column.
-         integer, intent(in) :: number
-         type(origin_type) :: place
-
-         place = origin_type(1, 1, header(number), header(number + 1) - header(number) - 1)
-      end function place_of
-
-      !> A field without blanks around it.
-      pure function field(line, starts, number) result(text)
-         !> Line of the table.
-         integer, intent(in) :: line
-         !> Starts of its fields.
-         integer, intent(in) :: starts(:)
-         !> Number of the field.
-         integer, intent(in) :: number
-         character(len=:), allocatable :: text
-
-         text = trim(adjustl(table%lines(line)%s(starts(number):starts(number + 1) - 2)))
-      end function field
-
-   end subroutine read_table
-
-   !> Columns where the fields of a line start, and where one after the last would.
-   pure function field_starts(line) result(starts)
-      !> The line.
-      character(len=*), intent(in) :: line
-      integer, allocatable :: starts(:)
-      integer :: i, n
-
-      allocate(starts(2 + count([(line(i:i) == ",", i=1, len(line))])))
-      starts(1) = 1
-      n = 1
-      do i = 1, len(line)
-         if (line(i:i) /= ",") cycle
-         n = n + 1
-         starts(n) = i + 1
-      end do
-      starts(n + 1) = len(line) + 2
-   end function field_starts
-
-   !> Names separated by commas.
-   pure function list(names) result(text)
-      !> The names.
-      character(len=*), intent(in) :: names(:)
-      character(len=:), allocatable :: text
-      integer :: i
-
-      text = trim(names(1))
-      do i = 2, size(names)
-         text = text // "," // trim(names(i))
-      end do
-   end function list
-
-   !> Read all lines of a file or of the standard input.
-   subroutine read_lines(path, table, error)
-      !> Name of the file; blank or "-" for the standard input.
-      character(len=*), intent(in) :: path
-      !> The lines.
-      type(source_type), intent(out) :: table
-      !> Set when the file cannot be read.
-      type(error_type), allocatable, intent(out) :: error
-      type(string_type), allocatable :: lines(:), longer(:)
-      character(len=4096) :: chunk
-      character(len=512) :: message
-      character(len=:), allocatable :: line
-      integer :: unit, status, n, length, i
-      logical :: standard, is
-
-      standard = path == "" .or. path == "-"
-      unit = input_unit
-      table%name = "standard input"
-      if (.not. standard) then
-         table%name = path
-         is = is_folder(path)
-         if (is) then
-            call fatal(error, path // " cannot be read: it is a folder", status_file)
-            return
-         end if
-         is = file_exists(path)
-         if (.not. is) then
-            call fatal(error, path // " cannot be read: it does not exist", status_file)
-            return
-         end if
-         open(newunit=unit, file=path, status="old", action="read", iostat=status, iomsg=message)
-         if (status /= 0) then
-            call fatal(error, path // " cannot be read: " // trim(message), status_file)
-            return
-         end if
+         call evaluation%elliptic(c1, y(1), y(2), y(3), y(4), y(5), y(6))
+      else if (associated(evaluation%hertz)) then
+         call evaluation%hertz(x(1), x(2), x(3), x(4), y(2), y(3), y(4), y(5), y(6))
+         y(1) = 1.0_wp - y(2)
+      else
+         call evaluate_wrench(evaluation%friction, x, y)
       end if
-      allocate(lines(first_rows))
-      n = 0
-      do
-         line = ""
-         do
-            read(unit, "(a)", advance="no", size=length, iostat=status, iomsg=message) chunk
-            if (length > 0 .and. status <= 0) line = line // chunk(:length)
-            if (status /= 0) exit
-         end do
-         if (status == iostat_end .and. line == "") exit
-         if (status /= iostat_eor .and. status /= iostat_end) then
-            call fatal(error, "cannot read " // table%name // ": " // trim(message), status_file)
-            exit
-         end if
-         if (n == size(lines)) then
-            allocate(longer(2*n))
-            do i = 1, n
-               call move_alloc(lines(i)%s, longer(i)%s)
-            end do
-            call move_alloc(longer, lines)
-         end if
-         n = n + 1
-         i = len(line)
-         if (i > 0) then
-            if (line(i:i) == achar(13)) i = i - 1
-         end if
-         lines(n)%s = line(:i)
-         ! Spreadsheets put a byte order mark before the header.
-         if (n == 1 .and. starts_with(lines(n)%s, byte_order_mark)) then
-            lines(n)%s = line(len(byte_order_mark) + 1:i)
-         end if
-         if (status == iostat_end) exit
-      end do
-      if (.not. standard) close(unit)
-      allocate(table%lines(n))
-      do i = 1, n
-         call move_alloc(lines(i)%s, table%lines(i)%s)
-      end do
-   end subroutine read_lines
+   end subroutine evaluate_row
+
+   !> Friction wrench of a row; the major axis may be either one.
+   subroutine evaluate_wrench(model, x, y)
+      !> The friction model.
+      type(friction_type), intent(in) :: model
+      !> N, a, b, f, vx, vy, w.
+      real(wp), intent(in) :: x(:)
+      !> Fx, Fy, Tz.
+      real(wp), intent(out) :: y(:)
+      type(friction_type) :: friction
+      type(spot_shape_type) :: shape
+      real(wp) :: minor
+      logical :: swapped
+
+      friction = model
+      friction%coefficient = x(4)
+      shape = circular_shape
+      swapped = .false.
+      if (any(ieee_is_nan(x(2:3)))) then
+         shape = elliptic_shape(ieee_value(minor, ieee_quiet_nan))
+      else
+         swapped = x(3) > x(2)
+         minor = min(x(2), x(3))
+         if (minor < max(x(2), x(3))) shape = elliptic_shape(minor/max(x(2), x(3)))
+      end if
+      if (swapped) then
+         ! In axes turned by a right angle, the x axis along the major axis of the spot.
+         call friction%wrench(x(1), shape, x(3), x(6), -x(5), x(7), y(2), y(1), y(3))
+         y(1) = -y(1)
+      else
+         call friction%wrench(x(1), shape, x(2), x(5), x(6), x(7), y(1), y(2), y(3))
+      end if
+   end subroutine evaluate_wrench
 
 end module contensou_drivers_eval

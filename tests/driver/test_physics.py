@@ -575,8 +575,10 @@ def test_the_error_falls_with_the_tolerance(simulate, inputs, method, slow_build
     slope = np.polyfit([-float(d) for d in decades], np.log10(errors), 1)[0]
     assert slope >= 0.7, errors
     assert errors[-1] <= 1e-7
+    # Positions are held no finer than their rounding, which is where the errors end.
+    rounding = 1e-10
     for loose, strict in pairwise(errors):
-        assert strict < loose, errors
+        assert strict < max(loose, rounding), errors
 
 
 @pytest.mark.parametrize("model", ["coulomb", "contensou_exact", "contensou_simplified"])

@@ -11,16 +11,19 @@ module contensou_drivers_command_line
 
    !> What the user asks for; a sub-command uses the fields that its usage names.
    type :: command_type
-      !> Sub-command: run, check, models, eval, help, version.
+      !> Sub-command: run, check, models, eval, bench, help, version.
       character(len=:), allocatable :: name
-      !> Scene (run, check), model (models), kernel (eval) or topic (help); may be blank.
+      !> Scene (run, check), model (models), kernel (eval), what to measure (bench) or topic
+      !> (help); may be blank.
       character(len=:), allocatable :: subject
       !> Texts of the `--set` options.
       type(string_type), allocatable :: overrides(:)
-      !> Output file (run); blank for that of the scene.
+      !> Output file (run); blank for that of the scene. Output files without ending (bench).
       character(len=:), allocatable :: output
-      !> Whether to replace an existing output file.
+      !> Whether to replace existing output files.
       logical :: force = .false.
+      !> Whether to measure for a short time only (bench).
+      logical :: quick = .false.
       !> Whether to be silent on stderr unless something is wrong.
       logical :: quiet = .false.
       !> Model of a kernel (eval); blank for the default.
@@ -33,7 +36,20 @@ module contensou_drivers_command_line
 
    !> Sub-commands.
    character(len=*), parameter :: commands(*) = [character(len=8) :: &
-      "run", "check", "models", "eval", "help", "version"]
+      "run", "check", "models", "eval", "bench", "help", "version"]
+
+   !> What a sub-command needs.
+   type :: operand_type
+      !> Sub-command.
+      character(len=8) :: command
+      !> Its first operand, in words.
+      character(len=12) :: operand
+   end type operand_type
+
+   !> Sub-commands that need an operand.
+   type(operand_type), parameter :: operands(*) = [operand_type("run", "scene"), &
+      operand_type("check", "scene"), operand_type("eval", "kernel"), &
+      operand_type("bench", "benchmark")]
 
 contains
 
@@ -100,9 +116,10 @@ contains
       end do
       call parse_options(words, first, command, error)
       if (allocated(error)) return
-      if (command%subject == "" .and. any(command%name == ["run  ", "check", "eval "])) then
-         call fatal(error, command%name // " needs a " // trim(merge("kernel", "scene ", &
-            command%name == "eval")) // new_line("a") // usage_text(command%name), status_usage)
+      if (command%subject == "" .and. any(command%name == operands%command)) then
+         i = findloc(operands%command == command%name, .true., dim=1)
+         call fatal(error, command%name // " needs a " // trim(operands(i)%operand) // &
+            new_line("a") // usage_text(command%name), status_usage)
       end if
    end subroutine parse_command_line
 
@@ -156,6 +173,8 @@ contains
                command%force = .true.
             case ("-q", "--quiet")
                command%quiet = .true.
+            case ("--quick")
+               command%quick = .true.
             case default
                call unknown()
             end select
@@ -192,15 +211,19 @@ contains
          select case (option)
          case ("--set")
             if (all(command%name /= ["run  ", "check"])) option = ""
-         case ("-o", "--output", "--force", "-q", "--quiet")
+         case ("-o", "--output", "--force")
+            if (all(command%name /= ["run  ", "bench"])) option = ""
+         case ("-q", "--quiet")
             if (command%name /= "run") option = ""
+         case ("--quick")
+            if (command%name /= "bench") option = ""
          case ("--model", "--delta")
             if (command%name /= "eval") option = ""
          case default
             option = ""
          end select
          ! Flags take no value.
-         if (any(option == ["--force", "--quiet"]) .and. equals > 0) option = ""
+         if (any(option == ["--force", "--quiet", "--quick"]) .and. equals > 0) option = ""
       end function option_of
 
       !> The value of an option: after '=', or the next word.
@@ -222,13 +245,15 @@ contains
       !> Report an unknown option.
       subroutine unknown()
          character(len=8), parameter :: options(*) = [character(len=8) :: &
-            "--set", "--output", "--force", "--quiet", "--model", "--delta"]
-         integer :: near
+            "--set", "--output", "--force", "--quiet", "--quick", "--model", "--delta"]
+         integer :: near, i_option
+         logical :: known(size(options))
 
-         near = nearest(word, options)
-         if (near > 0) then
-            if (option_of(trim(options(near))) == "") near = 0
-         end if
+         ! Only those that this sub-command has: --quiet and --quick are near each other.
+         do i_option = 1, size(options)
+            known(i_option) = option_of(trim(options(i_option))) /= ""
+         end do
+         near = nearest(word, merge(options, repeat(" ", len(options)), known))
          if (near > 0) then
             call fatal(error, "unknown option " // quote(word) // "; did you mean " // &
                quote(trim(options(near))) // "?", status_usage)
@@ -278,11 +303,25 @@ contains
       case ("models")
          text = "usage: contensou models [NAME]"
       case ("eval")
-         text = "usage: contensou eval wrench [--model NAME] [--delta VELOCITY] [FILE]" // nl // &
-            "  FILE             CSV with columns N,a,b,f,vx,vy,w; standard input if not given" // &
-            nl // &
-            "  --model NAME     friction model, default contensou_exact; see contensou models" // &
-            nl // "  --delta VELOCITY regularisation velocity [m/s], default 0"
+         text = "usage: contensou eval KERNEL [--model NAME] [--delta VELOCITY] [FILE]" // nl // &
+            "  FILE             CSV with a header; standard input if not given" // nl // &
+            "  --delta VELOCITY regularisation velocity of the wrench [m/s], default 0" // nl // &
+            "  KERNEL    inputs             outputs              models, the default first" // nl &
+            // "  elliptic  c1 (or c)          K,E,B,D,dKdc,dEdc    tables, theta, agm, gsl" // nl &
+            // "  hertz     A,B,Estar,delta    c,c1,a,b,N,p0        hertz (= tables), newton, " // &
+            "brewe_hamrock," // nl // &
+            "                                                    greenwood, vilke (= " // &
+            "vilke_chord)," // nl // &
+            "                                                    vilke_power, vilke_exact" // &
+            nl // "  wrench    N,a,b,f,vx,vy,w    Fx,Fy,Tz             contensou_exact, " // &
+            "coulomb, pade11," // nl // &
+            "                                                    pade22, contensou_simplified"
+      case ("bench")
+         text = "usage: contensou bench kernels [-o NAME] [--force] [--quick]" // nl // &
+            "  measures error and cost of every way to compute every kernel, in 8 s" // nl // &
+            "  -o NAME          write NAME.csv and NAME.h5" // nl // &
+            "  --force          replace existing files" // nl // &
+            "  --quick          2 s, fewer arguments: rough times"
       case ("help")
          text = "usage: contensou help [GROUP[.KEY] | COMMAND]"
       case default
@@ -291,6 +330,7 @@ contains
             "  check SCENE      read a scene, report its effects and their cost" // nl // &
             "  models [NAME]    the models that a scene can name" // nl // &
             "  eval KERNEL      evaluate a kernel on a table of inputs" // nl // &
+            "  bench kernels    measure error and cost of the kernels" // nl // &
             "  help GROUP.KEY   what a key of a scene means" // nl // &
             "  --version        version of the program" // nl // &
             "contensou COMMAND --help tells more"

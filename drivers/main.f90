@@ -3,6 +3,7 @@ module contensou_drivers_main
    use contensou_base_errors, only : error_type, status_interrupted, status_ok
    use contensou_base_system, only : open_standard_streams, write_stderr, write_stdout
    use contensou_base_text, only : string_type
+   use contensou_drivers_bench, only : bench_command
    use contensou_drivers_command_line, only : command_line_words, command_type, &
       parse_command_line, usage_text
    use contensou_drivers_eval, only : eval_command
@@ -36,6 +37,8 @@ contains
             call models_command(command, error)
          case ("eval")
             call eval_command(command, error)
+         case ("bench")
+            call bench_command(command, error)
          case ("help")
             call help_command(command, error)
          case ("usage")

@@ -22,6 +22,14 @@ BLUE, ORANGE, GREEN, PINK, SKY, RED = (
 DARK, GREY, LIGHT = "#222222", "#8A8A8A", "#E3E3E3"
 CYCLE = [BLUE, RED, GREEN, PINK, ORANGE, SKY, DARK, GREY]
 
+# Colour and name of each friction model.
+MODELS = {
+    "contensou_exact": (RED, "exact"),
+    "contensou_simplified": (BLUE, "simplified"),
+    "pade11": (GREEN, "Padé 1/1"),
+    "pade22": (ORANGE, "Padé 2/2"),
+}
+
 ENERGY_COLOURS = {
     "kinetic": BLUE,
     "potential, change": GREEN,

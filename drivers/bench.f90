@@ -1,0 +1,184 @@
+!> `contensou bench kernels`: error and cost of every way to compute every kernel.
+module contensou_drivers_bench
+   use contensou_base_build, only : build_compiler, git_commit, program_version
+   use contensou_base_errors, only : error_type, fatal, status_file, status_usage
+   use contensou_base_kinds, only : wp
+   use contensou_base_system, only : file_exists, folder_writable, is_folder, is_locked, &
+      is_terminal, remove_file, rename_file, write_stderr, write_stdout
+   use contensou_base_text, only : lower, nearest, quote, to_text
+   use contensou_drivers_bench_report, only : bars_text, csv_text, table_text, write_hdf5
+   use contensou_drivers_bench_rungs, only : boost_version, check_errors, measure_times, &
+      new_suite, suite_type
+   use contensou_drivers_command_line, only : command_type
+   use contensou_io_hdf5_file, only : hdf5_file_type
+   use contensou_io_trajectory, only : part_suffix
+   implicit none(type, external)
+   private
+
+   public :: bench_command
+
+   !> Things that can be measured.
+   character(len=*), parameter :: benchmarks(1) = ["kernels"]
+
+   !> Time of the rounds, and that with `--quick` [s].
+   real(wp), parameter :: full_time = 6.0_wp, quick_time = 0.8_wp
+
+   !> End of a line.
+   character(len=*), parameter :: nl = new_line("a")
+
+contains
+
+   !> Measure, print, and write files if they are asked for.
+   subroutine bench_command(command, error)
+      !> What the user asks for.
+      type(command_type), intent(in) :: command
+      !> Set when there is a mistake or a file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+      type(suite_type) :: suite
+      character(len=:), allocatable :: name, text
+      integer :: rounds
+      logical :: show
+
+      if (.not. any(benchmarks == lower(command%subject))) then
+         text = "unknown benchmark " // quote(command%subject)
+         if (nearest(command%subject, benchmarks) > 0) then
+            call fatal(error, text // "; did you mean 'kernels'?", status_usage)
+         else
+            call fatal(error, text // "; possible is kernels", status_usage)
+         end if
+         return
+      end if
+      name = base_name(command%output)
+      if (name /= "") then
+         call check_output(name // ".csv", command%force, error)
+         if (.not. allocated(error)) call check_output(name // ".h5", command%force, error)
+         if (allocated(error)) return
+      end if
+      show = is_terminal(2)
+      if (show) call write_stderr("contensou: measuring for about " // &
+         trim(merge("2", "8", command%quick)) // " s")
+      call new_suite(suite)
+      call check_errors(suite, command%quick)
+      call measure_times(suite, merge(quick_time, full_time, command%quick), rounds)
+      if (show) call write_stderr(achar(13) // achar(27) // "[K")
+
+      text = "contensou " // program_version // ", commit " // git_commit() // ", " // &
+         build_compiler // nl
+      if (boost_version() > 0) then
+         text = text // "with Boost.Math " // to_text(int(boost_version())/100000) // "." // &
+            to_text(mod(int(boost_version())/100, 1000))
+      else
+         text = text // "without Boost.Math"
+      end if
+      text = text // "; times are the least of " // to_text(rounds) // " interleaved rounds" // nl
+      text = text // table_text(suite) // nl // bars_text(suite)
+      ! Files first: a reader of the output that goes away does not cost the measurement.
+      if (name /= "") call write_files(suite, name, rounds, command%force, error)
+      if (.not. allocated(error)) call write_stdout(text, error)
+   end subroutine bench_command
+
+   !> A name without the ending .csv or .h5.
+   pure function base_name(output) result(name)
+      !> What the user gave.
+      character(len=*), intent(in) :: output
+      character(len=:), allocatable :: name
+
+      name = output
+      if (len(name) > 4) then
+         if (name(len(name) - 3:) == ".csv") name = name(:len(name) - 4)
+      end if
+      if (len(name) > 3) then
+         if (name(len(name) - 2:) == ".h5") name = name(:len(name) - 3)
+      end if
+   end function base_name
+
+   !> See that a file can be written and that nothing is lost by it.
+   subroutine check_output(name, force, error)
+      !> Name of the file.
+      character(len=*), intent(in) :: name
+      !> Whether it may replace an existing one.
+      logical, intent(in) :: force
+      !> Set when it is not to be written.
+      type(error_type), allocatable, intent(out) :: error
+      logical :: is
+
+      is = is_folder(name)
+      if (is) then
+         call fatal(error, "the output file " // name // " is a folder", status_file)
+         return
+      end if
+      is = file_exists(name)
+      if (is .and. .not. force) then
+         call fatal(error, name // " exists; --force replaces it, -o NAME writes others", &
+            status_file)
+         return
+      end if
+      is = folder_writable(name)
+      if (.not. is) then
+         call fatal(error, "cannot write " // name // ": its folder does not exist or is not " // &
+            "writable", status_file)
+         return
+      end if
+      is = is_locked(name // part_suffix)
+      if (is) call fatal(error, "another run is writing " // name // part_suffix, status_file)
+   end subroutine check_output
+
+   !> Write NAME.csv and NAME.h5, each under a temporary name that it loses when both are complete.
+   subroutine write_files(suite, name, rounds, force, error)
+      !> The measurements.
+      type(suite_type), intent(in) :: suite
+      !> Name without ending.
+      character(len=*), intent(in) :: name
+      !> Number of rounds of the measurement.
+      integer, intent(in) :: rounds
+      !> Whether existing files are replaced.
+      logical, intent(in) :: force
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+      type(hdf5_file_type) :: file
+      type(error_type), allocatable :: ignored
+      logical :: ours
+
+      ours = .false.
+      call write_text(name // ".csv" // part_suffix, csv_text(suite), error)
+      if (.not. allocated(error)) call write_hdf5(suite, name // ".h5" // part_suffix, rounds, &
+         file, error)
+      ours = file%is_open()
+      if (.not. allocated(error)) call file%close_as(name // ".h5", force, error)
+      if (.not. allocated(error)) call rename_file(name // ".csv" // part_suffix, name // ".csv", &
+         error)
+      if (allocated(error)) then
+         call file%abandon()
+         call remove_file(name // ".csv" // part_suffix, ignored)
+         if (ours) call remove_file(name // ".h5" // part_suffix, ignored)
+      end if
+   end subroutine write_files
+
+   !> Write a text file.
+   subroutine write_text(name, text, error)
+      !> Name of the file.
+      character(len=*), intent(in) :: name
+      !> The text.
+      character(len=*), intent(in) :: text
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=200) :: message
+      integer :: unit, stat
+
+      open(newunit=unit, file=name, access="stream", form="unformatted", action="write", &
+         status="replace", iostat=stat, iomsg=message)
+      if (stat == 0) then
+         write(unit, iostat=stat, iomsg=message) text
+         ! A full disk may show only now.
+         if (stat == 0) flush(unit, iostat=stat, iomsg=message)
+         if (stat == 0) then
+            close(unit, iostat=stat, iomsg=message)
+         else
+            close(unit)
+         end if
+      end if
+      if (stat /= 0) call fatal(error, "cannot write " // name // ": " // trim(message), &
+         status_file)
+   end subroutine write_text
+
+end module contensou_drivers_bench

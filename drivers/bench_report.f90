@@ -1,0 +1,733 @@
+!> What `contensou bench kernels` tells: the table and the bars as text, CSV and HDF5.
+module contensou_drivers_bench_report
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
+   use contensou_base_build, only : build_compiler, build_flags, git_commit, program_version
+   use contensou_base_errors, only : error_type
+   use contensou_base_kinds, only : wp
+   use contensou_base_system, only : host_name, utc_now
+   use contensou_base_text, only : to_text
+   use contensou_drivers_bench_rungs, only : boost_version, kernel_elliptic, kernel_hertz, &
+      kernel_jacobian, kernel_ke, kernel_log, kernel_names, kernel_wrench, max_quantities, &
+      name_length, suite_type
+   use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_series_type, hdf5_version, series_real
+   implicit none(type, external)
+   private
+
+   public :: table_text, bars_text, csv_text, write_hdf5
+
+   !> What the file is, for programs that open it.
+   character(len=*), parameter :: filetype = "contensou-bench"
+
+   !> Version of the format: the second number grows with additions, the first with changes.
+   character(len=*), parameter :: filetype_version = "1.0"
+
+   !> End of a line.
+   character(len=*), parameter :: nl = new_line("a")
+
+   !> Largest number of columns of errors in the table.
+   integer, parameter :: max_groups = 3
+
+   !> What is told about a kernel.
+   type :: layout_type
+      !> What it computes.
+      character(len=60) :: title = ""
+      !> Quantities.
+      character(len=name_length) :: quantities(max_quantities) = ""
+      !> Number of them.
+      integer :: n = 0
+      !> Their columns in the table.
+      integer :: groups(max_quantities) = 0
+      !> Headings of the columns.
+      character(len=name_length) :: headings(max_groups) = ""
+      !> Units of the errors: ulp, or blank for absolute or relative ones.
+      character(len=3) :: unit = ""
+   end type layout_type
+
+   !> Something that the kernels are to achieve.
+   type :: bar_type
+      !> What is measured.
+      character(len=64) :: name = ""
+      !> What was measured.
+      real(wp) :: measured = 0.0_wp
+      !> What it is to be.
+      real(wp) :: limit = 0.0_wp
+      !> Whether it is to be at least that.
+      logical :: at_least = .false.
+   end type bar_type
+
+contains
+
+   !> What is told about a kernel.
+   pure function layout_of(kernel) result(layout)
+      !> Kernel.
+      integer, intent(in) :: kernel
+      type(layout_type) :: layout
+
+      select case (kernel)
+      case (kernel_elliptic)
+         layout%title = "elliptic integrals, all six, by c1"
+         layout%n = 6
+         layout%quantities = [character(len=name_length) :: "K", "E", "B", "D", "dKdc", "dEdc"]
+         layout%groups = [1, 1, 1, 1, 2, 2]
+         layout%headings(:2) = [character(len=name_length) :: "K, E, B, D", "dK/dc, dE/dc"]
+         layout%unit = "ulp"
+      case (kernel_ke)
+         layout%title = "elliptic integrals K and E alone, by c1"
+         layout%n = 2
+         layout%quantities(:2) = [character(len=name_length) :: "K", "E"]
+         layout%groups(:2) = [1, 2]
+         layout%headings(:2) = [character(len=name_length) :: "K", "E"]
+         layout%unit = "ulp"
+      case (kernel_hertz)
+         layout%title = "Hertz contact: A, B, E*, d -> c1, a, b, N, p0"
+         layout%n = 5
+         layout%quantities(:5) = [character(len=name_length) :: "c1", "a", "b", "N", "p0"]
+         layout%groups(:5) = [1, 2, 2, 1, 3]
+         layout%headings = [character(len=name_length) :: "N, c1", "a, b", "p0"]
+         layout%unit = "ulp"
+      case (kernel_wrench)
+         layout%title = "friction wrench: v_x, v_y, a w -> F, T in f N, f N a"
+         layout%n = 3
+         layout%quantities(:3) = [character(len=name_length) :: "F", "T", "T_relative"]
+         layout%groups(:3) = [1, 1, 2]
+         layout%headings(:2) = [character(len=name_length) :: "F, T", "T, relative"]
+      case (kernel_jacobian)
+         layout%title = "friction wrench with its Jacobian"
+         layout%n = 4
+         layout%quantities(:4) = [character(len=name_length) :: "F", "T", "T_relative", "J"]
+         layout%groups(:4) = [1, 1, 2, 3]
+         layout%headings = [character(len=name_length) :: "F, T", "T, relative", &
+            "J over largest"]
+      case default
+         layout%title = ""
+      end select
+   end function layout_of
+
+   !> Number of arguments that were compared, as the longest case has.
+   pure function checked_text(suite, kernel) result(text)
+      !> The suite.
+      type(suite_type), intent(in) :: suite
+      !> Kernel.
+      integer, intent(in) :: kernel
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = ""
+      do i = 1, size(suite%cases)
+         if (suite%cases(i)%kernel == kernel) text = to_text(suite%cases(i)%checked)
+      end do
+   end function checked_text
+
+   !> The table.
+   function table_text(suite) result(text)
+      !> The suite.
+      type(suite_type), intent(in) :: suite
+      character(len=:), allocatable :: text
+      type(layout_type) :: layout
+      real(wp) :: logarithm(2)
+      integer :: i, kernel, group, last_case
+
+      logarithm = suite%rungs(1)%seconds
+      text = "one log() takes " // trim(adjustl(cell(1.0e9_wp*logarithm(1), 8))) // &
+         " ns in throughput and " // trim(adjustl(cell(1.0e9_wp*logarithm(2), 8))) // &
+         " ns in a chain" // nl
+      do kernel = kernel_elliptic, kernel_jacobian
+         layout = layout_of(kernel)
+         text = text // nl // trim(kernel_names(kernel)) // ": " // trim(layout%title) // nl
+         if (layout%unit == "ulp") then
+            text = text // "errors in ulp"
+         else
+            text = text // "errors absolute, relative where it says so"
+         end if
+         text = text // ", largest and median of " // checked_text(suite, kernel) // &
+            " arguments a case" // nl
+         text = text // repeat(" ", 24)
+         do group = 1, maxval(layout%groups)
+            text = text // right(layout%headings(group), 18)
+         end do
+         text = text // right("without", 9) // right("throughput", 16) // right("chain", 16) // nl
+         text = text // repeat(" ", 24)
+         do group = 1, maxval(layout%groups)
+            text = text // right("max", 9) // right("median", 9)
+         end do
+         text = text // right("result", 9) // right("ns", 8) // right("/log", 8) // &
+            right("ns", 8) // right("/log", 8) // nl
+         last_case = 0
+         do i = 1, size(suite%rungs)
+            associate (rung => suite%rungs(i), c => suite%cases(suite%rungs(i)%place))
+               if (c%kernel /= kernel) cycle
+               if (rung%place /= last_case) text = text // " " // trim(c%title) // nl
+               last_case = rung%place
+               text = text // "   " // rung%name // " "
+               do group = 1, maxval(layout%groups)
+                  text = text // cell(largest_of(rung%error_max, layout, group), 9) // &
+                     cell(largest_of(rung%error_median, layout, group), 9)
+               end do
+               text = text // right(percentage(rung%misses, c%checked), 9)
+               text = text // cell(1.0e9_wp*rung%seconds(1), 8) // &
+                  cell(rung%seconds(1)/logarithm(1), 8) // cell(1.0e9_wp*rung%seconds(2), 8) // &
+                  cell(rung%seconds(2)/logarithm(2), 8) // nl
+            end associate
+         end do
+      end do
+   end function table_text
+
+   !> Largest error of the quantities in a column; NaN if there are no results.
+   pure function largest_of(errors, layout, group) result(error)
+      !> Errors of the quantities.
+      real(wp), intent(in) :: errors(max_quantities)
+      !> What is told about the kernel.
+      type(layout_type), intent(in) :: layout
+      !> The column.
+      integer, intent(in) :: group
+      real(wp) :: error
+      integer :: i
+
+      error = 0.0_wp
+      do i = 1, layout%n
+         if (layout%groups(i) /= group) cycle
+         ! Comparing a NaN raises an exception.
+         if (ieee_is_nan(errors(i))) then
+            error = errors(i)
+            return
+         end if
+         error = max(error, errors(i))
+      end do
+   end function largest_of
+
+   !> A share in words.
+   pure function percentage(part, whole) result(text)
+      !> The part.
+      integer, intent(in) :: part
+      !> The whole.
+      integer, intent(in) :: whole
+      character(len=:), allocatable :: text
+
+      text = "0"
+      if (part > 0) text = to_text(max(1, nint(100.0_wp*part/whole))) // " %"
+   end function percentage
+
+   !> A number for the table, to three digits.
+   pure function cell(x, width) result(text)
+      !> The number.
+      real(wp), intent(in) :: x
+      !> Width of the column.
+      integer, intent(in) :: width
+      character(len=width) :: text
+      character(len=20) :: buffer
+
+      if (ieee_is_nan(x)) then
+         text = right("-", width)
+         return
+      end if
+      if (x >= 0.995_wp .and. x < 9.995_wp) then
+         write(buffer, "(f20.2)") x
+      else if (x >= 9.995_wp .and. x < 99.95_wp) then
+         write(buffer, "(f20.1)") x
+      else if (x >= 99.95_wp .and. x < 99999.5_wp) then
+         write(buffer, "(i20)") nint(x)
+      else if ((x >= 0.005_wp .and. x < 0.995_wp) .or. x <= 0.0_wp) then
+         write(buffer, "(f20.2)") x
+      else
+         write(buffer, "(es20.1)") x
+      end if
+      text = right(trim(adjustl(buffer)), width)
+   end function cell
+
+   !> A text at the right end of a column, with a blank before it.
+   pure function right(words, width) result(text)
+      !> The text.
+      character(len=*), intent(in) :: words
+      !> Width of the column.
+      integer, intent(in) :: width
+      character(len=width) :: text
+
+      text = repeat(" ", max(width - len_trim(words), 1)) // words
+   end function right
+
+   !> What the kernels are to achieve, and do.
+   function bars_of(suite) result(bars)
+      !> The suite.
+      type(suite_type), intent(in) :: suite
+      type(bar_type), allocatable :: bars(:)
+      real(wp) :: logarithm
+
+      logarithm = suite%rungs(1)%seconds(1)
+      allocate(bars(0))
+      call add("K, E: tables over log()", largest("elliptic_ke", "tables", "")/logarithm, &
+         2.5_wp)
+      if (has("boost")) call add("K, E: Boost over tables", smallest_ratio("elliptic_ke", &
+         "boost", "elliptic_ke", "tables"), 2.5_wp, .true.)
+      if (has("gsl")) call add("K, E: GSL over tables", smallest_ratio("elliptic_ke", &
+         "gsl", "elliptic_ke", "tables"), 25.0_wp, .true.)
+      call add("K, E, B, D: error [ulp]", worst(kernel_elliptic, "tables", "", [1, 2, 3, 4]), &
+         2.5_wp)
+      call add("dK/dc, dE/dc: error [ulp]", worst(kernel_elliptic, "tables", "", [5, 6]), 3.0_wp)
+      call add("Hertz, g >= 1e-3: tables over log()", largest("hertz", "tables", "full")/ &
+         logarithm, 4.0_wp)
+      call add("Hertz, g >= 1e-3: Brewe-Hamrock over tables", &
+         largest_ratio("hertz", "brewe_hamrock", "hertz", "tables", "full"), 1.0_wp, .true.)
+      call add("Hertz, g >= 1e-3: Greenwood over tables", &
+         largest_ratio("hertz", "greenwood", "hertz", "tables", "full"), 1.0_wp, .true.)
+      call add("Hertz, N, c1: error [ulp]", worst(kernel_hertz, "tables", "", [1, 4]), 6.0_wp)
+      call add("Hertz, a, b: error [ulp]", worst(kernel_hertz, "tables", "", [2, 3]), 2.5_wp)
+      call add("Hertz, p0: error [ulp]", worst(kernel_hertz, "tables", "", [5]), 4.0_wp)
+      call add("exact wrench: error [f N, f N a]", worst(kernel_wrench, "contensou_exact", "", &
+         [1, 2]), 5.0e-15_wp)
+      call add("exact wrench, circle: relative error of T", worst(kernel_wrench, &
+         "contensou_exact", "circle", [3]), 1.0e-12_wp)
+      call add("exact wrench, k = 0.3: relative error of T", worst(kernel_wrench, &
+         "contensou_exact", "k0.3_", [3]), 1.0e-12_wp)
+      call add("exact Jacobian: error over the largest entry", worst(kernel_jacobian, &
+         "contensou_exact", "", [4]), 1.0e-13_wp)
+      call add_ratio("inside, circle: exact over simplified", "wrench", "contensou_exact", &
+         "wrench", "contensou_simplified", "circle_inside", 1.3_wp)
+      call add_ratio("inside, k = 0.3: exact over simplified", "wrench", "contensou_exact", &
+         "wrench", "contensou_simplified", "k0.3_inside", 1.3_wp)
+      call add_ratio("inside, k = 0.05: exact over simplified", "wrench", "contensou_exact", &
+         "wrench", "contensou_simplified", "k0.05_inside", 1.3_wp)
+      call add("outside, log u even: exact [ns]", 1.0e9_wp*largest("wrench", "contensou_exact", &
+         "_outside"), max(150.0_wp, 25.0e9_wp*logarithm))
+      call add("outside, near the rim: exact [ns]", 1.0e9_wp*largest("wrench", &
+         "contensou_exact", "_rim"), max(150.0_wp, 25.0e9_wp*logarithm))
+      call add_ratio("inside: exact with Jacobian over exact", "wrench_jacobian", &
+         "contensou_exact", "wrench", "contensou_exact", "_inside", 1.7_wp)
+      call add_ratio("outside: exact with Jacobian over exact", "wrench_jacobian", &
+         "contensou_exact", "wrench", "contensou_exact", "_outside", 1.7_wp)
+      call add_ratio("near the rim: exact with Jacobian over exact", "wrench_jacobian", &
+         "contensou_exact", "wrench", "contensou_exact", "_rim", 1.7_wp)
+
+   contains
+
+      !> Add a bar.
+      subroutine add(name, measured, limit, at_least)
+         !> What is measured.
+         character(len=*), intent(in) :: name
+         !> What was measured.
+         real(wp), intent(in) :: measured
+         !> What it is to be.
+         real(wp), intent(in) :: limit
+         !> Whether it is to be at least that; at most if not given.
+         logical, intent(in), optional :: at_least
+         type(bar_type), allocatable :: longer(:)
+         integer :: n
+
+         n = size(bars)
+         allocate(longer(n + 1))
+         longer(:n) = bars
+         longer(n + 1)%name = name
+         longer(n + 1)%measured = measured
+         longer(n + 1)%limit = limit
+         if (present(at_least)) longer(n + 1)%at_least = at_least
+         call move_alloc(longer, bars)
+      end subroutine add
+
+      !> Add a bar for the largest ratio of two rungs.
+      subroutine add_ratio(name, kernel, rung, other_kernel, other_rung, place, limit)
+         !> What is measured.
+         character(len=*), intent(in) :: name
+         !> Kernel of the rung.
+         character(len=*), intent(in) :: kernel
+         !> The rung.
+         character(len=*), intent(in) :: rung
+         !> Kernel of the rung that it is compared with.
+         character(len=*), intent(in) :: other_kernel
+         !> That rung.
+         character(len=*), intent(in) :: other_rung
+         !> Part of the names of the cases.
+         character(len=*), intent(in) :: place
+         !> What it is to be at most.
+         real(wp), intent(in) :: limit
+
+         call add(name, largest_ratio(kernel, rung, other_kernel, other_rung, place), limit)
+      end subroutine add_ratio
+
+      !> Whether there is a rung of this name for K and E.
+      function has(name) result(found)
+         !> The name.
+         character(len=*), intent(in) :: name
+         logical :: found
+         integer :: i
+
+         found = .false.
+         do i = 1, size(suite%rungs)
+            if (suite%cases(suite%rungs(i)%place)%kernel == kernel_ke) then
+               found = found .or. suite%rungs(i)%name == name
+            end if
+         end do
+      end function has
+
+      !> Largest time of a rung [s].
+      function largest(kernel, rung, place) result(seconds)
+         !> Its kernel.
+         character(len=*), intent(in) :: kernel
+         !> The rung.
+         character(len=*), intent(in) :: rung
+         !> Part of the names of the cases.
+         character(len=*), intent(in) :: place
+         real(wp) :: seconds
+         integer :: i
+
+         seconds = 0.0_wp
+         do i = 1, size(suite%rungs)
+            if (fits(i, kernel, rung, place)) seconds = max(seconds, suite%rungs(i)%seconds(1))
+         end do
+      end function largest
+
+      !> Largest ratio of the times of two rungs on the same case.
+      function largest_ratio(kernel, rung, other_kernel, other_rung, place) result(ratio)
+         !> Kernel of the rung.
+         character(len=*), intent(in) :: kernel
+         !> The rung.
+         character(len=*), intent(in) :: rung
+         !> Kernel of the rung that it is compared with.
+         character(len=*), intent(in) :: other_kernel
+         !> That rung.
+         character(len=*), intent(in) :: other_rung
+         !> Part of the names of the cases.
+         character(len=*), intent(in) :: place
+         real(wp) :: ratio
+         integer :: i
+
+         ratio = 0.0_wp
+         do i = 1, size(suite%rungs)
+            if (fits(i, kernel, rung, place)) ratio = max(ratio, ratio_to(i, other_kernel, &
+               other_rung))
+         end do
+      end function largest_ratio
+
+      !> Smallest ratio of the times of two rungs on the same case, where the first has all results.
+      function smallest_ratio(kernel, rung, other_kernel, other_rung) result(ratio)
+         !> Kernel of the rung.
+         character(len=*), intent(in) :: kernel
+         !> The rung.
+         character(len=*), intent(in) :: rung
+         !> Kernel of the rung that it is compared with.
+         character(len=*), intent(in) :: other_kernel
+         !> That rung.
+         character(len=*), intent(in) :: other_rung
+         real(wp) :: ratio
+         integer :: i
+
+         ratio = huge(ratio)
+         do i = 1, size(suite%rungs)
+            if (fits(i, kernel, rung, "") .and. suite%rungs(i)%misses == 0) then
+               ratio = min(ratio, ratio_to(i, other_kernel, other_rung))
+            end if
+         end do
+      end function smallest_ratio
+
+      !> Ratio of the time of a rung to that of another on the case of the same name.
+      function ratio_to(i, kernel, rung) result(ratio)
+         !> Index of the rung.
+         integer, intent(in) :: i
+         !> Kernel of the other.
+         character(len=*), intent(in) :: kernel
+         !> The other.
+         character(len=*), intent(in) :: rung
+         real(wp) :: ratio
+         integer :: j
+
+         ratio = 0.0_wp
+         do j = 1, size(suite%rungs)
+            if (.not. fits(j, kernel, rung, "")) cycle
+            if (suite%cases(suite%rungs(j)%place)%name == &
+               suite%cases(suite%rungs(i)%place)%name) then
+               ratio = suite%rungs(i)%seconds(1)/suite%rungs(j)%seconds(1)
+            end if
+         end do
+      end function ratio_to
+
+      !> Whether a rung is of this kernel and name, and its case of such a name.
+      function fits(i, kernel, rung, place) result(does)
+         !> Index of the rung.
+         integer, intent(in) :: i
+         !> Kernel.
+         character(len=*), intent(in) :: kernel
+         !> Name of the rung.
+         character(len=*), intent(in) :: rung
+         !> Part of the name of the case.
+         character(len=*), intent(in) :: place
+         logical :: does
+
+         associate (c => suite%cases(suite%rungs(i)%place))
+            does = kernel_names(c%kernel) == kernel .and. suite%rungs(i)%name == rung .and. &
+               index(c%name, place) > 0
+         end associate
+      end function fits
+
+      !> Largest error of some quantities of a rung; huge if there are arguments without a result.
+      function worst(kernel, rung, place, quantities) result(error)
+         !> Its kernel.
+         integer, intent(in) :: kernel
+         !> The rung.
+         character(len=*), intent(in) :: rung
+         !> Part of the names of the cases.
+         character(len=*), intent(in) :: place
+         !> The quantities.
+         integer, intent(in) :: quantities(:)
+         real(wp) :: error
+         integer :: i
+
+         error = 0.0_wp
+         do i = 1, size(suite%rungs)
+            if (.not. fits(i, trim(kernel_names(kernel)), rung, place)) cycle
+            if (suite%rungs(i)%misses > 0) then
+               error = huge(error)
+               return
+            end if
+            error = max(error, maxval(suite%rungs(i)%error_max(quantities)))
+         end do
+      end function worst
+
+   end function bars_of
+
+   !> Whether a bar is met.
+   pure elemental function met(bar)
+      !> The bar.
+      type(bar_type), intent(in) :: bar
+      logical :: met
+
+      met = merge(bar%measured >= bar%limit, bar%measured <= bar%limit, bar%at_least)
+   end function met
+
+   !> The bars.
+   function bars_text(suite) result(text)
+      !> The suite.
+      type(suite_type), intent(in) :: suite
+      character(len=:), allocatable :: text
+      type(bar_type), allocatable :: bars(:)
+      integer :: i
+
+      bars = bars_of(suite)
+      text = "what is to be achieved" // repeat(" ", 28) // "measured       bar" // nl
+      do i = 1, size(bars)
+         text = text // "  " // bars(i)%name(:46) // cell(bars(i)%measured, 10) // "  " // &
+            merge(">=", "<=", bars(i)%at_least) // cell(bars(i)%limit, 8) // "  " // &
+            trim(merge("met   ", "MISSED", met(bars(i)))) // nl
+      end do
+   end function bars_text
+
+   !> All measurements as CSV, a row for each rung of each case and each quantity.
+   function csv_text(suite) result(text)
+      !> The suite.
+      type(suite_type), intent(in) :: suite
+      character(len=:), allocatable :: text
+      type(layout_type) :: layout
+      integer :: i, j
+
+      text = "kernel,case,rung,quantity,error_unit,error_max,error_median,checked,misses," // &
+         "ns,ns_chain,log_ratio,log_ratio_chain" // nl
+      associate (logarithm => suite%rungs(1)%seconds)
+         do i = 1, size(suite%rungs)
+            associate (rung => suite%rungs(i), c => suite%cases(suite%rungs(i)%place))
+               layout = layout_of(c%kernel)
+               do j = 1, layout%n
+                  text = text // trim(kernel_names(c%kernel)) // "," // trim(c%name) // "," // &
+                     trim(rung%name) // "," // trim(layout%quantities(j)) // "," // &
+                     trim(merge(layout%unit, "1  ", layout%unit /= "")) // "," // &
+                     to_text(rung%error_max(j)) // "," // to_text(rung%error_median(j)) // "," // &
+                     to_text(c%checked) // "," // to_text(rung%misses) // "," // &
+                     to_text(1.0e9_wp*rung%seconds(1)) // "," // &
+                     to_text(1.0e9_wp*rung%seconds(2)) // "," // &
+                     to_text(rung%seconds(1)/logarithm(1)) // "," // &
+                     to_text(rung%seconds(2)/logarithm(2)) // nl
+               end do
+            end associate
+         end do
+      end associate
+   end function csv_text
+
+   !> All measurements and bars as an HDF5 file, complete but still open.
+   subroutine write_hdf5(suite, name, rounds, file, error)
+      !> The suite.
+      type(suite_type), intent(in) :: suite
+      !> Name of the file while it is written.
+      character(len=*), intent(in) :: name
+      !> Number of rounds of the measurement.
+      integer, intent(in) :: rounds
+      !> The file.
+      type(hdf5_file_type), intent(inout) :: file
+      !> Set when it cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+      integer :: kernel
+
+      call file%create(name, error)
+      if (allocated(error)) return
+      call file%put_attribute("/", "filetype", filetype, error)
+      call file%put_attribute("/", "filetype_version", filetype_version, error)
+      call file%put_attribute("/", "program_version", program_version, error)
+      call file%put_attribute("/", "git_commit", git_commit(), error)
+      call file%put_attribute("/", "created", utc_now(), error)
+      call file%put_attribute("/", "status", "complete", error)
+      call file%put_attribute("/", "Conventions", "CF-1.8", error)
+      call file%put_attribute("/", "NX_class", "NXroot", error)
+      call file%put_attribute("/", "default", "elliptic", error)
+      call file%create_group("/provenance", error)
+      call file%put_text("/provenance/compiler", build_compiler, "compiler", error)
+      call file%put_text("/provenance/flags", build_flags, "compiler flags", error)
+      call file%put_text("/provenance/hdf5", hdf5_version(), "version of HDF5", error)
+      call file%put_value("/provenance/boost", int(boost_version()), "", &
+         "version of Boost, 107400 for 1.74; 0 for none", error)
+      call file%put_text("/provenance/host", host_name(), "host", error)
+      call file%create_group("/log", error)
+      call file%put_value("/log/ns", 1.0e9_wp*suite%rungs(1)%seconds(1), "ns", &
+         "time of log() in throughput", error)
+      call file%put_value("/log/ns_chain", 1.0e9_wp*suite%rungs(1)%seconds(2), "ns", &
+         "time of log() in a dependent chain", error)
+      call file%put_value("/log/rounds", rounds, "1", "rounds of batches", error)
+      do kernel = kernel_log + 1, kernel_jacobian
+         call put_kernel(suite, kernel, file, error)
+      end do
+      call put_bars(suite, file, error)
+      ! A failure is kept by the file, so that this last call sees the first one.
+      call file%flush(error)
+   end subroutine write_hdf5
+
+   !> What is known about a kernel.
+   subroutine put_kernel(suite, kernel, file, error)
+      !> The suite.
+      type(suite_type), intent(in) :: suite
+      !> Kernel.
+      integer, intent(in) :: kernel
+      !> The file.
+      type(hdf5_file_type), intent(inout) :: file
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+      type(layout_type) :: layout
+      integer, allocatable :: places(:), rungs(:, :), counts(:)
+      real(wp), allocatable :: values(:, :), errors(:, :, :)
+      character(len=name_length), allocatable :: names(:)
+      character(len=80), allocatable :: titles(:)
+      character(len=:), allocatable :: group, about
+      character(len=40) :: scales(3)
+      real(wp) :: logarithm(2)
+      integer :: i, j, n_cases, n_rungs
+
+      layout = layout_of(kernel)
+      logarithm = suite%rungs(1)%seconds
+      places = pack([(i, i=1, size(suite%cases))], suite%cases%kernel == kernel)
+      n_cases = size(places)
+      ! The same rungs for each case, one case after the other.
+      n_rungs = count(suite%rungs%place == places(1))
+      allocate(rungs(n_rungs, n_cases), values(n_rungs, n_cases))
+      allocate(errors(layout%n, n_rungs, n_cases))
+      do j = 1, n_cases
+         rungs(:, j) = pack([(i, i=1, size(suite%rungs))], suite%rungs%place == places(j))
+      end do
+      group = "/" // trim(kernel_names(kernel)) // "/"
+      call file%create_group(group(:len(group) - 1), error)
+      call file%put_attribute(group(:len(group) - 1), "title", trim(layout%title), error)
+      call file%put_attribute(group(:len(group) - 1), "NX_class", "NXdata", error)
+      call file%put_attribute(group(:len(group) - 1), "signal", "ns", error)
+      call file%put_attribute(group(:len(group) - 1), "axes", ["case", "rung"], error)
+      scales = [character(len=len(scales)) :: group // "case", group // "rung", &
+         group // "quantity"]
+      names = suite%cases(places)%name
+      call file%put_labels(trim(scales(1)), names, "set of arguments", error)
+      names = suite%rungs(rungs(:, 1))%name
+      call file%put_labels(trim(scales(2)), names, "way to compute", error)
+      names = layout%quantities(:layout%n)
+      call file%put_labels(trim(scales(3)), names, "result", error)
+      titles = suite%cases(places)%title
+      call file%put_array(group // "case_title", titles, scales(:1), &
+         "what is in the set of arguments", error)
+      counts = suite%cases(places)%checked
+      call file%put_array(group // "checked", counts, scales(:1), "1", &
+         "arguments that are compared with the reference", error)
+      call table("misses", "1", "compared arguments without a result")
+      call table("ns", "ns", "time of a call in throughput")
+      call table("ns_chain", "ns", "time of a call in a dependent chain")
+      call table("log_ratio", "1", "time in throughput over that of log()")
+      call table("log_ratio_chain", "1", "time in a dependent chain over that of log()")
+      about = ", in f N and f N a or relative"
+      if (layout%unit == "ulp") about = ", in units in the last place"
+      call cube("error_max", "largest error" // about)
+      call cube("error_median", "median of the errors" // about)
+
+   contains
+
+      !> Write a table over cases and rungs.
+      subroutine table(name, units, long_name)
+         !> Name.
+         character(len=*), intent(in) :: name
+         !> Units.
+         character(len=*), intent(in) :: units
+         !> Description.
+         character(len=*), intent(in) :: long_name
+         integer :: m, n
+
+         do n = 1, n_cases
+            do m = 1, n_rungs
+               associate (rung => suite%rungs(rungs(m, n)))
+                  select case (name)
+                  case ("misses")
+                     values(m, n) = real(rung%misses, wp)
+                  case ("ns")
+                     values(m, n) = 1.0e9_wp*rung%seconds(1)
+                  case ("ns_chain")
+                     values(m, n) = 1.0e9_wp*rung%seconds(2)
+                  case ("log_ratio")
+                     values(m, n) = rung%seconds(1)/logarithm(1)
+                  case default
+                     values(m, n) = rung%seconds(2)/logarithm(2)
+                  end select
+               end associate
+            end do
+         end do
+         call file%put_array(group // name, values, scales(:2), units, long_name, error)
+      end subroutine table
+
+      !> Write errors over cases, rungs and quantities.
+      subroutine cube(name, long_name)
+         !> Name.
+         character(len=*), intent(in) :: name
+         !> Description.
+         character(len=*), intent(in) :: long_name
+         type(hdf5_series_type) :: series
+         integer :: m, n
+
+         do n = 1, n_cases
+            do m = 1, n_rungs
+               errors(:, m, n) = suite%rungs(rungs(m, n))%error_max(:layout%n)
+               if (name == "error_median") then
+                  errors(:, m, n) = suite%rungs(rungs(m, n))%error_median(:layout%n)
+               end if
+            end do
+         end do
+         call file%create_series(group // name, [n_rungs, layout%n], scales, .false., n_cases, &
+            "1", long_name, series_real, series, error)
+         call file%append(series, n_cases, errors, error)
+      end subroutine cube
+
+   end subroutine put_kernel
+
+   !> The bars.
+   subroutine put_bars(suite, file, error)
+      !> The suite.
+      type(suite_type), intent(in) :: suite
+      !> The file.
+      type(hdf5_file_type), intent(inout) :: file
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+      type(bar_type), allocatable :: bars(:)
+      character(len=len(bars%name)), allocatable :: names(:)
+      real(wp), allocatable :: numbers(:)
+      integer, allocatable :: flags(:)
+
+      bars = bars_of(suite)
+      names = bars%name
+      call file%create_group("/bar", error)
+      call file%put_labels("/bar/name", names, "what is to be achieved", error)
+      numbers = bars%measured
+      call file%put_array("/bar/measured", numbers, ["/bar/name"], "1", "measured", error)
+      numbers = bars%limit
+      call file%put_array("/bar/limit", numbers, ["/bar/name"], "1", "bar", error)
+      flags = merge(1, 0, bars%at_least)
+      call file%put_array("/bar/at_least", flags, ["/bar/name"], "1", &
+         "1 if it is to be at least the bar, 0 at most", error)
+      flags = merge(1, 0, met(bars))
+      call file%put_array("/bar/met", flags, ["/bar/name"], "1", "1 if the bar is met", error)
+   end subroutine put_bars
+
+end module contensou_drivers_bench_report

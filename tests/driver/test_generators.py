@@ -1,0 +1,109 @@
+"""The tables of coefficients in the sources are those that their scripts compute.
+
+A script finds the table from its own place, so that a copy of it in another folder leaves the
+project alone. The tables do not depend on the build; the longer work is done for the release alone.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+
+@dataclass(frozen=True)
+class Generator:
+    """A script in a folder of its own, and the place of its table there."""
+
+    script: Path
+    table: Path
+
+    def run(self, *words) -> subprocess.CompletedProcess:
+        """Run the script."""
+        return subprocess.run(
+            [sys.executable, str(self.script), *map(str, words)],
+            capture_output=True,
+            text=True,
+            timeout=600,
+            check=False,
+        )
+
+
+@pytest.fixture
+def generator(root, tmp_path):
+    """Function from the names of a script and its table to a copy of both."""
+
+    def copy(script: str, table: str) -> Generator:
+        copied = Generator(tmp_path / script, tmp_path / table)
+        for path in (script, table):
+            (tmp_path / path).parent.mkdir(parents=True)
+            shutil.copyfile(root / path, tmp_path / path)
+        return copied
+
+    return copy
+
+
+@pytest.fixture
+def elliptic(generator):
+    """The generator of the tables of the elliptic integrals."""
+    return generator("scripts/generate_elliptic.py", "src/special/elliptic_tables.f90")
+
+
+@pytest.fixture
+def hertz(generator):
+    """The generator of the tables of the Hertz contact."""
+    return generator("scripts/generate_hertz.py", "src/contact/hertz_tables.f90")
+
+
+def change_digits(table: Path) -> None:
+    """Change the last digit of some number in each line of the table."""
+    text = table.read_text(encoding="utf-8")
+    changed = re.sub(
+        r"(\.\d*)(\d)((?:[eE][-+]?\d+)?_wp,? &)$",
+        lambda m: f"{m[1]}{(int(m[2]) + 5) % 10}{m[3]}",
+        text,
+        flags=re.MULTILINE,
+    )
+    assert changed != text
+    table.write_text(changed, encoding="utf-8")
+
+
+def test_elliptic_tables_are_what_is_generated(elliptic):
+    checked_in = elliptic.table.read_bytes()
+    elliptic.table.unlink()
+    done = elliptic.run()
+    assert done.returncode == 0, done.stderr
+    assert elliptic.table.read_bytes() == checked_in
+
+
+def test_elliptic_tables_are_checked(elliptic):
+    change_digits(elliptic.table)
+    done = elliptic.run("--check")
+    assert done.returncode == 1
+    assert "differs" in done.stdout + done.stderr
+
+
+def test_hertz_tables_are_what_is_generated(hertz, build_kind):
+    if build_kind != "release":
+        done = hertz.run("--check", "--segments", 10)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return
+    checked_in = hertz.table.read_bytes()
+    hertz.table.unlink()
+    done = hertz.run()
+    assert done.returncode == 0, done.stderr
+    assert hertz.table.read_bytes() == checked_in
+
+
+def test_hertz_tables_are_checked(hertz):
+    done = hertz.run("--check", "--segments", 3, "--seed", 2)
+    assert done.returncode == 0, done.stdout + done.stderr
+    change_digits(hertz.table)
+    done = hertz.run("--check", "--segments", 3, "--seed", 2)
+    assert done.returncode == 1
+    assert "differs" in done.stdout + done.stderr

@@ -24,6 +24,8 @@ module contensou_drivers_command_line
       logical :: force = .false.
       !> Whether to measure for a short time only (bench).
       logical :: quick = .false.
+      !> Whether the wrench comes with its derivatives (eval).
+      logical :: jacobian = .false.
       !> Whether to be silent on stderr unless something is wrong.
       logical :: quiet = .false.
       !> Model of a kernel (eval); blank for the default.
@@ -175,6 +177,8 @@ contains
                command%quiet = .true.
             case ("--quick")
                command%quick = .true.
+            case ("--jacobian")
+               command%jacobian = .true.
             case default
                call unknown()
             end select
@@ -217,13 +221,14 @@ contains
             if (command%name /= "run") option = ""
          case ("--quick")
             if (command%name /= "bench") option = ""
-         case ("--model", "--delta")
+         case ("--model", "--delta", "--jacobian")
             if (command%name /= "eval") option = ""
          case default
             option = ""
          end select
          ! Flags take no value.
-         if (any(option == ["--force", "--quiet", "--quick"]) .and. equals > 0) option = ""
+         if (any(option == ["--force   ", "--quiet   ", "--quick   ", &
+            "--jacobian"]) .and. equals > 0) option = ""
       end function option_of
 
       !> The value of an option: after '=', or the next word.
@@ -244,8 +249,8 @@ contains
 
       !> Report an unknown option.
       subroutine unknown()
-         character(len=8), parameter :: options(*) = [character(len=8) :: &
-            "--set", "--output", "--force", "--quiet", "--quick", "--model", "--delta"]
+         character(len=10), parameter :: options(*) = [character(len=10) :: "--set", "--output", &
+            "--force", "--quiet", "--quick", "--model", "--delta", "--jacobian"]
          integer :: near, i_option
          logical :: known(size(options))
 
@@ -306,13 +311,17 @@ contains
          text = "usage: contensou eval KERNEL [--model NAME] [--delta VELOCITY] [FILE]" // nl // &
             "  FILE             CSV with a header; standard input if not given" // nl // &
             "  --delta VELOCITY regularisation velocity of the wrench [m/s], default 0" // nl // &
+            "  --jacobian       the wrench's derivatives, too: dFxdvx ... dTzdw (exact, " // &
+            "simplified)" // nl // &
             "  KERNEL    inputs             outputs              models, the default first" // nl &
             // "  elliptic  c1 (or c)          K,E,B,D,dKdc,dEdc    tables, theta, agm, gsl" // nl &
             // "  hertz     A,B,Estar,delta    c,c1,a,b,N,p0        hertz (= tables), newton, " // &
             "brewe_hamrock," // nl // &
             "                                                    greenwood, vilke (= " // &
             "vilke_chord)," // nl // &
-            "                                                    vilke_power, vilke_exact" // &
+            "                                                    vilke_power, vilke_exact, " // &
+            "newton_agm," // nl // &
+            "                                                    newton_gsl, newton_theta" // &
             nl // "  wrench    N,a,b,f,vx,vy,w    Fx,Fy,Tz             contensou_exact, " // &
             "coulomb, pade11," // nl // &
             "                                                    pade22, contensou_simplified"

@@ -11,9 +11,11 @@ module contensou_drivers_eval
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : join, lower, nearest, quote, string_type
    use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
-   use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_models
+   use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_models, &
+      hertz_newton_with
    use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
    use contensou_contact_vilke, only : vilke_models
+   use contensou_contact_wrench, only : wrench_jacobian_kernel
    use contensou_drivers_command_line, only : command_type
    use contensou_drivers_table, only : digits17, has_column, printer_type, read_lines, read_table
    use contensou_special_elliptic, only : elliptic_kernel, elliptic_model_type, elliptic_models
@@ -41,8 +43,12 @@ module contensou_drivers_eval
       logical :: of_c = .false.
       !> Normal contact.
       procedure(hertz_kernel), pointer, nopass :: hertz => null()
+      !> Elliptic integrals for Newton's method; not associated for another model.
+      procedure(elliptic_kernel), pointer, nopass :: integrals => null()
       !> Friction.
       type(friction_type) :: friction
+      !> Friction with derivatives; not associated if they are not wanted.
+      procedure(wrench_jacobian_kernel), pointer, nopass :: jacobian => null()
    end type evaluation_type
 
 contains
@@ -69,8 +75,8 @@ contains
          end if
          return
       end if
-      if (kernels(i) /= "wrench" .and. command%delta > 0.0_wp) then
-         call fatal(error, "--delta goes with the kernel wrench", status_usage)
+      if (kernels(i) /= "wrench" .and. (command%delta > 0.0_wp .or. command%jacobian)) then
+         call fatal(error, "--delta and --jacobian go with the kernel wrench", status_usage)
          return
       end if
       select case (kernels(i))
@@ -95,7 +101,12 @@ contains
       case ("hertz")
          call evaluate(table, hertz_inputs, "c,c1,a,b,N,p0", 6, evaluation, error)
       case default
-         call evaluate(table, wrench_inputs, "Fx,Fy,Tz", 3, evaluation, error)
+         if (command%jacobian) then
+            call evaluate(table, wrench_inputs, "Fx,Fy,Tz,dFxdvx,dFxdvy,dFxdw,dFydvx,dFydvy," // &
+               "dFydw,dTzdvx,dTzdvy,dTzdw", 12, evaluation, error)
+         else
+            call evaluate(table, wrench_inputs, "Fx,Fy,Tz", 3, evaluation, error)
+         end if
       end select
    end subroutine eval_command
 
@@ -127,14 +138,20 @@ contains
       !> Set when there is no such model.
       type(error_type), allocatable, intent(out) :: error
       type(hertz_model_type), allocatable :: models(:), volumetric(:)
+      type(elliptic_model_type), allocatable :: integrals(:)
       character(len=24), allocatable :: names(:)
-      integer :: i, n
+      integer :: i, n, m
 
       models = hertz_models()
       volumetric = vilke_models()
+      integrals = elliptic_models()
       n = size(models)
-      allocate(names(n + size(volumetric) + 2))
+      m = n + size(volumetric)
+      allocate(names(m + size(integrals) + 2))
       names(:n) = models%info%name
+      do i = 1, size(integrals)
+         names(m + i) = "newton_" // trim(integrals(i)%name)
+      end do
       do i = 1, size(volumetric)
          names(n + i) = "vilke_" // trim(volumetric(i)%info%name)
       end do
@@ -147,8 +164,13 @@ contains
       if (names(i) == "vilke") i = findloc(names == "vilke_chord", .true., dim=1)
       if (i <= n) then
          evaluation%hertz => models(i)%kernel
-      else
+      else if (i <= m) then
          evaluation%hertz => volumetric(i - n)%kernel
+      else
+         evaluation%hertz => models(1)%kernel
+         evaluation%integrals => integrals(i - m)%kernel
+         if (.not. associated(evaluation%integrals)) call fatal(error, "the library that " // &
+            quote(trim(names(i))) // " needs is not installed", status_usage)
       end if
    end subroutine choose_hertz
 
@@ -170,6 +192,14 @@ contains
       if (allocated(error)) return
       evaluation%friction%kernel => models(i + 1)%kernel
       evaluation%friction%delta = command%delta
+      if (command%jacobian) then
+         evaluation%jacobian => models(i + 1)%jacobian
+         if (.not. associated(evaluation%jacobian)) then
+            call fatal(error, "friction model " // quote(trim(models(i + 1)%info%name)) // &
+               " has no derivatives; contensou_exact and contensou_simplified have", status_usage)
+            return
+         end if
+      end if
       if (models(i + 1)%needs_delta .and. command%delta <= 0.0_wp) call fatal(error, &
          "friction model " // quote(trim(models(i + 1)%info%name)) // &
          " needs --delta VELOCITY, a number > 0 [m/s]", status_usage)
@@ -279,28 +309,35 @@ contains
             end if
          end if
          call evaluation%elliptic(c1, y(1), y(2), y(3), y(4), y(5), y(6))
+      else if (associated(evaluation%integrals)) then
+         call hertz_newton_with(evaluation%integrals, x(1), x(2), x(3), x(4), y(2), y(3), y(4), &
+            y(5), y(6))
+         y(1) = 1.0_wp - y(2)
       else if (associated(evaluation%hertz)) then
          call evaluation%hertz(x(1), x(2), x(3), x(4), y(2), y(3), y(4), y(5), y(6))
          y(1) = 1.0_wp - y(2)
       else
-         call evaluate_wrench(evaluation%friction, x, y)
+         call evaluate_wrench(evaluation, x, y)
       end if
    end subroutine evaluate_row
 
    !> Friction wrench of a row; the major axis may be either one.
-   subroutine evaluate_wrench(model, x, y)
+   subroutine evaluate_wrench(evaluation, x, y)
       !> The friction model.
-      type(friction_type), intent(in) :: model
+      type(evaluation_type), intent(in) :: evaluation
       !> N, a, b, f, vx, vy, w.
       real(wp), intent(in) :: x(:)
-      !> Fx, Fy, Tz.
+      !> Fx, Fy, Tz, and row by row their derivatives by vx, vy, w if they are wanted.
       real(wp), intent(out) :: y(:)
+      !> From axes whose x axis is the minor axis of the spot to those whose y axis is.
+      real(wp), parameter :: turn(3, 3) = reshape([0.0_wp, -1.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
+         0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
       type(friction_type) :: friction
       type(spot_shape_type) :: shape
-      real(wp) :: minor
+      real(wp) :: minor, major, motion(3), wrench(3), jacobian(3, 3)
       logical :: swapped
 
-      friction = model
+      friction = evaluation%friction
       friction%coefficient = x(4)
       shape = circular_shape
       swapped = .false.
@@ -311,13 +348,25 @@ contains
          minor = min(x(2), x(3))
          if (minor < max(x(2), x(3))) shape = elliptic_shape(minor/max(x(2), x(3)))
       end if
+      motion = x(5:7)
+      major = x(2)
       if (swapped) then
-         ! In axes turned by a right angle, the x axis along the major axis of the spot.
-         call friction%wrench(x(1), shape, x(3), x(6), -x(5), x(7), y(2), y(1), y(3))
-         y(1) = -y(1)
-      else
-         call friction%wrench(x(1), shape, x(2), x(5), x(6), x(7), y(1), y(2), y(3))
+         motion = matmul(turn, motion)
+         major = x(3)
       end if
+      call friction%wrench(x(1), shape, major, motion(1), motion(2), motion(3), wrench(1), &
+         wrench(2), wrench(3))
+      if (swapped) wrench = matmul(wrench, turn)
+      y(:3) = wrench
+      if (.not. associated(evaluation%jacobian)) return
+      call evaluation%jacobian(shape, motion(1), motion(2), major*motion(3), friction%delta, &
+         wrench, jacobian)
+      ! From units of f N, f N a and W = a w to SI.
+      jacobian = x(1)*x(4)*jacobian
+      jacobian(3, :) = major*jacobian(3, :)
+      jacobian(:, 3) = major*jacobian(:, 3)
+      if (swapped) jacobian = matmul(transpose(turn), matmul(jacobian, turn))
+      y(4:12) = reshape(transpose(jacobian), [9])
    end subroutine evaluate_wrench
 
 end module contensou_drivers_eval

@@ -3,8 +3,9 @@ module contensou_contact_friction
    use contensou_base_kinds, only : wp
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_spot, only : spot_shape_type
-   use contensou_contact_wrench, only : wrench_coulomb, wrench_exact, wrench_kernel, &
-      wrench_pade11, wrench_pade22, wrench_simplified
+   use contensou_contact_wrench, only : wrench_coulomb, wrench_exact, wrench_exact_jacobian, &
+      wrench_jacobian_kernel, wrench_kernel, wrench_pade11, wrench_pade22, wrench_simplified, &
+      wrench_simplified_jacobian
    implicit none(type, external)
    private
 
@@ -31,6 +32,8 @@ module contensou_contact_friction
       type(model_info_type) :: info
       !> The rung; not associated for `none`.
       procedure(wrench_kernel), pointer, nopass :: kernel => null()
+      !> The rung with its derivatives; associated for `contensou_simplified` and `contensou_exact`.
+      procedure(wrench_jacobian_kernel), pointer, nopass :: jacobian => null()
       !> Whether a regularisation velocity must be given.
       logical :: needs_delta = .false.
       !> Whether the model has a drilling torque.
@@ -59,6 +62,7 @@ contains
          "piecewise linear: force linear in u = v/(a|w|) up to 1/k, torque k_T then T1/u", &
          keys, "Kosenko and Aleksandrov, 7th Modelica Conference (2009) 288")
       models(3)%kernel => wrench_simplified
+      models(3)%jacobian => wrench_simplified_jacobian
       models(4)%info = model_info_type("pade11", &
          "Pade, one term at rest and at infinity: F = k u/(1 + k u), T = k_T T1/(T1 + k_T u)", &
          keys, "V. Ph. Zhuravlev, J. Appl. Math. Mech. 62 (1998) 705")
@@ -71,6 +75,7 @@ contains
          "exact Contensou-Erismann wrench of the Hertz pressure", &
          keys, "P. Contensou, in: Kreiselprobleme, 1963; Th. Erismann, ZAMP 5 (1954) 355")
       models(6)%kernel => wrench_exact
+      models(6)%jacobian => wrench_exact_jacobian
    end function friction_models
 
    !> Friction force and torque on the body that slips, in the axes of the spot.

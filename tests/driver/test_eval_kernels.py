@@ -567,8 +567,8 @@ def test_columns_in_any_order_and_more_of_them(kernel, evaluate):
         (["hertz", "--model", "hert"], "did you mean 'hertz'?"),
         (["hertz", "--model", "agm"], "'agm'"),
         (["wrench", "--model", "hertz"], "'hertz'"),
-        (["elliptic", "--delta", "1e-3"], "--delta goes with the kernel wrench"),
-        (["hertz", "--delta", "1e-3"], "--delta goes with the kernel wrench"),
+        (["elliptic", "--delta", "1e-3"], "--delta and --jacobian go with the kernel wrench"),
+        (["hertz", "--delta", "1e-3"], "--delta and --jacobian go with the kernel wrench"),
     ],
 )
 def test_words_wrong(words, message, run):
@@ -614,3 +614,69 @@ def test_many_rows(kernel, run, build_kind):
     used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     limit = {"release": 3.0, "debug": 10.0, "sanitize": 30.0}[build_kind]
     assert used <= limit, f"{used:.1f} s of CPU in {elapsed:.1f} s"
+
+
+# ---- Derivatives of the wrench -----------------------------------------------------------------
+
+DERIVATIVES = [f"d{force}d{by}" for force in ("Fx", "Fy", "Tz") for by in ("vx", "vy", "w")]
+
+
+def jacobians(run, rows, *options):
+    text = "N,a,b,f,vx,vy,w\n" + "".join(",".join(map(str, row)) + "\n" for row in rows)
+    result = run("eval", "wrench", "--jacobian", *options, input=text)
+    assert result.status == 0, result.err
+    return [
+        [float(row[name]) for name in DERIVATIVES]
+        for row in csv.DictReader(io.StringIO(result.out))
+    ]
+
+
+def test_jacobian_against_the_reference(run, reference):
+    with open(reference / "wrench_jacobian.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    found = jacobians(run, [[1, 1, r["k"], 1, r["vx"], r["vy"], r["W"]] for r in rows])
+    for row, values in zip(rows, found, strict=True):
+        xx, xy, yy = (float(row[name]) for name in ("dFxdvx", "dFxdvy", "dFydvy"))
+        xw, yw, ww = (float(row[name]) for name in ("dFxdW", "dFydW", "dTdW"))
+        expected = [xx, xy, xw, xy, yy, yw, xw, yw, ww]
+        largest = max(map(abs, expected))
+        assert values == pytest.approx(expected, rel=0, abs=1e-13 * largest), row
+
+
+@pytest.mark.parametrize("model", ["contensou_exact", "contensou_simplified"])
+def test_jacobian_in_si_units_and_turned_axes(run, model):
+    load, major, minor, f, vx, vy, w = 3.0, 2e-3, 5e-4, 0.4, 0.05, 0.02, 40.0
+    options = ("--model", model)
+    (si,) = jacobians(run, [[load, major, minor, f, vx, vy, w]], *options)
+    (plain,) = jacobians(run, [[1, 1, minor / major, 1, vx, vy, major * w]], *options)
+    units = [1, 1, major, 1, 1, major, major, major, major**2]
+    expected = [load * f * unit * value for unit, value in zip(units, plain, strict=True)]
+    assert si == pytest.approx(expected, rel=1e-13)
+    # The same state seen from axes turned by a right angle.
+    (turned,) = jacobians(run, [[load, minor, major, f, -vy, vx, w]], *options)
+    xx, xy, xw, yx, yy, yw, tx, ty, tw = si
+    assert turned == pytest.approx([yy, -yx, -yw, -xy, xx, xw, -ty, tx, tw], rel=1e-14)
+
+
+def test_jacobian_of_a_model_without_one(run):
+    row = "N,a,b,f,vx,vy,w\n1,1,1,1,1,0,1\n"
+    result = run("eval", "wrench", "--jacobian", "--model", "pade11", input=row)
+    assert result.status == 2
+    assert "has no derivatives" in result.err
+    result = run("eval", "hertz", "--jacobian", input="A,B,Estar,delta\n1,1,1,1\n")
+    assert result.status == 2
+    assert "--jacobian" in result.err
+
+
+@pytest.mark.parametrize(
+    ("integrals", "error"), [("tables", 1e-14), ("agm", 1e-13), ("gsl", 1e-11)]
+)
+def test_newton_with_chosen_integrals(run, integrals, error):
+    rows = "A,B,Estar,delta\n50,50,1e11,1e-6\n20,50,1e11,1e-6\n1,50,1e11,1e-6\n"
+    found, exact = (
+        list(csv.DictReader(io.StringIO(run("eval", "hertz", "--model", model, input=rows).out)))
+        for model in (f"newton_{integrals}", "hertz")
+    )
+    for one, other in zip(found, exact, strict=True):
+        for name in ("c1", "a", "b", "N", "p0"):
+            assert float(one[name]) == pytest.approx(float(other[name]), rel=error)

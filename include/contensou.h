@@ -16,16 +16,17 @@ enum { CONTENSOU_OK = 0, CONTENSOU_BAD_ARGUMENT = 1 };
 /* Version of the library, as "0.1.0". */
 const char *contensou_version(void);
 
-/* Hertz contact on a circular spot.
- *   modulus   effective modulus E* [Pa], > 0
- *   radius    relative radius of curvature R [m], > 0
- *   approach  d [m], >= 0
+/* Hertz contact of bodies whose undeformed gap is A x^2 + B y^2.
+ *   curvature_a  A [1/m], > 0
+ *   curvature_b  B [1/m], >= A; both are 1/(2R) for a sphere of radius R on a plane
+ *   modulus      effective modulus E* [Pa], > 0
+ *   approach     d [m], >= 0
  * yields
- *   force     N = (4/3) E* sqrt(R) d^(3/2) [N]
- *   spot      radius of the spot a = sqrt(R d) [m]
- *   pressure  largest pressure p0 = 3 N/(2 pi a^2) [Pa] */
-int contensou_hertz_circle(double modulus, double radius, double approach, double *force,
-                           double *spot, double *pressure);
+ *   a, b         semi-axes of the spot along x and y [m]
+ *   force        N [N]
+ *   pressure     largest pressure p0 = 3 N/(2 pi a b) [Pa] */
+int contensou_hertz(double curvature_a, double curvature_b, double modulus, double approach,
+                    double *a, double *b, double *force, double *pressure);
 
 /* A friction model with its parameters. */
 typedef struct contensou_friction contensou_friction;
@@ -39,13 +40,13 @@ typedef struct contensou_friction contensou_friction;
 contensou_friction *contensou_friction_new(const char *model, double coefficient, double delta,
                                            bool drilling);
 
-/* Friction wrench on the body that slips, on a circular spot.
+/* Friction wrench on the body that slips.
  *   load      normal force N [N], >= 0
- *   spot      radius of the spot a [m], >= 0
+ *   a, b      semi-axes of the spot along x and y [m], 0 < b <= a
  *   vx, vy    sliding velocity of the centre of the spot [m/s]
  *   spin      angular velocity about the normal [rad/s]
  * yields wrench = { Fx [N], Fy [N], Tz [N m] }. */
-int contensou_friction_wrench(const contensou_friction *friction, double load, double spot,
+int contensou_friction_wrench(const contensou_friction *friction, double load, double a, double b,
                               double vx, double vy, double spin, double wrench[3]);
 
 /* Release a friction model; NULL is admitted. */

@@ -1,16 +1,16 @@
 !> C interface of the kernels; include/contensou.h documents it.
 module contensou_capi_capi
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use, intrinsic :: iso_c_binding, only : c_bool, c_char, c_double, c_f_pointer, c_int, c_loc, &
       c_null_char, c_null_ptr, c_ptr, c_associated
    use contensou_base_build, only : program_version
-   use contensou_base_kinds, only : pi
    use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
-   use contensou_contact_hertz, only : hertz_circle_stiffness
-   use contensou_contact_spot, only : circular_shape
+   use contensou_contact_hertz, only : hertz_contact, in_hertz_domain
+   use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
    implicit none(type, external)
    private
 
-   public :: contensou_version, contensou_hertz_circle
+   public :: contensou_version, contensou_hertz
    public :: contensou_friction_new, contensou_friction_wrench, contensou_friction_free
 
    !> Everything went well.
@@ -36,34 +36,37 @@ contains
       text = c_loc(version_text)
    end function contensou_version
 
-   !> Hertz contact on a circular spot.
-   function contensou_hertz_circle(modulus, radius, approach, force, spot, pressure) &
+   !> Hertz contact.
+   function contensou_hertz(curvature_a, curvature_b, modulus, approach, a, b, force, pressure) &
       result(status) bind(c)
+      !> Half relative curvature A along the major axis [1/m], > 0.
+      real(c_double), intent(in), value :: curvature_a
+      !> Half relative curvature B along the minor axis [1/m], >= A.
+      real(c_double), intent(in), value :: curvature_b
       !> Effective modulus E* [Pa], > 0.
       real(c_double), intent(in), value :: modulus
-      !> Relative radius of curvature R [m], > 0.
-      real(c_double), intent(in), value :: radius
       !> Approach d [m], >= 0.
       real(c_double), intent(in), value :: approach
+      !> Major semi-axis a [m].
+      real(c_double), intent(out) :: a
+      !> Minor semi-axis b [m].
+      real(c_double), intent(out) :: b
       !> Normal force N [N].
       real(c_double), intent(out) :: force
-      !> Radius a of the spot [m].
-      real(c_double), intent(out) :: spot
       !> Largest pressure p0 [Pa].
       real(c_double), intent(out) :: pressure
       integer(c_int) :: status
+      real(c_double) :: c1
 
+      a = 0.0_c_double
+      b = 0.0_c_double
       force = 0.0_c_double
-      spot = 0.0_c_double
       pressure = 0.0_c_double
       status = bad_argument
-      if (.not. (modulus > 0.0_c_double .and. radius > 0.0_c_double)) return
-      if (.not. approach >= 0.0_c_double) return
+      if (.not. in_hertz_domain(curvature_a, curvature_b, modulus, approach)) return
+      call hertz_contact(curvature_a, curvature_b, modulus, approach, c1, a, b, force, pressure)
       status = ok
-      force = hertz_circle_stiffness(modulus, radius)*approach*sqrt(approach)
-      spot = sqrt(radius*approach)
-      if (spot > 0.0_c_double) pressure = 1.5_c_double*force/(pi*spot**2)
-   end function contensou_hertz_circle
+   end function contensou_hertz
 
    !> A friction model with its parameters; null if there is no such model or an argument is
    !> outside its domain.
@@ -102,15 +105,17 @@ contains
       handle = c_loc(friction)
    end function contensou_friction_new
 
-   !> Friction wrench of a circular spot.
-   function contensou_friction_wrench(handle, load, spot, vx, vy, spin, wrench) &
+   !> Friction wrench of an elliptic spot.
+   function contensou_friction_wrench(handle, load, a, b, vx, vy, spin, wrench) &
       result(status) bind(c)
       !> From `contensou_friction_new`.
       type(c_ptr), intent(in), value :: handle
       !> Normal force N [N], >= 0.
       real(c_double), intent(in), value :: load
-      !> Radius a of the spot [m], >= 0.
-      real(c_double), intent(in), value :: spot
+      !> Major semi-axis a [m], along x, > 0.
+      real(c_double), intent(in), value :: a
+      !> Minor semi-axis b [m], > 0, <= a.
+      real(c_double), intent(in), value :: b
       !> Sliding velocity along x [m/s].
       real(c_double), intent(in), value :: vx
       !> Sliding velocity along y [m/s].
@@ -121,14 +126,17 @@ contains
       real(c_double), intent(out) :: wrench(3)
       integer(c_int) :: status
       type(friction_type), pointer :: friction
+      type(spot_shape_type) :: shape
 
       wrench = 0.0_c_double
       status = bad_argument
       if (.not. c_associated(handle)) return
-      if (.not. (load >= 0.0_c_double .and. spot >= 0.0_c_double)) return
+      if (.not. (ieee_is_finite(load) .and. ieee_is_finite(a) .and. ieee_is_finite(b))) return
+      if (load < 0.0_c_double .or. b <= 0.0_c_double .or. b > a) return
+      shape = circular_shape
+      if (b < a) shape = elliptic_shape(b/a)
       call c_f_pointer(handle, friction)
-      call friction%wrench(load, circular_shape, spot, vx, vy, spin, wrench(1), wrench(2), &
-         wrench(3))
+      call friction%wrench(load, shape, a, vx, vy, spin, wrench(1), wrench(2), wrench(3))
       status = ok
    end function contensou_friction_wrench
 

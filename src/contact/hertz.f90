@@ -22,7 +22,7 @@ module contensou_contact_hertz
    implicit none(type, external)
    private
 
-   public :: effective_modulus, hertz_circle_stiffness
+   public :: effective_modulus
    public :: hertz_contact, hertz_shape, hertz_approach, in_hertz_domain
    public :: hertz_type, new_hertz
    public :: hertz_kernel, hertz_model_type, hertz_models
@@ -117,17 +117,6 @@ contains
 
       modulus = 1.0_wp/((1.0_wp - poisson_a**2)/young_a + (1.0_wp - poisson_b**2)/young_b)
    end function effective_modulus
-
-   !> Stiffness k_n of N = k_n d^(3/2) on a circular spot [N/m^(3/2)].
-   pure function hertz_circle_stiffness(modulus, radius) result(stiffness)
-      !> Effective modulus E* [Pa], > 0.
-      real(wp), intent(in) :: modulus
-      !> Relative radius of curvature R [m], > 0.
-      real(wp), intent(in) :: radius
-      real(wp) :: stiffness
-
-      stiffness = (4.0_wp/3.0_wp)*modulus*sqrt(radius)
-   end function hertz_circle_stiffness
 
    !> Spot, force and largest pressure of a contact, exact to rounding.
    pure subroutine hertz_contact(curvature_a, curvature_b, modulus, approach, c1, a, b, force, &

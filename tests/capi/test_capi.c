@@ -19,34 +19,45 @@ static void check(int condition, const char *name)
 int main(void)
 {
    const double pi = 3.14159265358979323846;
-   double force, spot, pressure, wrench[3];
+   const double A = 1.0 / (2.0 * 0.015);
+   double force, a, b, pressure, wrench[3];
    contensou_friction *exact;
 
    check(strchr(contensou_version(), '.') != NULL, "the version has a dot");
 
-   check(contensou_hertz_circle(5e9, 0.015, 1e-7, &force, &spot, &pressure) == CONTENSOU_OK,
-         "Hertz contact");
-   check(fabs(force - 4.0 / 3.0 * 5e9 * sqrt(0.015) * pow(1e-7, 1.5)) < 1e-14, "normal force");
-   check(fabs(spot - sqrt(0.015 * 1e-7)) < 1e-18, "radius of the spot");
-   check(fabs(pressure - 1.5 * force / (pi * spot * spot)) < 1e-6 * pressure, "pressure");
-   check(contensou_hertz_circle(5e9, 0.015, 0.0, &force, &spot, &pressure) == CONTENSOU_OK &&
-            force == 0.0 && spot == 0.0 && pressure == 0.0, "no approach, no force");
-   check(contensou_hertz_circle(-1.0, 0.015, 1e-7, &force, &spot, &pressure) ==
-            CONTENSOU_BAD_ARGUMENT, "negative modulus");
-   check(contensou_hertz_circle(5e9, 0.015, NAN, &force, &spot, &pressure) ==
-            CONTENSOU_BAD_ARGUMENT, "approach that is no number");
+   check(contensou_hertz(A, A, 5e9, 1e-7, &a, &b, &force, &pressure) == CONTENSOU_OK,
+         "Hertz contact of a sphere");
+   check(fabs(force / (4.0 / 3.0 * 5e9 * sqrt(0.015) * pow(1e-7, 1.5)) - 1.0) < 1e-14,
+         "normal force");
+   check(fabs(a / sqrt(0.015 * 1e-7) - 1.0) < 1e-14 && a == b, "radius of the spot");
+   check(fabs(pressure / (1.5 * force / (pi * a * b)) - 1.0) < 1e-14, "pressure");
+   check(contensou_hertz(A, 4.0 * A, 5e9, 1e-7, &a, &b, &force, &pressure) == CONTENSOU_OK &&
+            b < a && fabs(pressure / (1.5 * force / (pi * a * b)) - 1.0) < 1e-14,
+         "elliptic contact");
+   check(contensou_hertz(A, A, 5e9, 0.0, &a, &b, &force, &pressure) == CONTENSOU_OK &&
+            force == 0.0 && a == 0.0 && pressure == 0.0, "no approach, no force");
+   check(contensou_hertz(A, A, -1.0, 1e-7, &a, &b, &force, &pressure) == CONTENSOU_BAD_ARGUMENT,
+         "negative modulus");
+   check(contensou_hertz(2.0 * A, A, 5e9, 1e-7, &a, &b, &force, &pressure) ==
+            CONTENSOU_BAD_ARGUMENT, "curvatures in the wrong order");
+   check(contensou_hertz(A, A, 5e9, NAN, &a, &b, &force, &pressure) == CONTENSOU_BAD_ARGUMENT,
+         "approach that is no number");
 
    exact = contensou_friction_new("contensou_exact", 0.5, 0.0, true);
    check(exact != NULL, "a model is made");
-   check(contensou_friction_wrench(exact, 10.0, 1e-3, 0.0, 0.0, 2.0, wrench) == CONTENSOU_OK &&
+   check(contensou_friction_wrench(exact, 10.0, 1e-3, 1e-3, 0.0, 0.0, 2.0, wrench) == CONTENSOU_OK &&
             wrench[0] == 0.0 && wrench[1] == 0.0, "pure spin has no force");
    check(fabs(wrench[2] + 3.0 * pi / 16.0 * 0.5 * 10.0 * 1e-3) < 1e-17, "torque of pure spin");
-   check(contensou_friction_wrench(exact, 10.0, 1e-3, 3.0, 4.0, 0.0, wrench) == CONTENSOU_OK &&
+   check(contensou_friction_wrench(exact, 10.0, 1e-3, 1e-3, 3.0, 4.0, 0.0, wrench) == CONTENSOU_OK &&
             fabs(wrench[0] + 3.0) < 1e-14 && fabs(wrench[1] + 4.0) < 1e-14 && wrench[2] == 0.0,
          "pure sliding is Coulomb's law");
-   check(contensou_friction_wrench(exact, -1.0, 1e-3, 3.0, 4.0, 0.0, wrench) ==
+   check(contensou_friction_wrench(exact, -1.0, 1e-3, 1e-3, 3.0, 4.0, 0.0, wrench) ==
             CONTENSOU_BAD_ARGUMENT, "negative load");
-   check(contensou_friction_wrench(NULL, 1.0, 1e-3, 3.0, 4.0, 0.0, wrench) ==
+   check(contensou_friction_wrench(exact, 10.0, 1e-3, 5e-4, 0.0, 1.0, 1.0, wrench) ==
+            CONTENSOU_OK && wrench[1] < 0.0 && wrench[2] < 0.0, "elliptic spot");
+   check(contensou_friction_wrench(exact, 10.0, 1e-3, 2e-3, 0.0, 1.0, 1.0, wrench) ==
+            CONTENSOU_BAD_ARGUMENT, "axes in the wrong order");
+   check(contensou_friction_wrench(NULL, 1.0, 1e-3, 1e-3, 3.0, 4.0, 0.0, wrench) ==
             CONTENSOU_BAD_ARGUMENT, "no model");
    contensou_friction_free(exact);
    contensou_friction_free(NULL);

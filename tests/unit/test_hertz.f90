@@ -3,7 +3,7 @@ module test_hertz
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, &
       ieee_value
    use contensou_base_kinds, only : pi, wp
-   use contensou_contact_hertz, only : hertz_approach, hertz_circle_stiffness, hertz_contact, &
+   use contensou_contact_hertz, only : hertz_approach, hertz_contact, &
       hertz_model_type, hertz_models, hertz_newton_with, hertz_shape, hertz_type, in_hertz_domain, &
       new_hertz
    use contensou_contact_vilke, only : chord_c1, power_c1, vilke_exact, vilke_force, vilke_models, &
@@ -152,7 +152,7 @@ contains
          call exact(b, b, modulus, approach, r)
          call shape%note(abs(r%c1 - 1.0_wp) + abs(r%a - r%b), i)
          call shape%note(ulps(r%a, sqrt(0.5_wp*approach/b)) - 1.0_wp, i)
-         call force%note(ulps(r%force, hertz_circle_stiffness(modulus, 0.5_wp/b)*approach &
+         call force%note(ulps(r%force, (4.0_wp/3.0_wp)*modulus*sqrt(0.5_wp/b)*approach &
             *sqrt(approach)), i)
          call pressure%note(ulps(r%pressure, 1.5_wp*r%force/(pi*r%a**2)), i)
          gap = 10.0_wp**random%uniform(-9.0_wp, -3.0_wp)

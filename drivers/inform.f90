@@ -8,7 +8,7 @@ module contensou_drivers_inform
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_geometry, only : geometry_models
+   use contensou_contact_pairs, only : geometry_models
    use contensou_contact_normal, only : normal_models
    use contensou_drivers_command_line, only : command_type, commands, usage_text
    use contensou_drivers_report, only : contact_effects, number_text

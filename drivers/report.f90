@@ -4,7 +4,7 @@ module contensou_drivers_report
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_geometry, only : shape_names
+   use contensou_contact_surface, only : shape_names
    use contensou_contact_normal, only : normal_models
    use contensou_dynamics_scene, only : contact_spec_type, scene_type
    implicit none(type, external)

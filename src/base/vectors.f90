@@ -4,7 +4,7 @@ module contensou_base_vectors
    implicit none(type, external)
    private
 
-   public :: cross, any_perpendicular, unit_vector
+   public :: cross, any_perpendicular, frame_along, unit_vector
 
 contains
 
@@ -33,6 +33,17 @@ contains
       e = cross(cross(n, axis), n)
       e = e/norm2(e)
    end function any_perpendicular
+
+   !> Rotation matrix whose third column points along a vector.
+   pure function frame_along(n) result(frame)
+      !> Vector of any length but zero.
+      real(wp), intent(in) :: n(3)
+      real(wp) :: frame(3, 3)
+
+      frame(:, 3) = unit_vector(n)
+      frame(:, 1) = any_perpendicular(frame(:, 3))
+      frame(:, 2) = cross(frame(:, 3), frame(:, 1))
+   end function frame_along
 
    !> Vector of unit length; gfortran's norm2 loses vectors whose squares underflow.
    pure function unit_vector(v) result(e)

@@ -1,17 +1,15 @@
 !> Geometry part of a contact: where two surfaces are closest, and how they curve there.
 !>
-!> Conventions: the normal points from A into B; the contact point is where the undeformed
-!> surfaces are closest (on the curved one); the gap is negative when they overlap. A new pair of
-!> surfaces is a new extension of `geometry_type` and a line in `new_geometry`.
+!> Conventions: the normal points from A into B; the gap is negative when the surfaces overlap; the
+!> contact point is where the undeformed surfaces are closest: midway between the two closest
+!> points, against a plane the one of the curved surface.
+!> A new pair of surfaces is a new extension of `geometry_type` and a line in `new_geometry`.
 module contensou_contact_geometry
    use contensou_base_kinds, only : wp
-   use contensou_base_vectors, only : any_perpendicular
-   use contensou_contact_catalogue, only : model_info_type
    implicit none(type, external)
    private
 
-   public :: pose_type, surface_type, contact_point_type, geometry_type
-   public :: shape_sphere, shape_plane, shape_names, geometry_models, new_geometry
+   public :: pose_type, contact_point_type, contact_variation_type, track_type, geometry_type
 
    !> Position and motion of a body, inertial frame.
    type :: pose_type
@@ -25,24 +23,6 @@ module contensou_contact_geometry
       !> Angular velocity [rad/s].
       real(wp) :: spin(3) = 0.0_wp
    end type pose_type
-
-   !> Shapes of a surface.
-   integer, parameter :: shape_sphere = 1, shape_plane = 2
-
-   !> Their names in a scene, in the order of the codes.
-   character(len=*), parameter :: shape_names(*) = [character(len=8) :: "sphere", "plane"]
-
-   !> A surface in the frame of its body.
-   type :: surface_type
-      !> Shape, one of the `shape_*` codes.
-      integer :: shape = shape_sphere
-      !> Centre of a sphere, a point of a plane [m].
-      real(wp) :: centre(3) = 0.0_wp
-      !> Radius of a sphere [m].
-      real(wp) :: radius = 0.0_wp
-      !> Outward normal of a plane, unit length.
-      real(wp) :: normal(3) = [0.0_wp, 0.0_wp, 1.0_wp]
-   end type surface_type
 
    !> Geometry of a contact at an instant, inertial frame.
    type :: contact_point_type
@@ -60,21 +40,53 @@ module contensou_contact_geometry
       real(wp) :: curvature_b
    end type contact_point_type
 
+   !> How a contact point changes when B moves against A, A at rest, to first order in a twist of B:
+   !> the translation (1:3) [m] of the point of B at the contact point and the rotation (4:6) [rad],
+   !> inertial frame.
+   type :: contact_variation_type
+      !> Change of the contact point per twist [-, m/rad].
+      real(wp) :: point(3, 6)
+      !> Change of the normal per twist [1/m, 1/rad].
+      real(wp) :: normal(3, 6)
+      !> Rotation of the major axis about the normal per twist [rad/m, -].
+      real(wp) :: turn(6)
+      !> Change of `curvature_a` per twist [1/m2, 1/m].
+      real(wp) :: curvature_a(6)
+      !> Change of `curvature_b` per twist [1/m2, 1/m].
+      real(wp) :: curvature_b(6)
+   end type contact_variation_type
+
+   !> What a search remembers of a contact from one state to the next.
+   type :: track_type
+      !> Whether the closest points are known.
+      logical :: known = .false.
+      !> Whether the last search failed.
+      logical :: lost = .false.
+      !> Closest point of surface A, frame of the surface [m].
+      real(wp) :: first(3) = 0.0_wp
+      !> Closest point of surface B, frame of the surface [m].
+      real(wp) :: second(3) = 0.0_wp
+   end type track_type
+
    !> A pair of surfaces.
    type, abstract :: geometry_type
+      !> Whether the relative curvatures never change.
+      logical :: constant_curvatures = .true.
    contains
       !> Gap alone.
       procedure(gap_interface), deferred :: gap
       !> All of the contact point.
       procedure(locate_interface), deferred :: locate
+      !> Variation of the contact point.
+      procedure(vary_interface), deferred :: vary
       !> Smallest radius of curvature of the pair [m], the scale of admissible overlaps.
       procedure(radius_interface), deferred :: smallest_radius
    end type geometry_type
 
    abstract interface
       !> Signed distance of the surfaces [m].
-      pure function gap_interface(self, a, b) result(gap)
-         import :: geometry_type, pose_type, wp
+      pure subroutine gap_interface(self, a, b, track, gap)
+         import :: geometry_type, pose_type, track_type, wp
          implicit none(type, external)
          !> The pair.
          class(geometry_type), intent(in) :: self
@@ -82,12 +94,15 @@ module contensou_contact_geometry
          type(pose_type), intent(in) :: a
          !> Pose of body B.
          type(pose_type), intent(in) :: b
-         real(wp) :: gap
-      end function gap_interface
+         !> Where a search begins, and what it found; `lost` when it failed.
+         type(track_type), intent(inout) :: track
+         !> Gap [m].
+         real(wp), intent(out) :: gap
+      end subroutine gap_interface
 
       !> Contact point, normal, curvatures.
-      pure subroutine locate_interface(self, a, b, gap, at)
-         import :: geometry_type, pose_type, contact_point_type, wp
+      pure subroutine locate_interface(self, a, b, track, gap, at)
+         import :: geometry_type, pose_type, contact_point_type, track_type, wp
          implicit none(type, external)
          !> The pair.
          class(geometry_type), intent(in) :: self
@@ -95,11 +110,32 @@ module contensou_contact_geometry
          type(pose_type), intent(in) :: a
          !> Pose of body B.
          type(pose_type), intent(in) :: b
+         !> As `gap` left it.
+         type(track_type), intent(in) :: track
          !> Gap of these poses, from `gap` [m].
          real(wp), intent(in) :: gap
          !> The contact.
          type(contact_point_type), intent(out) :: at
       end subroutine locate_interface
+
+      !> Variation of the contact point with a twist of B against A.
+      pure subroutine vary_interface(self, a, b, track, at, variation)
+         import :: geometry_type, pose_type, contact_point_type, contact_variation_type, &
+            track_type, wp
+         implicit none(type, external)
+         !> The pair.
+         class(geometry_type), intent(in) :: self
+         !> Pose of body A.
+         type(pose_type), intent(in) :: a
+         !> Pose of body B.
+         type(pose_type), intent(in) :: b
+         !> As `gap` left it.
+         type(track_type), intent(in) :: track
+         !> The contact of these poses, from `locate`.
+         type(contact_point_type), intent(in) :: at
+         !> Its variation.
+         type(contact_variation_type), intent(out) :: variation
+      end subroutine vary_interface
 
       !> Smallest radius of curvature [m].
       pure function radius_interface(self) result(radius)
@@ -110,141 +146,5 @@ module contensou_contact_geometry
          real(wp) :: radius
       end function radius_interface
    end interface
-
-   !> Sphere against plane, in either order.
-   type, extends(geometry_type) :: sphere_plane_type
-      !> Whether the sphere is surface A (then the normal is opposite to that of the plane).
-      logical :: sphere_first
-      !> Centre of the sphere in the frame of its body [m].
-      real(wp) :: centre(3)
-      !> Radius of the sphere [m].
-      real(wp) :: radius
-      !> Point of the plane in the frame of its body [m].
-      real(wp) :: origin(3)
-      !> Normal of the plane in the frame of its body.
-      real(wp) :: normal(3)
-      !> A tangent of the plane in the frame of its body: the spot is a circle and has no axis.
-      real(wp) :: tangent(3)
-   contains
-      procedure :: gap => sphere_plane_gap
-      procedure :: locate => sphere_plane_locate
-      procedure :: smallest_radius => sphere_plane_radius
-   end type sphere_plane_type
-
-contains
-
-   !> Pairs of surfaces that can touch.
-   pure function geometry_models() result(models)
-      type(model_info_type), allocatable :: models(:)
-
-      allocate(models(1))
-      models(1) = model_info_type("sphere, plane", &
-         "sphere against plane, in either order; circular spot of relative radius R", &
-         "surfaces", "closed form")
-   end function geometry_models
-
-   !> Geometry of a pair of surfaces; unallocated when the pair is not supported.
-   subroutine new_geometry(a, b, geometry)
-      !> Surface A.
-      type(surface_type), intent(in) :: a
-      !> Surface B.
-      type(surface_type), intent(in) :: b
-      !> The pair.
-      class(geometry_type), allocatable, intent(out) :: geometry
-
-      if (a%shape == shape_sphere .and. b%shape == shape_plane) then
-         geometry = new_sphere_plane(a, b, sphere_first=.true.)
-      else if (a%shape == shape_plane .and. b%shape == shape_sphere) then
-         geometry = new_sphere_plane(b, a, sphere_first=.false.)
-      end if
-   end subroutine new_geometry
-
-   !> Sphere against plane.
-   pure function new_sphere_plane(sphere, plane, sphere_first) result(self)
-      !> The sphere.
-      type(surface_type), intent(in) :: sphere
-      !> The plane.
-      type(surface_type), intent(in) :: plane
-      !> Whether the sphere is surface A.
-      logical, intent(in) :: sphere_first
-      type(sphere_plane_type) :: self
-
-      self%sphere_first = sphere_first
-      self%centre = sphere%centre
-      self%radius = sphere%radius
-      self%origin = plane%centre
-      self%normal = plane%normal/norm2(plane%normal)
-      self%tangent = any_perpendicular(self%normal)
-   end function new_sphere_plane
-
-   !> Signed distance of sphere and plane [m].
-   pure function sphere_plane_gap(self, a, b) result(gap)
-      !> The pair.
-      class(sphere_plane_type), intent(in) :: self
-      !> Pose of body A.
-      type(pose_type), intent(in) :: a
-      !> Pose of body B.
-      type(pose_type), intent(in) :: b
-      real(wp) :: gap
-
-      if (self%sphere_first) then
-         gap = height(self, a, b) - self%radius
-      else
-         gap = height(self, b, a) - self%radius
-      end if
-   end function sphere_plane_gap
-
-   !> Height of the centre of the sphere above the plane [m].
-   pure function height(self, sphere, plane) result(h)
-      !> The pair.
-      type(sphere_plane_type), intent(in) :: self
-      !> Pose of the body of the sphere.
-      type(pose_type), intent(in) :: sphere
-      !> Pose of the body of the plane.
-      type(pose_type), intent(in) :: plane
-      real(wp) :: h
-      real(wp) :: offset(3)
-
-      offset = sphere%position - plane%position + matmul(sphere%rotation, self%centre)
-      h = dot_product(matmul(plane%rotation, self%normal), offset) &
-         - dot_product(self%normal, self%origin)
-   end function height
-
-   !> Contact point of sphere and plane.
-   pure subroutine sphere_plane_locate(self, a, b, gap, at)
-      !> The pair.
-      class(sphere_plane_type), intent(in) :: self
-      !> Pose of body A.
-      type(pose_type), intent(in) :: a
-      !> Pose of body B.
-      type(pose_type), intent(in) :: b
-      !> Gap of these poses [m].
-      real(wp), intent(in) :: gap
-      !> The contact.
-      type(contact_point_type), intent(out) :: at
-
-      at%gap = gap
-      if (self%sphere_first) then
-         at%normal = matmul(b%rotation, self%normal)
-         at%major = matmul(b%rotation, self%tangent)
-         at%point = a%position + matmul(a%rotation, self%centre) - self%radius*at%normal
-         at%normal = -at%normal
-      else
-         at%normal = matmul(a%rotation, self%normal)
-         at%major = matmul(a%rotation, self%tangent)
-         at%point = b%position + matmul(b%rotation, self%centre) - self%radius*at%normal
-      end if
-      at%curvature_a = 0.5_wp/self%radius
-      at%curvature_b = at%curvature_a
-   end subroutine sphere_plane_locate
-
-   !> Radius of the sphere [m].
-   pure function sphere_plane_radius(self) result(radius)
-      !> The pair.
-      class(sphere_plane_type), intent(in) :: self
-      real(wp) :: radius
-
-      radius = self%radius
-   end function sphere_plane_radius
 
 end module contensou_contact_geometry

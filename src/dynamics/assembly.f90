@@ -4,10 +4,10 @@ module contensou_dynamics_assembly
    use contensou_contact_damping, only : damping_model_type, damping_models, &
       hunt_crossley_number, restitution_any_speed, restitution_at_speed, tsuji_factor
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_geometry, only : new_geometry
    use contensou_contact_hertz, only : effective_modulus
    use contensou_contact_law, only : contact_law_type
    use contensou_contact_normal, only : new_normal
+   use contensou_contact_pairs, only : new_geometry
    use contensou_dynamics_scene, only : contact_spec_type, scene_type
    use contensou_dynamics_system, only : body_size, system_type
    implicit none(type, external)

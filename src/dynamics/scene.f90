@@ -1,7 +1,7 @@
 !> Description of a scene as read, checked and resolved: plain data, no behaviour.
 module contensou_dynamics_scene
    use contensou_base_kinds, only : wp
-   use contensou_contact_geometry, only : surface_type
+   use contensou_contact_surface, only : surface_type
    implicit none(type, external)
    private
 

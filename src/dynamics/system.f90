@@ -9,7 +9,7 @@ module contensou_dynamics_system
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : quaternion_rate, rotation_matrix, unit_quaternion
    use contensou_base_vectors, only : cross
-   use contensou_contact_geometry, only : contact_point_type, pose_type
+   use contensou_contact_geometry, only : contact_point_type, pose_type, track_type
    use contensou_contact_law, only : contact_law_type, contact_load_type
    implicit none(type, external)
    private
@@ -38,6 +38,8 @@ module contensou_dynamics_system
       integer :: b = 0
       !> The law.
       type(contact_law_type) :: law
+      !> Where the surfaces were closest last.
+      type(track_type) :: track
    end type contact_type
 
    !> What an output row says of a contact.
@@ -173,7 +175,7 @@ contains
       !> The system.
       type(system_type), intent(inout) :: self
       !> The contact.
-      type(contact_type), intent(in) :: contact
+      type(contact_type), intent(inout) :: contact
       !> Its index.
       integer, intent(in) :: index
       !> Power lost in friction so far [W].
@@ -185,14 +187,14 @@ contains
       real(wp) :: gap, force(3), torque(3), velocity(3), spin(3)
 
       associate (a => self%pose(contact%a), b => self%pose(contact%b))
-         gap = contact%law%geometry%gap(a, b)
+         call contact%law%geometry%gap(a, b, contact%track, gap)
          if (gap >= 0.0_wp) return
          if (-gap > contact%law%largest_approach) then
             self%too_deep = index
             self%outside = -gap > far_beyond*contact%law%largest_approach
             if (self%outside) return
          end if
-         call contact%law%geometry%locate(a, b, gap, at)
+         call contact%law%geometry%locate(a, b, contact%track, gap, at)
          call relative_motion(a, b, at%point, velocity, spin)
          call contact%law%evaluate(at, velocity, spin, load)
          force = load%normal_force*at%normal
@@ -264,7 +266,7 @@ contains
       call set_poses(self, y)
       do i = 1, size(self%contacts)
          associate (c => self%contacts(i))
-            gap(i) = c%law%geometry%gap(self%pose(c%a), self%pose(c%b))
+            call c%law%geometry%gap(self%pose(c%a), self%pose(c%b), c%track, gap(i))
          end associate
       end do
    end subroutine gaps
@@ -278,14 +280,15 @@ contains
       !> Rate of each gap, negative for approach [m/s].
       real(wp), intent(out) :: rate(:)
       type(contact_point_type) :: at
-      real(wp) :: velocity(3), spin(3)
+      real(wp) :: velocity(3), spin(3), gap
       integer :: i
 
       call set_poses(self, y)
       do i = 1, size(self%contacts)
          associate (a => self%pose(self%contacts(i)%a), b => self%pose(self%contacts(i)%b), &
-            geometry => self%contacts(i)%law%geometry)
-            call geometry%locate(a, b, geometry%gap(a, b), at)
+            contact => self%contacts(i))
+            call contact%law%geometry%gap(a, b, contact%track, gap)
+            call contact%law%geometry%locate(a, b, contact%track, gap, at)
             call relative_motion(a, b, at%point, velocity, spin)
             rate(i) = dot_product(velocity, at%normal)
          end associate
@@ -329,8 +332,8 @@ contains
       call set_poses(self, y)
       associate (c => self%contacts(index))
          associate (a => self%pose(c%a), b => self%pose(c%b), law => c%law)
-            gap = law%geometry%gap(a, b)
-            call law%geometry%locate(a, b, gap, row%at)
+            call law%geometry%gap(a, b, c%track, gap)
+            call law%geometry%locate(a, b, c%track, gap, row%at)
             if (gap >= 0.0_wp) return
             call relative_motion(a, b, row%at%point, velocity, spin)
             call law%evaluate(row%at, velocity, spin, row%load)

@@ -5,13 +5,14 @@ module contensou_io_scene_reader
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : quaternion_from_axis_angle, rotation_matrix, unit_quaternion
-   use contensou_base_vectors, only : unit_vector
+   use contensou_base_vectors, only : frame_along
    use contensou_base_text, only : lower, nearest, quote, string_type, to_text
    use contensou_contact_damping, only : damping_model_type, damping_models, restitution_at_speed, &
       restitution_none
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_geometry, only : geometry_models, geometry_type, new_geometry, &
-      pose_type, shape_names, shape_plane, shape_sphere
+   use contensou_contact_geometry, only : geometry_type, pose_type, track_type
+   use contensou_contact_pairs, only : geometry_models, new_geometry
+   use contensou_contact_surface, only : shape_names, shape_plane, shape_sphere
    use contensou_dynamics_assembly, only : assemble, contact_length, largest_relative_approach
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, scene_type
    use contensou_dynamics_system, only : system_type
@@ -304,7 +305,7 @@ contains
          spec%surface%radius = radius%real(1)
          if (normal%set) then
             if (any(abs(normal%real(:3)) > 0.0_wp)) then
-               spec%surface%normal = unit_vector(normal%real(:3))
+               spec%surface%frame = frame_along(normal%real(:3))
             else
                call diagnostics%add(normal%places(1), "'normal' is a zero vector", &
                   "a normal of any length but zero")
@@ -607,6 +608,7 @@ contains
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(pose_type) :: pose(0:size(scene%bodies))
+      type(track_type) :: track
       real(wp) :: gap
       integer :: i
 
@@ -616,7 +618,8 @@ contains
       end do
       do i = 1, size(system%contacts)
          associate (contact => system%contacts(i))
-            gap = contact%law%geometry%gap(pose(contact%a), pose(contact%b))
+            track = contact%track
+            call contact%law%geometry%gap(pose(contact%a), pose(contact%b), track, gap)
             if (-gap > contact%law%largest_approach) call diagnostics%add( &
                contact_place(settings, i), "the surfaces of contact " // &
                quote(scene%contacts(i)%name) // " overlap by " // short(-gap) // &

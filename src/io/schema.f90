@@ -6,7 +6,7 @@ module contensou_io_schema
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_catalogue, only : model_info_type
-   use contensou_contact_geometry, only : shape_names
+   use contensou_contact_surface, only : shape_names
    use contensou_contact_normal, only : normal_models
    use contensou_integrate_march, only : integrator_methods
    implicit none(type, external)

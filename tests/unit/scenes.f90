@@ -2,10 +2,10 @@
 module test_scenes
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : rotation_matrix
-   use contensou_base_vectors, only : cross
+   use contensou_base_vectors, only : cross, frame_along
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_geometry, only : shape_plane, shape_sphere
+   use contensou_contact_surface, only : shape_plane, shape_sphere
    use contensou_dynamics_assembly, only : assemble, contact_length, initial_state
    use contensou_dynamics_scene, only : scene_type
    use contensou_integrate_motion, only : motion_type, set_up_motion
@@ -76,7 +76,7 @@ contains
       scene%surfaces(2)%material = 2
       scene%surfaces(2)%surface%shape = shape_plane
       scene%surfaces(2)%surface%centre = [-4.0e-3_wp, 2.0e-3_wp, 5.0e-3_wp]
-      scene%surfaces(2)%surface%normal = [1.0_wp, 2.0_wp, -2.0_wp]/3.0_wp
+      scene%surfaces(2)%surface%frame = frame_along([1.0_wp, 2.0_wp, -2.0_wp])
       associate (contact => scene%contacts(1))
          contact%surfaces = [2, 1]
          if (sphere_first) contact%surfaces = [1, 2]
@@ -123,7 +123,7 @@ contains
       end do
       if (n == 2) then
          scene%surfaces(3)%surface%centre = [0.0_wp, 0.0_wp, ceiling_height]
-         scene%surfaces(3)%surface%normal = [0.0_wp, 0.0_wp, -1.0_wp]
+         scene%surfaces(3)%surface%frame = frame_along([0.0_wp, 0.0_wp, -1.0_wp])
       end if
       scene%integrator%method = "cvode_bdf"
       scene%integrator%rtol = 1.0e-9_wp
@@ -172,7 +172,7 @@ contains
       plane = rotation_matrix(y(17:20))
       y(14:16) = random%vector(3)
       associate (s => scene%surfaces(1)%surface, p => scene%surfaces(2)%surface)
-         normal = matmul(plane, p%normal)
+         normal = matmul(plane, p%frame(:, 3))
          along = 0.01_wp*cross(normal, random%vector(3))
          y(1:3) = y(14:16) + matmul(plane, p%centre) + along + (s%radius + gap)*normal &
             - matmul(sphere, s%centre)

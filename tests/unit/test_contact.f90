@@ -4,18 +4,19 @@ module test_contact
    use contensou_base_kinds, only : pi, wp
    use contensou_base_rotations, only : rotation_matrix
    use contensou_base_text, only : string_type
-   use contensou_base_vectors, only : cross
+   use contensou_base_vectors, only : cross, frame_along
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_damping, only : damping_model_type, damping_models, damping_type, &
       hunt_crossley_number, restitution_any_speed, restitution_at_speed, restitution_none, &
       tsuji_factor
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_geometry, only : contact_point_type, geometry_models, geometry_type, &
-      new_geometry, pose_type, shape_plane, shape_sphere, surface_type
+   use contensou_contact_geometry, only : contact_point_type, geometry_type, pose_type, track_type
    use contensou_contact_hertz, only : effective_modulus
    use contensou_contact_law, only : contact_law_type, contact_load_type
    use contensou_contact_normal, only : new_normal, normal_models, normal_type
+   use contensou_contact_pairs, only : geometry_models, new_geometry
    use contensou_contact_spot, only : circular_shape
+   use contensou_contact_surface, only : shape_plane, shape_sphere, surface_type
    use contensou_contact_wrench, only : wrench_exact
    use contensou_dynamics_scene, only : scene_type
    use contensou_integrate_motion, only : motion_type
@@ -391,7 +392,8 @@ contains
       type(contact_point_type) :: at(2)
       class(geometry_type), allocatable :: first, second
       type(worst_type) :: gap, on_sphere, deepest, normal, unit, tangent, both, curvature
-      real(wp) :: n(3), centre(3), expected
+      type(track_type) :: track
+      real(wp) :: n(3), centre(3), expected, distance(2)
       integer :: i, k
 
       sphere%shape = shape_sphere
@@ -400,14 +402,16 @@ contains
          sphere%centre = random%vector(3)
          sphere%radius = random%uniform(0.1_wp, 2.0_wp)
          plane%centre = random%vector(3)
-         plane%normal = random%vector(3)
+         plane%frame = frame_along(random%vector(3))
          call new_geometry(sphere, plane, first)
          call new_geometry(plane, sphere, second)
          pose_s = random_pose(random)
          pose_p = random_pose(random)
-         call first%locate(pose_s, pose_p, first%gap(pose_s, pose_p), at(1))
-         call second%locate(pose_p, pose_s, second%gap(pose_p, pose_s), at(2))
-         n = matmul(pose_p%rotation, plane%normal/norm2(plane%normal))
+         call first%gap(pose_s, pose_p, track, distance(1))
+         call first%locate(pose_s, pose_p, track, distance(1), at(1))
+         call second%gap(pose_p, pose_s, track, distance(2))
+         call second%locate(pose_p, pose_s, track, distance(2), at(2))
+         n = matmul(pose_p%rotation, plane%frame(:, 3))
          centre = pose_s%position + matmul(pose_s%rotation, sphere%centre)
          expected = dot_product(n, centre - pose_p%position - matmul(pose_p%rotation, &
             plane%centre)) - sphere%radius

@@ -8,6 +8,7 @@ module contensou_base_rotations
    implicit none(type, external)
    private
 
+   public :: norm_rate
    public :: rotation_matrix, quaternion_from_axis_angle, quaternion_rate, unit_quaternion
 
    !> Rate at which `quaternion_rate` pulls the norm to one [1/s].

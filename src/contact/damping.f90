@@ -12,7 +12,7 @@ module contensou_contact_damping
    implicit none(type, external)
    private
 
-   public :: damping_type, damping_model_type, damping_models, damping_kernel
+   public :: damping_type, damping_model_type, damping_models, damping_kernel, damping_slopes
    public :: hunt_crossley_number, tsuji_factor
    public :: restitution_none, restitution_at_speed, restitution_any_speed
 
@@ -40,14 +40,32 @@ module contensou_contact_damping
          real(wp), intent(in) :: coefficient
          real(wp) :: f
       end function damping_kernel
+
+      !> Derivatives of a damping force.
+      pure function damping_slopes(elastic, approach, rate, coefficient) result(slopes)
+         import :: wp
+         implicit none(type, external)
+         !> Elastic force [N], > 0.
+         real(wp), intent(in) :: elastic
+         !> Approach d [m], > 0.
+         real(wp), intent(in) :: approach
+         !> Rate of approach [m/s].
+         real(wp), intent(in) :: rate
+         !> Coefficient of the law, in its own unit.
+         real(wp), intent(in) :: coefficient
+         !> By the elastic force [-], the approach [N/m] and its rate [N s/m].
+         real(wp) :: slopes(3)
+      end function damping_slopes
    end interface
 
    !> A damping law with its coefficient.
    type :: damping_type
-      !> Coefficient of the law, in its own unit (for `tsuji` times sqrt(m k_n)).
+      !> Coefficient of the law, in its own unit (for `tsuji` times sqrt(m)).
       real(wp) :: coefficient = 0.0_wp
       !> The law.
       procedure(damping_kernel), pointer, nopass :: kernel => null()
+      !> Its derivatives.
+      procedure(damping_slopes), pointer, nopass :: slopes => null()
       !> Number D = (3/2) alpha v0 of a Hunt-Crossley law whose coefficient follows the speed v0
       !> of each impact; zero when the coefficient is constant.
       real(wp) :: impact_number = 0.0_wp
@@ -66,6 +84,8 @@ module contensou_contact_damping
       type(model_info_type) :: info
       !> The law; not associated for `none`.
       procedure(damping_kernel), pointer, nopass :: kernel => null()
+      !> Its derivatives.
+      procedure(damping_slopes), pointer, nopass :: slopes => null()
       !> Which restitution formula there is, one of the `restitution_*` codes.
       integer :: restitution = restitution_none
    end type damping_model_type
@@ -83,15 +103,18 @@ contains
          "damping_coefficient alpha [s/m], or restitution [-] with impact_velocity [m/s]", &
          "K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440")
       models(2)%kernel => hunt_crossley
+      models(2)%slopes => hunt_crossley_slopes
       models(2)%restitution = restitution_at_speed
       models(3)%info = model_info_type("viscous", "N = F_el + D d d'", &
          "damping_coefficient D [N s/m2]", "Kosenko and Aleksandrov (2009)")
       models(3)%kernel => viscous
+      models(3)%slopes => viscous_slopes
       models(4)%info = model_info_type("tsuji", &
          "N = F_el + alpha sqrt(m k_n) d^(1/4) d', m the reduced mass", &
          "damping_coefficient alpha [-], or restitution [-]", &
          "Y. Tsuji et al., Powder Technol. 71 (1992) 239")
       models(4)%kernel => tsuji
+      models(4)%slopes => tsuji_slopes
       models(4)%restitution = restitution_any_speed
    end function damping_models
 
@@ -152,20 +175,70 @@ contains
       f = coefficient*approach*rate
    end function viscous
 
-   !> Tsuji's damping [N], alpha sqrt(m k_n) d^(1/4) d'.
-   pure function tsuji(elastic, approach, rate, coefficient) result(f)
+   !> Derivatives of Hunt-Crossley damping.
+   pure function hunt_crossley_slopes(elastic, approach, rate, coefficient) result(slopes)
+      !> Elastic force [N].
+      real(wp), intent(in) :: elastic
+      !> Approach [m] (in the elastic force already).
+      real(wp), intent(in) :: approach
+      !> Rate of approach [m/s].
+      real(wp), intent(in) :: rate
+      !> alpha [s/m].
+      real(wp), intent(in) :: coefficient
+      !> By elastic force, approach and rate.
+      real(wp) :: slopes(3)
+
+      slopes = 1.5_wp*coefficient*[rate, 0.0_wp, elastic]
+   end function hunt_crossley_slopes
+
+   !> Derivatives of viscous damping.
+   pure function viscous_slopes(elastic, approach, rate, coefficient) result(slopes)
       !> Elastic force [N] (not used).
       real(wp), intent(in) :: elastic
       !> Approach [m].
       real(wp), intent(in) :: approach
       !> Rate of approach [m/s].
       real(wp), intent(in) :: rate
-      !> alpha sqrt(m k_n) [N s/m^(5/4)].
+      !> D [N s/m2].
+      real(wp), intent(in) :: coefficient
+      !> By elastic force, approach and rate.
+      real(wp) :: slopes(3)
+
+      slopes = coefficient*[0.0_wp, rate, approach]
+   end function viscous_slopes
+
+   !> Tsuji's damping [N], alpha sqrt(m k_n) d^(1/4) d', with k_n d^(1/2) = F_el/d.
+   pure function tsuji(elastic, approach, rate, coefficient) result(f)
+      !> Elastic force [N].
+      real(wp), intent(in) :: elastic
+      !> Approach [m].
+      real(wp), intent(in) :: approach
+      !> Rate of approach [m/s].
+      real(wp), intent(in) :: rate
+      !> alpha sqrt(m) [kg^(1/2)].
       real(wp), intent(in) :: coefficient
       real(wp) :: f
 
-      f = coefficient*sqrt(sqrt(approach))*rate
+      f = 0.0_wp
+      if (approach > 0.0_wp) f = coefficient*sqrt(elastic/approach)*rate
    end function tsuji
+
+   !> Derivatives of Tsuji's damping.
+   pure function tsuji_slopes(elastic, approach, rate, coefficient) result(slopes)
+      !> Elastic force [N], > 0.
+      real(wp), intent(in) :: elastic
+      !> Approach [m], > 0.
+      real(wp), intent(in) :: approach
+      !> Rate of approach [m/s].
+      real(wp), intent(in) :: rate
+      !> alpha sqrt(m) [kg^(1/2)].
+      real(wp), intent(in) :: coefficient
+      !> By elastic force, approach and rate.
+      real(wp) :: slopes(3)
+
+      slopes = coefficient*sqrt(elastic/approach)*[0.5_wp*rate/elastic, -0.5_wp*rate/approach, &
+         1.0_wp]
+   end function tsuji_slopes
 
    !> Number D = (3/2) alpha v0 of the Hunt-Crossley law that returns the speed v0 as e v0: the
    !> root of (1 + e) D = ln((1 + D)/(1 - e D)). Zero for e = 1; NaN outside (0, 1].

@@ -3,8 +3,9 @@ module contensou_contact_friction
    use contensou_base_kinds, only : wp
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_spot, only : spot_shape_type
-   use contensou_contact_wrench, only : wrench_coulomb, wrench_exact, wrench_exact_jacobian, &
-      wrench_jacobian_kernel, wrench_kernel, wrench_pade11, wrench_pade22, wrench_simplified, &
+   use contensou_contact_wrench, only : wrench_coulomb, wrench_coulomb_jacobian, &
+      wrench_exact, wrench_exact_jacobian, wrench_jacobian_kernel, wrench_kernel, wrench_pade11, &
+      wrench_pade11_jacobian, wrench_pade22, wrench_pade22_jacobian, wrench_simplified, &
       wrench_simplified_jacobian
    implicit none(type, external)
    private
@@ -21,9 +22,13 @@ module contensou_contact_friction
       logical :: drilling = .true.
       !> The rung.
       procedure(wrench_kernel), pointer, nopass :: kernel => null()
+      !> The rung with its derivatives.
+      procedure(wrench_jacobian_kernel), pointer, nopass :: jacobian => null()
    contains
       !> Wrench in SI units.
       procedure :: wrench
+      !> Wrench and its derivatives in SI units.
+      procedure :: linearize
    end type friction_type
 
    !> An entry of the table.
@@ -32,7 +37,7 @@ module contensou_contact_friction
       type(model_info_type) :: info
       !> The rung; not associated for `none`.
       procedure(wrench_kernel), pointer, nopass :: kernel => null()
-      !> The rung with its derivatives; associated for `contensou_simplified` and `contensou_exact`.
+      !> The rung with its derivatives; not associated for `none`.
       procedure(wrench_jacobian_kernel), pointer, nopass :: jacobian => null()
       !> Whether a regularisation velocity must be given.
       logical :: needs_delta = .false.
@@ -56,6 +61,7 @@ contains
          "friction_coefficient [-], regularization_velocity [m/s] (mandatory)", &
          "C. A. Coulomb, Theorie des machines simples, 1785")
       models(2)%kernel => wrench_coulomb
+      models(2)%jacobian => wrench_coulomb_jacobian
       models(2)%needs_delta = .true.
       models(2)%has_torque = .false.
       models(3)%info = model_info_type("contensou_simplified", &
@@ -67,10 +73,12 @@ contains
          "Pade, one term at rest and at infinity: F = k u/(1 + k u), T = k_T T1/(T1 + k_T u)", &
          keys, "V. Ph. Zhuravlev, J. Appl. Math. Mech. 62 (1998) 705")
       models(4)%kernel => wrench_pade11
+      models(4)%jacobian => wrench_pade11_jacobian
       models(5)%info = model_info_type("pade22", &
          "Pade, two terms at rest and at infinity", &
          keys, "V. Ph. Zhuravlev, J. Appl. Math. Mech. 67 (2003) 137")
       models(5)%kernel => wrench_pade22
+      models(5)%jacobian => wrench_pade22_jacobian
       models(6)%info = model_info_type("contensou_exact", &
          "exact Contensou-Erismann wrench of the Hertz pressure", &
          keys, "P. Contensou, in: Kreiselprobleme, 1963; Th. Erismann, ZAMP 5 (1954) 355")
@@ -108,5 +116,43 @@ contains
       fy = limit*fy
       torque = limit*a*torque
    end subroutine wrench
+
+   !> Friction wrench and its derivatives by normal force, size of the spot and velocities.
+   pure subroutine linearize(self, load, shape, a, vx, vy, w, wrench, slopes)
+      !> The part.
+      class(friction_type), intent(in) :: self
+      !> Normal force N [N], >= 0.
+      real(wp), intent(in) :: load
+      !> Shape of the spot.
+      type(spot_shape_type), intent(in) :: shape
+      !> Major semi-axis [m], >= 0.
+      real(wp), intent(in) :: a
+      !> Sliding velocity along the major axis [m/s].
+      real(wp), intent(in) :: vx
+      !> Sliding velocity along the minor axis [m/s].
+      real(wp), intent(in) :: vy
+      !> Spin about the normal [rad/s].
+      real(wp), intent(in) :: w
+      !> Force along the major and the minor axis [N], torque about the normal [N m].
+      real(wp), intent(out) :: wrench(3)
+      !> Derivative of component i by N, a, vx, vy, w.
+      real(wp), intent(out) :: slopes(3, 5)
+      real(wp) :: unit(3)
+
+      call self%jacobian(shape, vx, vy, a*w, self%delta, wrench, slopes(:, 3:5))
+      if (.not. self%drilling) then
+         wrench(3) = 0.0_wp
+         slopes(3, 3:5) = 0.0_wp
+      end if
+      unit = self%coefficient*[1.0_wp, 1.0_wp, a]
+      slopes(:, 1) = unit*wrench
+      unit = load*unit
+      slopes(:, 2) = unit*slopes(:, 5)*w
+      slopes(3, 2) = slopes(3, 2) + self%coefficient*load*wrench(3)
+      slopes(:, 3) = unit*slopes(:, 3)
+      slopes(:, 4) = unit*slopes(:, 4)
+      slopes(:, 5) = unit*slopes(:, 5)*a
+      wrench = unit*wrench
+   end subroutine linearize
 
 end module contensou_contact_friction

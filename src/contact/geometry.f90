@@ -10,6 +10,7 @@ module contensou_contact_geometry
    private
 
    public :: pose_type, contact_point_type, contact_variation_type, track_type, geometry_type
+   public :: trouble_lost, trouble_conforming, trouble_no_spot
 
    !> Position and motion of a body, inertial frame.
    type :: pose_type
@@ -56,12 +57,16 @@ module contensou_contact_geometry
       real(wp) :: curvature_b(6)
    end type contact_variation_type
 
+   !> Why a contact cannot be evaluated: the search failed, the surfaces do not curve away from each
+   !> other, or the formula for the spot gives none.
+   integer, parameter :: trouble_lost = 1, trouble_conforming = 2, trouble_no_spot = 3
+
    !> What a search remembers of a contact from one state to the next.
    type :: track_type
       !> Whether the closest points are known.
       logical :: known = .false.
-      !> Whether the last search failed.
-      logical :: lost = .false.
+      !> Why the contact cannot be evaluated, one of the `trouble_*` codes; 0 where it can.
+      integer :: trouble = 0
       !> Closest point of surface A, frame of the surface [m].
       real(wp) :: first(3) = 0.0_wp
       !> Closest point of surface B, frame of the surface [m].
@@ -94,7 +99,7 @@ module contensou_contact_geometry
          type(pose_type), intent(in) :: a
          !> Pose of body B.
          type(pose_type), intent(in) :: b
-         !> Where a search begins, and what it found; `lost` when it failed.
+         !> Where a search begins, and what it found; sets `trouble`.
          type(track_type), intent(inout) :: track
          !> Gap [m].
          real(wp), intent(out) :: gap

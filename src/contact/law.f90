@@ -1,4 +1,4 @@
-!> Contact law: the four exchangeable parts of a contact, and the load they give together.
+!> Contact law: the exchangeable parts of a contact, and the load they give together.
 !>
 !> A part that a scene does not name is absent, not zero: it is neither evaluated nor stored.
 module contensou_contact_law
@@ -8,12 +8,13 @@ module contensou_contact_law
    use contensou_contact_friction, only : friction_type
    use contensou_contact_geometry, only : contact_point_type, geometry_type
    use contensou_contact_normal, only : normal_type
+   use contensou_contact_rolling, only : rolling_type
    implicit none(type, external)
    private
 
    public :: contact_law_type, contact_load_type
 
-   !> The four parts.
+   !> The parts.
    type :: contact_law_type
       !> Where the surfaces are closest.
       class(geometry_type), allocatable :: geometry
@@ -23,11 +24,15 @@ module contensou_contact_law
       type(damping_type), allocatable :: damping
       !> Friction; unallocated for none.
       type(friction_type), allocatable :: friction
+      !> Rolling resistance; unallocated for none.
+      type(rolling_type), allocatable :: rolling
       !> Largest approach that Hertz's theory admits [m].
       real(wp) :: largest_approach = 0.0_wp
    contains
       !> Load of closed contact.
       procedure :: evaluate
+      !> Load of closed contact and its derivatives.
+      procedure :: linearize
    end type contact_law_type
 
    !> What a closed contact does to body B (and, reversed, to body A).
@@ -42,7 +47,9 @@ module contensou_contact_law
       real(wp) :: slip(3) = 0.0_wp
       !> Spin of B against A about the normal [rad/s].
       real(wp) :: spin = 0.0_wp
-      !> Power lost in friction [W], >= 0.
+      !> Torque of rolling resistance on B [N m], inertial frame, in the tangent plane.
+      real(wp) :: rolling_torque(3) = 0.0_wp
+      !> Power lost in friction and rolling resistance [W], >= 0.
       real(wp) :: friction_power = 0.0_wp
       !> Power lost in damping [W], >= 0.
       real(wp) :: damping_power = 0.0_wp
@@ -83,6 +90,57 @@ contains
          load%friction_force = fx*at%major + fy*minor
          load%friction_power = -(fx*vx + fy*vy + load%friction_torque*load%spin)
       end if
+      if (allocated(self%rolling)) then
+         load%rolling_torque = self%rolling%torque(load%normal_force, at%normal, at%major, &
+            self%normal%axis_a*sqrt(approach), self%normal%axis_b*sqrt(approach), spin)
+         load%friction_power = load%friction_power - dot_product(load%rolling_torque, spin)
+      end if
    end subroutine evaluate
+
+   !> Normal force, friction force along the major and the minor axis, and friction torque about the
+   !> normal, with their derivatives by the approach [m], its rate [m/s], the sliding velocities along
+   !> the two axes [m/s] and the spin [rad/s], at constant curvatures.
+   pure subroutine linearize(self, approach, rate, vx, vy, w, values, slopes)
+      !> The law.
+      class(contact_law_type), intent(in) :: self
+      !> Approach d [m], > 0.
+      real(wp), intent(in) :: approach
+      !> Its rate [m/s].
+      real(wp), intent(in) :: rate
+      !> Sliding velocity along the major axis [m/s].
+      real(wp), intent(in) :: vx
+      !> Sliding velocity along the minor axis [m/s].
+      real(wp), intent(in) :: vy
+      !> Spin about the normal [rad/s].
+      real(wp), intent(in) :: w
+      !> N, F_x, F_y [N], T [N m].
+      real(wp), intent(out) :: values(4)
+      !> Derivative of value i by d, d', v_x, v_y, w.
+      real(wp), intent(out) :: slopes(4, 5)
+      real(wp) :: elastic, by_elastic(3), a, by_motion(3, 5)
+
+      values = 0.0_wp
+      slopes = 0.0_wp
+      elastic = self%normal%force(approach)
+      values(1) = elastic
+      slopes(1, 1) = 1.5_wp*elastic/approach
+      if (allocated(self%damping)) then
+         values(1) = self%damping%total(elastic, approach, rate)
+         if (values(1) > 0.0_wp) then
+            by_elastic = self%damping%slopes(elastic, approach, rate, self%damping%coefficient)
+            slopes(1, 1) = slopes(1, 1)*(1.0_wp + by_elastic(1)) + by_elastic(2)
+            slopes(1, 2) = by_elastic(3)
+         else
+            slopes(1, 1) = 0.0_wp
+         end if
+      end if
+      if (.not. allocated(self%friction)) return
+      a = self%normal%major_axis(approach)
+      call self%friction%linearize(values(1), self%normal%shape, a, vx, vy, w, values(2:4), &
+         by_motion)
+      slopes(2:4, 1) = by_motion(:, 1)*slopes(1, 1) + by_motion(:, 2)*(0.5_wp*a/approach)
+      slopes(2:4, 2) = by_motion(:, 1)*slopes(1, 2)
+      slopes(2:4, 3:5) = by_motion(:, 3:5)
+   end subroutine linearize
 
 end module contensou_contact_law

@@ -23,7 +23,8 @@ module contensou_contact_wrench
 
    public :: wrench_kernel, wrench_coulomb, wrench_simplified, wrench_pade11, wrench_pade22
    public :: wrench_exact, wrench_exact_jacobian, wrench_exact_potential
-   public :: wrench_jacobian_kernel, wrench_simplified_jacobian
+   public :: wrench_jacobian_kernel, wrench_coulomb_jacobian, wrench_simplified_jacobian
+   public :: wrench_pade11_jacobian, wrench_pade22_jacobian
 
    abstract interface
       !> Dimensionless friction wrench.
@@ -358,5 +359,196 @@ contains
       kv = slope*v
       f = slope*(w + kv)/(w*w + w*kv + kv*kv)
    end function pade22_force
+
+   !> Regularised Amontons-Coulomb law and its derivatives; zero at rest without regularisation.
+   pure subroutine wrench_coulomb_jacobian(shape, vx, vy, spin, delta, wrench, jacobian)
+      !> Shape of the spot.
+      type(spot_shape_type), intent(in) :: shape
+      !> Sliding velocity of the centre along the major axis [m/s].
+      real(wp), intent(in) :: vx
+      !> Sliding velocity of the centre along the minor axis [m/s].
+      real(wp), intent(in) :: vy
+      !> Spin velocity W = a w [m/s], with the sign of w.
+      real(wp), intent(in) :: spin
+      !> Regularisation velocity [m/s], >= 0.
+      real(wp), intent(in) :: delta
+      !> Force along the major and the minor axis, in units of f N, and torque, of f N a.
+      real(wp), intent(out) :: wrench(3)
+      !> Derivative of component i by velocity j of (vx, vy, W), in units of the wrench over m/s.
+      real(wp), intent(out) :: jacobian(3, 3)
+      real(wp) :: x, y, w, d, v
+      integer :: shift
+      logical :: moving
+
+      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, wrench(1), wrench(2), &
+         wrench(3))
+      jacobian = wrench(3)
+      if (.not. moving .and. .not. d > 0.0_wp) return
+      v = length(x, y)
+      if (v > d) then
+         wrench(1:2) = [-x/v, -y/v]
+         jacobian(1, 1) = -(y/v)**2/v
+         jacobian(1, 2) = (x/v)*(y/v)/v
+         jacobian(2, 1) = jacobian(1, 2)
+         jacobian(2, 2) = -(x/v)**2/v
+      else if (d > 0.0_wp) then
+         wrench(1:2) = [-x/d, -y/d]
+         jacobian(1, 1) = -1.0_wp/d
+         jacobian(2, 2) = -1.0_wp/d
+      end if
+      if (shift /= 0) jacobian = rescaled(jacobian, shift)
+   end subroutine wrench_coulomb_jacobian
+
+   !> The first Pade model and its derivatives; zero at rest without regularisation.
+   pure subroutine wrench_pade11_jacobian(shape, vx, vy, spin, delta, wrench, jacobian)
+      !> Shape of the spot.
+      type(spot_shape_type), intent(in) :: shape
+      !> Sliding velocity of the centre along the major axis [m/s].
+      real(wp), intent(in) :: vx
+      !> Sliding velocity of the centre along the minor axis [m/s].
+      real(wp), intent(in) :: vy
+      !> Spin velocity W = a w [m/s], with the sign of w.
+      real(wp), intent(in) :: spin
+      !> Regularisation velocity [m/s], >= 0.
+      real(wp), intent(in) :: delta
+      !> Force along the major and the minor axis, in units of f N, and torque, of f N a.
+      real(wp), intent(out) :: wrench(3)
+      !> Derivative of component i by velocity j of (vx, vy, W), in units of the wrench over m/s.
+      real(wp), intent(out) :: jacobian(3, 3)
+      real(wp) :: x, y, w, d, v, t1, we, den, t1_slopes(2), slope(2), ratio
+      integer :: shift
+      logical :: moving
+
+      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, wrench(1), wrench(2), &
+         wrench(3))
+      jacobian = wrench(3)
+      if (.not. moving .and. .not. d > 0.0_wp) return
+      v = length(x, y)
+      we = length(w, shape%slope_x*d)
+      slope = [shape%slope_x, shape%slope_y]
+      call pade_forces(x, y, v, spin, w, we, slope/(we + slope*v), -slope**2/(we + slope*v)**2, &
+         -slope/(we + slope*v)**2, wrench, jacobian)
+
+      ratio = 1.0_wp
+      if (we > 0.0_wp) ratio = w/we
+      call far_torque_slopes(shape, x, y, v, t1, t1_slopes)
+      den = t1*we + shape%torque*v
+      wrench(3) = -sign(w*(shape%torque*t1/den), spin)
+      ! By v through the direction and the speed, and by w.
+      jacobian(3, 1:2) = shape%torque*wrench(3)/den*v/t1*t1_slopes
+      if (v > 0.0_wp) jacobian(3, 1:2) = jacobian(3, 1:2) - shape%torque*wrench(3)/den*[x, y]/v
+      jacobian(3, 3) = -shape%torque*t1/den*(1.0_wp - t1*w*ratio/den)
+      if (shift /= 0) jacobian = rescaled(jacobian, shift)
+   end subroutine wrench_pade11_jacobian
+
+   !> The second Pade model and its derivatives; zero at rest without regularisation.
+   pure subroutine wrench_pade22_jacobian(shape, vx, vy, spin, delta, wrench, jacobian)
+      !> Shape of the spot.
+      type(spot_shape_type), intent(in) :: shape
+      !> Sliding velocity of the centre along the major axis [m/s].
+      real(wp), intent(in) :: vx
+      !> Sliding velocity of the centre along the minor axis [m/s].
+      real(wp), intent(in) :: vy
+      !> Spin velocity W = a w [m/s], with the sign of w.
+      real(wp), intent(in) :: spin
+      !> Regularisation velocity [m/s], >= 0.
+      real(wp), intent(in) :: delta
+      !> Force along the major and the minor axis, in units of f N, and torque, of f N a.
+      real(wp), intent(out) :: wrench(3)
+      !> Derivative of component i by velocity j of (vx, vy, W), in units of the wrench over m/s.
+      real(wp), intent(out) :: jacobian(3, 3)
+      real(wp) :: x, y, w, d, v, t1, we, t1_slopes(2), slope(2), kv(2), q(2), p, m, r, ratio, by_p, by_m
+      integer :: shift
+      logical :: moving
+
+      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, wrench(1), wrench(2), &
+         wrench(3))
+      jacobian = wrench(3)
+      if (.not. moving .and. .not. d > 0.0_wp) return
+      v = length(x, y)
+      we = length(w, shape%slope_x*d)
+      slope = [shape%slope_x, shape%slope_y]
+      kv = slope*v
+      q = we*we + we*kv + kv*kv
+      call pade_forces(x, y, v, spin, w, we, slope*(we + kv)/q, &
+         slope**2*(q - (we + kv)*(we + 2.0_wp*kv))/q/q, &
+         slope*(q - (we + kv)*(2.0_wp*we + kv))/q/q, wrench, jacobian)
+
+      call far_torque_slopes(shape, x, y, v, t1, t1_slopes)
+      ratio = 1.0_wp
+      if (we > 0.0_wp) ratio = w/we
+      p = t1*we
+      m = shape%torque*v
+      r = p*p + p*m + m*m
+      wrench(3) = -sign(shape%torque*ratio*p*(p + m)/r, spin)
+      by_p = -sign(shape%torque*ratio*m*m*(2.0_wp*p + m)/r/r, spin)
+      by_m = sign(shape%torque*ratio*p*m*(2.0_wp*p + m)/r/r, spin)
+      jacobian(3, 1:2) = by_p*we*t1_slopes
+      if (v > 0.0_wp) jacobian(3, 1:2) = jacobian(3, 1:2) + by_m*shape%torque*[x, y]/v
+      jacobian(3, 3) = sign(1.0_wp, spin)*by_p*t1*ratio
+      ! By w at a given W_e; (1 - ratio^2)/W_e without regularisation is zero.
+      if (d > 0.0_wp) jacobian(3, 3) = jacobian(3, 3) - shape%torque*p*(p + m)/r &
+         *(shape%slope_x*d/we)**2/we
+      if (shift /= 0) jacobian = rescaled(jacobian, shift)
+   end subroutine wrench_pade22_jacobian
+
+   !> Forces -(x, y) g(v, W_e) of a Pade model and their derivatives.
+   pure subroutine pade_forces(x, y, v, spin, w, we, g, g_by_v, g_by_we, wrench, jacobian)
+      !> Sliding velocity along the major axis.
+      real(wp), intent(in) :: x
+      !> Sliding velocity along the minor axis.
+      real(wp), intent(in) :: y
+      !> Sliding speed.
+      real(wp), intent(in) :: v
+      !> Spin velocity, for its sign.
+      real(wp), intent(in) :: spin
+      !> Absolute spin velocity.
+      real(wp), intent(in) :: w
+      !> Regularised spin velocity.
+      real(wp), intent(in) :: we
+      !> g along the two axes.
+      real(wp), intent(in) :: g(2)
+      !> Its derivative by the speed.
+      real(wp), intent(in) :: g_by_v(2)
+      !> Its derivative by the regularised spin velocity.
+      real(wp), intent(in) :: g_by_we(2)
+      !> Forces; the torque is left as it is.
+      real(wp), intent(inout) :: wrench(3)
+      !> Their derivatives.
+      real(wp), intent(inout) :: jacobian(3, 3)
+      real(wp) :: along(2), ratio
+
+      ratio = 1.0_wp
+      if (we > 0.0_wp) ratio = w/we
+      along = 0.0_wp
+      if (v > 0.0_wp) along = [x, y]/v
+      wrench(1:2) = -[x, y]*g
+      jacobian(1, 1:2) = -x*g_by_v(1)*along
+      jacobian(2, 1:2) = -y*g_by_v(2)*along
+      jacobian(1, 1) = jacobian(1, 1) - g(1)
+      jacobian(2, 2) = jacobian(2, 2) - g(2)
+      jacobian(1:2, 3) = -[x, y]*g_by_we*ratio*sign(1.0_wp, spin)
+   end subroutine pade_forces
+
+   !> Coefficient T1 of the torque of fast sliding, and its derivatives by the sliding velocity.
+   pure subroutine far_torque_slopes(shape, x, y, v, t1, slopes)
+      !> Shape of the spot.
+      type(spot_shape_type), intent(in) :: shape
+      !> Sliding velocity along the major axis.
+      real(wp), intent(in) :: x
+      !> Sliding velocity along the minor axis.
+      real(wp), intent(in) :: y
+      !> Its length.
+      real(wp), intent(in) :: v
+      !> The coefficient.
+      real(wp), intent(out) :: t1
+      !> Its derivatives; zero at v = 0, where they are multiplied with v.
+      real(wp), intent(out) :: slopes(2)
+
+      t1 = far_torque(shape, x, y, v)
+      slopes = 0.0_wp
+      if (v > 0.0_wp .and. shape%k2 < 1.0_wp) slopes = [(x/v)*(0.4_wp - 2.0_wp*t1), &
+         (y/v)*(0.4_wp*shape%k2 - 2.0_wp*t1)]/v
+   end subroutine far_torque_slopes
 
 end module contensou_contact_wrench

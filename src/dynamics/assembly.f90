@@ -73,6 +73,7 @@ contains
          if (associated(damping(spec%damping)%kernel)) then
             allocate(law%damping)
             law%damping%kernel => damping(spec%damping)%kernel
+            law%damping%slopes => damping(spec%damping)%slopes
             law%damping%coefficient = spec%damping_coefficient
             mass = reduced_mass(scene, a%body, b%body)
             select case (damping(spec%damping)%restitution)
@@ -87,7 +88,7 @@ contains
                if (spec%restitution > 0.0_wp) then
                   law%damping%coefficient = tsuji_factor(spec%restitution)
                end if
-               law%damping%coefficient = law%damping%coefficient*sqrt(mass*law%normal%stiffness)
+               law%damping%coefficient = law%damping%coefficient*sqrt(mass)
             case default
                ! The coefficient is in the unit of the law.
             end select
@@ -97,6 +98,7 @@ contains
          if (associated(friction(spec%friction)%kernel)) then
             allocate(law%friction)
             law%friction%kernel => friction(spec%friction)%kernel
+            law%friction%jacobian => friction(spec%friction)%jacobian
             law%friction%coefficient = spec%friction_coefficient
             law%friction%delta = spec%regularization_velocity
             law%friction%drilling = spec%drilling .and. friction(spec%friction)%has_torque

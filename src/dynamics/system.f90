@@ -2,19 +2,28 @@
 !>
 !> State of a body, 13 numbers: centre of mass r (inertial), quaternion q (w, x, y, z; body to
 !> inertial; its norm carries no meaning), velocity v (inertial), angular velocity (body frame).
-!> After the bodies come, only if the scene has the effect, the work lost in friction and the work
-!> lost in damping, so that a run closes its own energy balance.
+!> After the bodies come, only if the scene has the effect, the work lost in friction, the work lost
+!> in damping and the work supplied by applied loads and drives, so that a run closes its own energy
+!> balance.
 !> Newton-Euler: m v' = m g + F, I w' = T - w x (I w) about the principal axes.
+!>
+!> Where the curvatures of a pair change with its pose, the elastic energy U(d, A, B) of a contact
+!> acts on the pose through them, too: the generalised forces -dU/dA and -dU/dB are part of the load,
+!> so that the contact conserves energy. They are smaller than the normal force by the approach over
+!> the radii.
 module contensou_dynamics_system
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : quaternion_rate, rotation_matrix, unit_quaternion
    use contensou_base_vectors, only : cross
-   use contensou_contact_geometry, only : contact_point_type, pose_type, track_type
+   use contensou_contact_geometry, only : contact_point_type, &
+      contact_variation_type, pose_type, track_type, trouble_conforming, trouble_no_spot
    use contensou_contact_law, only : contact_law_type, contact_load_type
    implicit none(type, external)
    private
 
    public :: system_type, body_type, contact_type, contact_report_type, body_size
+   public :: motion_free, motion_fixed, motion_prescribed, relative_motion
 
    !> Numbers of state per body.
    integer, parameter :: body_size = 13
@@ -22,12 +31,31 @@ module contensou_dynamics_system
    !> Multiple of the largest approach up to which a right-hand side is evaluated.
    real(wp), parameter :: far_beyond = 4.0_wp
 
-   !> Inertia of a rigid body.
+   !> How a body moves: by Newton-Euler, not at all, or as prescribed.
+   integer, parameter :: motion_free = 1, motion_fixed = 2, motion_prescribed = 3
+
+   !> Inertia of a rigid body, and what drives it.
    type :: body_type
+      !> One of the `motion_*` codes.
+      integer :: motion = motion_free
       !> Mass [kg].
       real(wp) :: mass = 0.0_wp
       !> Principal moments of inertia [kg m2].
       real(wp) :: inertia(3) = 0.0_wp
+      !> Whether a force or a torque is applied to a free body.
+      logical :: loaded = .false.
+      !> Whether it turns with the body.
+      logical :: load_follows = .false.
+      !> Force applied at the centre of mass [N].
+      real(wp) :: force(3) = 0.0_wp
+      !> Torque applied [N m].
+      real(wp) :: torque(3) = 0.0_wp
+      !> Duration of the ramp of a prescribed motion [s].
+      real(wp) :: ramp = 0.0_wp
+      !> Acceleration during the ramp [m/s2], inertial frame.
+      real(wp) :: acceleration(3) = 0.0_wp
+      !> Angular acceleration during the ramp [rad/s2], inertial frame.
+      real(wp) :: angular_acceleration(3) = 0.0_wp
    end type body_type
 
    !> Two bodies and the law between them.
@@ -40,6 +68,11 @@ module contensou_dynamics_system
       type(contact_law_type) :: law
       !> Where the surfaces were closest last.
       type(track_type) :: track
+   contains
+      !> Let the normal part follow the curvatures.
+      procedure :: follow
+      !> Force of the elastic energy through the curvatures.
+      procedure :: shape_force
    end type contact_type
 
    !> What an output row says of a contact.
@@ -68,21 +101,28 @@ module contensou_dynamics_system
       integer :: friction_index = 0
       !> Index of the work of damping in the state; 0 without damping.
       integer :: damping_index = 0
+      !> Index of the work of applied loads and drives in the state; 0 without them.
+      integer :: applied_index = 0
       !> Contact whose approach was beyond what Hertz's theory admits in the last call of
       !> `derivative`; 0 for none.
       integer :: too_deep = 0
+      !> Contact whose geometry failed in the last call of `derivative`, for the reason in its track; 0
+      !> for none.
+      integer :: trouble = 0
       !> Whether it was so far beyond, as in a step that is too large, that nothing was evaluated.
       !> Up to that an integrator comes to the limit in a step and not in ever smaller ones.
       logical :: outside = .false.
       !> Whether there is gravity.
       logical, private :: has_gravity = .false.
       !> Poses of the ground (0) and the bodies.
-      type(pose_type), allocatable, private :: pose(:)
+      type(pose_type), allocatable :: pose(:)
       !> Forces on the bodies [N].
       real(wp), allocatable, private :: force(:, :)
       !> Torques about the centres of mass [N m], inertial frame.
       real(wp), allocatable, private :: torque(:, :)
    contains
+      !> Poses of all bodies at a state.
+      procedure :: set_poses
       !> Make ready after bodies and contacts are set.
       procedure :: prepare
       !> Time derivative of the state.
@@ -114,7 +154,9 @@ contains
       self%n = body_size*nb
       self%friction_index = 0
       self%damping_index = 0
-      if (any([(allocated(self%contacts(i)%law%friction), i=1, size(self%contacts))])) then
+      self%applied_index = 0
+      if (any([(allocated(self%contacts(i)%law%friction) .or. &
+         allocated(self%contacts(i)%law%rolling), i=1, size(self%contacts))])) then
          self%n = self%n + 1
          self%friction_index = self%n
       end if
@@ -122,53 +164,125 @@ contains
          self%n = self%n + 1
          self%damping_index = self%n
       end if
+      if (any(self%bodies%loaded .or. self%bodies%motion == motion_prescribed)) then
+         self%n = self%n + 1
+         self%applied_index = self%n
+      end if
       if (allocated(self%pose)) deallocate(self%pose, self%force, self%torque)
       allocate(self%pose(0:nb), self%force(3, nb), self%torque(3, nb))
    end subroutine prepare
 
    !> Time derivative of the state. Allocates nothing.
-   subroutine derivative(self, y, rate)
-      !> The system; its workspace is changed, `too_deep` and `outside`.
+   subroutine derivative(self, t, y, rate)
+      !> The system; its workspace is changed, `too_deep`, `trouble` and `outside`.
       class(system_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
       !> State.
       real(wp), intent(in) :: y(:)
       !> Its time derivative; not set when `outside`.
       real(wp), intent(out) :: rate(:)
       integer :: i, k
-      real(wp) :: w(3), inertia(3), moment(3), friction_power, damping_power
+      real(wp) :: friction_power, damping_power
 
-      call set_poses(self, y)
+      call self%set_poses(y)
       do i = 1, size(self%bodies)
          self%force(:, i) = 0.0_wp
          self%torque(:, i) = 0.0_wp
       end do
       if (self%has_gravity) then
          do i = 1, size(self%bodies)
-            self%force(:, i) = self%bodies(i)%mass*self%gravity
+            if (self%bodies(i)%motion == motion_free) then
+               self%force(:, i) = self%bodies(i)%mass*self%gravity
+            end if
          end do
       end if
       friction_power = 0.0_wp
       damping_power = 0.0_wp
       self%too_deep = 0
+      self%trouble = 0
       self%outside = .false.
       do i = 1, size(self%contacts)
          call add_contact(self, self%contacts(i), i, friction_power, damping_power)
          if (self%outside) return
       end do
+      if (self%applied_index > 0) then
+         rate(self%applied_index) = 0.0_wp
+         call apply_loads(self, rate(self%applied_index))
+      end if
       do i = 1, size(self%bodies)
          k = body_size*(i - 1)
-         inertia = self%bodies(i)%inertia
-         w = y(k + 11:k + 13)
-         rate(k + 1:k + 3) = y(k + 8:k + 10)
-         rate(k + 4:k + 7) = quaternion_rate(y(k + 4:k + 7), w)
-         rate(k + 8:k + 10) = self%force(:, i)/self%bodies(i)%mass
-         ! In two statements: gfortran takes memory for the sum of a product and a function.
-         moment = matmul(self%torque(:, i), self%pose(i)%rotation)
-         rate(k + 11:k + 13) = (moment - cross(w, inertia*w))/inertia
+         call accelerate(self, i, t, y(k + 1:k + body_size), rate(k + 1:k + body_size))
       end do
       if (self%friction_index > 0) rate(self%friction_index) = friction_power
       if (self%damping_index > 0) rate(self%damping_index) = damping_power
    end subroutine derivative
+
+   !> Add the applied loads to the bodies; power supplied by them and by the drives.
+   subroutine apply_loads(self, power)
+      !> The system; forces and torques hold those of the contacts.
+      type(system_type), intent(inout) :: self
+      !> Power [W], increased by what is supplied.
+      real(wp), intent(inout) :: power
+      real(wp) :: force(3), torque(3)
+      integer :: i
+
+      do i = 1, size(self%bodies)
+         associate (body => self%bodies(i), pose => self%pose(i))
+            if (body%motion == motion_prescribed) then
+               ! What keeps the motion against the contacts; its own inertia is not counted.
+               power = power - dot_product(self%force(:, i), pose%velocity) &
+                  - dot_product(self%torque(:, i), pose%spin)
+            else if (body%loaded) then
+               force = body%force
+               torque = body%torque
+               if (body%load_follows) then
+                  force = matmul(pose%rotation, force)
+                  torque = matmul(pose%rotation, torque)
+               end if
+               self%force(:, i) = self%force(:, i) + force
+               self%torque(:, i) = self%torque(:, i) + torque
+               power = power + dot_product(force, pose%velocity) + dot_product(torque, pose%spin)
+            end if
+         end associate
+      end do
+   end subroutine apply_loads
+
+   !> Time derivative of the state of a body.
+   subroutine accelerate(self, index, t, y, rate)
+      !> The system.
+      type(system_type), intent(in) :: self
+      !> Index of the body.
+      integer, intent(in) :: index
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State of the body.
+      real(wp), intent(in) :: y(body_size)
+      !> Its time derivative.
+      real(wp), intent(out) :: rate(body_size)
+      real(wp) :: w(3), moment(3)
+
+      associate (body => self%bodies(index))
+         if (body%motion == motion_fixed) then
+            rate = 0.0_wp
+            return
+         end if
+         w = y(11:13)
+         rate(1:3) = y(8:10)
+         rate(4:7) = quaternion_rate(y(4:7), w)
+         if (body%motion == motion_free) then
+            rate(8:10) = self%force(:, index)/body%mass
+            ! In two statements: gfortran takes memory for the sum of a product and a function.
+            moment = matmul(self%torque(:, index), self%pose(index)%rotation)
+            rate(11:13) = (moment - cross(w, body%inertia*w))/body%inertia
+         else if (t < body%ramp) then
+            rate(8:10) = body%acceleration
+            rate(11:13) = matmul(body%angular_acceleration, self%pose(index)%rotation)
+         else
+            rate(8:13) = 0.0_wp
+         end if
+      end associate
+   end subroutine accelerate
 
    !> Add the load of a contact to its bodies.
    subroutine add_contact(self, contact, index, friction_power, damping_power)
@@ -184,10 +298,15 @@ contains
       real(wp), intent(inout) :: damping_power
       type(contact_point_type) :: at
       type(contact_load_type) :: load
-      real(wp) :: gap, force(3), torque(3), velocity(3), spin(3)
+      real(wp) :: gap, force(3), torque(3), velocity(3), spin(3), shape_force(6)
 
       associate (a => self%pose(contact%a), b => self%pose(contact%b))
          call contact%law%geometry%gap(a, b, contact%track, gap)
+         if (contact%track%trouble /= 0) then
+            self%outside = .true.
+            self%trouble = index
+            return
+         end if
          if (gap >= 0.0_wp) return
          if (-gap > contact%law%largest_approach) then
             self%too_deep = index
@@ -195,6 +314,14 @@ contains
             if (self%outside) return
          end if
          call contact%law%geometry%locate(a, b, contact%track, gap, at)
+         if (.not. contact%law%geometry%constant_curvatures) then
+            call contact%follow(at)
+            if (contact%track%trouble /= 0) then
+               self%outside = .true.
+               self%trouble = index
+               return
+            end if
+         end if
          call relative_motion(a, b, at%point, velocity, spin)
          call contact%law%evaluate(at, velocity, spin, load)
          force = load%normal_force*at%normal
@@ -203,6 +330,17 @@ contains
             force = force + load%friction_force
             torque = load%friction_torque*at%normal
             friction_power = friction_power + load%friction_power
+         end if
+         if (allocated(contact%law%rolling)) then
+            torque = torque + load%rolling_torque
+            if (.not. allocated(contact%law%friction)) then
+               friction_power = friction_power + load%friction_power
+            end if
+         end if
+         if (.not. contact%law%geometry%constant_curvatures) then
+            call contact%shape_force(a, b, at, shape_force)
+            force = force + shape_force(1:3)
+            torque = torque + shape_force(4:6)
          end if
          damping_power = damping_power + load%damping_power
          if (contact%a > 0) then
@@ -217,6 +355,42 @@ contains
          end if
       end associate
    end subroutine add_contact
+
+   !> Let the normal part follow the curvatures; trouble where there is no spot.
+   subroutine follow(self, at)
+      !> The contact.
+      class(contact_type), intent(inout) :: self
+      !> Where it touches.
+      type(contact_point_type), intent(in) :: at
+
+      if (.not. at%curvature_a > 0.0_wp) then
+         self%track%trouble = trouble_conforming
+         return
+      end if
+      call self%law%normal%follow(at%curvature_a, at%curvature_b)
+      if (ieee_is_nan(self%law%normal%axis_a)) self%track%trouble = trouble_no_spot
+   end subroutine follow
+
+   !> Force and torque on B about the contact point by which the elastic energy resists a change of
+   !> the curvatures [N, N m].
+   subroutine shape_force(self, a, b, at, force)
+      !> The contact; its normal part has followed.
+      class(contact_type), intent(in) :: self
+      !> Pose of A.
+      type(pose_type), intent(in) :: a
+      !> Pose of B.
+      type(pose_type), intent(in) :: b
+      !> Where it touches, closed.
+      type(contact_point_type), intent(in) :: at
+      !> Force (1:3) and torque (4:6), inertial frame.
+      real(wp), intent(out) :: force(6)
+      type(contact_variation_type) :: variation
+      real(wp) :: force_a, force_b
+
+      call self%law%geometry%vary(a, b, self%track, at, variation)
+      call self%law%normal%curvature_forces(-at%gap, force_a, force_b)
+      force = force_a*variation%curvature_a + force_b*variation%curvature_b
+   end subroutine shape_force
 
    !> Velocity of B against A at a point, and angular velocity of B against A.
    pure subroutine relative_motion(a, b, point, velocity, spin)
@@ -263,7 +437,7 @@ contains
       real(wp), intent(out) :: gap(:)
       integer :: i
 
-      call set_poses(self, y)
+      call self%set_poses(y)
       do i = 1, size(self%contacts)
          associate (c => self%contacts(i))
             call c%law%geometry%gap(self%pose(c%a), self%pose(c%b), c%track, gap(i))
@@ -283,7 +457,7 @@ contains
       real(wp) :: velocity(3), spin(3), gap
       integer :: i
 
-      call set_poses(self, y)
+      call self%set_poses(y)
       do i = 1, size(self%contacts)
          associate (a => self%pose(self%contacts(i)%a), b => self%pose(self%contacts(i)%b), &
             contact => self%contacts(i))
@@ -329,12 +503,14 @@ contains
       type(contact_report_type), intent(out) :: row
       real(wp) :: velocity(3), spin(3), gap
 
-      call set_poses(self, y)
+      call self%set_poses(y)
       associate (c => self%contacts(index))
          associate (a => self%pose(c%a), b => self%pose(c%b), law => c%law)
             call law%geometry%gap(a, b, c%track, gap)
             call law%geometry%locate(a, b, c%track, gap, row%at)
-            if (gap >= 0.0_wp) return
+            if (gap >= 0.0_wp .or. c%track%trouble /= 0) return
+            if (.not. law%geometry%constant_curvatures) call c%follow(row%at)
+            if (c%track%trouble /= 0) return
             call relative_motion(a, b, row%at%point, velocity, spin)
             call law%evaluate(row%at, velocity, spin, row%load)
             row%load%slip = velocity - dot_product(velocity, row%at%normal)*row%at%normal
@@ -346,7 +522,7 @@ contains
       end associate
    end subroutine report
 
-   !> Kinetic energy, and potential energy of gravity relative to the origin [J].
+   !> Kinetic energy, and potential energy of gravity relative to the origin, of the free bodies [J].
    pure subroutine energies(self, y, kinetic, potential)
       !> The system.
       class(system_type), intent(in) :: self
@@ -362,6 +538,7 @@ contains
       potential = 0.0_wp
       do i = 1, size(self%bodies)
          k = body_size*(i - 1)
+         if (self%bodies(i)%motion /= motion_free) cycle
          associate (body => self%bodies(i), v => y(k + 8:k + 10), w => y(k + 11:k + 13))
             kinetic = kinetic + 0.5_wp*body%mass*dot_product(v, v) &
                + 0.5_wp*dot_product(body%inertia*w, w)

@@ -1,17 +1,18 @@
 !> CVODE of SUNDIALS, stepped one step at a time. The only module that names SUNDIALS.
 !>
-!> `cvode_bdf`: variable-order BDF with a dense Newton iteration; `cvode_adams`: variable-order
+!> `cvode_bdf`: variable-order BDF with a Newton iteration, whose matrix is dense for few unknowns and
+!> sparse for many and comes from the problem's Jacobian if it has one; `cvode_adams`: variable-order
 !> Adams-Moulton with a fixed-point iteration.
 !> A. C. Hindmarsh et al., ACM Trans. Math. Software 31 (2005) 363.
 module contensou_integrate_cvode
    use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_double, c_f_pointer, c_funloc, &
-      c_int, c_loc, c_long, c_null_char, c_null_ptr, c_ptr
+      c_int, c_int64_t, c_loc, c_long, c_null_char, c_null_ptr, c_ptr
    use fcvode_mod, only : CV_ADAMS, CV_BDF, CV_CONV_FAILURE, CV_ERR_FAILURE, CV_FIRST_RHSFUNC_ERR, &
       CV_LSETUP_FAIL, CV_ONE_STEP, CV_REPTD_RHSFUNC_ERR, CV_ROOT_RETURN, CV_TOO_MUCH_ACC, &
       CV_TSTOP_RETURN, CV_UNREC_RHSFUNC_ERR, FCVode, FCVodeCreate, FCVodeFree, FCVodeGetDky, &
       FCVodeGetIntegratorStats, FCVodeGetNonlinSolvStats, FCVodeGetNumJacEvals, &
       FCVodeGetNumLinRhsEvals, FCVodeGetRootInfo, FCVodeInit, FCVodeReInit, FCVodeRootInit, &
-      FCVodeSetErrFile, FCVodeSetLinearSolver, FCVodeSetMaxConvFails, FCVodeSetMaxErrTestFails, &
+      FCVodeSetErrFile, FCVodeSetJacFn, FCVodeSetLinearSolver, FCVodeSetMaxConvFails, FCVodeSetMaxErrTestFails, &
       FCVodeSetMaxHnilWarns, FCVodeSetMaxStep, FCVodeSetNoInactiveRootWarn, &
       FCVodeSetNonlinearSolver, FCVodeSetStopTime, FCVodeSetUserData, FCVodeWFtolerances
    use fnvector_serial_mod, only : FN_VMake_Serial
@@ -21,7 +22,10 @@ module contensou_integrate_cvode
    use fsundials_nonlinearsolver_mod, only : FSUNNonlinSolFree, SUNNonlinearSolver
    use fsundials_nvector_mod, only : FN_VDestroy, FN_VGetArrayPointer, N_Vector
    use fsunlinsol_dense_mod, only : FSUNLinSol_Dense
-   use fsunmatrix_dense_mod, only : FSUNDenseMatrix
+   use fsunlinsol_klu_mod, only : FSUNLinSol_KLU
+   use fsunmatrix_dense_mod, only : FSUNDenseMatrix, FSUNDenseMatrix_Data
+   use fsunmatrix_sparse_mod, only : CSC_MAT, FSUNSparseMatrix, FSUNSparseMatrix_Data, &
+      FSUNSparseMatrix_IndexPointers, FSUNSparseMatrix_IndexValues
    use fsunnonlinsol_fixedpoint_mod, only : FSUNNonlinSol_FixedPoint
    use contensou_base_errors, only : error_type, fatal, status_failed
    use contensou_base_kinds, only : i8, wp
@@ -51,7 +55,14 @@ module contensou_integrate_cvode
    type :: handle_type
       !> The problem.
       class(problem_type), pointer :: problem => null()
+      !> Whether the matrix of the Newton iteration is sparse.
+      logical :: sparse = .false.
+      !> Entries of the Jacobian.
+      real(wp), allocatable :: entries(:)
    end type handle_type
+
+   !> Number of unknowns from which on the matrix is sparse.
+   integer, parameter :: sparse_from = 60
 
    !> One integration.
    type :: cvode_type
@@ -171,9 +182,20 @@ contains
          self%fixed_point => FSUNNonlinSol_FixedPoint(self%vector, 0, self%context)
          flag = min(flag, FCVodeSetNonlinearSolver(self%memory, self%fixed_point))
       else
-         self%matrix => FSUNDenseMatrix(int(n, i8), int(n, i8), self%context)
-         self%linear_solver => FSUNLinSol_Dense(self%vector, self%matrix, self%context)
+         self%handle%sparse = allocated(problem%row) .and. n >= sparse_from
+         if (self%handle%sparse) then
+            self%matrix => FSUNSparseMatrix(int(n, i8), int(n, i8), size(problem%row, kind=i8), &
+               CSC_MAT, self%context)
+            self%linear_solver => FSUNLinSol_KLU(self%vector, self%matrix, self%context)
+         else
+            self%matrix => FSUNDenseMatrix(int(n, i8), int(n, i8), self%context)
+            self%linear_solver => FSUNLinSol_Dense(self%vector, self%matrix, self%context)
+         end if
          flag = min(flag, FCVodeSetLinearSolver(self%memory, self%linear_solver, self%matrix))
+         if (allocated(problem%row)) then
+            allocate(self%handle%entries(size(problem%row)))
+            flag = min(flag, FCVodeSetJacFn(self%memory, c_funloc(jacobian_callback)))
+         end if
       end if
       if (problem%n_events > 0) flag = min(flag, FCVodeRootInit(self%memory, &
          int(problem%n_events, c_int), c_funloc(events_callback)))
@@ -366,6 +388,59 @@ contains
       call handle%problem%derivative(t, y, rate, outside)
       flag = merge(1_c_int, 0_c_int, outside)
    end function derivative_callback
+
+   !> Jacobian for CVODE.
+   function jacobian_callback(t, vector_y, vector_rate, matrix, user_data, work_1, work_2, work_3) &
+      result(flag) bind(c)
+      !> Time [s].
+      real(c_double), intent(in), value :: t
+      !> State.
+      type(N_Vector), intent(inout) :: vector_y
+      !> Its time derivative.
+      type(N_Vector), intent(inout) :: vector_rate
+      !> The Jacobian.
+      type(SUNMatrix), intent(inout) :: matrix
+      !> The handle.
+      type(c_ptr), intent(in), value :: user_data
+      !> Work space.
+      type(N_Vector), intent(inout) :: work_1
+      !> Work space.
+      type(N_Vector), intent(inout) :: work_2
+      !> Work space.
+      type(N_Vector), intent(inout) :: work_3
+      integer(c_int) :: flag
+      type(handle_type), pointer :: handle
+      real(c_double), pointer :: y(:), first(:), dense(:, :), sparse(:)
+      integer(c_int64_t), pointer :: first_index(:), starts(:), rows(:)
+      integer :: i, j
+
+      call c_f_pointer(user_data, handle)
+      y => FN_VGetArrayPointer(vector_y)
+      associate (problem => handle%problem)
+         if (handle%sparse) then
+            first => FSUNSparseMatrix_Data(matrix)
+            call c_f_pointer(c_loc(first(1)), sparse, [size(problem%row)])
+            call problem%jacobian(t, y, sparse)
+            first_index => FSUNSparseMatrix_IndexPointers(matrix)
+            call c_f_pointer(c_loc(first_index(1)), starts, [problem%n + 1])
+            starts = problem%column_start - 1
+            first_index => FSUNSparseMatrix_IndexValues(matrix)
+            call c_f_pointer(c_loc(first_index(1)), rows, [size(problem%row)])
+            rows = problem%row - 1
+         else
+            call problem%jacobian(t, y, handle%entries)
+            first => FSUNDenseMatrix_Data(matrix)
+            call c_f_pointer(c_loc(first(1)), dense, [problem%n, problem%n])
+            dense = 0.0_wp
+            do j = 1, problem%n
+               do i = problem%column_start(j), problem%column_start(j + 1) - 1
+                  dense(problem%row(i), j) = handle%entries(i)
+               end do
+            end do
+         end if
+      end associate
+      flag = 0
+   end function jacobian_callback
 
    !> Event functions for CVODE.
    function events_callback(t, vector_y, g, user_data) result(flag) bind(c)

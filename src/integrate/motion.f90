@@ -1,6 +1,7 @@
 !> The motion of a system of bodies as an initial value problem.
 module contensou_integrate_motion
    use contensou_base_kinds, only : wp
+   use contensou_dynamics_jacobian, only : jacobian_type
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_system, only : body_size, system_type
    use contensou_integrate_problem, only : problem_type
@@ -35,7 +36,10 @@ module contensou_integrate_motion
       type(system_type) :: system
       !> What the tolerance refers to.
       type(scales_type) :: scales
+      !> Its Jacobian.
+      type(jacobian_type) :: differential
    contains
+      procedure :: jacobian
       procedure :: derivative
       procedure :: events
       procedure :: admissible_error
@@ -56,6 +60,9 @@ contains
 
       motion%n = motion%system%n
       motion%n_events = size(motion%system%contacts)
+      call motion%differential%prepare(motion%system)
+      motion%column_start = motion%differential%column_start
+      motion%row = motion%differential%row
       associate (s => motion%scales)
          s%rtol = scene%integrator%rtol
          s%length = scene%integrator%length_scale
@@ -73,7 +80,7 @@ contains
    subroutine derivative(self, t, y, rate, outside)
       !> The motion.
       class(motion_type), intent(inout) :: self
-      !> Time [s] (the equations do not depend on it).
+      !> Time [s] .
       real(wp), intent(in) :: t
       !> State.
       real(wp), intent(in) :: y(:)
@@ -82,9 +89,24 @@ contains
       !> Whether an approach is far outside the domain of the contact model.
       logical, intent(out) :: outside
 
-      call self%system%derivative(y, rate)
+      call self%system%derivative(t, y, rate)
       outside = self%system%outside
    end subroutine derivative
+
+   !> Jacobian of the right-hand side.
+   subroutine jacobian(self, t, y, value)
+      !> The motion.
+      class(motion_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Entries, in the order of `row`.
+      real(wp), intent(out) :: value(:)
+
+      call self%differential%evaluate(self%system, t, y)
+      value = self%differential%value
+   end subroutine jacobian
 
    !> Gaps of the contacts: zero at touch and lift-off.
    subroutine events(self, t, y, g)

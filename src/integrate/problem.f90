@@ -12,7 +12,14 @@ module contensou_integrate_problem
       integer :: n = 0
       !> Number of event functions.
       integer :: n_events = 0
+      !> Index of the first entry of each column of the Jacobian, and one beyond the last; not
+      !> allocated where there is no Jacobian and differences must do.
+      integer, allocatable :: column_start(:)
+      !> Row of each entry of the Jacobian, in ascending order within a column.
+      integer, allocatable :: row(:)
    contains
+      !> Entries of the Jacobian of the right-hand side.
+      procedure :: jacobian
       !> Right-hand side.
       procedure(derivative_interface), deferred :: derivative
       !> Event functions.
@@ -64,5 +71,21 @@ module contensou_integrate_problem
          real(wp), intent(out) :: size_of_error(:)
       end subroutine admissible_interface
    end interface
+
+contains
+
+   !> Entries of the Jacobian, in the order of `row`; nothing unless a problem says otherwise.
+   subroutine jacobian(self, t, y, value)
+      !> The problem.
+      class(problem_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> Unknowns.
+      real(wp), intent(in) :: y(:)
+      !> Derivative of the rate of unknown `row(i)` by the unknown of the column.
+      real(wp), intent(out) :: value(:)
+
+      value = 0.0_wp
+   end subroutine jacobian
 
 end module contensou_integrate_problem

@@ -30,7 +30,7 @@ contains
       call c_f_pointer(user_data, motion)
       y => FN_VGetArrayPointer(vector_y)
       rate => FN_VGetArrayPointer(vector_rate)
-      call motion%system%derivative(y, rate)
+      call motion%system%derivative(0.0_wp, y, rate)
       flag = merge(1_c_int, 0_c_int, motion%system%outside)
    end function derivative
 

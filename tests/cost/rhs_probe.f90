@@ -39,7 +39,7 @@ program rhs_probe
    allocate(rate(system%n))
    rate = 0.0_wp
    do i = 1, count
-      call system%derivative(y, rate)
+      call system%derivative(0.0_wp, y, rate)
    end do
    write(output_unit, "(*(es24.16))") rate
 end program rhs_probe

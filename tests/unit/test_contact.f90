@@ -37,7 +37,7 @@ module test_contact
    real(wp), parameter :: impact_stiffness = 1.0e9_wp
 
    !> Square root of their product, the unit of Tsuji's coefficient.
-   real(wp), parameter :: impact_coefficient = sqrt(impact_mass*impact_stiffness)
+   real(wp), parameter :: impact_coefficient = sqrt(impact_mass)
 
    !> Precision of the defining equation of a restitution, which cancels.
    integer, parameter :: qp = selected_real_kind(30)
@@ -174,7 +174,7 @@ contains
             case ("viscous")
                expected = elastic + damping%coefficient*approach*rate
             case ("tsuji")
-               expected = elastic + damping%coefficient*approach**0.25_wp*rate
+               expected = elastic + damping%coefficient*sqrt(elastic/approach)*rate
             case default
                expected = -1.0_wp
             end select
@@ -474,7 +474,7 @@ contains
          call set_motion(scene, motion, y)
          call random_touch(scene, random, random%uniform(-1.0e-4_wp, 1.0e-2_wp), y)
          allocate(rate(size(y)))
-         call motion%system%derivative(y, rate)
+         call motion%system%derivative(0.0_wp, y, rate)
          call motion%system%gap_rates(y, gap_rate)
          call motion%system%gaps(y + h*rate, ahead)
          call motion%system%gaps(y - h*rate, behind)
@@ -509,8 +509,8 @@ contains
          y = 0.0_wp
          call random_touch(scenes(1), random, -random%uniform(1.0e-6_wp, 1.0e-4_wp), y)
          allocate(rate(size(y), 2))
-         call motions(1)%system%derivative(y, rate(:, 1))
-         call motions(2)%system%derivative(y, rate(:, 2))
+         call motions(1)%system%derivative(0.0_wp, y, rate(:, 1))
+         call motions(2)%system%derivative(0.0_wp, y, rate(:, 2))
          call worst%note(maxval(abs(rate(:, 1) - rate(:, 2))/(1.0_wp + abs(rate(:, 1)))), i)
          deallocate(rate)
       end do
@@ -624,12 +624,12 @@ contains
             call set_motion(scene, motion, y)
             call random_touch(scene, random, -1.0e-5_wp, y)
             allocate(rate(size(y)))
-            call motion%system%derivative(y, rate)
+            call motion%system%derivative(0.0_wp, y, rate)
             call check(all(ieee_is_finite(rate)), name // ", " // trim(friction(j)%info%name) // &
                ": a contact can be evaluated")
             y(8:13) = 0.0_wp
             y(21:26) = 0.0_wp
-            call motion%system%derivative(y, rate)
+            call motion%system%derivative(0.0_wp, y, rate)
             call check(all(ieee_is_finite(rate)) .and. norm2(rate(8:10)) > 0.0_wp, name // ", " &
                // trim(friction(j)%info%name) // ": a contact at rest has a force")
             call check(allocated(motion%system%contacts(1)%law%damping) .eqv. i > 1, name // &

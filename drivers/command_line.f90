@@ -311,8 +311,7 @@ contains
          text = "usage: contensou eval KERNEL [--model NAME] [--delta VELOCITY] [FILE]" // nl // &
             "  FILE             CSV with a header; standard input if not given" // nl // &
             "  --delta VELOCITY regularisation velocity of the wrench [m/s], default 0" // nl // &
-            "  --jacobian       the wrench's derivatives, too: dFxdvx ... dTzdw (exact, " // &
-            "simplified)" // nl // &
+            "  --jacobian       the wrench's derivatives, too: dFxdvx ... dTzdw" // nl // &
             "  KERNEL    inputs             outputs              models, the default first" // nl &
             // "  elliptic  c1 (or c)          K,E,B,D,dKdc,dEdc    tables, theta, agm, gsl" // nl &
             // "  hertz     A,B,Estar,delta    c,c1,a,b,N,p0        hertz (= tables), newton, " // &

@@ -192,14 +192,7 @@ contains
       if (allocated(error)) return
       evaluation%friction%kernel => models(i + 1)%kernel
       evaluation%friction%delta = command%delta
-      if (command%jacobian) then
-         evaluation%jacobian => models(i + 1)%jacobian
-         if (.not. associated(evaluation%jacobian)) then
-            call fatal(error, "friction model " // quote(trim(models(i + 1)%info%name)) // &
-               " has no derivatives; contensou_exact and contensou_simplified have", status_usage)
-            return
-         end if
-      end if
+      if (command%jacobian) evaluation%jacobian => models(i + 1)%jacobian
       if (models(i + 1)%needs_delta .and. command%delta <= 0.0_wp) call fatal(error, &
          "friction model " // quote(trim(models(i + 1)%info%name)) // &
          " needs --delta VELOCITY, a number > 0 [m/s]", status_usage)
@@ -354,7 +347,7 @@ contains
          motion = matmul(turn, motion)
          major = x(3)
       end if
-      call friction%wrench(x(1), shape, major, motion(1), motion(2), motion(3), wrench(1), &
+      call friction%wrench(x(1), shape, major, motion(1), motion(2), motion(3), 0.0_wp, wrench(1), &
          wrench(2), wrench(3))
       if (swapped) wrench = matmul(wrench, turn)
       y(:3) = wrench

@@ -345,8 +345,11 @@ contains
             "its radius, beyond Hertz's theory: a stiffer material, a slower " // &
             "impact or a smaller mass keeps it inside"
       else
-         text = text // new_line("a") // "  a larger integrator.rtol, a larger " // &
-            "regularization_velocity, or the other integrator.method may help"
+         if (scene%integrator%method /= "cvode_bdf") text = text // new_line("a") // &
+            "  friction that sticks and strong damping are stiff: integrator.method = " // &
+            "'cvode_bdf' takes them in large steps"
+         text = text // new_line("a") // "  a larger integrator.rtol or a larger " // &
+            "regularization_velocity may help"
       end if
    end function failure_text
 

@@ -136,7 +136,8 @@ contains
       shape = circular_shape
       if (b < a) shape = elliptic_shape(b/a)
       call c_f_pointer(handle, friction)
-      call friction%wrench(load, shape, a, vx, vy, spin, wrench(1), wrench(2), wrench(3))
+      call friction%wrench(load, shape, a, vx, vy, spin, 0.0_c_double, wrench(1), wrench(2), &
+         wrench(3))
       status = ok
    end function contensou_friction_wrench
 

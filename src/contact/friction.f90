@@ -29,6 +29,8 @@ module contensou_contact_friction
       procedure :: wrench
       !> Wrench and its derivatives in SI units.
       procedure :: linearize
+      !> Regularisation velocity that acts.
+      procedure, private :: effective_delta
    end type friction_type
 
    !> An entry of the table.
@@ -87,7 +89,7 @@ contains
    end function friction_models
 
    !> Friction force and torque on the body that slips, in the axes of the spot.
-   pure subroutine wrench(self, load, shape, a, vx, vy, w, fx, fy, torque)
+   pure subroutine wrench(self, load, shape, a, vx, vy, w, resolution, fx, fy, torque)
       !> The part.
       class(friction_type), intent(in) :: self
       !> Normal force N [N], >= 0.
@@ -102,6 +104,8 @@ contains
       real(wp), intent(in) :: vy
       !> Spin about the normal [rad/s].
       real(wp), intent(in) :: w
+      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
+      real(wp), intent(in) :: resolution
       !> Force along the major axis [N].
       real(wp), intent(out) :: fx
       !> Force along the minor axis [N].
@@ -110,15 +114,42 @@ contains
       real(wp), intent(out) :: torque
       real(wp) :: limit
 
-      call self%kernel(shape, vx, vy, a*w, self%delta, self%drilling, fx, fy, torque)
+      call self%kernel(shape, vx, vy, a*w, self%effective_delta(vx, vy, a*w, resolution), &
+         self%drilling, fx, fy, torque)
       limit = self%coefficient*load
       fx = limit*fx
       fy = limit*fy
       torque = limit*a*torque
    end subroutine wrench
 
+   !> Regularisation velocity [m/s]: the part's own, or what an integrator resolves near rest.
+   !>
+   !> Where sliding and spinning stop together the wrench jumps, over a velocity that no tolerance
+   !> can resolve. There delta grows to r, the velocity that is resolved: r (1 + V^2/r^2)^(-3/2) at
+   !> the velocity V. Away from rest that changes the wrench by (r/V)^8, and nothing beyond 100 r.
+   pure function effective_delta(self, vx, vy, spin, resolution) result(delta)
+      !> The part.
+      class(friction_type), intent(in) :: self
+      !> Sliding velocity along the major axis [m/s].
+      real(wp), intent(in) :: vx
+      !> Sliding velocity along the minor axis [m/s].
+      real(wp), intent(in) :: vy
+      !> Spin velocity a w [m/s].
+      real(wp), intent(in) :: spin
+      !> r^2 [m2/s2], 0 for a perfect resolution.
+      real(wp), intent(in) :: resolution
+      real(wp) :: delta
+      real(wp) :: square
+
+      delta = self%delta
+      if (resolution <= 0.0_wp) return
+      square = vx*vx + vy*vy + spin*spin
+      if (square >= 1.0e4_wp*resolution) return
+      delta = max(delta, resolution**2/(resolution + square)/sqrt(resolution + square))
+   end function effective_delta
+
    !> Friction wrench and its derivatives by normal force, size of the spot and velocities.
-   pure subroutine linearize(self, load, shape, a, vx, vy, w, wrench, slopes)
+   pure subroutine linearize(self, load, shape, a, vx, vy, w, resolution, wrench, slopes)
       !> The part.
       class(friction_type), intent(in) :: self
       !> Normal force N [N], >= 0.
@@ -133,13 +164,25 @@ contains
       real(wp), intent(in) :: vy
       !> Spin about the normal [rad/s].
       real(wp), intent(in) :: w
+      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
+      real(wp), intent(in) :: resolution
       !> Force along the major and the minor axis [N], torque about the normal [N m].
       real(wp), intent(out) :: wrench(3)
       !> Derivative of component i by N, a, vx, vy, w.
       real(wp), intent(out) :: slopes(3, 5)
-      real(wp) :: unit(3)
+      real(wp) :: unit(3), motion(3), delta
 
-      call self%jacobian(shape, vx, vy, a*w, self%delta, wrench, slopes(:, 3:5))
+      motion = [vx, vy, a*w]
+      delta = self%effective_delta(vx, vy, a*w, resolution)
+      call self%jacobian(shape, vx, vy, a*w, delta, wrench, slopes(:, 3:5))
+      if (delta > self%delta) then
+         ! The wrench is homogeneous of degree zero in the velocities and delta together.
+         slopes(:, 1) = matmul(slopes(:, 3:5), motion) &
+            *(3.0_wp/(resolution + dot_product(motion, motion)))
+         slopes(:, 3) = slopes(:, 3) + slopes(:, 1)*motion(1)
+         slopes(:, 4) = slopes(:, 4) + slopes(:, 1)*motion(2)
+         slopes(:, 5) = slopes(:, 5) + slopes(:, 1)*motion(3)
+      end if
       if (.not. self%drilling) then
          wrench(3) = 0.0_wp
          slopes(3, 3:5) = 0.0_wp

@@ -58,7 +58,7 @@ module contensou_contact_law
 contains
 
    !> Load of a closed contact.
-   pure subroutine evaluate(self, at, velocity, spin, load)
+   pure subroutine evaluate(self, at, velocity, spin, resolution, load)
       !> The law.
       class(contact_law_type), intent(in) :: self
       !> Geometry of the contact, its gap < 0.
@@ -67,6 +67,8 @@ contains
       real(wp), intent(in) :: velocity(3)
       !> Angular velocity of B against A [rad/s].
       real(wp), intent(in) :: spin(3)
+      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
+      real(wp), intent(in) :: resolution
       !> The load.
       type(contact_load_type), intent(out) :: load
       real(wp) :: approach, rate, elastic, minor(3), fx, fy, vx, vy
@@ -86,7 +88,8 @@ contains
          load%slip = vx*at%major + vy*minor
          load%spin = dot_product(spin, at%normal)
          call self%friction%wrench(load%normal_force, self%normal%shape, &
-            self%normal%major_axis(approach), vx, vy, load%spin, fx, fy, load%friction_torque)
+            self%normal%major_axis(approach), vx, vy, load%spin, resolution, fx, fy, &
+            load%friction_torque)
          load%friction_force = fx*at%major + fy*minor
          load%friction_power = -(fx*vx + fy*vy + load%friction_torque*load%spin)
       end if
@@ -98,9 +101,9 @@ contains
    end subroutine evaluate
 
    !> Normal force, friction force along the major and the minor axis, and friction torque about the
-   !> normal, with their derivatives by the approach [m], its rate [m/s], the sliding velocities along
-   !> the two axes [m/s] and the spin [rad/s], at constant curvatures.
-   pure subroutine linearize(self, approach, rate, vx, vy, w, values, slopes)
+   !> normal, with their derivatives by the approach [m], its rate [m/s], the sliding velocities
+   !> along the two axes [m/s] and the spin [rad/s], at constant curvatures.
+   pure subroutine linearize(self, approach, rate, vx, vy, w, resolution, values, slopes)
       !> The law.
       class(contact_law_type), intent(in) :: self
       !> Approach d [m], > 0.
@@ -113,6 +116,8 @@ contains
       real(wp), intent(in) :: vy
       !> Spin about the normal [rad/s].
       real(wp), intent(in) :: w
+      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
+      real(wp), intent(in) :: resolution
       !> N, F_x, F_y [N], T [N m].
       real(wp), intent(out) :: values(4)
       !> Derivative of value i by d, d', v_x, v_y, w.
@@ -136,8 +141,8 @@ contains
       end if
       if (.not. allocated(self%friction)) return
       a = self%normal%major_axis(approach)
-      call self%friction%linearize(values(1), self%normal%shape, a, vx, vy, w, values(2:4), &
-         by_motion)
+      call self%friction%linearize(values(1), self%normal%shape, a, vx, vy, w, resolution, &
+         values(2:4), by_motion)
       slopes(2:4, 1) = by_motion(:, 1)*slopes(1, 1) + by_motion(:, 2)*(0.5_wp*a/approach)
       slopes(2:4, 2) = by_motion(:, 1)*slopes(1, 2)
       slopes(2:4, 3:5) = by_motion(:, 3:5)

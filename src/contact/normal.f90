@@ -114,7 +114,8 @@ contains
       a = self%axis_a*sqrt(approach)
    end function major_axis
 
-   !> Generalised forces of the curvatures, -dU/dA and -dU/dB of the elastic energy U(d, A, B) [N m2].
+   !> Generalised forces of the curvatures, -dU/dA and -dU/dB of the elastic energy U(d, A, B) [N
+   !> m2].
    !>
    !> Hertz's pressure p makes int p (d - A x^2 - B y^2) - (its own work)/2 stationary, so that
    !> dU/dA = -int p x^2 = -N a^2/5, dU/dB = -N b^2/5. Vil'ke's U goes with (A B)^(-1/4).

@@ -1,4 +1,5 @@
-!> Rolling resistance: a torque in the tangent plane against the rolling of one surface on the other.
+!> Rolling resistance: a torque in the tangent plane against the rolling of one surface on the
+!> other.
 !>
 !> M = -e N w_t/max(|w_t|, w_0), with w_t the tangential part of the relative angular velocity and
 !> w_0 a regularisation, below which the torque fades linearly to zero.

@@ -457,7 +457,8 @@ contains
       real(wp), intent(out) :: wrench(3)
       !> Derivative of component i by velocity j of (vx, vy, W), in units of the wrench over m/s.
       real(wp), intent(out) :: jacobian(3, 3)
-      real(wp) :: x, y, w, d, v, t1, we, t1_slopes(2), slope(2), kv(2), q(2), p, m, r, ratio, by_p, by_m
+      real(wp) :: x, y, w, d, v, t1, we, t1_slopes(2), slope(2), kv(2), q(2), p, m, r, ratio, &
+         by_p, by_m
       integer :: shift
       logical :: moving
 

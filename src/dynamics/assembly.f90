@@ -1,6 +1,6 @@
 !> From the description of a scene to the equations of motion.
 module contensou_dynamics_assembly
-   use contensou_base_kinds, only : wp
+   use contensou_base_kinds, only : pi, wp
    use contensou_contact_damping, only : damping_model_type, damping_models, &
       hunt_crossley_number, restitution_any_speed, restitution_at_speed, tsuji_factor
    use contensou_contact_friction, only : friction_model_type, friction_models
@@ -13,7 +13,7 @@ module contensou_dynamics_assembly
    implicit none(type, external)
    private
 
-   public :: assemble, initial_state, contact_length, largest_relative_approach
+   public :: assemble, initial_state, contact_length, contact_time, largest_relative_approach
 
    !> Smallest impact speed that a restitution per impact distinguishes [m/s].
    real(wp), parameter :: slowest_impact = 1.0e-3_wp
@@ -174,5 +174,31 @@ contains
       length = 0.1_wp*length
       if (size(system%contacts) == 0) length = 1.0e-6_wp
    end function contact_length
+
+   !> Shortest time that a contact of a scene takes [s]: that of an elastic impact at a given speed,
+   !> 3.218 (m^2/(k_n^2 v))^(1/5), or 2 pi sqrt(m/k) of the spring of a contact under gravity where
+   !> that is shorter; 0 without contacts. H. Hertz, J. reine angew. Math. 92 (1881) 156.
+   pure function contact_time(scene, system, speed) result(time)
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> Its equations of motion.
+      type(system_type), intent(in) :: system
+      !> Speed of the impact [m/s], > 0.
+      real(wp), intent(in) :: speed
+      real(wp) :: time
+      real(wp) :: mass, g, stiffness
+      integer :: i
+
+      g = norm2(scene%gravity)
+      time = huge(time)
+      do i = 1, size(system%contacts)
+         mass = reduced_mass(scene, system%contacts(i)%a, system%contacts(i)%b)
+         stiffness = system%contacts(i)%law%normal%stiffness
+         time = min(time, 3.218_wp*(mass**2/(stiffness**2*speed))**0.2_wp)
+         if (g > 0.0_wp) time = min(time, 2.0_wp*pi*sqrt(mass/(1.5_wp*stiffness)) &
+            /(mass*g/stiffness)**(1.0_wp/6.0_wp))
+      end do
+      if (size(system%contacts) == 0) time = 0.0_wp
+   end function contact_time
 
 end module contensou_dynamics_assembly

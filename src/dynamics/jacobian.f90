@@ -16,7 +16,7 @@ module contensou_dynamics_jacobian
    use contensou_contact_normal, only : normal_type
    use contensou_contact_rolling, only : rolling_hysteresis
    use contensou_dynamics_system, only : body_size, contact_type, motion_fixed, motion_free, &
-      motion_prescribed, relative_motion, system_type
+      motion_prescribed, relative_motion, resolution_type, system_type
    implicit none(type, external)
    private
 
@@ -29,8 +29,8 @@ module contensou_dynamics_jacobian
    !> of B; all in the inertial frame.
    integer, parameter :: freedoms = 24
 
-   !> What a contact gives: force on B, torque about the centres of mass of A and of B, power lost in
-   !> friction and in damping.
+   !> What a contact gives: force on B, torque about the centres of mass of A and of B, power lost
+   !> in friction and in damping.
    integer, parameter :: outcomes = 11
 
    !> Relative step of differences.
@@ -192,7 +192,8 @@ contains
       self%force = 0.0_wp
       do i = 1, size(system%contacts)
          associate (contact => system%contacts(i))
-            call linearize(contact, system%pose(contact%a), system%pose(contact%b), load, closed)
+            call linearize(contact, system%pose(contact%a), system%pose(contact%b), &
+               system%resolution, load, closed)
             if (.not. closed) cycle
             call add_contact(self, system, i, load, y)
          end associate
@@ -460,13 +461,15 @@ contains
    end subroutine quaternion_block
 
    !> Load of a contact and its derivatives by the degrees of freedom of its bodies.
-   subroutine linearize(contact, a, b, load, closed)
+   subroutine linearize(contact, a, b, resolution, load, closed)
       !> The contact.
       type(contact_type), intent(inout) :: contact
       !> Pose of A.
       type(pose_type), intent(in) :: a
       !> Pose of B.
       type(pose_type), intent(in) :: b
+      !> What is resolved of the velocities.
+      type(resolution_type), intent(in) :: resolution
       !> The load; not set when open.
       type(linear_load_type), intent(out) :: load
       !> Whether the contact is closed.
@@ -474,7 +477,7 @@ contains
       type(contact_point_type) :: at
       type(contact_variation_type) :: variation
       real(wp) :: gap, velocity(3), spin(3), minor(3), force(3), torque(3), rolling(3), shape(6)
-      real(wp) :: values(4), slopes(4, 5), by_curvature(5, 2), elastic, rate
+      real(wp) :: values(4), slopes(4, 5), by_curvature(5, 2), elastic, rate, unresolved
       real(wp) :: arm_a(3), arm_b(3), e(3)
       integer :: k
       logical :: varies
@@ -491,15 +494,17 @@ contains
       call relative_motion(a, b, at%point, velocity, spin)
       minor = cross(at%normal, at%major)
       rate = -dot_product(velocity, at%normal)
+      unresolved = resolution%of(a, b, at%point)
       associate (law => contact%law)
          elastic = law%normal%force(-gap)
          call law%linearize(-gap, rate, dot_product(velocity, at%major), &
-            dot_product(velocity, minor), dot_product(spin, at%normal), values, slopes)
+            dot_product(velocity, minor), dot_product(spin, at%normal), unresolved, values, slopes)
          by_curvature = 0.0_wp
          shape = 0.0_wp
          if (varies) then
             call differ_curvatures(contact, -gap, rate, dot_product(velocity, at%major), &
-               dot_product(velocity, minor), dot_product(spin, at%normal), by_curvature)
+               dot_product(velocity, minor), dot_product(spin, at%normal), unresolved, &
+               by_curvature)
             call contact%shape_force(a, b, at, shape)
          end if
          rolling = 0.0_wp
@@ -557,7 +562,8 @@ contains
             - dot_product(at%major, normal)*at%normal + cross(carry_turn, at%major)
          normal = normal + cross(carry_turn, at%normal)
          call vary_load(dot_product(at%normal, shift), &
-            [dot_product(variation%curvature_a, twist), dot_product(variation%curvature_b, twist)], &
+            [dot_product(variation%curvature_a, twist), dot_product(variation%curvature_b, &
+            twist)], &
             normal, major, cross(b%spin, point - shift_b) - cross(a%spin, point - shift_a), &
             [0.0_wp, 0.0_wp, 0.0_wp], point - shift_a, point - shift_b, outcome)
       end subroutine move
@@ -648,8 +654,8 @@ contains
          end associate
       end function rolling_torque
 
-      !> Variation of the torque of rolling resistance, by differences: it has no sharp scale but its
-      !> regularisation.
+      !> Variation of the torque of rolling resistance, by differences: it has no sharp scale but
+      !> its regularisation.
       pure function vary_rolling(d_gap, d_load, d_normal, d_major, d_spin) result(d_moment)
          !> Of the gap.
          real(wp), intent(in) :: d_gap
@@ -682,9 +688,9 @@ contains
 
    end subroutine linearize
 
-   !> Derivatives of N, F_x, F_y, T and the elastic force by the curvatures A and B, by differences of
-   !> the shape of the spot, which the wrench depends on smoothly.
-   subroutine differ_curvatures(contact, approach, rate, vx, vy, w, by_curvature)
+   !> Derivatives of N, F_x, F_y, T and the elastic force by the curvatures A and B, by differences
+   !> of the shape of the spot, which the wrench depends on smoothly.
+   subroutine differ_curvatures(contact, approach, rate, vx, vy, w, resolution, by_curvature)
       !> The contact; its normal part is left as it was.
       type(contact_type), intent(inout) :: contact
       !> Approach [m].
@@ -697,6 +703,8 @@ contains
       real(wp), intent(in) :: vy
       !> Spin [rad/s].
       real(wp), intent(in) :: w
+      !> Square of the velocity below which sliding is not resolved [m2/s2].
+      real(wp), intent(in) :: resolution
       !> The derivatives.
       real(wp), intent(out) :: by_curvature(5, 2)
       type(normal_type) :: normal
@@ -713,7 +721,7 @@ contains
             if (varied(1) > varied(2)) varied = curvatures
             ends(k) = varied(i)
             call contact%law%normal%follow(varied(1), varied(2))
-            call contact%law%linearize(approach, rate, vx, vy, w, values, unused)
+            call contact%law%linearize(approach, rate, vx, vy, w, resolution, values, unused)
             results(:, k) = [values, contact%law%normal%force(approach)]
          end do
          by_curvature(:, i) = 0.0_wp

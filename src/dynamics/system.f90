@@ -8,9 +8,9 @@
 !> Newton-Euler: m v' = m g + F, I w' = T - w x (I w) about the principal axes.
 !>
 !> Where the curvatures of a pair change with its pose, the elastic energy U(d, A, B) of a contact
-!> acts on the pose through them, too: the generalised forces -dU/dA and -dU/dB are part of the load,
-!> so that the contact conserves energy. They are smaller than the normal force by the approach over
-!> the radii.
+!> acts on the pose through them, too: the generalised forces -dU/dA and -dU/dB are part of the
+!> load, so that the contact conserves energy. They are smaller than the normal force by the
+!> approach over the radii.
 module contensou_dynamics_system
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_kinds, only : wp
@@ -23,7 +23,7 @@ module contensou_dynamics_system
    private
 
    public :: system_type, body_type, contact_type, contact_report_type, body_size
-   public :: motion_free, motion_fixed, motion_prescribed, relative_motion
+   public :: motion_free, motion_fixed, motion_prescribed, relative_motion, resolution_type
 
    !> Numbers of state per body.
    integer, parameter :: body_size = 13
@@ -75,6 +75,19 @@ module contensou_dynamics_system
       procedure :: shape_force
    end type contact_type
 
+   !> What an integrator resolves of the velocities at a contact.
+   type :: resolution_type
+      !> Relative resolution squared [-]; 0 if everything is resolved.
+      real(wp) :: square = 0.0_wp
+      !> Square of the velocity below which it is absolute [m2/s2].
+      real(wp) :: velocity = 0.0_wp
+      !> Square of the angular velocity below which it is absolute [rad2/s2].
+      real(wp) :: angular_velocity = 0.0_wp
+   contains
+      !> Square of the velocity below which sliding is not resolved.
+      procedure :: of => resolution_of
+   end type resolution_type
+
    !> What an output row says of a contact.
    type :: contact_report_type
       !> Geometry.
@@ -106,12 +119,14 @@ module contensou_dynamics_system
       !> Contact whose approach was beyond what Hertz's theory admits in the last call of
       !> `derivative`; 0 for none.
       integer :: too_deep = 0
-      !> Contact whose geometry failed in the last call of `derivative`, for the reason in its track; 0
-      !> for none.
+      !> Contact whose geometry failed in the last call of `derivative`, for the reason in its
+      !> track; 0 for none.
       integer :: trouble = 0
       !> Whether it was so far beyond, as in a step that is too large, that nothing was evaluated.
       !> Up to that an integrator comes to the limit in a step and not in ever smaller ones.
       logical :: outside = .false.
+      !> What an integrator resolves of the velocities at a contact.
+      type(resolution_type) :: resolution
       !> Whether there is gravity.
       logical, private :: has_gravity = .false.
       !> Poses of the ground (0) and the bodies.
@@ -323,7 +338,7 @@ contains
             end if
          end if
          call relative_motion(a, b, at%point, velocity, spin)
-         call contact%law%evaluate(at, velocity, spin, load)
+         call contact%law%evaluate(at, velocity, spin, self%resolution%of(a, b, at%point), load)
          force = load%normal_force*at%normal
          torque = 0.0_wp
          if (allocated(contact%law%friction)) then
@@ -355,6 +370,39 @@ contains
          end if
       end associate
    end subroutine add_contact
+
+   !> Square of the velocity below which sliding at a contact is not resolved [m2/s2]: that of the
+   !> velocities and angular velocities of the two bodies together.
+   pure function resolution_of(self, a, b, point) result(square)
+      !> What is resolved.
+      class(resolution_type), intent(in) :: self
+      !> Pose of A.
+      type(pose_type), intent(in) :: a
+      !> Pose of B.
+      type(pose_type), intent(in) :: b
+      !> Contact point [m].
+      real(wp), intent(in) :: point(3)
+      real(wp) :: square
+
+      square = 0.0_wp
+      if (self%square <= 0.0_wp) return
+      square = self%square*(share(a) + share(b))
+
+   contains
+
+      !> Share of a body.
+      pure function share(pose) result(s)
+         !> Its pose.
+         type(pose_type), intent(in) :: pose
+         real(wp) :: s
+         real(wp) :: arm(3)
+
+         arm = point - pose%position
+         s = max(self%velocity, dot_product(pose%velocity, pose%velocity)) &
+            + max(self%angular_velocity, dot_product(pose%spin, pose%spin))*dot_product(arm, arm)
+      end function share
+
+   end function resolution_of
 
    !> Let the normal part follow the curvatures; trouble where there is no spot.
    subroutine follow(self, at)
@@ -512,7 +560,8 @@ contains
             if (.not. law%geometry%constant_curvatures) call c%follow(row%at)
             if (c%track%trouble /= 0) return
             call relative_motion(a, b, row%at%point, velocity, spin)
-            call law%evaluate(row%at, velocity, spin, row%load)
+            call law%evaluate(row%at, velocity, spin, self%resolution%of(a, b, row%at%point), &
+               row%load)
             row%load%slip = velocity - dot_product(velocity, row%at%normal)*row%at%normal
             row%load%spin = dot_product(spin, row%at%normal)
             row%semi_axes(1) = law%normal%major_axis(-gap)
@@ -522,7 +571,8 @@ contains
       end associate
    end subroutine report
 
-   !> Kinetic energy, and potential energy of gravity relative to the origin, of the free bodies [J].
+   !> Kinetic energy, and potential energy of gravity relative to the origin, of the free bodies
+   !> [J].
    pure subroutine energies(self, y, kinetic, potential)
       !> The system.
       class(system_type), intent(in) :: self

@@ -1,8 +1,8 @@
 !> CVODE of SUNDIALS, stepped one step at a time. The only module that names SUNDIALS.
 !>
-!> `cvode_bdf`: variable-order BDF with a Newton iteration, whose matrix is dense for few unknowns and
-!> sparse for many and comes from the problem's Jacobian if it has one; `cvode_adams`: variable-order
-!> Adams-Moulton with a fixed-point iteration.
+!> `cvode_bdf`: variable-order BDF with a Newton iteration, whose matrix is dense for few unknowns
+!> and sparse for many and comes from the problem's Jacobian if it has one; `cvode_adams`:
+!> variable-order Adams-Moulton with a fixed-point iteration.
 !> A. C. Hindmarsh et al., ACM Trans. Math. Software 31 (2005) 363.
 module contensou_integrate_cvode
    use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_double, c_f_pointer, c_funloc, &
@@ -12,7 +12,8 @@ module contensou_integrate_cvode
       CV_TSTOP_RETURN, CV_UNREC_RHSFUNC_ERR, FCVode, FCVodeCreate, FCVodeFree, FCVodeGetDky, &
       FCVodeGetIntegratorStats, FCVodeGetNonlinSolvStats, FCVodeGetNumJacEvals, &
       FCVodeGetNumLinRhsEvals, FCVodeGetRootInfo, FCVodeInit, FCVodeReInit, FCVodeRootInit, &
-      FCVodeSetErrFile, FCVodeSetJacFn, FCVodeSetLinearSolver, FCVodeSetMaxConvFails, FCVodeSetMaxErrTestFails, &
+      FCVodeSetErrFile, FCVodeSetJacFn, FCVodeSetLinearSolver, FCVodeSetMaxConvFails, &
+      FCVodeSetMaxErrTestFails, &
       FCVodeSetMaxHnilWarns, FCVodeSetMaxStep, FCVodeSetNoInactiveRootWarn, &
       FCVodeSetNonlinearSolver, FCVodeSetStopTime, FCVodeSetUserData, FCVodeWFtolerances
    use fnvector_serial_mod, only : FN_VMake_Serial

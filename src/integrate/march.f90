@@ -79,6 +79,15 @@ module contensou_integrate_march
       end subroutine after_step_interface
    end interface
 
+   !> Steps after which the pace is looked at.
+   integer, parameter :: watched_steps = 50000
+
+   !> Steps are hopelessly small below this share of the shortest time that a contact takes [-] ...
+   real(wp), parameter :: hopeless = 1.0e-5_wp
+
+   !> ... and if the end is farther than this number of steps.
+   real(wp), parameter :: hopeless_steps = 1.0e8_wp
+
 contains
 
    !> Number of rows after the first one: multiples of the interval up to the end, and the end.
@@ -154,6 +163,8 @@ contains
       real(wp) :: t_row, row_state(size(y)), t_before, y_before(size(y)), t_dip, bounded_until
       real(wp) :: gap(motion%n_events), rate(motion%n_events), rate_before(motion%n_events)
       real(wp) :: resolution
+      real(wp) :: t_watch
+      integer :: steps
       logical :: closed(motion%n_events), undecided(motion%n_events), changed, too_deep
       integer :: events(motion%n_events), i
 
@@ -172,7 +183,16 @@ contains
       rows = row_count(t_end, interval)
       row = 1
       bounded_until = 0.0_wp
+      t_watch = t
+      steps = 0
       do while (row <= rows)
+         steps = steps + 1
+         if (steps >= watched_steps) then
+            call watch_pace(motion, (t - t_watch)/steps, t_end - t, error)
+            if (allocated(error)) return
+            t_watch = t
+            steps = 0
+         end if
          t_before = t
          y_before = y
          rate_before = rate
@@ -232,6 +252,23 @@ contains
          if (allocated(error) .or. stopped) return
       end do
    end subroutine advance
+
+   !> End a march whose steps have become so small that it would not come to its end.
+   subroutine watch_pace(motion, step, left, error)
+      !> The motion.
+      class(motion_type), intent(in) :: motion
+      !> Mean step of late [s].
+      real(wp), intent(in) :: step
+      !> Time to go [s].
+      real(wp), intent(in) :: left
+      !> Set when there is no sense in going on.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=64) :: digits
+
+      if (step >= hopeless*motion%contact_time .or. left <= hopeless_steps*step) return
+      write(digits, "(es8.1, a, es8.1, a)") step, " s, and ", left/step, " more would be needed"
+      call fatal(error, "the steps have shrunk to" // trim(digits))
+   end subroutine watch_pace
 
    !> Find where within a step a contact becomes too deep.
    subroutine find_depth(integrator, motion, t_before, t, y, too_deep)

@@ -1,6 +1,7 @@
 !> The motion of a system of bodies as an initial value problem.
 module contensou_integrate_motion
    use contensou_base_kinds, only : wp
+   use contensou_dynamics_assembly, only : contact_time
    use contensou_dynamics_jacobian, only : jacobian_type
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_system, only : body_size, system_type
@@ -30,6 +31,10 @@ module contensou_integrate_motion
       real(wp) :: energy = 1.0_wp
    end type scales_type
 
+   !> Velocity below which sliding is not resolved, over the admissible error of a velocity alone
+   !> (the root of the number of unknowns times its weight). A third of it makes CVODE chatter.
+   real(wp), parameter :: resolved = 8.0_wp
+
    !> Motion of a system.
    type, extends(problem_type) :: motion_type
       !> The system.
@@ -38,6 +43,8 @@ module contensou_integrate_motion
       type(scales_type) :: scales
       !> Its Jacobian.
       type(jacobian_type) :: differential
+      !> Shortest time that a contact takes [s]; 0 without contacts.
+      real(wp) :: contact_time = 0.0_wp
    contains
       procedure :: jacobian
       procedure :: derivative
@@ -69,6 +76,10 @@ contains
          s%velocity = scene%integrator%velocity_scale
          s%angular_velocity = scene%integrator%angular_velocity_scale
          call motion%system%energies(y, kinetic, potential)
+         motion%system%resolution%square = motion%n*(resolved*s%rtol)**2
+         motion%system%resolution%velocity = s%velocity**2
+         motion%system%resolution%angular_velocity = s%angular_velocity**2
+         motion%contact_time = contact_time(scene, motion%system, s%velocity)
          s%energy = kinetic
          do i = 1, size(motion%system%bodies)
             s%energy = s%energy + 0.5_wp*motion%system%bodies(i)%mass*s%velocity**2

@@ -595,3 +595,59 @@ def test_a_tiny_regularization_runs(simulate, inputs, model, slow_build):
     # The friction force is bounded by f N, and falls short of it only below delta.
     force = np.linalg.norm(top.friction_force[:, 0], axis=1)
     assert (force <= 0.3 * top.normal_force[:, 0] * (1.0 + 1e-12)).all()
+
+
+BLOCK = """
+&scene title = 'three-footed block', gravity = {slope}, 0, -9.81, t_end = {t_end} /
+&material name = 'steel', young = 2.1e11, poisson = 0.3 /
+&body name = 'block', mass = 1.0, inertia = 2e-3, 2e-3, 3e-3, position = 0, 0, 0.03,
+      velocity = 0.05, 0, 0, spin = 0, 0, 1 /
+&surface name = 'f1', body = 'block', shape = 'sphere', centre = 0.05, 0, -0.02, radius = 0.01,
+         material = 'steel' /
+&surface name = 'f2', body = 'block', shape = 'sphere', centre = -0.03, 0.04, -0.02, radius = 0.01,
+         material = 'steel' /
+&surface name = 'f3', body = 'block', shape = 'sphere', centre = -0.03, -0.04, -0.02, radius = 0.01,
+         material = 'steel' /
+&surface name = 'floor', body = 'ground', shape = 'plane', normal = 0, 0, 1, material = 'steel' /
+&contact name = 'c1', surfaces = 'f1', 'floor', damping = 'hunt_crossley', damping_coefficient = 10,
+         friction = '{friction}', friction_coefficient = 0.2, regularization_velocity = {delta} /
+&contact name = 'c2', surfaces = 'f2', 'floor', damping = 'hunt_crossley', damping_coefficient = 10,
+         friction = '{friction}', friction_coefficient = 0.2, regularization_velocity = {delta} /
+&contact name = 'c3', surfaces = 'f3', 'floor', damping = 'hunt_crossley', damping_coefficient = 10,
+         friction = '{friction}', friction_coefficient = 0.2, regularization_velocity = {delta} /
+&output file = 'block.h5', interval = 0.05 /
+"""
+
+
+@pytest.mark.parametrize(
+    "friction", ["contensou_exact", "contensou_simplified", "pade22", "coulomb"]
+)
+def test_what_stops_stays(simulate, tmp_path, friction, slow_build):
+    """Below the friction angle a block slides, spins, stops and stays, without regularisation."""
+    t_end = 0.8 if slow_build else 3.0
+    delta = 1e-9 if friction == "coulomb" else 0.0
+    scene = tmp_path / "block.nml"
+    scene.write_text(BLOCK.format(slope=0.9, t_end=t_end, friction=friction, delta=delta))
+    block = simulate(scene)
+    late = block.time > 0.45
+    assert np.abs(block.velocity[late]).max() <= 1e-7
+    assert np.abs(block.angular_velocity[late]).max() <= 1e-5
+    rest = block.position[late]
+    # It creeps with the velocity that the tolerance resolves, 1e-8 m/s.
+    assert np.abs(rest - rest[0]).max() <= 1e-8 * t_end
+    assert block.residual() <= 1e-8
+    # At rest friction holds the block against the slope; the force is the one on the floor.
+    held = block.friction_force[late].sum(axis=1)
+    assert held[:, 0] == pytest.approx(0.9, rel=1e-3)
+
+
+def test_what_is_too_steep_slides(simulate, tmp_path, slow_build):
+    t_end = 0.4 if slow_build else 1.0
+    scene = tmp_path / "block.nml"
+    scene.write_text(BLOCK.format(slope=2.5, t_end=t_end, friction="contensou_exact", delta=0.0))
+    block = simulate(scene)
+    # As soon as the three feet slide the same way friction is f m g.
+    half = len(block.time) // 2
+    gain = block.velocity[-1, 0, 0] - block.velocity[half, 0, 0]
+    expected = (2.5 - 0.2 * 9.81) * (block.time[-1] - block.time[half])
+    assert gain == pytest.approx(expected, rel=1e-3)

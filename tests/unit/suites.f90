@@ -8,6 +8,7 @@ module test_suites
    use test_hdf5_file, only : run_hdf5_file_tests
    use test_hertz, only : run_hertz_tests
    use test_integrate, only : run_integrate_tests
+   use test_jacobian, only : run_jacobian_tests
    use test_schema, only : run_schema_tests
    use test_wrench, only : run_wrench_tests
    use test_wrench_ellipse, only : run_wrench_ellipse_tests
@@ -34,6 +35,7 @@ contains
       if (wants("contact")) call run_contact_tests()
       if (wants("dynamics")) call run_dynamics_tests()
       if (wants("integrate")) call run_integrate_tests()
+      if (wants("jacobian")) call run_jacobian_tests()
       if (wants("schema")) call run_schema_tests()
       if (wants("hdf5_file")) call run_hdf5_file_tests(check, folder)
       call remove_scratch_folder(folder)

@@ -528,9 +528,9 @@ contains
          major=[1.0_wp, 0.0_wp, 0.0_wp], curvature_a=50.0_wp, curvature_b=50.0_wp)
       velocity = [0.01_wp, -0.02_wp, 0.1_wp]
       spin = [3.0_wp, 5.0_wp, 60.0_wp]
-      call law%evaluate(at, velocity, spin, load(1))
+      call law%evaluate(at, velocity, spin, 0.0_wp, load(1))
       at%normal = -at%normal
-      call law%evaluate(at, -velocity, -spin, load(2))
+      call law%evaluate(at, -velocity, -spin, 0.0_wp, load(2))
       call check_close(norm2(load(1)%friction_force + load(2)%friction_force), 0.0_wp, &
          1.0e-15_wp*load(1)%normal_force, "order: the friction force is reversed")
       call check_close(load(2)%friction_torque, load(1)%friction_torque, &
@@ -555,7 +555,7 @@ contains
       at = contact_point_type(gap=-2.0e-5_wp, point=0.0_wp, normal=[0.0_wp, 0.0_wp, 1.0_wp], &
          major=[0.0_wp, 1.0_wp, 0.0_wp], curvature_a=50.0_wp, curvature_b=50.0_wp)
       elastic = law%normal%force(2.0e-5_wp)
-      call law%evaluate(at, velocity, spin, load)
+      call law%evaluate(at, velocity, spin, 0.0_wp, load)
       call check_close(load%normal_force, elastic, 0.0_wp, "law: the elastic force alone")
       call check(all(abs(load%friction_force) <= 0.0_wp) .and. load%damping_power <= 0.0_wp .and. &
          load%friction_power <= 0.0_wp, "law: no friction and no damping")
@@ -564,7 +564,7 @@ contains
       allocate(law%damping)
       law%damping%kernel => damping(damping_index("hunt_crossley"))%kernel
       law%damping%coefficient = 2.0_wp
-      call law%evaluate(at, velocity, spin, load)
+      call law%evaluate(at, velocity, spin, 0.0_wp, load)
       call check_relative(load%normal_force, elastic*1.15_wp, 1.0e-15_wp, "law: with damping")
       call check_relative(load%damping_power, elastic*0.15_wp*0.05_wp, 1.0e-14_wp, &
          "law: power of damping")
@@ -572,7 +572,7 @@ contains
       allocate(law%friction)
       law%friction%coefficient = 0.4_wp
       law%friction%kernel => wrench_exact
-      call law%evaluate(at, velocity, spin, load)
+      call law%evaluate(at, velocity, spin, 0.0_wp, load)
       a = law%normal%major_axis(2.0e-5_wp)
       ! The major axis is y, so the minor one is normal x major = -x.
       call wrench_exact(circular_shape, 0.01_wp, -0.02_wp, -30.0_wp*a, 0.0_wp, .true., fx, fy, &

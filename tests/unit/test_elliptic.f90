@@ -44,6 +44,8 @@ contains
       call test_edges()
       call test_of_c()
       call test_legendre()
+      call test_derivatives()
+      call test_landen()
       call test_continuity()
       call test_monotone()
       call test_circle()
@@ -250,6 +252,61 @@ contains
       end do
       call worst%check_below(4.0_wp*epsilon(pi), "Legendre's relation")
    end subroutine test_legendre
+
+   !> The derivatives K' and E' against K and E: 2 c c1 dK/dc = E - c1 K and 2 c dE/dc = E - K, and
+   !> against differences of K and E themselves.
+   subroutine test_derivatives()
+      type(random_type) :: random
+      type(worst_type) :: of_k, of_e, slope_k, slope_e
+      real(wp) :: c, c1, k, e, b, d, dk, de, h, k_side(-2:2), e_side(-2:2)
+      integer :: i, j
+
+      do i = 1, 20000
+         c1 = scale(anint(scale(random%uniform(0.0_wp, 1.0_wp), 50)), -50)
+         if (mod(i, 2) == 0) c1 = c1**6
+         if (c1 < 1.0e-30_wp .or. c1 > 1.0_wp - 1.0e-6_wp) cycle
+         c = 1.0_wp - c1
+         call complete_elliptic_all(c1, k, e, b, d, dk, de)
+         ! E and c1 K, E and K cancel for small c: their rounding is what remains.
+         call of_k%note(abs(2.0_wp*c*c1*dk - (e - c1*k))/e, i)
+         call of_e%note(abs(2.0_wp*c*de - (e - k))/k, i)
+         ! E changes with c1: over a short step the rounding of E is what remains.
+         h = 1.0e-3_wp*min(c1, c)
+         do j = -2, 2
+            call complete_elliptic(c1 - j*h, k_side(j), e_side(j))
+         end do
+         call slope_k%note(abs((8.0_wp*(k_side(1) - k_side(-1)) - (k_side(2) - k_side(-2))) &
+            /(12.0_wp*h*dk) - 1.0_wp)*min(1.0_wp, c), i)
+         call slope_e%note(abs((8.0_wp*(e_side(1) - e_side(-1)) - (e_side(2) - e_side(-2))) &
+            /(12.0_wp*h*de) - 1.0_wp)*min(c1, c), i)
+      end do
+      call of_k%check_below(4.0_wp*epsilon(c), "K' from K and E")
+      call of_e%check_below(4.0_wp*epsilon(c), "E' from K and E")
+      call slope_k%check_below(1.0e-9_wp, "K' is the slope of K")
+      call slope_e%check_below(1.0e-12_wp, "E' is the slope of E")
+   end subroutine test_derivatives
+
+   !> Landen's transformation, K(c) = (1 + k1) K(k1^2) and E(c) = (2 E(k1^2) - (1 - k1^2) K(k1^2))
+   !> /(1 + k1), k1 = (1 - sqrt(c1))/(1 + sqrt(c1)): the integrals at two distant places.
+   subroutine test_landen()
+      type(random_type) :: random
+      type(worst_type) :: of_k, of_e
+      real(wp) :: root, k1, other, k, e, k_other, e_other
+      integer :: i
+
+      do i = 1, 20000
+         root = 10.0_wp**random%uniform(-12.0_wp, 0.0_wp)
+         k1 = (1.0_wp - root)/(1.0_wp + root)
+         ! 1 - k1^2 without cancellation.
+         other = 4.0_wp*root/(1.0_wp + root)**2
+         call complete_elliptic(root**2, k, e)
+         call complete_elliptic(min(other, 1.0_wp), k_other, e_other)
+         call of_k%note(abs((1.0_wp + k1)*k_other/k - 1.0_wp), i)
+         call of_e%note(abs((2.0_wp*e_other - other*k_other)/(1.0_wp + k1)/e - 1.0_wp), i)
+      end do
+      call of_k%check_below(8.0_wp*epsilon(k), "Landen's transformation of K")
+      call of_e%check_below(8.0_wp*epsilon(k), "Landen's transformation of E")
+   end subroutine test_landen
 
    !> From one interval to the next, and to the logarithm, values change by rounding alone.
    subroutine test_continuity()

@@ -184,7 +184,7 @@ contains
       do i = 1, table%rows
          if (b(i) < a(i)) cycle
          friction%coefficient = f(i)
-         call friction%wrench(load(i), circular_shape, a(i), vx(i), vy(i), w(i), x, y, t)
+         call friction%wrench(load(i), circular_shape, a(i), vx(i), vy(i), w(i), 0.0_wp, x, y, t)
          call force%note(max(abs(x - fx(i)), abs(y - fy(i)))/(f(i)*load(i)), i)
          call torque%note(abs(t - tz(i))/(f(i)*load(i)*a(i)), i)
       end do
@@ -192,7 +192,8 @@ contains
       call torque%check_below(2.0e-15_wp, "torque of the table in SI units")
 
       friction%drilling = .false.
-      call friction%wrench(2.0_wp, circular_shape, 1.0e-3_wp, 1.0_wp, 1.0_wp, 1.0e3_wp, x, y, t)
+      call friction%wrench(2.0_wp, circular_shape, 1.0e-3_wp, 1.0_wp, 1.0_wp, 1.0e3_wp, 0.0_wp, &
+         x, y, t)
       call check(abs(t) <= 0.0_wp .and. x < 0.0_wp, "no torque in SI units without drilling")
    end subroutine test_dimensional
 
@@ -740,7 +741,8 @@ contains
       end do
       friction%kernel => wrench_pade11
       friction%coefficient = 0.3_wp
-      call friction%wrench(1.0_wp, circular_shape, 1.0_wp, bad(1), 0.0_wp, 1.0_wp, w(1), w(2), w(3))
+      call friction%wrench(1.0_wp, circular_shape, 1.0_wp, bad(1), 0.0_wp, 1.0_wp, 0.0_wp, w(1), &
+         w(2), w(3))
       good = ieee_is_nan(w)
       call check(all(good), "NaN in SI units")
    end subroutine test_outside_domain

@@ -523,7 +523,7 @@ contains
       do i = 1, table%rows
          friction%coefficient = f(i)
          shape = elliptic_shape(b(i)/a(i))
-         call friction%wrench(load(i), shape, a(i), vx(i), vy(i), w(i), x, y, t)
+         call friction%wrench(load(i), shape, a(i), vx(i), vy(i), w(i), 0.0_wp, x, y, t)
          call force%note(max(abs(x - fx(i)), abs(y - fy(i)))/(f(i)*load(i)), i)
          call torque%note(abs(t - tz(i))/(f(i)*load(i)*a(i)), i)
       end do

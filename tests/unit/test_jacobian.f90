@@ -1,0 +1,354 @@
+!> Tests of the Jacobians: of the kernels, and of the equations of motion as a whole.
+module test_jacobian
+   use contensou_base_kinds, only : wp
+   use contensou_contact_damping, only : damping_model_type, damping_models
+   use contensou_contact_friction, only : friction_model_type, friction_models
+   use contensou_contact_rolling, only : rolling_constant, rolling_hysteresis
+   use contensou_contact_spot, only : elliptic_shape, spot_shape_type
+   use contensou_dynamics_scene, only : scene_type
+   use contensou_dynamics_system, only : motion_fixed, motion_free, motion_prescribed
+   use contensou_integrate_motion, only : motion_type
+   use test_harness, only : check, random_type, worst_type
+   use test_scenes, only : friction_index, random_touch, set_motion, two_bodies
+   implicit none(type, external)
+   private
+
+   public :: run_jacobian_tests
+
+contains
+
+   !> Run the tests.
+   subroutine run_jacobian_tests()
+      call test_kernels()
+      call test_damping_slopes()
+      call test_two_bodies()
+      call test_near_rest()
+      call test_pattern()
+   end subroutine run_jacobian_tests
+
+   !> Jacobians of all friction kernels against differences, away from kinks.
+   subroutine test_kernels()
+      type(random_type) :: random
+      type(friction_model_type), allocatable :: models(:)
+      type(spot_shape_type) :: shape
+      type(worst_type) :: worst, same
+      real(wp) :: v(3), delta, wrench(3), jacobian(3, 3), differences(3, 3), plain(3), speed
+      integer :: i, j, k
+
+      models = friction_models()
+      do k = 2, size(models)
+         worst = worst_type()
+         same = worst_type()
+         do i = 1, 3000
+            shape = elliptic_shape(10.0_wp**random%uniform(-2.0_wp, 0.0_wp))
+            v = random%vector(3)*10.0_wp**random%uniform(-3.0_wp, 3.0_wp)
+            v(3) = v(3)*10.0_wp**random%uniform(-3.0_wp, 3.0_wp)
+            speed = norm2(v)
+            delta = speed*merge(0.0_wp, 10.0_wp**random%uniform(-3.0_wp, 1.0_wp), modulo(i, 3) == 0)
+            call models(k)%jacobian(shape, v(1), v(2), v(3), delta, wrench, jacobian)
+            call models(k)%kernel(shape, v(1), v(2), v(3), delta, .true., plain(1), plain(2), &
+               plain(3))
+            call same%note(maxval(abs(wrench - plain)), i)
+            if (.not. smooth(models(k)%info%name, shape, v, delta)) cycle
+            do j = 1, 3
+               call differ(k, shape, v, delta, j, 1.0e-4_wp*min(speed, maxval(abs(v))), &
+                  differences(:, j))
+            end do
+            call worst%note(maxval(abs(jacobian - differences))/maxval(abs(differences)), i)
+         end do
+         call worst%check_below(2.0e-6_wp, models(k)%info%name // ": Jacobian against differences")
+         call same%check_below(2.0e-15_wp, models(k)%info%name // ": the wrench with the Jacobian")
+      end do
+
+   contains
+
+      !> Fourth-order difference of a kernel.
+      subroutine differ(model, shape, v, delta, component, h, column)
+         !> Number of the model.
+         integer, intent(in) :: model
+         !> Shape of the spot.
+         type(spot_shape_type), intent(in) :: shape
+         !> Velocities.
+         real(wp), intent(in) :: v(3)
+         !> Regularisation.
+         real(wp), intent(in) :: delta
+         !> Which velocity varies.
+         integer, intent(in) :: component
+         !> By how much.
+         real(wp), intent(in) :: h
+         !> Derivatives.
+         real(wp), intent(out) :: column(3)
+         real(wp) :: x(3), f(3, -2:2)
+         integer :: m
+
+         do m = -2, 2
+            x = v
+            x(component) = x(component) + m*h
+            call models(model)%kernel(shape, x(1), x(2), x(3), delta, .true., f(1, m), f(2, m), &
+               f(3, m))
+         end do
+         column = (8.0_wp*(f(:, 1) - f(:, -1)) - (f(:, 2) - f(:, -2)))/(12.0_wp*h)
+      end subroutine differ
+
+      !> Whether a state is away from the kinks of a model and from the scale of its spin.
+      function smooth(name, shape, v, delta) result(is)
+         !> The model.
+         character(len=*), intent(in) :: name
+         !> Shape of the spot.
+         type(spot_shape_type), intent(in) :: shape
+         !> Velocities.
+         real(wp), intent(in) :: v(3)
+         !> Regularisation.
+         real(wp), intent(in) :: delta
+         logical :: is
+         real(wp) :: s, w, edges(6), t1
+
+         s = hypot(v(1), v(2))
+         w = abs(v(3))
+         is = min(w, s) > 0.03_wp*max(w, s)
+         t1 = 0.2_wp*(v(1)**2 + shape%k2*v(2)**2)/s**2
+         edges = huge(s)
+         if (name == "coulomb") edges(1) = delta
+         if (name == "contensou_simplified") edges = [delta, w/shape%slope_x, w/shape%slope_y, &
+            t1*w/shape%torque, s*w/(delta*shape%slope_x + tiny(s)), s*w/(delta*shape%slope_y &
+            + tiny(s))]
+         is = is .and. all(abs(s - edges) > 0.02_wp*s)
+         ! A slender spot spinning about a rim point changes over a fraction of its width.
+         if (shape%k < 0.1_wp) is = is .and. abs(v(1)) > 0.1_wp*abs(v(2))
+      end function smooth
+
+   end subroutine test_kernels
+
+   !> Derivatives of the damping laws.
+   subroutine test_damping_slopes()
+      type(random_type) :: random
+      type(damping_model_type), allocatable :: models(:)
+      type(worst_type) :: worst
+      real(wp) :: x(3), h(3), slopes(3), ahead(3), behind(3), coefficient
+      integer :: i, j, k
+
+      models = damping_models()
+      do k = 2, size(models)
+         worst = worst_type()
+         do i = 1, 1000
+            x = [10.0_wp**random%uniform(-3.0_wp, 3.0_wp), 10.0_wp**random%uniform(-9.0_wp, &
+               -3.0_wp), &
+               random%uniform(-1.0_wp, 1.0_wp)]
+            coefficient = 10.0_wp**random%uniform(-2.0_wp, 2.0_wp)
+            slopes = models(k)%slopes(x(1), x(2), x(3), coefficient)
+            do j = 1, 3
+               h = 0.0_wp
+               h(j) = 1.0e-5_wp*abs(x(j))
+               ahead = x + h
+               behind = x - h
+               call worst%note(abs((models(k)%kernel(ahead(1), ahead(2), ahead(3), coefficient) &
+                  - models(k)%kernel(behind(1), behind(2), behind(3), coefficient))/(2.0_wp*h(j)) &
+                  - slopes(j))*abs(x(j))/(abs(models(k)%kernel(x(1), x(2), x(3), coefficient)) &
+                  + tiny(x)), i)
+            end do
+         end do
+         call worst%check_below(1.0e-9_wp, models(k)%info%name // ": derivatives")
+      end do
+   end subroutine test_damping_slopes
+
+   !> Dense Jacobian of a motion.
+   subroutine dense(motion, t, y, matrix)
+      !> The motion.
+      type(motion_type), intent(inout) :: motion
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> The matrix.
+      real(wp), intent(out) :: matrix(:, :)
+      real(wp) :: value(size(motion%row))
+      integer :: i, j
+
+      call motion%jacobian(t, y, value)
+      matrix = 0.0_wp
+      do j = 1, motion%n
+         do i = motion%column_start(j), motion%column_start(j + 1) - 1
+            matrix(motion%row(i), j) = matrix(motion%row(i), j) + value(i)
+         end do
+      end do
+   end subroutine dense
+
+   !> Largest difference of a Jacobian from differences of the right-hand side, each row against its
+   !> largest term when every unknown moves by its scale.
+   function defect(motion, t, y, scale, reach) result(worst)
+      !> The motion.
+      type(motion_type), intent(inout) :: motion
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Size of the variation of each unknown.
+      real(wp), intent(in) :: scale(:)
+      !> Share of it that the differences step over [-].
+      real(wp), intent(in) :: reach
+      real(wp) :: worst
+      real(wp) :: matrix(size(y), size(y)), differences(size(y), size(y)), f(size(y), 4), x(size(y))
+      real(wp), parameter :: share(4) = [-2.0_wp, -1.0_wp, 1.0_wp, 2.0_wp]
+      integer :: i, j, k
+
+      call dense(motion, t, y, matrix)
+      do j = 1, size(y)
+         do k = 1, 4
+            x = y
+            x(j) = x(j) + share(k)*reach*scale(j)
+            call motion%system%derivative(t, x, f(:, k))
+         end do
+         differences(:, j) = (8.0_wp*(f(:, 3) - f(:, 2)) - (f(:, 4) - f(:, 1)))/(12.0_wp*reach)
+         matrix(:, j) = matrix(:, j)*scale(j)
+      end do
+      worst = 0.0_wp
+      do i = 1, size(y)
+         if (maxval(abs(differences(i, :))) <= 0.0_wp .and. maxval(abs(matrix(i, &
+            :))) <= 0.0_wp) cycle
+         worst = max(worst, maxval(abs(matrix(i, :) - differences(i, :))) &
+            /max(maxval(abs(differences(i, :))), maxval(abs(matrix(i, :)))))
+      end do
+   end function defect
+
+   !> All parts of the equations of motion, both orders of the surfaces, driven and loaded bodies.
+   subroutine test_two_bodies()
+      type(random_type) :: random
+      type(scene_type) :: scene
+      type(motion_type) :: motion
+      type(damping_model_type), allocatable :: dampings(:)
+      type(friction_model_type), allocatable :: frictions(:)
+      type(worst_type) :: worst
+      real(wp), allocatable :: y(:), start(:), scale(:)
+      real(wp) :: approach
+      integer :: i, d, f, k
+
+      dampings = damping_models()
+      frictions = friction_models()
+      do d = 1, size(dampings)
+         do f = 1, size(frictions)
+            worst = worst_type()
+            do i = 1, 40
+               call two_bodies(scene, d, f, modulo(i, 2) == 0)
+               call set_motion(scene, motion, start)
+               motion%system%resolution%square = 0.0_wp
+               associate (law => motion%system%contacts(1)%law, bodies => motion%system%bodies)
+                  if (modulo(i, 3) == 1) then
+                     allocate(law%rolling)
+                     law%rolling%model = merge(rolling_constant, rolling_hysteresis, i > 20)
+                     law%rolling%coefficient = merge(1.0e-3_wp, 0.2_wp, i > 20)
+                     law%rolling%regularization = merge(0.1_wp, 1.0e3_wp, modulo(i, 2) == 0)
+                  end if
+                  if (modulo(i, 4) == 1) bodies(1)%motion = motion_prescribed
+                  if (modulo(i, 4) == 2) bodies(2)%motion = motion_fixed
+                  bodies(1)%ramp = merge(1.0_wp, 0.0_wp, modulo(i, 8) < 4)
+                  bodies(1)%acceleration = random%vector(3)
+                  bodies(1)%angular_acceleration = random%vector(3)
+                  bodies(2)%loaded = bodies(2)%motion == motion_free .and. i > 10
+                  bodies(2)%load_follows = i > 25
+                  bodies(2)%force = random%vector(3)
+                  bodies(2)%torque = 0.01_wp*random%vector(3)
+               end associate
+               call motion%system%prepare()
+               call set_layout(motion)
+               y = [(0.0_wp, k=1, motion%n)]
+               approach = 10.0_wp**random%uniform(-6.0_wp, -4.0_wp)
+               call random_touch(scene, random, -approach, y)
+               scale = y
+               do k = 0, 13, 13
+                  scale(k + 1:k + 3) = 0.1_wp*approach
+                  scale(k + 4:k + 7) = 0.1_wp*approach
+                  scale(k + 8:k + 10) = 0.01_wp
+                  scale(k + 11:k + 13) = 0.3_wp
+               end do
+               scale(27:) = 1.0_wp
+               ! What is fixed does not vary.
+               if (motion%system%bodies(2)%motion == motion_fixed) scale(14:26) = 0.0_wp
+               ! The shorter differences are noisier, the longer ones may step over a kink.
+               call worst%note(min(defect(motion, 0.5_wp, y, scale, 5.0e-2_wp), &
+                  defect(motion, 0.5_wp, y, scale, 5.0e-3_wp)), i)
+            end do
+            call worst%check_below(1.0e-6_wp, "equations of motion: Jacobian with " // &
+               dampings(d)%info%name // " and " // frictions(f)%info%name)
+         end do
+      end do
+   end subroutine test_two_bodies
+
+   !> Lay out a Jacobian anew.
+   subroutine set_layout(motion)
+      !> The motion, its system prepared.
+      type(motion_type), intent(inout) :: motion
+
+      motion%n = motion%system%n
+      call motion%differential%prepare(motion%system)
+      motion%column_start = motion%differential%column_start
+      motion%row = motion%differential%row
+   end subroutine set_layout
+
+   !> Near rest, where what is not resolved regularises the friction.
+   subroutine test_near_rest()
+      type(random_type) :: random
+      type(friction_model_type), allocatable :: models(:)
+      type(worst_type) :: worst, far
+      type(scene_type) :: scene
+      type(motion_type) :: motion
+      real(wp), allocatable :: y(:)
+      real(wp) :: v(3), wrench(3), slopes(3, 5), f(3, -2:2), r2, x(3), h, plain(3)
+      integer :: i, j, m
+
+      call two_bodies(scene, 1, friction_index("contensou_exact"), .true.)
+      call set_motion(scene, motion, y)
+      call check(motion%system%resolution%square > 0.0_wp, "a motion knows what is resolved")
+      models = friction_models()
+      associate (part => motion%system%contacts(1)%law%friction, &
+         shape => motion%system%contacts(1)%law%normal%shape)
+         r2 = 1.0e-14_wp
+         do i = 1, 300
+            v = random%vector(3)*1.0e-7_wp*10.0_wp**random%uniform(-2.0_wp, 1.5_wp)
+            call part%linearize(3.0_wp, shape, 1.0_wp, v(1), v(2), v(3), r2, wrench, slopes)
+            do j = 1, 3
+               h = 1.0e-3_wp*norm2(v)
+               do m = -2, 2
+                  x = v
+                  x(j) = x(j) + m*h
+                  call part%wrench(3.0_wp, shape, 1.0_wp, x(1), x(2), x(3), r2, f(1, m), f(2, m), &
+                     f(3, m))
+               end do
+               call worst%note(maxval(abs((8.0_wp*(f(:, 1) - f(:, -1)) - (f(:, 2) - f(:, -2))) &
+                  /(12.0_wp*h) - slopes(:, 2 + j)))/maxval(abs(slopes(:, 3:))), i)
+            end do
+            v = 1.0e-5_wp*v/norm2(v)
+            call part%wrench(3.0_wp, shape, 1.0_wp, v(1), v(2), v(3), r2, wrench(1), wrench(2), &
+               wrench(3))
+            call part%wrench(3.0_wp, shape, 1.0_wp, v(1), v(2), v(3), 0.0_wp, plain(1), &
+               plain(2), plain(3))
+            call far%note(maxval(abs(wrench - plain)), i)
+         end do
+      end associate
+      call worst%check_below(1.0e-6_wp, "near rest: Jacobian against differences")
+      call far%check_below(1.0e-14_wp, &
+         "a hundred times what is resolved from rest: the exact wrench")
+   end subroutine test_near_rest
+
+   !> Entries of a column are in ascending order and on the diagonal, too.
+   subroutine test_pattern()
+      type(scene_type) :: scene
+      type(motion_type) :: motion
+      real(wp), allocatable :: y(:)
+      integer :: j
+      logical :: ascending, diagonal
+
+      call two_bodies(scene, 2, 3, .true.)
+      call set_motion(scene, motion, y)
+      ascending = .true.
+      diagonal = .true.
+      do j = 1, motion%n
+         associate (rows => motion%row(motion%column_start(j):motion%column_start(j + 1) - 1))
+            ascending = ascending .and. all(rows(2:) > rows(:size(rows) - 1))
+            diagonal = diagonal .and. any(rows == j)
+         end associate
+      end do
+      call check(ascending, "layout of the Jacobian: rows in ascending order")
+      call check(diagonal, "layout of the Jacobian: the diagonal is there")
+   end subroutine test_pattern
+
+end module test_jacobian

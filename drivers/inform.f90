@@ -9,9 +9,12 @@ module contensou_drivers_inform
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_pairs, only : geometry_models
+   use contensou_contact_hertz, only : hertz_model_type
    use contensou_contact_normal, only : normal_models
+   use contensou_contact_rolling, only : rolling_models
+   use contensou_contact_vilke, only : vilke_models
    use contensou_drivers_command_line, only : command_type, commands, usage_text
-   use contensou_drivers_report, only : contact_effects, number_text
+   use contensou_drivers_report, only : bodies_text, body_effects, contact_effects, number_text
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_integrate_cvode, only : statistics_type, sundials_version
    use contensou_integrate_march, only : march, observer_type, row_count
@@ -64,7 +67,11 @@ contains
          text = text // "effects" // nl
          if (norm2(scene%gravity) > 0.0_wp) text = text // "  gravity    " // &
             number_text(norm2(scene%gravity), 5) // " m/s2" // nl
-         text = text // "  bodies     " // to_text(nb) // ", rigid and free" // nl
+         text = text // "  bodies     " // bodies_text(scene) // nl
+         do i = 1, nb
+            if (body_effects(scene%bodies(i)) /= "") text = text // "  body       " // &
+               scene%bodies(i)%name // ": " // body_effects(scene%bodies(i)) // nl
+         end do
          do i = 1, size(scene%contacts)
             text = text // "  contact    " // scene%contacts(i)%name // ": " // &
                contact_effects(scene, scene%contacts(i)) // nl
@@ -73,6 +80,7 @@ contains
          text = text // "  unknowns   " // to_text(system%n) // ": 13 for each body"
          if (system%friction_index > 0) text = text // ", work of friction"
          if (system%damping_index > 0) text = text // ", work of damping"
+         if (system%applied_index > 0) text = text // ", work supplied"
          text = text // nl // "cost" // nl // cost_text(file, motion)
          text = text // "settings" // nl // indented(file%resolved)
       end associate
@@ -182,18 +190,22 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(damping_model_type), allocatable :: damping(:)
       type(friction_model_type), allocatable :: friction(:)
+      type(hertz_model_type), allocatable :: vilke(:)
       character(len=:), allocatable :: text
       character(len=24) :: names(64)
       integer :: near, n
 
       damping = damping_models()
       friction = friction_models()
+      vilke = vilke_models()
       text = ""
       n = 0
       call list("surfaces (contact.surfaces)", geometry_models())
       call list("normal force (contact.normal)", normal_models())
       call list("damping (contact.damping)", damping%info)
+      call list("spot of vilke (contact.ellipse)", vilke%info)
       call list("friction (contact.friction)", friction%info)
+      call list("rolling resistance (contact.rolling)", rolling_models())
       if (text == "") then
          near = nearest(command%subject, names(:n))
          if (near > 0) then

@@ -8,7 +8,7 @@ module contensou_drivers_run
    use contensou_base_text, only : quote, string_type, to_text
    use contensou_contact_geometry, only : pose_type
    use contensou_drivers_command_line, only : command_type
-   use contensou_drivers_report, only : contact_effects, number_text
+   use contensou_drivers_report, only : body_effects, contact_effects, number_text
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_system, only : system_type
@@ -385,6 +385,10 @@ contains
          call line("  simulated  " // number_text(s%time, 8) // " s with " // &
             scene%integrator%method // " at rtol " // to_text(scene%integrator%rtol))
          if (norm2(scene%gravity) > 0.0_wp) call line("  effects    gravity")
+         do i = 1, size(scene%bodies)
+            if (body_effects(scene%bodies(i)) /= "") call line("  effects    " // &
+               scene%bodies(i)%name // ": " // body_effects(scene%bodies(i)))
+         end do
          do i = 1, size(scene%contacts)
             call line("  effects    " // scene%contacts(i)%name // ": " // &
                contact_effects(scene, scene%contacts(i)))
@@ -404,7 +408,8 @@ contains
          end if
          call line("  energy     " // number_text(s%initial_energy, 6) // " J at the start" // &
             lost(system%friction_index, s%work_friction, "friction") // &
-            lost(system%damping_index, s%work_damping, "damping") // "; balance closed to " // &
+            lost(system%damping_index, s%work_damping, &
+            "damping") // supplied() // "; balance closed to " // &
             number_text(s%relative_error, 2))
          call line("  work       " // to_text(statistics%steps) // " steps, " // &
             to_text(statistics%derivatives) // " right-hand sides, " // &
@@ -420,6 +425,15 @@ contains
       call write_stdout(text, error)
 
    contains
+
+      !> Energy that loads and drives supplied.
+      function supplied() result(words)
+         character(len=:), allocatable :: words
+
+         words = ""
+         if (system%applied_index > 0) words = ", " // &
+            number_text(recorder%output%summary%work_applied, 5) // " J supplied"
+      end function supplied
 
       !> Add a line.
       subroutine line(words)

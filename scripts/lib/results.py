@@ -103,9 +103,12 @@ class Result:
             ("elastic", "energy_elastic"),
             ("work of friction", "work_friction"),
             ("work of damping", "work_damping"),
+            ("work supplied", "work_applied"),
         ):
             values = self.column(column)
             if values is not None:
+                if name == "work supplied" and not values.any():
+                    continue
                 terms[name] = values - values[0] if name == "potential, change" else values
         return terms
 
@@ -125,7 +128,8 @@ class Result:
         terms = self.energies()
         if "kinetic" not in terms:
             return None
-        total = sum(terms.values())
+        supplied = terms.pop("work supplied", 0.0)
+        total = sum(terms.values()) - supplied
         return total - total[0]
 
     def choices(self, key: str) -> list[str]:

@@ -18,7 +18,10 @@ module contensou_contact_vilke
 
    public :: vilke_force, vilke_stiffness, vilke_models
    public :: vilke_chord, vilke_power, vilke_exact
-   public :: chord_c1, power_c1
+   public :: chord_c1, power_c1, vilke_power_index
+
+   !> Position of the power in `vilke_models`.
+   integer, parameter :: vilke_power_index = 2
 
    !> Slope of the chord of c over g from the circle.
    real(wp), parameter :: chord_slope = 1.1033_wp
@@ -37,8 +40,8 @@ contains
          "c = 1.1033 (1 - A/B), the chord of Hertz's equation; no spot below A/B = 0.0936", &
          keys, paper)
       models(1)%kernel => vilke_chord
-      models(2)%info = model_info_type("power", "c = 1 - (A/B)^(4/3)", keys, paper)
-      models(2)%kernel => vilke_power
+      models(vilke_power_index)%info = model_info_type("power", "c = 1 - (A/B)^(4/3)", keys, paper)
+      models(vilke_power_index)%kernel => vilke_power
       models(3)%info = model_info_type("exact", "c of Hertz's contact", keys, paper)
       models(3)%kernel => vilke_exact
    end function vilke_models

@@ -1,15 +1,19 @@
 !> From the description of a scene to the equations of motion.
 module contensou_dynamics_assembly
    use contensou_base_kinds, only : pi, wp
+   use contensou_base_rotations, only : rotation_matrix
    use contensou_contact_damping, only : damping_model_type, damping_models, &
       hunt_crossley_number, restitution_any_speed, restitution_at_speed, tsuji_factor
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_hertz, only : effective_modulus
+   use contensou_contact_hertz, only : effective_modulus, hertz_model_type
    use contensou_contact_law, only : contact_law_type
-   use contensou_contact_normal, only : new_normal
+   use contensou_contact_normal, only : new_normal, normal_vilke
    use contensou_contact_pairs, only : new_geometry
-   use contensou_dynamics_scene, only : contact_spec_type, scene_type
-   use contensou_dynamics_system, only : body_size, system_type
+   use contensou_contact_rolling, only : rolling_none
+   use contensou_contact_vilke, only : vilke_models
+   use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, motion_free, &
+      motion_prescribed, scene_type
+   use contensou_dynamics_system, only : body_size, body_type, system_type
    implicit none(type, external)
    private
 
@@ -35,8 +39,7 @@ contains
       system%gravity = scene%gravity
       allocate(system%bodies(size(scene%bodies)), system%contacts(size(scene%contacts)))
       do i = 1, size(scene%bodies)
-         system%bodies(i)%mass = scene%bodies(i)%mass
-         system%bodies(i)%inertia = scene%bodies(i)%inertia
+         call set_body(scene%bodies(i), system%bodies(i))
       end do
       do i = 1, size(scene%contacts)
          associate (spec => scene%contacts(i), contact => system%contacts(i))
@@ -48,7 +51,30 @@ contains
       call system%prepare()
    end subroutine assemble
 
-   !> The four parts of a contact.
+   !> A body.
+   pure subroutine set_body(spec, body)
+      !> Its description.
+      type(body_spec_type), intent(in) :: spec
+      !> The body.
+      type(body_type), intent(inout) :: body
+
+      body%motion = spec%motion
+      body%mass = spec%mass
+      body%inertia = spec%inertia
+      if (spec%motion == motion_free) then
+         body%force = spec%applied_force
+         body%torque = spec%applied_torque
+         body%load_follows = spec%load_follows
+         body%loaded = any(abs([body%force, body%torque]) > 0.0_wp)
+      else if (spec%motion == motion_prescribed .and. spec%ramp_duration > 0.0_wp) then
+         body%ramp = spec%ramp_duration
+         body%acceleration = (spec%final_velocity - spec%velocity)/spec%ramp_duration
+         body%angular_acceleration = (spec%final_angular_velocity &
+            - matmul(rotation_matrix(spec%quaternion), spec%spin))/spec%ramp_duration
+      end if
+   end subroutine set_body
+
+   !> The parts of a contact.
    subroutine set_law(scene, spec, law)
       !> The scene.
       type(scene_type), intent(in) :: scene
@@ -58,15 +84,25 @@ contains
       type(contact_law_type), intent(inout) :: law
       type(damping_model_type), allocatable :: damping(:)
       type(friction_model_type), allocatable :: friction(:)
+      type(hertz_model_type), allocatable :: vilke(:)
       real(wp) :: modulus, mass, curvature
+      logical :: with_shape
 
       associate (a => scene%surfaces(spec%surfaces(1)), b => scene%surfaces(spec%surfaces(2)))
          call new_geometry(a%surface, b%surface, law%geometry)
          associate (ma => scene%materials(a%material), mb => scene%materials(b%material))
             modulus = effective_modulus(ma%young, ma%poisson, mb%young, mb%poisson)
          end associate
+         friction = friction_models()
+         vilke = vilke_models()
+         with_shape = associated(friction(spec%friction)%kernel)
          curvature = 0.5_wp/law%geometry%smallest_radius()
-         law%normal = new_normal(modulus, curvature, curvature)
+         if (spec%normal == normal_vilke) then
+            law%normal = new_normal(modulus, curvature, curvature, vilke(spec%ellipse)%kernel, &
+               volumetric=.true., with_shape=with_shape)
+         else
+            law%normal = new_normal(modulus, curvature, curvature, with_shape=with_shape)
+         end if
          law%largest_approach = largest_relative_approach*law%geometry%smallest_radius()
 
          damping = damping_models()
@@ -94,7 +130,13 @@ contains
             end select
          end if
 
-         friction = friction_models()
+         if (spec%rolling /= rolling_none) then
+            allocate(law%rolling)
+            law%rolling%model = spec%rolling
+            law%rolling%coefficient = spec%rolling_coefficient
+            law%rolling%regularization = spec%rolling_regularization
+         end if
+
          if (associated(friction(spec%friction)%kernel)) then
             allocate(law%friction)
             law%friction%kernel => friction(spec%friction)%kernel
@@ -106,7 +148,8 @@ contains
       end associate
    end subroutine set_law
 
-   !> Reduced mass of two bodies [kg]; that of the other one if one is the ground.
+   !> Reduced mass of two bodies [kg]; that of the other one if one does not yield: the ground, a
+   !> body that is fixed or whose motion is prescribed.
    pure function reduced_mass(scene, a, b) result(mass)
       !> The scene.
       type(scene_type), intent(in) :: scene
@@ -115,12 +158,21 @@ contains
       !> Second body, 0 for the ground.
       integer, intent(in) :: b
       real(wp) :: mass
-      real(wp) :: inverse
 
-      inverse = 0.0_wp
-      if (a > 0) inverse = inverse + 1.0_wp/scene%bodies(a)%mass
-      if (b > 0) inverse = inverse + 1.0_wp/scene%bodies(b)%mass
-      mass = 1.0_wp/inverse
+      mass = 1.0_wp/(inverse(a) + inverse(b))
+
+   contains
+
+      !> Inverse mass of a body [1/kg].
+      pure real(wp) function inverse(body)
+         !> Its index.
+         integer, intent(in) :: body
+
+         inverse = 0.0_wp
+         if (body == 0) return
+         if (scene%bodies(body)%motion == motion_free) inverse = 1.0_wp/scene%bodies(body)%mass
+      end function inverse
+
    end function reduced_mass
 
    !> State at the beginning.

@@ -15,8 +15,9 @@ module contensou_dynamics_jacobian
    use contensou_contact_geometry, only : contact_point_type, contact_variation_type, pose_type
    use contensou_contact_normal, only : normal_type
    use contensou_contact_rolling, only : rolling_hysteresis
-   use contensou_dynamics_system, only : body_size, contact_type, motion_fixed, motion_free, &
-      motion_prescribed, relative_motion, resolution_type, system_type
+   use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed
+   use contensou_dynamics_system, only : body_size, contact_type, relative_motion, &
+      resolution_type, system_type
    implicit none(type, external)
    private
 

@@ -1,12 +1,25 @@
 !> Description of a scene as read, checked and resolved: plain data, no behaviour.
 module contensou_dynamics_scene
    use contensou_base_kinds, only : wp
+   use contensou_contact_normal, only : normal_hertz
+   use contensou_contact_rolling, only : rolling_none
    use contensou_contact_surface, only : surface_type
    implicit none(type, external)
    private
 
    public :: scene_type, material_spec_type, body_spec_type, surface_spec_type
    public :: contact_spec_type, integrator_spec_type, output_spec_type
+   public :: motion_free, motion_fixed, motion_prescribed, motion_names, frame_names
+
+   !> How a body moves: by Newton-Euler, not at all, or as prescribed.
+   integer, parameter :: motion_free = 1, motion_fixed = 2, motion_prescribed = 3
+
+   !> Their names in a scene, in the order of the codes.
+   character(len=*), parameter :: motion_names(*) = [character(len=10) :: &
+      "free", "fixed", "prescribed"]
+
+   !> Frames in which an applied load can be constant.
+   character(len=*), parameter :: frame_names(*) = [character(len=8) :: "inertial", "body"]
 
    !> Elastic material.
    type :: material_spec_type
@@ -22,6 +35,8 @@ module contensou_dynamics_scene
    type :: body_spec_type
       !> Name.
       character(len=:), allocatable :: name
+      !> How it moves, one of the `motion_*` codes.
+      integer :: motion = motion_free
       !> Mass [kg].
       real(wp) :: mass = 0.0_wp
       !> Principal moments of inertia about the centre of mass, body axes [kg m2].
@@ -34,6 +49,18 @@ module contensou_dynamics_scene
       real(wp) :: velocity(3) = 0.0_wp
       !> Angular velocity [rad/s], body frame.
       real(wp) :: spin(3) = 0.0_wp
+      !> Velocity of a prescribed motion after its ramp [m/s], inertial frame.
+      real(wp) :: final_velocity(3) = 0.0_wp
+      !> Angular velocity of a prescribed motion after its ramp [rad/s], inertial frame.
+      real(wp) :: final_angular_velocity(3) = 0.0_wp
+      !> Duration of the ramp [s]; 0 for none.
+      real(wp) :: ramp_duration = 0.0_wp
+      !> Force applied at the centre of mass [N].
+      real(wp) :: applied_force(3) = 0.0_wp
+      !> Torque applied [N m].
+      real(wp) :: applied_torque(3) = 0.0_wp
+      !> Whether force and torque turn with the body.
+      logical :: load_follows = .false.
    end type body_spec_type
 
    !> Surface on a body.
@@ -55,7 +82,9 @@ module contensou_dynamics_scene
       !> Indices of the surfaces A and B.
       integer :: surfaces(2) = 0
       !> Index into `normal_models`.
-      integer :: normal = 1
+      integer :: normal = normal_hertz
+      !> Formula for the spot of Vil'ke's model, index into `vilke_models`.
+      integer :: ellipse = 1
       !> Index into `damping_models`.
       integer :: damping = 1
       !> Coefficient of the damping law, in its unit.
@@ -72,6 +101,12 @@ module contensou_dynamics_scene
       real(wp) :: regularization_velocity = 0.0_wp
       !> Whether the drilling torque acts.
       logical :: drilling = .true.
+      !> Index into `rolling_models`.
+      integer :: rolling = rolling_none
+      !> Lever arm [m] or loss [-] of the rolling resistance.
+      real(wp) :: rolling_coefficient = 0.0_wp
+      !> Rolling velocity below which the rolling resistance fades [rad/s].
+      real(wp) :: rolling_regularization = 0.0_wp
    end type contact_spec_type
 
    !> How to integrate.

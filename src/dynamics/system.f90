@@ -19,20 +19,18 @@ module contensou_dynamics_system
    use contensou_contact_geometry, only : contact_point_type, &
       contact_variation_type, pose_type, track_type, trouble_conforming, trouble_no_spot
    use contensou_contact_law, only : contact_law_type, contact_load_type
+   use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed
    implicit none(type, external)
    private
 
    public :: system_type, body_type, contact_type, contact_report_type, body_size
-   public :: motion_free, motion_fixed, motion_prescribed, relative_motion, resolution_type
+   public :: relative_motion, resolution_type
 
    !> Numbers of state per body.
    integer, parameter :: body_size = 13
 
    !> Multiple of the largest approach up to which a right-hand side is evaluated.
    real(wp), parameter :: far_beyond = 4.0_wp
-
-   !> How a body moves: by Newton-Euler, not at all, or as prescribed.
-   integer, parameter :: motion_free = 1, motion_fixed = 2, motion_prescribed = 3
 
    !> Inertia of a rigid body, and what drives it.
    type :: body_type

@@ -7,16 +7,21 @@ module contensou_io_scene_reader
    use contensou_base_rotations, only : quaternion_from_axis_angle, rotation_matrix, unit_quaternion
    use contensou_base_vectors, only : frame_along
    use contensou_base_text, only : lower, nearest, quote, string_type, to_text
+   use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_damping, only : damping_model_type, damping_models, restitution_at_speed, &
       restitution_none
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_geometry, only : geometry_type, pose_type, track_type
+   use contensou_contact_normal, only : normal_vilke
    use contensou_contact_pairs, only : geometry_models, new_geometry
+   use contensou_contact_rolling, only : rolling_models, rolling_none
    use contensou_contact_surface, only : shape_names, shape_plane, shape_sphere
+   use contensou_contact_vilke, only : vilke_power_index
    use contensou_dynamics_assembly, only : assemble, contact_length, largest_relative_approach
-   use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, scene_type
+   use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, frame_names, &
+      motion_fixed, motion_free, motion_names, motion_prescribed, scene_type
    use contensou_dynamics_system, only : system_type
-   use contensou_io_schema, only : group_spec_type, schema_groups
+   use contensou_io_schema, only : domain_text, group_spec_type, schema_groups
    use contensou_io_settings, only : apply_override, instance_type, resolve, resolved_text, &
       settings_type
    implicit none(type, external)
@@ -278,7 +283,107 @@ contains
          rotation = rotation_matrix(body%quaternion)
          if (omega%set) body%spin = matmul(omega%real(:3), rotation)
       end associate
+      call build_drive(instance, body, diagnostics)
    end subroutine build_body
+
+   !> How a body moves, and what is applied to it.
+   subroutine build_drive(instance, body, diagnostics)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The body; its initial state is set.
+      type(body_spec_type), intent(inout) :: body
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      character(len=*), parameter :: only_prescribed(*) = [character(len=22) :: &
+         "final_velocity", "final_angular_velocity", "ramp_duration"]
+      character(len=*), parameter :: only_free(*) = [character(len=22) :: &
+         "applied_force", "applied_torque", "applied_frame"]
+      character(len=*), parameter :: not_fixed(*) = [character(len=22) :: &
+         "velocity", "spin", "angular_velocity"]
+      character(len=*), parameter :: inertial(*) = [character(len=22) :: "mass", "inertia"]
+      integer :: i
+
+      body%motion = max(instance%settings(instance%at("motion"))%choice, 1)
+      body%final_velocity = body%velocity
+      body%final_angular_velocity = matmul(rotation_matrix(body%quaternion), body%spin)
+      do i = 1, size(only_prescribed)
+         if (body%motion /= motion_prescribed) call refuse(only_prescribed(i), &
+            "motion = 'prescribed', or no " // trim(only_prescribed(i)))
+      end do
+      do i = 1, size(only_free)
+         if (body%motion /= motion_free) call refuse(only_free(i), &
+            "no applied load: nothing can move this body otherwise")
+      end do
+      do i = 1, size(not_fixed)
+         associate (setting => instance%settings(instance%at(trim(not_fixed(i)))))
+            ! Zeros are in order.
+            if (body%motion == motion_fixed .and. any(abs(setting%real(:3)) > 0.0_wp)) call &
+               refuse( &
+               not_fixed(i), "motion = 'prescribed', which keeps the initial velocities")
+         end associate
+      end do
+      do i = 1, size(inertial)
+         associate (setting => instance%settings(instance%at(trim(inertial(i)))))
+            if (body%motion == motion_free .and. .not. setting%given .and. .not. setting%meant &
+               .and. instance%complete) call diagnostics%add(instance%origin, "'" // &
+               trim(inertial(i)) // "' is missing in group &body" // named(instance), &
+               trim(inertial(i)) // " = " // domain_text(setting%key))
+         end associate
+      end do
+      associate (velocity => instance%settings(instance%at("final_velocity")), &
+         omega => instance%settings(instance%at("final_angular_velocity")), &
+         duration => instance%settings(instance%at("ramp_duration")))
+         if (velocity%set) body%final_velocity = velocity%real(:3)
+         if (omega%set) body%final_angular_velocity = omega%real(:3)
+         body%ramp_duration = duration%real(1)
+         if (body%motion == motion_prescribed) then
+            if ((velocity%given .or. omega%given) .and. .not. (duration%given .or. &
+               duration%meant)) then
+               if (velocity%given) call diagnostics%add(velocity%origin, &
+                  "'final_velocity' without 'ramp_duration'", "ramp_duration = a number > 0 [s]")
+               if (omega%given) call diagnostics%add(omega%origin, &
+                  "'final_angular_velocity' without 'ramp_duration'", &
+                  "ramp_duration = a number > 0 [s]")
+            else if (duration%given .and. .not. (velocity%given .or. omega%given)) then
+               call diagnostics%add(duration%origin, "'ramp_duration' without a final velocity", &
+                  "final_velocity or final_angular_velocity")
+            end if
+         end if
+      end associate
+      body%applied_force = numbers(instance, "applied_force")
+      body%applied_torque = numbers(instance, "applied_torque")
+      associate (frame => instance%settings(instance%at("applied_frame")))
+         body%load_follows = .false.
+         if (frame%choice > 0) body%load_follows = frame_names(frame%choice) == "body"
+      end associate
+
+   contains
+
+      !> A key that has no meaning for this motion.
+      subroutine refuse(name, expected)
+         !> The key.
+         character(len=*), intent(in) :: name
+         !> What would be right.
+         character(len=*), intent(in) :: expected
+
+         associate (setting => instance%settings(instance%at(trim(name))))
+            if (setting%given) call diagnostics%add(setting%origin, "'" // trim(name) // &
+               "' has no meaning for a body whose motion is '" // &
+               trim(motion_names(body%motion)) // "'", expected)
+         end associate
+      end subroutine refuse
+
+   end subroutine build_drive
+
+   !> Name of a group for a message, as " 'top'", or nothing.
+   function named(instance) result(text)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      character(len=:), allocatable :: text
+
+      text = ""
+      if (instance%label() /= "") text = " " // quote(instance%label())
+   end function named
 
    !> A surface.
    subroutine build_surface(settings, instance, scene, index, diagnostics)
@@ -345,6 +450,13 @@ contains
       call refer(settings, instance, "surfaces", 1, contact%surfaces(1), diagnostics)
       call refer(settings, instance, "surfaces", 2, contact%surfaces(2), diagnostics)
       contact%normal = max(instance%settings(instance%at("normal"))%choice, 1)
+      associate (ellipse => instance%settings(instance%at("ellipse")))
+         contact%ellipse = ellipse%choice
+         if (ellipse%choice == 0) contact%ellipse = vilke_power_index
+         if (ellipse%given .and. contact%normal /= normal_vilke) call diagnostics%add( &
+            ellipse%origin, "'ellipse' has no meaning here", "it goes with normal = 'vilke'")
+      end associate
+      call build_rolling(instance, contact, diagnostics)
       associate (damping => instance%settings(instance%at("damping")), &
          coefficient => instance%settings(instance%at("damping_coefficient")), &
          restitution => instance%settings(instance%at("restitution")), &
@@ -422,6 +534,40 @@ contains
       end associate
    end subroutine build_contact
 
+   !> Rolling resistance of a contact.
+   subroutine build_rolling(instance, contact, diagnostics)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The contact.
+      type(contact_spec_type), intent(inout) :: contact
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(model_info_type), allocatable :: models(:)
+
+      models = rolling_models()
+      associate (rolling => instance%settings(instance%at("rolling")), &
+         coefficient => instance%settings(instance%at("rolling_coefficient")), &
+         regularization => instance%settings(instance%at("rolling_regularization")))
+         contact%rolling = max(rolling%choice, rolling_none)
+         contact%rolling_coefficient = coefficient%real(1)
+         contact%rolling_regularization = regularization%real(1)
+         if (contact%rolling == rolling_none) then
+            if (rolling%given) return
+            if (coefficient%given) call diagnostics%add(coefficient%origin, &
+               "'rolling_coefficient' without 'rolling'", "rolling = the name of a model")
+            if (regularization%given) call diagnostics%add(regularization%origin, &
+               "'rolling_regularization' without 'rolling'", "rolling = the name of a model")
+         else if (instance%complete) then
+            if (.not. (coefficient%given .or. coefficient%meant)) call diagnostics%add( &
+               rolling%origin, "rolling " // quote(trim(models(contact%rolling)%name)) // &
+               " needs 'rolling_coefficient'", trim(models(contact%rolling)%keys))
+            if (.not. (regularization%given .or. regularization%meant)) call diagnostics%add( &
+               rolling%origin, "rolling " // quote(trim(models(contact%rolling)%name)) // &
+               " needs 'rolling_regularization'", trim(models(contact%rolling)%keys))
+         end if
+      end associate
+   end subroutine build_rolling
+
    !> Values of the group `integrator`.
    subroutine build_integrator(instance, scene)
       !> The group.
@@ -490,6 +636,11 @@ contains
                   " belong to the same body", "surfaces of two bodies")
                cycle
             end if
+            if (.not. moves(a%body) .and. .not. moves(b%body)) then
+               call diagnostics%add(place, "contact " // quote(scene%contacts(i)%name) // &
+                  ": neither of its bodies is free", "a body whose motion is 'free'")
+               cycle
+            end if
             call new_geometry(a%surface, b%surface, geometry)
             if (.not. allocated(geometry)) call diagnostics%add(place, "contact " // &
                quote(scene%contacts(i)%name) // ": a " // trim(shape_names(a%surface%shape)) // &
@@ -503,6 +654,15 @@ contains
       end if
 
    contains
+
+      !> Whether a body yields to a contact.
+      pure logical function moves(body)
+         !> Index of the body; 0 for the ground.
+         integer, intent(in) :: body
+
+         moves = .false.
+         if (body > 0) moves = scene%bodies(body)%motion == motion_free
+      end function moves
 
       !> Supported pairs.
       function pairs() result(text)

@@ -6,8 +6,12 @@ module contensou_io_schema
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_catalogue, only : model_info_type
-   use contensou_contact_surface, only : shape_names
+   use contensou_contact_hertz, only : hertz_model_type
    use contensou_contact_normal, only : normal_models
+   use contensou_contact_rolling, only : rolling_models
+   use contensou_contact_surface, only : shape_names
+   use contensou_contact_vilke, only : vilke_models
+   use contensou_dynamics_scene, only : frame_names, motion_names
    use contensou_integrate_march, only : integrator_methods
    implicit none(type, external)
    private
@@ -98,7 +102,7 @@ contains
       type(key_spec_type), allocatable :: keys(:)
       integer :: n
 
-      allocate(keys(64))
+      allocate(keys(96))
       n = 0
 
       call put("scene", "title", kind_text, default="''", &
@@ -116,10 +120,16 @@ contains
 
       call put("body", "name", kind_name, mandatory=.true., &
          doc="name of the body; 'ground' is taken")
-      call put("body", "mass", kind_real, unit="kg", mandatory=.true., above=0.0_wp, doc="mass")
-      call put("body", "inertia", kind_real, values=3, unit="kg m2", mandatory=.true., &
+      call put("body", "motion", kind_choice, default="'free'", &
+         doc="how the body moves: free, fixed, or prescribed (with its initial velocities, &
+         or a " // &
+         "ramp from them to the final ones)")
+      call put("body", "mass", kind_real, unit="kg", above=0.0_wp, &
+         doc="mass; mandatory for a free body, without meaning for others")
+      call put("body", "inertia", kind_real, values=3, unit="kg m2", &
          above=0.0_wp, doc="principal moments of inertia about the centre of mass, along the " // &
-         "body axes; none may exceed the sum of the other two")
+         "body axes; none may exceed the sum of the other two; mandatory for a free body, " // &
+         "without meaning for others")
       call put("body", "position", kind_real, values=3, unit="m", default="0, 0, 0", &
          doc="initial centre of mass in the inertial frame")
       call put("body", "axis", kind_real, values=3, unit="1", &
@@ -136,6 +146,22 @@ contains
          doc="initial angular velocity in body axes")
       call put("body", "angular_velocity", kind_real, values=3, unit="rad s-1", &
          doc="initial angular velocity in the inertial frame; instead of spin")
+      call put("body", "final_velocity", kind_real, values=3, unit="m s-1", &
+         doc="velocity of a prescribed motion after ramp_duration; not given, it stays")
+      call put("body", "final_angular_velocity", kind_real, values=3, unit="rad s-1", &
+         doc="angular velocity of a prescribed motion after ramp_duration, &
+         inertial frame; not " // &
+         "given, it stays")
+      call put("body", "ramp_duration", kind_real, unit="s", above=0.0_wp, &
+         doc="time in which a prescribed motion goes linearly from its initial to its final " // &
+         "velocities")
+      call put("body", "applied_force", kind_real, values=3, unit="N", &
+         doc="constant force at the centre of mass of a free body")
+      call put("body", "applied_torque", kind_real, values=3, unit="N m", &
+         doc="constant torque on a free body")
+      call put("body", "applied_frame", kind_choice, &
+         doc="frame in which applied_force and applied_torque are constant; 'inertial' if not &
+         given")
 
       call put("surface", "name", kind_name, mandatory=.true., doc="name of the surface")
       call put("surface", "body", kind_reference, mandatory=.true., target="body", &
@@ -156,6 +182,8 @@ contains
          target="surface", doc="the surfaces A and B; normals point from A into B, forces are " // &
          "reported as they act on the body of B")
       call put("contact", "normal", kind_choice, default="'hertz'", doc="normal force")
+      call put("contact", "ellipse", kind_choice, &
+         doc="formula for the spot of normal = 'vilke'; 'power' if not given")
       call put("contact", "damping", kind_choice, default="'none'", &
          doc="damping of the normal force")
       call put("contact", "damping_coefficient", kind_real, unit="model", least=0.0_wp, &
@@ -173,10 +201,18 @@ contains
          doc="friction coefficient f; mandatory with friction")
       call put("contact", "regularization_velocity", kind_real, unit="m s-1", least=0.0_wp, &
          default="0.0", doc="velocity delta below which friction falls to zero with the slip " // &
-         "velocity; mandatory and positive for coulomb; with 0 the wrench of v = w = 0 is zero, " // &
+         "velocity; mandatory and positive for coulomb; with 0 the wrench of v = w = 0 is zero, &
+         " // &
          "and a run smooths its jump there over a velocity that its tolerance does not resolve")
       call put("contact", "drilling", kind_logical, default=".true.", &
          doc="whether the drilling torque about the normal acts")
+      call put("contact", "rolling", kind_choice, default="'none'", doc="rolling resistance")
+      call put("contact", "rolling_coefficient", kind_real, unit="model", least=0.0_wp, &
+         doc="constant: lever arm of the normal force [m]; hysteresis: share of the elastic " // &
+         "work that is lost [-]; mandatory with rolling")
+      call put("contact", "rolling_regularization", kind_real, unit="rad s-1", above=0.0_wp, &
+         doc="rolling velocity below which the rolling resistance falls to " // &
+         "zero linearly; mandatory with rolling")
 
       call put("integrator", "method", kind_choice, default="'cvode_bdf'", doc="method")
       call put("integrator", "rtol", kind_real, unit="1", default="1.0e-8", least=1.0e-14_wp, &
@@ -257,6 +293,8 @@ contains
       type(model_info_type), allocatable :: normal(:)
       type(damping_model_type), allocatable :: damping(:)
       type(friction_model_type), allocatable :: friction(:)
+      type(hertz_model_type), allocatable :: vilke(:)
+      type(model_info_type), allocatable :: rolling(:)
 
       select case (trim(key%group) // "." // trim(key%name))
       case ("surface.shape")
@@ -264,6 +302,16 @@ contains
       case ("contact.normal")
          normal = normal_models()
          names = strings(normal%name)
+      case ("contact.ellipse")
+         vilke = vilke_models()
+         names = strings(vilke%info%name)
+      case ("contact.rolling")
+         rolling = rolling_models()
+         names = strings(rolling%name)
+      case ("body.motion")
+         names = strings(motion_names)
+      case ("body.applied_frame")
+         names = strings(frame_names)
       case ("contact.damping")
          damping = damping_models()
          names = strings(damping%info%name)

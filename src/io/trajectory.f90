@@ -29,7 +29,7 @@ module contensou_io_trajectory
    character(len=*), parameter :: filetype = "contensou-trajectory"
 
    !> Version of the format: the second number grows with additions, the first with changes.
-   character(len=*), parameter :: filetype_version = "1.0"
+   character(len=*), parameter :: filetype_version = "1.1"
 
    !> Suffix of a file that is not complete.
    character(len=*), parameter :: part_suffix = ".part"
@@ -57,7 +57,7 @@ module contensou_io_trajectory
    integer, parameter :: c_time = 1, c_position = 2, c_velocity = 3, c_angular_velocity = 4, &
       c_quaternion = 5, c_kinetic = 6, c_potential = 7, c_elastic = 8, c_friction = 9, &
       c_damping = 10, c_error = 11, c_gap = 12, c_normal = 13, c_force = 14, c_torque = 15, &
-      c_slip = 16, c_spin = 17, c_axes = 18, n_columns = 18
+      c_slip = 16, c_spin = 17, c_axes = 18, c_applied = 19, n_columns = 19
 
    !> What a run comes down to.
    type :: summary_type
@@ -73,12 +73,16 @@ module contensou_io_trajectory
       real(wp) :: initial_energy = 0.0_wp
       !> Largest absolute residual of the energy balance [J].
       real(wp) :: largest_error = 0.0_wp
-      !> That over the initial energy, or over the largest kinetic energy if that is zero [-].
+      !> That over the initial energy, or over the largest kinetic energy if that is zero; with
+      !> applied loads or prescribed motions over the largest of these and of the energy supplied
+      !> [-].
       real(wp) :: relative_error = 0.0_wp
       !> Work lost in friction [J].
       real(wp) :: work_friction = 0.0_wp
       !> Work lost in damping [J].
       real(wp) :: work_damping = 0.0_wp
+      !> Work supplied by applied loads and drives [J].
+      real(wp) :: work_applied = 0.0_wp
    end type summary_type
 
    !> An output file that is being written.
@@ -111,6 +115,8 @@ module contensou_io_trajectory
       character(len=:), allocatable, private :: body_names(:)
       !> Largest kinetic energy so far [J].
       real(wp), private :: largest_kinetic = 0.0_wp
+      !> Largest energy supplied or taken by loads and drives so far [J].
+      real(wp), private :: largest_supply = 0.0_wp
       !> When the file was last flushed [s].
       real(wp), private :: last_flush = 0.0_wp
       !> CPU time spent in writing rows [s].
@@ -337,8 +343,11 @@ contains
          call column(c_potential, "energy_potential", "", "J", &
             "potential energy of gravity, zero at the origin")
          call column(c_elastic, "energy_elastic", "", "J", "elastic energy of the contacts")
-         call column(c_friction, "work_friction", "", "J", "energy lost in friction so far")
+         call column(c_friction, "work_friction", "", "J", &
+            "energy lost in friction and rolling resistance so far")
          call column(c_damping, "work_damping", "", "J", "energy lost in damping so far")
+         call column(c_applied, "work_applied", "", "J", &
+            "energy supplied by applied loads and prescribed motions so far")
          call column(c_error, "energy_error", "", "J", &
             "residual of the energy balance since the beginning")
          call column(c_gap, "gap", "contact", "m", &
@@ -452,7 +461,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(pose_type) :: pose
       type(contact_report_type) :: report
-      real(wp) :: quaternion(4), kinetic, potential, elastic, friction, damping, residual
+      real(wp) :: quaternion(4), kinetic, potential, elastic, friction, damping, applied, residual
       integer :: i, r
 
       self%waiting = self%waiting + 1
@@ -483,7 +492,9 @@ contains
          damping = 0.0_wp
          if (system%friction_index > 0) friction = y(system%friction_index)
          if (system%damping_index > 0) damping = y(system%damping_index)
-         residual = kinetic + potential + elastic + friction + damping
+         applied = 0.0_wp
+         if (system%applied_index > 0) applied = y(system%applied_index)
+         residual = kinetic + potential + elastic + friction + damping - applied
          if (self%summary%rows == 0) self%summary%initial_energy = residual
          residual = residual - self%summary%initial_energy
          c(c_kinetic)%rows(1, r) = kinetic
@@ -491,6 +502,7 @@ contains
          c(c_elastic)%rows(1, r) = elastic
          c(c_friction)%rows(1, r) = friction
          c(c_damping)%rows(1, r) = damping
+         c(c_applied)%rows(1, r) = applied
          c(c_error)%rows(1, r) = residual
       end associate
       associate (s => self%summary)
@@ -498,8 +510,14 @@ contains
          s%rows = s%rows + 1
          s%largest_error = max(s%largest_error, abs(residual))
          self%largest_kinetic = max(self%largest_kinetic, kinetic)
+         s%work_applied = applied
          s%relative_error = s%largest_error
-         if (abs(s%initial_energy) > 0.0_wp) then
+         if (system%applied_index > 0) then
+            ! What is supplied may be far more than what was there at the beginning.
+            self%largest_supply = max(self%largest_supply, abs(applied))
+            s%relative_error = s%largest_error/max(abs(s%initial_energy), self%largest_kinetic, &
+               self%largest_supply, tiny(applied))
+         else if (abs(s%initial_energy) > 0.0_wp) then
             s%relative_error = s%largest_error/abs(s%initial_energy)
          else if (self%largest_kinetic > 0.0_wp) then
             s%relative_error = s%largest_error/self%largest_kinetic
@@ -689,6 +707,8 @@ contains
             "energy lost in friction", error)
          call f%put_value(g // "work_damping", s%work_damping, "J", &
             "energy lost in damping", error)
+         call f%put_value(g // "work_applied", s%work_applied, "J", &
+            "energy supplied by applied loads and prescribed motions", error)
          call f%put_value(g // "steps", statistics%steps, "1", "steps", error)
          call f%put_value(g // "right_hand_sides", statistics%derivatives, "1", &
             "evaluations of the right-hand side", error)

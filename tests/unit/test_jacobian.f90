@@ -5,8 +5,7 @@ module test_jacobian
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_rolling, only : rolling_constant, rolling_hysteresis
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
-   use contensou_dynamics_scene, only : scene_type
-   use contensou_dynamics_system, only : motion_fixed, motion_free, motion_prescribed
+   use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, scene_type
    use contensou_integrate_motion, only : motion_type
    use test_harness, only : check, random_type, worst_type
    use test_scenes, only : friction_index, random_touch, set_motion, two_bodies

@@ -285,9 +285,9 @@ contains
          "unknown key 'rtoll' in group &integrator", "rtol", 3, "unknown key")
       call expect(least // "&integrator qqqqqqqqq = 1e-6 /", "unknown key 'qqqqqqqqq'", &
          "one of method, rtol", 3, "unknown key without a near one")
-      call expect(least // "&body name = 'b', mass = 1 /", &
-         "'inertia' is missing in group &body 'b'", "inertia = 3 numbers > 0.0 [kg m2]", 3, &
-         "missing key")
+      call expect(least // "&material name = 'b', young = 1 /", &
+         "'poisson' is missing in group &material 'b'", "poisson = a number > -1.0 and <= 0.5 [-]", &
+         3, "missing key")
       call expect("&scene t_end = 1 /", "there is no group &body", "&body", 0, "missing group")
       call expect(least // "&scene t_end = 2 /", "group &scene given twice", "in line 1", 3, &
          "group given twice")
@@ -330,10 +330,10 @@ contains
       call expect(least // "&contact name = 'c', surfaces = 'a' /", &
          "'surfaces' has 1 of 2 values", "the names of two surfaces", 3, "one reference for two")
 
-      call settle("&scen t_end = 1 /" // lf // "&body nam = 'x', mass = 'y' /", settings, &
-         diagnostics)
-      ! Group, key, kind, and the missing inertia; not what is meant by the misspelt ones.
-      call check(diagnostics%count() == 4, "all mistakes are reported at once")
+      call settle("&scen t_end = 1 /" // lf // "&material nam = 'x', young = 'y' /", &
+         settings, diagnostics)
+      ! Group, key, kind, the missing poisson and body; not what is meant by the misspelt ones.
+      call check(diagnostics%count() == 5, "all mistakes are reported at once")
    end subroutine test_mistakes
 
    !> Numbers out of their range.

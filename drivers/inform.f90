@@ -16,7 +16,8 @@ module contensou_drivers_inform
    use contensou_drivers_command_line, only : command_type, commands, usage_text
    use contensou_drivers_report, only : bodies_text, body_effects, contact_effects, number_text
    use contensou_dynamics_assembly, only : assemble, initial_state
-   use contensou_integrate_cvode, only : statistics_type, sundials_version
+   use contensou_integrate_cvode, only : sundials_version
+   use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : march, observer_type, row_count
    use contensou_integrate_motion, only : motion_type, set_up_motion
    use contensou_io_hdf5_file, only : hdf5_version

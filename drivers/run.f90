@@ -12,7 +12,7 @@ module contensou_drivers_run
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_system, only : system_type
-   use contensou_integrate_cvode, only : statistics_type
+   use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : event_touch, march, observer_type
    use contensou_integrate_motion, only : motion_type, set_up_motion
    use contensou_io_hdf5_file, only : hdf5_readable_status
@@ -43,10 +43,13 @@ module contensou_drivers_run
       real(wp) :: first_touch = 0.0_wp
       !> Contact of the first touch; 0 for none.
       integer :: first_contact = 0
+      !> What the method had to say.
+      character(len=:), allocatable :: advice
    contains
       procedure :: sample
       procedure :: event
       procedure :: after_step
+      procedure :: advise
    end type recorder_type
 
    !> Steps between two looks at the clocks.
@@ -252,6 +255,20 @@ contains
       call self%output%flush_if_due(error)
    end subroutine after_step
 
+   !> The method has something to say: at once, and in the summary.
+   subroutine advise(self, t, text)
+      !> The recorder.
+      class(recorder_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> What it says.
+      character(len=*), intent(in) :: text
+
+      self%advice = "since t = " // number_text(t, 4) // " s " // text
+      call clear_bar(self)
+      if (self%show) call write_stderr("contensou: " // self%advice // new_line("a"))
+   end subroutine advise
+
    !> Show how far the run is.
    subroutine show_progress(self, t)
       !> The recorder.
@@ -302,7 +319,7 @@ contains
    !> Remove the bar from the terminal.
    subroutine clear_bar(self)
       !> The recorder.
-      type(recorder_type), intent(in) :: self
+      class(recorder_type), intent(in) :: self
 
       if (self%show .and. self%terminal) call write_stderr(achar(13) // achar(27) // "[K")
    end subroutine clear_bar
@@ -415,6 +432,7 @@ contains
             to_text(statistics%derivatives) // " right-hand sides, " // &
             to_text(statistics%jacobians) // " Jacobians; " // number_text(cpu, 3) // &
             " s CPU, " // number_text(wall, 3) // " s wall")
+         if (allocated(recorder%advice)) call line("  advice     " // recorder%advice)
          if (stopped) then
             call line("  output     " // scene%output%file // part_suffix // " (interrupted), " // &
                to_text(s%rows) // " rows")

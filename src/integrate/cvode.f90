@@ -30,27 +30,12 @@ module contensou_integrate_cvode
    use fsunnonlinsol_fixedpoint_mod, only : FSUNNonlinSol_FixedPoint
    use contensou_base_errors, only : error_type, fatal, status_failed
    use contensou_base_kinds, only : i8, wp
+   use contensou_integrate_integrator, only : integrator_type, statistics_type
    use contensou_integrate_problem, only : problem_type
    implicit none(type, external)
    private
 
-   public :: cvode_type, statistics_type, sundials_version
-
-   !> Counters of an integration.
-   type :: statistics_type
-      !> Steps taken.
-      integer(i8) :: steps = 0
-      !> Evaluations of the right-hand side, including those for Jacobians.
-      integer(i8) :: derivatives = 0
-      !> Jacobians.
-      integer(i8) :: jacobians = 0
-      !> Failed error tests.
-      integer(i8) :: error_test_failures = 0
-      !> Failed nonlinear iterations.
-      integer(i8) :: convergence_failures = 0
-      !> Size of the last step [s].
-      real(wp) :: last_step = 0.0_wp
-   end type statistics_type
+   public :: cvode_type, sundials_version
 
    !> What the callbacks get to see.
    type :: handle_type
@@ -66,7 +51,7 @@ module contensou_integrate_cvode
    integer, parameter :: sparse_from = 60
 
    !> One integration.
-   type :: cvode_type
+   type, extends(integrator_type) :: cvode_type
       private
       !> Memory of CVODE.
       type(c_ptr) :: memory = c_null_ptr

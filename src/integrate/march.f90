@@ -3,16 +3,19 @@
 module contensou_integrate_march
    use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : i8, wp
-   use contensou_integrate_cvode, only : cvode_type, statistics_type
+   use contensou_integrate_cvode, only : cvode_type
+   use contensou_integrate_explicit8, only : explicit8_type
+   use contensou_integrate_integrator, only : integrator_type, statistics_type
    use contensou_integrate_motion, only : motion_type
    implicit none(type, external)
    private
 
-   public :: observer_type, march, event_touch, event_lift, integrator_methods, row_count
+   public :: observer_type, march, event_touch, event_lift, integrator_methods, new_integrator, &
+      row_count
 
    !> Methods of integration, as named in a scene.
    character(len=*), parameter :: integrator_methods(*) = [character(len=11) :: &
-      "cvode_bdf", "cvode_adams"]
+      "cvode_bdf", "cvode_adams", "explicit8"]
 
    !> A gap closes.
    integer, parameter :: event_touch = 1
@@ -29,6 +32,8 @@ module contensou_integrate_march
       procedure(event_interface), deferred :: event
       !> A step is done; may ask to stop.
       procedure(after_step_interface), deferred :: after_step
+      !> The method has something to say to the user.
+      procedure :: advise
    end type observer_type
 
    abstract interface
@@ -101,6 +106,30 @@ contains
       rows = ceiling(t_end/interval*(1.0_wp - 4.0_wp*epsilon(t_end)), i8)
    end function row_count
 
+   !> An integration by a method.
+   subroutine new_integrator(method, integrator)
+      !> One of `integrator_methods`.
+      character(len=*), intent(in) :: method
+      !> The integration, to be started.
+      class(integrator_type), allocatable, intent(out) :: integrator
+
+      if (method == "explicit8") then
+         allocate(explicit8_type :: integrator)
+      else
+         allocate(cvode_type :: integrator)
+      end if
+   end subroutine new_integrator
+
+   !> The method has something to say to the user; nobody listens unless an observer overrides this.
+   subroutine advise(self, t, text)
+      !> The observer.
+      class(observer_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> What it says.
+      character(len=*), intent(in) :: text
+   end subroutine advise
+
    !> March to the end.
    subroutine march(motion, method, y, t_end, interval, max_step, observer, t, statistics, &
       stopped, error)
@@ -126,10 +155,11 @@ contains
       logical, intent(out) :: stopped
       !> Set when the integration or the observer failed.
       type(error_type), allocatable, intent(out) :: error
-      type(cvode_type) :: integrator
+      class(integrator_type), allocatable :: integrator
 
       t = 0.0_wp
       stopped = .false.
+      call new_integrator(method, integrator)
       call integrator%start(motion, method, t, y, t_end, max_step, error)
       if (.not. allocated(error)) call advance(integrator, motion, y, t_end, interval, &
          max_step, observer, t, stopped, error)
@@ -140,7 +170,7 @@ contains
    !> The loop of `march`.
    subroutine advance(integrator, motion, y, t_end, interval, max_step, observer, t, stopped, error)
       !> The integration, started.
-      type(cvode_type), intent(inout) :: integrator
+      class(integrator_type), intent(inout) :: integrator
       !> The motion.
       class(motion_type), intent(inout) :: motion
       !> State.
@@ -165,7 +195,8 @@ contains
       real(wp) :: resolution
       real(wp) :: t_watch
       integer :: steps
-      logical :: closed(motion%n_events), undecided(motion%n_events), changed, too_deep
+      logical :: closed(motion%n_events), undecided(motion%n_events), suspect(motion%n_events)
+      logical :: changed, too_deep
       integer :: events(motion%n_events), i
 
       call motion%system%gaps(y, gap)
@@ -202,8 +233,10 @@ contains
          if (too_deep) call find_depth(integrator, motion, t_before, t, y, too_deep)
          if (.not. all(closed)) then
             call motion%system%gap_rates(y, rate)
-            call find_dip(integrator, motion, t_before, t, .not. closed .and. events == 0 .and. &
-               rate_before < 0.0_wp .and. rate > 0.0_wp, resolution, t_dip)
+            suspect = .not. closed .and. events == 0 .and. rate_before < 0.0_wp .and. rate > 0.0_wp
+            t_dip = huge(t_dip)
+            if (any(suspect)) call find_dip(integrator, motion, t_before, t, suspect, resolution, &
+               t_dip)
             if (t_dip < t) then
                ! A contact closed and opened again within the step: take it in smaller ones.
                t = t_before
@@ -248,6 +281,10 @@ contains
             call take_events(integrator, motion, t, y, events, closed, observer, error)
             if (allocated(error)) return
          end if
+         if (allocated(integrator%advice)) then
+            call observer%advise(t, integrator%advice)
+            deallocate(integrator%advice)
+         end if
          call observer%after_step(t, stopped, error)
          if (allocated(error) .or. stopped) return
       end do
@@ -273,7 +310,7 @@ contains
    !> Find where within a step a contact becomes too deep.
    subroutine find_depth(integrator, motion, t_before, t, y, too_deep)
       !> The integration, its last step from `t_before` to `t`.
-      type(cvode_type), intent(inout) :: integrator
+      class(integrator_type), intent(inout) :: integrator
       !> The motion; `too_deep` of its system names the contact.
       class(motion_type), intent(inout) :: motion
       !> Beginning of the step [s].
@@ -313,7 +350,7 @@ contains
    !> after the step if there is none.
    subroutine find_dip(integrator, motion, t_before, t, suspect, resolution, t_dip)
       !> The integration, its last step from `t_before` to `t` or beyond.
-      type(cvode_type), intent(inout) :: integrator
+      class(integrator_type), intent(inout) :: integrator
       !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Beginning of the step [s].
@@ -356,7 +393,7 @@ contains
    !> Record events, and let the contacts take note of the impact speed.
    subroutine take_events(integrator, motion, t, y, events, closed, observer, error)
       !> The integration.
-      type(cvode_type), intent(inout) :: integrator
+      class(integrator_type), intent(inout) :: integrator
       !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Time [s].

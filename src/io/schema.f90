@@ -214,7 +214,10 @@ contains
          doc="rolling velocity below which the rolling resistance falls to " // &
          "zero linearly; mandatory with rolling")
 
-      call put("integrator", "method", kind_choice, default="'cvode_bdf'", doc="method")
+      call put("integrator", "method", kind_choice, default="'cvode_bdf'", &
+         doc="method: cvode_bdf, implicit, for any problem; cvode_adams, a multistep method, " // &
+         "and explicit8, of order 8, for problems that are not stiff; explicit8 is the " // &
+         "fastest one with light damping, and says when a contact is too stiff for it")
       call put("integrator", "rtol", kind_real, unit="1", default="1.0e-8", least=1.0e-14_wp, &
          most=1.0e-1_wp, doc="relative tolerance of a step, against the scales below")
       call put("integrator", "length_scale", kind_real, unit="m", above=0.0_wp, &

@@ -16,7 +16,8 @@ module contensou_io_trajectory
    use contensou_contact_normal, only : normal_models
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_system, only : contact_report_type, system_type
-   use contensou_integrate_cvode, only : statistics_type, sundials_version
+   use contensou_integrate_cvode, only : sundials_version
+   use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : event_touch
    use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_series_type, hdf5_version, &
       series_real, series_text

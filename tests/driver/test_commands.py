@@ -383,7 +383,7 @@ def test_check_without_gravity_and_contacts(run, tmp_path, scene_text):
     assert "gravity = 0.0, 0.0, 0.0" in result.out
 
 
-@pytest.mark.parametrize("method", ["cvode_bdf", "cvode_adams"])
+@pytest.mark.parametrize("method", ["cvode_bdf", "cvode_adams", "explicit8"])
 def test_top_that_grazes_the_floor_without_gravity(method, run, scene):
     words = ["--set", "scene.gravity=0,0,0", "--set", f"integrator.method={method}"]
     words += ["--set", "scene.t_end=0.2"]

@@ -493,7 +493,7 @@ def test_the_command_line_is_kept(run, scene, tmp_path):
     assert re.search(r"-o ['\"]other name\.h5['\"]", command)
 
 
-@pytest.mark.parametrize("method", ["cvode_bdf", "cvode_adams"])
+@pytest.mark.parametrize("method", ["cvode_bdf", "cvode_adams", "explicit8"])
 @pytest.mark.parametrize("text", [None, TWO_BODIES, NO_CONTACT], ids=["top", "two bodies", "free"])
 def test_the_same_input_gives_the_same_bits(run, tmp_path, scene_text, text, method):
     (tmp_path / "scene.nml").write_text(text or scene_text)

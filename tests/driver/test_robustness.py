@@ -386,7 +386,7 @@ SOFT = """\
 """
 
 
-@pytest.mark.parametrize("method", ["cvode_bdf", "cvode_adams"])
+@pytest.mark.parametrize("method", ["cvode_bdf", "cvode_adams", "explicit8"])
 @pytest.mark.parametrize("gravity", ["0,0,0", "0,0,-9.81"])
 def test_an_impact_beyond_the_theory(run, tmp_path, method, gravity):
     (tmp_path / "soft.nml").write_text(SOFT)
@@ -496,3 +496,74 @@ def test_a_full_standard_output(executable, scene, tmp_path):
     assert status == 74
     assert "standard output" in one_error(err)
     check_complete(tmp_path / "top.h5", 21)
+
+
+# ---- An explicit method and stiffness ----------------------------------------------------------
+
+
+def stiff_options(delta, **others):
+    """A top whose contacts stick more and more stiffly, the smaller the velocity delta."""
+    sets = {"integrator.method": "explicit8", "scene.t_end": 8.0, "output.interval": 1e-3} | others
+    for contact in ("ball_floor", "stem_floor"):
+        sets[f"{contact}.friction"] = "coulomb"
+        sets[f"{contact}.regularization_velocity"] = delta
+    return [word for key, value in sets.items() for word in ("--set", f"{key}={value}")]
+
+
+def test_explicit8_says_where_a_contact_is_too_stiff(run, scene, tmp_path):
+    options = ("-o", "top.h5", *stiff_options(1e-6, **{"scene.t_end": 0.2}))
+    result = run("run", scene, *options)
+    assert result.status == 0, result.err
+    advice = [line for line in result.err.splitlines() if "cvode_bdf" in line]
+    assert len(advice) == 1, result.err
+    assert advice[0].startswith("contensou: since t = 0.0")
+    assert "stability" in advice[0]
+    assert [line for line in result.out.splitlines() if line.startswith("  advice ")]
+    check_complete(tmp_path / "top.h5", 201)
+    # What it advises is right: the other method needs far fewer steps.
+    result = run(
+        "run",
+        scene,
+        *options,
+        "--set",
+        "integrator.method=cvode_bdf",
+        "--force",
+        "-q",
+    )
+    assert result.status == 0
+    assert "advice" not in result.out
+    with h5py.File(tmp_path / "top.h5") as file:
+        assert file["integrator/right_hand_sides"][()] < 50000
+
+
+def test_explicit8_gives_no_advice_where_it_is_the_faster_one(run, scene):
+    for damping in (0.2, 100.0):
+        options = [
+            f"{contact}.damping_coefficient={damping}" for contact in ("ball_floor", "stem_floor")
+        ]
+        options += ["integrator.method=explicit8", "scene.t_end=2.5"]
+        words = [word for text in options for word in ("--set", text)]
+        result = run("run", scene, "-o", "top.h5", "--force", *words)
+        assert result.status == 0, result.err
+        assert "stability" not in result.err
+        assert "advice" not in result.out
+
+
+@pytest.mark.parametrize("delta", [1e-9, 1e-12])
+def test_explicit8_gives_up_where_there_is_no_hope(run, scene, tmp_path, build_kind, delta):
+    timeout = 10 if build_kind == "release" else 300
+    result = run(
+        "run",
+        scene,
+        "-o",
+        "top.h5",
+        "-q",
+        *stiff_options(delta),
+        timeout=timeout,
+    )
+    assert result.status == 1
+    message = one_error(result.err)
+    assert float(message.split("t = ")[1].split()[0]) == pytest.approx(0.036, abs=1e-3)
+    assert "stiff" in message
+    assert "integrator.method = 'cvode_bdf'" in message
+    check_readable(tmp_path / "top.h5.part", "failed")

@@ -4,6 +4,7 @@ module test_suites
    use test_document, only : run_document_tests
    use test_dynamics, only : run_dynamics_tests
    use test_elliptic, only : run_elliptic_tests
+   use test_explicit, only : run_explicit_tests
    use test_harness, only : check, finish, make_scratch_folder, remove_scratch_folder, set_up, wants
    use test_hdf5_file, only : run_hdf5_file_tests
    use test_hertz, only : run_hertz_tests
@@ -36,6 +37,7 @@ contains
       if (wants("dynamics")) call run_dynamics_tests()
       if (wants("integrate")) call run_integrate_tests()
       if (wants("jacobian")) call run_jacobian_tests()
+      if (wants("explicit")) call run_explicit_tests()
       if (wants("schema")) call run_schema_tests()
       if (wants("hdf5_file")) call run_hdf5_file_tests(check, folder)
       call remove_scratch_folder(folder)

@@ -5,9 +5,10 @@ module test_integrate
    use contensou_base_kinds, only : i8, pi, wp
    use contensou_contact_damping, only : damping_type, tsuji_factor
    use contensou_dynamics_scene, only : scene_type
-   use contensou_integrate_cvode, only : cvode_type, statistics_type, sundials_version
+   use contensou_integrate_cvode, only : sundials_version
+   use contensou_integrate_integrator, only : integrator_type, statistics_type
    use contensou_integrate_march, only : event_lift, event_touch, integrator_methods, march, &
-      observer_type, row_count
+      new_integrator, observer_type, row_count
    use contensou_integrate_motion, only : motion_type
    use contensou_integrate_problem, only : problem_type
    use test_contact, only : impact_coefficient, new_damping, rebound
@@ -244,7 +245,7 @@ contains
       !> The method.
       character(len=*), intent(in) :: method
       type(oscillator_type), target :: problem
-      type(cvode_type) :: integrator
+      class(integrator_type), allocatable :: integrator
       type(error_type), allocatable :: error
       type(statistics_type) :: first, second
       type(worst_type) :: solution, between, timing, ahead
@@ -257,6 +258,7 @@ contains
       problem%n_events = 2
       t = 0.0_wp
       y = [1.0_wp, 0.0_wp]
+      call new_integrator(method, integrator)
       call integrator%start(problem, method, t, y, t_end, 0.0_wp, error)
       call check(.not. allocated(error), method // ": starts")
       rising = 0
@@ -299,8 +301,8 @@ contains
       call check(right_sign, method // ": signs of the events")
 
       first = integrator%statistics()
-      call check(first%steps >= n - 20 .and. first%steps <= n .and. n > 100, &
-         method // ": counts its steps")
+      call check(first%steps >= n - 20 .and. first%steps <= n .and. &
+         n > merge(40, 100, method == "explicit8"), method // ": counts its steps")
       call check(first%derivatives == problem%evaluations, method // ": counts the derivatives")
       call check((first%jacobians > 0) .eqv. method == "cvode_bdf", method // ": counts Jacobians")
       call check(first%last_step > 0.0_wp .and. first%last_step < 1.0_wp, method // ": last step")
@@ -366,7 +368,7 @@ contains
          !> What is checked.
          character(len=*), intent(in) :: name
          type(oscillator_type), target :: problem
-         type(cvode_type) :: integrator
+         class(integrator_type), allocatable :: integrator
          type(error_type), allocatable :: error
          real(wp) :: t, y(2)
          integer :: found(2), i
@@ -376,6 +378,7 @@ contains
          problem%defect = defect
          t = 0.0_wp
          y = [1.0_wp, 0.0_wp]
+         call new_integrator(method, integrator)
          call integrator%start(problem, method, t, y, 2.0_wp, 0.0_wp, error)
          do i = 1, 100000
             if (allocated(error)) exit

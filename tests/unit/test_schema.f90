@@ -317,9 +317,9 @@ contains
          "'file' needs a text in quotes, this is a number", "a text in quotes", 3, &
          "number for a text")
       call expect(least // "&integrator method = 'cvode_dbf' /", "unknown method 'cvode_dbf'", &
-         "'cvode_bdf'; possible are cvode_bdf, cvode_adams", 3, "unknown choice")
+         "'cvode_bdf'; possible are cvode_bdf, cvode_adams, explicit8", 3, "unknown choice")
       call expect(least // "&integrator method = 'zzzzzzzzzz' /", "unknown method 'zzzzzzzzzz'", &
-         "one of cvode_bdf, cvode_adams", 3, "unknown choice without a near one")
+         "one of cvode_bdf, cvode_adams, explicit8", 3, "unknown choice without a near one")
       call expect(least // "&integrator method = '' /", "'method' is empty", "one of", 3, &
          "empty choice")
       call expect(least // "&material name = ' ', young = 1, poisson = 0 /", "'name' is empty", &

@@ -1,0 +1,665 @@
+!> `explicit8`: an explicit Runge-Kutta method of order 8 for problems that are not stiff.
+!>
+!> The pair of `prince_dormand`; the local error, the root of the mean of the squares of the errors
+!> over the admissible ones, is held below 1 by a proportional-integral control of the step.
+!> Events are located on the continuous extension to the resolution of time; the step is then taken
+!> again up to there, so that no step contains the kink of the right-hand side at an event.
+!> E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed. (1993),
+!> sections II.4 and II.6.
+!>
+!> An explicit method pays for a stiff problem with steps far shorter than the solution asks for.
+!> That shows in the solution itself: a polynomial through states that lie many steps apart
+!> foretells the next of them within the tolerance, of which a BDF method would make its steps.
+module contensou_integrate_explicit8
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
+   use contensou_base_errors, only : error_type, fatal, status_failed
+   use contensou_base_kinds, only : i8, wp
+   use contensou_integrate_integrator, only : integrator_type, statistics_type
+   use contensou_integrate_prince_dormand, only : dense_value, local_error, set_dense, set_stage, &
+      stage_time, stages, step_stages
+   use contensou_integrate_problem, only : problem_type
+   implicit none(type, external)
+   private
+
+   public :: explicit8_type
+
+   !> Factor of the length that the error estimates admit: they settle at about half the tolerance.
+   real(wp), parameter :: safety = 0.96_wp
+
+   !> Exponent of the error of the last step but one in the control of the step.
+   real(wp), parameter :: memory_exponent = 0.04_wp
+
+   !> Exponent of the error of the last step in the control of the step.
+   real(wp), parameter :: exponent = 1.0_wp/8.0_wp - 0.75_wp*memory_exponent
+
+   !> Largest growth of a step.
+   real(wp), parameter :: largest_growth = 6.0_wp
+
+   !> Largest decrease of a step.
+   real(wp), parameter :: largest_decrease = 0.05_wp
+
+   !> Decrease of a step that leaves the domain of the model.
+   real(wp), parameter :: decrease_outside = 0.25_wp
+
+   !> Steps between two states that are kept to see how smooth the solution is: as many times longer
+   !> would the steps of a BDF method be.
+   integer, parameter :: spacing_of_states = 10
+
+   !> States that are kept.
+   integer, parameter :: kept = 7
+
+   !> Error of a state up to which it counts as foretold by the BDF methods of orders 2 to 5, 1 at
+   !> the tolerance. Steps at the limit of stability have errors near the tolerance, which
+   !> extrapolation amplifies, and steps shorter by the cube root of 10 still are the longer ones;
+   !> but with orders 4 and 5 the ringing of a lightly damped contact limits the steps of BDF, too.
+   real(wp), parameter :: foretold_within(2:5) = [10.0_wp, 10.0_wp, 1.0_wp, 1.0_wp]
+
+   !> States in a row that are foretold before the steps are called limited by stability.
+   integer, parameter :: foretold_enough = 20
+
+   !> Steps to the end of time, of the present length, from which on it pays to say so.
+   real(wp), parameter :: many_steps = 2.0e4_wp
+
+   !> Steps to the end of time, of the present length, from which on there is no hope: an hour for
+   !> one body with one contact.
+   real(wp), parameter :: too_many_steps = 1.0e9_wp
+
+   !> States in a row that are foretold before there is no hope.
+   integer, parameter :: foretold_hopeless = 2000
+
+   !> Error constants of the BDF methods of orders 2 to 5 over those of extrapolation.
+   real(wp), parameter :: bdf_error(2:5) = [2.0_wp/9.0_wp, 3.0_wp/22.0_wp, 12.0_wp/125.0_wp, &
+      10.0_wp/137.0_wp]
+
+   !> One integration.
+   type, extends(integrator_type) :: explicit8_type
+      private
+      !> The problem.
+      class(problem_type), pointer :: problem => null()
+      !> Number of unknowns.
+      integer :: n = 0
+      !> Beginning of the last step [s].
+      real(wp) :: t_old = 0.0_wp
+      !> End of the last step [s].
+      real(wp) :: t = 0.0_wp
+      !> End of time [s].
+      real(wp) :: t_end = 0.0_wp
+      !> Length of the last step [s].
+      real(wp) :: h = 0.0_wp
+      !> Length of the next step [s]; 0 if it is to be guessed.
+      real(wp) :: h_next = 0.0_wp
+      !> Largest step [s]; 0 for no bound.
+      real(wp) :: max_step = 0.0_wp
+      !> Error of the last step, 1 at the tolerance.
+      real(wp) :: last_error = 1.0_wp
+      !> Whether the right-hand side at `t` is yet to be evaluated.
+      logical :: fresh = .true.
+      !> Whether the continuous extension of the last step is set.
+      logical :: dense_set = .false.
+      !> State at the beginning of the last step.
+      real(wp), allocatable :: y_old(:)
+      !> State at its end.
+      real(wp), allocatable :: y(:)
+      !> State of a stage.
+      real(wp), allocatable :: z(:)
+      !> Inverse of the admissible error of each unknown.
+      real(wp), allocatable :: weight(:)
+      !> Right-hand sides of the stages.
+      real(wp), allocatable :: k(:, :)
+      !> Coefficients of the continuous extension.
+      real(wp), allocatable :: dense(:, :)
+      !> Sign of each event function since it last changed; 0 before it has left zero.
+      integer, allocatable :: side(:)
+      !> Values of the event functions.
+      real(wp), allocatable :: g(:)
+      !> States at multiples of `spacing_of_states`, the latest last.
+      real(wp), allocatable :: y_kept(:, :)
+      !> Times of these [s].
+      real(wp) :: t_kept(kept) = 0.0_wp
+      !> Number of these.
+      integer :: n_kept = 0
+      !> Steps since the latest of these.
+      integer :: steps_since = 0
+      !> States in a row that were foretold by those before.
+      integer :: foretold = 0
+      !> Whether the advice was given.
+      logical :: advised = .false.
+      !> Counters.
+      type(statistics_type) :: counters
+   contains
+      procedure, public :: start
+      procedure, public :: step
+      procedure, public :: interpolate
+      procedure, public :: restart
+      procedure, public :: bound_step
+      procedure, public :: statistics
+      procedure, public :: free
+   end type explicit8_type
+
+contains
+
+   !> Begin an integration.
+   subroutine start(self, problem, method, t, y, t_end, max_step, error)
+      !> The integration.
+      class(explicit8_type), intent(inout) :: self
+      !> The problem; must outlive the integration.
+      class(problem_type), intent(in), target :: problem
+      !> `explicit8`.
+      character(len=*), intent(in) :: method
+      !> Initial time [s].
+      real(wp), intent(in) :: t
+      !> Initial state.
+      real(wp), intent(in) :: y(:)
+      !> The right-hand side is never evaluated beyond this time [s].
+      real(wp), intent(in) :: t_end
+      !> Largest step [s]; 0 for no bound.
+      real(wp), intent(in) :: max_step
+      !> Never set.
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%free()
+      self%problem => problem
+      self%n = problem%n
+      self%t_end = t_end
+      associate (n => problem%n, m => problem%n_events)
+         allocate(self%y_old(n), self%y(n), self%z(n), self%weight(n), self%k(n, stages))
+         allocate(self%dense(n, 7), self%side(m), self%g(m), self%y_kept(n, kept))
+      end associate
+      call self%bound_step(max_step)
+      call begin_at(self, t, y)
+   end subroutine start
+
+   !> Set the state, and on which side of zero the event functions are.
+   subroutine begin_at(self, t, y)
+      !> The integration.
+      type(explicit8_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+
+      self%t = t
+      self%t_old = t
+      self%h = 0.0_wp
+      self%y = y
+      self%y_old = y
+      self%fresh = .true.
+      self%dense_set = .true.
+      self%dense = 0.0_wp
+      self%last_error = 1.0_wp
+      call forget_states(self)
+      if (size(self%g) > 0) call self%problem%events(t, self%y, self%g)
+      self%side = side_of(self%g)
+   end subroutine begin_at
+
+   !> Sign of a value, 0 for zero.
+   elemental function side_of(g) result(side)
+      !> The value.
+      real(wp), intent(in) :: g
+      integer :: side
+
+      side = merge(1, 0, g > 0.0_wp) - merge(1, 0, g < 0.0_wp)
+   end function side_of
+
+   !> Forget the states by which stiffness is seen.
+   subroutine forget_states(self)
+      !> The integration.
+      type(explicit8_type), intent(inout) :: self
+
+      self%n_kept = 0
+      self%steps_since = 0
+      self%foretold = 0
+   end subroutine forget_states
+
+   !> Advance by one step, or to the next event within it.
+   subroutine step(self, t, y, events, error)
+      !> The integration.
+      class(explicit8_type), intent(inout) :: self
+      !> Time reached [s].
+      real(wp), intent(inout) :: t
+      !> State there.
+      real(wp), intent(out) :: y(:)
+      !> For each event function: 1 it rose through zero here, -1 it fell, 0 no event.
+      integer, intent(out) :: events(:)
+      !> Set when the integration cannot go on.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: h, t_new, estimate, factor, h_event
+      logical :: outside, rejected, was_outside, last
+
+      events = 0
+      y = self%y
+      call prepare(self, error)
+      if (allocated(error)) return
+
+      rejected = .false.
+      was_outside = .false.
+      do
+         h = self%h_next
+         if (self%max_step > 0.0_wp) h = min(h, self%max_step)
+         last = h*(1.0_wp + 1.0e-9_wp) >= self%t_end - self%t
+         if (last) h = self%t_end - self%t
+         t_new = merge(self%t_end, self%t + h, last)
+         if (h <= 4.0_wp*spacing(self%t) .and. .not. last) then
+            call fatal(error, reason(was_outside, rejected), status_failed)
+            return
+         end if
+         call evaluate(self, h, 2, step_stages - 1, outside)
+         if (outside) then
+            was_outside = .true.
+            rejected = .true.
+            self%counters%error_test_failures = self%counters%error_test_failures + 1
+            self%h_next = decrease_outside*h
+            cycle
+         end if
+         estimate = local_error(self%n, h, self%weight, self%k)
+         if (.not. ieee_is_finite(estimate)) estimate = huge(estimate)
+         if (estimate <= 1.0_wp) then
+            call evaluate(self, h, step_stages, step_stages, outside)
+            if (.not. outside) exit
+            was_outside = .true.
+            self%h_next = decrease_outside*h
+         else
+            self%h_next = h*max(largest_decrease, safety*estimate**(-0.125_wp))
+         end if
+         rejected = .true.
+         self%counters%error_test_failures = self%counters%error_test_failures + 1
+      end do
+
+      ! Stage 14 is where the step ends.
+      call take_end(self, h, t_new)
+      estimate = max(estimate, 1.0e-10_wp)
+      factor = safety*estimate**(-exponent)*self%last_error**memory_exponent
+      factor = min(max(factor, largest_decrease), merge(1.0_wp, largest_growth, rejected))
+      self%last_error = max(estimate, 1.0e-4_wp)
+      ! A step that is short because time ends says nothing of the next one's length.
+      self%h_next = merge(max(self%h_next, h*factor), h*factor, last .and. .not. rejected)
+
+      if (size(events) > 0) then
+         call self%problem%events(self%t, self%y, self%g)
+         if (any(self%side*side_of(self%g) < 0)) then
+            call locate(self, events, h_event)
+            if (h_event < h) then
+               call evaluate(self, h_event, 2, step_stages, outside)
+               if (outside) then
+                  call fatal(error, reason(.true., .true.), status_failed)
+                  return
+               end if
+               call take_end(self, h_event, min(self%t_old + h_event, t_new))
+            end if
+            where (events /= 0) self%side = events
+            call forget_states(self)
+         else
+            where (self%side == 0) self%side = side_of(self%g)
+         end if
+      end if
+      self%counters%steps = self%counters%steps + 1
+      self%counters%last_step = self%h
+      t = self%t
+      y = self%y
+      call judge(self, error)
+   end subroutine step
+
+   !> Right-hand side, weights and a first guess of the length of the step, where the next begins.
+   subroutine prepare(self, error)
+      !> The integration.
+      type(explicit8_type), intent(inout) :: self
+      !> Set when there can be no step.
+      type(error_type), allocatable, intent(out) :: error
+      logical :: outside
+
+      if (self%fresh) then
+         call self%problem%derivative(self%t, self%y, self%k(:, 1), outside)
+         self%counters%derivatives = self%counters%derivatives + 1
+         if (outside) then
+            call fatal(error, "the initial state is outside the domain of the model", &
+               status_failed)
+            return
+         end if
+         self%fresh = .false.
+      else
+         self%k(:, 1) = self%k(:, step_stages)
+      end if
+      self%t_old = self%t
+      self%y_old = self%y
+      self%dense_set = .false.
+      call self%problem%admissible_error(self%y, self%weight)
+      self%weight = 1.0_wp/self%weight
+      if (size_of(self%y, self%weight)*epsilon(self%t) > 1.0_wp) then
+         call fatal(error, "the tolerance is below what double precision can resolve", &
+            status_failed)
+         return
+      end if
+      if (self%h_next <= 0.0_wp) call guess_step(self)
+   end subroutine prepare
+
+   !> Root of the mean of the squares of weighted values.
+   pure function size_of(values, weight) result(norm)
+      !> The values.
+      real(wp), intent(in) :: values(:)
+      !> Their weights.
+      real(wp), intent(in) :: weight(:)
+      real(wp) :: norm
+      integer :: i
+
+      norm = 0.0_wp
+      do i = 1, size(values)
+         norm = norm + (values(i)*weight(i))**2
+      end do
+      norm = sqrt(norm/size(values))
+   end function size_of
+
+   !> Guess the length of the first step.
+   subroutine guess_step(self)
+      !> The integration.
+      type(explicit8_type), intent(inout) :: self
+      real(wp) :: d0, d1, d2, h0
+      logical :: outside
+      integer :: i
+
+      d0 = size_of(self%y, self%weight)
+      d1 = size_of(self%k(:, 1), self%weight)
+      h0 = 1.0e-6_wp
+      if (d0 > 1.0e-5_wp .and. d1 > 1.0e-5_wp) h0 = 0.01_wp*d0/d1
+      h0 = min(h0, self%t_end - self%t)
+      if (self%max_step > 0.0_wp) h0 = min(h0, self%max_step)
+      d2 = 0.0_wp
+      do i = 1, 40
+         self%z = self%y + h0*self%k(:, 1)
+         call self%problem%derivative(self%t + h0, self%z, self%k(:, 2), outside)
+         self%counters%derivatives = self%counters%derivatives + 1
+         if (.not. outside) exit
+         h0 = 0.1_wp*h0
+      end do
+      if (.not. outside) then
+         self%z = self%k(:, 2) - self%k(:, 1)
+         d2 = size_of(self%z, self%weight)/h0
+      end if
+      self%h_next = max(1.0e-6_wp, 1.0e-3_wp*h0)
+      if (max(d1, d2) > 1.0e-15_wp) self%h_next = (0.01_wp/max(d1, d2))**0.125_wp
+      self%h_next = min(100.0_wp*h0, self%h_next)
+   end subroutine guess_step
+
+   !> Evaluate the right-hand side of some stages of a step.
+   subroutine evaluate(self, h, first, last, outside)
+      !> The integration.
+      type(explicit8_type), intent(inout) :: self
+      !> Length of the step [s].
+      real(wp), intent(in) :: h
+      !> First stage.
+      integer, intent(in) :: first
+      !> Last stage.
+      integer, intent(in) :: last
+      !> Whether a stage is outside the domain of the model.
+      logical, intent(out) :: outside
+      integer :: i
+
+      outside = .false.
+      do i = first, last
+         call set_stage(i, self%n, h, self%y_old, self%k, self%z)
+         call self%problem%derivative(min(self%t_old + stage_time(i)*h, self%t_end), self%z, &
+            self%k(:, i), outside)
+         self%counters%derivatives = self%counters%derivatives + 1
+         if (outside) return
+      end do
+   end subroutine evaluate
+
+   !> End the step at stage 14, whose right-hand side is the last one evaluated.
+   subroutine take_end(self, h, t_new)
+      !> The integration.
+      type(explicit8_type), intent(inout) :: self
+      !> Length of the step [s].
+      real(wp), intent(in) :: h
+      !> Where it ends [s].
+      real(wp), intent(in) :: t_new
+
+      self%y = self%z
+      self%t = t_new
+      self%h = h
+      self%dense_set = .false.
+   end subroutine take_end
+
+   !> Why there is no step.
+   pure function reason(outside, rejected) result(words)
+      !> Whether the model was left.
+      logical, intent(in) :: outside
+      !> Whether the error was too large.
+      logical, intent(in) :: rejected
+      character(len=:), allocatable :: words
+
+      words = "the step size fell below the resolution of time"
+      if (rejected) words = "the local error stays above the tolerance however small the step"
+      if (outside) words = "the motion leaves the domain of the model"
+   end function reason
+
+   !> Coefficients of the continuous extension of the last step.
+   subroutine extend(self)
+      !> The integration.
+      type(explicit8_type), intent(inout) :: self
+      logical :: outside
+
+      if (self%dense_set) return
+      call evaluate(self, self%h, step_stages + 1, stages, outside)
+      call set_dense(self%n, self%h, self%y_old, self%y, self%k, self%dense)
+      ! Without these stages there is the cubic through the ends.
+      if (outside) self%dense(:, 4:) = 0.0_wp
+      self%dense_set = .true.
+   end subroutine extend
+
+   !> Find the first events within the last step.
+   subroutine locate(self, events, h_event)
+      !> The integration.
+      type(explicit8_type), intent(inout) :: self
+      !> For each event function: 1 it rises through zero there, -1 it falls, 0 no event.
+      integer, intent(out) :: events(:)
+      !> Time of the first events after the beginning of the step [s].
+      real(wp), intent(out) :: h_event
+      real(wp) :: low, high, f_low, f_high, tolerance, x, half, regula, radius, delta, f
+      integer :: i, j, most
+
+      call extend(self)
+      ! Shares of the step.
+      tolerance = spacing(max(abs(self%t_old), abs(self%t)))/self%h
+      high = 1.0_wp
+      do i = 1, size(events)
+         ! Others may have crossed before: the first ones are looked for only up to here.
+         call values_at(self, high)
+         if (self%side(i)*side_of(self%g(i)) >= 0) cycle
+         f_high = self%g(i)
+         low = 0.0_wp
+         call values_at(self, low)
+         f_low = self%g(i)
+         ! After an event the value may still be on the old side by rounding.
+         if (self%side(i)*side_of(f_low) <= 0) f_low = self%side(i)*tiny(f_low)
+         ! Bisection, or interpolation where that is at least as fast: the ITP method.
+         ! I. F. D. Oliveira, R. H. C. Takahashi, ACM Trans. Math. Software 47 (2021) 5.
+         most = ceiling(log((high - low)/(2.0_wp*tolerance))/log(2.0_wp)) + 1
+         do j = 0, max(most, 0)
+            if (high - low <= 2.0_wp*tolerance) exit
+            half = 0.5_wp*(low + high)
+            radius = tolerance*2.0_wp**(most - j) - 0.5_wp*(high - low)
+            delta = 0.2_wp*(high - low)**2
+            regula = (f_high*low - f_low*high)/(f_high - f_low)
+            x = half
+            if (delta <= abs(half - regula)) x = regula + sign(delta, half - regula)
+            if (abs(x - half) > radius) x = half - sign(radius, half - regula)
+            if (x <= low .or. x >= high) x = half
+            if (x <= low .or. x >= high) exit
+            call values_at(self, x)
+            f = self%g(i)
+            if (self%side(i)*side_of(f) < 0) then
+               high = x
+               f_high = f
+            else
+               low = x
+               f_low = f
+               if (side_of(f) == 0) f_low = self%side(i)*tiny(f_low)
+            end if
+         end do
+      end do
+      ! What crosses within the resolution of time crosses together.
+      call values_at(self, min(1.0_wp, high + 8.0_wp*tolerance))
+      events = 0
+      where (self%side*side_of(self%g) < 0) events = -self%side
+      h_event = high*self%h
+   end subroutine locate
+
+   !> Event functions within the last step.
+   subroutine values_at(self, s)
+      !> The integration, its continuous extension set; `g` is set.
+      type(explicit8_type), intent(inout) :: self
+      !> Share of the step.
+      real(wp), intent(in) :: s
+
+      call dense_value(self%n, s, self%y_old, self%dense, self%z)
+      if (s >= 1.0_wp) self%z = self%y
+      call self%problem%events(self%t_old + s*self%h, self%z, self%g)
+   end subroutine values_at
+
+   !> State at a time within the last step.
+   subroutine interpolate(self, t, y)
+      !> The integration.
+      class(explicit8_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State there.
+      real(wp), intent(out) :: y(:)
+
+      if (t >= self%t .or. self%h <= 0.0_wp) then
+         y = self%y
+         return
+      end if
+      call extend(self)
+      call dense_value(self%n, max((t - self%t_old)/self%h, 0.0_wp), self%y_old, self%dense, y)
+   end subroutine interpolate
+
+   !> Begin anew at a state.
+   subroutine restart(self, t, y, error)
+      !> The integration.
+      class(explicit8_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Never set.
+      type(error_type), allocatable, intent(out) :: error
+      integer :: side(size(self%side))
+      logical :: same
+
+      ! At an event the sides are those after it, whatever the rounding of the values.
+      same = abs(t - self%t) <= 0.0_wp
+      side = self%side
+      call begin_at(self, t, y)
+      if (same) self%side = side
+   end subroutine restart
+
+   !> Bound the step.
+   subroutine bound_step(self, max_step)
+      !> The integration.
+      class(explicit8_type), intent(inout) :: self
+      !> Largest step [s]; 0 for no bound.
+      real(wp), intent(in) :: max_step
+
+      self%max_step = max(max_step, 0.0_wp)
+   end subroutine bound_step
+
+   !> Counters so far.
+   function statistics(self) result(s)
+      !> The integration.
+      class(explicit8_type), intent(in) :: self
+      type(statistics_type) :: s
+
+      s = self%counters
+   end function statistics
+
+   !> Release everything.
+   subroutine free(self)
+      !> The integration.
+      class(explicit8_type), intent(inout) :: self
+
+      if (allocated(self%y)) then
+         deallocate(self%y_old, self%y, self%z, self%weight, self%k, self%dense, self%side, &
+            self%g, self%y_kept)
+      end if
+      if (allocated(self%advice)) deallocate(self%advice)
+      nullify(self%problem)
+      self%h_next = 0.0_wp
+      self%advised = .false.
+      self%counters = statistics_type()
+   end subroutine free
+
+   !> See whether the steps are far shorter than the solution asks for.
+   subroutine judge(self, error)
+      !> The integration.
+      type(explicit8_type), intent(inout) :: self
+      !> Set when there is no hope to reach the end.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: steps_left
+      character(len=12) :: digits
+      integer :: i
+
+      self%steps_since = self%steps_since + 1
+      if (self%steps_since < spacing_of_states .and. self%n_kept > 0) return
+      self%steps_since = 0
+      if (self%n_kept == kept) then
+         do i = 1, kept - 1
+            self%y_kept(:, i) = self%y_kept(:, i + 1)
+            self%t_kept(i) = self%t_kept(i + 1)
+         end do
+      end if
+      self%n_kept = min(self%n_kept + 1, kept)
+      self%y_kept(:, self%n_kept) = self%y
+      self%t_kept(self%n_kept) = self%t
+      if (self%n_kept < kept) return
+      if (.not. is_foretold(self)) then
+         self%foretold = 0
+         return
+      end if
+      self%foretold = self%foretold + 1
+      if (self%foretold < foretold_enough) return
+      steps_left = (self%t_end - self%t)*spacing_of_states/(self%t - self%t_kept(kept - 1))
+      if (.not. self%advised .and. steps_left > many_steps) then
+         self%advised = .true.
+         self%advice = "the steps of explicit8 are limited by stability, not by accuracy: " // &
+            "cvode_bdf would take longer ones"
+      end if
+      if (self%foretold < foretold_hopeless .or. steps_left < too_many_steps) return
+      write(digits, "(es9.1)") (self%t - self%t_kept(kept - 1))/spacing_of_states
+      call fatal(error, &
+         "the problem is stiff: stability limits the steps of explicit8 to " // &
+         trim(adjustl(digits)) // " s, far too short to reach the end; integrator.method = " // &
+         "'cvode_bdf' is for such problems", status_failed)
+   end subroutine judge
+
+   !> Whether a BDF method of some order would meet the tolerance with a step as long as the time
+   !> between two of the states that are kept.
+   pure function is_foretold(self) result(is)
+      !> The integration, all states kept.
+      type(explicit8_type), intent(in) :: self
+      logical :: is
+      real(wp) :: share(kept), total, value
+      integer :: order, i, j, first
+
+      is = .true.
+      do order = 5, 2, -1
+         first = kept - order - 1
+         do i = first, kept - 1
+            share(i) = 1.0_wp
+            do j = first, kept - 1
+               if (j /= i) share(i) = share(i)*(self%t_kept(kept) - self%t_kept(j)) &
+                  /(self%t_kept(i) - self%t_kept(j))
+            end do
+         end do
+         total = 0.0_wp
+         do i = 1, self%n
+            value = self%y_kept(i, kept)
+            do j = first, kept - 1
+               value = value - share(j)*self%y_kept(i, j)
+            end do
+            total = total + (value*self%weight(i))**2
+         end do
+         if (bdf_error(order)*sqrt(total/self%n) <= foretold_within(order)) return
+      end do
+      is = .false.
+   end function is_foretold
+
+end module contensou_integrate_explicit8

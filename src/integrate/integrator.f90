@@ -1,0 +1,142 @@
+!> An integration of an initial value problem, one step at a time, whatever the method.
+module contensou_integrate_integrator
+   use contensou_base_errors, only : error_type
+   use contensou_base_kinds, only : i8, wp
+   use contensou_integrate_problem, only : problem_type
+   implicit none(type, external)
+   private
+
+   public :: integrator_type, statistics_type
+
+   !> Counters of an integration.
+   type :: statistics_type
+      !> Steps taken.
+      integer(i8) :: steps = 0
+      !> Evaluations of the right-hand side, including those for Jacobians.
+      integer(i8) :: derivatives = 0
+      !> Jacobians.
+      integer(i8) :: jacobians = 0
+      !> Failed error tests.
+      integer(i8) :: error_test_failures = 0
+      !> Failed nonlinear iterations.
+      integer(i8) :: convergence_failures = 0
+      !> Size of the last step [s].
+      real(wp) :: last_step = 0.0_wp
+   end type statistics_type
+
+   !> One integration.
+   type, abstract :: integrator_type
+      !> What the user should know about the method and this problem; whoever takes note of it
+      !> deallocates it. Not allocated: nothing.
+      character(len=:), allocatable :: advice
+   contains
+      !> Begin at a state.
+      procedure(start_interface), deferred :: start
+      !> Advance by one step, or to the next event within it.
+      procedure(step_interface), deferred :: step
+      !> State at a time within the last step.
+      procedure(interpolate_interface), deferred :: interpolate
+      !> Begin anew at a state, after the right-hand side has changed or to try again.
+      procedure(restart_interface), deferred :: restart
+      !> Bound the step.
+      procedure(bound_interface), deferred :: bound_step
+      !> Counters so far.
+      procedure(statistics_interface), deferred :: statistics
+      !> Release everything.
+      procedure(free_interface), deferred :: free
+   end type integrator_type
+
+   abstract interface
+      !> Begin an integration.
+      subroutine start_interface(self, problem, method, t, y, t_end, max_step, error)
+         import :: error_type, integrator_type, problem_type, wp
+         implicit none(type, external)
+         !> The integration.
+         class(integrator_type), intent(inout) :: self
+         !> The problem; must outlive the integration.
+         class(problem_type), intent(in), target :: problem
+         !> Name of the method.
+         character(len=*), intent(in) :: method
+         !> Initial time [s].
+         real(wp), intent(in) :: t
+         !> Initial state.
+         real(wp), intent(in) :: y(:)
+         !> The right-hand side is never evaluated beyond this time [s].
+         real(wp), intent(in) :: t_end
+         !> Largest step [s]; 0 for no bound.
+         real(wp), intent(in) :: max_step
+         !> Set when the integration cannot be set up.
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine start_interface
+
+      !> Advance by one step, or to the next event within it.
+      subroutine step_interface(self, t, y, events, error)
+         import :: error_type, integrator_type, wp
+         implicit none(type, external)
+         !> The integration.
+         class(integrator_type), intent(inout) :: self
+         !> Time reached [s].
+         real(wp), intent(inout) :: t
+         !> State there.
+         real(wp), intent(out) :: y(:)
+         !> For each event function: 1 it rose through zero here, -1 it fell, 0 no event.
+         integer, intent(out) :: events(:)
+         !> Set when the integration cannot go on; its message says why.
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine step_interface
+
+      !> State at a time within the last step.
+      subroutine interpolate_interface(self, t, y)
+         import :: integrator_type, wp
+         implicit none(type, external)
+         !> The integration.
+         class(integrator_type), intent(inout) :: self
+         !> Time [s].
+         real(wp), intent(in) :: t
+         !> State there.
+         real(wp), intent(out) :: y(:)
+      end subroutine interpolate_interface
+
+      !> Begin anew at a state.
+      subroutine restart_interface(self, t, y, error)
+         import :: error_type, integrator_type, wp
+         implicit none(type, external)
+         !> The integration.
+         class(integrator_type), intent(inout) :: self
+         !> Time [s].
+         real(wp), intent(in) :: t
+         !> State.
+         real(wp), intent(in) :: y(:)
+         !> Set when the integration cannot begin there.
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine restart_interface
+
+      !> Bound the step.
+      subroutine bound_interface(self, max_step)
+         import :: integrator_type, wp
+         implicit none(type, external)
+         !> The integration.
+         class(integrator_type), intent(inout) :: self
+         !> Largest step [s]; 0 for no bound.
+         real(wp), intent(in) :: max_step
+      end subroutine bound_interface
+
+      !> Counters so far.
+      function statistics_interface(self) result(s)
+         import :: integrator_type, statistics_type
+         implicit none(type, external)
+         !> The integration.
+         class(integrator_type), intent(in) :: self
+         type(statistics_type) :: s
+      end function statistics_interface
+
+      !> Release everything.
+      subroutine free_interface(self)
+         import :: integrator_type
+         implicit none(type, external)
+         !> The integration.
+         class(integrator_type), intent(inout) :: self
+      end subroutine free_interface
+   end interface
+
+end module contensou_integrate_integrator

@@ -4,6 +4,7 @@ module contensou_drivers_command_line
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : nearest, quote, read_real, starts_with, string_type
+   use contensou_io_comparison_rules, only : built_in_text, whole_run_text
    implicit none(type, external)
    private
 
@@ -11,10 +12,10 @@ module contensou_drivers_command_line
 
    !> What the user asks for; a sub-command uses the fields that its usage names.
    type :: command_type
-      !> Sub-command: run, check, models, eval, bench, help, version.
+      !> Sub-command: run, check, models, eval, bench, diff, help, version.
       character(len=:), allocatable :: name
-      !> Scene (run, check), model (models), kernel (eval), what to measure (bench) or topic
-      !> (help); may be blank.
+      !> Scene (run, check), model (models), kernel (eval), what to measure (bench), first file
+      !> (diff) or topic (help); may be blank.
       character(len=:), allocatable :: subject
       !> Texts of the `--set` options.
       type(string_type), allocatable :: overrides(:)
@@ -30,15 +31,21 @@ module contensou_drivers_command_line
       logical :: quiet = .false.
       !> Model of a kernel (eval); blank for the default.
       character(len=:), allocatable :: model
-      !> Input file (eval); blank for the standard input.
+      !> Input file (eval); blank for the standard input. Second file (diff).
       character(len=:), allocatable :: input
       !> Regularisation velocity (eval wrench) [m/s].
       real(wp) :: delta = 0.0_wp
+      !> File of rules (diff); blank for none.
+      character(len=:), allocatable :: rules
+      !> Whether only a part of the run is compared (diff).
+      logical :: has_until = .false.
+      !> End of that part (diff) [s].
+      real(wp) :: until = 0.0_wp
    end type command_type
 
    !> Sub-commands.
    character(len=*), parameter :: commands(*) = [character(len=8) :: &
-      "run", "check", "models", "eval", "bench", "help", "version"]
+      "run", "check", "models", "eval", "bench", "diff", "help", "version"]
 
    !> What a sub-command needs.
    type :: operand_type
@@ -51,7 +58,7 @@ module contensou_drivers_command_line
    !> Sub-commands that need an operand.
    type(operand_type), parameter :: operands(*) = [operand_type("run", "scene"), &
       operand_type("check", "scene"), operand_type("eval", "kernel"), &
-      operand_type("bench", "benchmark")]
+      operand_type("bench", "benchmark"), operand_type("diff", "file")]
 
 contains
 
@@ -83,6 +90,7 @@ contains
       command%output = ""
       command%model = ""
       command%input = ""
+      command%rules = ""
       allocate(command%overrides(0))
       if (size(words) == 0) then
          call fatal(error, "no command is given" // new_line("a") // usage_text(""), status_usage)
@@ -122,6 +130,9 @@ contains
          i = findloc(operands%command == command%name, .true., dim=1)
          call fatal(error, command%name // " needs a " // trim(operands(i)%operand) // &
             new_line("a") // usage_text(command%name), status_usage)
+      else if (command%name == "diff" .and. command%input == "") then
+         call fatal(error, "diff needs two files" // new_line("a") // usage_text("diff"), &
+            status_usage)
       end if
    end subroutine parse_command_line
 
@@ -171,6 +182,20 @@ contains
                   if (.not. valid) call fatal(error, "--delta needs a velocity " // &
                      ">= 0 [m/s], not " // quote(value), status_usage)
                end if
+            case ("--rules")
+               call take_value()
+               command%rules = value
+               if (.not. allocated(error) .and. value == "") call fatal(error, &
+                  "--rules needs the name of a file", status_usage)
+            case ("--until")
+               call take_value()
+               if (.not. allocated(error)) then
+                  command%has_until = .true.
+                  call read_real(value, command%until, valid)
+                  if (valid) valid = ieee_is_finite(command%until)
+                  if (.not. valid) call fatal(error, "--until needs a time [s], not " // &
+                     quote(value), status_usage)
+               end if
             case ("--force")
                command%force = .true.
             case ("-q", "--quiet")
@@ -194,7 +219,7 @@ contains
          n_operands = n_operands + 1
          if (n_operands == 1 .and. command%name /= "version") then
             command%subject = word
-         else if (n_operands == 2 .and. command%name == "eval") then
+         else if (n_operands == 2 .and. any(command%name == ["eval", "diff"])) then
             command%input = word
          else
             call fatal(error, "unexpected word " // quote(word) // new_line("a") // &
@@ -218,7 +243,9 @@ contains
          case ("-o", "--output", "--force")
             if (all(command%name /= ["run  ", "bench"])) option = ""
          case ("-q", "--quiet")
-            if (command%name /= "run") option = ""
+            if (all(command%name /= ["run ", "diff"])) option = ""
+         case ("--rules", "--until")
+            if (command%name /= "diff") option = ""
          case ("--quick")
             if (command%name /= "bench") option = ""
          case ("--model", "--delta", "--jacobian")
@@ -250,7 +277,8 @@ contains
       !> Report an unknown option.
       subroutine unknown()
          character(len=10), parameter :: options(*) = [character(len=10) :: "--set", "--output", &
-            "--force", "--quiet", "--quick", "--model", "--delta", "--jacobian"]
+            "--force", "--quiet", "--quick", "--model", "--delta", "--jacobian", "--rules", &
+            "--until"]
          integer :: near, i_option
          logical :: known(size(options))
 
@@ -330,6 +358,8 @@ contains
             "  -o NAME          write NAME.csv and NAME.h5" // nl // &
             "  --force          replace existing files" // nl // &
             "  --quick          2 s, fewer arguments: rough times"
+      case ("diff")
+         text = diff_usage()
       case ("help")
          text = "usage: contensou help [GROUP[.KEY] | COMMAND]"
       case default
@@ -339,10 +369,35 @@ contains
             "  models [NAME]    the models that a scene can name" // nl // &
             "  eval KERNEL      evaluate a kernel on a table of inputs" // nl // &
             "  bench kernels    measure error and cost of the kernels" // nl // &
+            "  diff A.h5 B.h5   compare two output files" // nl // &
             "  help GROUP.KEY   what a key of a scene means" // nl // &
             "  --version        version of the program" // nl // &
             "contensou COMMAND --help tells more"
       end select
    end function usage_text
+
+   !> Usage of `diff`.
+   pure function diff_usage() result(text)
+      character(len=:), allocatable :: text
+      character(len=*), parameter :: nl = new_line("a")
+      integer :: i
+
+      text = "usage: contensou diff A.h5 B.h5 [--rules FILE] [--until T] [-q]" // nl // &
+         "  compares all data sets and attributes, exactly unless a rule says otherwise;" // nl // &
+         "  exit status 0 same, 1 different, 2 trouble" // nl // &
+         "  --rules FILE     lines PATTERN ATOL RTOL or PATTERN ignore, # for comments;" // nl // &
+         "                   the last that matches wins;" // nl // &
+         "                   |a - b| <= ATOL + RTOL max(|a|, |b|)" // nl // &
+         "  --until T        leave out rows and events after the time T [s]" // nl // &
+         "  -q               no results on stdout" // nl // &
+         "  built-in rules, which only a rule without * ? [ outdoes:"
+      do i = 1, size(built_in_text)
+         text = text // nl // "    " // trim(built_in_text(i))
+      end do
+      text = text // nl // "  and with --until, which none outdoes:"
+      do i = 1, size(whole_run_text)
+         text = text // nl // "    " // trim(whole_run_text(i))
+      end do
+   end function diff_usage
 
 end module contensou_drivers_command_line

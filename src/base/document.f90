@@ -16,7 +16,7 @@ module contensou_base_document
 
    public :: value_type, assignment_type, group_type, document_type
    public :: value_null, value_integer, value_real, value_logical, value_text
-   public :: read_document, parse_document, parse_value_list
+   public :: read_document, parse_document, parse_value_list, read_file
 
    !> No value was given: nothing between two commas.
    integer, parameter :: value_null = 0

@@ -16,7 +16,7 @@ import termios
 
 import pytest
 
-COMMANDS = ["run", "check", "models", "eval", "help"]
+COMMANDS = ["run", "check", "models", "eval", "diff", "help"]
 FRICTION = ["coulomb", "contensou_simplified", "pade11", "pade22", "contensou_exact"]
 SPOT_MODELS = [name for name in FRICTION if name != "coulomb"]
 

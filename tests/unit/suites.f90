@@ -1,5 +1,6 @@
 !> All suites of unit tests.
 module test_suites
+   use test_comparison, only : run_comparison_tests
    use test_contact, only : run_contact_tests
    use test_document, only : run_document_tests
    use test_dynamics, only : run_dynamics_tests
@@ -40,6 +41,7 @@ contains
       if (wants("explicit")) call run_explicit_tests()
       if (wants("schema")) call run_schema_tests()
       if (wants("hdf5_file")) call run_hdf5_file_tests(check, folder)
+      if (wants("comparison")) call run_comparison_tests(folder)
       call remove_scratch_folder(folder)
       call finish(passed)
    end subroutine run_suites

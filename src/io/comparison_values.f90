@@ -1,0 +1,469 @@
+!> Comparison of the values of two data sets or attributes, block by block.
+!>
+!> Blocks hold at most 262144 numbers, so memory does not grow with the data sets.
+module contensou_io_comparison_values
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
+   use contensou_base_errors, only : error_type
+   use contensou_base_kinds, only : i8, wp
+   use contensou_base_text, only : string_type, to_text
+   use contensou_io_comparison_rules, only : verdict_type
+   use contensou_io_hdf5_reader, only : class_raw, class_real, class_text, class_unsigned, &
+      hdf5_item_type, max_rank
+   implicit none(type, external)
+   private
+
+   public :: found_type, compare_values, integer_text, block_texts
+
+   !> What a comparison of values has found.
+   type :: found_type
+      !> Values compared.
+      integer(i8) :: n = 0_i8
+      !> Those that differ at all.
+      integer(i8) :: n_differ = 0_i8
+      !> Those that differ beyond the tolerance.
+      integer(i8) :: n_beyond = 0_i8
+      !> Those of which one is not a number.
+      integer(i8) :: n_nan = 0_i8
+      !> Largest absolute difference.
+      real(wp) :: largest = 0.0_wp
+      !> Largest relative difference.
+      real(wp) :: relative = 0.0_wp
+      !> Where the largest absolute difference is.
+      integer(i8) :: at_largest(max_rank) = 0_i8
+      !> Where the largest relative difference is.
+      integer(i8) :: at_relative(max_rank) = 0_i8
+      !> Where the first difference beyond the tolerance is.
+      integer(i8) :: at_first(max_rank) = 0_i8
+      !> Values at the largest absolute difference.
+      type(string_type) :: values_largest(2)
+      !> Values at the largest relative difference.
+      type(string_type) :: values_relative(2)
+      !> Values at the first difference beyond the tolerance.
+      type(string_type) :: values_first(2)
+   end type found_type
+
+   !> Numbers in a block.
+   integer, parameter :: block_numbers = 262144
+
+   !> Texts in a block.
+   integer, parameter :: block_texts = 64
+
+   !> Bytes of a block of other values, and of the largest attribute.
+   integer, parameter :: block_bytes = 4194304
+
+contains
+
+   !> Compare values block by block.
+   subroutine compare_values(items, path, is_attribute, extents, verdict, found, error)
+      !> The two items.
+      type(hdf5_item_type), intent(in) :: items(2)
+      !> Their path.
+      character(len=*), intent(in) :: path
+      !> Whether they are attributes, which are read whole.
+      logical, intent(in) :: is_attribute
+      !> Extents to compare.
+      integer(i8), intent(in) :: extents(max_rank)
+      !> Tolerances.
+      type(verdict_type), intent(in) :: verdict
+      !> What was found.
+      type(found_type), intent(inout) :: found
+      !> Set when the values cannot be read.
+      type(error_type), allocatable, intent(out) :: error
+
+      integer, parameter :: as_real = 1, as_integer = 2, as_text = 3, as_bytes = 4
+      real(wp), allocatable :: a(:), b(:)
+      integer(i8), allocatable :: k(:), l(:)
+      character(len=1), allocatable :: p(:), q(:)
+      type(string_type), allocatable :: s(:), t(:)
+      integer(i8) :: tile(max_rank), start(max_rank), count(max_rank), at(3), limit
+      integer :: rank, way, d, n
+      logical :: had_first
+
+      rank = items(1)%rank
+      if (any(extents(:rank) == 0_i8)) return
+      if (items(1)%class == class_text) then
+         way = as_text
+         limit = block_texts
+      else if (items(1)%class == class_raw) then
+         way = as_bytes
+         limit = max(1_i8, block_bytes/items(1)%size)
+      else if (items(1)%class == items(2)%class .and. items(1)%class /= class_real) then
+         way = as_integer
+         limit = block_numbers
+      else
+         way = as_real
+         limit = block_numbers
+      end if
+      call choose_tile(items(1), extents, rank, limit, tile)
+      if (is_attribute) then
+         if (any(items(1)%extents(:rank) /= items(2)%extents(:rank))) then
+            ! The parts of attributes cannot be read, and their lengths differ anyway.
+            return
+         end if
+         tile = extents
+         limit = 16_i8*block_bytes/max(8_i8, items(1)%size)
+      end if
+      if (product(real(tile(:rank), wp))*max(8.0_wp, real(items(1)%size, wp)) > &
+         16.0_wp*block_bytes) then
+         error = error_type(path // ": a value or attribute of more than 64 MiB cannot be compared")
+         return
+      end if
+      n = int(product(tile(:rank)))
+      select case (way)
+      case (as_real)
+         allocate(a(n), b(n))
+      case (as_integer)
+         allocate(k(n), l(n))
+      case (as_bytes)
+         allocate(p(n*int(items(1)%size)), q(n*int(items(1)%size)))
+      case default
+         ! Texts are allocated as they are read.
+         continue
+      end select
+      start = 0_i8
+      do
+         count = 1_i8
+         count(:rank) = min(tile(:rank), extents(:rank) - start(:rank))
+         n = int(product(count(:rank)))
+         at = 0_i8
+         had_first = found%n_beyond > 0_i8
+         found%n = found%n + n
+         select case (way)
+         case (as_real)
+            call items(1)%read_reals(start, count, a, error)
+            if (.not. allocated(error)) call items(2)%read_reals(start, count, b, error)
+            if (.not. allocated(error)) call compare_reals(a, b, n, verdict, found, at)
+         case (as_integer)
+            call items(1)%read_integers(start, count, k, error)
+            if (.not. allocated(error)) call items(2)%read_integers(start, count, l, error)
+            if (.not. allocated(error)) call compare_integers(k, l, n, &
+               items(1)%class == class_unsigned, verdict, found, at)
+         case (as_text)
+            call items(1)%read_texts(start, count, n, s, error)
+            if (.not. allocated(error)) call items(2)%read_texts(start, count, n, t, error)
+            if (.not. allocated(error)) call compare_texts(s, t, n, path, found, at)
+         case default
+            call items(1)%read_bytes(start, count, p, error)
+            if (.not. allocated(error)) call items(2)%read_bytes(start, count, q, error)
+            if (.not. allocated(error)) call compare_bytes(p, q, n, int(items(1)%size), found, at)
+         end select
+         if (allocated(error)) return
+         if (at(1) > 0_i8) call note(at(1), found%at_largest, found%values_largest)
+         if (at(2) > 0_i8) call note(at(2), found%at_relative, found%values_relative)
+         if (at(3) > 0_i8) call note_first()
+         ! Next block, the last dimension first.
+         do d = rank, 1, -1
+            start(d) = start(d) + tile(d)
+            if (start(d) < extents(d)) exit
+            start(d) = 0_i8
+         end do
+         if (d < 1) exit
+      end do
+
+   contains
+
+      !> Note a place and the values there.
+      subroutine note(i, place, values)
+         !> Number of the value in the block.
+         integer(i8), intent(in) :: i
+         !> Its indices.
+         integer(i8), intent(out) :: place(max_rank)
+         !> The two values.
+         type(string_type), intent(inout) :: values(2)
+
+         integer(i8) :: rest
+         integer :: m
+
+         rest = i - 1_i8
+         place = 0_i8
+         do m = rank, 1, -1
+            place(m) = start(m) + mod(rest, count(m))
+            rest = rest/count(m)
+         end do
+         m = int(i)
+         select case (way)
+         case (as_real)
+            values(1)%s = to_text(a(m))
+            values(2)%s = to_text(b(m))
+         case (as_integer)
+            values(1)%s = integer_text(k(m), items(1)%class == class_unsigned)
+            values(2)%s = integer_text(l(m), items(1)%class == class_unsigned)
+         case (as_text)
+            values(1)%s = s(m)%s
+            values(2)%s = t(m)%s
+         case default
+            ! Bytes are not shown.
+            continue
+         end select
+      end subroutine note
+
+      !> Note the first difference beyond the tolerance; blocks may come in any order of indices.
+      subroutine note_first()
+         type(string_type) :: values(2)
+         integer(i8) :: place(max_rank)
+         integer :: m
+
+         call note(at(3), place, values)
+         if (had_first) then
+            do m = 1, rank
+               if (place(m) > found%at_first(m)) return
+               if (place(m) < found%at_first(m)) exit
+            end do
+         end if
+         found%at_first = place
+         found%values_first = values
+      end subroutine note_first
+
+   end subroutine compare_values
+
+   !> Choose the extents of blocks: multiples of those of the chunks where there are any, so that no
+   !> chunk is read twice.
+   pure subroutine choose_tile(item, extents, rank, limit, tile)
+      !> The item.
+      type(hdf5_item_type), intent(in) :: item
+      !> Extents to read.
+      integer(i8), intent(in) :: extents(max_rank)
+      !> Number of dimensions.
+      integer, intent(in) :: rank
+      !> Values in a block.
+      integer(i8), intent(in) :: limit
+      !> Extents of a block.
+      integer(i8), intent(out) :: tile(max_rank)
+
+      real(wp) :: values
+      integer :: d
+
+      tile = 1_i8
+      tile(:rank) = min(max(item%chunk(:rank), 1_i8), extents(:rank))
+      do d = 1, rank
+         values = product(real(tile(:rank), wp))
+         if (values <= real(limit, wp)) exit
+         tile(d) = max(1_i8, int(real(tile(d), wp)*real(limit, wp)/values, i8))
+      end do
+      do d = rank, 1, -1
+         values = product(real(tile(:rank), wp))
+         tile(d) = int(min(real(extents(d), wp), &
+            real(tile(d), wp)*max(1.0_wp, aint(real(limit, wp)/values))), i8)
+         tile(d) = min(tile(d), extents(d))
+         if (tile(d) < extents(d)) exit
+      end do
+   end subroutine choose_tile
+
+   !> Decimal text of an integer.
+   pure function integer_text(k, is_unsigned) result(text)
+      !> The integer.
+      integer(i8), intent(in) :: k
+      !> Whether its bits are those of an unsigned one.
+      logical, intent(in) :: is_unsigned
+      !> Its text.
+      character(len=:), allocatable :: text
+
+      integer(i8) :: half
+
+      text = to_text(k)
+      if (k >= 0_i8 .or. .not. is_unsigned) return
+      half = shiftr(k, 1)
+      text = to_text(half/5_i8) // to_text(2_i8*mod(half, 5_i8) + iand(k, 1_i8))
+   end function integer_text
+
+   !> Compare reals.
+   subroutine compare_reals(a, b, n, verdict, found, at)
+      !> Values of the first file.
+      real(wp), intent(in) :: a(:)
+      !> Values of the second file.
+      real(wp), intent(in) :: b(:)
+      !> Their number.
+      integer, intent(in) :: n
+      !> Tolerances.
+      type(verdict_type), intent(in) :: verdict
+      !> What was found.
+      type(found_type), intent(inout) :: found
+      !> Numbers of the values that are the new largest, relatively largest and first; or 0.
+      integer(i8), intent(inout) :: at(3)
+
+      real(wp), parameter :: half = 0.5_wp*huge(1.0_wp)
+      real(wp) :: x, y, difference, relative, larger, bound
+      integer :: i
+
+      do i = 1, n
+         x = a(i)
+         y = b(i)
+         if (transfer(x, 0_i8) == transfer(y, 0_i8)) cycle
+         if (.not. (ieee_is_finite(x) .and. ieee_is_finite(y))) then
+            if (ieee_is_nan(x) .and. ieee_is_nan(y)) cycle
+            found%n_differ = found%n_differ + 1
+            found%n_beyond = found%n_beyond + 1
+            if (at(3) == 0_i8) at(3) = i
+            if (ieee_is_nan(x) .or. ieee_is_nan(y)) then
+               found%n_nan = found%n_nan + 1
+               if (.not. ieee_is_nan(found%largest)) at(1) = i
+               found%largest = merge(x, y, ieee_is_nan(x))
+               found%relative = found%largest
+            else if (ieee_is_finite(found%largest)) then
+               at(1) = i
+               found%largest = abs(merge(y, x, ieee_is_finite(x)))
+               found%relative = found%largest
+            end if
+            cycle
+         end if
+         larger = max(abs(x), abs(y))
+         if (larger < half) then
+            difference = abs(x - y)
+         else
+            difference = abs(0.5_wp*x - 0.5_wp*y)
+            difference = 2.0_wp*min(difference, half)
+         end if
+         ! Zeros of different sign are equal.
+         if (difference <= 0.0_wp) cycle
+         found%n_differ = found%n_differ + 1
+         relative = difference/larger
+         if (ieee_is_finite(found%largest)) then
+            if (difference > found%largest) then
+               found%largest = difference
+               at(1) = i
+            end if
+            if (relative > found%relative) then
+               found%relative = relative
+               at(2) = i
+            end if
+         end if
+         bound = verdict%atol
+         if (difference <= bound) cycle
+         if (verdict%rtol >= 1.0_wp) then
+            if (larger > half/verdict%rtol - bound) cycle
+         end if
+         if (difference <= bound + verdict%rtol*larger) cycle
+         found%n_beyond = found%n_beyond + 1
+         if (at(3) == 0_i8) at(3) = i
+      end do
+   end subroutine compare_reals
+
+   !> Compare integers.
+   subroutine compare_integers(a, b, n, is_unsigned, verdict, found, at)
+      !> Values of the first file.
+      integer(i8), intent(in) :: a(:)
+      !> Values of the second file.
+      integer(i8), intent(in) :: b(:)
+      !> Their number.
+      integer, intent(in) :: n
+      !> Whether they are unsigned.
+      logical, intent(in) :: is_unsigned
+      !> Tolerances.
+      type(verdict_type), intent(in) :: verdict
+      !> What was found.
+      type(found_type), intent(inout) :: found
+      !> Numbers of the values that are the new largest, relatively largest and first; or 0.
+      integer(i8), intent(inout) :: at(3)
+
+      real(wp), parameter :: wrap = 18446744073709551616.0_wp
+      real(wp) :: x, y, difference, relative
+      integer :: i
+
+      do i = 1, n
+         if (a(i) == b(i)) cycle
+         x = real(a(i), wp)
+         y = real(b(i), wp)
+         if (is_unsigned .and. a(i) < 0_i8) x = x + wrap
+         if (is_unsigned .and. b(i) < 0_i8) y = y + wrap
+         if ((a(i) < 0_i8) .eqv. (b(i) < 0_i8)) then
+            difference = abs(real(a(i) - b(i), wp))
+         else
+            difference = abs(x - y)
+         end if
+         found%n_differ = found%n_differ + 1
+         relative = difference/max(abs(x), abs(y))
+         if (difference > found%largest) then
+            found%largest = difference
+            at(1) = i
+         end if
+         if (relative > found%relative) then
+            found%relative = relative
+            at(2) = i
+         end if
+         if (difference <= verdict%atol) cycle
+         if (relative <= verdict%rtol) cycle
+         if (verdict%rtol < 1.0_wp .and. verdict%atol < 1.0e300_wp) then
+            if (difference <= verdict%atol + verdict%rtol*max(abs(x), abs(y))) cycle
+         end if
+         found%n_beyond = found%n_beyond + 1
+         if (at(3) == 0_i8) at(3) = i
+      end do
+   end subroutine compare_integers
+
+   !> Compare texts; tolerances do not apply.
+   subroutine compare_texts(a, b, n, path, found, at)
+      !> Values of the first file.
+      type(string_type), intent(in) :: a(:)
+      !> Values of the second file.
+      type(string_type), intent(in) :: b(:)
+      !> Their number.
+      integer, intent(in) :: n
+      !> Path of the data set.
+      character(len=*), intent(in) :: path
+      !> What was found.
+      type(found_type), intent(inout) :: found
+      !> Numbers of the values that are the new largest, relatively largest and first; or 0.
+      integer(i8), intent(inout) :: at(3)
+
+      integer :: i
+
+      do i = 1, n
+         if (len(a(i)%s) == len(b(i)%s)) then
+            if (a(i)%s == b(i)%s) cycle
+         end if
+         if (path == "/input/resolved") then
+            if (without_output_file(a(i)%s) == without_output_file(b(i)%s)) cycle
+         end if
+         found%n_differ = found%n_differ + 1
+         found%n_beyond = found%n_beyond + 1
+         if (at(3) == 0_i8) at(3) = i
+      end do
+   end subroutine compare_texts
+
+   !> Settings without the name of the output file: it says where a result is, not what.
+   pure function without_output_file(text) result(rest)
+      !> Settings as a scene.
+      character(len=*), intent(in) :: text
+      !> The same without the line.
+      character(len=:), allocatable :: rest
+
+      character(len=*), parameter :: key = new_line("a") // "   file = "
+      integer :: group, line, last
+
+      rest = text
+      group = index(text, new_line("a") // "&output" // new_line("a"), back=.true.)
+      if (group == 0) return
+      line = index(text(group:), key)
+      if (line == 0) return
+      line = group + line - 1
+      last = index(text(line + 1:), new_line("a"))
+      if (last == 0) return
+      rest = text(:line) // text(line + 1 + last:)
+   end function without_output_file
+
+   !> Compare values byte for byte.
+   subroutine compare_bytes(a, b, n, size, found, at)
+      !> Values of the first file.
+      character(len=1), intent(in) :: a(:)
+      !> Values of the second file.
+      character(len=1), intent(in) :: b(:)
+      !> Their number.
+      integer, intent(in) :: n
+      !> Bytes of a value.
+      integer, intent(in) :: size
+      !> What was found.
+      type(found_type), intent(inout) :: found
+      !> Numbers of the values that are the new largest, relatively largest and first; or 0.
+      integer(i8), intent(inout) :: at(3)
+
+      integer :: i
+
+      do i = 1, n
+         if (all(a((i - 1)*size + 1:i*size) == b((i - 1)*size + 1:i*size))) cycle
+         found%n_differ = found%n_differ + 1
+         found%n_beyond = found%n_beyond + 1
+         if (at(3) == 0_i8) at(3) = i
+      end do
+   end subroutine compare_bytes
+
+end module contensou_io_comparison_values

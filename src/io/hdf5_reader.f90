@@ -1,0 +1,689 @@
+!> Reading of any HDF5 file, piece by piece: what a group holds, what a data set or attribute is,
+!> and blocks of its values.
+!>
+!> Memory is bounded whatever the file says, by the size of the blocks that the caller asks for and
+!> by the limits in hdf5_file.c, where HDF5 is called. A file that claims far more values than it
+!> has bytes is refused. HDF5 itself may crash over a damaged file: see contensou_base_guard.
+!>
+!> Dimensions, starts and counts are in the order of the file, outermost first, indices from 0.
+module contensou_io_hdf5_reader
+   use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_int, c_int64_t, c_loc, &
+      & c_null_char, c_null_ptr, c_ptr
+   use contensou_base_errors, only : error_type, fatal, status_file
+   use contensou_base_kinds, only : i8, wp
+   use contensou_base_system, only : text_from_c
+   use contensou_base_text, only : string_type
+   implicit none(type, external)
+   private
+
+   public :: hdf5_reader_type, hdf5_item_type, hdf5_entry_type
+   public :: class_real, class_integer, class_unsigned, class_text, class_raw, class_other
+   public :: link_hard, link_soft, link_other
+   public :: object_group, object_dataset, object_type, object_other
+   public :: max_rank
+
+   !> Floating-point numbers, read as doubles.
+   integer, parameter :: class_real = 1
+
+   !> Integers and enumerators, read as eight-byte integers.
+   integer, parameter :: class_integer = 2
+
+   !> Unsigned integers, read as the bits of an eight-byte integer.
+   integer, parameter :: class_unsigned = 3
+
+   !> Texts, of fixed or variable length.
+   integer, parameter :: class_text = 4
+
+   !> Values that are compared byte for byte: compound, opaque, bit field, array.
+   integer, parameter :: class_raw = 5
+
+   !> Values that are addresses: references and sequences.
+   integer, parameter :: class_other = 6
+
+   !> Link to an object.
+   integer, parameter :: link_hard = 1
+
+   !> Link to a path of the same file.
+   integer, parameter :: link_soft = 2
+
+   !> Link to another file.
+   integer, parameter :: link_other = 3
+
+   !> A group.
+   integer, parameter :: object_group = 1
+
+   !> A data set.
+   integer, parameter :: object_dataset = 2
+
+   !> A named data type.
+   integer, parameter :: object_type = 3
+
+   !> Anything else.
+   integer, parameter :: object_other = 4
+
+   !> Largest number of dimensions.
+   integer, parameter :: max_rank = 32
+
+   !> A name in a group, or of an attribute.
+   type :: hdf5_entry_type
+      !> The name.
+      character(len=:), allocatable :: name
+      !> What kind of link it is, one of the `link_*` parameters.
+      integer :: link = link_hard
+   end type hdf5_entry_type
+
+   !> A file that is being read.
+   type :: hdf5_reader_type
+      private
+      !> Address of what C keeps about it; null when there is no open file.
+      type(c_ptr) :: handle = c_null_ptr
+   contains
+      !> Open a file.
+      procedure :: open => open_reader
+      !> Close it.
+      procedure :: close => close_reader
+      !> Names in a group, or of the attributes of an object, in the order of their bytes.
+      procedure :: list
+      !> What a path leads to.
+      procedure :: object
+      !> Where a link leads that is not followed.
+      procedure :: link_value
+      !> Open a data set or an attribute.
+      procedure :: open_item
+   end type hdf5_reader_type
+
+   !> A data set or attribute that is being read.
+   type :: hdf5_item_type
+      !> One of the `class_*` parameters.
+      integer :: class = class_other
+      !> Size of a value in the file [bytes].
+      integer(i8) :: size = 0_i8
+      !> Number of dimensions.
+      integer :: rank = 0
+      !> Whether there are no values at all (null data space).
+      logical :: is_null = .false.
+      !> Extents.
+      integer(i8) :: extents(max_rank) = 0_i8
+      !> Extents of a chunk; 0 if the values are stored in one piece.
+      integer(i8) :: chunk(max_rank) = 0_i8
+      !> Name of a scale.
+      character(len=:), allocatable :: name
+      !> Address of what C keeps about it.
+      type(c_ptr), private :: handle = c_null_ptr
+   contains
+      !> Close it.
+      procedure :: close => close_item
+      !> Whether it is open.
+      procedure :: is_open => item_is_open
+      !> Words for the type of its values.
+      procedure :: type_text
+      !> Whether another item's values are of the same type.
+      procedure :: same_type
+      !> Read reals, or integers as reals.
+      procedure :: read_reals
+      !> Read integers.
+      procedure :: read_integers
+      !> Read values as bytes.
+      procedure :: read_bytes
+      !> Read texts.
+      procedure :: read_texts
+      !> Open the scale of a dimension.
+      procedure :: open_scale
+      !> Label of a dimension.
+      procedure :: dimension_name
+      !> Units of a data set.
+      procedure :: units
+   end type hdf5_item_type
+
+   interface
+      !> Open a file.
+      function c_open_reader(path) result(reader) bind(c, name="contensou_hdf5_open_reader")
+         import :: c_char, c_ptr
+         implicit none(type, external)
+         !> Name of the file, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         !> The file, or null.
+         type(c_ptr) :: reader
+      end function c_open_reader
+
+      !> Close a file.
+      subroutine c_close_reader(reader) bind(c, name="contensou_hdf5_close_reader")
+         import :: c_ptr
+         implicit none(type, external)
+         !> The file.
+         type(c_ptr), value :: reader
+      end subroutine c_close_reader
+
+      !> List a group or the attributes of an object.
+      function c_list(reader, object, attributes) result(names) &
+         & bind(c, name="contensou_hdf5_list")
+         import :: c_char, c_int, c_ptr
+         implicit none(type, external)
+         !> The file.
+         type(c_ptr), value :: reader
+         !> Path of the object, null-terminated.
+         character(kind=c_char), intent(in) :: object(*)
+         !> 1 for its attributes, 0 for its links.
+         integer(c_int), value :: attributes
+         !> The names, or null.
+         type(c_ptr) :: names
+      end function c_list
+
+      !> Number of names.
+      function c_listed_count(names) result(count) bind(c, name="contensou_hdf5_listed_count")
+         import :: c_int, c_ptr
+         implicit none(type, external)
+         !> The names.
+         type(c_ptr), value :: names
+         !> Their number.
+         integer(c_int) :: count
+      end function c_listed_count
+
+      !> A name of a list.
+      function c_listed(names, i, link) result(text) bind(c, name="contensou_hdf5_listed")
+         import :: c_int, c_ptr
+         implicit none(type, external)
+         !> The names.
+         type(c_ptr), value :: names
+         !> Index, from 0.
+         integer(c_int), value :: i
+         !> Kind of the link.
+         integer(c_int), intent(out) :: link
+         !> Null-terminated name.
+         type(c_ptr) :: text
+      end function c_listed
+
+      !> Free a list.
+      subroutine c_free_list(names) bind(c, name="contensou_hdf5_free_list")
+         import :: c_ptr
+         implicit none(type, external)
+         !> The names.
+         type(c_ptr), value :: names
+      end subroutine c_free_list
+
+      !> What a path leads to.
+      function c_object(reader, path, address) result(kind) bind(c, name="contensou_hdf5_object")
+         import :: c_char, c_int, c_int64_t, c_ptr
+         implicit none(type, external)
+         !> The file.
+         type(c_ptr), value :: reader
+         !> Path, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         !> What tells the object from others of the file.
+         integer(c_int64_t), intent(inout) :: address
+         !> Kind of the object, 0 on failure.
+         integer(c_int) :: kind
+      end function c_object
+
+      !> Where a link leads.
+      function c_link_value(reader, path) result(text) bind(c, name="contensou_hdf5_link_value")
+         import :: c_char, c_ptr
+         implicit none(type, external)
+         !> The file.
+         type(c_ptr), value :: reader
+         !> Path of the link, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         !> Null-terminated text, or null.
+         type(c_ptr) :: text
+      end function c_link_value
+
+      !> Open a data set or attribute.
+      function c_open_item(reader, object, attribute) result(item) &
+         & bind(c, name="contensou_hdf5_open_item")
+         import :: c_char, c_ptr
+         implicit none(type, external)
+         !> The file.
+         type(c_ptr), value :: reader
+         !> Path of the object, null-terminated.
+         character(kind=c_char), intent(in) :: object(*)
+         !> Name of the attribute, null-terminated; empty for the data set itself.
+         character(kind=c_char), intent(in) :: attribute(*)
+         !> The item, or null.
+         type(c_ptr) :: item
+      end function c_open_item
+
+      !> Open the scale of a dimension.
+      function c_open_scale(item, dimension) result(scale) &
+         & bind(c, name="contensou_hdf5_open_scale")
+         import :: c_int, c_ptr
+         implicit none(type, external)
+         !> The data set.
+         type(c_ptr), value :: item
+         !> Dimension, from 0.
+         integer(c_int), value :: dimension
+         !> The scale, or null.
+         type(c_ptr) :: scale
+      end function c_open_scale
+
+      !> Label of a dimension.
+      function c_dimension_name(item, dimension) result(text) &
+         & bind(c, name="contensou_hdf5_dimension_name")
+         import :: c_int, c_ptr
+         implicit none(type, external)
+         !> The data set.
+         type(c_ptr), value :: item
+         !> Dimension, from 0.
+         integer(c_int), value :: dimension
+         !> Null-terminated text.
+         type(c_ptr) :: text
+      end function c_dimension_name
+
+      !> Close an item.
+      subroutine c_close_item(item) bind(c, name="contensou_hdf5_close_item")
+         import :: c_ptr
+         implicit none(type, external)
+         !> The item.
+         type(c_ptr), value :: item
+      end subroutine c_close_item
+
+      !> Type and extents of an item.
+      function c_describe(item, size, rank, extents, chunk, is_null) result(class) &
+         & bind(c, name="contensou_hdf5_describe")
+         import :: c_int, c_int64_t, c_ptr
+         implicit none(type, external)
+         !> The item.
+         type(c_ptr), value :: item
+         !> Bytes of a value.
+         integer(c_int64_t), intent(out) :: size
+         !> Number of dimensions.
+         integer(c_int), intent(out) :: rank
+         !> Extents.
+         integer(c_int64_t), intent(inout) :: extents(*)
+         !> Extents of a chunk.
+         integer(c_int64_t), intent(inout) :: chunk(*)
+         !> 1 if there are no values.
+         integer(c_int), intent(out) :: is_null
+         !> Class of the values.
+         integer(c_int) :: class
+      end function c_describe
+
+      !> Words for a type.
+      function c_type_text(item) result(text) bind(c, name="contensou_hdf5_type_text")
+         import :: c_ptr
+         implicit none(type, external)
+         !> The item.
+         type(c_ptr), value :: item
+         !> Null-terminated text.
+         type(c_ptr) :: text
+      end function c_type_text
+
+      !> Whether two types are the same.
+      function c_same_type(a, b) result(same) bind(c, name="contensou_hdf5_same_type")
+         import :: c_int, c_ptr
+         implicit none(type, external)
+         !> An item.
+         type(c_ptr), value :: a
+         !> Another item.
+         type(c_ptr), value :: b
+         !> 1 if they are.
+         integer(c_int) :: same
+      end function c_same_type
+
+      !> Read a block of numbers or bytes.
+      function c_read(item, start, count, as_real, buffer) result(code) &
+         & bind(c, name="contensou_hdf5_read")
+         import :: c_int, c_int64_t, c_ptr
+         implicit none(type, external)
+         !> The item.
+         type(c_ptr), value :: item
+         !> First indices.
+         integer(c_int64_t), intent(in) :: start(*)
+         !> Numbers of indices.
+         integer(c_int64_t), intent(in) :: count(*)
+         !> 1 to get integers as reals.
+         integer(c_int), value :: as_real
+         !> Address of the room for the values.
+         type(c_ptr), value :: buffer
+         !> 0 on success.
+         integer(c_int) :: code
+      end function c_read
+
+      !> Read a block of texts.
+      function c_read_texts(item, start, count) result(code) &
+         & bind(c, name="contensou_hdf5_read_texts")
+         import :: c_int, c_int64_t, c_ptr
+         implicit none(type, external)
+         !> The item.
+         type(c_ptr), value :: item
+         !> First indices.
+         integer(c_int64_t), intent(in) :: start(*)
+         !> Numbers of indices.
+         integer(c_int64_t), intent(in) :: count(*)
+         !> 0 on success.
+         integer(c_int) :: code
+      end function c_read_texts
+
+      !> A text that was read.
+      function c_text_of(item, i) result(text) bind(c, name="contensou_hdf5_text")
+         import :: c_int64_t, c_ptr
+         implicit none(type, external)
+         !> The item.
+         type(c_ptr), value :: item
+         !> Index in the block, from 0.
+         integer(c_int64_t), value :: i
+         !> The text.
+         type(c_ptr) :: text
+      end function c_text_of
+
+      !> Name of an item.
+      function c_scale_name(item) result(text) bind(c, name="contensou_hdf5_item_name")
+         import :: c_ptr
+         implicit none(type, external)
+         !> The item.
+         type(c_ptr), value :: item
+         !> Null-terminated text.
+         type(c_ptr) :: text
+      end function c_scale_name
+
+      !> Units of a data set.
+      function c_units(item) result(text) bind(c, name="contensou_hdf5_units")
+         import :: c_ptr
+         implicit none(type, external)
+         !> The data set.
+         type(c_ptr), value :: item
+         !> Null-terminated text.
+         type(c_ptr) :: text
+      end function c_units
+
+      !> Reason of the last failure.
+      function c_message() result(text) bind(c, name="contensou_hdf5_message")
+         import :: c_ptr
+         implicit none(type, external)
+         !> Null-terminated text.
+         type(c_ptr) :: text
+      end function c_message
+   end interface
+
+contains
+
+   !> Open a file for reading.
+   subroutine open_reader(self, path, error)
+      !> File to open.
+      class(hdf5_reader_type), intent(inout) :: self
+      !> Name of the file.
+      character(len=*), intent(in) :: path
+      !> Set when it cannot be read, is no HDF5 file, or is being written.
+      type(error_type), allocatable, intent(out) :: error
+
+      self%handle = c_open_reader(trim(path)//c_null_char)
+      if (.not. c_associated(self%handle)) call report(error)
+   end subroutine open_reader
+
+   !> Close a file; its items must be closed before.
+   subroutine close_reader(self)
+      !> File to close; one that is not open stays so.
+      class(hdf5_reader_type), intent(inout) :: self
+
+      if (c_associated(self%handle)) call c_close_reader(self%handle)
+      self%handle = c_null_ptr
+   end subroutine close_reader
+
+   !> Names in a group, or of the attributes of an object, in the order of their bytes.
+   subroutine list(self, path, attributes, entries, error)
+      !> The file.
+      class(hdf5_reader_type), intent(in) :: self
+      !> Path of the object.
+      character(len=*), intent(in) :: path
+      !> Whether attributes are listed, not links.
+      logical, intent(in) :: attributes
+      !> The names.
+      type(hdf5_entry_type), allocatable, intent(out) :: entries(:)
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      type(c_ptr) :: names
+      integer(c_int) :: i, kind
+
+      names = c_list(self%handle, path//c_null_char, merge(1_c_int, 0_c_int, attributes))
+      if (.not. c_associated(names)) then
+         allocate(entries(0))
+         call report(error)
+         return
+      end if
+      allocate(entries(c_listed_count(names)))
+      do i = 1, size(entries)
+         entries(i)%name = text_from_c(c_listed(names, i - 1_c_int, kind))
+         entries(i)%link = int(kind)
+      end do
+      call c_free_list(names)
+   end subroutine list
+
+   !> What a path leads to.
+   subroutine object(self, path, kind, address, error)
+      !> The file.
+      class(hdf5_reader_type), intent(in) :: self
+      !> Path of the object.
+      character(len=*), intent(in) :: path
+      !> One of the `object_*` parameters.
+      integer, intent(out) :: kind
+      !> What tells the object from others of the file.
+      integer(i8), intent(out) :: address
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      address = 0_i8
+      kind = int(c_object(self%handle, path//c_null_char, address))
+      if (kind == 0) call report(error)
+   end subroutine object
+
+   !> Where a link leads that is not followed.
+   subroutine link_value(self, path, text, error)
+      !> The file.
+      class(hdf5_reader_type), intent(in) :: self
+      !> Path of the link.
+      character(len=*), intent(in) :: path
+      !> Where it leads.
+      character(len=:), allocatable, intent(out) :: text
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      type(c_ptr) :: pointer
+
+      text = ""
+      pointer = c_link_value(self%handle, path//c_null_char)
+      if (c_associated(pointer)) then
+         text = text_from_c(pointer)
+      else
+         call report(error)
+      end if
+   end subroutine link_value
+
+   !> Open a data set or an attribute.
+   subroutine open_item(self, path, attribute, item, error)
+      !> The file.
+      class(hdf5_reader_type), intent(in) :: self
+      !> Path of the object.
+      character(len=*), intent(in) :: path
+      !> Name of its attribute; empty for the data set itself.
+      character(len=*), intent(in) :: attribute
+      !> What was opened.
+      type(hdf5_item_type), intent(out) :: item
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      item%handle = c_open_item(self%handle, path//c_null_char, attribute//c_null_char)
+      if (c_associated(item%handle)) then
+         call describe(item)
+      else
+         call report(error)
+      end if
+   end subroutine open_item
+
+   !> Take over what C knows about an item.
+   subroutine describe(item)
+      !> The item.
+      class(hdf5_item_type), intent(inout) :: item
+
+      integer(c_int) :: rank, is_null
+
+      item%class = int(c_describe(item%handle, item%size, rank, item%extents, item%chunk, is_null))
+      item%rank = int(rank)
+      item%is_null = is_null /= 0
+   end subroutine describe
+
+   !> Close an item.
+   subroutine close_item(self)
+      !> Item to close; one that is not open stays so.
+      class(hdf5_item_type), intent(inout) :: self
+
+      if (c_associated(self%handle)) call c_close_item(self%handle)
+      self%handle = c_null_ptr
+   end subroutine close_item
+
+   !> Whether an item is open.
+   pure function item_is_open(self) result(answer)
+      !> The item.
+      class(hdf5_item_type), intent(in) :: self
+      !> The answer.
+      logical :: answer
+
+      answer = c_associated(self%handle)
+   end function item_is_open
+
+   !> Words for the type of an item's values.
+   function type_text(self) result(text)
+      !> The item.
+      class(hdf5_item_type), intent(in) :: self
+      !> Such as "64-bit reals".
+      character(len=:), allocatable :: text
+
+      text = text_from_c(c_type_text(self%handle))
+   end function type_text
+
+   !> Whether the values of two items are of the same type, bit for bit.
+   function same_type(self, other) result(same)
+      !> An item.
+      class(hdf5_item_type), intent(in) :: self
+      !> Another item.
+      class(hdf5_item_type), intent(in) :: other
+      !> The answer.
+      logical :: same
+
+      same = c_same_type(self%handle, other%handle) /= 0
+   end function same_type
+
+   !> Read a block of reals, or of integers as reals.
+   subroutine read_reals(self, start, count, buffer, error)
+      !> The item.
+      class(hdf5_item_type), intent(in) :: self
+      !> First indices, of size `max_rank`; not used for attributes, which are read whole.
+      integer(i8), intent(in) :: start(:)
+      !> Numbers of indices.
+      integer(i8), intent(in) :: count(:)
+      !> Room for the values.
+      real(wp), intent(inout), contiguous, target :: buffer(:)
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      if (c_read(self%handle, start, count, 1_c_int, c_loc(buffer)) /= 0) call report(error)
+   end subroutine read_reals
+
+   !> Read a block of integers; unsigned ones as their bits.
+   subroutine read_integers(self, start, count, buffer, error)
+      !> The item.
+      class(hdf5_item_type), intent(in) :: self
+      !> First indices, of size `max_rank`; not used for attributes, which are read whole.
+      integer(i8), intent(in) :: start(:)
+      !> Numbers of indices.
+      integer(i8), intent(in) :: count(:)
+      !> Room for the values.
+      integer(i8), intent(inout), contiguous, target :: buffer(:)
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      if (c_read(self%handle, start, count, 0_c_int, c_loc(buffer)) /= 0) call report(error)
+   end subroutine read_integers
+
+   !> Read a block of values of class `class_raw` as bytes.
+   subroutine read_bytes(self, start, count, buffer, error)
+      !> The item.
+      class(hdf5_item_type), intent(in) :: self
+      !> First indices, of size `max_rank`; not used for attributes, which are read whole.
+      integer(i8), intent(in) :: start(:)
+      !> Numbers of indices.
+      integer(i8), intent(in) :: count(:)
+      !> Room for the values.
+      character(len=1), intent(inout), contiguous, target :: buffer(:)
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      if (c_read(self%handle, start, count, 0_c_int, c_loc(buffer)) /= 0) call report(error)
+   end subroutine read_bytes
+
+   !> Read a block of texts.
+   subroutine read_texts(self, start, count, n, texts, error)
+      !> The item.
+      class(hdf5_item_type), intent(in) :: self
+      !> First indices, of size `max_rank`; not used for attributes, which are read whole.
+      integer(i8), intent(in) :: start(:)
+      !> Numbers of indices.
+      integer(i8), intent(in) :: count(:)
+      !> Number of texts in the block.
+      integer, intent(in) :: n
+      !> The texts.
+      type(string_type), allocatable, intent(inout) :: texts(:)
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      integer :: i
+
+      if (c_read_texts(self%handle, start, count) /= 0) then
+         call report(error)
+         return
+      end if
+      if (allocated(texts)) then
+         if (size(texts) < n) deallocate(texts)
+      end if
+      if (.not. allocated(texts)) allocate(texts(n))
+      do i = 1, n
+         texts(i)%s = text_from_c(c_text_of(self%handle, int(i - 1, c_int64_t)))
+      end do
+   end subroutine read_texts
+
+   !> Open the scale of a dimension; a scale is its own. Without one the result is not open.
+   subroutine open_scale(self, dimension, scale)
+      !> The data set.
+      class(hdf5_item_type), intent(in) :: self
+      !> Dimension, from 0.
+      integer, intent(in) :: dimension
+      !> The scale and its name.
+      type(hdf5_item_type), intent(out) :: scale
+
+      scale%handle = c_open_scale(self%handle, int(dimension, c_int))
+      scale%name = ""
+      if (.not. c_associated(scale%handle)) return
+      call describe(scale)
+      scale%name = text_from_c(c_scale_name(scale%handle))
+   end subroutine open_scale
+
+   !> Label of a dimension.
+   function dimension_name(self, dimension) result(text)
+      !> The data set.
+      class(hdf5_item_type), intent(in) :: self
+      !> Dimension, from 0.
+      integer, intent(in) :: dimension
+      !> The label; empty if there is none.
+      character(len=:), allocatable :: text
+
+      text = text_from_c(c_dimension_name(self%handle, int(dimension, c_int)))
+   end function dimension_name
+
+   !> Units of a data set.
+   function units(self) result(text)
+      !> The data set.
+      class(hdf5_item_type), intent(in) :: self
+      !> Its attribute `units`; empty if it has none.
+      character(len=:), allocatable :: text
+
+      text = text_from_c(c_units(self%handle))
+   end function units
+
+   !> Set the error that C has just met.
+   subroutine report(error)
+      !> Error to create.
+      type(error_type), allocatable, intent(out) :: error
+
+      call fatal(error, text_from_c(c_message()), status_file)
+   end subroutine report
+
+end module contensou_io_hdf5_reader

@@ -6,7 +6,7 @@ module contensou_drivers_run
       is_folder, is_locked, is_terminal, remove_file, signal_received, terminal_width, &
       wall_seconds, write_stderr, write_stdout
    use contensou_base_text, only : quote, string_type, to_text
-   use contensou_contact_geometry, only : pose_type
+   use contensou_contact_geometry, only : pose_type, trouble_text
    use contensou_drivers_command_line, only : command_type
    use contensou_drivers_report, only : body_effects, contact_effects, number_text
    use contensou_dynamics_assembly, only : assemble, initial_state
@@ -351,6 +351,14 @@ contains
             ": gap " // number_text(gap(i), 4) // " m, changing at " // &
             number_text(rate(i), 4) // " m/s"
       end do
+      if (system%trouble > 0) then
+         text = text // new_line("a") // "  contact " // &
+            quote(scene%contacts(system%trouble)%name) // ", surfaces " // &
+            quote(scene%surfaces(scene%contacts(system%trouble)%surfaces(1))%name) // " and " // &
+            quote(scene%surfaces(scene%contacts(system%trouble)%surfaces(2))%name) // ": " // &
+            trouble_text(system%trouble_code)
+         return
+      end if
       if (deep > 0) then
          ! A trial of the integrator may have been too deep, too.
          if (-gap(deep) < 0.5_wp*system%contacts(deep)%law%largest_approach) deep = 0

@@ -10,7 +10,16 @@ module contensou_contact_geometry
    private
 
    public :: pose_type, contact_point_type, contact_variation_type, track_type, geometry_type
-   public :: trouble_lost, trouble_conforming, trouble_no_spot
+   public :: contact_trouble, trouble_text
+   public :: trouble_none, trouble_lost, trouble_conforming, trouble_no_spot
+
+   !> What can make a contact unusable: nothing, a search without result, surfaces that do not touch
+   !> in a point, a formula for the spot that gives none.
+   integer, parameter :: trouble_none = 0, trouble_lost = 1, trouble_conforming = 2, &
+      trouble_no_spot = 3
+
+   !> Ratio A/B below which a spot counts as a line.
+   real(wp), parameter :: conforming_ratio = 1.0e-8_wp
 
    !> Position and motion of a body, inertial frame.
    type :: pose_type
@@ -57,20 +66,24 @@ module contensou_contact_geometry
       real(wp) :: curvature_b(6)
    end type contact_variation_type
 
-   !> Why a contact cannot be evaluated: the search failed, the surfaces do not curve away from each
-   !> other, or the formula for the spot gives none.
-   integer, parameter :: trouble_lost = 1, trouble_conforming = 2, trouble_no_spot = 3
-
    !> What a search remembers of a contact from one state to the next.
    type :: track_type
       !> Whether the closest points are known.
       logical :: known = .false.
-      !> Why the contact cannot be evaluated, one of the `trouble_*` codes; 0 where it can.
-      integer :: trouble = 0
+      !> Whether the last search failed.
+      logical :: lost = .false.
       !> Closest point of surface A, frame of the surface [m].
       real(wp) :: first(3) = 0.0_wp
       !> Closest point of surface B, frame of the surface [m].
       real(wp) :: second(3) = 0.0_wp
+      !> Normal of one of the surfaces there, in its frame.
+      real(wp) :: normal(3) = 0.0_wp
+      !> Distance below which no other place lay when all of the surfaces were last looked at [m].
+      real(wp) :: elsewhere = -huge(1.0_wp)
+      !> Frame of surface B seen from surface A at that time: rotation matrix.
+      real(wp) :: rotation(3, 3) = 0.0_wp
+      !> Its origin [m].
+      real(wp) :: origin(3) = 0.0_wp
    end type track_type
 
    !> A pair of surfaces.
@@ -99,7 +112,7 @@ module contensou_contact_geometry
          type(pose_type), intent(in) :: a
          !> Pose of body B.
          type(pose_type), intent(in) :: b
-         !> Where a search begins, and what it found; sets `trouble`.
+         !> Where a search begins, and what it found; `lost` when it failed.
          type(track_type), intent(inout) :: track
          !> Gap [m].
          real(wp), intent(out) :: gap
@@ -151,5 +164,44 @@ module contensou_contact_geometry
          real(wp) :: radius
       end function radius_interface
    end interface
+
+contains
+
+   !> What is wrong with a contact, one of the `trouble_*` codes.
+   !>
+   !> To be asked where the surfaces overlap: open surfaces may conform without harm.
+   pure function contact_trouble(track, at) result(trouble)
+      !> The search that found the contact.
+      type(track_type), intent(in) :: track
+      !> The contact.
+      type(contact_point_type), intent(in) :: at
+      integer :: trouble
+
+      trouble = trouble_none
+      if (track%lost) then
+         trouble = trouble_lost
+      else if (.not. at%curvature_a > conforming_ratio*abs(at%curvature_b)) then
+         trouble = trouble_conforming
+      end if
+   end function contact_trouble
+
+   !> A trouble in words that follow the names of the surfaces.
+   pure function trouble_text(trouble) result(text)
+      !> One of the `trouble_*` codes.
+      integer, intent(in) :: trouble
+      character(len=:), allocatable :: text
+
+      select case (trouble)
+      case (trouble_lost)
+         text = "the search for the closest points of the surfaces has failed"
+      case (trouble_conforming)
+         text = "the surfaces conform: they touch along a line or an area, not in a point"
+      case (trouble_no_spot)
+         text = "the formula for the ellipse gives no spot for these curvatures; 'power' or " // &
+            "'exact' does"
+      case default
+         text = ""
+      end select
+   end function trouble_text
 
 end module contensou_contact_geometry

@@ -5,6 +5,8 @@ module contensou_dynamics_assembly
    use contensou_contact_damping, only : damping_model_type, damping_models, &
       hunt_crossley_number, restitution_any_speed, restitution_at_speed, tsuji_factor
    use contensou_contact_friction, only : friction_model_type, friction_models
+   use contensou_contact_geometry, only : contact_point_type, contact_trouble, geometry_type, &
+      pose_type, track_type, trouble_none
    use contensou_contact_hertz, only : effective_modulus, hertz_model_type
    use contensou_contact_law, only : contact_law_type
    use contensou_contact_normal, only : new_normal, normal_vilke
@@ -17,7 +19,8 @@ module contensou_dynamics_assembly
    implicit none(type, external)
    private
 
-   public :: assemble, initial_state, contact_length, contact_time, largest_relative_approach
+   public :: assemble, initial_state, initial_pose, contact_length, contact_time, &
+      largest_relative_approach
 
    !> Smallest impact speed that a restitution per impact distinguishes [m/s].
    real(wp), parameter :: slowest_impact = 1.0e-3_wp
@@ -85,7 +88,7 @@ contains
       type(damping_model_type), allocatable :: damping(:)
       type(friction_model_type), allocatable :: friction(:)
       type(hertz_model_type), allocatable :: vilke(:)
-      real(wp) :: modulus, mass, curvature
+      real(wp) :: modulus, mass, curvatures(2)
       logical :: with_shape
 
       associate (a => scene%surfaces(spec%surfaces(1)), b => scene%surfaces(spec%surfaces(2)))
@@ -96,12 +99,13 @@ contains
          friction = friction_models()
          vilke = vilke_models()
          with_shape = associated(friction(spec%friction)%kernel)
-         curvature = 0.5_wp/law%geometry%smallest_radius()
+         curvatures = initial_curvatures(scene, a%body, b%body, law%geometry)
          if (spec%normal == normal_vilke) then
-            law%normal = new_normal(modulus, curvature, curvature, vilke(spec%ellipse)%kernel, &
-               volumetric=.true., with_shape=with_shape)
+            law%normal = new_normal(modulus, curvatures(1), curvatures(2), &
+               vilke(spec%ellipse)%kernel, volumetric=.true., with_shape=with_shape)
          else
-            law%normal = new_normal(modulus, curvature, curvature, with_shape=with_shape)
+            law%normal = new_normal(modulus, curvatures(1), curvatures(2), &
+               with_shape=with_shape)
          end if
          law%largest_approach = largest_relative_approach*law%geometry%smallest_radius()
 
@@ -147,6 +151,44 @@ contains
          end if
       end associate
    end subroutine set_law
+
+   !> Half relative curvatures A and B of a pair at the beginning [1/m]; where it has no point of
+   !> contact then, those of a sphere of its smallest radius.
+   pure function initial_curvatures(scene, a, b, geometry) result(curvatures)
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> Body of surface A.
+      integer, intent(in) :: a
+      !> Body of surface B.
+      integer, intent(in) :: b
+      !> The pair.
+      class(geometry_type), intent(in) :: geometry
+      real(wp) :: curvatures(2)
+      type(track_type) :: track
+      type(contact_point_type) :: at
+      real(wp) :: gap
+
+      curvatures = 0.5_wp/geometry%smallest_radius()
+      call geometry%gap(initial_pose(scene, a), initial_pose(scene, b), track, gap)
+      if (track%lost) return
+      call geometry%locate(initial_pose(scene, a), initial_pose(scene, b), track, gap, at)
+      if (contact_trouble(track, at) == trouble_none) curvatures = [at%curvature_a, at%curvature_b]
+   end function initial_curvatures
+
+   !> Pose of a body at the beginning.
+   pure function initial_pose(scene, body) result(pose)
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> Index of the body; 0 for the ground.
+      integer, intent(in) :: body
+      type(pose_type) :: pose
+
+      if (body == 0) return
+      pose%position = scene%bodies(body)%position
+      pose%rotation = rotation_matrix(scene%bodies(body)%quaternion)
+      pose%velocity = scene%bodies(body)%velocity
+      pose%spin = matmul(pose%rotation, scene%bodies(body)%spin)
+   end function initial_pose
 
    !> Reduced mass of two bodies [kg]; that of the other one if one does not yield: the ground, a
    !> body that is fixed or whose motion is prescribed.

@@ -12,7 +12,8 @@ module contensou_dynamics_jacobian
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : norm_rate
    use contensou_base_vectors, only : cross
-   use contensou_contact_geometry, only : contact_point_type, contact_variation_type, pose_type
+   use contensou_contact_geometry, only : contact_point_type, contact_variation_type, &
+      pose_type, trouble_none
    use contensou_contact_normal, only : normal_type
    use contensou_contact_rolling, only : rolling_hysteresis
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed
@@ -480,17 +481,19 @@ contains
       real(wp) :: gap, velocity(3), spin(3), minor(3), force(3), torque(3), rolling(3), shape(6)
       real(wp) :: values(4), slopes(4, 5), by_curvature(5, 2), elastic, rate, unresolved
       real(wp) :: arm_a(3), arm_b(3), e(3)
-      integer :: k
+      integer :: k, trouble
       logical :: varies
 
       call contact%law%geometry%gap(a, b, contact%track, gap)
-      closed = gap < 0.0_wp .and. contact%track%trouble == 0
+      closed = gap < 0.0_wp .and. .not. contact%track%lost
       if (.not. closed) return
       call contact%law%geometry%locate(a, b, contact%track, gap, at)
       varies = .not. contact%law%geometry%constant_curvatures
-      if (varies) call contact%follow(at)
-      closed = contact%track%trouble == 0
-      if (.not. closed) return
+      if (varies) then
+         call contact%follow(at, trouble)
+         closed = trouble == trouble_none
+         if (.not. closed) return
+      end if
       call contact%law%geometry%vary(a, b, contact%track, at, variation)
       call relative_motion(a, b, at%point, velocity, spin)
       minor = cross(at%normal, at%major)

@@ -17,7 +17,8 @@ module contensou_dynamics_system
    use contensou_base_rotations, only : quaternion_rate, rotation_matrix, unit_quaternion
    use contensou_base_vectors, only : cross
    use contensou_contact_geometry, only : contact_point_type, &
-      contact_variation_type, pose_type, track_type, trouble_conforming, trouble_no_spot
+      contact_variation_type, contact_trouble, pose_type, track_type, trouble_lost, &
+      trouble_no_spot, trouble_none
    use contensou_contact_law, only : contact_law_type, contact_load_type
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed
    implicit none(type, external)
@@ -120,6 +121,8 @@ module contensou_dynamics_system
       !> Contact whose geometry failed in the last call of `derivative`, for the reason in its
       !> track; 0 for none.
       integer :: trouble = 0
+      !> What failed there, one of the `trouble_*` codes.
+      integer :: trouble_code = trouble_none
       !> Whether it was so far beyond, as in a step that is too large, that nothing was evaluated.
       !> Up to that an integrator comes to the limit in a step and not in ever smaller ones.
       logical :: outside = .false.
@@ -312,12 +315,14 @@ contains
       type(contact_point_type) :: at
       type(contact_load_type) :: load
       real(wp) :: gap, force(3), torque(3), velocity(3), spin(3), shape_force(6)
+      integer :: trouble
 
       associate (a => self%pose(contact%a), b => self%pose(contact%b))
          call contact%law%geometry%gap(a, b, contact%track, gap)
-         if (contact%track%trouble /= 0) then
+         if (contact%track%lost) then
             self%outside = .true.
             self%trouble = index
+            self%trouble_code = trouble_lost
             return
          end if
          if (gap >= 0.0_wp) return
@@ -328,10 +333,11 @@ contains
          end if
          call contact%law%geometry%locate(a, b, contact%track, gap, at)
          if (.not. contact%law%geometry%constant_curvatures) then
-            call contact%follow(at)
-            if (contact%track%trouble /= 0) then
+            call contact%follow(at, trouble)
+            if (trouble /= trouble_none) then
                self%outside = .true.
                self%trouble = index
+               self%trouble_code = trouble
                return
             end if
          end if
@@ -403,18 +409,18 @@ contains
    end function resolution_of
 
    !> Let the normal part follow the curvatures; trouble where there is no spot.
-   subroutine follow(self, at)
+   subroutine follow(self, at, trouble)
       !> The contact.
       class(contact_type), intent(inout) :: self
       !> Where it touches.
       type(contact_point_type), intent(in) :: at
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
 
-      if (.not. at%curvature_a > 0.0_wp) then
-         self%track%trouble = trouble_conforming
-         return
-      end if
+      trouble = contact_trouble(self%track, at)
+      if (trouble /= trouble_none) return
       call self%law%normal%follow(at%curvature_a, at%curvature_b)
-      if (ieee_is_nan(self%law%normal%axis_a)) self%track%trouble = trouble_no_spot
+      if (ieee_is_nan(self%law%normal%axis_a)) trouble = trouble_no_spot
    end subroutine follow
 
    !> Force and torque on B about the contact point by which the elastic energy resists a change of
@@ -548,15 +554,18 @@ contains
       !> The report.
       type(contact_report_type), intent(out) :: row
       real(wp) :: velocity(3), spin(3), gap
+      integer :: trouble
 
       call self%set_poses(y)
       associate (c => self%contacts(index))
          associate (a => self%pose(c%a), b => self%pose(c%b), law => c%law)
             call law%geometry%gap(a, b, c%track, gap)
             call law%geometry%locate(a, b, c%track, gap, row%at)
-            if (gap >= 0.0_wp .or. c%track%trouble /= 0) return
-            if (.not. law%geometry%constant_curvatures) call c%follow(row%at)
-            if (c%track%trouble /= 0) return
+            if (gap >= 0.0_wp .or. c%track%lost) return
+            if (.not. law%geometry%constant_curvatures) then
+               call c%follow(row%at, trouble)
+               if (trouble /= trouble_none) return
+            end if
             call relative_motion(a, b, row%at%point, velocity, spin)
             call law%evaluate(row%at, velocity, spin, self%resolution%of(a, b, row%at%point), &
                row%load)

@@ -1,5 +1,6 @@
 !> Reads a scene: document, settings, cross references; every mistake is reported at once.
 module contensou_io_scene_reader
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : document_type, read_document
    use contensou_base_errors, only : error_type, fatal, status_usage
@@ -11,13 +12,17 @@ module contensou_io_scene_reader
    use contensou_contact_damping, only : damping_model_type, damping_models, restitution_at_speed, &
       restitution_none
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_geometry, only : geometry_type, pose_type, track_type
+   use contensou_contact_geometry, only : contact_point_type, contact_trouble, &
+      geometry_type, pose_type, track_type, trouble_lost, trouble_no_spot, trouble_none, &
+      trouble_text
    use contensou_contact_normal, only : normal_vilke
    use contensou_contact_pairs, only : geometry_models, new_geometry
    use contensou_contact_rolling, only : rolling_models, rolling_none
-   use contensou_contact_surface, only : shape_names, shape_plane, shape_sphere
+   use contensou_contact_surface, only : shape_ellipsoid, shape_has, shape_hints, shape_keys, &
+      shape_names, shape_needs, shape_torus
    use contensou_contact_vilke, only : vilke_power_index
-   use contensou_dynamics_assembly, only : assemble, contact_length, largest_relative_approach
+   use contensou_dynamics_assembly, only : assemble, contact_length, initial_pose, &
+      largest_relative_approach
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, frame_names, &
       motion_fixed, motion_free, motion_names, motion_prescribed, scene_type
    use contensou_dynamics_system, only : system_type
@@ -246,34 +251,7 @@ contains
             end if
          end if
       end associate
-      associate (axis => instance%settings(instance%at("axis")), &
-         angle => instance%settings(instance%at("angle")), &
-         quaternion => instance%settings(instance%at("quaternion")))
-         if (axis%given .neqv. angle%given) then
-            if (axis%given) call diagnostics%add(axis%origin, "'axis' without 'angle'", &
-               "both, or neither")
-            if (angle%given) call diagnostics%add(angle%origin, "'angle' without 'axis'", &
-               "both, or neither")
-         end if
-         if (quaternion%given .and. (axis%given .or. angle%given)) call diagnostics%add( &
-            quaternion%origin, "the attitude is given twice", &
-            "either quaternion, or axis and angle")
-         if (axis%set .and. angle%set) then
-            if (any(abs(axis%real(:3)) > 0.0_wp)) then
-               body%quaternion = quaternion_from_axis_angle(axis%real(:3), angle%real(1))
-            else
-               call diagnostics%add(axis%places(1), "'axis' is a zero vector", &
-                  "an axis of any length but zero")
-            end if
-         else if (quaternion%set) then
-            if (any(abs(quaternion%real) > 0.0_wp)) then
-               body%quaternion = unit_quaternion(quaternion%real)
-            else
-               call diagnostics%add(quaternion%places(1), "'quaternion' is zero", &
-                  "(w, x, y, z) of any norm but zero")
-            end if
-         end if
-      end associate
+      call read_attitude(instance, body%quaternion, diagnostics)
       associate (spin => instance%settings(instance%at("spin")), &
          omega => instance%settings(instance%at("angular_velocity")))
          if (spin%given .and. omega%given) call diagnostics%add(omega%origin, &
@@ -399,39 +377,136 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
 
       associate (spec => scene%surfaces(index), &
-         shape => instance%settings(instance%at("shape")), &
-         radius => instance%settings(instance%at("radius")), &
-         normal => instance%settings(instance%at("normal")))
+         shape => instance%settings(instance%at("shape"))%choice)
          spec%name = instance%label()
          call refer(settings, instance, "body", 1, spec%body, diagnostics)
          call refer(settings, instance, "material", 1, spec%material, diagnostics)
-         spec%surface%shape = shape%choice
+         spec%surface%shape = shape
          spec%surface%centre = numbers(instance, "centre")
-         spec%surface%radius = radius%real(1)
-         if (normal%set) then
-            if (any(abs(normal%real(:3)) > 0.0_wp)) then
-               spec%surface%frame = frame_along(normal%real(:3))
+         spec%surface%radius = number(instance, "radius")
+         if (shape == shape_torus) spec%surface%radius = number(instance, "minor_radius")
+         spec%surface%major_radius = number(instance, "major_radius")
+         spec%surface%semi_axes = numbers(instance, "semi_axes")
+         spec%surface%inside = instance%settings(instance%at("side"))%choice == 2
+         call point_along("normal", spec%surface%frame)
+         call point_along("direction", spec%surface%frame)
+         call turn(instance, spec%surface%frame, diagnostics)
+         ! An unknown shape is reported already.
+         if (shape < 1) return
+         call check_keys(shape, spec%name)
+         associate (tube => instance%settings(instance%at("minor_radius")), &
+            ring => instance%settings(instance%at("major_radius")))
+            if (shape == shape_torus .and. tube%set .and. ring%set) then
+               if (tube%real(1) >= ring%real(1)) call diagnostics%add(tube%places(1), &
+                  "the torus " // quote(spec%name) // " intersects itself", &
+                  "minor_radius < major_radius, here " // to_text(ring%real(1)) // " [m]")
+            end if
+         end associate
+      end associate
+
+   contains
+
+      !> Frame of a surface that is given by its third axis.
+      subroutine point_along(name, frame)
+         !> Name of the key.
+         character(len=*), intent(in) :: name
+         !> The frame; unchanged if the key is not given.
+         real(wp), intent(inout) :: frame(3, 3)
+
+         associate (setting => instance%settings(instance%at(name)))
+            if (.not. setting%set) return
+            if (any(abs(setting%real(:3)) > 0.0_wp)) then
+               frame = frame_along(setting%real(:3))
             else
-               call diagnostics%add(normal%places(1), "'normal' is a zero vector", &
-                  "a normal of any length but zero")
+               call diagnostics%add(setting%places(1), quote(name) // " is a zero vector", &
+                  "a " // name // " of any length but zero")
+            end if
+         end associate
+      end subroutine point_along
+
+      !> Keys that the shape does not have, and those that it needs.
+      subroutine check_keys(shape, name)
+         !> The shape.
+         integer, intent(in) :: shape
+         !> Name of the surface.
+         character(len=*), intent(in) :: name
+         character(len=:), allocatable :: key, article
+         integer :: i
+
+         article = "a "
+         if (shape == shape_ellipsoid) article = "an "
+         do i = 1, size(instance%settings)
+            associate (setting => instance%settings(i))
+               key = trim(setting%key%name)
+               if (.not. any(shape_keys == key)) cycle
+               if (setting%given .and. .not. shape_has(shape, key)) then
+                  call diagnostics%add(setting%origin, article // trim(shape_names(shape)) // &
+                     " has no " // quote(key), trim(shape_hints(shape)))
+               else if (shape_needs(shape, key) .and. .not. (setting%given .or. setting%meant) &
+                  .and. instance%complete) then
+                  call diagnostics%add(instance%origin, quote(key) // " is missing for the " // &
+                     trim(shape_names(shape)) // " " // quote(name), key // " = " // &
+                     domain_text(setting%key))
+               end if
+            end associate
+         end do
+      end subroutine check_keys
+
+   end subroutine build_surface
+
+   !> Rotation of an ellipsoid on its body.
+   subroutine turn(instance, frame, diagnostics)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> Rotation matrix; unchanged if no rotation is given.
+      real(wp), intent(inout) :: frame(3, 3)
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      real(wp) :: quaternion(4)
+
+      quaternion = 0.0_wp
+      call read_attitude(instance, quaternion, diagnostics)
+      if (any(abs(quaternion) > 0.0_wp)) frame = rotation_matrix(quaternion)
+   end subroutine turn
+
+   !> Attitude by axis and angle or by a quaternion.
+   subroutine read_attitude(instance, attitude, diagnostics)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> Unit quaternion; unchanged if none is given.
+      real(wp), intent(inout) :: attitude(4)
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      associate (axis => instance%settings(instance%at("axis")), &
+         angle => instance%settings(instance%at("angle")), &
+         quaternion => instance%settings(instance%at("quaternion")))
+         if (axis%given .neqv. angle%given) then
+            if (axis%given) call diagnostics%add(axis%origin, "'axis' without 'angle'", &
+               "both, or neither")
+            if (angle%given) call diagnostics%add(angle%origin, "'angle' without 'axis'", &
+               "both, or neither")
+         end if
+         if (quaternion%given .and. (axis%given .or. angle%given)) call diagnostics%add( &
+            quaternion%origin, "the attitude is given twice", &
+            "either quaternion, or axis and angle")
+         if (axis%set .and. angle%set) then
+            if (any(abs(axis%real(:3)) > 0.0_wp)) then
+               attitude = quaternion_from_axis_angle(axis%real(:3), angle%real(1))
+            else
+               call diagnostics%add(axis%places(1), "'axis' is a zero vector", &
+                  "an axis of any length but zero")
+            end if
+         else if (quaternion%set) then
+            if (any(abs(quaternion%real) > 0.0_wp)) then
+               attitude = unit_quaternion(quaternion%real)
+            else
+               call diagnostics%add(quaternion%places(1), "'quaternion' is zero", &
+                  "(w, x, y, z) of any norm but zero")
             end if
          end if
-         select case (shape%choice)
-         case (shape_sphere)
-            if (.not. (radius%given .or. radius%meant) .and. instance%complete) then
-               call diagnostics%add(instance%origin, "'radius' is missing for the sphere " // &
-                  quote(spec%name), "radius = a number > 0 [m]")
-            end if
-            if (normal%given) call diagnostics%add(normal%origin, &
-               "a sphere has no 'normal'", "centre and radius")
-         case (shape_plane)
-            if (radius%given) call diagnostics%add(radius%origin, "a plane has no 'radius'", &
-               "centre (any point of it) and normal")
-         case default
-            ! An unknown shape is reported already.
-         end select
       end associate
-   end subroutine build_surface
+   end subroutine read_attitude
 
    !> A contact.
    subroutine build_contact(settings, instance, contact, diagnostics)
@@ -623,6 +698,7 @@ contains
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       class(geometry_type), allocatable :: geometry
+      character(len=:), allocatable :: problem
       type(origin_type) :: place
       integer :: i
 
@@ -641,11 +717,11 @@ contains
                   ": neither of its bodies is free", "a body whose motion is 'free'")
                cycle
             end if
-            call new_geometry(a%surface, b%surface, geometry)
-            if (.not. allocated(geometry)) call diagnostics%add(place, "contact " // &
-               quote(scene%contacts(i)%name) // ": a " // trim(shape_names(a%surface%shape)) // &
-               " and a " // trim(shape_names(b%surface%shape)) // " cannot be paired", &
-               "one of the pairs (" // pairs() // ")")
+            call new_geometry(a%surface, b%surface, geometry, problem)
+            if (.not. allocated(geometry)) call diagnostics%add(place, "surfaces " // &
+               quote(a%name) // " and " // quote(b%name) // " of contact " // &
+               quote(scene%contacts(i)%name) // ": " // problem, &
+               "surfaces that touch in a point, of one of the pairs (" // pairs() // ")")
          end associate
       end do
       if (scene%output%interval > 0.0_wp .and. scene%t_end > max_rows*scene%output%interval) then
@@ -757,7 +833,7 @@ contains
 
    end subroutine fill_in
 
-   !> Surfaces that overlap too much at the beginning.
+   !> Surfaces that overlap too much or conform at the beginning.
    subroutine check_overlaps(settings, scene, system, diagnostics)
       !> The settings.
       type(settings_type), intent(in) :: settings
@@ -769,26 +845,56 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       type(pose_type) :: pose(0:size(scene%bodies))
       type(track_type) :: track
+      type(contact_point_type) :: at
       real(wp) :: gap
-      integer :: i
+      integer :: i, trouble
 
-      do i = 1, size(scene%bodies)
-         pose(i)%position = scene%bodies(i)%position
-         pose(i)%rotation = rotation_matrix(scene%bodies(i)%quaternion)
+      do i = 0, size(scene%bodies)
+         pose(i) = initial_pose(scene, i)
       end do
       do i = 1, size(system%contacts)
          associate (contact => system%contacts(i))
             track = contact%track
             call contact%law%geometry%gap(pose(contact%a), pose(contact%b), track, gap)
-            if (-gap > contact%law%largest_approach) call diagnostics%add( &
-               contact_place(settings, i), "the surfaces of contact " // &
-               quote(scene%contacts(i)%name) // " overlap by " // short(-gap) // &
-               " m at the beginning", "at most " // short(contact%law%largest_approach) // &
-               " m, " // short(largest_relative_approach) // " of the smallest radius of curvature")
+            if (-gap > contact%law%largest_approach) then
+               call diagnostics%add( &
+                  contact_place(settings, i), "the surfaces of contact " // &
+                  quote(scene%contacts(i)%name) // " overlap by " // short(-gap) // &
+                  " m at the beginning", "at most " // short(contact%law%largest_approach) // &
+                  " m, " // short(largest_relative_approach) // &
+                  " of the smallest radius of curvature" // less_in_hollow(scene%contacts(i)))
+               cycle
+            end if
+            trouble = trouble_none
+            if (track%lost) then
+               trouble = trouble_lost
+            else if (gap < 0.0_wp) then
+               call contact%law%geometry%locate(pose(contact%a), pose(contact%b), track, gap, at)
+               trouble = contact_trouble(track, at)
+               if (trouble == trouble_none .and. ieee_is_nan(contact%law%normal%axis_a)) then
+                  trouble = trouble_no_spot
+               end if
+            end if
+            if (trouble /= trouble_none) call diagnostics%add(contact_place(settings, i), &
+               "surfaces " // quote(scene%surfaces(scene%contacts(i)%surfaces(1))%name) // &
+               " and " // quote(scene%surfaces(scene%contacts(i)%surfaces(2))%name) // &
+               " of contact " // quote(scene%contacts(i)%name) // " at the beginning: " // &
+               trouble_text(trouble), "surfaces that are closest in one point")
          end associate
       end do
 
    contains
+
+      !> What reduces that bound.
+      pure function less_in_hollow(contact) result(text)
+         !> The contact.
+         type(contact_spec_type), intent(in) :: contact
+         character(len=:), allocatable :: text
+
+         text = ""
+         if (any(scene%surfaces(contact%surfaces)%surface%inside)) text = &
+            ", less in a concave surface"
+      end function less_in_hollow
 
       !> A number with four digits.
       function short(x) result(text)

@@ -9,7 +9,7 @@ module contensou_io_schema
    use contensou_contact_hertz, only : hertz_model_type
    use contensou_contact_normal, only : normal_models
    use contensou_contact_rolling, only : rolling_models
-   use contensou_contact_surface, only : shape_names
+   use contensou_contact_surface, only : shape_names, side_names
    use contensou_contact_vilke, only : vilke_models
    use contensou_dynamics_scene, only : frame_names, motion_names
    use contensou_integrate_march, only : integrator_methods
@@ -121,8 +121,8 @@ contains
       call put("body", "name", kind_name, mandatory=.true., &
          doc="name of the body; 'ground' is taken")
       call put("body", "motion", kind_choice, default="'free'", &
-         doc="how the body moves: free, fixed, or prescribed (with its initial velocities, &
-         or a " // &
+         doc="how the body moves: free, fixed, or prescribed (with its initial " // &
+         "velocities, or a " // &
          "ramp from them to the final ones)")
       call put("body", "mass", kind_real, unit="kg", above=0.0_wp, &
          doc="mass; mandatory for a free body, without meaning for others")
@@ -149,8 +149,8 @@ contains
       call put("body", "final_velocity", kind_real, values=3, unit="m s-1", &
          doc="velocity of a prescribed motion after ramp_duration; not given, it stays")
       call put("body", "final_angular_velocity", kind_real, values=3, unit="rad s-1", &
-         doc="angular velocity of a prescribed motion after ramp_duration, &
-         inertial frame; not " // &
+         doc="angular velocity of a prescribed motion after ramp_duration, " // &
+         "inertial frame; not " // &
          "given, it stays")
       call put("body", "ramp_duration", kind_real, unit="s", above=0.0_wp, &
          doc="time in which a prescribed motion goes linearly from its initial to its final " // &
@@ -160,20 +160,44 @@ contains
       call put("body", "applied_torque", kind_real, values=3, unit="N m", &
          doc="constant torque on a free body")
       call put("body", "applied_frame", kind_choice, &
-         doc="frame in which applied_force and applied_torque are constant; 'inertial' if not &
-         given")
+         doc="frame in which applied_force and applied_torque are constant; " // &
+         "'inertial' if not given")
 
       call put("surface", "name", kind_name, mandatory=.true., doc="name of the surface")
       call put("surface", "body", kind_reference, mandatory=.true., target="body", &
          doc="body that carries the surface, or 'ground'")
       call put("surface", "shape", kind_choice, mandatory=.true., doc="shape of the surface")
       call put("surface", "centre", kind_real, values=3, unit="m", default="0, 0, 0", &
-         doc="centre of a sphere, any point of a plane, in the frame of the body")
+         doc="centre of the shape, any point of a plane or of the axis of a cylinder, in the " // &
+         "frame of the body")
       call put("surface", "radius", kind_real, unit="m", above=0.0_wp, &
-         doc="radius of a sphere; mandatory there, not for a plane")
+         doc="radius of a sphere or a cylinder; mandatory there, not for other shapes")
       call put("surface", "normal", kind_real, values=3, unit="1", &
          doc="outward normal of a plane in the frame of the body, of any length; " // &
-         "0, 0, 1 if not given; not for a sphere")
+         "0, 0, 1 if not given; not for other shapes")
+      call put("surface", "direction", kind_real, values=3, unit="1", &
+         doc="axis of a cylinder, which has no ends, or of a torus, in the frame of the body, " // &
+         "of any length; 0, 0, 1 if not given; not for other shapes")
+      call put("surface", "semi_axes", kind_real, values=3, unit="m", above=0.0_wp, &
+         doc="semi-axes of an ellipsoid along its axes, which are those of the body if they " // &
+         "are not turned; mandatory there, not for other shapes")
+      call put("surface", "axis", kind_real, values=3, unit="1", &
+         doc="axis of the rotation from the axes of the body to those of an ellipsoid, of any " // &
+         "length; goes with angle; not for other shapes")
+      call put("surface", "angle", kind_real, unit="rad", &
+         doc="angle of the rotation about axis; only for an ellipsoid")
+      call put("surface", "quaternion", kind_real, values=4, unit="1", &
+         doc="attitude (w, x, y, z) of an ellipsoid, from its axes to those of the body, of " // &
+         "any norm; instead of axis and angle; not for other shapes")
+      call put("surface", "major_radius", kind_real, unit="m", above=0.0_wp, &
+         doc="radius of the centre circle of a torus, larger than minor_radius; mandatory " // &
+         "there, not for other shapes")
+      call put("surface", "minor_radius", kind_real, unit="m", above=0.0_wp, &
+         doc="radius of the tube of a torus; mandatory there, not for other shapes")
+      call put("surface", "side", kind_choice, &
+         doc="side of the shape that is touched, 'outside' if not given: with 'inside' the " // &
+         "surface is concave, a socket (sphere), a bore (cylinder), a raceway groove (torus), " // &
+         "a hollow (ellipsoid); not for a plane")
       call put("surface", "material", kind_reference, mandatory=.true., target="material", &
          doc="material of the surface")
 
@@ -302,6 +326,8 @@ contains
       select case (trim(key%group) // "." // trim(key%name))
       case ("surface.shape")
          names = strings(shape_names)
+      case ("surface.side")
+         names = strings(side_names)
       case ("contact.normal")
          normal = normal_models()
          names = strings(normal%name)

@@ -84,9 +84,13 @@ contains
       character(len=256) :: name
       real(wp) :: mass, inertia(3), position(3), axis(3), angle, quaternion(4), velocity(3), &
          spin(3), angular_velocity(3)
+      character(len=256) :: motion, applied_frame
+      real(wp) :: final_velocity(3), final_angular_velocity(3), ramp_duration, applied_force(3), &
+         applied_torque(3)
       integer :: n
-      namelist /body/ name, mass, inertia, position, axis, angle, quaternion, velocity, spin, &
-         angular_velocity
+      namelist /body/ name, motion, mass, inertia, position, axis, angle, quaternion, velocity, &
+         spin, angular_velocity, final_velocity, final_angular_velocity, ramp_duration, &
+         applied_force, applied_torque, applied_frame
 
       rewind(unit)
       n = 0
@@ -101,6 +105,13 @@ contains
          velocity = no_number
          spin = no_number
          angular_velocity = no_number
+         motion = no_text
+         applied_frame = no_text
+         final_velocity = no_number
+         final_angular_velocity = no_number
+         ramp_duration = no_number
+         applied_force = no_number
+         applied_torque = no_number
          read(unit, nml=body, iostat=status)
          if (status == iostat_end) exit
          call count_group("body", status, n)
@@ -114,15 +125,24 @@ contains
          call put_numbers("body", n, "velocity", velocity)
          call put_numbers("body", n, "spin", spin)
          call put_numbers("body", n, "angular_velocity", angular_velocity)
+         call put_texts("body", n, "motion", [motion])
+         call put_texts("body", n, "applied_frame", [applied_frame])
+         call put_numbers("body", n, "final_velocity", final_velocity)
+         call put_numbers("body", n, "final_angular_velocity", final_angular_velocity)
+         call put_numbers("body", n, "ramp_duration", [ramp_duration])
+         call put_numbers("body", n, "applied_force", applied_force)
+         call put_numbers("body", n, "applied_torque", applied_torque)
       end do
    end subroutine read_body
 
    !> Every group `surface`.
    subroutine read_surface()
-      character(len=256) :: name, body, shape, material
-      real(wp) :: centre(3), radius, normal(3)
+      character(len=256) :: name, body, shape, side, material
+      real(wp) :: centre(3), radius, normal(3), direction(3), semi_axes(3), axis(3), angle, &
+         quaternion(4), major_radius, minor_radius
       integer :: n
-      namelist /surface/ name, body, shape, centre, radius, normal, material
+      namelist /surface/ name, body, shape, centre, radius, normal, direction, semi_axes, axis, &
+         angle, quaternion, major_radius, minor_radius, side, material
 
       rewind(unit)
       n = 0
@@ -130,10 +150,18 @@ contains
          name = no_text
          body = no_text
          shape = no_text
+         side = no_text
          material = no_text
          centre = no_number
          radius = no_number
          normal = no_number
+         direction = no_number
+         semi_axes = no_number
+         axis = no_number
+         angle = no_number
+         quaternion = no_number
+         major_radius = no_number
+         minor_radius = no_number
          read(unit, nml=surface, iostat=status)
          if (status == iostat_end) exit
          call count_group("surface", status, n)
@@ -143,19 +171,29 @@ contains
          call put_numbers("surface", n, "centre", centre)
          call put_numbers("surface", n, "radius", [radius])
          call put_numbers("surface", n, "normal", normal)
+         call put_numbers("surface", n, "direction", direction)
+         call put_numbers("surface", n, "semi_axes", semi_axes)
+         call put_numbers("surface", n, "axis", axis)
+         call put_numbers("surface", n, "angle", [angle])
+         call put_numbers("surface", n, "quaternion", quaternion)
+         call put_numbers("surface", n, "major_radius", [major_radius])
+         call put_numbers("surface", n, "minor_radius", [minor_radius])
+         call put_texts("surface", n, "side", [side])
          call put_texts("surface", n, "material", [material])
       end do
    end subroutine read_surface
 
    !> Every group `contact`.
    subroutine read_contact()
-      character(len=256) :: name, surfaces(2), normal, damping, friction
+      character(len=256) :: name, surfaces(2), normal, ellipse, damping, friction, rolling
+      real(wp) :: rolling_coefficient, rolling_regularization
       real(wp) :: damping_coefficient, restitution, impact_velocity, friction_coefficient, &
          regularization_velocity
       logical :: drilling
       integer :: n
-      namelist /contact/ name, surfaces, normal, damping, damping_coefficient, restitution, &
-         impact_velocity, friction, friction_coefficient, regularization_velocity, drilling
+      namelist /contact/ name, surfaces, normal, ellipse, damping, damping_coefficient, &
+         restitution, impact_velocity, friction, friction_coefficient, &
+         regularization_velocity, drilling, rolling, rolling_coefficient, rolling_regularization
 
       rewind(unit)
       n = 0
@@ -170,6 +208,10 @@ contains
          impact_velocity = no_number
          friction_coefficient = no_number
          regularization_velocity = no_number
+         ellipse = no_text
+         rolling = no_text
+         rolling_coefficient = no_number
+         rolling_regularization = no_number
          ! A logical has no third value: the default.
          drilling = .true.
          read(unit, nml=contact, iostat=status)
@@ -185,6 +227,10 @@ contains
          call put_texts("contact", n, "friction", [friction])
          call put_numbers("contact", n, "friction_coefficient", [friction_coefficient])
          call put_numbers("contact", n, "regularization_velocity", [regularization_velocity])
+         call put_texts("contact", n, "ellipse", [ellipse])
+         call put_texts("contact", n, "rolling", [rolling])
+         call put_numbers("contact", n, "rolling_coefficient", [rolling_coefficient])
+         call put_numbers("contact", n, "rolling_regularization", [rolling_regularization])
          print "(a, i0, a)", "contact ", n, " drilling " // merge(".true. ", ".false.", drilling)
       end do
    end subroutine read_contact

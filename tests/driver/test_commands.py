@@ -285,7 +285,12 @@ def test_models_are_those_that_a_scene_admits(run, keys):
         admitted = keys["contact"][key].partition(",")[0].split(" | ")
         assert tables[f"contact.{key}"] == admitted
     assert tables["contact.friction"] == ["none", *FRICTION]
-    assert tables["contact.surfaces"] == ["sphere, plane"]
+    assert tables["contact.surfaces"][0] == "sphere, plane"
+    shapes = keys["surface"]["shape"].partition(",")[0].split(" | ")
+    assert {shape for pair in tables["contact.surfaces"] for shape in pair.split(", ")} == set(
+        shapes
+    )
+    assert len(tables["contact.surfaces"]) == 13
 
 
 def test_every_model_by_its_name(run):

@@ -560,9 +560,11 @@ def test_coulomb_does_not_see_the_spin(simulate):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_the_error_falls_with_the_tolerance(simulate, inputs, method, slow_build):
-    # With order 8 the errors are at the rounding of positions from 1e-7 on.
-    first = 1 if method == "explicit8" else 5
-    decades = range(first, first + 6, 2 if slow_build else 1)
+    # With order 8 the errors are at the rounding of positions from 1e-7 on; and nothing falls in
+    # order above 1e-3, where the friction near rest is not resolved.
+    decades = range(3, 7) if method == "explicit8" else range(5, 11)
+    if slow_build:
+        decades = decades[::2]
     options = (
         f"integrator.method = '{method}'",
         f"scene.t_end = {0.1 if slow_build else 0.3}",

@@ -6,6 +6,7 @@ module test_suites
    use test_dynamics, only : run_dynamics_tests
    use test_elliptic, only : run_elliptic_tests
    use test_explicit, only : run_explicit_tests
+   use test_geometry, only : run_geometry_tests
    use test_harness, only : check, finish, make_scratch_folder, remove_scratch_folder, set_up, wants
    use test_hdf5_file, only : run_hdf5_file_tests
    use test_hertz, only : run_hertz_tests
@@ -35,6 +36,7 @@ contains
       if (wants("wrench")) call run_wrench_tests()
       if (wants("wrench_ellipse")) call run_wrench_ellipse_tests()
       if (wants("contact")) call run_contact_tests()
+      if (wants("geometry")) call run_geometry_tests()
       if (wants("dynamics")) call run_dynamics_tests()
       if (wants("integrate")) call run_integrate_tests()
       if (wants("jacobian")) call run_jacobian_tests()

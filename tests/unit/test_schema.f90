@@ -286,7 +286,8 @@ contains
       call expect(least // "&integrator qqqqqqqqq = 1e-6 /", "unknown key 'qqqqqqqqq'", &
          "one of method, rtol", 3, "unknown key without a near one")
       call expect(least // "&material name = 'b', young = 1 /", &
-         "'poisson' is missing in group &material 'b'", "poisson = a number > -1.0 and <= 0.5 [-]", &
+         "'poisson' is missing in group &material 'b'", &
+         "poisson = a number > -1.0 and <= 0.5 [-]", &
          3, "missing key")
       call expect("&scene t_end = 1 /", "there is no group &body", "&body", 0, "missing group")
       call expect(least // "&scene t_end = 2 /", "group &scene given twice", "in line 1", 3, &

@@ -1,0 +1,826 @@
+!> Contact search on implicit surfaces: the points of two surfaces where they are closest, with a
+!> common normal; overlapping surfaces too.
+!>
+!> Warm: Newton's method on the equations of the common normal, n_A + n_B = 0 and y - x parallel
+!> to n_A, for the points x of A and y of B, from those of the last search, in the tangent planes
+!> and then brought back onto the surfaces. Cold: one surface, the carrier, is sampled all over for
+!> the smallest distance from the other one, whose distance function is known, the best samples
+!> are refined by descent, and Newton's method finishes. A torus is swept by a sphere along a circle
+!> and a cylinder along a line, so that these have to be sampled in one parameter only; an ellipsoid
+!> is sampled all over.
+!>
+!> Two convex surfaces have one place of this kind. Others may have several: then the one with the
+!> smallest distance is taken while the surfaces are apart, and once they overlap it is followed.
+!> The tracking of surfaces by their common normal follows I. Kosenko and E. Aleksandrov,
+!> 7th Modelica Conference (2009) 288; the form of the equations here is reconstructed.
+module contensou_contact_search
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
+   use contensou_base_kinds, only : pi, wp
+   use contensou_base_vectors, only : cross
+   use contensou_contact_geometry, only : track_type
+   use contensou_contact_implicit_surface, only : any_tangent, closest_point, form_at, &
+      normal_at, return_to
+   use contensou_contact_surface, only : extent, shape_cylinder, shape_ellipsoid, shape_sphere, &
+      shape_torus, surface_type
+   implicit none(type, external)
+   private
+
+   public :: search_type, new_search, placing_type
+
+   !> Two surfaces to be searched.
+   type :: search_type
+      !> Surface A.
+      type(surface_type) :: a
+      !> Surface B.
+      type(surface_type) :: b
+      !> Whether the carrier is A.
+      logical :: carrier_first = .true.
+      !> Whether there may be several places of a common normal.
+      logical :: several = .false.
+      !> Length of the order of the surfaces [m].
+      real(wp) :: size = 0.0_wp
+   contains
+      !> Closest points.
+      procedure :: find
+   end type search_type
+
+   !> Frame of surface B seen from surface A.
+   type :: placing_type
+      !> Rotation matrix, frame of B to frame of A.
+      real(wp) :: rotation(3, 3)
+      !> Origin of the frame of B in that of A [m].
+      real(wp) :: origin(3)
+   end type placing_type
+
+   !> Most steps of Newton's method.
+   integer, parameter :: most_steps = 20
+
+   !> Most steps of a descent.
+   integer, parameter :: most_descents = 60
+
+   !> Samples of a carrier with one parameter, and of one with two.
+   integer, parameter :: samples_line = 48, samples_area = 96
+
+   !> Best samples that are refined.
+   integer, parameter :: most_starts = 6
+
+   !> Cosines of the angles up to which samples belong to one place.
+   real(wp), parameter :: nearby_line = 0.95_wp, nearby_area = 0.8_wp
+
+   !> Rounding of a distance of samples in units of the size of the surfaces.
+   real(wp), parameter :: tolerance = 1.0e-9_wp
+
+   !> How much lower than the nearest sample a place may be, in units of the largest semi-axis: the
+   !> nearest sample is at most 0.23 away on the unit sphere.
+   real(wp), parameter :: depth_area = 0.05_wp
+
+   integer :: counter
+
+   !> Sampled angles.
+   real(wp), parameter :: angles(samples_line) = &
+      [((real(counter, wp) - 0.5_wp)*2.0_wp*pi/samples_line - pi, counter=1, samples_line)]
+
+   !> Their cosines and sines.
+   real(wp), parameter :: cosines(samples_line) = cos(angles), sines(samples_line) = sin(angles)
+
+   !> Tangents of half of them.
+   real(wp), parameter :: half_tangents(samples_line) = tan(0.5_wp*angles)
+
+   !> Sampled directions: heights, and the golden angle.
+   real(wp), parameter :: heights(samples_area) = &
+      [((2.0_wp*real(counter, wp) - 1.0_wp)/samples_area - 1.0_wp, counter=1, samples_area)]
+
+   !> Angles of the sampled directions.
+   real(wp), parameter :: turns(samples_area) = &
+      [(real(counter, wp)*pi*(3.0_wp - sqrt(5.0_wp)), counter=1, samples_area)]
+
+   !> The sampled directions.
+   real(wp), parameter :: directions(samples_area, 3) = reshape([ &
+      sqrt(1.0_wp - heights**2)*cos(turns), sqrt(1.0_wp - heights**2)*sin(turns), heights], &
+      [samples_area, 3])
+
+contains
+
+   !> Search of a pair of surfaces, one of them at least touched from the outside and no plane.
+   pure function new_search(a, b) result(self)
+      !> Surface A.
+      type(surface_type), intent(in) :: a
+      !> Surface B.
+      type(surface_type), intent(in) :: b
+      type(search_type) :: self
+
+      self%a = a
+      self%b = b
+      self%carrier_first = rank_of(a) >= rank_of(b)
+      self%several = a%shape == shape_torus .or. b%shape == shape_torus .or. a%inside .or. b%inside
+      self%size = max(extent(a), extent(b))
+   end function new_search
+
+   !> How well a surface serves as a carrier; 0 for not at all.
+   pure function rank_of(surface) result(rank)
+      !> The surface.
+      type(surface_type), intent(in) :: surface
+      integer :: rank
+
+      rank = 0
+      if (surface%inside) return
+      select case (surface%shape)
+      case (shape_torus)
+         rank = 4
+      case (shape_ellipsoid)
+         rank = 3
+      case (shape_sphere)
+         rank = 2
+      case (shape_cylinder)
+         rank = 1
+      case default
+         ! A plane has no end.
+      end select
+   end function rank_of
+
+   !> Closest points of the surfaces, and their distance.
+   pure subroutine find(self, placing, track, gap)
+      !> The pair.
+      class(search_type), intent(in) :: self
+      !> Frame of B seen from A.
+      type(placing_type), intent(in) :: placing
+      !> Where the search begins, and what it finds; `lost` when it fails.
+      type(track_type), intent(inout) :: track
+      !> Signed distance [m]; when lost, a negative number without meaning.
+      real(wp), intent(out) :: gap
+      logical :: found
+
+      if (track%known) then
+         call polish(self, placing, track%first, track%second, track%normal, gap, found)
+         if (found) then
+            track%lost = .false.
+            if (self%several .and. gap > 0.0_wp) then
+               if (gap > track%elsewhere - moved(self, placing, track)) then
+                  call look_elsewhere(self, placing, track, gap)
+               end if
+            end if
+            return
+         end if
+      end if
+      call find_cold(self, placing, track, gap)
+   end subroutine find
+
+   !> Newton's method on the equations of the common normal.
+   pure subroutine polish(self, placing, first, second, normal, gap, found)
+      !> The pair.
+      type(search_type), intent(in) :: self
+      !> Frame of B seen from A.
+      type(placing_type), intent(in) :: placing
+      !> Point of A, frame of A [m]; unchanged when nothing is found.
+      real(wp), intent(inout) :: first(3)
+      !> Point of B, frame of B [m]; unchanged when nothing is found.
+      real(wp), intent(inout) :: second(3)
+      !> Normal of A out of its material, frame of A; unchanged when nothing is found.
+      real(wp), intent(inout) :: normal(3)
+      !> Signed distance [m].
+      real(wp), intent(out) :: gap
+      !> Whether it converged to a place where the distance is smallest.
+      logical, intent(out) :: found
+      real(wp) :: x(3), y(3), n(3), nb(3), mb(3), w(3), t(3, 2), tb(3, 2), la(3), lb(3)
+      real(wp) :: r1(2), r2(2), v(2), xi_a(2), xi_b(2), m(2, 2), determinant, trace, length
+      real(wp) :: residual, last, step, scale, x_last(3), y_last(3), move_a(3), move_b(3)
+      logical :: closing
+      integer :: i
+
+      found = .false.
+      x = first
+      y = second
+      last = huge(last)
+      closing = .false.
+      scale = 1.0_wp
+      move_a = 0.0_wp
+      move_b = 0.0_wp
+      x_last = x
+      y_last = y
+      do i = 1, most_steps
+         n = normal_at(self%a, x)
+         mb = normal_at(self%b, y)
+         nb = matmul(placing%rotation, mb)
+         w = placing%origin + matmul(placing%rotation, y) - x
+         gap = w(1)*n(1) + w(2)*n(2) + w(3)*n(3)
+         if (closing) then
+            first = x
+            second = y
+            normal = n
+            found = ieee_is_finite(gap)
+            return
+         end if
+         if (dot_product(n, nb) > -0.1_wp) return
+         t(:, 1) = any_tangent(n)
+         t(:, 2) = cross(n, t(:, 1))
+         tb = matmul(transpose(placing%rotation), t)
+         la = form_at(self%a, x, n, t)
+         lb = form_at(self%b, y, mb, tb)
+         r1(1) = dot_product(nb, t(:, 1))
+         r1(2) = dot_product(nb, t(:, 2))
+         r2(1) = dot_product(w, t(:, 1))
+         r2(2) = dot_product(w, t(:, 2))
+         length = 1.0_wp/(abs(la(1)) + abs(la(3)) + abs(lb(1)) + abs(lb(3)))
+         residual = r1(1)**2 + r1(2)**2 + (r2(1)**2 + r2(2)**2)/self%size**2
+         if (residual > last .and. residual > 1.0e-24_wp) then
+            ! The step was too long: half of it.
+            scale = 0.5_wp*scale
+            if (scale < 0.01_wp) return
+            x = return_to(self%a, x_last + scale*move_a)
+            y = return_to(self%b, y_last + scale*move_b)
+            cycle
+         end if
+         last = residual
+         scale = 1.0_wp
+         m(1, 1) = la(1) + lb(1) + gap*(lb(1)*la(1) + lb(2)*la(2))
+         m(1, 2) = la(2) + lb(2) + gap*(lb(1)*la(2) + lb(2)*la(3))
+         m(2, 1) = la(2) + lb(2) + gap*(lb(2)*la(1) + lb(3)*la(2))
+         m(2, 2) = la(3) + lb(3) + gap*(lb(2)*la(2) + lb(3)*la(3))
+         determinant = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
+         trace = m(1, 1) + m(2, 2)
+         ! Elsewhere the distance is not smallest.
+         if (.not. (determinant > 0.0_wp .and. trace > 0.0_wp)) return
+         v(1) = lb(1)*r2(1) + lb(2)*r2(2) - r1(1)
+         v(2) = lb(2)*r2(1) + lb(3)*r2(2) - r1(2)
+         xi_a(1) = (m(2, 2)*v(1) - m(1, 2)*v(2))/determinant
+         xi_a(2) = (m(1, 1)*v(2) - m(2, 1)*v(1))/determinant
+         xi_b(1) = xi_a(1) + gap*(la(1)*xi_a(1) + la(2)*xi_a(2)) - r2(1)
+         xi_b(2) = xi_a(2) + gap*(la(2)*xi_a(1) + la(3)*xi_a(2)) - r2(2)
+         step = sqrt(xi_a(1)**2 + xi_a(2)**2 + xi_b(1)**2 + xi_b(2)**2)
+         if (.not. step <= 1.0e3_wp*self%size) return
+         x_last = x
+         y_last = y
+         move_a = xi_a(1)*t(:, 1) + xi_a(2)*t(:, 2)
+         move_b = xi_b(1)*tb(:, 1) + xi_b(2)*tb(:, 2)
+         x = return_to(self%a, x + move_a)
+         y = return_to(self%b, y + move_b)
+         ! The error after a step is of the order of its square over the radius of curvature.
+         closing = step <= max(1.0e-8_wp*length, 4.0_wp*epsilon(step)*self%size)
+      end do
+   end subroutine polish
+
+   !> How far any point of the carrier has moved against the other surface at most, since all of it
+   !> was looked at [m]: distances have changed by no more.
+   pure function moved(self, placing, track) result(length)
+      !> The pair.
+      type(search_type), intent(in) :: self
+      !> Frame of B seen from A.
+      type(placing_type), intent(in) :: placing
+      !> Where it was.
+      type(track_type), intent(in) :: track
+      real(wp) :: length
+      real(wp) :: turned(3, 3), shifted(3), far
+
+      if (self%carrier_first) then
+         far = extent(self%a)
+         ! Seen from B, that of A has the origin -origin.rotation.
+         turned = transpose(placing%rotation - track%rotation)
+         shifted = matmul(placing%origin, placing%rotation) - matmul(track%origin, track%rotation)
+      else
+         far = extent(self%b)
+         turned = placing%rotation - track%rotation
+         shifted = placing%origin - track%origin
+      end if
+      length = sqrt(sum(shifted**2)) + far*sqrt(sum(turned**2))
+   end function moved
+
+   !> Leave a place for one that is closer, if there is any, and note how far all others are.
+   pure subroutine look_elsewhere(self, placing, track, gap)
+      !> The pair.
+      type(search_type), intent(in) :: self
+      !> Frame of B seen from A.
+      type(placing_type), intent(in) :: placing
+      !> The place.
+      type(track_type), intent(inout) :: track
+      !> Its distance [m].
+      real(wp), intent(inout) :: gap
+      real(wp) :: value(samples_area), here(3), x(3), y(3), n(3), g, low, bound
+      logical :: taken(samples_area), found
+      integer :: i, k, count, start
+
+      count = samples_of(self)
+      do i = 1, count
+         value(i) = distance_of(self, placing, sample_of(self, placing, i))
+      end do
+      ! Of the samples those are of interest that are near a lower place, and not near this one.
+      value(count + 1:) = huge(gap)
+      taken = .true.
+      track%elsewhere = huge(gap)
+      track%rotation = placing%rotation
+      track%origin = placing%origin
+      here = merge(track%first, track%second, self%carrier_first)
+      if (is_line(self)) then
+         here(1:2) = here(1:2)/sqrt(here(1)**2 + here(2)**2)
+         do i = 1, count
+            if (here(1)*cosines(i) + here(2)*sines(i) > nearby_line) cycle
+            track%elsewhere = min(track%elsewhere, value(i))
+            low = lowest_between(value(:count), i)
+            if (low >= value(i) .and. value(i) >= gap) cycle
+            taken(i) = low >= gap
+            track%elsewhere = min(track%elsewhere, low)
+         end do
+      else
+         here = here/axes_of(self)
+         bound = gap + depth_area*maxval(axes_of(self))
+         do i = 1, count
+            if (sum(here*directions(i, :)) > nearby_area) cycle
+            taken(i) = value(i) >= bound
+            track%elsewhere = min(track%elsewhere, value(i) - (bound - gap))
+         end do
+      end if
+      do start = 1, most_starts
+         if (all(taken)) exit
+         k = minloc(value, dim=1, mask=.not. taken)
+         call refine(self, placing, k, x, y, n, g, low, found)
+         call leave_out(self, k, value, taken)
+         if (.not. found) cycle
+         if (g >= gap - 1.0e-13_wp*self%size) cycle
+         gap = g
+         track%first = x
+         track%second = y
+         track%normal = n
+         ! Not looked at from here.
+         track%elsewhere = -huge(gap)
+      end do
+      ! Where a closer sample led to no place the surfaces have to be looked at as at first.
+      if (minval(value(:count)) < gap - tolerance*self%size) then
+         call find_cold(self, placing, track, gap)
+      end if
+   end subroutine look_elsewhere
+
+   !> Lower bound of a periodic function that is convex next to a sample that is smaller than its
+   !> neighbours; the sample itself where it is not: where the straight lines through
+   !> the samples before and behind meet.
+   pure function lowest_between(value, i) result(low)
+      !> Samples.
+      real(wp), intent(in) :: value(:)
+      !> Number of the sample.
+      integer, intent(in) :: i
+      real(wp) :: low
+      real(wp) :: v(-2:2), down, up, s
+      integer :: j
+
+      do j = -2, 2
+         v(j) = value(modulo(i + j - 1, size(value)) + 1)
+      end do
+      low = v(0)
+      if (v(-1) < low .or. v(1) < low) return
+      do j = -1, 1, 2
+         ! From the sample on, and back from its neighbour.
+         down = v(0) - v(-j)
+         up = v(j) - v(2*j)
+         if (down + up >= 0.0_wp) cycle
+         s = min(max((v(j) + up - v(0))/(down + up), 0.0_wp), 1.0_wp)
+         low = min(low, v(0) + down*s)
+      end do
+   end function lowest_between
+
+   !> Semi-axes of a carrier with two parameters [m].
+   pure function axes_of(self) result(axes)
+      !> The pair.
+      type(search_type), intent(in) :: self
+      real(wp) :: axes(3)
+
+      if (self%carrier_first) then
+         axes = self%a%semi_axes
+         if (self%a%shape == shape_sphere) axes = self%a%radius
+      else
+         axes = self%b%semi_axes
+         if (self%b%shape == shape_sphere) axes = self%b%radius
+      end if
+   end function axes_of
+
+   !> Number of samples of the carrier.
+   pure function samples_of(self) result(n)
+      !> The pair.
+      type(search_type), intent(in) :: self
+      integer :: n
+
+      n = samples_area
+      if (is_line(self)) n = samples_line
+   end function samples_of
+
+   !> Whether the carrier has one parameter.
+   pure function is_line(self) result(line)
+      !> The pair.
+      type(search_type), intent(in) :: self
+      logical :: line
+      integer :: shape
+
+      shape = merge(self%a%shape, self%b%shape, self%carrier_first)
+      line = shape == shape_torus .or. shape == shape_cylinder
+   end function is_line
+
+   !> A sampled point of the carrier, or of the line that a sphere sweeps it along, in its frame.
+   pure function sample_of(self, placing, i) result(p)
+      !> The pair.
+      type(search_type), intent(in) :: self
+      !> Frame of B seen from A.
+      type(placing_type), intent(in) :: placing
+      !> Number of the sample.
+      integer, intent(in) :: i
+      real(wp) :: p(3)
+
+      if (self%carrier_first) then
+         p = point_of(self%a)
+      else
+         p = point_of(self%b)
+      end if
+
+   contains
+
+      !> The point.
+      pure function point_of(surface) result(q)
+         !> The carrier.
+         type(surface_type), intent(in) :: surface
+         real(wp) :: q(3)
+
+         select case (surface%shape)
+         case (shape_torus)
+            q = surface%major_radius*[cosines(i), sines(i), 0.0_wp]
+         case (shape_cylinder)
+            q = [0.0_wp, 0.0_wp, reach(self, placing)*half_tangents(i)]
+         case (shape_ellipsoid)
+            q = surface%semi_axes*directions(i, :)
+         case default
+            q = surface%radius*directions(i, :)
+         end select
+      end function point_of
+
+   end function sample_of
+
+   !> Length of the order of where the other surface may be closest to the axis of a cylinder [m].
+   pure function reach(self, placing) result(length)
+      !> The pair.
+      type(search_type), intent(in) :: self
+      !> Frame of B seen from A.
+      type(placing_type), intent(in) :: placing
+      real(wp) :: length
+
+      length = self%size + sqrt(sum(placing%origin**2))
+   end function reach
+
+   !> A point of the frame of the carrier in the frame of the other surface.
+   pure function carried(self, placing, p) result(q)
+      !> The pair.
+      type(search_type), intent(in) :: self
+      !> Frame of B seen from A.
+      type(placing_type), intent(in) :: placing
+      !> The point, frame of the carrier [m].
+      real(wp), intent(in) :: p(3)
+      real(wp) :: q(3)
+
+      if (self%carrier_first) then
+         q = matmul(p - placing%origin, placing%rotation)
+      else
+         q = placing%origin + matmul(placing%rotation, p)
+      end if
+   end function carried
+
+   !> Distance of the other surface from a point of the carrier, less the radius of what sweeps it.
+   pure function distance_of(self, placing, p) result(distance)
+      !> The pair.
+      type(search_type), intent(in) :: self
+      !> Frame of B seen from A.
+      type(placing_type), intent(in) :: placing
+      !> The point, frame of the carrier [m].
+      real(wp), intent(in) :: p(3)
+      real(wp) :: distance
+      real(wp) :: foot(3), normal(3)
+
+      if (self%carrier_first) then
+         call closest_point(self%b, carried(self, placing, p), foot, normal, distance)
+         if (is_line(self)) distance = distance - self%a%radius
+      else
+         call closest_point(self%a, carried(self, placing, p), foot, normal, distance)
+         if (is_line(self)) distance = distance - self%b%radius
+      end if
+   end function distance_of
+
+   !> Search without a point to begin with.
+   pure subroutine find_cold(self, placing, track, gap)
+      !> The pair.
+      type(search_type), intent(in) :: self
+      !> Frame of B seen from A.
+      type(placing_type), intent(in) :: placing
+      !> What is found; `lost` when the search fails.
+      type(track_type), intent(inout) :: track
+      !> Signed distance [m]; when lost, a negative number without meaning.
+      real(wp), intent(out) :: gap
+      real(wp) :: value(samples_area), best, lowest, g, low, x(3), y(3), n(3), x_low(3), y_low(3)
+      real(wp) :: n_low(3)
+      logical :: taken(samples_area), found
+      integer :: i, k, count, start
+
+      count = samples_of(self)
+      taken = .false.
+      taken(count + 1:) = .true.
+      value = 0.0_wp
+      do i = 1, count
+         value(i) = distance_of(self, placing, sample_of(self, placing, i))
+      end do
+      gap = minval(value(:count))
+      track%known = .false.
+      track%elsewhere = -huge(best)
+      best = huge(best)
+      lowest = gap
+      x_low = 0.0_wp
+      y_low = 0.0_wp
+      n_low = 0.0_wp
+      do start = 1, most_starts
+         if (all(taken)) exit
+         k = minloc(value, dim=1, mask=.not. taken)
+         call leave_out(self, k, value, taken)
+         call refine(self, placing, k, x, y, n, g, low, found)
+         if (low <= lowest + tolerance*self%size) then
+            lowest = min(low, lowest)
+            x_low = x
+            y_low = y
+            n_low = n
+         end if
+         if (.not. found) cycle
+         if (g >= best - 1.0e-13_wp*self%size) cycle
+         best = g
+         track%first = x
+         track%second = y
+         track%normal = n
+         ! Two convex surfaces have no other place.
+         if (.not. self%several .and. g > 0.0_wp) exit
+      end do
+      track%lost = .false.
+      if (best <= lowest + tolerance*self%size) then
+         gap = best
+         track%known = .true.
+         return
+      end if
+      ! Apart, many places are alike, as about a ring on an axis: any will do. Overlapping, one
+      ! surface is far inside of the other, where the distance has no smooth minimum.
+      track%lost = .not. (lowest > 0.0_wp .and. any(abs(n_low) > 0.0_wp))
+      gap = lowest
+      if (track%lost .and. gap > 0.0_wp) gap = -self%size
+      track%first = x_low
+      track%second = y_low
+      track%normal = n_low
+   end subroutine find_cold
+
+   !> Closest points near a sample.
+   pure subroutine refine(self, placing, k, x, y, n, gap, low, found)
+      !> The pair.
+      type(search_type), intent(in) :: self
+      !> Frame of B seen from A.
+      type(placing_type), intent(in) :: placing
+      !> Number of the sample.
+      integer, intent(in) :: k
+      !> Closest point of A, frame of A [m].
+      real(wp), intent(out) :: x(3)
+      !> Closest point of B, frame of B [m].
+      real(wp), intent(out) :: y(3)
+      !> Normal of A out of its material, frame of A.
+      real(wp), intent(out) :: n(3)
+      !> Signed distance [m].
+      real(wp), intent(out) :: gap
+      !> Smallest distance found near the sample, whether there are closest points or not [m]; the
+      !> largest number where the normals point in one direction.
+      real(wp), intent(out) :: low
+      !> Whether they were found; if not, `x`, `y` and `n` belong to `low`.
+      logical, intent(out) :: found
+      real(wp) :: p(3), q(3), foot(3), normal(3), distance
+
+      if (is_line(self)) then
+         p = lowest_on_line(self, placing, angles(k))
+      else
+         p = lowest_on_area(self, placing, sample_of(self, placing, k))
+      end if
+      q = carried(self, placing, p)
+      if (self%carrier_first) then
+         call closest_point(self%b, q, foot, normal, distance)
+         x = p
+         if (is_line(self)) x = p - self%a%radius*matmul(placing%rotation, normal)
+         y = foot
+      else
+         call closest_point(self%a, q, foot, normal, distance)
+         y = p
+         if (is_line(self)) y = p - self%b%radius*matmul(normal, placing%rotation)
+         x = foot
+      end if
+      low = distance_of(self, placing, p)
+      n = normal_at(self%a, x)
+      ! Normals in one direction: this is the far side of a surface, or one lies within the other.
+      normal = normal_at(self%b, y)
+      normal = matmul(placing%rotation, normal)
+      if (dot_product(n, normal) > 0.0_wp) low = huge(low)
+      call polish(self, placing, x, y, n, gap, found)
+   end subroutine refine
+
+   !> Do not start again from a sample, nor from those uphill of it on a line, or near it.
+   pure subroutine leave_out(self, sample, value, taken)
+      !> The pair.
+      type(search_type), intent(in) :: self
+      !> The sample.
+      integer, intent(in) :: sample
+      !> Distances of all samples [m].
+      real(wp), intent(in) :: value(:)
+      !> Samples that are done.
+      logical, intent(inout) :: taken(:)
+      integer :: j, next, down
+
+      if (is_line(self)) then
+         taken(sample) = .true.
+         do down = -1, 1, 2
+            j = sample
+            do
+               next = modulo(j + down - 1, samples_line) + 1
+               if (value(next) < value(j) .or. next == sample) exit
+               j = next
+               taken(j) = .true.
+            end do
+         end do
+      else
+         do j = 1, samples_area
+            if (sum(directions(j, :)*directions(sample, :)) > nearby_area) taken(j) = .true.
+         end do
+      end if
+   end subroutine leave_out
+
+   !> Point of a carrier with one parameter where the distance is smallest, near a sample.
+   pure function lowest_on_line(self, placing, angle) result(p)
+      !> The pair.
+      type(search_type), intent(in) :: self
+      !> Frame of B seen from A.
+      type(placing_type), intent(in) :: placing
+      !> Angle of the sample.
+      real(wp), intent(in) :: angle
+      real(wp) :: p(3)
+      real(wp), parameter :: golden = 0.6180339887498949_wp
+      integer, parameter :: finer = 6
+      real(wp) :: low, high, left, right, at_left, at_right, width, best, at_best
+      integer :: i
+
+      ! The best of finer samples first: there may be two minima side by side.
+      width = 2.0_wp*pi/samples_line
+      best = angle
+      at_best = huge(at_best)
+      do i = -finer, finer
+         at_left = distance_of(self, placing, point_at(angle + i*width/finer))
+         if (at_left >= at_best) cycle
+         best = angle + i*width/finer
+         at_best = at_left
+      end do
+      width = width/finer
+      low = best - width
+      high = best + width
+      left = high - golden*(high - low)
+      right = low + golden*(high - low)
+      at_left = distance_of(self, placing, point_at(left))
+      at_right = distance_of(self, placing, point_at(right))
+      do i = 1, 20
+         if (at_left <= at_right) then
+            high = right
+            right = left
+            at_right = at_left
+            left = high - golden*(high - low)
+            at_left = distance_of(self, placing, point_at(left))
+         else
+            low = left
+            left = right
+            at_left = at_right
+            right = low + golden*(high - low)
+            at_right = distance_of(self, placing, point_at(right))
+         end if
+      end do
+      p = point_at(0.5_wp*(low + high))
+
+   contains
+
+      !> Point of the carrier.
+      pure function point_at(u) result(q)
+         !> Its parameter.
+         real(wp), intent(in) :: u
+         real(wp) :: q(3)
+         real(wp) :: big
+
+         if (self%carrier_first) then
+            big = self%a%major_radius
+         else
+            big = self%b%major_radius
+         end if
+         if (big > 0.0_wp) then
+            q = big*[cos(u), sin(u), 0.0_wp]
+         else
+            ! Short of the end of the axis, which lies at infinity.
+            q = [0.0_wp, 0.0_wp, reach(self, placing)*tan(0.5_wp*min(max(u, -3.14_wp), 3.14_wp))]
+         end if
+      end function point_at
+
+   end function lowest_on_line
+
+   !> Point of an ellipsoid or a sphere where the distance is smallest, near a sample: Newton's
+   !> method in the unit sphere that an affine map makes of the ellipsoid, on the distance as a
+   !> function of the point, each step downhill.
+   pure function lowest_on_area(self, placing, sample) result(p)
+      !> The pair.
+      type(search_type), intent(in) :: self
+      !> Frame of B seen from A.
+      type(placing_type), intent(in) :: placing
+      !> The sample [m].
+      real(wp), intent(in) :: sample(3)
+      real(wp) :: p(3)
+      real(wp) :: axes(3), u(3), t(3, 2), image(3), value, next, slope(3), hesse(3), g(2), h(3)
+      real(wp) :: determinant, low, shift, step(2), length, trial(3)
+      integer :: i, j
+
+      axes = axes_of(self)
+      u = sample/axes
+      u = u/sqrt(sum(u**2))
+      t(:, 1) = any_tangent(u)
+      t(:, 2) = cross(u, t(:, 1))
+      call slopes(axes*u, t, value, slope, hesse)
+      do i = 1, most_descents
+         image = axes*slope
+         g = [dot_product(image, t(:, 1)), dot_product(image, t(:, 2))]
+         h = hesse - dot_product(image, u)*[1.0_wp, 0.0_wp, 1.0_wp]
+         low = 0.5_wp*(h(1) + h(3)) - sqrt((0.5_wp*(h(1) - h(3)))**2 + h(2)**2)
+         ! Raised so that the step is downhill.
+         shift = max(0.0_wp, 1.0e-3_wp*maxval(axes) - low)
+         if (low > 0.0_wp) shift = 0.0_wp
+         h(1) = h(1) + shift
+         h(3) = h(3) + shift
+         determinant = h(1)*h(3) - h(2)**2
+         if (.not. determinant > 0.0_wp) exit
+         step = -[h(3)*g(1) - h(2)*g(2), h(1)*g(2) - h(2)*g(1)]/determinant
+         length = sqrt(sum(step**2))
+         if (length < 1.0e-7_wp) exit
+         if (length > 0.5_wp) step = step*(0.5_wp/length)
+         do j = 1, 30
+            trial = u + step(1)*t(:, 1) + step(2)*t(:, 2)
+            trial = trial/sqrt(sum(trial**2))
+            next = distance_of(self, placing, axes*trial)
+            if (next < value) exit
+            step = 0.5_wp*step
+         end do
+         if (.not. next < value) exit
+         u = trial
+         t(:, 1) = any_tangent(u)
+         t(:, 2) = cross(u, t(:, 1))
+         call slopes(axes*u, t, value, slope, hesse)
+      end do
+      p = axes*u
+
+   contains
+
+      !> Distance with its gradient and, along the images of two tangents, its second derivatives.
+      pure subroutine slopes(point, tangent, distance, gradient, second)
+         !> Point of the carrier [m].
+         real(wp), intent(in) :: point(3)
+         !> The tangents of the unit sphere.
+         real(wp), intent(in) :: tangent(3, 2)
+         !> Distance [m].
+         real(wp), intent(out) :: distance
+         !> Gradient in the frame of the carrier.
+         real(wp), intent(out) :: gradient(3)
+         !> Second derivatives 11, 12, 22.
+         real(wp), intent(out) :: second(3)
+         real(wp) :: foot(3), normal(3), basis(3, 2), form(3), turned(3, 2), v(2, 2), m(3), d
+
+         if (self%carrier_first) then
+            call closest_point(self%b, carried(self, placing, point), foot, normal, distance)
+            basis(:, 1) = any_tangent(normal)
+            basis(:, 2) = cross(normal, basis(:, 1))
+            form = form_at(self%b, foot, normal, basis)
+            gradient = matmul(placing%rotation, normal)
+            turned = matmul(placing%rotation, basis)
+         else
+            call closest_point(self%a, carried(self, placing, point), foot, normal, distance)
+            basis(:, 1) = any_tangent(normal)
+            basis(:, 2) = cross(normal, basis(:, 1))
+            form = form_at(self%a, foot, normal, basis)
+            gradient = matmul(normal, placing%rotation)
+            turned = matmul(transpose(placing%rotation), basis)
+         end if
+         ! Form of the parallel surface through the point, L (1 + d L)^-1.
+         d = (1.0_wp + distance*form(1))*(1.0_wp + distance*form(3)) - (distance*form(2))**2
+         m = form + distance*(form(1)*form(3) - form(2)**2)*[1.0_wp, 0.0_wp, 1.0_wp]
+         if (abs(d) > 1.0e-10_wp) m = m/d
+         v(:, 1) = matmul(axes*tangent(:, 1), turned)
+         v(:, 2) = matmul(axes*tangent(:, 2), turned)
+         second(1) = quadratic(m, v(:, 1), v(:, 1))
+         second(2) = quadratic(m, v(:, 1), v(:, 2))
+         second(3) = quadratic(m, v(:, 2), v(:, 2))
+      end subroutine slopes
+
+      !> Value of a form.
+      pure function quadratic(form, a, b) result(value_of)
+         !> Components 11, 12, 22.
+         real(wp), intent(in) :: form(3)
+         !> First vector.
+         real(wp), intent(in) :: a(2)
+         !> Second vector.
+         real(wp), intent(in) :: b(2)
+         real(wp) :: value_of
+
+         value_of = form(1)*a(1)*b(1) + form(2)*(a(1)*b(2) + a(2)*b(1)) + form(3)*a(2)*b(2)
+      end function quadratic
+
+   end function lowest_on_area
+
+end module contensou_contact_search

@@ -1,0 +1,136 @@
+"""Shapes in scenes: where keys put them, that resolved settings are a scene again, and motions."""
+
+from __future__ import annotations
+
+import math
+
+import h5py
+import numpy as np
+import pytest
+
+SCENE = """\
+&scene gravity = 0, 0, -9.81, t_end = {t_end} /
+&material name = 'steel', young = 2.1e11, poisson = 0.3 /
+&body name = 'body', mass = 1.0e-2, inertia = 1.0e-6, 1.0e-6, 1.0e-6, {pose} /
+&surface name = 'first', body = 'body', {first}, material = 'steel' /
+&surface name = 'second', body = 'ground', {second}, material = 'steel' /
+&contact name = 'touch', surfaces = 'first', 'second'{contact} /
+&output file = 'surfaces.h5', interval = {interval} /
+"""
+
+BALL = "shape = 'sphere', radius = 0.01"
+EGG = "shape = 'ellipsoid', semi_axes = 0.01, 0.02, 0.03"
+RING = "shape = 'torus', major_radius = 0.1, minor_radius = 0.02"
+ROD = "shape = 'cylinder', radius = 0.01"
+FLOOR = "shape = 'plane'"
+INSIDE = ", side = 'inside'"
+ABOUT_X = ", axis = 2, 0, 0, angle = 1.5707963267948966"
+
+# Position, surfaces, gap.
+PLACED = {
+    "egg upright": ("0, 0, 1", EGG, FLOOR, 0.97),
+    "egg lying": ("0, 0, 1", EGG + ABOUT_X, FLOOR, 0.98),
+    "egg turned by a quaternion": ("0, 0, 1", EGG + ", quaternion = 3, 0, 3, 0", FLOOR, 0.99),
+    "egg off its body": ("0, 0, 1", EGG + ", centre = 0, 0, 0.5", FLOOR, 1.47),
+    "two eggs": ("0, 0, 1", EGG, EGG + ABOUT_X, 0.95),
+    "egg in an egg": (
+        "0, 0, 0.1",
+        EGG,
+        "shape = 'ellipsoid', semi_axes = 1, 1, 0.5" + INSIDE,
+        0.37,
+    ),
+    "ring lying": ("0, 0, 1", RING, FLOOR, 0.98),
+    "ring standing": ("0, 0, 1", RING + ", direction = 1, 0, 0", FLOOR, 0.88),
+    "ball beside a ring": ("0.2, 0, 0", BALL, RING, 0.07),
+    "ball over a standing ring": ("0, 0, 0.2", BALL, RING + ", direction = 0, 3, 0", 0.07),
+    "ball in a groove": ("0.105, 0, 0", BALL, RING + INSIDE, 0.005),
+    "ball in a bore": (
+        "0.5, 0.002, 0",
+        BALL,
+        "shape = 'cylinder', radius = 0.02, direction = 1, 0, 0" + INSIDE,
+        0.008,
+    ),
+    "ball in a socket": ("0, 0.03, 0.04", BALL, "shape = 'sphere', radius = 0.1" + INSIDE, 0.04),
+    "ball on a rod": ("0.3, 7, 0.4", BALL, ROD + ", direction = 0, -1, 0", 0.48),
+    "crossed rods": ("0, 0, 1", ROD + ", direction = 1, 0, 0", ROD + ", direction = 1, 1, 0", 0.98),
+    "parallel rods": (
+        "0, 0, 1",
+        ROD + ", direction = 1, 0, 0",
+        ROD + ", direction = 1, 0, 0",
+        0.98,
+    ),
+    "ring over a rod": (
+        "0, 0, 1",
+        RING + ", direction = 1, 0, 0",
+        ROD + ", direction = 1, 1, 0",
+        0.87,
+    ),
+    "ring in a bore": (
+        "0, 0, 0",
+        RING,
+        "shape = 'cylinder', radius = 0.5, centre = 0.1, 0, 0" + INSIDE,
+        0.28,
+    ),
+    "egg over a ring": ("0, 0, 1", EGG, RING + ", direction = 1, 0, 0", 0.85),
+    "two rings": ("0, 0, 1", RING + ", direction = 1, 0, 0", RING + ", direction = 0, 1, 0", 0.76),
+}
+
+
+@pytest.mark.parametrize("name", PLACED)
+def test_place_of_a_surface(name, run, tmp_path, settings):
+    position, first, second, gap = PLACED[name]
+    text = SCENE.format(
+        t_end=1e-6,
+        interval=1e-6,
+        pose=f"position = {position}",
+        first=first,
+        second=second,
+        contact="",
+    )
+    (tmp_path / "scene.nml").write_text(text)
+    result = run("run", "scene.nml", "-q")
+    assert result.status == 0, result.err
+    with h5py.File(tmp_path / "surfaces.h5") as file:
+        assert file["trajectory/gap"][0, 0] == pytest.approx(gap, abs=1e-12)
+        resolved = file["input/resolved"][()].decode()
+    # What was resolved is a scene again, and the same one.
+    (tmp_path / "again.nml").write_text(resolved)
+    first_settings, second_settings = (
+        settings(run("check", path).out) for path in ("scene.nml", "again.nml")
+    )
+    assert first_settings == second_settings
+
+
+@pytest.mark.parametrize(
+    ("hollow", "position", "length"),
+    [
+        ("shape = 'sphere', radius = 0.1" + INSIDE, "{x}, 0, {z}", 0.09),
+        ("shape = 'cylinder', radius = 0.1, direction = 0, 1, 0" + INSIDE, "{x}, 0.3, {z}", 0.09),
+        (
+            "shape = 'torus', major_radius = 0.2, minor_radius = 0.1, centre = -0.2, 0, 0" + INSIDE,
+            "{x}, 0, {z}",
+            0.09,
+        ),
+    ],
+    ids=["socket", "bore", "groove"],
+)
+def test_ball_that_slides_in_a_hollow_is_a_pendulum(hollow, position, length, run, tmp_path):
+    angle, periods = 0.02, 1.5
+    omega = math.sqrt(9.81 / length)
+    t_end = periods * 2.0 * math.pi / omega
+    x, z = length * math.sin(angle), -length * math.cos(angle)
+    text = SCENE.format(
+        t_end=t_end,
+        interval=t_end / 60,
+        pose="position = " + position.format(x=x, z=z),
+        first=BALL,
+        second=hollow,
+        contact=", damping = 'hunt_crossley', damping_coefficient = 100.0",
+    )
+    (tmp_path / "scene.nml").write_text(text)
+    result = run("run", "scene.nml", "-q")
+    assert result.status == 0, result.err
+    with h5py.File(tmp_path / "surfaces.h5") as file:
+        time = file["trajectory/time"][:]
+        found = file["trajectory/position"][:, 0, 0]
+    assert np.abs(found - x * np.cos(omega * time)).max() < 2e-3 * x

@@ -357,7 +357,7 @@ contains
             quote(scene%surfaces(scene%contacts(system%trouble)%surfaces(1))%name) // " and " // &
             quote(scene%surfaces(scene%contacts(system%trouble)%surfaces(2))%name) // ": " // &
             trouble_text(system%trouble_code)
-         return
+         if (deep == 0) return
       end if
       if (deep > 0) then
          ! A trial of the integrator may have been too deep, too.

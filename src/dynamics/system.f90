@@ -216,7 +216,6 @@ contains
       friction_power = 0.0_wp
       damping_power = 0.0_wp
       self%too_deep = 0
-      self%trouble = 0
       self%outside = .false.
       do i = 1, size(self%contacts)
          call add_contact(self, self%contacts(i), i, friction_power, damping_power)

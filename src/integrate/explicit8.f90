@@ -496,9 +496,12 @@ contains
             end if
          end do
       end do
-      ! What crosses within the resolution of time crosses together.
-      call values_at(self, min(1.0_wp, high + 8.0_wp*tolerance))
+      ! What crosses within the resolution of time crosses together; there a value whose rounding
+      ! is coarser than the resolution of time may be back on the old side.
       events = 0
+      call values_at(self, high)
+      where (self%side*side_of(self%g) < 0) events = -self%side
+      call values_at(self, min(1.0_wp, high + 8.0_wp*tolerance))
       where (self%side*side_of(self%g) < 0) events = -self%side
       h_event = high*self%h
    end subroutine locate

@@ -223,6 +223,7 @@ contains
             if (allocated(error)) return
             t_watch = t
             steps = 0
+            motion%system%trouble = 0
          end if
          t_before = t
          y_before = y

@@ -108,9 +108,11 @@ contains
          t1 = 0.2_wp*(v(1)**2 + shape%k2*v(2)**2)/s**2
          edges = huge(s)
          if (name == "coulomb") edges(1) = delta
-         if (name == "contensou_simplified") edges = [delta, w/shape%slope_x, w/shape%slope_y, &
-            t1*w/shape%torque, s*w/(delta*shape%slope_x + tiny(s)), s*w/(delta*shape%slope_y &
-            + tiny(s))]
+         if (name == "contensou_simplified") then
+            edges(:4) = [delta, w/shape%slope_x, w/shape%slope_y, t1*w/shape%torque]
+            ! Where the spin is below the regularisation, the torque fades.
+            if (delta > 0.0_wp) edges(5:) = s*w/(delta*[shape%slope_x, shape%slope_y])
+         end if
          is = is .and. all(abs(s - edges) > 0.02_wp*s)
          ! A slender spot spinning about a rim point changes over a fraction of its width.
          if (shape%k < 0.1_wp) is = is .and. abs(v(1)) > 0.1_wp*abs(v(2))

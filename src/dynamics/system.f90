@@ -271,10 +271,10 @@ contains
       integer, intent(in) :: index
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State of the body.
-      real(wp), intent(in) :: y(body_size)
+      !> State of the body; of assumed shape, as is its derivative, so that nothing is copied.
+      real(wp), intent(in) :: y(:)
       !> Its time derivative.
-      real(wp), intent(out) :: rate(body_size)
+      real(wp), intent(out) :: rate(:)
       real(wp) :: w(3), moment(3)
 
       associate (body => self%bodies(index))

@@ -226,7 +226,8 @@ contains
       call put("contact", "regularization_velocity", kind_real, unit="m s-1", least=0.0_wp, &
          default="0.0", doc="velocity delta below which friction falls to zero with the slip " // &
          "velocity; mandatory and positive for coulomb; with 0 the wrench of v = w = 0 is " // &
-         "zero, and a run smooths its jump there over a velocity that its tolerance does not resolve")
+         "zero, and a run smooths its jump there over a velocity that its tolerance does not " // &
+         "resolve")
       call put("contact", "drilling", kind_logical, default=".true.", &
          doc="whether the drilling torque about the normal acts")
       call put("contact", "rolling", kind_choice, default="'none'", doc="rolling resistance")

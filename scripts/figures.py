@@ -1,8 +1,9 @@
-"""Draw figures 2, 3, 6, 7 and 8 of Kosenko and Aleksandrov (2009), and error against cost.
+"""Draw figures 2, 3, 6, 7 and 8 of Kosenko and Aleksandrov (2009), error against cost, and scenes.
 
 Everything comes from fresh runs of the program: figures 2 and 3, the friction force and torque of
 each model, from `contensou eval wrench`; figures 6 to 8, the Tippe-Top, from `contensou run`; the
-figures of error against cost, one for each kernel, from `contensou bench kernels`. The choice of
+figures of error against cost, one for each kernel, from `contensou bench kernels`; the rattleback
+and the egg from `contensou run`. The choice of
 curves and scales is ours; the figures are no copies of the printed ones.
 """
 
@@ -12,7 +13,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from lib import figures_cost, figures_top, figures_wrench, program, style
+from lib import figures_cost, figures_scenes, figures_top, figures_wrench, program, style
 from lib.results import ResultError
 
 # What draws which figures; each gets the names of those that are wanted.
@@ -20,6 +21,7 @@ FIGURES = {
     figures_wrench.draw: ["2", "3"],
     figures_top.draw: ["6", "7", "8"],
     figures_cost.draw: ["cost"],
+    figures_scenes.draw: ["rattleback", "egg"],
 }
 NAMES = [name for names in FIGURES.values() for name in names]
 
@@ -48,8 +50,8 @@ def main() -> int:
     """Read the command line, draw, and print the names of the pictures."""
     parser = argparse.ArgumentParser(
         prog="scripts/figures",
-        description="Draws figures 2, 3, 6, 7 and 8 of Kosenko and Aleksandrov (2009), and error "
-        "against cost of each kernel, from fresh runs.",
+        description="Draws figures 2, 3, 6, 7 and 8 of Kosenko and Aleksandrov (2009), error "
+        "against cost of each kernel, and two shipped scenes, from fresh runs.",
     )
     parser.add_argument(
         "folder",

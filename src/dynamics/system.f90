@@ -33,6 +33,9 @@ module contensou_dynamics_system
    !> Multiple of the largest approach up to which a right-hand side is evaluated.
    real(wp), parameter :: far_beyond = 4.0_wp
 
+   !> Unknowns beyond this (in SI units) are those of a trial state that ran away.
+   real(wp), parameter :: runaway = 1.0e50_wp
+
    !> Inertia of a rigid body, and what drives it.
    type :: body_type
       !> One of the `motion_*` codes.
@@ -201,6 +204,10 @@ contains
       integer :: i, k
       real(wp) :: friction_power, damping_power
 
+      self%too_deep = 0
+      ! The stage of a step that is far too long can be anywhere, also where its squares overflow.
+      self%outside = .not. all(abs(y) < runaway)
+      if (self%outside) return
       call self%set_poses(y)
       do i = 1, size(self%bodies)
          self%force(:, i) = 0.0_wp
@@ -215,8 +222,6 @@ contains
       end if
       friction_power = 0.0_wp
       damping_power = 0.0_wp
-      self%too_deep = 0
-      self%outside = .false.
       do i = 1, size(self%contacts)
          call add_contact(self, self%contacts(i), i, friction_power, damping_power)
          if (self%outside) return

@@ -93,6 +93,15 @@ module contensou_integrate_march
    !> ... and if the end is farther than this number of steps.
    real(wp), parameter :: hopeless_steps = 1.0e8_wp
 
+   !> Steps are too small to go on with below this share of the shortest time of a contact [-] ...
+   real(wp), parameter :: poor = 1.0e-4_wp
+
+   !> ... if the end is farther than this number of steps, a minute or so of them ...
+   real(wp), parameter :: poor_steps = 5.0e6_wp
+
+   !> ... and they were so for this number of looks: a stiff impact passes.
+   integer, parameter :: poor_looks = 10
+
 contains
 
    !> Number of rows after the first one: multiples of the interval up to the end, and the end.
@@ -194,7 +203,7 @@ contains
       real(wp) :: gap(motion%n_events), rate(motion%n_events), rate_before(motion%n_events)
       real(wp) :: resolution
       real(wp) :: t_watch
-      integer :: steps
+      integer :: steps, looks
       logical :: closed(motion%n_events), undecided(motion%n_events), suspect(motion%n_events)
       logical :: changed, too_deep
       integer :: events(motion%n_events), i
@@ -216,10 +225,11 @@ contains
       bounded_until = 0.0_wp
       t_watch = t
       steps = 0
+      looks = 0
       do while (row <= rows)
          steps = steps + 1
          if (steps >= watched_steps) then
-            call watch_pace(motion, (t - t_watch)/steps, t_end - t, error)
+            call watch_pace(motion, (t - t_watch)/steps, t_end - t, looks, error)
             if (allocated(error)) return
             t_watch = t
             steps = 0
@@ -292,18 +302,23 @@ contains
    end subroutine advance
 
    !> End a march whose steps have become so small that it would not come to its end.
-   subroutine watch_pace(motion, step, left, error)
+   subroutine watch_pace(motion, step, left, looks, error)
       !> The motion.
       class(motion_type), intent(in) :: motion
       !> Mean step of late [s].
       real(wp), intent(in) :: step
       !> Time to go [s].
       real(wp), intent(in) :: left
+      !> For how many looks the steps have been too small.
+      integer, intent(inout) :: looks
       !> Set when there is no sense in going on.
       type(error_type), allocatable, intent(out) :: error
       character(len=64) :: digits
 
-      if (step >= hopeless*motion%contact_time .or. left <= hopeless_steps*step) return
+      looks = looks + 1
+      if (step >= poor*motion%contact_time .or. left <= poor_steps*step) looks = 0
+      if (looks < poor_looks .and. &
+         (step >= hopeless*motion%contact_time .or. left <= hopeless_steps*step)) return
       write(digits, "(es8.1, a, es8.1, a)") step, " s, and ", left/step, " more would be needed"
       call fatal(error, "the steps have shrunk to" // trim(digits))
    end subroutine watch_pace

@@ -230,7 +230,7 @@ SHIPPED = ("tippe_top", "tippe_top_simplified", "tippe_top_pade11", "tippe_top_p
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_scenes_close_their_energy_balance(simulate, inputs, name, slow_build):
-    assert {path.stem for path in inputs.glob("*.nml")} == set(SHIPPED)
+    assert {path.stem for path in inputs.glob("tippe_top*.nml")} == set(SHIPPED)
     t_end = 0.5 if slow_build and name != "tippe_top" else 8.0
     top = simulate(
         inputs / f"{name}.nml",

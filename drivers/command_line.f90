@@ -23,6 +23,8 @@ module contensou_drivers_command_line
       character(len=:), allocatable :: output
       !> Whether to replace existing output files.
       logical :: force = .false.
+      !> Whether to print the scene with all settings and patterns expanded, no more (check).
+      logical :: expand = .false.
       !> Whether to measure for a short time only (bench).
       logical :: quick = .false.
       !> Whether the wrench comes with its derivatives (eval).
@@ -202,6 +204,8 @@ contains
                command%quiet = .true.
             case ("--quick")
                command%quick = .true.
+            case ("--expand")
+               command%expand = .true.
             case ("--jacobian")
                command%jacobian = .true.
             case default
@@ -248,6 +252,8 @@ contains
             if (command%name /= "diff") option = ""
          case ("--quick")
             if (command%name /= "bench") option = ""
+         case ("--expand")
+            if (command%name /= "check") option = ""
          case ("--model", "--delta", "--jacobian")
             if (command%name /= "eval") option = ""
          case default
@@ -255,7 +261,7 @@ contains
          end select
          ! Flags take no value.
          if (any(option == ["--force   ", "--quiet   ", "--quick   ", &
-            "--jacobian"]) .and. equals > 0) option = ""
+            "--jacobian", "--expand  "]) .and. equals > 0) option = ""
       end function option_of
 
       !> The value of an option: after '=', or the next word.
@@ -278,7 +284,7 @@ contains
       subroutine unknown()
          character(len=10), parameter :: options(*) = [character(len=10) :: "--set", "--output", &
             "--force", "--quiet", "--quick", "--model", "--delta", "--jacobian", "--rules", &
-            "--until"]
+            "--until", "--expand"]
          integer :: near, i_option
          logical :: known(size(options))
 
@@ -331,8 +337,12 @@ contains
             "  --force          replace an existing output file" // nl // &
             "  -q               no progress on stderr"
       case ("check")
-         text = "usage: contensou check SCENE [--set PATH=VALUE]..." // nl // &
-            "  reads and resolves the scene, reports its effects and their cost, writes nothing"
+         text = "usage: contensou check SCENE [--set PATH=VALUE]... [--expand]" // nl // &
+            "  reads and resolves the scene, reports its effects and their cost, " // &
+            "writes nothing" // nl // &
+            "  --expand         print only the scene that is run, with all settings and " // &
+            "every bearing" // nl // &
+            "                   expanded; it is legal and gives the same run"
       case ("models")
          text = "usage: contensou models [NAME]"
       case ("eval")

@@ -60,6 +60,10 @@ contains
 
       call read_scene(command%subject, command%overrides, command%output, file, error)
       if (allocated(error)) return
+      if (command%expand) then
+         call write_stdout(file%resolved, error)
+         return
+      end if
       call assemble(file%scene, motion%system)
       associate (scene => file%scene, system => motion%system)
          nb = size(scene%bodies)

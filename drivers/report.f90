@@ -11,7 +11,7 @@ module contensou_drivers_report
    use contensou_contact_rolling, only : rolling_models, rolling_none
    use contensou_contact_vilke, only : vilke_models
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, motion_fixed, &
-      motion_free, motion_prescribed, scene_type
+      motion_free, motion_prescribed, motion_spindle, scene_type
    implicit none(type, external)
    private
 
@@ -67,17 +67,19 @@ contains
       !> The scene.
       type(scene_type), intent(in) :: scene
       character(len=:), allocatable :: text
-      integer :: fixed, prescribed
+      integer :: fixed, prescribed, spindle
 
       fixed = count(scene%bodies%motion == motion_fixed)
       prescribed = count(scene%bodies%motion == motion_prescribed)
+      spindle = count(scene%bodies%motion == motion_spindle)
       text = to_text(size(scene%bodies)) // ", rigid"
-      if (fixed + prescribed == 0) then
+      if (fixed + prescribed + spindle == 0) then
          text = text // " and free"
       else
          text = text // "; free " // to_text(count(scene%bodies%motion == motion_free))
          if (fixed > 0) text = text // ", fixed " // to_text(fixed)
          if (prescribed > 0) text = text // ", prescribed " // to_text(prescribed)
+         if (spindle > 0) text = text // ", spindle " // to_text(spindle)
       end if
    end function bodies_text
 
@@ -91,6 +93,11 @@ contains
       select case (body%motion)
       case (motion_fixed)
          text = "fixed"
+      case (motion_spindle)
+         text = "prescribed rotation, free to move"
+         if (body%ramp_duration > 0.0_wp) text = text // ", ramp of " // &
+            number_text(body%ramp_duration, 4) // " s"
+         if (any(abs(body%applied_force) > 0.0_wp)) text = text // ", applied force"
       case (motion_prescribed)
          text = "prescribed motion"
          if (body%ramp_duration > 0.0_wp) text = text // ", ramp of " // &

@@ -1,10 +1,10 @@
-"""Draw figures 2, 3, 6, 7 and 8 of Kosenko and Aleksandrov (2009), error against cost, and scenes.
+"""Draw figures of Kosenko and Aleksandrov (2009), error against cost, and scenes.
 
 Everything comes from fresh runs of the program: figures 2 and 3, the friction force and torque of
-each model, from `contensou eval wrench`; figures 6 to 8, the Tippe-Top, from `contensou run`; the
-figures of error against cost, one for each kernel, from `contensou bench kernels`; the rattleback
-and the egg from `contensou run`. The choice of
-curves and scales is ours; the figures are no copies of the printed ones.
+each model, from `contensou eval wrench`; figures 6 to 8, the Tippe-Top, figure 10, the ball bearing,
+the rattleback and the egg, from `contensou run`; the figures of error against cost, one for each
+kernel, from `contensou bench kernels`. The choice of curves and scales is ours; the figures are no
+copies of the printed ones.
 """
 
 from __future__ import annotations
@@ -13,13 +13,22 @@ import argparse
 import sys
 from pathlib import Path
 
-from lib import figures_cost, figures_scenes, figures_top, figures_wrench, program, style
+from lib import (
+    figures_bearing,
+    figures_cost,
+    figures_scenes,
+    figures_top,
+    figures_wrench,
+    program,
+    style,
+)
 from lib.results import ResultError
 
 # What draws which figures; each gets the names of those that are wanted.
 FIGURES = {
     figures_wrench.draw: ["2", "3"],
     figures_top.draw: ["6", "7", "8"],
+    figures_bearing.draw: ["10"],
     figures_cost.draw: ["cost"],
     figures_scenes.draw: ["rattleback", "egg"],
 }
@@ -50,7 +59,7 @@ def main() -> int:
     """Read the command line, draw, and print the names of the pictures."""
     parser = argparse.ArgumentParser(
         prog="scripts/figures",
-        description="Draws figures 2, 3, 6, 7 and 8 of Kosenko and Aleksandrov (2009), error "
+        description="Draws figures 2, 3, 6, 7, 8 and 10 of Kosenko and Aleksandrov (2009), error "
         "against cost of each kernel, and two shipped scenes, from fresh runs.",
     )
     parser.add_argument(

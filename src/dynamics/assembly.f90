@@ -13,8 +13,8 @@ module contensou_dynamics_assembly
    use contensou_contact_pairs, only : new_geometry
    use contensou_contact_rolling, only : rolling_none
    use contensou_contact_vilke, only : vilke_models
-   use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, motion_free, &
-      motion_prescribed, scene_type
+   use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, moves_freely, &
+      scene_type, turns_by_drive
    use contensou_dynamics_system, only : body_size, body_type, system_type
    implicit none(type, external)
    private
@@ -64,12 +64,13 @@ contains
       body%motion = spec%motion
       body%mass = spec%mass
       body%inertia = spec%inertia
-      if (spec%motion == motion_free) then
+      if (moves_freely(spec%motion)) then
          body%force = spec%applied_force
          body%torque = spec%applied_torque
          body%load_follows = spec%load_follows
          body%loaded = any(abs([body%force, body%torque]) > 0.0_wp)
-      else if (spec%motion == motion_prescribed .and. spec%ramp_duration > 0.0_wp) then
+      end if
+      if (turns_by_drive(spec%motion) .and. spec%ramp_duration > 0.0_wp) then
          body%ramp = spec%ramp_duration
          body%acceleration = (spec%final_velocity - spec%velocity)/spec%ramp_duration
          body%angular_acceleration = (spec%final_angular_velocity &
@@ -212,7 +213,7 @@ contains
 
          inverse = 0.0_wp
          if (body == 0) return
-         if (scene%bodies(body)%motion == motion_free) inverse = 1.0_wp/scene%bodies(body)%mass
+         if (moves_freely(scene%bodies(body)%motion)) inverse = 1.0_wp/scene%bodies(body)%mass
       end function inverse
 
    end function reduced_mass

@@ -16,7 +16,8 @@ module contensou_dynamics_jacobian
       pose_type, trouble_none
    use contensou_contact_normal, only : normal_type
    use contensou_contact_rolling, only : rolling_hysteresis
-   use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed
+   use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
+      moves_freely, turns_by_drive
    use contensou_dynamics_system, only : body_size, contact_type, relative_motion, &
       resolution_type, system_type
    implicit none(type, external)
@@ -93,9 +94,9 @@ contains
       do i = 1, size(system%contacts)
          associate (a => system%contacts(i)%a, b => system%contacts(i)%b)
             if (a == 0 .or. b == 0) cycle
-            coupled(a, b) = system%bodies(a)%motion == motion_free .and. &
+            coupled(a, b) = moves_freely(system%bodies(a)%motion) .and. &
                system%bodies(b)%motion /= motion_fixed
-            coupled(b, a) = system%bodies(b)%motion == motion_free .and. &
+            coupled(b, a) = moves_freely(system%bodies(b)%motion) .and. &
                system%bodies(a)%motion /= motion_fixed
          end associate
       end do
@@ -156,7 +157,7 @@ contains
          offset = -1
          if (row_body == 0 .or. column_body == 0) return
          if (row_body == column_body) then
-            if (system%bodies(row_body)%motion == motion_free) then
+            if (moves_freely(system%bodies(row_body)%motion)) then
                offset = self%own(row_body) + first_row - 1
             end if
             return
@@ -311,6 +312,7 @@ contains
          do c = 1, body_size
             k = self%column_start(body_size*(column_body - 1) + c) + offset
             self%value(k:k + 2) = self%value(k:k + 2) + force(:, c)/body%mass
+            if (turns_by_drive(body%motion)) cycle
             moment = matmul(torque(:, c), system%pose(row_body)%rotation)
             self%value(k + 3:k + 5) = self%value(k + 3:k + 5) + moment/body%inertia
          end do
@@ -337,7 +339,7 @@ contains
       end do
    end subroutine add_work
 
-   !> Add to the power that keeps a prescribed motion.
+   !> Add to the power that keeps a prescribed motion or rotation.
    pure subroutine add_drive(self, system, row_body, column_body, force, torque)
       !> The Jacobian.
       type(jacobian_type), intent(inout) :: self
@@ -352,10 +354,12 @@ contains
       !> Derivatives of the torque [N m].
       real(wp), intent(in) :: torque(3, body_size)
 
-      if (system%bodies(row_body)%motion /= motion_prescribed) return
+      if (.not. turns_by_drive(system%bodies(row_body)%motion)) return
       associate (pose => system%pose(row_body))
-         call add_work(self, column_body, system%applied_index, &
-            -matmul(pose%velocity, force) - matmul(pose%spin, torque))
+         call add_work(self, column_body, system%applied_index, -matmul(pose%spin, torque))
+         if (system%bodies(row_body)%motion == motion_prescribed) then
+            call add_work(self, column_body, system%applied_index, -matmul(pose%velocity, force))
+         end if
       end associate
    end subroutine add_drive
 
@@ -385,7 +389,7 @@ contains
             block(i, 7 + i) = 1.0_wp
          end do
          call quaternion_block(y(4:7), w, block(4:7, 4:7), block(4:7, 11:13))
-         if (body%motion == motion_free) then
+         if (moves_freely(body%motion)) then
             torque = self%torque(:, index)
             if (body%loaded) then
                force = body%force
@@ -406,6 +410,8 @@ contains
                end if
                power(8:10) = force
             end if
+         end if
+         if (body%motion == motion_free) then
             do i = 1, 4
                block(11:13, 3 + i) = matmul(cross(torque, turn(:, i)), pose%rotation)/body%inertia
             end do
@@ -422,11 +428,12 @@ contains
                      matmul(cross(body%angular_acceleration, turn(:, i)), pose%rotation)
                end do
             end if
-            power(8:10) = -self%force(:, index)
+            if (body%motion == motion_prescribed) power(8:10) = -self%force(:, index)
             do i = 1, 4
-               power(3 + i) = -dot_product(self%torque(:, index), cross(turn(:, i), pose%spin))
+               power(3 + i) = power(3 + i) &
+                  - dot_product(self%torque(:, index), cross(turn(:, i), pose%spin))
             end do
-            power(11:13) = -matmul(self%torque(:, index), pose%rotation)
+            power(11:13) = power(11:13) - matmul(self%torque(:, index), pose%rotation)
          end if
          do i = 1, body_size
             k = self%column_start(body_size*(index - 1) + i) + self%own(index)

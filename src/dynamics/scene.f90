@@ -9,14 +9,23 @@ module contensou_dynamics_scene
 
    public :: scene_type, material_spec_type, body_spec_type, surface_spec_type
    public :: contact_spec_type, integrator_spec_type, output_spec_type
-   public :: motion_free, motion_fixed, motion_prescribed, motion_names, frame_names
+   public :: motion_free, motion_fixed, motion_prescribed, motion_spindle, motion_names
+   public :: moves_freely, turns_by_drive, frame_names
 
-   !> How a body moves: by Newton-Euler, not at all, or as prescribed.
-   integer, parameter :: motion_free = 1, motion_fixed = 2, motion_prescribed = 3
+   !> How a body moves: by Newton-Euler, not at all, as prescribed, or turning as prescribed while
+   !> its centre of mass moves freely.
+   integer, parameter :: motion_free = 1, motion_fixed = 2, motion_prescribed = 3, &
+      motion_spindle = 4
 
    !> Their names in a scene, in the order of the codes.
    character(len=*), parameter :: motion_names(*) = [character(len=10) :: &
-      "free", "fixed", "prescribed"]
+      "free", "fixed", "prescribed", "spindle"]
+
+   !> Whether forces accelerate the centre of mass, for each of the codes.
+   logical, parameter :: moves_freely(*) = [.true., .false., .false., .true.]
+
+   !> Whether a drive prescribes the rotation, for each of the codes.
+   logical, parameter :: turns_by_drive(*) = [.false., .false., .true., .true.]
 
    !> Frames in which an applied load can be constant.
    character(len=*), parameter :: frame_names(*) = [character(len=8) :: "inertial", "body"]

@@ -20,7 +20,8 @@ module contensou_dynamics_system
       contact_variation_type, contact_trouble, pose_type, track_type, trouble_lost, &
       trouble_no_spot, trouble_none
    use contensou_contact_law, only : contact_law_type, contact_load_type
-   use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed
+   use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
+      motion_spindle, moves_freely, turns_by_drive
    implicit none(type, external)
    private
 
@@ -44,7 +45,7 @@ module contensou_dynamics_system
       real(wp) :: mass = 0.0_wp
       !> Principal moments of inertia [kg m2].
       real(wp) :: inertia(3) = 0.0_wp
-      !> Whether a force or a torque is applied to a free body.
+      !> Whether a force or a torque is applied to a body that moves freely.
       logical :: loaded = .false.
       !> Whether it turns with the body.
       logical :: load_follows = .false.
@@ -52,7 +53,7 @@ module contensou_dynamics_system
       real(wp) :: force(3) = 0.0_wp
       !> Torque applied [N m].
       real(wp) :: torque(3) = 0.0_wp
-      !> Duration of the ramp of a prescribed motion [s].
+      !> Duration of the ramp of a prescribed motion or rotation [s].
       real(wp) :: ramp = 0.0_wp
       !> Acceleration during the ramp [m/s2], inertial frame.
       real(wp) :: acceleration(3) = 0.0_wp
@@ -154,6 +155,8 @@ module contensou_dynamics_system
       procedure :: pose_of
       !> Report on a contact.
       procedure :: report
+      !> Forces and torques of the drives.
+      procedure :: drives
       !> Kinetic and potential energy.
       procedure :: energies
       !> Linear momentum, and angular momentum about the origin.
@@ -183,7 +186,7 @@ contains
          self%n = self%n + 1
          self%damping_index = self%n
       end if
-      if (any(self%bodies%loaded .or. self%bodies%motion == motion_prescribed)) then
+      if (any([(self%bodies(i)%loaded .or. turns_by_drive(self%bodies(i)%motion), i=1, nb)])) then
          self%n = self%n + 1
          self%applied_index = self%n
       end if
@@ -215,7 +218,7 @@ contains
       end do
       if (self%has_gravity) then
          do i = 1, size(self%bodies)
-            if (self%bodies(i)%motion == motion_free) then
+            if (moves_freely(self%bodies(i)%motion)) then
                self%force(:, i) = self%bodies(i)%mass*self%gravity
             end if
          end do
@@ -253,7 +256,10 @@ contains
                ! What keeps the motion against the contacts; its own inertia is not counted.
                power = power - dot_product(self%force(:, i), pose%velocity) &
                   - dot_product(self%torque(:, i), pose%spin)
-            else if (body%loaded) then
+            else if (body%motion == motion_spindle) then
+               power = power - dot_product(self%torque(:, i), pose%spin)
+            end if
+            if (body%loaded) then
                force = body%force
                torque = body%torque
                if (body%load_follows) then
@@ -290,16 +296,21 @@ contains
          w = y(11:13)
          rate(1:3) = y(8:10)
          rate(4:7) = quaternion_rate(y(4:7), w)
-         if (body%motion == motion_free) then
+         if (moves_freely(body%motion)) then
             rate(8:10) = self%force(:, index)/body%mass
+         else if (t < body%ramp) then
+            rate(8:10) = body%acceleration
+         else
+            rate(8:10) = 0.0_wp
+         end if
+         if (body%motion == motion_free) then
             ! In two statements: gfortran takes memory for the sum of a product and a function.
             moment = matmul(self%torque(:, index), self%pose(index)%rotation)
             rate(11:13) = (moment - cross(w, body%inertia*w))/body%inertia
          else if (t < body%ramp) then
-            rate(8:10) = body%acceleration
             rate(11:13) = matmul(body%angular_acceleration, self%pose(index)%rotation)
          else
-            rate(8:13) = 0.0_wp
+            rate(11:13) = 0.0_wp
          end if
       end associate
    end subroutine accelerate
@@ -582,8 +593,41 @@ contains
       end associate
    end subroutine report
 
+   !> What the drives supply against the contacts: the force on a body whose motion is prescribed,
+   !> the torque about the centre of mass of any body whose rotation is prescribed; zero for others.
+   !> The inertia of the driven bodies is not counted.
+   subroutine drives(self, y, force, torque)
+      !> The system; its workspace is changed.
+      class(system_type), intent(inout) :: self
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Force on each body [N], inertial frame.
+      real(wp), intent(out) :: force(:, :)
+      !> Torque on each body [N m], inertial frame.
+      real(wp), intent(out) :: torque(:, :)
+      real(wp) :: friction_power, damping_power
+      integer :: i
+
+      call self%set_poses(y)
+      self%force = 0.0_wp
+      self%torque = 0.0_wp
+      friction_power = 0.0_wp
+      damping_power = 0.0_wp
+      self%outside = .false.
+      do i = 1, size(self%contacts)
+         call add_contact(self, self%contacts(i), i, friction_power, damping_power)
+         if (self%outside) exit
+      end do
+      force = 0.0_wp
+      torque = 0.0_wp
+      do i = 1, size(self%bodies)
+         if (self%bodies(i)%motion == motion_prescribed) force(:, i) = -self%force(:, i)
+         if (turns_by_drive(self%bodies(i)%motion)) torque(:, i) = -self%torque(:, i)
+      end do
+   end subroutine drives
+
    !> Kinetic energy, and potential energy of gravity relative to the origin, of the free bodies
-   !> [J].
+   !> and of the translation of those that only turn by a drive [J].
    pure subroutine energies(self, y, kinetic, potential)
       !> The system.
       class(system_type), intent(in) :: self
@@ -599,9 +643,10 @@ contains
       potential = 0.0_wp
       do i = 1, size(self%bodies)
          k = body_size*(i - 1)
-         if (self%bodies(i)%motion /= motion_free) cycle
+         if (.not. moves_freely(self%bodies(i)%motion)) cycle
          associate (body => self%bodies(i), v => y(k + 8:k + 10), w => y(k + 11:k + 13))
-            kinetic = kinetic + 0.5_wp*body%mass*dot_product(v, v) &
+            kinetic = kinetic + 0.5_wp*body%mass*dot_product(v, v)
+            if (body%motion == motion_free) kinetic = kinetic &
                + 0.5_wp*dot_product(body%inertia*w, w)
             potential = potential - body%mass*dot_product(self%gravity, y(k + 1:k + 3))
          end associate

@@ -23,7 +23,7 @@ module contensou_integrate_cvode
    use fsundials_nonlinearsolver_mod, only : FSUNNonlinSolFree, SUNNonlinearSolver
    use fsundials_nvector_mod, only : FN_VDestroy, FN_VGetArrayPointer, N_Vector
    use fsunlinsol_dense_mod, only : FSUNLinSol_Dense
-   use fsunlinsol_klu_mod, only : FSUNLinSol_KLU
+   use fsunlinsol_klu_mod, only : FSUNLinSol_KLU, FSUNLinSol_KLUSetOrdering
    use fsunmatrix_dense_mod, only : FSUNDenseMatrix, FSUNDenseMatrix_Data
    use fsunmatrix_sparse_mod, only : CSC_MAT, FSUNSparseMatrix, FSUNSparseMatrix_Data, &
       FSUNSparseMatrix_IndexPointers, FSUNSparseMatrix_IndexValues
@@ -36,6 +36,10 @@ module contensou_integrate_cvode
    private
 
    public :: cvode_type, sundials_version
+
+   !> Ordering of KLU for matrices of nearly symmetric structure, as a body with many neighbours
+   !> makes them: AMD; the default, COLAMD, fills the matrix of a ring with ten balls.
+   integer(c_int), parameter :: minimum_degree = 0_c_int
 
    !> What the callbacks get to see.
    type :: handle_type
@@ -173,6 +177,7 @@ contains
             self%matrix => FSUNSparseMatrix(int(n, i8), int(n, i8), size(problem%row, kind=i8), &
                CSC_MAT, self%context)
             self%linear_solver => FSUNLinSol_KLU(self%vector, self%matrix, self%context)
+            flag = min(flag, FSUNLinSol_KLUSetOrdering(self%linear_solver, minimum_degree))
          else
             self%matrix => FSUNDenseMatrix(int(n, i8), int(n, i8), self%context)
             self%linear_solver => FSUNLinSol_Dense(self%vector, self%matrix, self%context)

@@ -24,8 +24,10 @@ module contensou_io_scene_reader
    use contensou_dynamics_assembly, only : assemble, contact_length, initial_pose, &
       largest_relative_approach
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, frame_names, &
-      motion_fixed, motion_free, motion_names, motion_prescribed, scene_type
+      motion_fixed, motion_free, motion_names, motion_prescribed, moves_freely, scene_type, &
+      turns_by_drive
    use contensou_dynamics_system, only : system_type
+   use contensou_io_bearing, only : concerns_bearings, expand_bearings, has_bearings
    use contensou_io_schema, only : domain_text, group_spec_type, schema_groups
    use contensou_io_settings, only : apply_override, instance_type, resolve, resolved_text, &
       settings_type
@@ -70,9 +72,13 @@ contains
       call read_document(path, document, diagnostics, error)
       if (allocated(error)) return
       file%text = document%bytes
-      do i = 1, size(overrides)
-         call apply_override(document, overrides(i)%s, diagnostics)
-      end do
+      if (has_bearings(document)) then
+         call expand(document, overrides, diagnostics)
+      else
+         do i = 1, size(overrides)
+            call apply_override(document, overrides(i)%s, diagnostics)
+         end do
+      end if
       call resolve(document, settings, diagnostics)
       call build(settings, path, output_file, file%scene, diagnostics)
       if (diagnostics%count() > 0) then
@@ -84,6 +90,30 @@ contains
       end if
       file%resolved = resolved_text(settings)
    end subroutine read_scene
+
+   !> Apply overrides and expand bearings: first what the bearings are made from, then the rest,
+   !> which may concern their parts.
+   subroutine expand(document, overrides, diagnostics)
+      !> The document.
+      type(document_type), intent(inout) :: document
+      !> Texts of the `--set` options.
+      type(string_type), intent(in) :: overrides(:)
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      logical :: first(size(overrides))
+      integer :: i
+
+      do i = 1, size(overrides)
+         first(i) = concerns_bearings(document, overrides(i)%s)
+         if (first(i)) call apply_override(document, overrides(i)%s, diagnostics)
+      end do
+      call expand_bearings(document, diagnostics)
+      ! The parts of a bearing that was left out are not unknown.
+      do i = 1, size(overrides)
+         if (.not. first(i) .and. document%complete) call apply_override(document, &
+            overrides(i)%s, diagnostics)
+      end do
+   end subroutine expand
 
    !> Build the scene from its settings; references and everything that concerns several keys are
    !> checked here.
@@ -259,7 +289,11 @@ contains
             "either spin (body axes) or angular_velocity (inertial frame)")
          body%spin = spin%real(:3)
          rotation = rotation_matrix(body%quaternion)
-         if (omega%set) body%spin = matmul(omega%real(:3), rotation)
+         if (omega%set) then
+            body%spin = matmul(omega%real(:3), rotation)
+            ! The default of the other is not in force; the resolved text would have both.
+            spin%set = .false.
+         end if
       end associate
       call build_drive(instance, body, diagnostics)
    end subroutine build_body
@@ -272,10 +306,10 @@ contains
       type(body_spec_type), intent(inout) :: body
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      character(len=*), parameter :: only_prescribed(*) = [character(len=22) :: &
-         "final_velocity", "final_angular_velocity", "ramp_duration"]
-      character(len=*), parameter :: only_free(*) = [character(len=22) :: &
-         "applied_force", "applied_torque", "applied_frame"]
+      character(len=*), parameter :: only_driven(*) = [character(len=22) :: &
+         "final_angular_velocity", "ramp_duration"]
+      character(len=*), parameter :: only_moving(*) = [character(len=22) :: &
+         "applied_force", "applied_frame"]
       character(len=*), parameter :: not_fixed(*) = [character(len=22) :: &
          "velocity", "spin", "angular_velocity"]
       character(len=*), parameter :: inertial(*) = [character(len=22) :: "mass", "inertia"]
@@ -284,14 +318,18 @@ contains
       body%motion = max(instance%settings(instance%at("motion"))%choice, 1)
       body%final_velocity = body%velocity
       body%final_angular_velocity = matmul(rotation_matrix(body%quaternion), body%spin)
-      do i = 1, size(only_prescribed)
-         if (body%motion /= motion_prescribed) call refuse(only_prescribed(i), &
-            "motion = 'prescribed', or no " // trim(only_prescribed(i)))
+      if (body%motion /= motion_prescribed) call refuse("final_velocity", &
+         "motion = 'prescribed', or no final_velocity")
+      do i = 1, size(only_driven)
+         if (.not. turns_by_drive(body%motion)) call refuse(only_driven(i), &
+            "motion = 'prescribed', or no " // trim(only_driven(i)))
       end do
-      do i = 1, size(only_free)
-         if (body%motion /= motion_free) call refuse(only_free(i), &
+      do i = 1, size(only_moving)
+         if (.not. moves_freely(body%motion)) call refuse(only_moving(i), &
             "no applied load: nothing can move this body otherwise")
       end do
+      if (body%motion /= motion_free) call refuse("applied_torque", &
+         "no applied load: nothing can move this body otherwise")
       do i = 1, size(not_fixed)
          associate (setting => instance%settings(instance%at(trim(not_fixed(i)))))
             ! Zeros are in order.
@@ -302,9 +340,11 @@ contains
       end do
       do i = 1, size(inertial)
          associate (setting => instance%settings(instance%at(trim(inertial(i)))))
-            if (body%motion == motion_free .and. .not. setting%given .and. .not. setting%meant &
-               .and. instance%complete) call diagnostics%add(instance%origin, "'" // &
-               trim(inertial(i)) // "' is missing in group &body" // named(instance), &
+            ! The inertia of a body that a drive turns has no say.
+            if ((body%motion == motion_free .or. moves_freely(body%motion) .and. i == 1) .and. &
+               .not. setting%given .and. .not. setting%meant .and. instance%complete) call &
+               diagnostics%add(instance%origin, "'" // trim(inertial(i)) // &
+               "' is missing in group &body" // named(instance), &
                trim(inertial(i)) // " = " // domain_text(setting%key))
          end associate
       end do
@@ -314,7 +354,7 @@ contains
          if (velocity%set) body%final_velocity = velocity%real(:3)
          if (omega%set) body%final_angular_velocity = omega%real(:3)
          body%ramp_duration = duration%real(1)
-         if (body%motion == motion_prescribed) then
+         if (turns_by_drive(body%motion)) then
             if ((velocity%given .or. omega%given) .and. .not. (duration%given .or. &
                duration%meant)) then
                if (velocity%given) call diagnostics%add(velocity%origin, &
@@ -737,7 +777,7 @@ contains
          integer, intent(in) :: body
 
          moves = .false.
-         if (body > 0) moves = scene%bodies(body)%motion == motion_free
+         if (body > 0) moves = moves_freely(scene%bodies(body)%motion)
       end function moves
 
       !> Supported pairs.

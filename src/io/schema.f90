@@ -18,7 +18,13 @@ module contensou_io_schema
 
    public :: group_spec_type, key_spec_type, schema_groups, schema_keys, choices_of
    public :: kind_real, kind_text, kind_name, kind_choice, kind_reference, kind_logical
-   public :: admits, domain_text
+   public :: admits, domain_text, start_names, ring_names
+
+   !> How a bearing can begin.
+   character(len=*), parameter :: start_names(*) = [character(len=7) :: "rest", "rolling"]
+
+   !> The rings of a bearing.
+   character(len=*), parameter :: ring_names(*) = [character(len=5) :: "inner", "outer"]
 
    !> Real numbers.
    integer, parameter :: kind_real = 1
@@ -84,7 +90,7 @@ contains
    pure function schema_groups() result(groups)
       type(group_spec_type), allocatable :: groups(:)
 
-      allocate(groups(7))
+      allocate(groups(8))
       groups(1) = group_spec_type("scene", .false., .true., "what the whole scene shares")
       groups(2) = group_spec_type("material", .true., .false., "an isotropic elastic material")
       groups(3) = group_spec_type("body", .true., .true., &
@@ -95,6 +101,9 @@ contains
          "two surfaces that can touch, and the models that act between them")
       groups(6) = group_spec_type("integrator", .false., .false., "how time is integrated")
       groups(7) = group_spec_type("output", .false., .false., "what is written")
+      groups(8) = group_spec_type("bearing", .true., .false., &
+         "a ball bearing, which stands for its bodies, surfaces and contacts: NAME_inner, " // &
+         "NAME_outer, NAME_ball_1, ..., see check --expand")
    end function schema_groups
 
    !> The keys of all groups, in the order of the documentation.
@@ -102,7 +111,7 @@ contains
       type(key_spec_type), allocatable :: keys(:)
       integer :: n
 
-      allocate(keys(96))
+      allocate(keys(160))
       n = 0
 
       call put("scene", "title", kind_text, default="''", &
@@ -121,11 +130,11 @@ contains
       call put("body", "name", kind_name, mandatory=.true., &
          doc="name of the body; 'ground' is taken")
       call put("body", "motion", kind_choice, default="'free'", &
-         doc="how the body moves: free, fixed, or prescribed (with its initial " // &
-         "velocities, or a " // &
-         "ramp from them to the final ones)")
+         doc="how the body moves: free, fixed, prescribed (with its initial velocities, or a " // &
+         "ramp from them to the final ones), or spindle (it turns as prescribed and does not " // &
+         "tilt, its centre of mass moves freely)")
       call put("body", "mass", kind_real, unit="kg", above=0.0_wp, &
-         doc="mass; mandatory for a free body, without meaning for others")
+         doc="mass; mandatory for a free body and a spindle, without meaning for others")
       call put("body", "inertia", kind_real, values=3, unit="kg m2", &
          above=0.0_wp, doc="principal moments of inertia about the centre of mass, along the " // &
          "body axes; none may exceed the sum of the other two; mandatory for a free body, " // &
@@ -156,7 +165,7 @@ contains
          doc="time in which a prescribed motion goes linearly from its initial to its final " // &
          "velocities")
       call put("body", "applied_force", kind_real, values=3, unit="N", &
-         doc="constant force at the centre of mass of a free body")
+         doc="constant force at the centre of mass of a free body or a spindle")
       call put("body", "applied_torque", kind_real, values=3, unit="N m", &
          doc="constant torque on a free body")
       call put("body", "applied_frame", kind_choice, &
@@ -262,9 +271,91 @@ contains
       call put("output", "interval", kind_real, unit="s", above=0.0_wp, &
          doc="time between rows; not given, t_end/1000")
 
+      call put_bearing()
+
       keys = keys(:n)
 
    contains
+
+      !> The keys of a bearing: its own, and those of its contacts.
+      subroutine put_bearing()
+         character(len=*), parameter :: b = "bearing"
+         integer :: i, before
+
+         call put(b, "name", kind_name, mandatory=.true., &
+            doc="name of the bearing, with which the names of its parts begin")
+         call put(b, "ball_count", kind_real, unit="1", mandatory=.true., least=3.0_wp, &
+            most=1000.0_wp, doc="number of balls, evenly spaced on the pitch circle")
+         call put(b, "ball_diameter", kind_real, unit="m", mandatory=.true., above=0.0_wp, &
+            doc="diameter of the balls")
+         call put(b, "pitch_diameter", kind_real, unit="m", mandatory=.true., above=0.0_wp, &
+            doc="diameter of the circle of the centres of the balls, midway between the raceways")
+         call put(b, "inner_groove_ratio", kind_real, unit="1", above=0.5_wp, &
+            doc="radius of the groove of the inner ring over the diameter of a ball; this or " // &
+            "inner_groove_radius")
+         call put(b, "inner_groove_radius", kind_real, unit="m", above=0.0_wp, &
+            doc="radius of the groove of the inner ring")
+         call put(b, "outer_groove_ratio", kind_real, unit="1", above=0.5_wp, &
+            doc="radius of the groove of the outer ring over the diameter of a ball; this or " // &
+            "outer_groove_radius")
+         call put(b, "outer_groove_radius", kind_real, unit="m", above=0.0_wp, &
+            doc="radius of the groove of the outer ring")
+         call put(b, "clearance", kind_real, unit="m", default="0.0", &
+            doc="diametral clearance: diameter of the outer raceway less that of the inner " // &
+            "one and two balls; negative for an interference")
+         call put(b, "centre", kind_real, values=3, unit="m", default="0, 0, 0", &
+            doc="centre of the bearing, inertial frame")
+         call put(b, "axis", kind_real, values=3, unit="1", default="0, 0, 1", &
+            doc="axis of the bearing, of any length, inertial frame; speeds and axial_load " // &
+            "are positive along it")
+         call put(b, "material", kind_reference, mandatory=.true., target="material", &
+            doc="material of the rings, and of what has none of its own")
+         call put(b, "ball_material", kind_reference, target="material", &
+            doc="material of the balls; that of the rings if not given")
+         call put(b, "ball_density", kind_real, unit="kg m-3", mandatory=.true., above=0.0_wp, &
+            doc="density of the balls")
+         call put(b, "inner_speed", kind_real, unit="rad s-1", default="0.0", &
+            doc="angular velocity of the inner ring about the axis")
+         call put(b, "outer_speed", kind_real, unit="rad s-1", default="0.0", &
+            doc="angular velocity of the outer ring about the axis")
+         call put(b, "initial_state", kind_choice, default="'rest'", &
+            doc="what balls and cage do at first: rest, or rolling with the epicyclic speeds")
+         call put(b, "ramp_duration", kind_real, unit="s", above=0.0_wp, &
+            doc="time in which the rings come from rest to their speeds; not given, they have " // &
+            "them from the beginning")
+         call put(b, "loaded_ring", kind_choice, &
+            doc="ring that carries the loads and can be displaced, 'inner' if not given; " // &
+            "goes with ring_mass")
+         call put(b, "ring_mass", kind_real, unit="kg", above=0.0_wp, &
+            doc="mass of the loaded ring and what it carries; not given, the ring is not " // &
+            "displaced; mandatory with a load")
+         call put(b, "axial_load", kind_real, unit="N", default="0.0", &
+            doc="load on the loaded ring along the axis; the bearing begins in equilibrium with it")
+         call put(b, "radial_load", kind_real, unit="N", default="0.0", &
+            doc="load on the loaded ring along radial_direction, which acts from the beginning")
+         call put(b, "radial_direction", kind_real, values=3, unit="1", &
+            doc="direction of radial_load, across the axis, of any length; towards ball 1 if " // &
+            "not given")
+         call put(b, "cage", kind_logical, default=".false.", &
+            doc="whether there is a cage: a thin ring with a round pocket for each ball, " // &
+            "which guide it")
+         call put(b, "cage_mass", kind_real, unit="kg", above=0.0_wp, &
+            doc="mass of the cage; mandatory with a cage")
+         call put(b, "cage_material", kind_reference, target="material", &
+            doc="material of the cage; that of the rings if not given")
+         call put(b, "pocket_clearance", kind_real, unit="m", above=0.0_wp, &
+            doc="diameter of a pocket less that of a ball; mandatory with a cage")
+         call put(b, "cage_friction_coefficient", kind_real, unit="1", least=0.0_wp, &
+            doc="friction coefficient in the pockets; friction_coefficient if not given")
+         before = n
+         do i = 1, before
+            if (keys(i)%group /= "contact") cycle
+            if (any(keys(i)%name == [character(len=28) :: "name", "surfaces"])) cycle
+            n = n + 1
+            keys(n) = keys(i)
+            keys(n)%group = b
+         end do
+      end subroutine put_bearing
 
       !> Add a key.
       subroutine put(group, name, kind, doc, values, unit, default, mandatory, above, least, &
@@ -323,7 +414,21 @@ contains
       type(hertz_model_type), allocatable :: vilke(:)
       type(model_info_type), allocatable :: rolling(:)
 
-      select case (trim(key%group) // "." // trim(key%name))
+      character(len=:), allocatable :: path
+
+      path = trim(key%group) // "." // trim(key%name)
+      select case (path)
+      case ("bearing.initial_state")
+         names = strings(start_names)
+         return
+      case ("bearing.loaded_ring")
+         names = strings(ring_names)
+         return
+      case default
+         ! The other choices of a bearing are those of its contacts.
+         if (key%group == "bearing") path = "contact." // trim(key%name)
+      end select
+      select case (path)
       case ("surface.shape")
          names = strings(shape_names)
       case ("surface.side")

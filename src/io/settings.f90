@@ -14,7 +14,7 @@ module contensou_io_settings
    private
 
    public :: setting_type, instance_type, settings_type
-   public :: resolve, apply_override, resolved_text
+   public :: resolve, apply_override, resolved_text, name_of
 
    !> A key with its value.
    type :: setting_type

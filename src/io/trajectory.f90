@@ -14,7 +14,7 @@ module contensou_io_trajectory
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_geometry, only : pose_type
    use contensou_contact_normal, only : normal_models
-   use contensou_dynamics_scene, only : scene_type
+   use contensou_dynamics_scene, only : scene_type, turns_by_drive
    use contensou_dynamics_system, only : contact_report_type, system_type
    use contensou_integrate_cvode, only : sundials_version
    use contensou_integrate_integrator, only : statistics_type
@@ -30,7 +30,7 @@ module contensou_io_trajectory
    character(len=*), parameter :: filetype = "contensou-trajectory"
 
    !> Version of the format: the second number grows with additions, the first with changes.
-   character(len=*), parameter :: filetype_version = "1.1"
+   character(len=*), parameter :: filetype_version = "1.2"
 
    !> Suffix of a file that is not complete.
    character(len=*), parameter :: part_suffix = ".part"
@@ -58,7 +58,8 @@ module contensou_io_trajectory
    integer, parameter :: c_time = 1, c_position = 2, c_velocity = 3, c_angular_velocity = 4, &
       c_quaternion = 5, c_kinetic = 6, c_potential = 7, c_elastic = 8, c_friction = 9, &
       c_damping = 10, c_error = 11, c_gap = 12, c_normal = 13, c_force = 14, c_torque = 15, &
-      c_slip = 16, c_spin = 17, c_axes = 18, c_applied = 19, n_columns = 19
+      c_slip = 16, c_spin = 17, c_axes = 18, c_applied = 19, c_drive_force = 20, &
+      c_drive_torque = 21, n_columns = 21
 
    !> What a run comes down to.
    type :: summary_type
@@ -118,6 +119,8 @@ module contensou_io_trajectory
       real(wp), private :: largest_kinetic = 0.0_wp
       !> Largest energy supplied or taken by loads and drives so far [J].
       real(wp), private :: largest_supply = 0.0_wp
+      !> Whether a body is driven.
+      logical, private :: driven = .false.
       !> When the file was last flushed [s].
       real(wp), private :: last_flush = 0.0_wp
       !> CPU time spent in writing rows [s].
@@ -322,7 +325,7 @@ contains
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: t = "/trajectory/"
-      integer :: nb, nc
+      integer :: i, nb, nc
 
       nb = size(scene%bodies)
       nc = size(scene%contacts)
@@ -349,6 +352,14 @@ contains
          call column(c_damping, "work_damping", "", "J", "energy lost in damping so far")
          call column(c_applied, "work_applied", "", "J", &
             "energy supplied by applied loads and prescribed motions so far")
+         self%driven = any([(turns_by_drive(scene%bodies(i)%motion), i=1, nb)])
+         if (self%driven) then
+            call column(c_drive_force, "drive_force", "body xyz", "N", &
+               "force that keeps a prescribed motion against the contacts, inertial frame")
+            call column(c_drive_torque, "drive_torque", "body xyz", "N m", &
+               "torque about the centre of mass that keeps a prescribed rotation against the " // &
+               "contacts, inertial frame")
+         end if
          call column(c_error, "energy_error", "", "J", &
             "residual of the energy balance since the beginning")
          call column(c_gap, "gap", "contact", "m", &
@@ -463,6 +474,7 @@ contains
       type(pose_type) :: pose
       type(contact_report_type) :: report
       real(wp) :: quaternion(4), kinetic, potential, elastic, friction, damping, applied, residual
+      real(wp) :: force(3, size(system%bodies)), torque(3, size(system%bodies))
       integer :: i, r
 
       self%waiting = self%waiting + 1
@@ -488,6 +500,11 @@ contains
             c(c_spin)%rows(i, r) = report%load%spin
             c(c_axes)%rows(2*i - 1:2*i, r) = report%semi_axes
          end do
+         if (self%driven) then
+            call system%drives(y, force, torque)
+            c(c_drive_force)%rows(:, r) = reshape(force, [size(force)])
+            c(c_drive_torque)%rows(:, r) = reshape(torque, [size(torque)])
+         end if
          call system%energies(y, kinetic, potential)
          friction = 0.0_wp
          damping = 0.0_wp
@@ -540,6 +557,7 @@ contains
 
       start = cpu_seconds()
       do i = 1, n_columns
+         if (.not. self%driven .and. any(i == [c_drive_force, c_drive_torque])) cycle
          call self%file%append(self%columns(i)%series, self%waiting, self%columns(i)%rows, error)
          if (allocated(error)) return
       end do

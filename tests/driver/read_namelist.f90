@@ -31,6 +31,7 @@ program read_namelist
    call read_contact()
    call read_integrator()
    call read_output()
+   call read_bearing()
    close(unit)
 
 contains
@@ -283,6 +284,120 @@ contains
          call put_numbers("output", n, "interval", [interval])
       end do
    end subroutine read_output
+
+   !> Every group `bearing`.
+   subroutine read_bearing()
+      character(len=256) :: name, material, ball_material, initial_state, loaded_ring, &
+         cage_material, normal, ellipse, damping, friction, rolling
+      real(wp) :: ball_count, ball_diameter, pitch_diameter, inner_groove_ratio, &
+         inner_groove_radius, outer_groove_ratio, outer_groove_radius, clearance, &
+         ball_density, inner_speed, outer_speed, ramp_duration, ring_mass, axial_load, &
+         radial_load, cage_mass, pocket_clearance, cage_friction_coefficient, &
+         damping_coefficient, restitution, impact_velocity, friction_coefficient, &
+         regularization_velocity, rolling_coefficient, rolling_regularization, centre(3), &
+         axis(3), radial_direction(3)
+      logical :: cage, drilling
+      integer :: n
+      namelist /bearing/ name, ball_count, ball_diameter, pitch_diameter, &
+         inner_groove_ratio, inner_groove_radius, outer_groove_ratio, outer_groove_radius, &
+         clearance, centre, axis, material, ball_material, ball_density, inner_speed, &
+         outer_speed, initial_state, ramp_duration, loaded_ring, ring_mass, axial_load, &
+         radial_load, radial_direction, cage, cage_mass, cage_material, pocket_clearance, &
+         cage_friction_coefficient, normal, ellipse, damping, damping_coefficient, &
+         restitution, impact_velocity, friction, friction_coefficient, &
+         regularization_velocity, drilling, rolling, rolling_coefficient, &
+         rolling_regularization
+
+      rewind(unit)
+      n = 0
+      do
+         name = no_text
+         ball_count = no_number
+         ball_diameter = no_number
+         pitch_diameter = no_number
+         inner_groove_ratio = no_number
+         inner_groove_radius = no_number
+         outer_groove_ratio = no_number
+         outer_groove_radius = no_number
+         clearance = no_number
+         centre = no_number
+         axis = no_number
+         material = no_text
+         ball_material = no_text
+         ball_density = no_number
+         inner_speed = no_number
+         outer_speed = no_number
+         initial_state = no_text
+         ramp_duration = no_number
+         loaded_ring = no_text
+         ring_mass = no_number
+         axial_load = no_number
+         radial_load = no_number
+         radial_direction = no_number
+         cage = .false.
+         cage_mass = no_number
+         cage_material = no_text
+         pocket_clearance = no_number
+         cage_friction_coefficient = no_number
+         normal = no_text
+         ellipse = no_text
+         damping = no_text
+         damping_coefficient = no_number
+         restitution = no_number
+         impact_velocity = no_number
+         friction = no_text
+         friction_coefficient = no_number
+         regularization_velocity = no_number
+         drilling = .true.
+         rolling = no_text
+         rolling_coefficient = no_number
+         rolling_regularization = no_number
+         read(unit, nml=bearing, iostat=status)
+         if (status == iostat_end) exit
+         call count_group("bearing", status, n)
+         call put_texts("bearing", n, "name", [name])
+         call put_numbers("bearing", n, "ball_count", [ball_count])
+         call put_numbers("bearing", n, "ball_diameter", [ball_diameter])
+         call put_numbers("bearing", n, "pitch_diameter", [pitch_diameter])
+         call put_numbers("bearing", n, "inner_groove_ratio", [inner_groove_ratio])
+         call put_numbers("bearing", n, "inner_groove_radius", [inner_groove_radius])
+         call put_numbers("bearing", n, "outer_groove_ratio", [outer_groove_ratio])
+         call put_numbers("bearing", n, "outer_groove_radius", [outer_groove_radius])
+         call put_numbers("bearing", n, "clearance", [clearance])
+         call put_numbers("bearing", n, "centre", centre)
+         call put_numbers("bearing", n, "axis", axis)
+         call put_texts("bearing", n, "material", [material])
+         call put_texts("bearing", n, "ball_material", [ball_material])
+         call put_numbers("bearing", n, "ball_density", [ball_density])
+         call put_numbers("bearing", n, "inner_speed", [inner_speed])
+         call put_numbers("bearing", n, "outer_speed", [outer_speed])
+         call put_texts("bearing", n, "initial_state", [initial_state])
+         call put_numbers("bearing", n, "ramp_duration", [ramp_duration])
+         call put_texts("bearing", n, "loaded_ring", [loaded_ring])
+         call put_numbers("bearing", n, "ring_mass", [ring_mass])
+         call put_numbers("bearing", n, "axial_load", [axial_load])
+         call put_numbers("bearing", n, "radial_load", [radial_load])
+         call put_numbers("bearing", n, "radial_direction", radial_direction)
+         print "(a, i0, a)", "bearing ", n, " cage " // merge(".true. ", ".false.", cage)
+         call put_numbers("bearing", n, "cage_mass", [cage_mass])
+         call put_texts("bearing", n, "cage_material", [cage_material])
+         call put_numbers("bearing", n, "pocket_clearance", [pocket_clearance])
+         call put_numbers("bearing", n, "cage_friction_coefficient", [cage_friction_coefficient])
+         call put_texts("bearing", n, "normal", [normal])
+         call put_texts("bearing", n, "ellipse", [ellipse])
+         call put_texts("bearing", n, "damping", [damping])
+         call put_numbers("bearing", n, "damping_coefficient", [damping_coefficient])
+         call put_numbers("bearing", n, "restitution", [restitution])
+         call put_numbers("bearing", n, "impact_velocity", [impact_velocity])
+         call put_texts("bearing", n, "friction", [friction])
+         call put_numbers("bearing", n, "friction_coefficient", [friction_coefficient])
+         call put_numbers("bearing", n, "regularization_velocity", [regularization_velocity])
+         print "(a, i0, a)", "bearing ", n, " drilling " // merge(".true. ", ".false.", drilling)
+         call put_texts("bearing", n, "rolling", [rolling])
+         call put_numbers("bearing", n, "rolling_coefficient", [rolling_coefficient])
+         call put_numbers("bearing", n, "rolling_regularization", [rolling_regularization])
+      end do
+   end subroutine read_bearing
 
    !> Count a group that was read; a mistake in it stops.
    subroutine count_group(group, state, n)

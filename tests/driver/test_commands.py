@@ -217,8 +217,8 @@ def keys(run):
 
 
 def test_help_lists_all_groups(keys):
-    expected = ["scene", "material", "body", "surface", "contact", "integrator", "output"]
-    assert list(keys) == expected
+    expected = "scene material body surface contact integrator output bearing"
+    assert list(keys) == expected.split()
     assert sum(len(group) for group in keys.values()) >= 40
 
 

@@ -5,7 +5,8 @@ module test_jacobian
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_rolling, only : rolling_constant, rolling_hysteresis
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
-   use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, scene_type
+   use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
+      motion_spindle, moves_freely, scene_type
    use contensou_integrate_motion, only : motion_type
    use test_harness, only : check, random_type, worst_type
    use test_scenes, only : friction_index, random_touch, set_motion, two_bodies
@@ -241,13 +242,18 @@ contains
                   end if
                   if (modulo(i, 4) == 1) bodies(1)%motion = motion_prescribed
                   if (modulo(i, 4) == 2) bodies(2)%motion = motion_fixed
+                  if (modulo(i, 8) == 3) bodies(1)%motion = motion_spindle
+                  if (modulo(i, 8) == 7) bodies(2)%motion = motion_spindle
                   bodies(1)%ramp = merge(1.0_wp, 0.0_wp, modulo(i, 8) < 4)
                   bodies(1)%acceleration = random%vector(3)
                   bodies(1)%angular_acceleration = random%vector(3)
-                  bodies(2)%loaded = bodies(2)%motion == motion_free .and. i > 10
+                  bodies(2)%loaded = moves_freely(bodies(2)%motion) .and. i > 10
                   bodies(2)%load_follows = i > 25
                   bodies(2)%force = random%vector(3)
-                  bodies(2)%torque = 0.01_wp*random%vector(3)
+                  ! A drive takes the torque on a spindle.
+                  if (bodies(2)%motion == motion_free) bodies(2)%torque = 0.01_wp*random%vector(3)
+                  bodies(2)%ramp = bodies(1)%ramp
+                  bodies(2)%angular_acceleration = random%vector(3)
                end associate
                call motion%system%prepare()
                call set_layout(motion)

@@ -1,0 +1,924 @@
+!> A group `bearing` stands for the bodies, surfaces and contacts of a ball bearing.
+!>
+!> In the plane of the axis and a ball, with r the radius of a ball, r_i and r_o the radii of the
+!> grooves, d_m the pitch diameter and P the diametral clearance, the centre circles of the
+!> grooves have the radii d_m/2 + (r_i - r) - P/4 and d_m/2 - (r_o - r) + P/4. A ball under load
+!> lies on the line through both, which makes the contact angle alpha with the plane of the
+!> bearing: tan alpha = h/(r_i + r_o - 2 r - P/2) with h the displacement of the inner ring along
+!> the axis against the outer one. The approaches d_i and d_o fill what the line is longer than
+!> r_i + r_o - 2 r, and with Q = K_i d_i^(3/2) = K_o d_o^(3/2) an axial load is Z Q sin alpha.
+!> A. Palmgren, Ball and Roller Bearing Engineering (1959); T. A. Harris, Rolling Bearing Analysis
+!> (2001), chapters 6 and 7.
+module contensou_io_bearing
+   use contensou_base_diagnostics, only : diagnostics_type, origin_type
+   use contensou_base_document, only : assignment_type, document_type, group_type, value_logical, &
+      value_real, value_text
+   use contensou_base_kinds, only : pi, wp
+   use contensou_base_rotations, only : rotation_matrix, unit_quaternion
+   use contensou_base_text, only : lower, to_text
+   use contensou_base_vectors, only : cross, unit_vector
+   use contensou_contact_hertz, only : effective_modulus, hertz_model_type
+   use contensou_contact_normal, only : new_normal, normal_type, normal_vilke
+   use contensou_contact_vilke, only : vilke_models, vilke_power_index
+   use contensou_io_schema, only : kind_logical, kind_real, key_spec_type, schema_keys
+   use contensou_io_settings, only : instance_type, name_of, resolve, settings_type
+   implicit none(type, external)
+   private
+
+   public :: expand_bearings, has_bearings, concerns_bearings
+
+   !> Name of the group.
+   character(len=*), parameter :: group_name = "bearing"
+
+   !> Largest contact angle of a ball under an axial load [rad]: a groove ends.
+   real(wp), parameter :: largest_angle = 1.2_wp
+
+   !> Largest cosine between the axis and a direction across it.
+   real(wp), parameter :: askew = 1.0e-6_wp
+
+   !> What a group `bearing` says, in numbers.
+   type :: bearing_type
+      !> Name.
+      character(len=:), allocatable :: name
+      !> Number of balls.
+      integer :: balls = 0
+      !> Radius of a ball and of the pitch circle [m].
+      real(wp) :: r = 0.0_wp, pitch = 0.0_wp
+      !> Radii of the grooves: inner, outer [m].
+      real(wp) :: groove(2) = 0.0_wp
+      !> Radii of the centre circles of the grooves: inner, outer [m].
+      real(wp) :: ring(2) = 0.0_wp
+      !> Diametral clearance [m].
+      real(wp) :: clearance = 0.0_wp
+      !> Angular velocities of the rings: inner, outer [rad/s].
+      real(wp) :: speed(2) = 0.0_wp
+      !> Which ring is loaded: 1 inner, 2 outer.
+      integer :: loaded = 1
+      !> Whether that ring is free to move.
+      logical :: free = .false.
+      !> Loads [N].
+      real(wp) :: axial = 0.0_wp, radial = 0.0_wp
+      !> Direction of the radial load, unit vector.
+      real(wp) :: towards(3) = 0.0_wp
+      !> Whether balls and cage begin rolling.
+      logical :: rolling = .false.
+      !> Whether there is a cage.
+      logical :: cage = .false.
+      !> Diameter of a pocket less that of a ball [m].
+      real(wp) :: pocket = 0.0_wp
+      !> Centre [m].
+      real(wp) :: centre(3) = 0.0_wp
+      !> Attitude of the bearing: turns the z axis into its axis.
+      real(wp) :: quaternion(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      !> Its axes: towards ball 1, across, along the axis.
+      real(wp) :: frame(3, 3) = 0.0_wp
+      !> Contact angle at the beginning [rad], positive when the inner ring is displaced along the
+      !> axis against the outer one.
+      real(wp) :: angle = 0.0_wp
+      !> Displacement of the inner ring along the axis against the outer one [m].
+      real(wp) :: shift = 0.0_wp
+      !> Approaches at the inner and the outer ring [m].
+      real(wp) :: approach(2) = 0.0_wp
+   end type bearing_type
+
+contains
+
+   !> Whether a document has groups `bearing`.
+   pure function has_bearings(document) result(has)
+      !> The document.
+      type(document_type), intent(in) :: document
+      logical :: has
+      integer :: i
+
+      has = .false.
+      do i = 1, document%n_groups
+         has = has .or. document%groups(i)%name == group_name
+      end do
+   end function has_bearings
+
+   !> Whether `--set PATH=VALUE` changes what bearings are made from: a bearing or a material. All
+   !> else is to be set after the expansion, so that it finds the parts, too.
+   pure function concerns_bearings(document, override) result(concerns)
+      !> The document.
+      type(document_type), intent(in) :: document
+      !> Text after `--set`.
+      character(len=*), intent(in) :: override
+      logical :: concerns
+      character(len=:), allocatable :: object, name
+      integer :: i, equals
+
+      equals = index(override, "=")
+      object = lower(trim(adjustl(override(:max(equals - 1, 0)))))
+      object = object(:max(index(object, ".", back=.true.) - 1, 0))
+      concerns = object == group_name .or. object == "material"
+      do i = 1, document%n_groups
+         associate (group => document%groups(i))
+            if (all(group%name /= [character(len=8) :: group_name, "material"])) cycle
+            name = name_of(group)
+            concerns = concerns .or. object == name .or. object == group%name // "." // name
+         end associate
+      end do
+   end function concerns_bearings
+
+   !> Put bodies, surfaces and contacts in the place of every group `bearing`. What they say stands
+   !> where the key of the bearing stands that it comes from, or else where its group begins.
+   subroutine expand_bearings(document, diagnostics)
+      !> The document; a bearing with a mistake is left out, and the document is no longer complete.
+      type(document_type), intent(inout) :: document
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(settings_type) :: bearings, materials
+      type(diagnostics_type) :: ignored
+      type(document_type) :: part
+      type(group_type), allocatable :: groups(:), parts(:)
+      type(bearing_type) :: bearing
+      integer :: i, k, n, b
+      logical :: good
+
+      part = selection(document, "material")
+      call resolve(part, materials, ignored)
+      part = selection(document, group_name)
+      call resolve(part, bearings, diagnostics)
+      n = document%n_groups
+      do i = 1, size(bearings%instances)
+         n = n + size_of(bearings%instances(i))
+      end do
+      allocate(groups(n))
+      n = 0
+      b = 0
+      do i = 1, document%n_groups
+         if (document%groups(i)%name /= group_name) then
+            n = n + 1
+            groups(n) = document%groups(i)
+            cycle
+         end if
+         b = b + 1
+         call read_bearing(bearings%instances(b), materials, bearing, diagnostics, good)
+         if (.not. good) then
+            document%complete = .false.
+            cycle
+         end if
+         allocate(parts(size_of(bearings%instances(b))))
+         call make_parts(bearings%instances(b), bearing, parts, k)
+         groups(n + 1:n + k) = parts(:k)
+         n = n + k
+         deallocate(parts)
+      end do
+      deallocate(document%groups)
+      allocate(document%groups(n))
+      do i = 1, n
+         document%groups(i) = groups(i)
+      end do
+      document%n_groups = n
+   end subroutine expand_bearings
+
+   !> The groups of one name of a document.
+   function selection(document, name) result(part)
+      !> The document.
+      type(document_type), intent(in) :: document
+      !> Name of the groups.
+      character(len=*), intent(in) :: name
+      type(document_type) :: part
+      integer :: i, n
+
+      allocate(part%groups(document%n_groups))
+      n = 0
+      do i = 1, document%n_groups
+         if (document%groups(i)%name /= name) cycle
+         n = n + 1
+         part%groups(n) = document%groups(i)
+      end do
+      part%n_groups = n
+      ! The other groups are not missing.
+      part%complete = .false.
+   end function selection
+
+   !> Largest number of groups that a bearing stands for.
+   pure function size_of(instance) result(n)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      integer :: n
+
+      n = 5 + 6*nint(max(instance%settings(instance%at("ball_count"))%real(1), 1.0_wp))
+   end function size_of
+
+   !> Read and check a bearing.
+   subroutine read_bearing(instance, materials, bearing, diagnostics, good)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The materials of the scene.
+      type(settings_type), intent(in) :: materials
+      !> The bearing.
+      type(bearing_type), intent(out) :: bearing
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      !> Whether it is in order.
+      logical, intent(out) :: good
+      integer :: before, i
+
+      before = diagnostics%count()
+      good = instance%complete
+      do i = 1, size(instance%settings)
+         associate (setting => instance%settings(i))
+            ! A value that is out of order is reported already.
+            if (setting%given .and. .not. setting%set .or. setting%meant) good = .false.
+            if (setting%key%mandatory .and. .not. setting%set) good = .false.
+         end associate
+      end do
+      if (.not. good) return
+      bearing%name = instance%label()
+      bearing%r = 0.5_wp*number(instance, "ball_diameter")
+      bearing%pitch = 0.5_wp*number(instance, "pitch_diameter")
+      bearing%balls = nint(number(instance, "ball_count"))
+      bearing%clearance = number(instance, "clearance")
+      bearing%speed = [number(instance, "inner_speed"), number(instance, "outer_speed")]
+      bearing%centre = numbers(instance, "centre")
+      bearing%rolling = instance%settings(instance%at("initial_state"))%choice == 2
+      bearing%loaded = max(instance%settings(instance%at("loaded_ring"))%choice, 1)
+      bearing%free = instance%settings(instance%at("ring_mass"))%given
+      bearing%axial = number(instance, "axial_load")
+      bearing%radial = number(instance, "radial_load")
+      bearing%cage = instance%settings(instance%at("cage"))%logical
+      bearing%pocket = number(instance, "pocket_clearance")
+      if (abs(number(instance, "ball_count") - bearing%balls) > 0.0_wp) call wrong("ball_count", &
+         "'ball_count' is not a whole number", "as 9")
+      call read_grooves(instance, bearing, diagnostics)
+      call read_axes(instance, bearing, diagnostics)
+      call check_together()
+      good = diagnostics%count() == before
+      if (.not. good) return
+      call check_room(instance, bearing, diagnostics)
+      good = diagnostics%count() == before
+      if (.not. good) return
+      call settle(instance, materials, bearing, diagnostics)
+      good = diagnostics%count() == before
+
+   contains
+
+      !> Report a mistake at a key.
+      subroutine wrong(key, message, expected)
+         !> The key.
+         character(len=*), intent(in) :: key
+         !> What is wrong.
+         character(len=*), intent(in) :: message
+         !> What would be right.
+         character(len=*), intent(in) :: expected
+
+         call diagnostics%add(place_of(instance, key), message, expected)
+      end subroutine wrong
+
+      !> Whether a key is given.
+      pure logical function has(key)
+         !> The key.
+         character(len=*), intent(in) :: key
+
+         has = instance%settings(instance%at(key))%given
+      end function has
+
+      !> Keys that need or exclude each other.
+      subroutine check_together()
+         character(len=*), parameter :: loads(*) = [character(len=11) :: "axial_load", &
+            "radial_load"]
+         character(len=*), parameter :: of_cage(*) = [character(len=25) :: "cage_mass", &
+            "pocket_clearance", "cage_material", "cage_friction_coefficient"]
+         integer :: k
+
+         do k = 1, size(loads)
+            if (abs(number(instance, trim(loads(k)))) > 0.0_wp .and. .not. has("ring_mass")) call &
+               wrong(trim(loads(k)), "'" // trim(loads(k)) // "' without 'ring_mass'", &
+               "ring_mass = the mass of the loaded ring [kg]")
+         end do
+         if (has("loaded_ring") .and. .not. has("ring_mass")) call wrong("loaded_ring", &
+            "'loaded_ring' without 'ring_mass'", "ring_mass = the mass of that ring [kg]")
+         if (has("radial_direction") .and. abs(bearing%radial) <= 0.0_wp) call &
+            wrong("radial_direction", "'radial_direction' without 'radial_load'", &
+            "radial_load = a force [N]")
+         if (bearing%rolling .and. has("ramp_duration")) call wrong("ramp_duration", &
+            "'ramp_duration' has no meaning for a bearing that begins rolling", &
+            "initial_state = 'rest', or no ramp_duration")
+         if (has("ramp_duration") .and. all(abs(bearing%speed) <= 0.0_wp)) call &
+            wrong("ramp_duration", "'ramp_duration' without a speed", "inner_speed or outer_speed")
+         do k = 1, size(of_cage)
+            if (has(trim(of_cage(k))) .and. .not. bearing%cage) call wrong(trim(of_cage(k)), &
+               "'" // trim(of_cage(k)) // "' without 'cage'", "cage = .true.")
+            if (bearing%cage .and. k <= 2 .and. .not. has(trim(of_cage(k)))) call wrong("cage", &
+               "a cage needs '" // trim(of_cage(k)) // "'", trim(of_cage(k)) // &
+               " = a number > 0" // trim(merge(" [kg]", " [m] ", k == 1)))
+         end do
+         if (has("cage_friction_coefficient") .and. .not. has("friction")) call &
+            wrong("cage_friction_coefficient", "'cage_friction_coefficient' without 'friction'", &
+            "friction = the name of a model")
+      end subroutine check_together
+
+   end subroutine read_bearing
+
+   !> Radii of the grooves.
+   subroutine read_grooves(instance, bearing, diagnostics)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The bearing; the radii of its grooves are set.
+      type(bearing_type), intent(inout) :: bearing
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      character(len=*), parameter :: rings(2) = ["inner", "outer"]
+      character(len=:), allocatable :: radius_key, ratio_key
+      integer :: k
+
+      do k = 1, 2
+         radius_key = rings(k) // "_groove_radius"
+         ratio_key = rings(k) // "_groove_ratio"
+         associate (radius => instance%settings(instance%at(radius_key)), &
+            ratio => instance%settings(instance%at(ratio_key)))
+            if (radius%given .and. ratio%given) then
+               call diagnostics%add(radius%origin, "the groove of the " // rings(k) // &
+                  " ring is given twice", "either " // ratio_key // " or " // radius_key)
+            else if (ratio%given) then
+               bearing%groove(k) = 2.0_wp*bearing%r*ratio%real(1)
+            else if (radius%given) then
+               bearing%groove(k) = radius%real(1)
+               if (radius%real(1) <= bearing%r) call diagnostics%add(radius%places(1), &
+                  "the groove of the " // rings(k) // " ring conforms to a ball", &
+                  radius_key // " > " // to_text(bearing%r) // " [m], the radius of a ball")
+            else
+               call diagnostics%add(instance%origin, "'" // ratio_key // &
+                  "' is missing in group &bearing '" // bearing%name // "'", ratio_key // &
+                  " = a number > 0.5 [-], or " // radius_key // " [m]")
+            end if
+         end associate
+      end do
+   end subroutine read_grooves
+
+   !> Axis and radial direction.
+   subroutine read_axes(instance, bearing, diagnostics)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The bearing; its attitude is set.
+      type(bearing_type), intent(inout) :: bearing
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      real(wp) :: n(3)
+
+      associate (axis => instance%settings(instance%at("axis")))
+         if (all(abs(axis%real(:3)) <= 0.0_wp)) then
+            call diagnostics%add(axis%places(1), "'axis' is a zero vector", &
+               "an axis of any length but zero")
+            return
+         end if
+         n = unit_vector(axis%real(:3))
+      end associate
+      if (n(3) > -0.5_wp) then
+         ! Half way from the z axis.
+         bearing%quaternion = unit_quaternion([1.0_wp + n(3), -n(2), n(1), 0.0_wp])
+      else
+         ! The same after half a turn about the x axis.
+         bearing%quaternion = unit_quaternion([-n(2), 1.0_wp - n(3), 0.0_wp, n(1)])
+      end if
+      bearing%frame = rotation_matrix(bearing%quaternion)
+      bearing%frame(:, 3) = n
+      bearing%towards = bearing%frame(:, 1)
+      associate (direction => instance%settings(instance%at("radial_direction")))
+         if (.not. direction%set) return
+         if (all(abs(direction%real(:3)) <= 0.0_wp)) then
+            call diagnostics%add(direction%places(1), "'radial_direction' is a zero vector", &
+               "a direction of any length but zero")
+            return
+         end if
+         bearing%towards = unit_vector(direction%real(:3))
+         if (abs(dot_product(bearing%towards, n)) > askew) then
+            call diagnostics%add(direction%places(1), &
+               "'radial_direction' is not perpendicular to the axis", "a direction across 'axis'")
+         end if
+      end associate
+   end subroutine read_axes
+
+   !> Whether the parts find room.
+   subroutine check_room(instance, bearing, diagnostics)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The bearing; the radii of the centre circles of its grooves are set.
+      type(bearing_type), intent(inout) :: bearing
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      real(wp) :: play(2), space, largest, wanted
+      integer :: most
+
+      play = bearing%groove - bearing%r
+      bearing%ring = bearing%pitch + [play(1), -play(2)] &
+         + 0.25_wp*bearing%clearance*[-1.0_wp, 1.0_wp]
+      wanted = 2.0_wp*bearing%r + bearing%pocket
+      space = 2.0_wp*bearing%pitch*sin(pi/bearing%balls)
+      if (space <= wanted) then
+         most = 0
+         if (bearing%pitch > bearing%r) most = floor(pi/asin(min(0.5_wp*wanted/bearing%pitch, &
+            1.0_wp))*(1.0_wp - 4.0_wp*epsilon(space)))
+         call diagnostics%add(place_of(instance, "ball_count"), &
+            "the balls do not find room on the pitch circle", "pitch_diameter > " // &
+            to_text(wanted/sin(pi/bearing%balls)) // " [m]" // at_most(most))
+      end if
+      if (bearing%ring(1) <= bearing%groove(1)) call diagnostics%add(place_of(instance, &
+         "pitch_diameter"), "there is no room for the inner ring", "pitch_diameter > " // &
+         to_text(2.0_wp*bearing%r + 0.5_wp*bearing%clearance) // " [m]")
+      if (bearing%ring(2) <= bearing%groove(2)) call diagnostics%add(place_of(instance, &
+         "pitch_diameter"), "the groove of the outer ring reaches beyond the axis", &
+         "pitch_diameter > " // to_text(4.0_wp*bearing%groove(2) - 2.0_wp*bearing%r &
+         - 0.5_wp*bearing%clearance) // " [m]")
+      ! Beyond it a ball in the corner of both grooves is past the equator of one of the tubes,
+      ! which in a ring is not there; and a ring may be displaced by half of the clearance.
+      largest = sum(play) - sqrt(abs(play(1)**2 - play(2)**2))
+      if (bearing%clearance >= largest) call diagnostics%add(place_of(instance, "clearance"), &
+         "with this clearance a ball can leave its groove", "clearance < " // to_text(largest) // &
+         " [m], from the radii of the grooves")
+
+   contains
+
+      !> Number of balls that would find room.
+      pure function at_most(most) result(text)
+         !> The number.
+         integer, intent(in) :: most
+         character(len=:), allocatable :: text
+
+         text = ""
+         if (most >= 3) text = ", or at most " // to_text(most) // " balls"
+      end function at_most
+
+   end subroutine check_room
+
+   !> Contact angle and approaches at the beginning: in equilibrium with the axial load, no overlap
+   !> beyond that.
+   subroutine settle(instance, materials, bearing, diagnostics)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The materials of the scene.
+      type(settings_type), intent(in) :: materials
+      !> The bearing; its contact angle, shift and approaches are set.
+      type(bearing_type), intent(inout) :: bearing
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      real(wp) :: modulus, gap, sum_of_play, low, high, middle, load, force
+      integer :: i
+
+      sum_of_play = sum(bearing%groove) - 2.0_wp*bearing%r
+      gap = sum_of_play - 0.5_wp*bearing%clearance
+      ! The load on the inner ring along its displacement, whichever ring is loaded.
+      load = abs(bearing%axial)
+      if (load <= 0.0_wp .and. bearing%clearance >= 0.0_wp) then
+         bearing%approach = -0.25_wp*bearing%clearance
+         return
+      end if
+      modulus = contact_modulus(instance, materials)
+      ! A material that is missing is reported by who refers to it.
+      if (modulus <= 0.0_wp) return
+      low = 0.0_wp
+      if (load > 0.0_wp) then
+         if (gap < sum_of_play) low = acos(gap/sum_of_play)
+         high = largest_angle
+         call try(high, force)
+         if (low >= high .or. force < load) then
+            call diagnostics%add(place_of(instance, "axial_load"), &
+               "the bearing does not carry this axial load", "at most " // to_text(force) // &
+               " [N]: the contact angle would go beyond " // to_text(largest_angle) // " rad")
+            return
+         end if
+         do i = 1, 200
+            middle = 0.5_wp*(low + high)
+            if (middle <= low .or. middle >= high) exit
+            call try(middle, force)
+            if (force < load) then
+               low = middle
+            else
+               high = middle
+            end if
+         end do
+      end if
+      call try(low, force)
+      if ((bearing%axial < 0.0_wp) .neqv. (bearing%loaded == 2)) low = -low
+      bearing%angle = low
+      bearing%shift = gap*tan(low)
+
+   contains
+
+      !> Axial force at a contact angle, and the approaches that it goes with.
+      subroutine try(angle, axial)
+         !> Contact angle [rad], >= 0.
+         real(wp), intent(in) :: angle
+         !> Axial force of all balls [N].
+         real(wp), intent(out) :: axial
+         real(wp) :: total, soft(2), ball(2), rolling(2)
+         type(normal_type) :: normal
+         integer :: k, i_round
+
+         total = max(gap/cos(angle) - sum_of_play, 0.0_wp)
+         bearing%approach = 0.5_wp*total
+         ! The curvatures depend on where the ball lies, by the approach over the radii.
+         do i_round = 1, 4
+            ball = ball_centre(bearing, angle)
+            rolling = cos(angle)*[1.0_wp, -1.0_wp] &
+               /(ball(1) + (bearing%r - bearing%approach)*cos(angle)*[-1.0_wp, 1.0_wp])
+            do k = 1, 2
+               normal = normal_of(instance, modulus, &
+                  0.5_wp*(1.0_wp/bearing%r - 1.0_wp/bearing%groove(k)), &
+                  0.5_wp*(1.0_wp/bearing%r + rolling(k)))
+               soft(k) = normal%stiffness**(-2.0_wp/3.0_wp)
+            end do
+            bearing%approach = total*soft/sum(soft)
+         end do
+         axial = bearing%balls*(total/sum(soft))**1.5_wp*sin(angle)
+      end subroutine try
+
+   end subroutine settle
+
+   !> Effective modulus of a ball on a ring [Pa]; 0 if a material is not there.
+   function contact_modulus(instance, materials) result(modulus)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The materials of the scene.
+      type(settings_type), intent(in) :: materials
+      real(wp) :: modulus
+      real(wp) :: young(2), poisson(2)
+      character(len=:), allocatable :: wanted
+      integer :: i, k
+
+      young = 0.0_wp
+      poisson = 0.0_wp
+      modulus = 0.0_wp
+      do k = 1, 2
+         wanted = material_of(instance, trim(merge("material     ", "ball_material", k == 1)))
+         wanted = lower(wanted)
+         do i = 1, size(materials%instances)
+            associate (material => materials%instances(i))
+               if (lower(material%label()) /= wanted) cycle
+               if (.not. material%settings(material%at("young"))%set) cycle
+               if (.not. material%settings(material%at("poisson"))%set) cycle
+               young(k) = number(material, "young")
+               poisson(k) = number(material, "poisson")
+            end associate
+         end do
+      end do
+      if (all(young > 0.0_wp)) modulus = effective_modulus(young(1), poisson(1), young(2), &
+         poisson(2))
+   end function contact_modulus
+
+   !> Normal part of a ball on a ring.
+   function normal_of(instance, modulus, across, along) result(normal)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> Effective modulus [Pa].
+      real(wp), intent(in) :: modulus
+      !> Half relative curvature across the groove [1/m].
+      real(wp), intent(in) :: across
+      !> Half relative curvature along the groove [1/m].
+      real(wp), intent(in) :: along
+      type(normal_type) :: normal
+      type(hertz_model_type), allocatable :: vilke(:)
+      integer :: ellipse
+
+      if (instance%settings(instance%at("normal"))%choice == normal_vilke) then
+         ellipse = instance%settings(instance%at("ellipse"))%choice
+         if (ellipse == 0) ellipse = vilke_power_index
+         vilke = vilke_models()
+         normal = new_normal(modulus, min(across, along), max(across, along), &
+            vilke(ellipse)%kernel, volumetric=.true., with_shape=.false.)
+      else
+         normal = new_normal(modulus, min(across, along), max(across, along), with_shape=.false.)
+      end if
+   end function normal_of
+
+   !> Distance of the centre of a ball from the axis, and along it from the plane of the outer
+   !> groove [m].
+   pure function ball_centre(bearing, angle) result(centre)
+      !> The bearing; its approaches are set.
+      type(bearing_type), intent(in) :: bearing
+      !> Contact angle [rad].
+      real(wp), intent(in) :: angle
+      real(wp) :: centre(2)
+
+      centre(1) = bearing%ring(2) + (bearing%groove(2) - bearing%r + bearing%approach(2))*cos(angle)
+      centre(2) = (bearing%groove(2) - bearing%r + bearing%approach(2))*sin(angle)
+   end function ball_centre
+
+   !> The bodies, surfaces and contacts.
+   subroutine make_parts(instance, bearing, parts, n)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The bearing.
+      type(bearing_type), intent(in) :: bearing
+      !> The groups.
+      type(group_type), intent(inout) :: parts(:)
+      !> How many.
+      integer, intent(out) :: n
+      character(len=*), parameter :: rings(2) = ["inner", "outer"]
+      character(len=:), allocatable :: ball, ball_matter
+      real(wp) :: centre(2), arm(2), contact(2), plane(2), e(3), around(3), u(3), place(3)
+      real(wp) :: mass, turn, orbit, ball_spin, direction(3), load
+      integer :: i, k
+
+      n = 0
+      centre = ball_centre(bearing, bearing%angle)
+      ! Planes of the grooves, along the axis from the centre: the loaded ring is the displaced one.
+      plane = merge([bearing%shift, 0.0_wp], [0.0_wp, -bearing%shift], bearing%loaded == 1)
+      centre(2) = centre(2) + plane(2)
+      ! Contacts lie midway between the undeformed surfaces. Rolling on both: with the velocity v of
+      ! the centre, v + arm_i spin = w_i contact_i and v - arm_o spin = w_o contact_o.
+      arm = bearing%r - 0.5_wp*bearing%approach
+      contact = centre(1) + arm*cos(bearing%angle)*[-1.0_wp, 1.0_wp]
+      ball_spin = (bearing%speed(1)*contact(1) - bearing%speed(2)*contact(2))/sum(arm)
+      orbit = (bearing%speed(1)*contact(1) - ball_spin*arm(1))/centre(1)
+
+      do k = 1, 2
+         call open_group("body", rings(k))
+         call put_numbers("position", bearing%centre + plane(k)*bearing%frame(:, 3), "centre")
+         call put_ring_motion(k)
+         call open_group("surface", rings(k) // "_groove")
+         call put_name("body", rings(k), "name")
+         call put_text("shape", "torus", "name")
+         call put_text("side", "inside", "name")
+         call put_numbers("direction", bearing%frame(:, 3), "axis")
+         call put_numbers("major_radius", [bearing%ring(k)], "pitch_diameter")
+         call put_numbers("minor_radius", [bearing%groove(k)], rings(k) // "_groove_" // &
+            trim(merge("ratio ", "radius", &
+            instance%settings(instance%at(rings(k) // "_groove_ratio"))%given)))
+         call put_text("material", material_of(instance, "material"), "material")
+      end do
+
+      mass = number(instance, "ball_density")*4.0_wp/3.0_wp*pi*bearing%r**3
+      ball_matter = trim(merge("ball_material", "material     ", &
+         instance%settings(instance%at("ball_material"))%given))
+      do i = 1, bearing%balls
+         ball = "ball_" // to_text(i)
+         turn = 2.0_wp*pi*(i - 1)/bearing%balls
+         e = cos(turn)*bearing%frame(:, 1) + sin(turn)*bearing%frame(:, 2)
+         around = cos(turn)*bearing%frame(:, 2) - sin(turn)*bearing%frame(:, 1)
+         place = bearing%centre + centre(1)*e + centre(2)*bearing%frame(:, 3)
+         call open_group("body", ball)
+         call put_numbers("mass", [mass], "ball_density")
+         call put_numbers("inertia", spread(0.4_wp*mass*bearing%r**2, 1, 3), "ball_density")
+         call put_numbers("position", place, "pitch_diameter")
+         if (bearing%rolling) then
+            ! From the outer to the inner contact.
+            u = -cos(bearing%angle)*e - sin(bearing%angle)*bearing%frame(:, 3)
+            direction = cross(u, around)
+            call put_numbers("velocity", orbit*centre(1)*around, "initial_state")
+            call put_numbers("angular_velocity", ball_spin*direction, "initial_state")
+         end if
+         call open_group("surface", ball)
+         call put_name("body", ball, "name")
+         call put_text("shape", "sphere", "name")
+         call put_numbers("radius", [bearing%r], "ball_diameter")
+         call put_text("material", material_of(instance, ball_matter), ball_matter)
+      end do
+      do k = 1, 2
+         do i = 1, bearing%balls
+            call open_group("contact", rings(k) // "_" // to_text(i))
+            call put_surfaces(rings(k) // "_groove", "ball_" // to_text(i))
+            call put_laws("")
+         end do
+      end do
+      if (bearing%cage) call make_cage()
+
+   contains
+
+      !> Begin a group.
+      subroutine open_group(kind, name)
+         !> What it describes.
+         character(len=*), intent(in) :: kind
+         !> Name of the part.
+         character(len=*), intent(in) :: name
+
+         n = n + 1
+         parts(n)%name = kind
+         parts(n)%origin = instance%origin
+         allocate(parts(n)%assignments(24))
+         call put_name("name", name, "name")
+      end subroutine open_group
+
+      !> Begin an assignment.
+      subroutine next(key, origin_key, size_of_values)
+         !> The key.
+         character(len=*), intent(in) :: key
+         !> Key of the bearing that it comes from.
+         character(len=*), intent(in) :: origin_key
+         !> Number of values.
+         integer, intent(in) :: size_of_values
+         integer :: m
+
+         m = parts(n)%n_assignments + 1
+         parts(n)%n_assignments = m
+         parts(n)%assignments(m)%key = key
+         parts(n)%assignments(m)%origin = place_of(instance, origin_key)
+         allocate(parts(n)%assignments(m)%values(size_of_values))
+         parts(n)%assignments(m)%values(:)%origin = place_of(instance, origin_key)
+      end subroutine next
+
+      !> Give numbers.
+      subroutine put_numbers(key, values, origin_key)
+         !> The key.
+         character(len=*), intent(in) :: key
+         !> Its values.
+         real(wp), intent(in) :: values(:)
+         !> Key of the bearing that they come from.
+         character(len=*), intent(in) :: origin_key
+
+         call next(key, origin_key, size(values))
+         associate (assignment => parts(n)%assignments(parts(n)%n_assignments))
+            assignment%values%kind = value_real
+            ! No negative zeros.
+            assignment%values%real = values + 0.0_wp
+         end associate
+      end subroutine put_numbers
+
+      !> Give a text.
+      subroutine put_text(key, text, origin_key)
+         !> The key.
+         character(len=*), intent(in) :: key
+         !> Its value.
+         character(len=*), intent(in) :: text
+         !> Key of the bearing that it comes from.
+         character(len=*), intent(in) :: origin_key
+
+         call next(key, origin_key, 1)
+         associate (value => parts(n)%assignments(parts(n)%n_assignments)%values(1))
+            value%kind = value_text
+            value%text = text
+         end associate
+      end subroutine put_text
+
+      !> Give the name of a part.
+      subroutine put_name(key, name, origin_key)
+         !> The key.
+         character(len=*), intent(in) :: key
+         !> Name of the part.
+         character(len=*), intent(in) :: name
+         !> Key of the bearing that it comes from.
+         character(len=*), intent(in) :: origin_key
+
+         call put_text(key, bearing%name // "_" // name, origin_key)
+      end subroutine put_name
+
+      !> Give the two surfaces of a contact.
+      subroutine put_surfaces(first, second)
+         !> Names of the surfaces A and B.
+         character(len=*), intent(in) :: first, second
+
+         call next("surfaces", "name", 2)
+         associate (values => parts(n)%assignments(parts(n)%n_assignments)%values)
+            values%kind = value_text
+            values(1)%text = bearing%name // "_" // first
+            values(2)%text = bearing%name // "_" // second
+         end associate
+      end subroutine put_surfaces
+
+      !> How a ring moves, and its loads.
+      subroutine put_ring_motion(k)
+         !> 1 for the inner, 2 for the outer ring.
+         integer, intent(in) :: k
+         character(len=:), allocatable :: speed_key
+
+         speed_key = rings(k) // "_speed"
+         if (bearing%free .and. bearing%loaded == k) then
+            call put_text("motion", "spindle", "ring_mass")
+            call put_numbers("mass", [number(instance, "ring_mass")], "ring_mass")
+            load = norm2([bearing%axial, bearing%radial])
+            if (load > 0.0_wp) call put_numbers("applied_force", &
+               bearing%axial*bearing%frame(:, 3) + bearing%radial*bearing%towards, &
+               trim(merge("axial_load ", "radial_load", abs(bearing%axial) > 0.0_wp)))
+         else
+            call put_text("motion", "prescribed", "name")
+         end if
+         if (abs(bearing%speed(k)) <= 0.0_wp) return
+         if (instance%settings(instance%at("ramp_duration"))%given) then
+            call put_numbers("final_angular_velocity", bearing%speed(k)*bearing%frame(:, 3), &
+               speed_key)
+            call put_numbers("ramp_duration", [number(instance, "ramp_duration")], "ramp_duration")
+         else
+            call put_numbers("angular_velocity", bearing%speed(k)*bearing%frame(:, 3), speed_key)
+         end if
+      end subroutine put_ring_motion
+
+      !> The cage: a thin ring through the centres of the balls.
+      subroutine make_cage()
+         real(wp) :: mass_of_cage
+         integer :: j
+
+         mass_of_cage = number(instance, "cage_mass")
+         call open_group("body", "cage")
+         call put_numbers("mass", [mass_of_cage], "cage_mass")
+         call put_numbers("inertia", mass_of_cage*centre(1)**2*[0.5_wp, 0.5_wp, 1.0_wp], &
+            "cage_mass")
+         call put_numbers("position", bearing%centre + centre(2)*bearing%frame(:, 3), "centre")
+         if (bearing%quaternion(1) < 1.0_wp) call put_numbers("quaternion", bearing%quaternion, &
+            "axis")
+         if (bearing%rolling) call put_numbers("angular_velocity", orbit*bearing%frame(:, 3), &
+            "initial_state")
+         do j = 1, bearing%balls
+            turn = 2.0_wp*pi*(j - 1)/bearing%balls
+            call open_group("surface", "pocket_" // to_text(j))
+            call put_name("body", "cage", "name")
+            call put_text("shape", "cylinder", "name")
+            call put_text("side", "inside", "name")
+            call put_numbers("direction", [cos(turn), sin(turn), 0.0_wp], "cage")
+            call put_numbers("radius", [bearing%r + 0.5_wp*bearing%pocket], "pocket_clearance")
+            call put_text("material", material_of(instance, "cage_material"), "cage_material")
+         end do
+         do j = 1, bearing%balls
+            call open_group("contact", "pocket_" // to_text(j))
+            call put_surfaces("pocket_" // to_text(j), "ball_" // to_text(j))
+            call put_laws("cage_friction_coefficient")
+         end do
+      end subroutine make_cage
+
+      !> The laws of a contact, as the bearing gives them.
+      subroutine put_laws(friction_key)
+         !> Key that takes the place of friction_coefficient if it is given; blank for none.
+         character(len=*), intent(in) :: friction_key
+         type(key_spec_type), allocatable :: keys(:)
+         integer :: m
+
+         keys = schema_keys()
+         do m = 1, size(keys)
+            if (keys(m)%group /= "contact") cycle
+            if (any(keys(m)%name == [character(len=28) :: "name", "surfaces"])) cycle
+            call copy(trim(keys(m)%name))
+         end do
+         if (friction_key == "") return
+         associate (setting => instance%settings(instance%at(friction_key)))
+            if (.not. setting%given) return
+            do m = 1, parts(n)%n_assignments
+               if (parts(n)%assignments(m)%key /= "friction_coefficient") cycle
+               parts(n)%assignments(m)%values(1)%real = setting%real(1)
+               return
+            end do
+            call put_numbers("friction_coefficient", setting%real(:1), friction_key)
+         end associate
+      end subroutine put_laws
+
+      !> Take a key as the bearing gives it.
+      subroutine copy(key)
+         !> The key.
+         character(len=*), intent(in) :: key
+
+         associate (setting => instance%settings(instance%at(key)))
+            if (.not. setting%given) return
+            select case (setting%key%kind)
+            case (kind_real)
+               call put_numbers(key, setting%real(:setting%key%values), key)
+            case (kind_logical)
+               call next(key, key, 1)
+               parts(n)%assignments(parts(n)%n_assignments)%values(1)%kind = value_logical
+               parts(n)%assignments(parts(n)%n_assignments)%values(1)%logical = setting%logical
+            case default
+               call put_text(key, setting%text(1)%s, key)
+            end select
+            parts(n)%assignments(parts(n)%n_assignments)%origin = setting%origin
+         end associate
+      end subroutine copy
+
+   end subroutine make_parts
+
+   !> Material of a part: its own, or that of the rings.
+   function material_of(instance, key) result(name)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> Key of the material.
+      character(len=*), intent(in) :: key
+      character(len=:), allocatable :: name
+
+      name = instance%settings(instance%at("material"))%text(1)%s
+      associate (setting => instance%settings(instance%at(key)))
+         if (setting%set) name = setting%text(1)%s
+      end associate
+   end function material_of
+
+   !> Where a key of a bearing has its value, or where the group begins.
+   pure function place_of(instance, key) result(place)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The key.
+      character(len=*), intent(in) :: key
+      type(origin_type) :: place
+
+      place = instance%settings(instance%at(key))%places(1)
+   end function place_of
+
+   !> Number of a key; zero if it has none.
+   pure function number(instance, name) result(x)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The key.
+      character(len=*), intent(in) :: name
+      real(wp) :: x
+
+      x = instance%settings(instance%at(name))%real(1)
+   end function number
+
+   !> Three numbers of a key.
+   pure function numbers(instance, name) result(x)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> The key.
+      character(len=*), intent(in) :: name
+      real(wp) :: x(3)
+
+      x = instance%settings(instance%at(name))%real(:3)
+   end function numbers
+
+end module contensou_io_bearing

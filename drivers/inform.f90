@@ -18,7 +18,7 @@ module contensou_drivers_inform
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_integrate_cvode, only : sundials_version
    use contensou_integrate_integrator, only : statistics_type
-   use contensou_integrate_march, only : march, observer_type, row_count
+   use contensou_integrate_march, only : begin_rigid, march, observer_type, row_count
    use contensou_integrate_motion, only : motion_type, set_up_motion
    use contensou_io_hdf5_file, only : hdf5_version
    use contensou_io_scene_reader, only : read_scene, scene_file_type
@@ -110,6 +110,7 @@ contains
       y = initial_state(file%scene, motion%system%n)
       allocate(rate(size(y)))
       call set_up_motion(motion, file%scene, y)
+      if (motion%system%n_rigid > 0) call begin_rigid(motion, 0.0_wp, y, error)
       n = 0
       start = cpu_seconds()
       do

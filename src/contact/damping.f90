@@ -13,7 +13,7 @@ module contensou_contact_damping
    private
 
    public :: damping_type, damping_model_type, damping_models, damping_kernel, damping_slopes
-   public :: hunt_crossley_number, tsuji_factor
+   public :: hunt_crossley_number, hunt_crossley_restitution, tsuji_factor
    public :: restitution_none, restitution_at_speed, restitution_any_speed
 
    !> A law has no formula for a coefficient of restitution.
@@ -267,6 +267,30 @@ contains
          end if
       end do
    end function hunt_crossley_number
+
+   !> Restitution e of the Hunt-Crossley law at a number D = (3/2) alpha v0, the root of
+   !> (1 + e) D = ln((1 + D)/(1 - e D)) in (0, 1].
+   pure function hunt_crossley_restitution(number) result(e)
+      !> D, >= 0.
+      real(wp), intent(in) :: number
+      real(wp) :: e
+      real(wp) :: low, high
+      integer :: i
+
+      e = 1.0_wp
+      if (number <= 0.0_wp) return
+      low = 0.0_wp
+      high = min(1.0_wp, 1.0_wp/number)
+      do i = 1, 1100
+         e = 0.5_wp*(low + high)
+         if (e <= low .or. e >= high) exit
+         if (number_excess(e, number) > 0.0_wp) then
+            high = e
+         else
+            low = e
+         end if
+      end do
+   end function hunt_crossley_restitution
 
    !> (ln((1 + D)/(1 - e D)) - (1 + e) D)/D^2, negative below the root and positive above it.
    pure function number_excess(e, d) result(f)

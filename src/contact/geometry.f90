@@ -11,12 +11,14 @@ module contensou_contact_geometry
 
    public :: pose_type, contact_point_type, contact_variation_type, track_type, geometry_type
    public :: contact_trouble, trouble_text
-   public :: trouble_none, trouble_lost, trouble_conforming, trouble_no_spot
+   public :: trouble_none, trouble_lost, trouble_conforming, trouble_no_spot, &
+      trouble_jammed, trouble_redundant
 
    !> What can make a contact unusable: nothing, a search without result, surfaces that do not touch
-   !> in a point, a formula for the spot that gives none.
+   !> in a point, a formula for the spot that gives none, friction that jams a rigid contact, rigid
+   !> contacts that do not determine their forces.
    integer, parameter :: trouble_none = 0, trouble_lost = 1, trouble_conforming = 2, &
-      trouble_no_spot = 3
+      trouble_no_spot = 3, trouble_jammed = 4, trouble_redundant = 5
 
    !> Ratio A/B below which a spot counts as a line.
    real(wp), parameter :: conforming_ratio = 1.0e-8_wp
@@ -199,6 +201,12 @@ contains
       case (trouble_no_spot)
          text = "the formula for the ellipse gives no spot for these curvatures; 'power' or " // &
             "'exact' does"
+      case (trouble_jammed)
+         text = "friction jams the rigid contact: no normal force keeps it closed (the " // &
+            "paradox of Painleve); normal = 'hertz' has no such case"
+      case (trouble_redundant)
+         text = "the rigid contacts that are closed together do not determine their forces; " // &
+            "normal = 'hertz' for some of them does"
       case default
          text = ""
       end select

@@ -7,10 +7,11 @@ module contensou_contact_normal
    implicit none(type, external)
    private
 
-   public :: normal_type, normal_models, new_normal, normal_hertz, normal_vilke
+   public :: normal_type, normal_models, new_normal, normal_hertz, normal_vilke, &
+      normal_rigid
 
    !> Models of the normal force, in the order of `normal_models`.
-   integer, parameter :: normal_hertz = 1, normal_vilke = 2
+   integer, parameter :: normal_hertz = 1, normal_vilke = 2, normal_rigid = 3
 
    !> Normal force: everything but the approach is computed once for given relative curvatures.
    type, extends(hertz_type) :: normal_type
@@ -43,7 +44,7 @@ contains
    pure function normal_models() result(models)
       type(model_info_type), allocatable :: models(:)
 
-      allocate(models(2))
+      allocate(models(3))
       models(normal_hertz) = model_info_type("hertz", &
          "Hertz: N = k_n d^(3/2), on a circle (4/3) E* sqrt(R) d^(3/2) with a = sqrt(R d)", &
          "young [Pa] and poisson of the two materials", &
@@ -52,6 +53,11 @@ contains
          "Vil'ke's volumetric force: N = (4/3) E* sqrt(R_e) d^(3/2), R_e = 1/(2 sqrt(A B))", &
          "young [Pa] and poisson of the two materials, ellipse", &
          "Kosenko and Aleksandrov, 7th Modelica Conference (2009) 288; force reconstructed")
+      models(normal_rigid) = model_info_type("rigid", &
+         "no compliance: N from the equations of motion, spot of Hertz at N, impacts with " // &
+         "restitution e", &
+         "young [Pa] and poisson (spot), restitution [-] (1) or damping = 'hunt_crossley'", &
+         "J. Baumgarte, CMAME 1 (1972) 1; W. J. Stronge, Impact Mechanics, 2000")
    end function normal_models
 
    !> Contact of given curvatures.

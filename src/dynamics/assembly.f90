@@ -9,13 +9,13 @@ module contensou_dynamics_assembly
       pose_type, track_type, trouble_none
    use contensou_contact_hertz, only : effective_modulus, hertz_model_type
    use contensou_contact_law, only : contact_law_type
-   use contensou_contact_normal, only : new_normal, normal_vilke
+   use contensou_contact_normal, only : new_normal, normal_rigid, normal_vilke
    use contensou_contact_pairs, only : new_geometry
    use contensou_contact_rolling, only : rolling_none
    use contensou_contact_vilke, only : vilke_models
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, moves_freely, &
       scene_type, turns_by_drive
-   use contensou_dynamics_system, only : body_size, body_type, system_type
+   use contensou_dynamics_system, only : body_size, body_type, contact_type, system_type
    implicit none(type, external)
    private
 
@@ -49,10 +49,32 @@ contains
             contact%a = scene%surfaces(spec%surfaces(1))%body
             contact%b = scene%surfaces(spec%surfaces(2))%body
             call set_law(scene, spec, contact%law)
+            if (spec%normal == normal_rigid) call make_rigid(spec, contact)
          end associate
       end do
       call system%prepare()
    end subroutine assemble
+
+   !> Restitution of a rigid contact.
+   subroutine make_rigid(spec, contact)
+      !> Its description.
+      type(contact_spec_type), intent(in) :: spec
+      !> The contact.
+      type(contact_type), intent(inout) :: contact
+      type(damping_model_type), allocatable :: damping(:)
+
+      damping = damping_models()
+      contact%rigid = .true.
+      contact%restitution = spec%restitution
+      if (damping(spec%damping)%restitution /= restitution_at_speed) return
+      if (spec%impact_velocity > 0.0_wp) then
+         contact%restitution_slope = hunt_crossley_number(spec%restitution) &
+            /(1.5_wp*spec%impact_velocity)
+      else if (spec%restitution <= 0.0_wp) then
+         contact%restitution = 1.0_wp
+         contact%restitution_slope = spec%damping_coefficient
+      end if
+   end subroutine make_rigid
 
    !> A body.
    pure subroutine set_body(spec, body)
@@ -111,7 +133,7 @@ contains
          law%largest_approach = largest_relative_approach*law%geometry%smallest_radius()
 
          damping = damping_models()
-         if (associated(damping(spec%damping)%kernel)) then
+         if (associated(damping(spec%damping)%kernel) .and. spec%normal /= normal_rigid) then
             allocate(law%damping)
             law%damping%kernel => damping(spec%damping)%kernel
             law%damping%slopes => damping(spec%damping)%slopes
@@ -258,6 +280,11 @@ contains
       length = huge(length)
       g = norm2(scene%gravity)
       do i = 1, size(system%contacts)
+         if (system%contacts(i)%rigid) then
+            ! There is no overlap to resolve; the length is that of the surfaces.
+            length = min(length, system%contacts(i)%law%geometry%smallest_radius())
+            cycle
+         end if
          mass = reduced_mass(scene, system%contacts(i)%a, system%contacts(i)%b)
          stiffness = system%contacts(i)%law%normal%stiffness
          if (g > 0.0_wp) then

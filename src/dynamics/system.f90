@@ -11,6 +11,9 @@
 !> acts on the pose through them, too: the generalised forces -dU/dA and -dU/dB are part of the
 !> load, so that the contact conserves energy. They are smaller than the normal force by the
 !> approach over the radii.
+!>
+!> Rigid contacts come last: their normal forces follow from the accelerations that all the rest
+!> gives.
 module contensou_dynamics_system
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_kinds, only : wp
@@ -18,8 +21,10 @@ module contensou_dynamics_system
    use contensou_base_vectors, only : cross
    use contensou_contact_geometry, only : contact_point_type, &
       contact_variation_type, contact_trouble, pose_type, track_type, trouble_lost, &
-      trouble_no_spot, trouble_none
+      trouble_jammed, trouble_no_spot, trouble_none, trouble_redundant
    use contensou_contact_law, only : contact_law_type, contact_load_type
+   use contensou_dynamics_rigid, only : link_type, response, set_link, set_load, solve_linear, &
+      turned_by
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
       motion_spindle, moves_freely, turns_by_drive
    implicit none(type, external)
@@ -36,6 +41,11 @@ module contensou_dynamics_system
 
    !> Unknowns beyond this (in SI units) are those of a trial state that ran away.
    real(wp), parameter :: runaway = 1.0e50_wp
+   !> Iterations for the normal forces of rigid contacts, which converge quadratically.
+   integer, parameter :: most_iterations = 50
+
+   !> Relative change of a normal force whose square is below rounding.
+   real(wp), parameter :: converged = 3.0e-9_wp
 
    !> Inertia of a rigid body, and what drives it.
    type :: body_type
@@ -71,6 +81,21 @@ module contensou_dynamics_system
       type(contact_law_type) :: law
       !> Where the surfaces were closest last.
       type(track_type) :: track
+      !> Whether the contact is rigid.
+      logical :: rigid = .false.
+      !> Whether a rigid contact is closed.
+      logical :: closed = .false.
+      !> Whether a rigid contact has opened and its gap is not yet distinct from zero.
+      logical :: leaving = .false.
+      !> Gap below which such a contact closes again [m]: just below that at which it opened.
+      real(wp) :: threshold = 0.0_wp
+      !> Normal force of a closed rigid contact in the last right-hand side [N].
+      real(wp) :: normal_force = 0.0_wp
+      !> Restitution of a rigid contact [-], unless it depends on the speed.
+      real(wp) :: restitution = 1.0_wp
+      !> Hunt-Crossley coefficient alpha by which restitution depends on the speed [s/m]; 0 if it
+      !> does not.
+      real(wp) :: restitution_slope = 0.0_wp
    contains
       !> Let the normal part follow the curvatures.
       procedure :: follow
@@ -132,6 +157,16 @@ module contensou_dynamics_system
       logical :: outside = .false.
       !> What an integrator resolves of the velocities at a contact.
       type(resolution_type) :: resolution
+      !> Number of rigid contacts.
+      integer :: n_rigid = 0
+      !> Number of rigid contacts that were closed in the last right-hand side.
+      integer :: n_links = 0
+      !> These contacts.
+      type(link_type), allocatable :: links(:)
+      !> Equations for their normal forces.
+      real(wp), allocatable, private :: matrix(:, :), right(:)
+      !> Room for a right-hand side that is evaluated for the sake of the normal forces.
+      real(wp), allocatable, private :: scratch(:)
       !> Whether there is gravity.
       logical, private :: has_gravity = .false.
       !> Poses of the ground (0) and the bodies.
@@ -149,6 +184,12 @@ module contensou_dynamics_system
       procedure :: derivative
       !> Gaps of all contacts.
       procedure :: gaps
+      !> Normal forces of the closed rigid contacts.
+      procedure :: constraint_forces
+      !> What the closed rigid contacts do; bound, as inlining it would slow all scenes down.
+      procedure, private :: constrain
+      !> Kinematics of a rigid contact.
+      procedure :: make_link
       !> Rates of all gaps.
       procedure :: gap_rates
       !> Pose of a body.
@@ -182,7 +223,9 @@ contains
          self%n = self%n + 1
          self%friction_index = self%n
       end if
-      if (any([(allocated(self%contacts(i)%law%damping), i=1, size(self%contacts))])) then
+      self%n_rigid = count(self%contacts%rigid)
+      if (any([(allocated(self%contacts(i)%law%damping), i=1, size(self%contacts))]) .or. &
+         self%n_rigid > 0) then
          self%n = self%n + 1
          self%damping_index = self%n
       end if
@@ -192,6 +235,9 @@ contains
       end if
       if (allocated(self%pose)) deallocate(self%pose, self%force, self%torque)
       allocate(self%pose(0:nb), self%force(3, nb), self%torque(3, nb))
+      if (allocated(self%links)) deallocate(self%links, self%matrix, self%right, self%scratch)
+      allocate(self%links(self%n_rigid), self%matrix(self%n_rigid, self%n_rigid))
+      allocate(self%right(self%n_rigid), self%scratch(self%n))
    end subroutine prepare
 
    !> Time derivative of the state. Allocates nothing.
@@ -226,6 +272,7 @@ contains
       friction_power = 0.0_wp
       damping_power = 0.0_wp
       do i = 1, size(self%contacts)
+         if (self%contacts(i)%rigid) cycle
          call add_contact(self, self%contacts(i), i, friction_power, damping_power)
          if (self%outside) return
       end do
@@ -237,9 +284,231 @@ contains
          k = body_size*(i - 1)
          call accelerate(self, i, t, y(k + 1:k + body_size), rate(k + 1:k + body_size))
       end do
+      if (self%n_rigid > 0) then
+         call self%constrain(rate, friction_power)
+         if (self%outside) return
+      end if
       if (self%friction_index > 0) rate(self%friction_index) = friction_power
       if (self%damping_index > 0) rate(self%damping_index) = damping_power
    end subroutine derivative
+
+   !> Add what the closed rigid contacts do to the accelerations.
+   subroutine constrain(self, rate, friction_power)
+      !> The system.
+      class(system_type), intent(inout) :: self
+      !> Time derivative of the state, without rigid contacts on entry.
+      real(wp), intent(inout) :: rate(:)
+      !> Power lost in friction so far [W].
+      real(wp), intent(inout) :: friction_power
+      real(wp) :: moment(3)
+      integer :: i, j, trouble
+
+      self%n_links = 0
+      do i = 1, size(self%contacts)
+         if (.not. self%contacts(i)%closed) cycle
+         self%n_links = self%n_links + 1
+         call self%make_link(i, rate, self%links(self%n_links), trouble)
+         if (trouble /= trouble_none) exit
+         ! A step that is far too large.
+         self%outside = abs(self%links(self%n_links)%at%gap) > &
+            self%contacts(i)%law%largest_approach
+         if (self%outside) return
+      end do
+      if (self%n_links == 0) return
+      i = min(i, size(self%contacts))
+      if (trouble == trouble_none) call find_forces(self, i, trouble)
+      if (trouble /= trouble_none) then
+         self%outside = .true.
+         self%trouble = i
+         self%trouble_code = trouble
+         return
+      end if
+      do i = 1, self%n_links
+         associate (link => self%links(i))
+            self%contacts(link%contact)%normal_force = link%normal_force
+            friction_power = friction_power - dot_product(link%wrench(1:3), &
+               link%motion(1)*link%at%major + link%motion(2)*link%minor) &
+               - dot_product(link%wrench(4:6), link%spin)
+            do j = 1, 2
+               if (link%body(j) == 0) cycle
+               moment = cross(link%arm(:, j), link%wrench(1:3)) + link%wrench(4:6)
+               if (j == 1) moment = -moment
+               call push(self, link%body(j), merge(-1.0_wp, 1.0_wp, j == 1)*link%wrench(1:3), &
+                  moment, rate)
+            end do
+         end associate
+      end do
+   end subroutine constrain
+
+   !> Accelerate a body by the load of a rigid contact.
+   subroutine push(self, index, force, torque, rate)
+      !> The system.
+      class(system_type), intent(in) :: self
+      !> Index of the body.
+      integer, intent(in) :: index
+      !> Force [N].
+      real(wp), intent(in) :: force(3)
+      !> Torque about the centre of mass [N m], inertial frame.
+      real(wp), intent(in) :: torque(3)
+      !> Time derivative of the state.
+      real(wp), intent(inout) :: rate(:)
+      real(wp) :: moment(3)
+      integer :: k
+
+      k = body_size*(index - 1)
+      associate (body => self%bodies(index), pose => self%pose(index))
+         if (body%motion == motion_free) then
+            rate(k + 8:k + 10) = rate(k + 8:k + 10) + force/body%mass
+            moment = matmul(torque, pose%rotation)
+            rate(k + 11:k + 13) = rate(k + 11:k + 13) + moment/body%inertia
+         else if (body%motion == motion_prescribed) then
+            rate(self%applied_index) = rate(self%applied_index) &
+               - dot_product(force, pose%velocity) - dot_product(torque, pose%spin)
+         end if
+      end associate
+   end subroutine push
+
+   !> Kinematics of a rigid contact at the poses that are set, closed or not.
+   subroutine make_link(self, index, rate, link, trouble)
+      !> The system; its track is changed.
+      class(system_type), intent(inout) :: self
+      !> Index of the contact.
+      integer, intent(in) :: index
+      !> Time derivative of the state without rigid contacts.
+      real(wp), intent(in) :: rate(:)
+      !> The contact.
+      type(link_type), intent(inout) :: link
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      real(wp) :: inverse_inertia(3, 2), spin_rate(3), turned(3), pace
+      integer :: j, k
+
+      trouble = trouble_none
+      associate (contact => self%contacts(index), a => self%pose(self%contacts(index)%a), &
+         b => self%pose(self%contacts(index)%b))
+         link%contact = index
+         link%body(1) = contact%a
+         link%body(2) = contact%b
+         call contact%law%geometry%gap(a, b, contact%track, link%at%gap)
+         if (contact%track%lost) then
+            trouble = trouble_lost
+            return
+         end if
+         call contact%law%geometry%locate(a, b, contact%track, link%at%gap, link%at)
+         if (.not. contact%law%geometry%constant_curvatures) then
+            call contact%follow(link%at, trouble)
+            if (trouble /= trouble_none) return
+         end if
+         link%inverse_mass = 0.0_wp
+         inverse_inertia = 0.0_wp
+         do j = 1, 2
+            if (link%body(j) == 0) cycle
+            associate (body => self%bodies(link%body(j)))
+               if (body%motion /= motion_free) cycle
+               link%inverse_mass(j) = 1.0_wp/body%mass
+               inverse_inertia(:, j) = 1.0_wp/body%inertia
+            end associate
+         end do
+         link%resolution = self%resolution%of(a, b, link%at%point)
+         call set_link(link, contact%law, contact%track, a, b, inverse_inertia)
+         link%free = link%bias
+         do j = 1, 2
+            if (link%body(j) == 0) cycle
+            k = body_size*(link%body(j) - 1)
+            ! Copies: gfortran takes memory for the product with a part of an assumed-shape array.
+            spin_rate = rate(k + 11:k + 13)
+            turned = matmul(self%pose(link%body(j))%rotation, spin_rate)
+            spin_rate = rate(k + 8:k + 10) + cross(turned, link%arm(:, j))
+            link%free = link%free + merge(-1.0_wp, 1.0_wp, j == 1) &
+               *dot_product(link%at%normal, spin_rate)
+         end do
+         ! The gap returns within about a radian of the motion, which steps resolve anyway.
+         pace = dot_product(a%spin, a%spin) + dot_product(b%spin, b%spin) &
+            + (link%motion(1)**2 + link%motion(2)**2)*(2.0_wp*link%at%curvature_b)**2 &
+            + abs(link%free)*2.0_wp*link%at%curvature_b
+         link%stabilisation = 2.0_wp*sqrt(pace)*link%rate + pace*link%at%gap
+      end associate
+   end subroutine make_link
+
+   !> Normal forces of the closed rigid contacts by Newton's method.
+   subroutine find_forces(self, index, trouble)
+      !> The system; its links are set.
+      class(system_type), intent(inout) :: self
+      !> Index of the contact that is in trouble, if one is.
+      integer, intent(inout) :: index
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      real(wp) :: change, largest
+      integer :: i, j, k, n
+      logical :: singular
+
+      trouble = trouble_none
+      n = self%n_links
+      do i = 1, n
+         associate (link => self%links(i))
+            ! The last force is a guess.
+            link%normal_force = self%contacts(link%contact)%normal_force
+            if (.not. link%normal_force > 0.0_wp) then
+               link%slope = 0.0_wp
+               link%slope(1:3) = link%at%normal
+               link%normal_force = max(-link%free/response(link, link, link%slope), 0.0_wp)
+            end if
+         end associate
+      end do
+      do k = 1, most_iterations
+         do i = 1, n
+            call set_load(self%links(i), self%contacts(self%links(i)%contact)%law, &
+               self%links(i)%normal_force)
+         end do
+         do i = 1, n
+            self%right(i) = -self%links(i)%free - self%links(i)%stabilisation
+            do j = 1, n
+               self%matrix(i, j) = response(self%links(i), self%links(j), self%links(j)%slope)
+               self%right(i) = self%right(i) &
+                  - response(self%links(i), self%links(j), self%links(j)%wrench)
+            end do
+            if (.not. self%matrix(i, i) > 0.0_wp) then
+               ! A larger normal force would press the bodies together.
+               index = self%links(i)%contact
+               trouble = trouble_jammed
+               return
+            end if
+         end do
+         call solve_linear(n, self%matrix, self%right, singular)
+         if (singular) then
+            index = self%links(n)%contact
+            trouble = trouble_redundant
+            return
+         end if
+         change = 0.0_wp
+         largest = 0.0_wp
+         do i = 1, n
+            associate (link => self%links(i))
+               link%normal_force = link%normal_force + self%right(i)
+               link%wrench = link%wrench + self%right(i)*link%slope
+               change = max(change, abs(self%right(i)))
+               largest = max(largest, abs(link%normal_force))
+            end associate
+         end do
+         if (change <= converged*largest .or. largest <= 0.0_wp) return
+      end do
+      index = self%links(n)%contact
+      trouble = trouble_jammed
+   end subroutine find_forces
+
+   !> Normal forces of the closed rigid contacts at a state, in their components `normal_force`.
+   subroutine constraint_forces(self, t, y)
+      !> The system; as after a right-hand side, which is only evaluated if one is closed.
+      class(system_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+
+      self%n_links = 0
+      self%outside = .false.
+      if (any(self%contacts%closed)) call self%derivative(t, y, self%scratch)
+   end subroutine constraint_forces
 
    !> Add the applied loads to the bodies; power supplied by them and by the drives.
    subroutine apply_loads(self, power)
@@ -559,7 +828,7 @@ contains
    end subroutine pose_of
 
    !> All that an output row says of a contact.
-   subroutine report(self, y, index, row)
+   subroutine report(self, y, index, row, t)
       !> The system; its workspace is changed.
       class(system_type), intent(inout) :: self
       !> State.
@@ -568,7 +837,9 @@ contains
       integer, intent(in) :: index
       !> The report.
       type(contact_report_type), intent(out) :: row
-      real(wp) :: velocity(3), spin(3), gap
+      !> Time [s], for rigid contacts against a body whose motion is prescribed; 0 if not given.
+      real(wp), intent(in), optional :: t
+      real(wp) :: velocity(3), spin(3), gap, now
       integer :: trouble
 
       call self%set_poses(y)
@@ -576,6 +847,12 @@ contains
          associate (a => self%pose(c%a), b => self%pose(c%b), law => c%law)
             call law%geometry%gap(a, b, c%track, gap)
             call law%geometry%locate(a, b, c%track, gap, row%at)
+            if (c%rigid) then
+               now = 0.0_wp
+               if (present(t)) now = t
+               if (c%closed .and. .not. c%track%lost) call report_rigid(self, now, y, index, row)
+               return
+            end if
             if (gap >= 0.0_wp .or. c%track%lost) return
             if (.not. law%geometry%constant_curvatures) then
                call c%follow(row%at, trouble)
@@ -596,18 +873,21 @@ contains
    !> What the drives supply against the contacts: the force on a body whose motion is prescribed,
    !> the torque about the centre of mass of any body whose rotation is prescribed; zero for others.
    !> The inertia of the driven bodies is not counted.
-   subroutine drives(self, y, force, torque)
+   subroutine drives(self, t, y, force, torque)
       !> The system; its workspace is changed.
       class(system_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
       !> State.
       real(wp), intent(in) :: y(:)
       !> Force on each body [N], inertial frame.
       real(wp), intent(out) :: force(:, :)
       !> Torque on each body [N m], inertial frame.
       real(wp), intent(out) :: torque(:, :)
-      real(wp) :: friction_power, damping_power
-      integer :: i
+      real(wp) :: friction_power, damping_power, moment(3), sense
+      integer :: i, j
 
+      call self%constraint_forces(t, y)
       call self%set_poses(y)
       self%force = 0.0_wp
       self%torque = 0.0_wp
@@ -615,8 +895,20 @@ contains
       damping_power = 0.0_wp
       self%outside = .false.
       do i = 1, size(self%contacts)
+         if (self%contacts(i)%rigid) cycle
          call add_contact(self, self%contacts(i), i, friction_power, damping_power)
          if (self%outside) exit
+      end do
+      do i = 1, self%n_links
+         associate (link => self%links(i))
+            do j = 1, 2
+               if (link%body(j) == 0) cycle
+               sense = merge(-1.0_wp, 1.0_wp, j == 1)
+               moment = cross(link%arm(:, j), link%wrench(1:3)) + link%wrench(4:6)
+               self%force(:, link%body(j)) = self%force(:, link%body(j)) + sense*link%wrench(1:3)
+               self%torque(:, link%body(j)) = self%torque(:, link%body(j)) + sense*moment
+            end do
+         end associate
       end do
       force = 0.0_wp
       torque = 0.0_wp
@@ -625,6 +917,43 @@ contains
          if (turns_by_drive(self%bodies(i)%motion)) torque(:, i) = -self%torque(:, i)
       end do
    end subroutine drives
+   !> Report on a closed rigid contact.
+   subroutine report_rigid(self, t, y, index, row)
+      !> The system; its workspace is changed.
+      class(system_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Index of the contact.
+      integer, intent(in) :: index
+      !> The report.
+      type(contact_report_type), intent(inout) :: row
+      real(wp) :: slip(3), torque(3)
+      integer :: i
+
+      call self%constraint_forces(t, y)
+      if (self%outside) return
+      do i = 1, self%n_links
+         if (self%links(i)%contact /= index) cycle
+         associate (link => self%links(i), law => self%contacts(index)%law)
+            slip = link%motion(1)*link%at%major + link%motion(2)*link%minor
+            ! A row at lift-off may be late by the resolution of time.
+            row%load%normal_force = max(link%normal_force, 0.0_wp)
+            row%load%friction_force = link%wrench(1:3) - link%normal_force*link%at%normal
+            row%load%friction_torque = dot_product(link%wrench(4:6), link%at%normal)
+            torque = link%wrench(4:6) - row%load%friction_torque*link%at%normal
+            row%load%rolling_torque = torque
+            row%load%slip = slip
+            row%load%spin = link%motion(3)
+            row%load%friction_power = -dot_product(link%wrench(1:3), slip) &
+               - dot_product(link%wrench(4:6), link%spin)
+            row%semi_axes(1) = law%normal%major_axis( &
+               law%normal%approach(row%load%normal_force))
+            row%semi_axes(2) = law%normal%shape%k*row%semi_axes(1)
+         end associate
+      end do
+   end subroutine report_rigid
 
    !> Kinetic energy, and potential energy of gravity relative to the origin, of the free bodies
    !> and of the translation of those that only turn by a drive [J].

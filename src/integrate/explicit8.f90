@@ -548,8 +548,9 @@ contains
       integer :: side(size(self%side))
       logical :: same
 
-      ! At an event the sides are those after it, whatever the rounding of the values.
-      same = abs(t - self%t) <= 0.0_wp
+      ! At an event the sides are those after it, whatever the rounding of the values; another
+      ! state has sides of its own.
+      same = abs(t - self%t) <= 0.0_wp .and. maxval(abs(y - self%y)) <= 0.0_wp
       side = self%side
       call begin_at(self, t, y)
       if (same) self%side = side

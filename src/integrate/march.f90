@@ -3,6 +3,7 @@
 module contensou_integrate_march
    use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : i8, wp
+   use contensou_dynamics_impact, only : open_contact, settle, touching_gap
    use contensou_integrate_cvode, only : cvode_type
    use contensou_integrate_explicit8, only : explicit8_type
    use contensou_integrate_integrator, only : integrator_type, statistics_type
@@ -11,7 +12,7 @@ module contensou_integrate_march
    private
 
    public :: observer_type, march, event_touch, event_lift, integrator_methods, new_integrator, &
-      row_count
+      begin_rigid, row_count
 
    !> Methods of integration, as named in a scene.
    character(len=*), parameter :: integrator_methods(*) = [character(len=11) :: &
@@ -168,11 +169,18 @@ contains
 
       t = 0.0_wp
       stopped = .false.
+      motion%differences = 0
+      if (motion%system%n_rigid > 0) then
+         call begin_rigid(motion, t, y, error)
+         statistics = statistics_type()
+         if (allocated(error)) return
+      end if
       call new_integrator(method, integrator)
       call integrator%start(motion, method, t, y, t_end, max_step, error)
       if (.not. allocated(error)) call advance(integrator, motion, y, t_end, interval, &
          max_step, observer, t, stopped, error)
       statistics = integrator%statistics()
+      statistics%derivatives = statistics%derivatives + motion%differences
       call integrator%free()
    end subroutine march
 
@@ -214,6 +222,10 @@ contains
       resolution = 64.0_wp*epsilon(gap)*(1.0_wp + maxval(abs(y)))
       undecided = abs(gap) <= resolution
       closed = gap <= 0.0_wp .or. undecided
+      where (motion%system%contacts%rigid)
+         undecided = .false.
+         closed = motion%system%contacts%closed
+      end where
       do i = 1, motion%n_events
          if (closed(i)) call begin_impact(motion, i, -rate(i), changed)
       end do
@@ -244,7 +256,8 @@ contains
          if (too_deep) call find_depth(integrator, motion, t_before, t, y, too_deep)
          if (.not. all(closed)) then
             call motion%system%gap_rates(y, rate)
-            suspect = .not. closed .and. events == 0 .and. rate_before < 0.0_wp .and. rate > 0.0_wp
+            suspect = .not. closed .and. events == 0 .and. rate_before < 0.0_wp .and. &
+               rate > 0.0_wp .and. .not. motion%system%contacts%leaving
             t_dip = huge(t_dip)
             if (any(suspect)) call find_dip(integrator, motion, t_before, t, suspect, resolution, &
                t_dip)
@@ -291,6 +304,11 @@ contains
          if (any(events /= 0)) then
             call take_events(integrator, motion, t, y, events, closed, observer, error)
             if (allocated(error)) return
+         end if
+         if (motion%system%n_rigid > 0) then
+            if (any(motion%system%contacts%leaving)) call part(motion, y)
+            ! An impact has changed the velocities.
+            if (any(events /= 0)) call motion%system%gap_rates(y, rate)
          end if
          if (allocated(integrator%advice)) then
             call observer%advise(t, integrator%advice)
@@ -415,7 +433,7 @@ contains
       !> Time [s].
       real(wp), intent(in) :: t
       !> State.
-      real(wp), intent(in) :: y(:)
+      real(wp), intent(inout) :: y(:)
       !> For each contact 1, -1 or 0 as the gap opens, closes, or neither.
       integer, intent(in) :: events(:)
       !> Which contacts are closed.
@@ -425,12 +443,14 @@ contains
       !> Set when the observer failed.
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: rate(size(events))
-      logical :: changed, any_changed
+      logical :: changed, any_changed, any_rigid
       integer :: i
 
       any_changed = .false.
+      any_rigid = .false.
       call motion%system%gap_rates(y, rate)
       do i = 1, size(events)
+         any_rigid = any_rigid .or. (motion%system%contacts(i)%rigid .and. events(i) /= 0)
          if (events(i) < 0 .and. .not. closed(i)) then
             closed(i) = .true.
             call begin_impact(motion, i, -rate(i), changed)
@@ -442,8 +462,116 @@ contains
          end if
          if (allocated(error)) return
       end do
+      if (any_rigid) then
+         call meet(motion, t, y, events, closed, observer, error)
+         if (allocated(error)) return
+         any_changed = .true.
+      end if
       if (any_changed) call integrator%restart(t, y, error)
    end subroutine take_events
+
+   !> Close the rigid contacts that touch at the beginning.
+   subroutine begin_rigid(motion, t, y, error)
+      !> The motion.
+      type(motion_type), intent(inout) :: motion
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State; velocities change if surfaces touch at once and approach.
+      real(wp), intent(inout) :: y(:)
+      !> Set when the contacts cannot be settled.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: gap(motion%n_events)
+      logical :: touching(motion%n_events)
+      integer :: i
+
+      call motion%system%gaps(y, gap)
+      do i = 1, motion%n_events
+         associate (contact => motion%system%contacts(i))
+            contact%closed = .false.
+            contact%leaving = .false.
+            touching(i) = .false.
+            if (contact%rigid) touching(i) = gap(i) <= touching_gap(contact)
+         end associate
+      end do
+      if (any(touching)) call settle_all(motion, t, y, touching, error)
+   end subroutine begin_rigid
+
+   !> Settle rigid contacts.
+   subroutine settle_all(motion, t, y, touching, error)
+      !> The motion.
+      class(motion_type), intent(inout) :: motion
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(inout) :: y(:)
+      !> Contacts whose gaps are zero.
+      logical, intent(in) :: touching(:)
+      !> Set when the contacts cannot be settled.
+      type(error_type), allocatable, intent(out) :: error
+      integer :: index, trouble
+
+      call settle(motion%system, t, y, touching, motion%scales%velocity, index, trouble)
+      if (index == 0) return
+      motion%system%trouble = index
+      motion%system%trouble_code = trouble
+      call fatal(error, "the rigid contacts cannot be settled")
+   end subroutine settle_all
+
+   !> What follows from an event of a rigid contact: impacts, and which contacts stay closed.
+   subroutine meet(motion, t, y, events, closed, observer, error)
+      !> The motion.
+      class(motion_type), intent(inout) :: motion
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(inout) :: y(:)
+      !> For each contact 1, -1 or 0 as it opens, closes, or neither.
+      integer, intent(in) :: events(:)
+      !> Which contacts are closed.
+      logical, intent(inout) :: closed(:)
+      !> Who looks on.
+      class(observer_type), intent(inout) :: observer
+      !> Set when the contacts cannot be settled or the observer failed.
+      type(error_type), allocatable, intent(out) :: error
+      logical :: touching(size(events))
+      integer :: i
+
+      associate (contacts => motion%system%contacts)
+         ! One that lifts off has no force and its gap no acceleration.
+         call motion%system%set_poses(y)
+         do i = 1, size(events)
+            if (contacts(i)%closed .and. events(i) > 0) call open_contact(motion%system, i)
+         end do
+         touching = contacts%rigid .and. (contacts%closed .or. events < 0)
+         if (any(touching .and. events < 0)) then
+            call settle_all(motion, t, y, touching, error)
+            if (allocated(error)) return
+         end if
+         do i = 1, size(events)
+            if (.not. contacts(i)%rigid .or. (contacts(i)%closed .eqv. closed(i))) cycle
+            closed(i) = contacts(i)%closed
+            call observer%event(t, merge(event_touch, event_lift, closed(i)), i, error)
+            if (allocated(error)) return
+         end do
+      end associate
+   end subroutine meet
+
+   !> Note that gaps have become distinct from zero.
+   subroutine part(motion, y)
+      !> The motion.
+      class(motion_type), intent(inout) :: motion
+      !> State.
+      real(wp), intent(in) :: y(:)
+      real(wp) :: gap(motion%n_events)
+      integer :: i
+
+      call motion%system%gaps(y, gap)
+      do i = 1, size(gap)
+         associate (contact => motion%system%contacts(i))
+            if (contact%leaving) contact%leaving = gap(i) <= touching_gap(contact)
+         end associate
+      end do
+   end subroutine part
 
    !> Tell a contact the speed of an impact.
    subroutine begin_impact(motion, contact, speed, changed)

@@ -1,6 +1,6 @@
 !> The motion of a system of bodies as an initial value problem.
 module contensou_integrate_motion
-   use contensou_base_kinds, only : wp
+   use contensou_base_kinds, only : i8, wp
    use contensou_dynamics_assembly, only : contact_time
    use contensou_dynamics_jacobian, only : jacobian_type
    use contensou_dynamics_scene, only : scene_type
@@ -45,6 +45,10 @@ module contensou_integrate_motion
       type(jacobian_type) :: differential
       !> Shortest time that a contact takes [s]; 0 without contacts.
       real(wp) :: contact_time = 0.0_wp
+      !> Right-hand sides that were evaluated for Jacobians.
+      integer(i8) :: differences = 0
+      !> Room for them.
+      real(wp), allocatable, private :: shifted(:), base(:), moved(:), increment(:)
    contains
       procedure :: jacobian
       procedure :: derivative
@@ -67,11 +71,19 @@ contains
 
       motion%n = motion%system%n
       motion%n_events = size(motion%system%contacts)
-      call motion%differential%prepare(motion%system)
-      motion%column_start = motion%differential%column_start
-      motion%row = motion%differential%row
+      if (motion%system%n_rigid == 0) then
+         call motion%differential%prepare(motion%system)
+         motion%column_start = motion%differential%column_start
+         motion%row = motion%differential%row
+      else
+         call set_up_differences(motion)
+      end if
       associate (s => motion%scales)
          s%rtol = scene%integrator%rtol
+         ! No ringing holds the steps of a rigid scene below what the tolerance admits, and the
+         ! errors of a multistep method add up over them.
+         if (motion%system%n_rigid > 0 .and. scene%integrator%method /= "explicit8") s%rtol = &
+            max(0.1_wp*s%rtol, min(s%rtol, 1.0e-13_wp))
          s%length = scene%integrator%length_scale
          s%velocity = scene%integrator%velocity_scale
          s%angular_velocity = scene%integrator%angular_velocity_scale
@@ -104,6 +116,54 @@ contains
       outside = self%system%outside
    end subroutine derivative
 
+   !> All entries of a Jacobian that differences give: the normal force of a rigid contact couples
+   !> all that its bodies do.
+   subroutine set_up_differences(motion)
+      !> The motion.
+      type(motion_type), intent(inout) :: motion
+      integer :: i, j
+
+      associate (n => motion%n)
+         motion%column_start = [(n*(i - 1) + 1, i=1, n + 1)]
+         motion%row = [((i, i=1, n), j=1, n)]
+         if (allocated(motion%shifted)) deallocate(motion%shifted, motion%base, motion%moved, &
+            motion%increment)
+         allocate(motion%shifted(n), motion%base(n), motion%moved(n), motion%increment(n))
+      end associate
+   end subroutine set_up_differences
+
+   !> Jacobian by differences over the admissible errors, which are far below the velocities over
+   !> which friction that sticks is smoothed.
+   subroutine difference(self, t, y, value)
+      !> The motion.
+      class(motion_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Entries, column after column.
+      real(wp), intent(out) :: value(:)
+      integer :: j, k
+      logical :: outside
+
+      value = 0.0_wp
+      call self%derivative(t, y, self%base, outside)
+      self%differences = self%differences + 1
+      if (outside) return
+      call self%admissible_error(y, self%increment)
+      self%shifted = y
+      ! The works act on nothing.
+      do j = 1, body_size*size(self%system%bodies)
+         self%shifted(j) = y(j) + max(self%increment(j), 1024.0_wp*spacing(y(j)))
+         call self%derivative(t, self%shifted, self%moved, outside)
+         self%differences = self%differences + 1
+         k = self%n*(j - 1)
+         if (.not. outside) value(k + 1:k + self%n) = (self%moved - self%base) &
+            /(self%shifted(j) - y(j))
+         self%shifted(j) = y(j)
+      end do
+   end subroutine difference
+
    !> Jacobian of the right-hand side.
    subroutine jacobian(self, t, y, value)
       !> The motion.
@@ -115,11 +175,16 @@ contains
       !> Entries, in the order of `row`.
       real(wp), intent(out) :: value(:)
 
+      if (self%system%n_rigid > 0) then
+         call difference(self, t, y, value)
+         return
+      end if
       call self%differential%evaluate(self%system, t, y)
       value = self%differential%value
    end subroutine jacobian
 
-   !> Gaps of the contacts: zero at touch and lift-off.
+   !> Gaps of the contacts: zero at touch and lift-off; of closed rigid contacts the normal forces,
+   !> reversed, so that these, too, rise through zero at lift-off.
    subroutine events(self, t, y, g)
       !> The motion.
       class(motion_type), intent(inout) :: self
@@ -127,13 +192,34 @@ contains
       real(wp), intent(in) :: t
       !> State.
       real(wp), intent(in) :: y(:)
-      !> Gaps [m].
+      !> Gaps [m], reversed normal forces [N].
       real(wp), intent(out) :: g(:)
 
       call self%system%gaps(y, g)
+      if (self%system%n_rigid > 0) call rigid_events()
       ! A gap is a difference of larger numbers and can stay exactly zero over a short time, which
       ! CVODE refuses as two roots in one place.
       where (abs(g) <= 0.0_wp) g = 1.0e-100_wp
+
+   contains
+
+      !> Event functions of rigid contacts.
+      subroutine rigid_events()
+         integer :: i
+
+         call self%system%constraint_forces(t, y)
+         do i = 1, size(g)
+            associate (contact => self%system%contacts(i))
+               if (contact%closed) then
+                  if (.not. self%system%outside) g(i) = -contact%normal_force
+                  if (self%system%outside .or. abs(g(i)) <= 0.0_wp) g(i) = -1.0e-100_wp
+               else if (contact%leaving) then
+                  g(i) = g(i) - contact%threshold
+               end if
+            end associate
+         end do
+      end subroutine rigid_events
+
    end subroutine events
 
    !> Admissible local error of each unknown.

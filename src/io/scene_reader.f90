@@ -15,7 +15,7 @@ module contensou_io_scene_reader
    use contensou_contact_geometry, only : contact_point_type, contact_trouble, &
       geometry_type, pose_type, track_type, trouble_lost, trouble_no_spot, trouble_none, &
       trouble_text
-   use contensou_contact_normal, only : normal_vilke
+   use contensou_contact_normal, only : normal_rigid, normal_vilke
    use contensou_contact_pairs, only : geometry_models, new_geometry
    use contensou_contact_rolling, only : rolling_models, rolling_none
    use contensou_contact_surface, only : shape_ellipsoid, shape_has, shape_hints, shape_keys, &
@@ -23,8 +23,10 @@ module contensou_io_scene_reader
    use contensou_contact_vilke, only : vilke_power_index
    use contensou_dynamics_assembly, only : assemble, contact_length, initial_pose, &
       largest_relative_approach
+   use contensou_dynamics_impact, only : touching_gap
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, frame_names, &
-      motion_fixed, motion_free, motion_names, motion_prescribed, moves_freely, scene_type, &
+      motion_fixed, motion_free, motion_names, motion_prescribed, &
+      motion_spindle, moves_freely, scene_type, &
       turns_by_drive
    use contensou_dynamics_system, only : system_type
    use contensou_io_bearing, only : concerns_bearings, expand_bearings, has_bearings
@@ -581,12 +583,18 @@ contains
          contact%damping_coefficient = coefficient%real(1)
          contact%restitution = restitution%real(1)
          contact%impact_velocity = velocity%real(1)
+         if (contact%normal == normal_rigid) call check_rigid()
+         if (restitution%given .and. restitution%set .and. restitution%real(1) <= 0.0_wp .and. &
+            (contact%normal /= normal_rigid .or. contact%damping > 1)) call diagnostics%add( &
+            restitution%places(1), "'restitution' must be positive here", &
+            "a number > 0 and <= 1 [-]; only a rigid contact without a damping law has 0")
          associate (model => dampings(contact%damping))
             if (.not. damping%given) then
                if (coefficient%given) call diagnostics%add(coefficient%origin, &
                   "'damping_coefficient' without 'damping'", "damping = the name of a law")
-               if (restitution%given) call diagnostics%add(restitution%origin, &
-                  "'restitution' without 'damping'", "damping = 'hunt_crossley' or 'tsuji'")
+               if (restitution%given .and. contact%normal /= normal_rigid) call &
+                  diagnostics%add(restitution%origin, "'restitution' without 'damping'", &
+                  "damping = 'hunt_crossley' or 'tsuji'")
                if (velocity%given) call diagnostics%add(velocity%origin, &
                   "'impact_velocity' without 'damping'", "damping = 'hunt_crossley'")
             else if (associated(model%kernel)) then
@@ -647,6 +655,24 @@ contains
             end if
          end associate
       end associate
+
+   contains
+
+      !> Damping of a rigid contact: what it has of it is restitution.
+      subroutine check_rigid()
+         associate (damping => instance%settings(instance%at("damping")), &
+            restitution => instance%settings(instance%at("restitution")))
+            ! Elastic bodies without damping give everything back.
+            if (contact%damping == 1 .and. .not. restitution%given) contact%restitution = 1.0_wp
+            if (damping%given .and. associated(dampings(contact%damping)%kernel) .and. &
+               dampings(contact%damping)%restitution /= restitution_at_speed) call &
+               diagnostics%add(damping%places(1), "damping " // &
+               quote(trim(dampings(contact%damping)%info%name)) // &
+               " has no meaning for a rigid contact", &
+               "restitution without damping, or damping = 'hunt_crossley'")
+         end associate
+      end subroutine check_rigid
+
    end subroutine build_contact
 
    !> Rolling resistance of a contact.
@@ -757,6 +783,13 @@ contains
                   ": neither of its bodies is free", "a body whose motion is 'free'")
                cycle
             end if
+            if (scene%contacts(i)%normal == normal_rigid .and. (spins(a%body) .or. &
+               spins(b%body))) then
+               call diagnostics%add(place, "contact " // quote(scene%contacts(i)%name) // &
+                  ": a rigid contact cannot carry a body whose motion is 'spindle'", &
+                  "normal = 'hertz' or 'vilke'")
+               cycle
+            end if
             call new_geometry(a%surface, b%surface, geometry, problem)
             if (.not. allocated(geometry)) call diagnostics%add(place, "surfaces " // &
                quote(a%name) // " and " // quote(b%name) // " of contact " // &
@@ -770,6 +803,15 @@ contains
       end if
 
    contains
+
+      !> Whether a body is a spindle.
+      pure logical function spins(body)
+         !> Index of the body; 0 for the ground.
+         integer, intent(in) :: body
+
+         spins = .false.
+         if (body > 0) spins = scene%bodies(body)%motion == motion_spindle
+      end function spins
 
       !> Whether a body yields to a contact.
       pure logical function moves(body)
@@ -896,6 +938,14 @@ contains
          associate (contact => system%contacts(i))
             track = contact%track
             call contact%law%geometry%gap(pose(contact%a), pose(contact%b), track, gap)
+            if (contact%rigid .and. -gap > touching_gap(contact)) then
+               call diagnostics%add( &
+                  contact_place(settings, i), "the surfaces of the rigid contact " // &
+                  quote(scene%contacts(i)%name) // " overlap by " // short(-gap) // &
+                  " m at the beginning", "a position with a gap of zero, to " // &
+                  short(touching_gap(contact)) // " m, or a positive one")
+               cycle
+            end if
             if (-gap > contact%law%largest_approach) then
                call diagnostics%add( &
                   contact_place(settings, i), "the surfaces of contact " // &

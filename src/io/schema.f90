@@ -222,10 +222,10 @@ contains
       call put("contact", "damping_coefficient", kind_real, unit="model", least=0.0_wp, &
          doc="coefficient of the damping law: hunt_crossley alpha [s/m], viscous D [N s/m2], " // &
          "tsuji alpha [-]")
-      call put("contact", "restitution", kind_real, unit="1", above=0.0_wp, most=1.0_wp, &
-         doc="coefficient of restitution, instead of damping_coefficient, for hunt_crossley " // &
-         "and tsuji; the formula of tsuji is that of a contact that may pull at its end: as " // &
-         "it may not, 0.5 returns 0.55")
+      call put("contact", "restitution", kind_real, unit="1", least=0.0_wp, most=1.0_wp, &
+         doc="coefficient of restitution: of normal = 'rigid' (1 if not given), or > 0 " // &
+         "instead of damping_coefficient for hunt_crossley and tsuji; the formula of tsuji is " // &
+         "that of a contact that may pull at its end: as it may not, 0.5 returns 0.55")
       call put("contact", "impact_velocity", kind_real, unit="m s-1", above=0.0_wp, &
          doc="speed of approach at which a hunt_crossley contact has its restitution; not " // &
          "given, the coefficient follows the speed of each touch (not below 1e-3 m/s)")
@@ -255,7 +255,8 @@ contains
          most=1.0e-1_wp, doc="relative tolerance of a step, against the scales below")
       call put("integrator", "length_scale", kind_real, unit="m", above=0.0_wp, &
          doc="positions are held to rtol times this length; not given, it is a tenth of " // &
-         "the smallest overlap under gravity, or without gravity in an impact at velocity_scale")
+         "the smallest overlap under gravity, or without gravity in an impact at " // &
+         "velocity_scale, and for a rigid contact of the smallest radius")
       call put("integrator", "velocity_scale", kind_real, unit="m s-1", above=0.0_wp, &
          default="1.0e-2", &
          doc="velocities are held to rtol times the larger of this and the speed")

@@ -490,7 +490,7 @@ contains
          end do
          elastic = 0.0_wp
          do i = 1, size(system%contacts)
-            call system%report(y, i, report)
+            call system%report(y, i, report, t)
             elastic = elastic + report%elastic_energy
             c(c_gap)%rows(i, r) = report%at%gap
             c(c_normal)%rows(i, r) = report%load%normal_force
@@ -501,7 +501,7 @@ contains
             c(c_axes)%rows(2*i - 1:2*i, r) = report%semi_axes
          end do
          if (self%driven) then
-            call system%drives(y, force, torque)
+            call system%drives(t, y, force, torque)
             c(c_drive_force)%rows(:, r) = reshape(force, [size(force)])
             c(c_drive_torque)%rows(:, r) = reshape(torque, [size(torque)])
          end if

@@ -38,6 +38,7 @@ program rhs_probe
    y = initial_state(file%scene, system%n)
    allocate(rate(system%n))
    rate = 0.0_wp
+   where (system%contacts%rigid) system%contacts%closed = .true.
    do i = 1, count
       call system%derivative(0.0_wp, y, rate)
    end do

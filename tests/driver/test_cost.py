@@ -274,6 +274,32 @@ def test_nothing_allocates_in_the_right_hand_side(count, build_kind, table, velo
     assert all(counts["none"].instructions < counts[name].instructions for name in MODELS)
 
 
+def test_rigid_contact_allocates_nothing(count, build_kind, table):
+    ball = BALL.replace("0.0149999", "0.015")
+    cases = {}
+    for model in (None, *MODELS):
+        friction = f", friction = '{model}', friction_coefficient = 0.3" if model else ""
+        if model == "coulomb":
+            friction += ", regularization_velocity = 1e-4"
+        for rolling in ("", ", rolling = 'hysteresis', rolling_coefficient = 0.5"):
+            if rolling:
+                rolling += ", rolling_regularization = 0.01"
+            text = ball.format(
+                gravity=GRAVITY,
+                damping=", normal = 'rigid'",
+                friction=friction + rolling,
+                velocity="0.003, 0.002, 0",
+            )
+            cases[f"{model or 'none'}{' and rolling' if rolling else ''}"] = count(text=text)
+    table(
+        "instructions per right-hand side, rigid contact",
+        {name: case.instructions for name, case in cases.items()},
+    )
+    for name, case in cases.items():
+        assert case.of_module("contensou_dynamics_rigid"), name
+        assert build_kind == "debug" or not case.allocations(), name
+
+
 def test_damping_allocates_nothing_whichever_law(count, build_kind, table):
     counts = {
         name: count(damping=f", damping = '{name}', damping_coefficient = 0.1", friction="")

@@ -49,15 +49,16 @@ def test_there_are_scenes():
 @pytest.mark.parametrize("name", SCENES)
 def test_scene_is_in_order_and_says_what_it_shows(run, inputs, name, settings):
     text = (inputs / f"{name}.nml").read_text(encoding="utf-8")
-    assert len(re.match(r"(?:! ?.*\n)+\n(?=&scene)", text)[0]) > 150
+    assert len(re.match(r"(?:!.*\n)+\n?(?=&scene)", text)[0]) > 150
     result = run("check", inputs / f"{name}.nml")
     assert result.status == 0, result.err
     resolved = settings(result.out)
     assert dict(resolved)["scene"]["title"] != [""]
     assert dict(resolved)["output"]["file"] == [f"{name}.h5"]
-    assert dict(resolved)["integrator"]["rtol"] == [1e-8]
-    for page in ("README.md", "docs/scenes.md"):
-        assert f"{name}.nml" in (ROOT / page).read_text(encoding="utf-8"), page
+    assert dict(resolved)["integrator"]["rtol"][0] <= 1e-8
+    assert f"{name}.nml" in (ROOT / "README.md").read_text(encoding="utf-8")
+    pages = [page.read_text(encoding="utf-8") for page in (ROOT / "docs").glob("*.md")]
+    assert any(f"{name}.nml" in page for page in pages)
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -361,7 +361,7 @@ contains
       call expect(least // "&integrator rtol = 0.2 /", "'rtol' is out of range", &
          ">= 1.0e-14 and <= 0.1 [-]", 3, "tolerance too large")
       call expect(least // "&contact name = 'c', surfaces = 'a', 'b', restitution = 1.1 /", &
-         "'restitution' is out of range", "> 0.0 and <= 1.0 [-]", 3, "restitution too large")
+         "'restitution' is out of range", ">= 0.0 and <= 1.0 [-]", 3, "restitution too large")
       call settle(least // "&material name = 'm', young = 1, poisson = 0.5 /" // lf // &
          "&integrator rtol = 1.0d-14 /", settings, diagnostics)
       call check(diagnostics%count() == 0, "ranges: the bounds themselves")

@@ -1,0 +1,655 @@
+!> Impacts of rigid contacts, and which of them stay closed.
+!>
+!> An impact is instantaneous and at one contact; several that touch at once are taken one after
+!> the other, the fastest approach first, until none approaches. With the normal impulse P as the
+!> independent variable the sliding velocities, the spin and the rate of the gap q follow
+!>    dq/dP = C (w(q), 1),
+!> C the inverse mass seen at the contact, w the friction wrench over the normal force of the
+!> contact's own law. E. J. Routh, Dynamics of a System of Rigid Bodies (1905); J. B. Keller, J.
+!> Appl. Mech. 53 (1986) 1. The spot has the mean size of that of Hertz's impact, sqrt(d) weighted
+!> with the force: 0.8955 of the largest one. Compression ends where the approach does; restitution
+!> where it has given back e^2 of the work of compression (W. J. Stronge, Proc. R. Soc. A 431
+!> (1990) 169), so that no impact gains energy. Without a coupling of friction and normal velocity
+!> the rebound is e times the approach.
+module contensou_dynamics_impact
+   use contensou_base_kinds, only : wp
+   use contensou_base_vectors, only : cross
+   use contensou_contact_damping, only : hunt_crossley_restitution
+   use contensou_contact_geometry, only : trouble_jammed, trouble_none
+   use contensou_contact_law, only : contact_law_type
+   use contensou_dynamics_rigid, only : link_type, response, solve_linear, turned_by
+   use contensou_dynamics_scene, only : motion_free, motion_prescribed
+   use contensou_dynamics_system, only : body_size, contact_type, system_type
+   implicit none(type, external)
+   private
+
+   public :: settle, open_contact, touching_gap, restitution_at
+
+   !> Gap of closed surfaces over the smallest radius: what a rigid contact does not distinguish
+   !> from touching.
+   real(wp), parameter :: touching = 1.0e-9_wp
+
+   !> How much lower than where it opened a gap closes again, over that [-]: above rounding, so that
+   !> no contact closes by the rounding of its opening.
+   real(wp), parameter :: margin = 1.0e-3_wp
+
+   !> Mean over the impulse of the root of the approach in Hertz's impact, over the largest one:
+   !> B(6/5, 1/2)/2.
+   real(wp), parameter :: mean_root = 0.89552_wp
+
+   !> Steps of the compression.
+   integer, parameter :: steps = 32
+
+   !> Steps after which an impact is given up.
+   integer, parameter :: most_steps = 100000
+
+   !> Velocity below which friction of an impact is smoothed, over that of the impact.
+   real(wp), parameter :: smoothed = 1.0e-4_wp
+
+   !> Impacts at one instant after which a scene is given up.
+   integer, parameter :: most_impacts = 10000
+
+   !> Turns in which several contacts are brought to rest.
+   integer, parameter :: most_turns = 30
+
+   !> Share of `velocity_scale` below which a rebound closes the contact.
+   real(wp), parameter :: slow = 1.0e-3_wp
+
+   !> Share of that which counts as rest.
+   real(wp), parameter :: rest = 1.0e-3_wp
+
+   !> 1 - 1/sqrt(2): the method of order 2 of R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006.
+   real(wp), parameter :: gamma = 0.29289321881345248_wp
+
+   !> An impact in the making.
+   type :: impact_type
+      !> Inverse mass at the contact: major, minor [1/kg], spin [1/(kg m)], normal.
+      real(wp) :: inverse_mass(4, 4) = 0.0_wp
+      !> Velocities before: sliding along the axes [m/s], spin [rad/s], rate of the gap [m/s].
+      real(wp) :: before(4) = 0.0_wp
+      !> Impulse so far [N s, N m s].
+      real(wp) :: impulse(4) = 0.0_wp
+      !> Major semi-axis of the spot [m].
+      real(wp) :: a = 0.0_wp
+      !> Square of the velocity below which friction is smoothed [m2/s2].
+      real(wp) :: resolution = 0.0_wp
+      !> Energy that the normal impulse takes [J].
+      real(wp) :: normal_loss = 0.0_wp
+   end type impact_type
+
+contains
+
+   !> Largest gap of a rigid contact that counts as zero [m].
+   pure function touching_gap(contact) result(gap)
+      !> The contact.
+      type(contact_type), intent(in) :: contact
+      real(wp) :: gap
+
+      gap = touching*contact%law%geometry%smallest_radius()
+   end function touching_gap
+
+   !> Coefficient of restitution of a rigid contact at a speed.
+   pure function restitution_at(contact, speed) result(e)
+      !> The contact.
+      type(contact_type), intent(in) :: contact
+      !> Speed of approach [m/s], >= 0.
+      real(wp), intent(in) :: speed
+      real(wp) :: e
+
+      e = contact%restitution
+      if (contact%restitution_slope > 0.0_wp) then
+         e = hunt_crossley_restitution(1.5_wp*contact%restitution_slope*speed)
+      end if
+   end function restitution_at
+
+   !> Take the impacts of contacts that touch, and decide which of them are closed from here on.
+   subroutine settle(system, t, y, candidate, velocity_scale, index, trouble)
+      !> The system; `closed` and `leaving` of the candidates are set.
+      type(system_type), intent(inout) :: system
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State; an impact changes velocities and works.
+      real(wp), intent(inout) :: y(:)
+      !> Rigid contacts whose gaps are zero.
+      logical, intent(in) :: candidate(:)
+      !> Velocity that the tolerance refers to [m/s].
+      real(wp), intent(in) :: velocity_scale
+      !> Contact in trouble; 0 for none.
+      integer, intent(out) :: index
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      real(wp) :: rate(size(candidate)), y_rate(size(y)), press(size(candidate)), slowest, e, still
+      type(link_type) :: link
+      integer :: i, k
+
+      trouble = trouble_none
+      index = 0
+      still = rest*slow*velocity_scale
+      do k = 1, most_impacts
+         call system%gap_rates(y, rate)
+         i = minloc(rate, dim=1, mask=candidate)
+         if (rate(i) >= -still) exit
+         where (candidate) system%contacts%closed = .false.
+         call pressing(system, t, y, i, y_rate, link, press(i), trouble)
+         if (trouble /= trouble_none) exit
+         slowest = slowest_rebound(system%contacts(i), link, press(i), velocity_scale)
+         e = restitution_at(system%contacts(i), -rate(i))
+         ! Where nothing presses the bodies together, the slowest rebound is one.
+         if (press(i) > 0.0_wp .and. -e*rate(i) < slowest) e = 0.0_wp
+         call strike(system, y, i, link, e, trouble)
+         if (trouble /= trouble_none) exit
+      end do
+      if (trouble == trouble_none .and. k > most_impacts) trouble = trouble_jammed
+      if (trouble /= trouble_none) then
+         index = i
+         return
+      end if
+      call choose(system, t, y, candidate .and. rate <= still, y_rate, index, trouble)
+      if (trouble /= trouble_none) return
+      call halt(system, y)
+      do i = 1, size(candidate)
+         if (.not. candidate(i)) cycle
+         system%contacts(i)%leaving = .false.
+         if (.not. system%contacts(i)%closed) call open_contact(system, i)
+      end do
+   end subroutine settle
+
+   !> Open a rigid contact at the poses that are set.
+   subroutine open_contact(system, index)
+      !> The system.
+      type(system_type), intent(inout) :: system
+      !> Index of the contact.
+      integer, intent(in) :: index
+      real(wp) :: gap
+
+      associate (contact => system%contacts(index))
+         call contact%law%geometry%gap(system%pose(contact%a), system%pose(contact%b), &
+            contact%track, gap)
+         contact%closed = .false.
+         contact%leaving = .true.
+         contact%threshold = min(gap, 0.0_wp) - margin*touching_gap(contact)
+      end associate
+   end subroutine open_contact
+
+   !> Acceleration by which a contact is pressed together while no candidate is closed [m/s2].
+   subroutine pressing(system, t, y, index, y_rate, link, press, trouble)
+      !> The system; no candidate is closed.
+      type(system_type), intent(inout) :: system
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Index of the contact.
+      integer, intent(in) :: index
+      !> Room for a right-hand side.
+      real(wp), intent(out) :: y_rate(:)
+      !> Kinematics of the contact.
+      type(link_type), intent(inout) :: link
+      !> The acceleration.
+      real(wp), intent(out) :: press
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+
+      press = 0.0_wp
+      call system%derivative(t, y, y_rate)
+      trouble = system%trouble_code
+      if (system%outside) return
+      call system%make_link(index, y_rate, link, trouble)
+      press = -link%free
+   end subroutine pressing
+
+   !> Slowest rebound [m/s]: the flight that follows a slower one is lower than the overlap that
+   !> the elastic bodies have at rest, and would not open the contact.
+   pure function slowest_rebound(contact, link, press, velocity_scale) result(speed)
+      !> The contact.
+      type(contact_type), intent(in) :: contact
+      !> Its kinematics.
+      type(link_type), intent(in) :: link
+      !> Acceleration that presses the bodies together [m/s2].
+      real(wp), intent(in) :: press
+      !> Velocity that the tolerance refers to [m/s].
+      real(wp), intent(in) :: velocity_scale
+      real(wp) :: speed
+      real(wp) :: unit(6)
+
+      speed = slow*velocity_scale
+      if (press <= 0.0_wp) return
+      unit = 0.0_wp
+      unit(1:3) = link%at%normal
+      speed = max(speed, sqrt(2.0_wp*press*contact%law%normal%approach( &
+         press/response(link, link, unit))))
+   end function slowest_rebound
+
+   !> Which of the contacts at rest carry a load: without those that would have to pull.
+   subroutine choose(system, t, y, resting, y_rate, index, trouble)
+      !> The system.
+      type(system_type), intent(inout) :: system
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Contacts whose gap and its rate are zero.
+      logical, intent(in) :: resting(:)
+      !> Room for a right-hand side.
+      real(wp), intent(out) :: y_rate(:)
+      !> Contact in trouble; unchanged if none is.
+      integer, intent(inout) :: index
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      type(link_type) :: link
+      real(wp) :: least
+      integer :: i, k, worst
+      logical :: closed(size(resting))
+
+      trouble = trouble_none
+      closed = resting
+      do k = 1, 4*size(resting) + 4
+         where (resting) system%contacts%closed = closed
+         where (closed) system%contacts%normal_force = 0.0_wp
+         call system%derivative(t, y, y_rate)
+         if (system%outside) then
+            index = system%trouble
+            trouble = system%trouble_code
+            return
+         end if
+         worst = 0
+         least = 0.0_wp
+         do i = 1, size(resting)
+            if (.not. closed(i)) cycle
+            if (system%contacts(i)%normal_force > least) cycle
+            worst = i
+            least = system%contacts(i)%normal_force
+         end do
+         if (worst > 0) then
+            closed(worst) = .false.
+            cycle
+         end if
+         ! One that was dropped may be needed after another one was.
+         do i = 1, size(resting)
+            if (.not. resting(i) .or. closed(i)) cycle
+            call system%make_link(i, y_rate, link, trouble)
+            if (trouble /= trouble_none) then
+               index = i
+               return
+            end if
+            if (link%free < least) then
+               worst = i
+               least = link%free
+            end if
+         end do
+         if (worst == 0 .or. .not. any(closed)) return
+         closed(worst) = .true.
+      end do
+      index = worst
+      trouble = trouble_jammed
+   end subroutine choose
+
+   !> Take what is left of the rates of the closed gaps after impacts in turn.
+   subroutine halt(system, y)
+      !> The system; its links are those of the state.
+      type(system_type), intent(inout) :: system
+      !> State; velocities and the work of damping change by next to nothing.
+      real(wp), intent(inout) :: y(:)
+      type(impact_type) :: impact
+      real(wp) :: rate(size(system%contacts)), kinetic(2), potential, supplied
+      integer :: i, j, k
+
+      if (system%n_links == 0) return
+      call system%energies(y, kinetic(1), potential)
+      supplied = 0.0_wp
+      do k = 1, most_turns
+         do i = 1, system%n_links
+            call system%gap_rates(y, rate)
+            associate (link => system%links(i))
+               impact = impact_type()
+               call prepare(system, link, impact)
+               impact%impulse(4) = -rate(link%contact)/impact%inverse_mass(4, 4)
+               do j = 1, 2
+                  if (link%body(j) > 0) call kick(system, link, impact%impulse, j, y, supplied)
+               end do
+            end associate
+         end do
+         if (system%n_links == 1) exit
+      end do
+      call system%energies(y, kinetic(2), potential)
+      y(system%damping_index) = y(system%damping_index) + kinetic(1) - kinetic(2) + supplied
+      if (system%applied_index > 0) y(system%applied_index) = y(system%applied_index) + supplied
+   end subroutine halt
+
+   !> An impact at one contact.
+   subroutine strike(system, y, index, link, e, trouble)
+      !> The system; its poses are those of the state.
+      type(system_type), intent(in) :: system
+      !> State; velocities and works change.
+      real(wp), intent(inout) :: y(:)
+      !> Index of the contact.
+      integer, intent(in) :: index
+      !> Its kinematics.
+      type(link_type), intent(in) :: link
+      !> Coefficient of restitution.
+      real(wp), intent(in) :: e
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      type(impact_type) :: impact
+      real(wp) :: supplied, kinetic(2), potential, normal_loss, loss
+      integer :: j
+
+      trouble = trouble_none
+      associate (law => system%contacts(index)%law)
+         call prepare(system, link, impact)
+         associate (c => impact%inverse_mass(4, 4), speed => impact%before(4))
+            impact%a = mean_root*law%normal%axis_a &
+               *(1.25_wp*speed**2/(c*law%normal%stiffness))**0.2_wp
+            impact%resolution = smoothed**2*(dot_product(impact%before(1:2), impact%before(1:2)) &
+               + (impact%a*impact%before(3))**2 + speed**2)
+            if (allocated(law%friction)) then
+               call rub(impact, law, e, trouble)
+               if (trouble /= trouble_none) return
+            else
+               impact%impulse(4) = -(1.0_wp + e)*speed/c
+            end if
+         end associate
+         call system%energies(y, kinetic(1), potential)
+         supplied = 0.0_wp
+         do j = 1, 2
+            if (link%body(j) > 0) call kick(system, link, impact%impulse, j, y, supplied)
+         end do
+         call system%energies(y, kinetic(2), potential)
+         loss = kinetic(1) - kinetic(2) + supplied
+         normal_loss = loss
+         if (allocated(law%friction)) then
+            ! The work of friction is what tangential and spinning motion take; the rest is damping.
+            normal_loss = min(impact%normal_loss, loss)
+            y(system%friction_index) = y(system%friction_index) + loss - normal_loss
+         end if
+         y(system%damping_index) = y(system%damping_index) + normal_loss
+         if (system%applied_index > 0) y(system%applied_index) = y(system%applied_index) + supplied
+      end associate
+   end subroutine strike
+
+   !> Inverse mass and velocities at a contact.
+   pure subroutine prepare(system, link, impact)
+      !> The system.
+      type(system_type), intent(in) :: system
+      !> Kinematics of the contact.
+      type(link_type), intent(in) :: link
+      !> The impact.
+      type(impact_type), intent(inout) :: impact
+      real(wp) :: force(3, 4), torque(3, 4), turned(3, 4)
+      integer :: i, j, k
+
+      impact%before(1:3) = link%motion
+      impact%before(4) = link%rate
+      force(:, 1) = link%at%major
+      force(:, 2) = link%minor
+      force(:, 3) = 0.0_wp
+      force(:, 4) = link%at%normal
+      do k = 1, 2
+         if (link%body(k) == 0) cycle
+         associate (body => system%bodies(link%body(k)))
+            if (body%motion /= motion_free) cycle
+            do i = 1, 4
+               torque(:, i) = cross(link%arm(:, k), force(:, i))
+               if (i == 3) torque(:, i) = link%at%normal
+               turned(:, i) = turned_by(torque(:, i), 1.0_wp/body%inertia, &
+                  system%pose(link%body(k)))
+            end do
+            do i = 1, 4
+               do j = 1, 4
+                  impact%inverse_mass(i, j) = impact%inverse_mass(i, j) &
+                     + dot_product(force(:, i), force(:, j))/body%mass &
+                     + dot_product(torque(:, i), turned(:, j))
+               end do
+            end do
+         end associate
+      end do
+   end subroutine prepare
+
+   !> Give a body its share of the impulse.
+   pure subroutine kick(system, link, impulse, side, y, supplied)
+      !> The system.
+      type(system_type), intent(in) :: system
+      !> Kinematics of the contact.
+      type(link_type), intent(in) :: link
+      !> Impulse along major axis, minor axis [N s], about [N m s] and along the normal [N s].
+      real(wp), intent(in) :: impulse(4)
+      !> 1 for body A, 2 for body B.
+      integer, intent(in) :: side
+      !> State.
+      real(wp), intent(inout) :: y(:)
+      !> Energy that a prescribed motion supplies [J], added to.
+      real(wp), intent(inout) :: supplied
+      real(wp) :: force(3), torque(3), moment(3)
+      integer :: k
+
+      force = impulse(1)*link%at%major + impulse(2)*link%minor + impulse(4)*link%at%normal
+      torque = cross(link%arm(:, side), force) + impulse(3)*link%at%normal
+      if (side == 1) then
+         force = -force
+         torque = -torque
+      end if
+      k = body_size*(link%body(side) - 1)
+      associate (body => system%bodies(link%body(side)), pose => system%pose(link%body(side)))
+         if (body%motion == motion_free) then
+            moment = matmul(torque, pose%rotation)
+            y(k + 8:k + 10) = y(k + 8:k + 10) + force/body%mass
+            y(k + 11:k + 13) = y(k + 11:k + 13) + moment/body%inertia
+         else if (body%motion == motion_prescribed) then
+            supplied = supplied - dot_product(force, pose%velocity) - dot_product(torque, pose%spin)
+         end if
+      end associate
+   end subroutine kick
+
+   !> Impulses of an impact with friction.
+   pure subroutine rub(impact, law, e, trouble)
+      !> The impact.
+      type(impact_type), intent(inout) :: impact
+      !> The law of the contact.
+      type(contact_law_type), intent(in) :: law
+      !> Coefficient of restitution.
+      real(wp), intent(in) :: e
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      type(impact_type) :: trial
+      real(wp) :: h, largest, work, target, speed, trial_work
+      integer :: phase, k
+      logical :: solved, over
+
+      trouble = trouble_none
+      largest = -impact%before(4)/(impact%inverse_mass(4, 4)*steps)
+      h = largest
+      work = 0.0_wp
+      target = 0.0_wp
+      phase = 1
+      do k = 1, most_steps
+         call advance(impact, law, h, trial, solved)
+         if (.not. solved) then
+            h = 0.5_wp*h
+            if (h < 1.0e-15_wp*largest) exit
+            cycle
+         end if
+         speed = gap_rate(impact)
+         trial_work = work + 0.5_wp*h*(speed + gap_rate(trial))
+         if (phase == 1) then
+            over = gap_rate(trial) >= 0.0_wp
+         else
+            ! Friction that stops the rebound ends the impact.
+            if (gap_rate(trial) <= 0.0_wp) return
+            over = trial_work >= target
+         end if
+         if (.not. over) then
+            work = trial_work
+            impact = trial
+            h = min(2.0_wp*h, largest)
+            cycle
+         end if
+         call meet(impact, law, h, phase, work, target, trial, solved)
+         if (.not. solved) exit
+         impact = trial
+         if (phase == 2) then
+            impact%normal_loss = impact%normal_loss - target
+            return
+         end if
+         impact%normal_loss = -work
+         target = -e**2*work
+         if (target <= 0.0_wp) return
+         work = 0.0_wp
+         phase = 2
+      end do
+      trouble = trouble_jammed
+   end subroutine rub
+
+   !> Find the step at which a phase of an impact ends: the Illinois method.
+   pure subroutine meet(impact, law, h, phase, work, target, trial, solved)
+      !> The impact before the step.
+      type(impact_type), intent(in) :: impact
+      !> The law of the contact.
+      type(contact_law_type), intent(in) :: law
+      !> A step that is too long [N s].
+      real(wp), intent(in) :: h
+      !> 1 for compression, 2 for restitution.
+      integer, intent(in) :: phase
+      !> Work of the normal impulse in this phase so far [J]; at the end of a compression on return.
+      real(wp), intent(inout) :: work
+      !> Work of a restitution at its end [J].
+      real(wp), intent(in) :: target
+      !> The impact at the end of the phase.
+      type(impact_type), intent(out) :: trial
+      !> Whether it was found.
+      logical, intent(out) :: solved
+      real(wp) :: low, high, f_low, f_high, middle, f, speed, added
+      integer :: k, side
+
+      speed = gap_rate(impact)
+      low = 0.0_wp
+      high = h
+      f_low = merge(speed, work - target, phase == 1)
+      call advance(impact, law, h, trial, solved)
+      f_high = excess(high)
+      side = 0
+      middle = high
+      f = f_high
+      do k = 1, 100
+         if (.not. solved .or. abs(f) <= 0.0_wp) exit
+         middle = (f_high*low - f_low*high)/(f_high - f_low)
+         if (middle <= low .or. middle >= high) middle = 0.5_wp*(low + high)
+         if (middle <= low .or. middle >= high) exit
+         call advance(impact, law, middle, trial, solved)
+         f = excess(middle)
+         if (f < 0.0_wp) then
+            low = middle
+            f_low = f
+            if (side < 0) f_high = 0.5_wp*f_high
+            side = -1
+         else
+            high = middle
+            f_high = f
+            if (side > 0) f_low = 0.5_wp*f_low
+            side = 1
+         end if
+         if (abs(f) <= 4.0_wp*epsilon(f)*merge(abs(impact%before(4)), target, phase == 1)) exit
+      end do
+      added = 0.5_wp*middle*(speed + gap_rate(trial))
+      if (phase == 1) work = work + added
+
+   contains
+
+      !> What is to become zero, at the trial of a step.
+      pure real(wp) function excess(step)
+         !> The step [N s].
+         real(wp), intent(in) :: step
+
+         if (phase == 1) then
+            excess = gap_rate(trial)
+         else
+            excess = work - target + 0.5_wp*step*(speed + gap_rate(trial))
+         end if
+      end function excess
+
+   end subroutine meet
+
+   !> Rate of the gap in an impact [m/s].
+   pure function gap_rate(impact) result(rate)
+      !> The impact.
+      type(impact_type), intent(in) :: impact
+      real(wp) :: rate
+
+      rate = impact%before(4) + dot_product(impact%inverse_mass(4, :), impact%impulse)
+   end function gap_rate
+
+   !> Go on with an impact by a step of the normal impulse: two implicit stages.
+   pure subroutine advance(impact, law, h, after, solved)
+      !> The impact.
+      type(impact_type), intent(in) :: impact
+      !> The law of the contact.
+      type(contact_law_type), intent(in) :: law
+      !> The step [N s].
+      real(wp), intent(in) :: h
+      !> The impact after it.
+      type(impact_type), intent(out) :: after
+      !> Whether the equations of the stages were solved.
+      logical, intent(out) :: solved
+      real(wp) :: stage(3)
+
+      after = impact
+      after%impulse(4) = impact%impulse(4) + gamma*h
+      call solve_stage(after, law, gamma*h, stage, solved)
+      if (.not. solved) return
+      after%impulse(1:3) = impact%impulse(1:3) + (1.0_wp - gamma)*h*stage
+      after%impulse(4) = impact%impulse(4) + h
+      call solve_stage(after, law, gamma*h, stage, solved)
+      after%impulse(1:3) = after%impulse(1:3) + gamma*h*stage
+   end subroutine advance
+
+   !> Wrench over the normal force at the end of an implicit stage.
+   pure subroutine solve_stage(impact, law, h, wrench, solved)
+      !> The impact at the beginning of the stage, its normal impulse at the end.
+      type(impact_type), intent(in) :: impact
+      !> The law of the contact.
+      type(contact_law_type), intent(in) :: law
+      !> Length of the stage [N s].
+      real(wp), intent(in) :: h
+      !> The wrench [-, m].
+      real(wp), intent(out) :: wrench(3)
+      !> Whether the iteration converged.
+      logical, intent(out) :: solved
+      real(wp) :: start(3), motion(3), value(3), slopes(3, 5), matrix(3, 3), right(3)
+      integer :: k, i
+      logical :: singular
+
+      associate (mass => impact%inverse_mass)
+         start = impact%before(1:3) + matmul(mass(1:3, :), impact%impulse)
+         motion = start
+         wrench = 0.0_wp
+         solved = .false.
+         do k = 1, 30
+            call law%friction%linearize(1.0_wp, law%normal%shape, impact%a, motion(1), motion(2), &
+               motion(3), impact%resolution, value, slopes)
+            if (k == 1) wrench = value
+            right = value - wrench
+            matrix = -h*matmul(slopes(:, 3:5), mass(1:3, 1:3))
+            if (k == 1) then
+               motion = start + h*matmul(mass(1:3, 1:3), wrench)
+               cycle
+            end if
+            do i = 1, 3
+               matrix(i, i) = matrix(i, i) + 1.0_wp
+            end do
+            ! The torque is measured by the spot, so that the equations are of one size.
+            matrix(3, :) = matrix(3, :)/max(impact%a, tiny(h))
+            matrix(:, 3) = matrix(:, 3)*impact%a
+            right(3) = right(3)/max(impact%a, tiny(h))
+            if (impact%a <= 0.0_wp) matrix(3, 3) = 1.0_wp
+            call solve_linear(3, matrix, right, singular)
+            if (singular) return
+            right(3) = right(3)*impact%a
+            wrench = wrench + right
+            motion = start + h*matmul(mass(1:3, 1:3), wrench)
+            solved = maxval(abs(right(1:2))) <= 1.0e-11_wp .and. &
+               abs(right(3)) <= 1.0e-11_wp*impact%a
+            if (solved) return
+         end do
+      end associate
+   end subroutine solve_stage
+
+end module contensou_dynamics_impact

@@ -1,0 +1,251 @@
+!> Rigid contacts: the constraint against differences of the motion, normal forces and impacts
+!> against hand formulas.
+module test_rigid
+   use contensou_base_kinds, only : wp
+   use contensou_contact_damping, only : hunt_crossley_number, hunt_crossley_restitution
+   use contensou_contact_geometry, only : trouble_none
+   use contensou_contact_normal, only : normal_rigid
+   use contensou_contact_rolling, only : rolling_constant, rolling_hysteresis
+   use contensou_contact_surface, only : shape_ellipsoid
+   use contensou_dynamics_impact, only : settle
+   use contensou_dynamics_rigid, only : solve_linear
+   use contensou_dynamics_scene, only : scene_type
+   use contensou_dynamics_system, only : contact_report_type
+   use contensou_integrate_motion, only : motion_type
+   use test_harness, only : check, check_close, check_relative, random_type, worst_type
+   use test_scenes, only : ball, friction_index, random_touch, set_motion, two_bodies
+   implicit none(type, external)
+   private
+
+   public :: run_rigid_tests
+
+contains
+
+   !> Run all of them.
+   subroutine run_rigid_tests()
+      call test_elimination()
+      call test_restitution()
+      call test_constraint()
+      call test_tilted_body()
+      call test_impacts()
+   end subroutine run_rigid_tests
+
+   !> Elimination with pivots.
+   subroutine test_elimination()
+      real(wp) :: matrix(3, 3), right(3)
+      logical :: singular
+
+      matrix = reshape([0.0_wp, 1.0_wp, 4.0_wp, 2.0_wp, 1.0_wp, -1.0_wp, 3.0_wp, -2.0_wp, 5.0_wp], &
+         [3, 3])
+      right = matmul(matrix, [1.0_wp, -2.0_wp, 3.0_wp])
+      call solve_linear(3, matrix, right, singular)
+      call check(.not. singular, "a regular matrix")
+      call check_close(maxval(abs(right - [1.0_wp, -2.0_wp, 3.0_wp])), 0.0_wp, 1.0e-14_wp, &
+         "solution with pivots")
+      matrix = reshape([1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, -1.0_wp, 2.0_wp, 1.0_wp, 0.0_wp], &
+         [3, 3])
+      call solve_linear(3, matrix, right, singular)
+      call check(singular, "a singular matrix is seen")
+   end subroutine test_elimination
+
+   !> Restitution at a Hunt-Crossley number is the inverse of the number of a restitution.
+   subroutine test_restitution()
+      type(worst_type) :: worst
+      real(wp) :: e
+      integer :: i
+
+      do i = 1, 99
+         e = 0.01_wp*i
+         call worst%note(abs(hunt_crossley_restitution(hunt_crossley_number(e))/e - 1.0_wp), i)
+      end do
+      call worst%check_below(1.0e-11_wp, "restitution of the number of a restitution")
+      call check_close(hunt_crossley_restitution(0.0_wp), 1.0_wp, 0.0_wp, "no damping, e = 1")
+      call check_close(hunt_crossley_restitution(1.0e-6_wp), 1.0_wp - 2.0e-6_wp/3.0_wp, &
+         1.0e-11_wp, "e = 1 - 2 D/3 for slow impacts")
+      call check_relative(hunt_crossley_restitution(1.0e6_wp), 1.0e-6_wp, 1.0e-3_wp, &
+         "e = 1/D for fast impacts")
+   end subroutine test_restitution
+
+   !> The second derivative of the gap, from differences of its rate along the motion, is what the
+   !> stabilisation asks for, whatever the surfaces, friction and rolling resistance.
+   subroutine test_constraint()
+      character(len=20), parameter :: frictions(4) = [character(len=20) :: "none", &
+         "contensou_simplified", "pade22", "contensou_exact"]
+      real(wp), parameter :: h = 2.0e-6_wp
+      type(scene_type) :: scene
+      type(motion_type) :: motion
+      type(random_type) :: random
+      type(worst_type) :: worst, worst_power
+      real(wp), allocatable :: y(:), forward(:), backward(:), rate(:)
+      real(wp) :: before(1), after(1), target, kinetic(3), potential
+      integer :: i, kind
+
+      do i = 1, 200
+         kind = mod(i, 4) + 1
+         call two_bodies(scene, 1, friction_index(trim(frictions(kind))), mod(i, 3) == 0)
+         scene%contacts(1)%normal = normal_rigid
+         if (mod(i, 5) < 3) then
+            scene%surfaces(1)%surface%shape = shape_ellipsoid
+            scene%surfaces(1)%surface%semi_axes = [0.02_wp, 0.015_wp, 0.012_wp]
+         end if
+         if (mod(i, 7) == 0) call roll(rolling_constant)
+         if (mod(i, 7) == 1) call roll(rolling_hysteresis)
+         call set_motion(scene, motion, y)
+         if (.not. allocated(rate)) allocate(rate(0))
+         call random_touch(scene, random, 1.0e-4_wp*(random%uniform(-1.0_wp, 1.0_wp)), y)
+         motion%system%contacts(1)%closed = .true.
+         deallocate(rate)
+         allocate(rate(size(y)))
+         call motion%system%derivative(0.0_wp, y, rate)
+         if (motion%system%outside) cycle
+         target = -motion%system%links(1)%stabilisation
+         forward = y
+         call advance(motion, forward, h)
+         backward = y
+         call advance(motion, backward, -h)
+         call motion%system%gap_rates(forward, after)
+         call motion%system%gap_rates(backward, before)
+         call worst%note(abs((after(1) - before(1))/(2.0_wp*h) - target) &
+            /(1.0_wp + abs(motion%system%links(1)%free)), i)
+         ! The energy changes by the friction and by what holds the gap.
+         call motion%system%energies(forward, kinetic(1), potential)
+         call motion%system%energies(backward, kinetic(2), potential)
+         call motion%system%derivative(0.0_wp, y, rate)
+         kinetic(3) = motion%system%links(1)%normal_force*motion%system%links(1)%rate
+         if (motion%system%friction_index > 0) kinetic(3) = kinetic(3) &
+            - rate(motion%system%friction_index)
+         call worst_power%note(abs((kinetic(1) - kinetic(2))/(2.0_wp*h) - kinetic(3)) &
+            /(1.0_wp + abs(kinetic(3))), i)
+      end do
+      call check(worst%sample > 0, "constraints were met")
+      call worst%check_below(1.0e-4_wp, "second derivative of the gap of a closed contact")
+      call worst_power%check_below(1.0e-4_wp, "power of a closed contact")
+
+   contains
+
+      !> Add rolling resistance.
+      subroutine roll(model)
+         !> The model.
+         integer, intent(in) :: model
+
+         scene%contacts(1)%rolling = model
+         scene%contacts(1)%rolling_coefficient = merge(1.0e-4_wp, 0.5_wp, &
+            model == rolling_constant)
+         scene%contacts(1)%rolling_regularization = 1.0e-2_wp
+      end subroutine roll
+
+   end subroutine test_constraint
+
+   !> A step of the classical Runge-Kutta method.
+   subroutine advance(motion, y, h)
+      !> The motion.
+      type(motion_type), intent(inout) :: motion
+      !> State.
+      real(wp), intent(inout) :: y(:)
+      !> Step [s].
+      real(wp), intent(in) :: h
+      real(wp) :: k(size(y), 4)
+
+      call motion%system%derivative(0.0_wp, y, k(:, 1))
+      call motion%system%derivative(0.0_wp, y + 0.5_wp*h*k(:, 1), k(:, 2))
+      call motion%system%derivative(0.0_wp, y + 0.5_wp*h*k(:, 2), k(:, 3))
+      call motion%system%derivative(0.0_wp, y + h*k(:, 3), k(:, 4))
+      y = y + h/6.0_wp*(k(:, 1) + 2.0_wp*k(:, 2) + 2.0_wp*k(:, 3) + k(:, 4))
+   end subroutine advance
+
+   !> A body on an eccentric sphere, turning in a plane: z = r + l cos(theta), A theta'' = N l sin,
+   !> so N = m (g - l cos theta'^2)/(1 + m l^2 sin^2/A); with friction -f N along x at the bottom
+   !> A theta'' = N (l sin + f (r + l cos)) where it slides forwards.
+   subroutine test_tilted_body()
+      real(wp), parameter :: l = 0.008_wp, r = 0.02_wp, theta = 0.7_wp, omega = 6.0_wp, f = 0.3_wp
+      real(wp), parameter :: mass = 0.1_wp, inertia = 1.6e-5_wp, g = 9.81_wp
+      type(scene_type) :: scene
+      type(motion_type) :: motion
+      type(contact_report_type) :: row
+      real(wp), allocatable :: y(:)
+      real(wp) :: expected
+      integer :: with
+
+      do with = 0, 1
+         call ball(scene, 0.0_wp)
+         scene%gravity = [0.0_wp, 0.0_wp, -g]
+         scene%surfaces(1)%surface%centre = [0.0_wp, 0.0_wp, -l]
+         scene%bodies(1)%position = [0.0_wp, 0.0_wp, r + l*cos(theta)]
+         scene%bodies(1)%quaternion = [cos(0.5_wp*theta), 0.0_wp, sin(0.5_wp*theta), 0.0_wp]
+         scene%bodies(1)%spin = [0.0_wp, omega, 0.0_wp]
+         ! Fast enough that the spot slides as a point does.
+         scene%bodies(1)%velocity = [2.0_wp, 0.0_wp, -l*sin(theta)*omega]
+         scene%contacts(1)%normal = normal_rigid
+         if (with == 1) then
+            scene%contacts(1)%friction = friction_index("contensou_exact")
+            scene%contacts(1)%friction_coefficient = f
+         end if
+         call set_motion(scene, motion, y)
+         motion%system%contacts(1)%closed = .true.
+         call motion%system%report(y, 1, row)
+         ! Friction pulls back at the bottom, a torque that tips the top forwards.
+         expected = mass*(g - l*cos(theta)*omega**2)/(1.0_wp + mass*l*sin(theta)/inertia &
+            *(l*sin(theta) + with*f*(r + l*cos(theta))))
+         call check_relative(row%load%normal_force, expected, 1.0e-12_wp, &
+            "normal force on a tilted body")
+         call check_relative(row%load%friction_force(1), -with*f*expected, 1.0e-12_wp, &
+            "its friction")
+         call check_close(row%elastic_energy, 0.0_wp, 0.0_wp, "no elastic energy")
+         call check_relative(row%semi_axes(1), sqrt(r*(expected/(4.0_wp/3.0_wp*2.1e11_wp &
+            /(2.0_wp*(1.0_wp - 0.09_wp))*sqrt(r)))**(2.0_wp/3.0_wp)), 1.0e-12_wp, &
+            "spot of Hertz at the normal force")
+      end do
+   end subroutine test_tilted_body
+
+   !> Impacts of two free bodies: momenta stay, no work is negative, the balance closes, nothing
+   !> approaches afterwards.
+   subroutine test_impacts()
+      type(scene_type) :: scene
+      type(motion_type) :: motion
+      type(random_type) :: random
+      type(worst_type) :: balance, momentum, damping, friction, approach, newton
+      real(wp), allocatable :: y(:)
+      real(wp) :: linear(3, 2), angular(3, 2), kinetic(2), potential, rate(1), later(1)
+      integer :: i, index, trouble, solved
+      logical :: rubs
+
+      solved = 0
+      do i = 1, 400
+         rubs = mod(i, 4) > 0
+         call two_bodies(scene, 1, friction_index(merge("contensou_exact", "none           ", &
+            rubs)), mod(i, 3) == 0)
+         scene%contacts(1)%normal = normal_rigid
+         scene%contacts(1)%regularization_velocity = 0.0_wp
+         scene%contacts(1)%friction_coefficient = 0.1_wp*mod(i, 11)
+         scene%contacts(1)%restitution = 0.1_wp*mod(i, 10)
+         call set_motion(scene, motion, y)
+         call random_touch(scene, random, 0.0_wp, y)
+         y(27:) = 0.0_wp
+         call motion%system%gap_rates(y, rate)
+         if (rate(1) >= 0.0_wp) cycle
+         call motion%system%momenta(y, linear(:, 1), angular(:, 1))
+         call motion%system%energies(y, kinetic(1), potential)
+         call settle(motion%system, 0.0_wp, y, [.true.], 1.0e-2_wp, index, trouble)
+         if (trouble /= trouble_none) cycle
+         solved = solved + 1
+         call motion%system%gap_rates(y, later)
+         call motion%system%momenta(y, linear(:, 2), angular(:, 2))
+         call motion%system%energies(y, kinetic(2), potential)
+         call momentum%note(maxval(abs(linear(:, 2) - linear(:, 1))), i)
+         call momentum%note(maxval(abs(angular(:, 2) - angular(:, 1))), i)
+         call balance%note(abs(kinetic(2) + sum(y(27:)) - kinetic(1))/kinetic(1), i)
+         call damping%note(-y(motion%system%damping_index), i)
+         if (rubs) call friction%note(-y(motion%system%friction_index)/kinetic(1), i)
+         call approach%note(-later(1)/abs(rate(1)), i)
+         if (.not. rubs) call newton%note(abs(later(1)/rate(1) + scene%contacts(1)%restitution), i)
+      end do
+      call check(solved > 150, "impacts were solved")
+      call balance%check_below(1.0e-14_wp, "energy balance of an impact")
+      call momentum%check_below(1.0e-15_wp, "momenta in an impact")
+      call damping%check_below(0.0_wp, "an impact gains no energy along the normal")
+      call friction%check_below(1.0e-14_wp, "an impact gains no energy in friction")
+      call approach%check_below(1.0e-12_wp, "nothing approaches after an impact")
+      call newton%check_below(1.0e-12_wp, "restitution of an impact without friction")
+   end subroutine test_impacts
+
+end module test_rigid

@@ -15,7 +15,7 @@ module contensou_drivers_bench
    implicit none(type, external)
    private
 
-   public :: bench_command
+   public :: bench_command, check_output, write_text
 
    !> Things that can be measured.
    character(len=*), parameter :: benchmarks(1) = ["kernels"]
@@ -109,7 +109,7 @@ contains
       end if
       is = file_exists(name)
       if (is .and. .not. force) then
-         call fatal(error, name // " exists; --force replaces it, -o NAME writes others", &
+         call fatal(error, name // " exists; --force replaces it, -o writes another one", &
             status_file)
          return
       end if

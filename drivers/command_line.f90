@@ -8,7 +8,8 @@ module contensou_drivers_command_line
    implicit none(type, external)
    private
 
-   public :: command_type, parse_command_line, command_line_words, usage_text, commands
+   public :: command_type, parse_command_line, command_line_words, command_text, usage_text, &
+      commands
 
    !> What the user asks for; a sub-command uses the fields that its usage names.
    type :: command_type
@@ -43,11 +44,19 @@ module contensou_drivers_command_line
       logical :: has_until = .false.
       !> End of that part (diff) [s].
       real(wp) :: until = 0.0_wp
+      !> CSV file (cost); blank for none.
+      character(len=:), allocatable :: csv
+      !> Whether the cheapest choice for an error is asked for (cost).
+      logical :: has_error = .false.
+      !> That error, scaled (cost) [-].
+      real(wp) :: largest_error = 0.0_wp
+      !> Whether the CPU time is told by effect (run).
+      logical :: profile = .false.
    end type command_type
 
    !> Sub-commands.
    character(len=*), parameter :: commands(*) = [character(len=8) :: &
-      "run", "check", "models", "eval", "bench", "diff", "help", "version"]
+      "run", "check", "models", "eval", "bench", "cost", "diff", "help", "version"]
 
    !> What a sub-command needs.
    type :: operand_type
@@ -60,7 +69,8 @@ module contensou_drivers_command_line
    !> Sub-commands that need an operand.
    type(operand_type), parameter :: operands(*) = [operand_type("run", "scene"), &
       operand_type("check", "scene"), operand_type("eval", "kernel"), &
-      operand_type("bench", "benchmark"), operand_type("diff", "file")]
+      operand_type("bench", "benchmark"), operand_type("cost", "scene"), &
+      operand_type("diff", "file")]
 
 contains
 
@@ -93,6 +103,7 @@ contains
       command%model = ""
       command%input = ""
       command%rules = ""
+      command%csv = ""
       allocate(command%overrides(0))
       if (size(words) == 0) then
          call fatal(error, "no command is given" // new_line("a") // usage_text(""), status_usage)
@@ -184,6 +195,23 @@ contains
                   if (.not. valid) call fatal(error, "--delta needs a velocity " // &
                      ">= 0 [m/s], not " // quote(value), status_usage)
                end if
+            case ("--csv")
+               call take_value()
+               command%csv = value
+               if (.not. allocated(error) .and. value == "") call fatal(error, &
+                  "--csv needs the name of a file", status_usage)
+            case ("--error")
+               call take_value()
+               if (.not. allocated(error)) then
+                  command%has_error = .true.
+                  call read_real(value, command%largest_error, valid)
+                  if (valid) valid = ieee_is_finite(command%largest_error)
+                  if (valid) valid = command%largest_error > 0.0_wp
+                  if (.not. valid) call fatal(error, "--error needs a number > 0 [-], not " // &
+                     quote(value), status_usage)
+               end if
+            case ("--profile")
+               command%profile = .true.
             case ("--rules")
                call take_value()
                command%rules = value
@@ -243,11 +271,15 @@ contains
          if (starts_with(word, "--") .and. equals > 0) option = word(:equals - 1)
          select case (option)
          case ("--set")
-            if (all(command%name /= ["run  ", "check"])) option = ""
+            if (all(command%name /= ["run  ", "check", "cost "])) option = ""
          case ("-o", "--output", "--force")
-            if (all(command%name /= ["run  ", "bench"])) option = ""
+            if (all(command%name /= ["run  ", "bench", "cost "])) option = ""
          case ("-q", "--quiet")
-            if (all(command%name /= ["run ", "diff"])) option = ""
+            if (all(command%name /= ["run ", "diff", "cost"])) option = ""
+         case ("--csv", "--error")
+            if (command%name /= "cost") option = ""
+         case ("--profile")
+            if (command%name /= "run") option = ""
          case ("--rules", "--until")
             if (command%name /= "diff") option = ""
          case ("--quick")
@@ -261,7 +293,7 @@ contains
          end select
          ! Flags take no value.
          if (any(option == ["--force   ", "--quiet   ", "--quick   ", &
-            "--jacobian", "--expand  "]) .and. equals > 0) option = ""
+            "--jacobian", "--expand  ", "--profile "]) .and. equals > 0) option = ""
       end function option_of
 
       !> The value of an option: after '=', or the next word.
@@ -284,7 +316,7 @@ contains
       subroutine unknown()
          character(len=10), parameter :: options(*) = [character(len=10) :: "--set", "--output", &
             "--force", "--quiet", "--quick", "--model", "--delta", "--jacobian", "--rules", &
-            "--until", "--expand"]
+            "--until", "--expand", "--csv", "--error", "--profile"]
          integer :: near, i_option
          logical :: known(size(options))
 
@@ -335,7 +367,19 @@ contains
             "  --set PATH=VALUE replace a value: PATH is group.key, name.key or group.name.key" // &
             nl // "  -o FILE          output file, instead of that of the scene" // nl // &
             "  --force          replace an existing output file" // nl // &
-            "  -q               no progress on stderr"
+            "  -q               no progress on stderr" // nl // &
+            "  --profile        tell the CPU time by effect"
+      case ("cost")
+         text = "usage: contensou cost SCENE [--error E] [-o FILE] [--csv FILE] [--force] " // &
+            "[-q] [--set PATH=VALUE]..." // nl // &
+            "  runs the scene over models, methods and tolerances, those of its group &cost," // &
+            nl // "  and reports errors against CPU time" // nl // &
+            "  --error E        name the cheapest choice with an error of at most E" // nl // &
+            "  -o FILE          write an HDF5 file, for scripts/plot" // nl // &
+            "  --csv FILE       write the table" // nl // &
+            "  --force          replace existing files" // nl // &
+            "  -q               no progress on stderr" // nl // &
+            "  --set PATH=VALUE replace a value, as in run: --set cost.rtol=1e-4,1e-6"
       case ("check")
          text = "usage: contensou check SCENE [--set PATH=VALUE]... [--expand]" // nl // &
             "  reads and resolves the scene, reports its effects and their cost, " // &
@@ -378,6 +422,7 @@ contains
             "  check SCENE      read a scene, report its effects and their cost" // nl // &
             "  models [NAME]    the models that a scene can name" // nl // &
             "  eval KERNEL      evaluate a kernel on a table of inputs" // nl // &
+            "  cost SCENE       errors and CPU times over models, methods, tolerances" // nl // &
             "  bench kernels    measure error and cost of the kernels" // nl // &
             "  diff A.h5 B.h5   compare two output files" // nl // &
             "  help GROUP.KEY   what a key of a scene means" // nl // &
@@ -409,5 +454,23 @@ contains
          text = text // nl // "    " // trim(whole_run_text(i))
       end do
    end function diff_usage
+
+   !> The command line as one text.
+   pure function command_text(words) result(text)
+      !> Its words.
+      type(string_type), intent(in) :: words(:)
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = "contensou"
+      do i = 1, size(words)
+         if (verify(words(i)%s, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ" // &
+            "0123456789-_./=,+:@%") > 0 .or. words(i)%s == "") then
+            text = text // " " // quote(words(i)%s)
+         else
+            text = text // " " // words(i)%s
+         end if
+      end do
+   end function command_text
 
 end module contensou_drivers_command_line

@@ -14,8 +14,10 @@ module contensou_drivers_inform
    use contensou_contact_rolling, only : rolling_models
    use contensou_contact_vilke, only : vilke_models
    use contensou_drivers_command_line, only : command_type, commands, usage_text
-   use contensou_drivers_report, only : bodies_text, body_effects, contact_effects, number_text
+   use contensou_drivers_report, only : bodies_text, body_effects, choice_words, &
+      contact_effects, number_text
    use contensou_dynamics_assembly, only : assemble, initial_state
+   use contensou_integrate_choice, only : choice_type, choose_method
    use contensou_integrate_cvode, only : sundials_version
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : begin_rigid, march, observer_type, row_count
@@ -100,6 +102,7 @@ contains
       type(motion_type), intent(inout), target :: motion
       character(len=:), allocatable :: text
       type(stopwatch_type) :: stopwatch
+      type(choice_type) :: choice
       type(statistics_type) :: statistics
       type(error_type), allocatable :: error
       real(wp), allocatable :: y(:), rate(:)
@@ -110,7 +113,12 @@ contains
       y = initial_state(file%scene, motion%system%n)
       allocate(rate(size(y)))
       call set_up_motion(motion, file%scene, y)
+      text = ""
       if (motion%system%n_rigid > 0) call begin_rigid(motion, 0.0_wp, y, error)
+      if (file%scene%integrator%method == "auto") then
+         call choose_method(motion, y, choice)
+         text = "  auto             " // choice_words(file%scene, choice) // nl
+      end if
       n = 0
       start = cpu_seconds()
       do
@@ -121,7 +129,7 @@ contains
          elapsed = cpu_seconds() - start
          if (elapsed > 0.01_wp) exit
       end do
-      text = "  right-hand side  " // number_text(elapsed/n*1.0e9_wp, 3) // &
+      text = text // "  right-hand side  " // number_text(elapsed/n*1.0e9_wp, 3) // &
          " ns in the initial state" // nl
       associate (scene => file%scene)
          start = cpu_seconds()

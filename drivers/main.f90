@@ -6,6 +6,7 @@ module contensou_drivers_main
    use contensou_drivers_bench, only : bench_command
    use contensou_drivers_command_line, only : command_line_words, command_type, &
       parse_command_line, usage_text
+   use contensou_drivers_cost, only : cost_command
    use contensou_drivers_diff, only : diff_command
    use contensou_drivers_eval, only : eval_command
    use contensou_drivers_inform, only : check_command, help_command, models_command, print_version
@@ -40,6 +41,8 @@ contains
             call eval_command(command, error)
          case ("bench")
             call bench_command(command, error)
+         case ("cost")
+            call cost_command(command, words, error)
          case ("diff")
             call diff_command(command, status, error)
             if (.not. allocated(error)) return

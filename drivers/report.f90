@@ -12,10 +12,11 @@ module contensou_drivers_report
    use contensou_contact_vilke, only : vilke_models
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, motion_fixed, &
       motion_free, motion_prescribed, motion_spindle, scene_type
+   use contensou_integrate_choice, only : choice_text, choice_type
    implicit none(type, external)
    private
 
-   public :: bodies_text, body_effects, contact_effects, number_text
+   public :: bodies_text, body_effects, choice_words, contact_effects, number_text
 
 contains
 
@@ -61,6 +62,21 @@ contains
       end if
       if (contact%regularization_velocity > 0.0_wp) text = text // ", regularised"
    end function contact_effects
+
+   !> What `auto` chose, and why.
+   function choice_words(scene, choice) result(text)
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      !> The choice.
+      type(choice_type), intent(in) :: choice
+      character(len=:), allocatable :: text
+
+      if (choice%contact > 0) then
+         text = choice_text(choice, scene%contacts(choice%contact)%name)
+      else
+         text = choice_text(choice, "")
+      end if
+   end function choice_words
 
    !> How many bodies a scene has, and how they move.
    function bodies_text(scene) result(text)
@@ -111,6 +127,7 @@ contains
          if (text /= "" .and. body%load_follows) text = text // ", turning with the body"
       end select
    end function body_effects
+
    !> Shape of a surface, and its side if that is the inside.
    pure function shape_words(surface) result(text)
       !> The surface.

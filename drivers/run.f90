@@ -7,14 +7,17 @@ module contensou_drivers_run
       wall_seconds, write_stderr, write_stdout
    use contensou_base_text, only : quote, string_type, to_text
    use contensou_contact_geometry, only : pose_type, trouble_text
-   use contensou_drivers_command_line, only : command_type
-   use contensou_drivers_report, only : body_effects, contact_effects, number_text
+   use contensou_drivers_command_line, only : command_text, command_type
+   use contensou_drivers_report, only : body_effects, choice_words, contact_effects, &
+      number_text
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_system, only : system_type
+   use contensou_integrate_choice, only : choice_type, choose_method
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : event_touch, march, observer_type
    use contensou_integrate_motion, only : motion_type, set_up_motion
+   use contensou_integrate_profile, only : profile_names
    use contensou_io_hdf5_file, only : hdf5_readable_status
    use contensou_io_scene_reader, only : read_scene, scene_file_type
    use contensou_io_trajectory, only : part_suffix, trajectory_type
@@ -45,11 +48,18 @@ module contensou_drivers_run
       integer :: first_contact = 0
       !> What the method had to say.
       character(len=:), allocatable :: advice
+      !> What `auto` chose and why; not allocated for another method.
+      character(len=:), allocatable :: choice
+      !> Number of changes of the method.
+      integer :: changes = 0
+      !> The first change in words.
+      character(len=:), allocatable :: first_change
    contains
       procedure :: sample
       procedure :: event
       procedure :: after_step
       procedure :: advise
+      procedure :: change_method
    end type recorder_type
 
    !> Steps between two looks at the clocks.
@@ -69,9 +79,10 @@ contains
       type(motion_type), target :: motion
       type(recorder_type) :: recorder
       type(statistics_type) :: statistics
+      type(choice_type) :: choice
       type(error_type), allocatable :: write_error
       real(wp), allocatable :: y(:), y_start(:)
-      real(wp) :: t, cpu, wall
+      real(wp) :: t, cpu, wall, cpu_march
       logical :: stopped
 
       cpu = cpu_seconds()
@@ -94,9 +105,20 @@ contains
       call recorder%output%open(file%scene%output%file, command%force, file%scene, file%text, &
          file%resolved, command_text(words), error)
       if (allocated(error) .and. .not. recorder%output%is_open()) return
+      if (file%scene%integrator%method == "auto") then
+         call choose_method(motion, y, choice)
+         recorder%choice = choice_words(file%scene, choice)
+         call recorder%output%use_method(0.0_wp, trim(choice%method), recorder%choice)
+      else
+         call recorder%output%use_method(0.0_wp, file%scene%integrator%method)
+      end if
+      if (command%profile) call motion%profile%begin()
+      cpu_march = cpu_seconds()
       if (.not. allocated(error)) call march(motion, file%scene%integrator%method, y, &
          file%scene%t_end, file%scene%output%interval, file%scene%integrator%max_step, recorder, &
          t, statistics, stopped, error)
+      if (command%profile) recorder%output%cpu_by_effect = motion%profile%result( &
+         cpu_seconds() - cpu_march, recorder%output%cpu_output)
       call clear_bar(recorder)
       if (allocated(error)) then
          if (error%status == status_file) then
@@ -269,6 +291,23 @@ contains
       if (self%show) call write_stderr("contensou: " // self%advice // new_line("a"))
    end subroutine advise
 
+   !> `auto` goes on with another method.
+   subroutine change_method(self, t, method, reason)
+      !> The recorder.
+      class(recorder_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> The method from here on.
+      character(len=*), intent(in) :: method
+      !> Why.
+      character(len=*), intent(in) :: reason
+
+      call self%output%use_method(t, method)
+      self%changes = self%changes + 1
+      if (self%changes == 1) self%first_change = method // " since t = " // number_text(t, 4) // &
+         " s, because " // reason
+   end subroutine change_method
+
    !> Show how far the run is.
    subroutine show_progress(self, t)
       !> The recorder.
@@ -409,6 +448,10 @@ contains
       associate (s => recorder%output%summary)
          call line("  simulated  " // number_text(s%time, 8) // " s with " // &
             scene%integrator%method // " at rtol " // to_text(scene%integrator%rtol))
+         if (allocated(recorder%choice)) call line("  auto       " // recorder%choice)
+         if (recorder%changes > 0) call line("  auto       " // recorder%first_change)
+         if (recorder%changes > 1) call line("  auto       " // to_text(recorder%changes) // &
+            " changes of the method in all")
          if (norm2(scene%gravity) > 0.0_wp) call line("  effects    gravity")
          do i = 1, size(scene%bodies)
             if (body_effects(scene%bodies(i)) /= "") call line("  effects    " // &
@@ -440,6 +483,7 @@ contains
             to_text(statistics%derivatives) // " right-hand sides, " // &
             to_text(statistics%jacobians) // " Jacobians; " // number_text(cpu, 3) // &
             " s CPU, " // number_text(wall, 3) // " s wall")
+         if (allocated(recorder%output%cpu_by_effect)) call shares()
          if (allocated(recorder%advice)) call line("  advice     " // recorder%advice)
          if (stopped) then
             call line("  output     " // scene%output%file // part_suffix // " (interrupted), " // &
@@ -451,6 +495,21 @@ contains
       call write_stdout(text, error)
 
    contains
+
+      !> Shares of the CPU time.
+      subroutine shares()
+         character(len=32) :: digits
+         integer :: k
+
+         associate (seconds => recorder%output%cpu_by_effect)
+            call line("  CPU time   by effect, sampled")
+            do k = 1, size(seconds)
+               write(digits, "(f6.1, a, es9.2, a)") 100.0_wp*seconds(k) &
+                  /max(sum(seconds), tiny(1.0_wp)), " %", seconds(k), " s"
+               call line("    " // profile_names(k) // trim(digits))
+            end do
+         end associate
+      end subroutine shares
 
       !> Energy that loads and drives supplied.
       function supplied() result(words)
@@ -500,23 +559,5 @@ contains
       end function tilt
 
    end subroutine print_summary
-
-   !> The command line as one text.
-   pure function command_text(words) result(text)
-      !> Its words.
-      type(string_type), intent(in) :: words(:)
-      character(len=:), allocatable :: text
-      integer :: i
-
-      text = "contensou"
-      do i = 1, size(words)
-         if (verify(words(i)%s, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ" // &
-            "0123456789-_./=,+:@%") > 0 .or. words(i)%s == "") then
-            text = text // " " // quote(words(i)%s)
-         else
-            text = text // " " // words(i)%s
-         end if
-      end do
-   end function command_text
 
 end module contensou_drivers_run

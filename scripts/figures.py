@@ -3,7 +3,8 @@
 Everything comes from fresh runs of the program: figures 2 and 3, the friction force and torque of
 each model, from `contensou eval wrench`; figures 6 to 8, the Tippe-Top, figure 10, the bearing,
 the rattleback and the egg, from `contensou run`; the figures of error against cost, one for each
-kernel, from `contensou bench kernels`. The choice of curves and scales is ours; the figures are no
+kernel, from `contensou bench kernels`; `accuracy`, those and the tables of docs/accuracy.md, from
+`contensou cost`, only if it is named. The choice of curves and scales is ours; the figures are no
 copies of the printed ones.
 """
 
@@ -14,6 +15,7 @@ import sys
 from pathlib import Path
 
 from lib import (
+    figures_accuracy,
     figures_bearing,
     figures_cost,
     figures_scenes,
@@ -31,6 +33,7 @@ FIGURES = {
     figures_bearing.draw: ["10"],
     figures_cost.draw: ["cost"],
     figures_scenes.draw: ["rattleback", "egg"],
+    figures_accuracy.draw: ["accuracy"],
 }
 NAMES = [name for names in FIGURES.values() for name in names]
 
@@ -73,7 +76,7 @@ def main() -> int:
     parser.add_argument(
         "--only",
         type=names_of,
-        default=NAMES,
+        default=[name for name in NAMES if name != "accuracy"],
         metavar="LIST",
         help=f"some of {','.join(NAMES)}",
     )

@@ -1,4 +1,8 @@
-"""Draw one output file of contensou: inclination, contacts, energy balance and spin over time."""
+"""Draw one output file of contensou.
+
+A run: inclination, contacts, energy balance and spin over time. A study of `contensou cost`: error
+against CPU time.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lib import style
+from lib import style, work_precision
 from lib.results import Result, ResultError
 
 MAX_LINES = 8
@@ -267,8 +271,10 @@ def main() -> int:
     options = parser.parse_args()
     picture = options.output or default_picture(options.file)
     try:
-        result = Result(options.file)
-        figure = draw(result)
+        if work_precision.is_study(options.file):
+            figure = work_precision.draw(options.file)
+        else:
+            figure = draw(Result(options.file))
         style.save(figure, picture)
     except ResultError as problem:
         print(f"error: {problem}", file=sys.stderr)

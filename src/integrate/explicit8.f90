@@ -60,6 +60,13 @@ module contensou_integrate_explicit8
    !> Steps to the end of time, of the present length, from which on it pays to say so.
    real(wp), parameter :: many_steps = 2.0e4_wp
 
+   !> The same where the march can change to another method: what that one gains is to make up for
+   !> its short first steps.
+   real(wp), parameter :: some_steps = 1.0e3_wp
+
+   !> Steps between two states that are kept where the march can change to another method.
+   integer, parameter :: spacing_alert = 4
+
    !> Steps to the end of time, of the present length, from which on there is no hope: an hour for
    !> one body with one contact.
    real(wp), parameter :: too_many_steps = 1.0e9_wp
@@ -599,10 +606,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: steps_left
       character(len=12) :: digits
-      integer :: i
+      integer :: i, spacing
 
+      spacing = merge(spacing_alert, spacing_of_states, self%alert)
       self%steps_since = self%steps_since + 1
-      if (self%steps_since < spacing_of_states .and. self%n_kept > 0) return
+      if (self%steps_since < spacing .and. self%n_kept > 0) return
       self%steps_since = 0
       if (self%n_kept == kept) then
          do i = 1, kept - 1
@@ -620,14 +628,14 @@ contains
       end if
       self%foretold = self%foretold + 1
       if (self%foretold < foretold_enough) return
-      steps_left = (self%t_end - self%t)*spacing_of_states/(self%t - self%t_kept(kept - 1))
-      if (.not. self%advised .and. steps_left > many_steps) then
-         self%advised = .true.
+      steps_left = (self%t_end - self%t)*spacing/(self%t - self%t_kept(kept - 1))
+      if (.not. self%advised .and. steps_left > merge(some_steps, many_steps, self%alert)) then
+         self%advised = .not. self%alert
          self%advice = "the steps of explicit8 are limited by stability, not by accuracy: " // &
             "cvode_bdf would take longer ones"
       end if
       if (self%foretold < foretold_hopeless .or. steps_left < too_many_steps) return
-      write(digits, "(es9.1)") (self%t - self%t_kept(kept - 1))/spacing_of_states
+      write(digits, "(es9.1)") (self%t - self%t_kept(kept - 1))/spacing
       call fatal(error, &
          "the problem is stiff: stability limits the steps of explicit8 to " // &
          trim(adjustl(digits)) // " s, far too short to reach the end; integrator.method = " // &

@@ -22,6 +22,10 @@ module contensou_integrate_integrator
       integer(i8) :: convergence_failures = 0
       !> Size of the last step [s].
       real(wp) :: last_step = 0.0_wp
+   contains
+      !> Counters of two integrations together.
+      procedure, private :: plus
+      generic :: operator(+) => plus
    end type statistics_type
 
    !> One integration.
@@ -29,6 +33,9 @@ module contensou_integrate_integrator
       !> What the user should know about the method and this problem; whoever takes note of it
       !> deallocates it. Not allocated: nothing.
       character(len=:), allocatable :: advice
+      !> Whether it is to look out early for another method that suits better, as the march can
+      !> change to it.
+      logical :: alert = .false.
    contains
       !> Begin at a state.
       procedure(start_interface), deferred :: start
@@ -138,5 +145,23 @@ module contensou_integrate_integrator
          class(integrator_type), intent(inout) :: self
       end subroutine free_interface
    end interface
+
+contains
+
+   !> Counters of two integrations together, one after the other.
+   pure function plus(self, later) result(sum)
+      !> The first one.
+      class(statistics_type), intent(in) :: self
+      !> The one that followed.
+      type(statistics_type), intent(in) :: later
+      type(statistics_type) :: sum
+
+      sum%steps = self%steps + later%steps
+      sum%derivatives = self%derivatives + later%derivatives
+      sum%jacobians = self%jacobians + later%jacobians
+      sum%error_test_failures = self%error_test_failures + later%error_test_failures
+      sum%convergence_failures = self%convergence_failures + later%convergence_failures
+      sum%last_step = later%last_step
+   end function plus
 
 end module contensou_integrate_integrator

@@ -4,6 +4,8 @@ module contensou_integrate_march
    use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : i8, wp
    use contensou_dynamics_impact, only : open_contact, settle, touching_gap
+   use contensou_integrate_choice, only : choice_type, choose_method, &
+      explicit_reach
    use contensou_integrate_cvode, only : cvode_type
    use contensou_integrate_explicit8, only : explicit8_type
    use contensou_integrate_integrator, only : integrator_type, statistics_type
@@ -16,7 +18,7 @@ module contensou_integrate_march
 
    !> Methods of integration, as named in a scene.
    character(len=*), parameter :: integrator_methods(*) = [character(len=11) :: &
-      "cvode_bdf", "cvode_adams", "explicit8"]
+      "cvode_bdf", "cvode_adams", "explicit8", "auto"]
 
    !> A gap closes.
    integer, parameter :: event_touch = 1
@@ -35,6 +37,8 @@ module contensou_integrate_march
       procedure(after_step_interface), deferred :: after_step
       !> The method has something to say to the user.
       procedure :: advise
+      !> `auto` goes on with another method.
+      procedure :: change_method
    end type observer_type
 
    abstract interface
@@ -84,6 +88,33 @@ module contensou_integrate_march
          type(error_type), allocatable, intent(out) :: error
       end subroutine after_step_interface
    end interface
+
+   !> Steps between two looks of `auto` at their mean.
+   integer, parameter :: steps_between_looks = 200
+
+   !> Steps of `explicit8` after the first return to it before which it is not left again.
+   integer(i8), parameter :: first_patience = 2000_i8
+
+   !> Which methods `auto` has used, and when another one is due.
+   type :: switch_type
+      !> Whether the march may change the method.
+      logical :: may = .false.
+      !> Method in use.
+      character(len=11) :: method = ""
+      !> Counters of the methods before.
+      type(statistics_type) :: before
+      !> Time of the last look at the steps [s].
+      real(wp) :: t_look = 0.0_wp
+      !> Steps since then.
+      integer :: steps = 0
+      !> Steps of `explicit8` before which it is not left again; doubled with each return to it, so
+      !> that two methods that are equally fast do not take turns for ever.
+      integer(i8) :: patience = first_patience
+      !> Steps of `explicit8` to go before it may be left.
+      integer(i8) :: to_go = 0
+      !> Largest mean step of `explicit8` between two looks [s]; 0 if it has not been in use.
+      real(wp) :: explicit_step = 0.0_wp
+   end type switch_type
 
    !> Steps after which the pace is looked at.
    integer, parameter :: watched_steps = 50000
@@ -140,6 +171,18 @@ contains
       character(len=*), intent(in) :: text
    end subroutine advise
 
+   !> `auto` goes on with another method; nobody takes note unless an observer overrides this.
+   subroutine change_method(self, t, method, reason)
+      !> The observer.
+      class(observer_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> The method from here on.
+      character(len=*), intent(in) :: method
+      !> Why.
+      character(len=*), intent(in) :: reason
+   end subroutine change_method
+
    !> March to the end.
    subroutine march(motion, method, y, t_end, interval, max_step, observer, t, statistics, &
       stopped, error)
@@ -166,6 +209,8 @@ contains
       !> Set when the integration or the observer failed.
       type(error_type), allocatable, intent(out) :: error
       class(integrator_type), allocatable :: integrator
+      type(switch_type) :: switch
+      type(choice_type) :: choice
 
       t = 0.0_wp
       stopped = .false.
@@ -175,21 +220,32 @@ contains
          statistics = statistics_type()
          if (allocated(error)) return
       end if
-      call new_integrator(method, integrator)
-      call integrator%start(motion, method, t, y, t_end, max_step, error)
-      if (.not. allocated(error)) call advance(integrator, motion, y, t_end, interval, &
+      switch%method = method
+      switch%may = method == "auto"
+      if (switch%may) then
+         call choose_method(motion, y, choice)
+         switch%method = choice%method
+         if (choice%method /= "explicit8") switch%explicit_step = explicit_reach/choice%fastest
+      end if
+      call new_integrator(trim(switch%method), integrator)
+      integrator%alert = switch%may
+      call integrator%start(motion, trim(switch%method), t, y, t_end, max_step, error)
+      if (.not. allocated(error)) call advance(integrator, switch, motion, y, t_end, interval, &
          max_step, observer, t, stopped, error)
-      statistics = integrator%statistics()
+      statistics = switch%before + integrator%statistics()
       statistics%derivatives = statistics%derivatives + motion%differences
       call integrator%free()
    end subroutine march
 
    !> The loop of `march`.
-   subroutine advance(integrator, motion, y, t_end, interval, max_step, observer, t, stopped, error)
+   subroutine advance(integrator, switch, motion, y, t_end, interval, max_step, observer, t, &
+      stopped, error)
       !> The integration, started.
-      class(integrator_type), intent(inout) :: integrator
+      class(integrator_type), allocatable, intent(inout) :: integrator
+      !> Which methods are used.
+      type(switch_type), intent(inout) :: switch
       !> The motion.
-      class(motion_type), intent(inout) :: motion
+      class(motion_type), intent(inout), target :: motion
       !> State.
       real(wp), intent(inout) :: y(:)
       !> End of time [s].
@@ -310,7 +366,11 @@ contains
             ! An impact has changed the velocities.
             if (any(events /= 0)) call motion%system%gap_rates(y, rate)
          end if
-         if (allocated(integrator%advice)) then
+         if (switch%may .and. bounded_until <= 0.0_wp .and. row <= rows) then
+            call switch_if_due(integrator, switch, motion, t, y, t_end, max_step, &
+               all(events == 0), observer, error)
+            if (allocated(error)) return
+         else if (allocated(integrator%advice)) then
             call observer%advise(t, integrator%advice)
             deallocate(integrator%advice)
          end if
@@ -318,6 +378,83 @@ contains
          if (allocated(error) .or. stopped) return
       end do
    end subroutine advance
+
+   !> Go on with another method where the steps of this one are too short.
+   subroutine switch_if_due(integrator, switch, motion, t, y, t_end, max_step, quiet, observer, &
+      error)
+      !> The integration.
+      class(integrator_type), allocatable, intent(inout) :: integrator
+      !> Which methods are used.
+      type(switch_type), intent(inout) :: switch
+      !> The motion.
+      class(motion_type), intent(inout), target :: motion
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> End of time [s].
+      real(wp), intent(in) :: t_end
+      !> Largest step [s], 0 for no bound.
+      real(wp), intent(in) :: max_step
+      !> Whether no contact has just opened or closed.
+      logical, intent(in) :: quiet
+      !> Who looks on.
+      class(observer_type), intent(inout) :: observer
+      !> Set when the other method cannot be started.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=64) :: digits
+      real(wp) :: mean
+
+      switch%steps = switch%steps + 1
+      switch%to_go = max(switch%to_go - 1_i8, 0_i8)
+      if (.not. quiet) return
+      mean = (t - switch%t_look)/switch%steps
+      if (switch%method == "explicit8") then
+         if (switch%steps >= steps_between_looks .or. allocated(integrator%advice)) then
+            switch%explicit_step = max(switch%explicit_step, mean)
+            call look()
+         end if
+         if (.not. allocated(integrator%advice)) return
+         deallocate(integrator%advice)
+         if (switch%to_go > 0) return
+         call change("cvode_bdf", "stability, not accuracy, bounds the steps of explicit8")
+      else if (switch%steps >= steps_between_looks) then
+         call look()
+         if (switch%explicit_step <= 0.0_wp .or. mean >= switch%explicit_step) return
+         switch%to_go = switch%patience
+         switch%patience = 2_i8*switch%patience
+         write(digits, "(es8.1, a, es8.1, a)") mean, " s, those of explicit8 were", &
+            switch%explicit_step, " s"
+         switch%explicit_step = 0.0_wp
+         call change("explicit8", "the steps of cvode_bdf are" // trim(digits))
+      end if
+
+   contains
+
+      !> Begin to look anew.
+      subroutine look()
+         switch%t_look = t
+         switch%steps = 0
+      end subroutine look
+
+      !> Go on with a method.
+      subroutine change(method, reason)
+         !> The method.
+         character(len=*), intent(in) :: method
+         !> Why.
+         character(len=*), intent(in) :: reason
+
+         switch%before = switch%before + integrator%statistics()
+         call integrator%free()
+         call new_integrator(method, integrator)
+         integrator%alert = .true.
+         call integrator%start(motion, method, t, y, t_end, max_step, error)
+         switch%method = method
+         call look()
+         call observer%change_method(t, method, reason)
+      end subroutine change
+
+   end subroutine switch_if_due
 
    !> End a march whose steps have become so small that it would not come to its end.
    subroutine watch_pace(motion, step, left, looks, error)

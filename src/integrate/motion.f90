@@ -1,11 +1,13 @@
 !> The motion of a system of bodies as an initial value problem.
 module contensou_integrate_motion
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_system, only : wall_seconds
    use contensou_dynamics_assembly, only : contact_time
    use contensou_dynamics_jacobian, only : jacobian_type
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_system, only : body_size, system_type
    use contensou_integrate_problem, only : problem_type
+   use contensou_integrate_profile, only : profile_period, profile_type
    implicit none(type, external)
    private
 
@@ -49,6 +51,8 @@ module contensou_integrate_motion
       integer(i8) :: differences = 0
       !> Room for them.
       real(wp), allocatable, private :: shifted(:), base(:), moved(:), increment(:)
+      !> CPU time by effect.
+      type(profile_type) :: profile
    contains
       procedure :: jacobian
       procedure :: derivative
@@ -112,7 +116,24 @@ contains
       !> Whether an approach is far outside the domain of the contact model.
       logical, intent(out) :: outside
 
-      call self%system%derivative(t, y, rate)
+      real(wp) :: start
+
+      if (.not. self%profile%active) then
+         call self%system%derivative(t, y, rate)
+         outside = self%system%outside
+         return
+      end if
+      associate (clock => self%profile%right_hand_side)
+         clock%calls = clock%calls + 1_i8
+         if (self%profile%due(clock, profile_period)) then
+            start = wall_seconds()
+            call self%system%derivative(t, y, rate)
+            start = wall_seconds() - start
+            if (.not. self%system%outside) call self%profile%take(self%system, start)
+         else
+            call self%system%derivative(t, y, rate)
+         end if
+      end associate
       outside = self%system%outside
    end subroutine derivative
 
@@ -175,11 +196,18 @@ contains
       !> Entries, in the order of `row`.
       real(wp), intent(out) :: value(:)
 
+      real(wp) :: start
+      logical :: timed
+
       if (self%system%n_rigid > 0) then
          call difference(self, t, y, value)
          return
       end if
+      self%profile%jacobian%calls = self%profile%jacobian%calls + 1_i8
+      timed = self%profile%due(self%profile%jacobian, 0_i8)
+      if (timed) start = wall_seconds()
       call self%differential%evaluate(self%system, t, y)
+      if (timed) call self%profile%jacobian%add(wall_seconds() - start - self%profile%overhead)
       value = self%differential%value
    end subroutine jacobian
 
@@ -195,8 +223,15 @@ contains
       !> Gaps [m], reversed normal forces [N].
       real(wp), intent(out) :: g(:)
 
+      real(wp) :: start
+      logical :: timed
+
+      self%profile%events%calls = self%profile%events%calls + 1_i8
+      timed = self%profile%due(self%profile%events, 0_i8)
+      if (timed) start = wall_seconds()
       call self%system%gaps(y, g)
       if (self%system%n_rigid > 0) call rigid_events()
+      if (timed) call self%profile%events%add(wall_seconds() - start - self%profile%overhead)
       ! A gap is a difference of larger numbers and can stay exactly zero over a short time, which
       ! CVODE refuses as two roots in one place.
       where (abs(g) <= 0.0_wp) g = 1.0e-100_wp

@@ -24,10 +24,9 @@ module contensou_io_scene_reader
    use contensou_dynamics_assembly, only : assemble, contact_length, initial_pose, &
       largest_relative_approach
    use contensou_dynamics_impact, only : touching_gap
-   use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, frame_names, &
-      motion_fixed, motion_free, motion_names, motion_prescribed, &
-      motion_spindle, moves_freely, scene_type, &
-      turns_by_drive
+   use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, cost_spec_type, &
+      frame_names, motion_fixed, motion_free, motion_names, motion_prescribed, motion_spindle, &
+      moves_freely, scene_type, turns_by_drive
    use contensou_dynamics_system, only : system_type
    use contensou_io_bearing, only : concerns_bearings, expand_bearings, has_bearings
    use contensou_io_schema, only : domain_text, group_spec_type, schema_groups
@@ -132,11 +131,13 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       type(group_spec_type), allocatable :: groups(:)
       type(system_type) :: system
-      integer :: i, n(7)
+      integer, allocatable :: n(:)
+      integer :: i
 
       groups = schema_groups()
       call add_missing(settings)
-      n = [(count(settings%instances%group == i), i=1, 7)]
+      allocate(n(size(groups)))
+      n = [(count(settings%instances%group == i), i=1, size(n))]
       allocate(scene%materials(n(2)), scene%bodies(n(3)))
       allocate(scene%surfaces(n(4)), scene%contacts(n(5)))
       call check_names(settings, groups, diagnostics)
@@ -163,6 +164,8 @@ contains
                call build_integrator(instance, scene)
             case ("output")
                call build_output(instance, path, output_file, scene, diagnostics)
+            case ("cost")
+               call build_cost(instance, scene%cost, diagnostics)
             case default
                error stop "the schema has a group that no scene is built from"
             end select
@@ -754,6 +757,87 @@ contains
       end associate
       scene%output%interval = number(instance, "interval")
    end subroutine build_output
+
+   !> Values of the group `cost`.
+   subroutine build_cost(instance, cost, diagnostics)
+      !> The group.
+      type(instance_type), intent(in) :: instance
+      !> What is run.
+      type(cost_spec_type), intent(inout) :: cost
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: i
+
+      cost%friction = choices("friction")
+      cost%normal = choices("normal")
+      associate (methods => instance%settings(instance%at("methods")), &
+         rtol => instance%settings(instance%at("rtol")), &
+         quantities => choices("quantities"))
+         allocate(cost%methods(methods%n))
+         do i = 1, methods%n
+            if (methods%set) cost%methods(i) = methods%text(i)%s
+         end do
+         call refuse_doubles("methods", methods%choices(:methods%n))
+         call refuse_doubles("friction", cost%friction)
+         call refuse_doubles("normal", cost%normal)
+         cost%rtol = rtol%real(:rtol%n)
+         cost%counts(quantities) = .true.
+         cost%reference_rtol = number(instance, "reference_rtol")
+         if (rtol%set .and. cost%reference_rtol >= minval(cost%rtol)) call diagnostics%add( &
+            instance%settings(instance%at("reference_rtol"))%places(1), &
+            "the reference is not tighter than what it is compared with", &
+            "reference_rtol < " // to_text(minval(cost%rtol)) // ", the smallest of rtol")
+      end associate
+      cost%measure = max(1, instance%settings(instance%at("measure"))%choice)
+      cost%samples = whole("samples")
+      cost%repeats = whole("repeats")
+      cost%cpu_limit = number(instance, "cpu_limit")
+
+   contains
+
+      !> Positions of the choices of a key; none if it has no usable value.
+      pure function choices(name) result(list)
+         !> The key.
+         character(len=*), intent(in) :: name
+         integer, allocatable :: list(:)
+
+         associate (setting => instance%settings(instance%at(name)))
+            allocate(list(0))
+            if (setting%set) list = setting%choices(:setting%n)
+         end associate
+      end function choices
+
+      !> A number that must be whole.
+      integer function whole(name)
+         !> The key.
+         character(len=*), intent(in) :: name
+         real(wp) :: x
+
+         x = number(instance, name)
+         whole = nint(x)
+         if (abs(x - whole) > 0.0_wp) call diagnostics%add( &
+            instance%settings(instance%at(name))%places(1), "'" // name // "' must be whole", &
+            "a whole number")
+      end function whole
+
+      !> Nothing is compared with itself.
+      subroutine refuse_doubles(name, list)
+         !> The key.
+         character(len=*), intent(in) :: name
+         !> Its choices; 0 after a mistake.
+         integer, intent(in) :: list(:)
+         integer :: j
+
+         associate (setting => instance%settings(instance%at(name)))
+            do j = 2, size(list)
+               if (list(j) > 0 .and. any(list(:j - 1) == list(j))) call diagnostics%add( &
+                  setting%places(j), quote(setting%text(j)%s) // " stands twice in '" // name // &
+                  "'", "each choice once")
+            end do
+         end associate
+      end subroutine refuse_doubles
+
+   end subroutine build_cost
 
    !> Contacts need two different bodies and a pair of shapes that is supported.
    subroutine check_contacts(settings, scene, diagnostics)

@@ -11,14 +11,14 @@ module contensou_io_schema
    use contensou_contact_rolling, only : rolling_models
    use contensou_contact_surface, only : shape_names, side_names
    use contensou_contact_vilke, only : vilke_models
-   use contensou_dynamics_scene, only : frame_names, motion_names
+   use contensou_dynamics_scene, only : cost_measures, cost_quantities, frame_names, motion_names
    use contensou_integrate_march, only : integrator_methods
    implicit none(type, external)
    private
 
    public :: group_spec_type, key_spec_type, schema_groups, schema_keys, choices_of
    public :: kind_real, kind_text, kind_name, kind_choice, kind_reference, kind_logical
-   public :: admits, domain_text, start_names, ring_names
+   public :: admits, domain_text, most_values, start_names, ring_names
 
    !> How a bearing can begin.
    character(len=*), parameter :: start_names(*) = [character(len=7) :: "rest", "rolling"]
@@ -44,6 +44,9 @@ module contensou_io_schema
    !> A logical.
    integer, parameter :: kind_logical = 6
 
+   !> Largest number of values of a key.
+   integer, parameter :: most_values = 12
+
    !> A group.
    type :: group_spec_type
       !> Name.
@@ -66,10 +69,12 @@ module contensou_io_schema
       integer :: kind = kind_real
       !> Number of values.
       integer :: values = 1
+      !> Whether fewer values will do.
+      logical :: few = .false.
       !> Whether it must be given.
       logical :: mandatory = .false.
       !> Default in namelist syntax; empty when there is none or it depends on the scene.
-      character(len=24) :: default = ""
+      character(len=64) :: default = ""
       !> Unit.
       character(len=12) :: unit = ""
       !> Smallest number.
@@ -81,7 +86,7 @@ module contensou_io_schema
       !> For a reference, the group it refers to.
       character(len=12) :: target = ""
       !> What it means.
-      character(len=320) :: doc = ""
+      character(len=400) :: doc = ""
    end type key_spec_type
 
 contains
@@ -90,7 +95,7 @@ contains
    pure function schema_groups() result(groups)
       type(group_spec_type), allocatable :: groups(:)
 
-      allocate(groups(8))
+      allocate(groups(9))
       groups(1) = group_spec_type("scene", .false., .true., "what the whole scene shares")
       groups(2) = group_spec_type("material", .true., .false., "an isotropic elastic material")
       groups(3) = group_spec_type("body", .true., .true., &
@@ -104,6 +109,8 @@ contains
       groups(8) = group_spec_type("bearing", .true., .false., &
          "a ball bearing, which stands for its bodies, surfaces and contacts: NAME_inner, " // &
          "NAME_outer, NAME_ball_1, ..., see check --expand")
+      groups(9) = group_spec_type("cost", .false., .false., &
+         "what contensou cost runs and compares; other commands only check it")
    end function schema_groups
 
    !> The keys of all groups, in the order of the documentation.
@@ -111,7 +118,7 @@ contains
       type(key_spec_type), allocatable :: keys(:)
       integer :: n
 
-      allocate(keys(160))
+      allocate(keys(200))
       n = 0
 
       call put("scene", "title", kind_text, default="''", &
@@ -250,7 +257,8 @@ contains
       call put("integrator", "method", kind_choice, default="'cvode_bdf'", &
          doc="method: cvode_bdf, implicit, for any problem; cvode_adams, a multistep method, " // &
          "and explicit8, of order 8, for problems that are not stiff; explicit8 is the " // &
-         "fastest one with light damping, and says when a contact is too stiff for it")
+         "fastest one with light damping, and says when a contact is too stiff for it; auto, " // &
+         "explicit8 or cvode_bdf, whichever takes the longer steps, changed during the run")
       call put("integrator", "rtol", kind_real, unit="1", default="1.0e-8", least=1.0e-14_wp, &
          most=1.0e-1_wp, doc="relative tolerance of a step, against the scales below")
       call put("integrator", "length_scale", kind_real, unit="m", above=0.0_wp, &
@@ -273,6 +281,37 @@ contains
          doc="time between rows; not given, t_end/1000")
 
       call put_bearing()
+      call put("cost", "friction", kind_choice, values=most_values, few=.true., &
+         doc="friction models that are compared, in place of that of each contact that has " // &
+         "friction; not given, contensou_exact and its approximations, and those of the scene")
+      call put("cost", "normal", kind_choice, values=most_values, few=.true., &
+         doc="normal force models that are compared, in place of that of each contact, each " // &
+         "with each friction model; not given, that of each contact")
+      call put("cost", "methods", kind_choice, values=most_values, few=.true., &
+         default="'cvode_bdf', 'cvode_adams', 'explicit8', 'auto'", &
+         doc="methods of integration that are compared")
+      call put("cost", "rtol", kind_real, values=most_values, few=.true., unit="1", &
+         default="1.0e-4, 1.0e-6, 1.0e-8, 1.0e-10", least=1.0e-14_wp, most=1.0e-1_wp, &
+         doc="relative tolerances that are compared, as integrator.rtol")
+      call put("cost", "reference_rtol", kind_real, unit="1", default="1.0e-12", &
+         least=1.0e-14_wp, most=1.0e-1_wp, &
+         doc="relative tolerance of the reference solutions; smaller than all of rtol")
+      call put("cost", "quantities", kind_choice, values=most_values, few=.true., &
+         default="'position', 'angle', 'velocity'", &
+         doc="what counts for the error of a run, the Pareto front and --error: the largest " // &
+         "of the scaled errors of these; all are reported")
+      call put("cost", "measure", kind_choice, default="'largest'", &
+         doc="which error of position, angle, velocity and angular velocity counts: that at " // &
+         "the end, the largest, or the root of the mean of the squares; all are reported")
+      call put("cost", "samples", kind_real, unit="1", default="1000.0", least=1.0_wp, &
+         most=1.0e6_wp, doc="times after the beginning, equally far apart, at which " // &
+         "trajectories are compared; a whole number")
+      call put("cost", "repeats", kind_real, unit="1", default="3.0", least=1.0_wp, &
+         most=1000.0_wp, &
+         doc="times that a run of less than a second is done; the least CPU time counts; a " // &
+         "whole number")
+      call put("cost", "cpu_limit", kind_real, unit="1", default="10.0", above=0.0_wp, &
+         doc="CPU time at which a run is given up, in those of the reference of its model")
 
       keys = keys(:n)
 
@@ -360,7 +399,7 @@ contains
 
       !> Add a key.
       subroutine put(group, name, kind, doc, values, unit, default, mandatory, above, least, &
-         most, target)
+         most, target, few)
          !> Group.
          character(len=*), intent(in) :: group
          !> Name.
@@ -385,6 +424,8 @@ contains
          real(wp), intent(in), optional :: most
          !> Group that a reference refers to.
          character(len=*), intent(in), optional :: target
+         !> Whether fewer values will do.
+         logical, intent(in), optional :: few
 
          n = n + 1
          keys(n)%group = group
@@ -400,6 +441,7 @@ contains
          if (present(least)) keys(n)%low = least
          if (present(most)) keys(n)%high = most
          if (present(target)) keys(n)%target = target
+         if (present(few)) keys(n)%few = few
       end subroutine put
 
    end function schema_keys
@@ -434,7 +476,11 @@ contains
          names = strings(shape_names)
       case ("surface.side")
          names = strings(side_names)
-      case ("contact.normal")
+      case ("cost.measure")
+         names = strings(cost_measures)
+      case ("cost.quantities")
+         names = strings(cost_quantities)
+      case ("contact.normal", "cost.normal")
          normal = normal_models()
          names = strings(normal%name)
       case ("contact.ellipse")
@@ -450,10 +496,10 @@ contains
       case ("contact.damping")
          damping = damping_models()
          names = strings(damping%info%name)
-      case ("contact.friction")
+      case ("contact.friction", "cost.friction")
          friction = friction_models()
          names = strings(friction%info%name)
-      case ("integrator.method")
+      case ("integrator.method", "cost.methods")
          names = strings(integrator_methods)
       case default
          allocate(names(0))
@@ -493,6 +539,7 @@ contains
 
       text = "a number"
       if (key%values > 1) text = to_text(key%values) // " numbers"
+      if (key%few) text = "up to " // text
       if (key%low > -huge(key%low)) then
          text = text // trim(merge(" > ", " >=", key%above_low)) // " " // to_text(key%low)
       end if

@@ -9,7 +9,7 @@ module contensou_io_settings
    use contensou_base_text, only : join, lower, nearest, quote, string_type, to_text
    use contensou_io_schema, only : admits, choices_of, domain_text, group_spec_type, &
       key_spec_type, kind_choice, kind_logical, kind_name, kind_real, kind_reference, kind_text, &
-      schema_groups, schema_keys
+      most_values, schema_groups, schema_keys
    implicit none(type, external)
    private
 
@@ -29,15 +29,19 @@ module contensou_io_settings
       !> Where the key stands, or the group if it is not given.
       type(origin_type) :: origin
       !> Where each value stands.
-      type(origin_type) :: places(4)
+      type(origin_type) :: places(most_values)
+      !> Number of values.
+      integer :: n = 0
       !> Numbers.
-      real(wp) :: real(4) = 0.0_wp
+      real(wp) :: real(most_values) = 0.0_wp
       !> Texts.
-      type(string_type) :: text(2)
+      type(string_type) :: text(most_values)
       !> Logical.
       logical :: logical = .false.
       !> Position of a choice in its table.
       integer :: choice = 0
+      !> Positions of several choices.
+      integer :: choices(most_values) = 0
    end type setting_type
 
    !> A group of the scene.
@@ -345,7 +349,7 @@ contains
       integer :: i, k, near
 
       own = pack(keys, keys%group == group%name)
-      allocate(instance%settings(size(own)), first_given(4, size(own)))
+      allocate(instance%settings(size(own)), first_given(most_values, size(own)))
       first_given = 0
       do k = 1, size(own)
          instance%settings(k)%key = own(k)
@@ -375,10 +379,13 @@ contains
       do k = 1, size(own)
          associate (setting => instance%settings(k))
             if (setting%given) then
-               setting%set = all(first_given(:own(k)%values, k) > 0)
-               if (any(first_given(:own(k)%values, k) == 0)) call diagnostics%add( &
+               setting%n = own(k)%values
+               if (own(k)%few) setting%n = max(1, findloc(first_given(:, k) /= 0, .true., dim=1, &
+                  back=.true.))
+               setting%set = all(first_given(:setting%n, k) > 0)
+               if (any(first_given(:setting%n, k) == 0)) call diagnostics%add( &
                   setting%origin, "'" // trim(own(k)%name) // "' has " // &
-                  to_text(count(first_given(:, k) /= 0)) // " of " // to_text(own(k)%values) // &
+                  to_text(count(first_given(:, k) /= 0)) // " of " // to_text(setting%n) // &
                   " values", expected_of(own(k)))
             else if (own(k)%mandatory .and. group%complete .and. &
                .not. setting%meant) then
@@ -404,26 +411,35 @@ contains
    subroutine set_default(setting)
       !> The key.
       type(setting_type), intent(inout) :: setting
-      integer :: i
+      integer :: i, k, first, last
       type(string_type), allocatable :: names(:)
       character(len=:), allocatable :: text
 
-      setting%text(1)%s = ""
-      setting%text(2)%s = ""
+      do i = 1, most_values
+         setting%text(i)%s = ""
+      end do
+      setting%n = setting%key%values
       if (setting%key%default == "") return
       text = trim(setting%key%default)
       setting%set = .true.
+      if (setting%key%few) setting%n = count([(text(i:i) == ",", i=1, len(text))]) + 1
       select case (setting%key%kind)
       case (kind_real)
-         read(text, *) setting%real(:setting%key%values)
+         read(text, *) setting%real(:setting%n)
       case (kind_logical)
          setting%logical = text == ".true."
       case default
-         setting%text(1)%s = text(2:len(text) - 1)
          names = choices_of(setting%key)
-         do i = 1, size(names)
-            if (names(i)%s == setting%text(1)%s) setting%choice = i
+         last = 0
+         do k = 1, setting%n
+            first = last + index(text(last + 1:), "'") + 1
+            last = first + index(text(first:), "'") - 1
+            setting%text(k)%s = text(first:last - 1)
+            do i = 1, size(names)
+               if (names(i)%s == setting%text(k)%s) setting%choices(k) = i
+            end do
          end do
+         setting%choice = setting%choices(1)
       end select
    end subroutine set_default
 
@@ -565,6 +581,7 @@ contains
                   end if
                   return
                end if
+               setting%choices(slot) = setting%choice
                setting%text(slot)%s = names(setting%choice)%s
             end if
          end select
@@ -612,6 +629,7 @@ contains
          text = ".true. or .false."
       case (kind_choice)
          text = "one of " // join(choices_of(key), ", ") // ", in quotes"
+         if (key%few) text = "up to " // to_text(key%values) // " of" // text(7:)
       case (kind_reference)
          text = "the name of a " // trim(key%target) // " in quotes"
          if (key%values == 2) text = "the names of two " // trim(key%target) // "s in quotes"
@@ -649,12 +667,15 @@ contains
       groups = schema_groups()
       text = ""
       do i = 1, size(settings%instances)
+         ! What no run looks at.
+         if (groups(settings%instances(i)%group)%name == "cost" .and. &
+            .not. any(settings%instances(i)%settings%given)) cycle
          text = text // "&" // trim(groups(settings%instances(i)%group)%name) // new_line("a")
          do k = 1, size(settings%instances(i)%settings)
             associate (setting => settings%instances(i)%settings(k))
                if (.not. setting%set) cycle
                text = text // "   " // trim(setting%key%name) // " = "
-               do v = 1, setting%key%values
+               do v = 1, setting%n
                   if (v > 1) text = text // ", "
                   select case (setting%key%kind)
                   case (kind_real)

@@ -19,6 +19,7 @@ module contensou_io_trajectory
    use contensou_integrate_cvode, only : sundials_version
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : event_touch
+   use contensou_integrate_profile, only : profile_names
    use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_series_type, hdf5_version, &
       series_real, series_text
    implicit none(type, external)
@@ -121,10 +122,18 @@ module contensou_io_trajectory
       real(wp), private :: largest_supply = 0.0_wp
       !> Whether a body is driven.
       logical, private :: driven = .false.
+      !> Methods that were used, in order.
+      character(len=11), allocatable, private :: methods(:)
+      !> Times since when each was used [s].
+      real(wp), allocatable, private :: method_times(:)
+      !> Why the method `auto` begins with was chosen; empty without `auto`.
+      character(len=:), allocatable, private :: choice
+      !> CPU time by effect [s]; not allocated if it was not asked for.
+      real(wp), allocatable :: cpu_by_effect(:)
       !> When the file was last flushed [s].
       real(wp), private :: last_flush = 0.0_wp
       !> CPU time spent in writing rows [s].
-      real(wp), private :: cpu_output = 0.0_wp
+      real(wp) :: cpu_output = 0.0_wp
       !> Clocks at the beginning: wall, CPU [s].
       real(wp), private :: clocks(2) = 0.0_wp
    contains
@@ -134,6 +143,8 @@ module contensou_io_trajectory
       procedure :: row
       !> Add an event.
       procedure :: event
+      !> Take note of the method that is used from here on.
+      procedure :: use_method
       !> Flush if it is time.
       procedure :: flush_if_due
       !> Write what remains and close; rename a complete file.
@@ -631,6 +642,29 @@ contains
       call self%file%flush(error)
    end subroutine flush_if_due
 
+   !> Take note of the method that is used from here on.
+   subroutine use_method(self, t, method, choice)
+      !> The file.
+      class(trajectory_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> The method.
+      character(len=*), intent(in) :: method
+      !> Why `auto` begins with it; not present without `auto` or later on.
+      character(len=*), intent(in), optional :: choice
+      character(len=len(self%methods)), allocatable :: methods(:)
+
+      if (present(choice)) self%choice = choice
+      if (.not. allocated(self%methods)) then
+         allocate(self%methods(0), self%method_times(0))
+      end if
+      allocate(methods(size(self%methods) + 1))
+      methods(:size(self%methods)) = self%methods
+      methods(size(methods)) = method
+      call move_alloc(methods, self%methods)
+      self%method_times = [self%method_times, t]
+   end subroutine use_method
+
    !> Write what remains, close, and give a complete file its final name.
    subroutine finish(self, system, y, statistics, status, error)
       !> The file.
@@ -662,6 +696,23 @@ contains
          call f%put_value("/integrator/convergence_failures", statistics%convergence_failures, &
             "1", "failed nonlinear iterations", error)
          call f%put_value("/integrator/last_step", statistics%last_step, "s", "last step", error)
+         if (allocated(self%methods)) then
+            call f%put_labels("/integrator/method", self%methods, &
+               "methods that were used, in order", error)
+            call f%put_array("/integrator/method_since", self%method_times, &
+               ["/integrator/method"], "s", "time since when each method was used", error)
+         end if
+         if (allocated(self%choice)) call f%put_text("/integrator/choice", self%choice, &
+            "why auto began with its first method", error)
+         if (allocated(self%cpu_by_effect)) then
+            call f%put_labels("/integrator/effect", profile_names, &
+               "what CPU time is spent in", error)
+            call f%put_array("/integrator/cpu_by_effect", self%cpu_by_effect, &
+               ["/integrator/effect"], "s", "CPU time by effect, sampled", error)
+            call f%put_array("/integrator/cpu_share", self%cpu_by_effect &
+               /max(sum(self%cpu_by_effect), tiny(1.0_wp)), ["/integrator/effect"], "1", &
+               "share of the CPU time", error)
+         end if
          call f%put_value("/integrator/cpu_output", self%cpu_output, "s", &
             "CPU time spent in writing rows", error)
          call f%put_value("/integrator/cpu_integration", cpu - self%cpu_output, "s", &

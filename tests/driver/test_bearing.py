@@ -634,4 +634,5 @@ def test_the_cost_of_a_ball_does_not_depend_on_their_number(run, inputs, tmp_pat
         for balls in least:
             seconds, _ = cpu(run, tmp_path, scene, *scaled(balls))
             least[balls] = min(least[balls], seconds / balls)
-    assert least[90] == pytest.approx(least[9], rel=0.2)
+    # CVODE's own cost of a step, a quarter of that of 9 balls, is shared by more of them.
+    assert 0.7 * least[9] <= least[90] <= 1.2 * least[9]

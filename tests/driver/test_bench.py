@@ -339,7 +339,7 @@ def test_existing_file_is_kept(run, tmp_path, name, existing):
     result = run("bench", "kernels", "--quick", "-o", name)
     assert result.status == 74
     assert result.out == ""
-    expected = f"error: {existing} exists; --force replaces it, -o NAME writes others\n"
+    expected = f"error: {existing} exists; --force replaces it, -o writes another one\n"
     assert result.err == expected
     assert [path.name for path in tmp_path.iterdir()] == [existing]
     assert (tmp_path / existing).read_text() == "mine"

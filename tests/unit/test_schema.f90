@@ -6,7 +6,7 @@ module test_schema
    use contensou_base_text, only : read_real, string_type
    use contensou_io_schema, only : admits, choices_of, domain_text, group_spec_type, &
       key_spec_type, kind_choice, kind_logical, kind_name, kind_real, kind_reference, kind_text, &
-      schema_groups, schema_keys
+      most_values, schema_groups, schema_keys
    use contensou_io_settings, only : apply_override, resolve, resolved_text, settings_type
    use test_harness, only : check, check_close
    implicit none(type, external)
@@ -78,7 +78,7 @@ contains
             call check(same == 1, name // ": once")
             call check(any(key%kind == [kind_real, kind_text, kind_name, kind_choice, &
                kind_reference, kind_logical]), name // ": kind")
-            call check(key%values >= 1 .and. key%values <= 4, name // ": number of values")
+            call check(key%values >= 1 .and. key%values <= most_values, name // ": number of values")
             call check((key%unit /= "") .eqv. key%kind == kind_real, name // ": a unit for numbers")
             call check(.not. (key%mandatory .and. key%default /= ""), name // &
                ": mandatory, or with a default")
@@ -116,6 +116,8 @@ contains
             case (kind_real)
                good = .true.
                do n = 1, key%values
+                  ! A key of few values has any number of them.
+                  if (key%few .and. n > 1 .and. rest == "") exit
                   comma = index(rest // ",", ",")
                   call read_real(trim(adjustl(rest(:comma - 1))), x, valid)
                   good = good .and. valid
@@ -127,9 +129,15 @@ contains
                call check(rest == ".true." .or. rest == ".false.", name // ": default")
             case (kind_choice)
                choices = choices_of(key)
-               good = .false.
-               do k = 1, size(choices)
-                  good = good .or. rest == "'" // choices(k)%s // "'"
+               do n = 1, key%values
+                  if (key%few .and. n > 1 .and. rest == "") exit
+                  comma = index(rest // ",", ",")
+                  good = .false.
+                  do k = 1, size(choices)
+                     good = good .or. adjustl(rest(:comma - 1)) == "'" // choices(k)%s // "'"
+                  end do
+                  if (.not. good) exit
+                  rest = rest(min(comma + 1, len(rest) + 1):)
                end do
                call check(good, name // ": default is a choice")
             case default
@@ -318,9 +326,9 @@ contains
          "'file' needs a text in quotes, this is a number", "a text in quotes", 3, &
          "number for a text")
       call expect(least // "&integrator method = 'cvode_dbf' /", "unknown method 'cvode_dbf'", &
-         "'cvode_bdf'; possible are cvode_bdf, cvode_adams, explicit8", 3, "unknown choice")
+         "'cvode_bdf'; possible are cvode_bdf, cvode_adams, explicit8, auto", 3, "unknown choice")
       call expect(least // "&integrator method = 'zzzzzzzzzz' /", "unknown method 'zzzzzzzzzz'", &
-         "one of cvode_bdf, cvode_adams, explicit8", 3, "unknown choice without a near one")
+         "one of cvode_bdf, cvode_adams, explicit8, auto", 3, "unknown choice without a near one")
       call expect(least // "&integrator method = '' /", "'method' is empty", "one of", 3, &
          "empty choice")
       call expect(least // "&material name = ' ', young = 1, poisson = 0 /", "'name' is empty", &

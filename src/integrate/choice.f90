@@ -1,0 +1,217 @@
+!> `auto`: which method suits a motion, from its contacts.
+!>
+!> A step of `explicit8` costs about as much as a step of `cvode_bdf` (twelve right-hand sides
+!> against one and the algebra of the implicit method), so the one with the longer steps is the
+!> cheaper one. The ringing of a contact has to be followed by either; a rate that only decays, that
+!> of a strongly damped contact or of friction that sticks, bounds the steps of `explicit8` alone.
+!> The choice is where a run begins; `march` changes it where the steps prove it wrong.
+module contensou_integrate_choice
+   use contensou_base_kinds, only : wp
+   use contensou_base_text, only : to_text
+   use contensou_contact_geometry, only : contact_point_type
+   use contensou_dynamics_scene, only : motion_free
+   use contensou_dynamics_system, only : body_size, relative_motion, system_type
+   use contensou_integrate_motion, only : motion_type
+   implicit none(type, external)
+   private
+
+   public :: explicit_reach, choice_type, choose_method, choice_text
+
+   !> Length of the stable step of `explicit8` along a rate that only decays, times that rate [-].
+   real(wp), parameter :: explicit_reach = 5.0_wp
+
+   !> What a choice rests on.
+   type :: choice_type
+      !> The method: cvode_bdf or explicit8.
+      character(len=11) :: method = "explicit8"
+      !> Contact that decided: the stiffest one; 0 without contacts.
+      integer :: contact = 0
+      !> Number of unknowns.
+      integer :: unknowns = 0
+      !> Angular frequency of that contact about its load under gravity, or about half the largest
+      !> force of an impact at velocity_scale [rad/s].
+      real(wp) :: frequency = 0.0_wp
+      !> Its damping ratio there [-].
+      real(wp) :: damping_ratio = 0.0_wp
+      !> Rate at which its friction takes away sliding at the beginning: f N (1/m + r^2/I) over the
+      !> largest of delta, the sliding velocity, a w and what the tolerance resolves [1/s].
+      real(wp) :: friction_rate = 0.0_wp
+      !> Fastest rate that only decays, of a contact that is closed at the beginning [1/s].
+      real(wp) :: fastest = 0.0_wp
+   end type choice_type
+
+   !> A rate that only decays bounds the steps of an explicit method if it exceeds all that is to
+   !> be followed by this factor. Between 3 and 30 either method does.
+   real(wp), parameter :: stiff_from = 10.0_wp
+
+contains
+
+   !> Choose.
+   subroutine choose_method(motion, y, choice)
+      !> The motion, set up.
+      class(motion_type), intent(inout) :: motion
+      !> State at the beginning.
+      real(wp), intent(in) :: y(:)
+      !> The choice.
+      type(choice_type), intent(out) :: choice
+      real(wp) :: gap(motion%n_events), frequency, ratio, friction, decay, followed
+      integer :: i
+
+      choice%unknowns = motion%n
+      if (motion%n_events == 0) return
+      call motion%system%gaps(y, gap)
+      followed = fastest_spin(motion%system, y)
+      do i = 1, motion%n_events
+         call figures_of(motion, y, i, gap(i), frequency, ratio, friction)
+         ! Beyond the critical damping one of two decays is fast.
+         decay = 0.0_wp
+         if (ratio > 1.0_wp) decay = frequency*(ratio + sqrt(ratio**2 - 1.0_wp))
+         decay = max(decay, friction)
+         if (gap(i) > motion%scales%length) decay = 0.0_wp
+         if (decay > choice%fastest .or. choice%contact == 0) then
+            choice%contact = i
+            choice%frequency = frequency
+            choice%damping_ratio = ratio
+            choice%friction_rate = friction
+            choice%fastest = decay
+         end if
+         if (ratio < 1.0_wp) followed = max(followed, frequency*sqrt(1.0_wp - ratio**2))
+      end do
+      if (choice%fastest > stiff_from*followed) choice%method = "cvode_bdf"
+   end subroutine choose_method
+
+   !> Largest angular velocity of a free body [rad/s].
+   pure real(wp) function fastest_spin(system, y) result(spin)
+      !> The system.
+      type(system_type), intent(in) :: system
+      !> State.
+      real(wp), intent(in) :: y(:)
+      integer :: i, k
+
+      spin = 0.0_wp
+      do i = 1, size(system%bodies)
+         k = body_size*(i - 1)
+         if (system%bodies(i)%motion == motion_free) spin = max(spin, norm2(y(k + 11:k + 13)))
+      end do
+   end function fastest_spin
+
+   !> Frequency, damping ratio and rate of friction of a contact.
+   subroutine figures_of(motion, y, index, gap, frequency, ratio, friction)
+      !> The motion; the poses of its system are those of the state.
+      class(motion_type), intent(inout) :: motion
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Contact.
+      integer, intent(in) :: index
+      !> Its gap [m].
+      real(wp), intent(in) :: gap
+      !> Angular frequency [rad/s].
+      real(wp), intent(out) :: frequency
+      !> Damping ratio [-].
+      real(wp), intent(out) :: ratio
+      !> Rate of friction [1/s].
+      real(wp), intent(out) :: friction
+      type(contact_point_type) :: at
+      real(wp) :: yields, turns, load, approach, stiffness, slopes(3), velocity(3), spin(3)
+      real(wp) :: slip, arm(3)
+
+      ratio = 0.0_wp
+      friction = 0.0_wp
+      associate (system => motion%system, c => motion%system%contacts(index))
+         yields = mobility(c%a) + mobility(c%b)
+         stiffness = c%law%normal%stiffness
+         load = norm2(system%gravity)/yields
+         if (load <= 0.0_wp) load = 0.5_wp*stiffness*(1.25_wp*motion%scales%velocity**2 &
+            /(yields*stiffness))**0.6_wp
+         approach = (load/stiffness)**(2.0_wp/3.0_wp)
+         frequency = sqrt(1.5_wp*stiffness*sqrt(approach)*yields)
+         if (allocated(c%law%damping)) then
+            slopes = c%law%damping%slopes(load, approach, 0.0_wp, c%law%damping%coefficient)
+            ratio = 0.5_wp*abs(slopes(3))*yields/frequency
+         end if
+         if (.not. allocated(c%law%friction)) return
+         associate (a => system%pose(c%a), b => system%pose(c%b))
+            if (c%track%lost) return
+            call c%law%geometry%locate(a, b, c%track, gap, at)
+            call relative_motion(a, b, at%point, velocity, spin)
+            slip = norm2(velocity - dot_product(velocity, at%normal)*at%normal)
+            slip = max(slip, c%law%friction%delta, &
+               sqrt(system%resolution%of(a, b, at%point)), &
+               c%law%normal%major_axis(approach)*abs(dot_product(spin, at%normal)))
+            turns = 0.0_wp
+            if (c%a > 0) then
+               arm = at%point - a%position
+               turns = turns + leverage(c%a, norm2(arm))
+            end if
+            if (c%b > 0) then
+               arm = at%point - b%position
+               turns = turns + leverage(c%b, norm2(arm))
+            end if
+         end associate
+         if (slip > 0.0_wp) friction = c%law%friction%coefficient*load*(yields + turns)/slip
+      end associate
+
+   contains
+
+      !> Inverse mass of a body that yields [1/kg].
+      pure real(wp) function mobility(body)
+         !> Its index; 0 for the ground.
+         integer, intent(in) :: body
+
+         mobility = 0.0_wp
+         if (body == 0) return
+         associate (b => motion%system%bodies(body))
+            if (b%motion == motion_free) mobility = 1.0_wp/b%mass
+         end associate
+      end function mobility
+
+      !> What its rotation adds to the mobility of its surface [1/kg].
+      pure real(wp) function leverage(body, length)
+         !> Its index.
+         integer, intent(in) :: body
+         !> Lever arm [m].
+         real(wp), intent(in) :: length
+
+         leverage = 0.0_wp
+         associate (b => motion%system%bodies(body))
+            if (b%motion == motion_free) leverage = length**2/minval(b%inertia)
+         end associate
+      end function leverage
+
+   end subroutine figures_of
+
+   !> Why a method was chosen, in words.
+   function choice_text(choice, contact) result(text)
+      !> The choice.
+      type(choice_type), intent(in) :: choice
+      !> Name of the contact that decided; blank without contacts.
+      character(len=*), intent(in) :: contact
+      character(len=:), allocatable :: text
+
+      if (choice%contact == 0) then
+         text = trim(choice%method) // ", because there is no contact that could be stiff"
+         return
+      end if
+      text = "because contact " // contact // " "
+      if (choice%method == "explicit8") then
+         text = text // "decays no faster than it rings"
+      else
+         text = text // "decays far faster than anything turns or rings"
+      end if
+      text = trim(choice%method) // ", " // text // ": frequency " // short(choice%frequency) // &
+         " rad/s, damping ratio " // short(choice%damping_ratio) // ", friction " // &
+         short(choice%friction_rate) // " 1/s; " // to_text(choice%unknowns) // " unknowns"
+   end function choice_text
+
+   !> A number in two digits.
+   pure function short(x) result(text)
+      !> The number, >= 0.
+      real(wp), intent(in) :: x
+      character(len=:), allocatable :: text
+      character(len=16) :: digits
+
+      write(digits, "(es8.1)") x
+      text = trim(adjustl(digits))
+   end function short
+
+end module contensou_integrate_choice

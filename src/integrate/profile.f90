@@ -1,0 +1,268 @@
+!> CPU time by effect, sampled: every so many evaluations one is timed where it happens, and its
+!> parts are then done again by themselves, each several times, to share that time out.
+!>
+!> What is done again costs about 30 evaluations in 4096, less than 1 % of the run.
+module contensou_integrate_profile
+   use contensou_base_kinds, only : i8, wp
+   use contensou_base_system, only : wall_seconds
+   use contensou_contact_geometry, only : contact_point_type, trouble_none
+   use contensou_dynamics_system, only : relative_motion, system_type
+   implicit none(type, external)
+   private
+
+   public :: profile_type, profile_names, profile_period
+
+   !> What CPU time is told of; the first seven make up the right-hand side.
+   character(len=*), parameter :: profile_names(*) = [character(len=16) :: "geometry", &
+      "normal_force", "ellipse", "friction", "damping", "rolling", "bodies", "jacobian", &
+      "events", "output", "integrator"]
+
+   !> Their places.
+   integer, parameter :: p_geometry = 1, p_normal = 2, p_ellipse = 3, p_friction = 4, &
+      p_damping = 5, p_rolling = 6, p_bodies = 7, p_jacobian = 8, p_events = 9, p_output = 10, &
+      p_integrator = 11
+
+   !> One of so many evaluations is sampled, a power of two.
+   integer(i8), parameter :: profile_period = 4096_i8
+
+   !> The same for the Jacobian and the events, which are not done again; a power of two.
+   integer(i8), parameter :: other_period = 64_i8
+
+   !> Times that a part is done again.
+   integer, parameter :: repeats = 4
+
+   !> A sample longer than this many of the shortest one was interrupted.
+   real(wp), parameter :: interrupted = 8.0_wp
+
+   !> A time that is sampled.
+   type :: clock_type
+      !> Calls.
+      integer(i8) :: calls = 0
+      !> Samples.
+      integer(i8) :: samples = 0
+      !> Their sum [s].
+      real(wp) :: total = 0.0_wp
+      !> The shortest one [s].
+      real(wp) :: shortest = 1.0e9_wp
+   contains
+      !> Add a sample.
+      procedure :: add
+      !> Time of all calls [s].
+      procedure :: estimate
+   end type clock_type
+
+   !> CPU time by effect.
+   type :: profile_type
+      !> Whether it is taken.
+      logical :: active = .false.
+      !> Right-hand side.
+      type(clock_type) :: right_hand_side
+      !> Jacobian.
+      type(clock_type) :: jacobian
+      !> Gaps for events.
+      type(clock_type) :: events
+      !> Times of the parts done again [s].
+      real(wp) :: parts(p_bodies) = 0.0_wp
+      !> Time of reading the clock [s].
+      real(wp) :: overhead = 0.0_wp
+      !> Keeps what is done again from being left out.
+      real(wp) :: sink = 0.0_wp
+   contains
+      !> Begin.
+      procedure :: begin
+      !> Whether the next call of a clock is to be timed.
+      procedure :: due
+      !> Note a right-hand side that was timed, and do its parts again.
+      procedure :: take
+      !> CPU time of everything.
+      procedure :: result
+   end type profile_type
+
+contains
+
+   !> Begin: see what a look at the clock costs.
+   subroutine begin(self)
+      !> The profile.
+      class(profile_type), intent(inout) :: self
+      real(wp) :: start
+      integer :: i
+
+      self%active = .true.
+      self%overhead = huge(start)
+      do i = 1, 1000
+         start = wall_seconds()
+         self%overhead = min(self%overhead, wall_seconds() - start)
+      end do
+   end subroutine begin
+
+   !> Whether the next call of a clock is to be timed.
+   pure logical function due(self, clock, period)
+      !> The profile.
+      class(profile_type), intent(in) :: self
+      !> One of its clocks.
+      type(clock_type), intent(in) :: clock
+      !> One of so many calls is timed; 0 for that of Jacobians and events.
+      integer(i8), intent(in) :: period
+
+      due = .false.
+      if (.not. self%active) return
+      ! Periods are powers of two: a division would cost 3 % of a right-hand side.
+      due = iand(clock%calls, merge(period, other_period, period > 0_i8) - 1_i8) == 1_i8
+   end function due
+
+   !> Add a sample, unless it was interrupted.
+   pure subroutine add(self, seconds)
+      !> The clock.
+      class(clock_type), intent(inout) :: self
+      !> Time of one call [s].
+      real(wp), intent(in) :: seconds
+
+      if (seconds > interrupted*self%shortest) return
+      self%samples = self%samples + 1_i8
+      self%total = self%total + max(seconds, 0.0_wp)
+      self%shortest = min(self%shortest, max(seconds, 1.0e-9_wp))
+   end subroutine add
+
+   !> Time of all calls [s].
+   pure real(wp) function estimate(self)
+      !> The clock.
+      class(clock_type), intent(in) :: self
+
+      estimate = 0.0_wp
+      if (self%samples > 0_i8) estimate = self%total/self%samples*self%calls
+   end function estimate
+
+   !> Note the time of a right-hand side, and do its parts again.
+   subroutine take(self, system, seconds)
+      !> The profile.
+      class(profile_type), intent(inout) :: self
+      !> The equations of motion, their poses those of the evaluation.
+      type(system_type), intent(inout) :: system
+      !> Time that the evaluation took [s].
+      real(wp), intent(in) :: seconds
+      type(contact_point_type) :: at
+      real(wp) :: gap, velocity(3), spin(3), x, elastic, rate, force(3), major, torque(3), start
+      integer :: i, r, trouble
+
+      if (seconds > interrupted*self%right_hand_side%shortest) return
+      call self%right_hand_side%add(seconds - self%overhead)
+      do i = 1, size(system%contacts)
+         associate (c => system%contacts(i), a => system%pose(system%contacts(i)%a), &
+            b => system%pose(system%contacts(i)%b))
+            call start_clock()
+            do r = 1, repeats
+               call c%law%geometry%gap(a, b, c%track, gap)
+               if (gap >= 0.0_wp .or. c%track%lost) cycle
+               call c%law%geometry%locate(a, b, c%track, gap, at)
+               call relative_motion(a, b, at%point, velocity, spin)
+               self%sink = self%sink + velocity(1)
+            end do
+            call stop_clock(p_geometry)
+            if (gap >= 0.0_wp .or. c%track%lost) cycle
+            if (.not. c%law%geometry%constant_curvatures) then
+               call start_clock()
+               do r = 1, repeats
+                  call c%follow(at, trouble)
+               end do
+               call stop_clock(p_ellipse)
+               if (trouble /= trouble_none) cycle
+            end if
+            rate = -dot_product(velocity, at%normal)
+            elastic = 0.0_wp
+            call start_clock()
+            do r = 1, repeats
+               elastic = c%law%normal%force(varied())
+               self%sink = self%sink + elastic
+            end do
+            call stop_clock(p_normal)
+            if (allocated(c%law%damping)) then
+               call start_clock()
+               do r = 1, repeats
+                  self%sink = self%sink + c%law%damping%total(elastic, varied(), rate)
+               end do
+               call stop_clock(p_damping)
+            end if
+            if (allocated(c%law%friction)) then
+               major = 0.0_wp
+               call start_clock()
+               do r = 1, repeats
+                  major = c%law%normal%major_axis(varied())
+                  self%sink = self%sink + major
+               end do
+               call stop_clock(p_ellipse)
+               call start_clock()
+               do r = 1, repeats
+                  x = 1.0_wp + r*epsilon(x)
+                  call c%law%friction%wrench(x*elastic, c%law%normal%shape, major, &
+                     dot_product(velocity, at%major), velocity(1)*(at%normal(2)*at%major(3) &
+                     - at%normal(3)*at%major(2)) + velocity(2)*(at%normal(3)*at%major(1) &
+                     - at%normal(1)*at%major(3)) + velocity(3)*(at%normal(1)*at%major(2) &
+                     - at%normal(2)*at%major(1)), dot_product(spin, at%normal), &
+                     system%resolution%of(a, b, at%point), force(1), force(2), force(3))
+                  self%sink = self%sink + force(1)
+               end do
+               call stop_clock(p_friction)
+            end if
+            if (allocated(c%law%rolling)) then
+               call start_clock()
+               do r = 1, repeats
+                  x = 1.0_wp + r*epsilon(x)
+                  torque = c%law%rolling%torque(x*elastic, at%normal, at%major, &
+                     c%law%normal%axis_a*sqrt(-gap), c%law%normal%axis_b*sqrt(-gap), spin)
+                  self%sink = self%sink + torque(1)
+               end do
+               call stop_clock(p_rolling)
+            end if
+         end associate
+      end do
+
+   contains
+
+      !> The approach, in each repetition another one.
+      pure real(wp) function varied()
+         varied = -gap*(1.0_wp + r*epsilon(gap))
+      end function varied
+
+      !> Look at the clock.
+      subroutine start_clock()
+         start = wall_seconds()
+      end subroutine start_clock
+
+      !> Add to a part.
+      subroutine stop_clock(part)
+         !> The part.
+         integer, intent(in) :: part
+         real(wp) :: passed
+
+         passed = (wall_seconds() - start - self%overhead)/repeats
+         if (passed < interrupted*seconds) self%parts(part) = self%parts(part) + max(passed, 0.0_wp)
+      end subroutine stop_clock
+
+   end subroutine take
+
+   !> CPU time of everything [s], in the order of `profile_names`.
+   pure function result(self, cpu, output) result(seconds)
+      !> The profile.
+      class(profile_type), intent(in) :: self
+      !> CPU time of the whole integration [s].
+      real(wp), intent(in) :: cpu
+      !> CPU time of writing rows [s].
+      real(wp), intent(in) :: output
+      real(wp) :: seconds(size(profile_names))
+      real(wp) :: whole, known
+
+      seconds = 0.0_wp
+      whole = self%right_hand_side%estimate()
+      if (self%right_hand_side%samples > 0_i8) seconds(:p_rolling) = self%parts(:p_rolling) &
+         /self%right_hand_side%samples*self%right_hand_side%calls
+      known = sum(seconds(:p_rolling))
+      ! Parts done again can overlap less than in the whole.
+      if (known > whole .and. known > 0.0_wp) seconds(:p_rolling) = seconds(:p_rolling)*whole/known
+      seconds(p_bodies) = max(whole - sum(seconds(:p_rolling)), 0.0_wp)
+      seconds(p_jacobian) = self%jacobian%estimate()
+      seconds(p_events) = self%events%estimate()
+      seconds(p_output) = output
+      seconds(p_integrator) = max(cpu - sum(seconds), 0.0_wp)
+   end function result
+
+end module contensou_integrate_profile

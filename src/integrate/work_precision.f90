@@ -1,0 +1,461 @@
+!> What accuracy costs: a scene over models, methods and tolerances, against reference solutions.
+!>
+!> Each model has a reference of its own, computed at a tight tolerance and checked by a second
+!> method; the first model is the exact one. The numerical error of a run is the distance to the
+!> reference of its own model, its error that to the reference of the exact model, and the distance
+!> of the two references is the error of the model. docs/cost.md defines the distances.
+module contensou_integrate_work_precision
+   use contensou_base_errors, only : error_type
+   use contensou_base_kinds, only : wp
+   use contensou_base_rotations, only : unit_quaternion
+   use contensou_base_system, only : cpu_seconds, signal_received
+   use contensou_dynamics_assembly, only : assemble, initial_state
+   use contensou_dynamics_scene, only : motion_free, scene_type
+   use contensou_dynamics_system, only : body_size, contact_report_type
+   use contensou_integrate_integrator, only : statistics_type
+   use contensou_integrate_march, only : event_touch, march, observer_type
+   use contensou_integrate_motion, only : motion_type, set_up_motion
+   implicit none(type, external)
+   private
+
+   public :: distance_type, trial_type, reference_type, run_trial, run_reference, &
+      reference_distance, reference_scales
+   public :: outcome_done, outcome_failed, outcome_slow, outcome_stopped, kinds, measures
+
+   !> Kinds of quantities of a trajectory: position, angle, velocity, angular velocity.
+   integer, parameter :: kinds = 4
+
+   !> Measures of their errors: at the end, largest, root mean square.
+   integer, parameter :: measures = 3
+
+   !> How a trial ended: at the end of time, in a failure, at its limit of CPU time, by a signal.
+   integer, parameter :: outcome_done = 1, outcome_failed = 2, outcome_slow = 3, outcome_stopped = 4
+
+   !> Distance of two motions.
+   type :: distance_type
+      !> Of each kind [m, rad, m/s, rad/s] in each measure, (measures, kinds).
+      real(wp) :: value(measures, kinds) = 0.0_wp
+      !> Largest distance of corresponding events [s]; 0 if there are none or they do not
+      !> correspond.
+      real(wp) :: events = 0.0_wp
+      !> Whether the two have the same events in the same order, each contact by itself.
+      logical :: same_events = .true.
+   end type distance_type
+
+   !> A motion that is kept.
+   type :: reference_type
+      !> Whether there is one.
+      logical :: known = .false.
+      !> Method.
+      character(len=11) :: method = ""
+      !> Relative tolerance [-].
+      real(wp) :: rtol = 0.0_wp
+      !> States of the bodies at the samples, (13 bodies, 0:samples).
+      real(wp), allocatable :: y(:, :)
+      !> Number of events.
+      integer :: n_events = 0
+      !> Times of the events [s].
+      real(wp), allocatable :: event_time(:)
+      !> What they were: contact, negative for a lift-off.
+      integer, allocatable :: event_code(:)
+      !> Largest kinetic energy [J].
+      real(wp) :: largest_kinetic = 0.0_wp
+   end type reference_type
+
+   !> A run of one model by one method at one tolerance.
+   type :: trial_type
+      !> One of the `outcome_*` codes.
+      integer :: outcome = 0
+      !> Why it failed.
+      character(len=:), allocatable :: message
+      !> Least CPU time [s].
+      real(wp) :: cpu = huge(1.0_wp)
+      !> Counters.
+      type(statistics_type) :: statistics
+      !> Number of events.
+      integer :: n_events = 0
+      !> Distance to the reference of the own model.
+      type(distance_type) :: own
+      !> Distance to the reference of the exact model.
+      type(distance_type) :: total
+      !> Largest residual of the energy balance [J].
+      real(wp) :: energy = 0.0_wp
+   end type trial_type
+
+   !> Observer that measures distances or keeps the motion.
+   type, extends(observer_type) :: gauge_type
+      !> Motion that is kept, or the events of a run that is not.
+      type(reference_type) :: kept
+      !> Whether the states are kept.
+      logical :: keep = .false.
+      !> Number of the next sample.
+      integer :: row = 0
+      !> CPU time at which to give up [s].
+      real(wp) :: deadline = huge(1.0_wp)
+      !> Whether it was given up.
+      logical :: late = .false.
+      !> Whether a signal came.
+      logical :: interrupted = .false.
+      !> Steps since the clock was looked at.
+      integer :: steps = 0
+      !> Reference of the own model and of the exact one; not associated: none.
+      type(reference_type), pointer :: own => null()
+      !> Reference of the exact model.
+      type(reference_type), pointer :: exact => null()
+      !> Distances so far, with sums of squares in place of means.
+      type(distance_type) :: distance(2)
+      !> Sum of energies and works at the beginning [J].
+      real(wp) :: balance = 0.0_wp
+      !> Largest residual [J].
+      real(wp) :: energy = 0.0_wp
+      !> Which bodies move freely.
+      logical, allocatable :: free(:)
+   contains
+      procedure :: sample
+      procedure :: event
+      procedure :: after_step
+   end type gauge_type
+
+   !> Steps between two looks at the clock.
+   integer, parameter :: steps_between = 256
+
+contains
+
+   !> Compute a reference.
+   subroutine run_reference(scene, method, rtol, deadline, reference, trial)
+      !> The scene with the model in question.
+      type(scene_type), intent(in) :: scene
+      !> Method.
+      character(len=*), intent(in) :: method
+      !> Relative tolerance [-].
+      real(wp), intent(in) :: rtol
+      !> CPU time that it may take [s].
+      real(wp), intent(in) :: deadline
+      !> The reference; known if it came to the end.
+      type(reference_type), intent(out) :: reference
+      !> What it took.
+      type(trial_type), intent(inout) :: trial
+      type(gauge_type) :: gauge
+
+      gauge%keep = .true.
+      call run_gauge(scene, method, rtol, deadline, gauge, trial)
+      reference = gauge%kept
+      reference%method = method
+      reference%rtol = rtol
+      reference%known = trial%outcome == outcome_done
+   end subroutine run_reference
+
+   !> Run a trial: errors are those of this run, the CPU time is the least so far.
+   subroutine run_trial(scene, method, rtol, deadline, own, exact, trial)
+      !> The scene with the model in question.
+      type(scene_type), intent(in) :: scene
+      !> Method.
+      character(len=*), intent(in) :: method
+      !> Relative tolerance [-].
+      real(wp), intent(in) :: rtol
+      !> CPU time that it may take [s].
+      real(wp), intent(in) :: deadline
+      !> Reference of this model.
+      type(reference_type), intent(in), target :: own
+      !> Reference of the exact model.
+      type(reference_type), intent(in), target :: exact
+      !> What came out.
+      type(trial_type), intent(inout) :: trial
+      type(gauge_type) :: gauge
+
+      gauge%own => own
+      gauge%exact => exact
+      call run_gauge(scene, method, rtol, deadline, gauge, trial)
+      if (trial%outcome /= outcome_done) return
+      call compare_events(gauge%kept, own, gauge%distance(1))
+      call compare_events(gauge%kept, exact, gauge%distance(2))
+      trial%own = gauge%distance(1)
+      trial%total = gauge%distance(2)
+   end subroutine run_trial
+
+   !> March with a gauge, and measure the CPU time.
+   subroutine run_gauge(scene, method, rtol, deadline, gauge, trial)
+      !> The scene with the model in question.
+      type(scene_type), intent(in) :: scene
+      !> Method.
+      character(len=*), intent(in) :: method
+      !> Relative tolerance [-].
+      real(wp), intent(in) :: rtol
+      !> CPU time that it may take [s].
+      real(wp), intent(in) :: deadline
+      !> The gauge.
+      type(gauge_type), intent(inout) :: gauge
+      !> What came out.
+      type(trial_type), intent(inout) :: trial
+      type(motion_type), target :: motion
+      type(scene_type) :: own_scene
+      type(statistics_type) :: statistics
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: y(:)
+      real(wp) :: t, start
+      logical :: stopped
+      integer :: samples, k
+
+      samples = scene%cost%samples
+      own_scene = scene
+      own_scene%integrator%rtol = rtol
+      call assemble(own_scene, motion%system)
+      y = initial_state(own_scene, motion%system%n)
+      call set_up_motion(motion, own_scene, y)
+      allocate(gauge%kept%event_time(64), gauge%kept%event_code(64))
+      if (gauge%keep) allocate(gauge%kept%y(body_size*size(scene%bodies), 0:samples))
+      gauge%free = scene%bodies%motion == motion_free
+      start = cpu_seconds()
+      gauge%deadline = start + deadline
+      call march(motion, method, y, scene%t_end, scene%t_end/samples, scene%integrator%max_step, &
+         gauge, t, statistics, stopped, error)
+      start = cpu_seconds() - start
+      trial%statistics = statistics
+      trial%n_events = gauge%kept%n_events
+      trial%energy = gauge%energy
+      trial%cpu = min(trial%cpu, start)
+      trial%outcome = outcome_done
+      trial%message = ""
+      if (allocated(error)) then
+         trial%outcome = outcome_failed
+         trial%message = error%message
+      else if (gauge%interrupted) then
+         trial%outcome = outcome_stopped
+      else if (stopped) then
+         trial%outcome = outcome_slow
+      end if
+      do k = 1, 2
+         call take_root(gauge%distance(k), samples, gauge%free)
+      end do
+   end subroutine run_gauge
+
+   !> Turn the sums of squares of a distance into root mean squares.
+   pure subroutine take_root(distance, samples, free)
+      !> The distance.
+      type(distance_type), intent(inout) :: distance
+      !> Number of samples after the beginning.
+      integer, intent(in) :: samples
+      !> Which bodies move freely.
+      logical, intent(in) :: free(:)
+
+      distance%value(3, :) = sqrt(distance%value(3, :)/(real(samples, wp)*max(1, count(free))))
+   end subroutine take_root
+
+   !> Distance of two references.
+   pure function reference_distance(a, b, scene) result(distance)
+      !> One.
+      type(reference_type), intent(in) :: a
+      !> The other one.
+      type(reference_type), intent(in) :: b
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      type(distance_type) :: distance
+      logical :: free(size(scene%bodies))
+      integer :: j, samples
+
+      samples = ubound(a%y, 2)
+      free = scene%bodies%motion == motion_free
+      do j = 0, samples
+         call add_distance(free, a%y(:, j), b%y(:, j), j > 0, distance)
+      end do
+      call take_root(distance, samples, free)
+      call compare_events(a, b, distance)
+   end function reference_distance
+
+   !> What the errors of a kind are compared with, from the reference of the exact model: the
+   !> largest distance from the initial place [m], 1 rad, the largest speed [m/s], the largest
+   !> angular velocity [rad/s], the end of time [s], the largest kinetic energy [J]. 1 for what is
+   !> zero.
+   pure function reference_scales(reference, scene) result(scales)
+      !> The reference.
+      type(reference_type), intent(in) :: reference
+      !> The scene.
+      type(scene_type), intent(in) :: scene
+      real(wp) :: scales(kinds + 2)
+      integer :: i, k, j
+
+      scales = 0.0_wp
+      do i = 1, size(scene%bodies)
+         k = body_size*(i - 1)
+         if (scene%bodies(i)%motion /= motion_free) cycle
+         do j = lbound(reference%y, 2), ubound(reference%y, 2)
+            associate (y => reference%y(:, j), y0 => reference%y(:, 0))
+               scales(1) = max(scales(1), norm2(y(k + 1:k + 3) - y0(k + 1:k + 3)))
+               scales(3) = max(scales(3), norm2(y(k + 8:k + 10)))
+               scales(4) = max(scales(4), norm2(y(k + 11:k + 13)))
+            end associate
+         end do
+      end do
+      scales(2) = 1.0_wp
+      scales(kinds + 1) = scene%t_end
+      scales(kinds + 2) = reference%largest_kinetic
+      where (scales <= 0.0_wp) scales = 1.0_wp
+   end function reference_scales
+
+   !> A row is due.
+   subroutine sample(self, motion, t, y, error)
+      !> The gauge.
+      class(gauge_type), intent(inout) :: self
+      !> The motion.
+      class(motion_type), intent(inout) :: motion
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Never set.
+      type(error_type), allocatable, intent(out) :: error
+      integer :: n
+
+      n = body_size*size(motion%system%bodies)
+      call take_energy(self, motion, y)
+      if (self%keep) self%kept%y(:, self%row) = y(:n)
+      if (associated(self%own)) call add_distance(self%free, y, self%own%y(:, self%row), &
+         self%row > 0, self%distance(1))
+      if (associated(self%exact)) call add_distance(self%free, y, self%exact%y(:, self%row), &
+         self%row > 0, self%distance(2))
+      self%row = self%row + 1
+   end subroutine sample
+
+   !> Residual of the energy balance.
+   subroutine take_energy(self, motion, y)
+      !> The gauge.
+      type(gauge_type), intent(inout) :: self
+      !> The motion.
+      class(motion_type), intent(inout) :: motion
+      !> State.
+      real(wp), intent(in) :: y(:)
+      type(contact_report_type) :: row
+      real(wp) :: kinetic, potential, balance
+      integer :: i
+
+      call motion%system%energies(y, kinetic, potential)
+      balance = kinetic + potential
+      self%kept%largest_kinetic = max(self%kept%largest_kinetic, kinetic)
+      do i = 1, size(motion%system%contacts)
+         call motion%system%report(y, i, row)
+         balance = balance + row%elastic_energy
+      end do
+      associate (s => motion%system)
+         if (s%friction_index > 0) balance = balance + y(s%friction_index)
+         if (s%damping_index > 0) balance = balance + y(s%damping_index)
+         if (s%applied_index > 0) balance = balance - y(s%applied_index)
+      end associate
+      if (self%row == 0) self%balance = balance
+      self%energy = max(self%energy, abs(balance - self%balance))
+   end subroutine take_energy
+
+   !> Add a sample to a distance.
+   pure subroutine add_distance(free, y, reference, counts, distance)
+      !> Which bodies move freely.
+      logical, intent(in) :: free(:)
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> State of the reference at the same time.
+      real(wp), intent(in) :: reference(:)
+      !> Whether it counts for the mean: the beginning does not.
+      logical, intent(in) :: counts
+      !> The distance.
+      type(distance_type), intent(inout) :: distance
+      real(wp) :: d(kinds), p(4), q(4)
+      integer :: i, k
+
+      distance%value(1, :) = 0.0_wp
+      do i = 1, size(free)
+         if (.not. free(i)) cycle
+         k = body_size*(i - 1)
+         p = unit_quaternion(y(k + 4:k + 7))
+         q = unit_quaternion(reference(k + 4:k + 7))
+         d(1) = norm2(y(k + 1:k + 3) - reference(k + 1:k + 3))
+         ! Angle of the rotation between two attitudes; q and -q are the same one.
+         d(2) = 4.0_wp*asin(min(1.0_wp, 0.5_wp*min(norm2(p - q), norm2(p + q))))
+         d(3) = norm2(y(k + 8:k + 10) - reference(k + 8:k + 10))
+         d(4) = norm2(y(k + 11:k + 13) - reference(k + 11:k + 13))
+         distance%value(1, :) = max(distance%value(1, :), d)
+         distance%value(2, :) = max(distance%value(2, :), d)
+         if (counts) distance%value(3, :) = distance%value(3, :) + d**2
+      end do
+   end subroutine add_distance
+
+   !> Events of two motions, contact by contact.
+   pure subroutine compare_events(a, b, distance)
+      !> One motion.
+      type(reference_type), intent(in) :: a
+      !> The other one.
+      type(reference_type), intent(in) :: b
+      !> The distance.
+      type(distance_type), intent(inout) :: distance
+      logical :: taken(b%n_events)
+      integer :: i, j
+
+      distance%events = 0.0_wp
+      distance%same_events = a%n_events == b%n_events
+      if (.not. distance%same_events) return
+      taken = .false.
+      do i = 1, a%n_events
+         ! The first one of that contact that is left must be of the same kind.
+         do j = 1, b%n_events
+            if (.not. taken(j) .and. abs(a%event_code(i)) == abs(b%event_code(j))) exit
+         end do
+         if (j <= b%n_events) then
+            if (a%event_code(i) == b%event_code(j)) then
+               taken(j) = .true.
+               distance%events = max(distance%events, abs(a%event_time(i) - b%event_time(j)))
+               cycle
+            end if
+         end if
+         distance%same_events = .false.
+         distance%events = 0.0_wp
+         return
+      end do
+   end subroutine compare_events
+
+   !> A contact touched or lifted off.
+   subroutine event(self, t, kind, contact, error)
+      !> The gauge.
+      class(gauge_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> `event_touch` or `event_lift`.
+      integer, intent(in) :: kind
+      !> Index of the contact.
+      integer, intent(in) :: contact
+      !> Never set.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: times(:)
+      integer, allocatable :: codes(:)
+
+      associate (n => self%kept%n_events)
+         if (n == size(self%kept%event_time)) then
+            allocate(times(2*n), codes(2*n))
+            times(:n) = self%kept%event_time
+            codes(:n) = self%kept%event_code
+            call move_alloc(times, self%kept%event_time)
+            call move_alloc(codes, self%kept%event_code)
+         end if
+         n = n + 1
+         self%kept%event_time(n) = t
+         self%kept%event_code(n) = merge(contact, -contact, kind == event_touch)
+      end associate
+   end subroutine event
+
+   !> A step is done.
+   subroutine after_step(self, t, stop_now, error)
+      !> The gauge.
+      class(gauge_type), intent(inout) :: self
+      !> Time reached [s].
+      real(wp), intent(in) :: t
+      !> Whether to stop here.
+      logical, intent(out) :: stop_now
+      !> Never set.
+      type(error_type), allocatable, intent(out) :: error
+
+      self%interrupted = signal_received() /= 0
+      stop_now = self%interrupted
+      self%steps = self%steps + 1
+      if (self%steps < steps_between) return
+      self%steps = 0
+      self%late = cpu_seconds() > self%deadline
+      stop_now = stop_now .or. self%late
+   end subroutine after_step
+
+end module contensou_integrate_work_precision

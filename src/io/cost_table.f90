@@ -1,0 +1,492 @@
+!> The results of `contensou cost` as a table: errors, Pareto front, CSV, HDF5. docs/cost.md
+!> describes the columns.
+module contensou_io_cost_table
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_quiet_nan, ieee_value
+   use contensou_base_build, only : build_compiler, build_flags, git_commit, program_version
+   use contensou_base_errors, only : error_type
+   use contensou_base_kinds, only : wp
+   use contensou_base_system, only : host_name, utc_now
+   use contensou_base_text, only : to_text
+   use contensou_dynamics_scene, only : cost_measures, cost_quantities, scene_type
+   use contensou_integrate_cvode, only : sundials_version
+   use contensou_integrate_work_precision, only : distance_type, kinds, measures, outcome_done, &
+      trial_type
+   use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_version
+   implicit none(type, external)
+   private
+
+   public :: model_type, run_type, study_type, judge_runs, csv_text, write_hdf5
+   public :: scaled_error, cheapest, outcome_names, kind_names, kind_units
+
+   !> Names of the kinds of errors and of what else is scaled.
+   character(len=*), parameter :: kind_names(kinds) = cost_quantities(:kinds)
+
+   !> Their units.
+   character(len=*), parameter :: kind_units(kinds) = [character(len=7) :: "m", "rad", "m s-1", &
+      "rad s-1"]
+
+   !> Names of the outcomes, in the order of the codes.
+   character(len=*), parameter :: outcome_names(*) = [character(len=8) :: &
+      "done", "failed", "too_slow", "stopped"]
+
+   !> A model of the ladder.
+   type :: model_type
+      !> Name.
+      character(len=:), allocatable :: name
+      !> Whether it is run, and not only a reference.
+      logical :: runs = .true.
+      !> The scene with this model.
+      type(scene_type) :: scene
+      !> Method of the reference, and of its check.
+      character(len=11) :: method = "", check = ""
+      !> Relative tolerances of these [-].
+      real(wp) :: rtol(2) = 0.0_wp
+      !> CPU time of the reference [s].
+      real(wp) :: cpu = 0.0_wp
+      !> Distance of the reference and its check.
+      type(distance_type) :: agreement
+      !> Distance to the reference of the exact model: the error of the model.
+      type(distance_type) :: modelling
+      !> Scaled distance of the reference and its check; NaN if their events differ and count [-].
+      real(wp) :: agreement_error = 0.0_wp
+      !> Scaled error of the model; NaN if the events differ and count [-].
+      real(wp) :: modelling_error = 0.0_wp
+      !> Why there is no reference; not allocated if there is one.
+      character(len=:), allocatable :: problem
+   end type model_type
+
+   !> A run.
+   type :: run_type
+      !> Index of the model.
+      integer :: model = 0
+      !> Method.
+      character(len=11) :: method = ""
+      !> Relative tolerance [-].
+      real(wp) :: rtol = 0.0_wp
+      !> What came out.
+      type(trial_type) :: trial
+      !> Scaled error against the reference of the own model; NaN if there is none [-].
+      real(wp) :: numerical = 0.0_wp
+      !> Scaled error against the reference of the exact model; NaN if there is none [-].
+      real(wp) :: error = 0.0_wp
+      !> The larger one of that and of what the references resolve [-].
+      real(wp) :: bound = 0.0_wp
+      !> Whether the references resolve the numerical error, and the error.
+      logical :: resolved(2) = .false.
+      !> Whether no run is both cheaper and more accurate.
+      logical :: pareto = .false.
+   end type run_type
+
+   !> Everything.
+   type :: study_type
+      !> Scene as read.
+      type(scene_type) :: scene
+      !> Models; the first one is the exact one.
+      type(model_type), allocatable :: models(:)
+      !> Runs.
+      type(run_type), allocatable :: runs(:)
+      !> What the errors of the quantities are divided by, in the order of `cost_quantities`.
+      real(wp) :: scales(size(cost_quantities)) = 1.0_wp
+   end type study_type
+
+   !> A column of the table.
+   type :: column_type
+      !> Name.
+      character(len=40) :: name = ""
+      !> Units.
+      character(len=8) :: units = ""
+      !> Description.
+      character(len=96) :: about = ""
+      !> Values, NaN for none.
+      real(wp), allocatable :: values(:)
+   end type column_type
+
+contains
+
+   !> The one error of a motion: the largest of the scaled errors of the quantities that count; NaN
+   !> if the events count and differ.
+   pure function scaled_error(study, distance, energy) result(error)
+      !> The study.
+      type(study_type), intent(in) :: study
+      !> Distance of the motion to its reference.
+      type(distance_type), intent(in) :: distance
+      !> Residual of its energy balance [J].
+      real(wp), intent(in) :: energy
+      real(wp) :: error
+      integer :: k
+
+      error = 0.0_wp
+      associate (cost => study%scene%cost, scales => study%scales)
+         do k = 1, kinds
+            if (cost%counts(k)) error = max(error, distance%value(cost%measure, k)/scales(k))
+         end do
+         if (cost%counts(kinds + 1)) error = max(error, distance%events/scales(kinds + 1))
+         if (cost%counts(kinds + 2)) error = max(error, energy/scales(kinds + 2))
+         if (cost%counts(kinds + 1) .and. .not. distance%same_events) error = &
+            ieee_value(error, ieee_quiet_nan)
+      end associate
+   end function scaled_error
+
+   !> Errors of all runs, and the Pareto front.
+   subroutine judge_runs(study)
+      !> The study; models and runs are complete.
+      type(study_type), intent(inout) :: study
+      logical :: known(size(study%runs))
+      integer :: i, j
+
+      do i = 1, size(study%runs)
+         associate (run => study%runs(i), model => study%models(study%runs(i)%model), &
+            exact => study%models(1))
+            run%numerical = ieee_value(run%numerical, ieee_quiet_nan)
+            run%error = run%numerical
+            run%bound = run%numerical
+            run%resolved = .false.
+            run%pareto = .false.
+            known(i) = .false.
+            if (run%trial%outcome /= outcome_done .or. allocated(model%problem)) cycle
+            run%numerical = scaled_error(study, run%trial%own, run%trial%energy)
+            if (ieee_is_finite(run%numerical) .and. ieee_is_finite(model%agreement_error)) then
+               run%resolved(1) = run%numerical > model%agreement_error
+            end if
+            if (allocated(exact%problem)) cycle
+            run%error = scaled_error(study, run%trial%total, run%trial%energy)
+            ! References that do not agree on the events resolve nothing.
+            if (.not. ieee_is_finite(run%error) .or. &
+               .not. ieee_is_finite(exact%agreement_error)) then
+               cycle
+            end if
+            run%resolved(2) = run%error > exact%agreement_error
+            run%bound = max(run%error, exact%agreement_error)
+            known(i) = .true.
+         end associate
+      end do
+      do i = 1, size(study%runs)
+         if (.not. known(i)) cycle
+         associate (run => study%runs(i))
+            run%pareto = .true.
+            do j = 1, size(study%runs)
+               if (j == i .or. .not. known(j)) cycle
+               associate (other => study%runs(j))
+                  if (other%trial%cpu <= run%trial%cpu .and. other%bound <= run%bound .and. &
+                     (other%trial%cpu < run%trial%cpu .or. other%bound < run%bound .or. j < i)) then
+                     run%pareto = .false.
+                  end if
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine judge_runs
+
+   !> The cheapest run whose error is within a bound; 0 for none.
+   pure function cheapest(study, largest) result(best)
+      !> The study, judged.
+      type(study_type), intent(in) :: study
+      !> Largest scaled error [-].
+      real(wp), intent(in) :: largest
+      integer :: best
+      integer :: i
+
+      best = 0
+      do i = 1, size(study%runs)
+         if (.not. ieee_is_finite(study%runs(i)%bound)) cycle
+         if (study%runs(i)%bound > largest) cycle
+         if (best > 0) then
+            if (study%runs(i)%trial%cpu >= study%runs(best)%trial%cpu) cycle
+         end if
+         best = i
+      end do
+   end function cheapest
+
+   !> Numbers of the table.
+   function columns_of(study) result(columns)
+      !> The study.
+      type(study_type), intent(in) :: study
+      type(column_type), allocatable :: columns(:)
+      character(len=40) :: name
+      integer :: n, i, k, m
+
+      allocate(columns(14 + 2*kinds*measures))
+      n = 0
+      associate (runs => study%runs)
+         call put("rtol", "1", "relative tolerance", runs%rtol)
+         call put("cpu", "s", "least CPU time", runs%trial%cpu)
+         call put("steps", "1", "steps", real(runs%trial%statistics%steps, wp))
+         call put("right_hand_sides", "1", "evaluations of the right-hand side", &
+            real(runs%trial%statistics%derivatives, wp))
+         call put("jacobians", "1", "Jacobians", real(runs%trial%statistics%jacobians, wp))
+         call put("events", "1", "touches and lift-offs", real(runs%trial%n_events, wp))
+         call put("error", "1", "scaled error against the exact model", runs%error)
+         call put("error_numerical", "1", "scaled error against the same model", runs%numerical)
+         call put("error_bound", "1", &
+            "the larger one of error and of what the references resolve", runs%bound)
+         call put("pareto", "1", "1 if no run is both cheaper and more accurate", &
+            merge(1.0_wp, 0.0_wp, runs%pareto))
+         do k = 1, kinds
+            do m = 1, measures
+               name = "error_" // trim(kind_names(k)) // "_" // trim(cost_measures(m))
+               call put(name, trim(kind_units(k)), "error of " // trim(kind_names(k)) // ", " // &
+                  trim(cost_measures(m)) // ", against the exact model", &
+                  [(runs(i)%trial%total%value(m, k), i=1, size(runs))])
+               name = "numerical_" // trim(kind_names(k)) // "_" // trim(cost_measures(m))
+               call put(name, trim(kind_units(k)), "error of " // trim(kind_names(k)) // ", " // &
+                  trim(cost_measures(m)) // ", against the same model", &
+                  [(runs(i)%trial%own%value(m, k), i=1, size(runs))])
+            end do
+         end do
+         call put("error_events", "s", &
+            "largest shift of an event against the exact model; none if the events differ", &
+            [(shift(runs(i)%trial%total), i=1, size(runs))])
+         call put("numerical_events", "s", &
+            "largest shift of an event against the same model; none if the events differ", &
+            [(shift(runs(i)%trial%own), i=1, size(runs))])
+         call put("energy_residual", "J", "largest residual of the energy balance", &
+            runs%trial%energy)
+         call put("resolved", "1", "1 if the references resolve the error", &
+            [(merge(1.0_wp, 0.0_wp, runs(i)%resolved(2)), i=1, size(runs))])
+         ! What a run that did not come to its end says of the motion is no error.
+         do i = 1, size(runs)
+            do k = 1, n
+               if (runs(i)%trial%outcome == outcome_done) cycle
+               if (index(columns(k)%name, "error") == 1 .or. index(columns(k)%name, &
+                  "numerical") == 1 .or. columns(k)%name == "energy_residual") then
+                  columns(k)%values(i) = ieee_value(1.0_wp, ieee_quiet_nan)
+               end if
+            end do
+         end do
+      end associate
+
+   contains
+
+      !> Add a column.
+      subroutine put(column_name, units, about, values)
+         !> Name.
+         character(len=*), intent(in) :: column_name
+         !> Units.
+         character(len=*), intent(in) :: units
+         !> Description.
+         character(len=*), intent(in) :: about
+         !> Values.
+         real(wp), intent(in) :: values(:)
+
+         n = n + 1
+         columns(n)%name = column_name
+         columns(n)%units = units
+         columns(n)%about = about
+         columns(n)%values = values
+      end subroutine put
+
+   end function columns_of
+
+   !> Shift of the events, NaN if they differ [s].
+   pure real(wp) function shift(distance)
+      !> The distance.
+      type(distance_type), intent(in) :: distance
+
+      shift = distance%events
+      if (.not. distance%same_events) shift = ieee_value(shift, ieee_quiet_nan)
+   end function shift
+
+   !> The table as CSV: a header, then a row for each run; empty cells for what there is not.
+   function csv_text(study) result(text)
+      !> The study.
+      type(study_type), intent(in) :: study
+      character(len=:), allocatable :: text
+      type(column_type), allocatable :: columns(:)
+      integer :: i, k
+
+      columns = columns_of(study)
+      text = "model,method,status"
+      do k = 1, size(columns)
+         text = text // "," // trim(columns(k)%name)
+      end do
+      text = text // ",message" // new_line("a")
+      do i = 1, size(study%runs)
+         associate (run => study%runs(i))
+            text = text // study%models(run%model)%name // "," // trim(run%method) // "," // &
+               trim(outcome_names(run%trial%outcome))
+            do k = 1, size(columns)
+               text = text // ","
+               if (ieee_is_finite(columns(k)%values(i))) text = text // &
+                  to_text(columns(k)%values(i))
+            end do
+            text = text // "," // cell(run%trial%message) // new_line("a")
+         end associate
+      end do
+   end function csv_text
+
+   !> A text as a cell: in quotes, without line feeds.
+   pure function cell(words) result(text)
+      !> The text.
+      character(len=*), intent(in) :: words
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = ""
+      if (words == "") return
+      text = '"'
+      do i = 1, len(words)
+         if (words(i:i) == new_line("a")) then
+            text = text // "; "
+         else if (words(i:i) == '"') then
+            text = text // '""'
+         else
+            text = text // words(i:i)
+         end if
+      end do
+      text = text // '"'
+   end function cell
+
+   !> Write everything.
+   subroutine write_hdf5(study, namelist, resolved, command_line, name, file, error)
+      !> The study.
+      type(study_type), intent(in) :: study
+      !> Text of the scene file.
+      character(len=*), intent(in) :: namelist
+      !> All settings.
+      character(len=*), intent(in) :: resolved
+      !> Command line.
+      character(len=*), intent(in) :: command_line
+      !> Name of the file.
+      character(len=*), intent(in) :: name
+      !> The file, left open.
+      type(hdf5_file_type), intent(inout) :: file
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+      type(column_type), allocatable :: columns(:)
+      character(len=:), allocatable :: names(:)
+      character(len=8), parameter :: units(*) = [character(len=8) :: kind_units, "s", "J"]
+      character(len=11), allocatable :: methods(:)
+      integer :: counts(size(cost_quantities))
+      real(wp), allocatable :: values(:)
+      integer :: i, j, k, n, longest
+
+      call file%create(name, error)
+      if (allocated(error)) return
+      call file%put_attribute("/", "filetype", "contensou-cost", error)
+      call file%put_attribute("/", "filetype_version", "1.0", error)
+      call file%put_attribute("/", "program_version", program_version, error)
+      call file%put_attribute("/", "git_commit", git_commit(), error)
+      call file%put_attribute("/", "created", utc_now(), error)
+      call file%put_attribute("/", "status", "complete", error)
+      call file%put_attribute("/", "title", study%scene%title, error)
+      call file%put_attribute("/", "measure", trim(cost_measures(study%scene%cost%measure)), error)
+      call file%put_attribute("/", "Conventions", "CF-1.8", error)
+      call file%put_attribute("/", "NX_class", "NXroot", error)
+      call file%put_attribute("/", "default", "run", error)
+      call file%create_group("/input", error)
+      call file%put_text("/input/namelist", namelist, "text of the scene file", error)
+      call file%put_text("/input/resolved", resolved, "all settings with defaults", error)
+      call file%put_text("/input/command_line", command_line, "command line", error)
+      call file%create_group("/provenance", error)
+      call file%put_text("/provenance/compiler", build_compiler, "compiler", error)
+      call file%put_text("/provenance/flags", build_flags, "compiler flags", error)
+      call file%put_text("/provenance/hdf5", hdf5_version(), "version of HDF5", error)
+      call file%put_text("/provenance/sundials", sundials_version(), "version of SUNDIALS", error)
+      call file%put_text("/provenance/host", host_name(), "host", error)
+
+      call file%create_group("/quantity", error)
+      call file%put_labels("/quantity/name", cost_quantities, "quantity", error)
+      call file%put_array("/quantity/scale", study%scales, ["/quantity/name"], "1", &
+         "what its errors are divided by, in its unit", error)
+      call file%put_array("/quantity/unit", units, ["/quantity/name"], "unit", error)
+      counts = merge(1, 0, study%scene%cost%counts)
+      call file%put_array("/quantity/counts", counts, ["/quantity/name"], "1", &
+         "1 if it counts for the error", error)
+
+      n = size(study%models)
+      longest = 1
+      do i = 1, n
+         longest = max(longest, len(study%models(i)%name))
+      end do
+      allocate(character(len=longest) :: names(n))
+      do i = 1, n
+         names(i) = study%models(i)%name
+      end do
+      call file%create_group("/model", error)
+      call file%put_labels("/model/name", names, "model; the first one is the exact one", error)
+      allocate(methods(n), values(n))
+      methods = study%models%method
+      call file%put_array("/model/reference_method", methods, ["/model/name"], &
+         "method of the reference", error)
+      methods = study%models%check
+      call file%put_array("/model/check_method", methods, ["/model/name"], &
+         "method that checks the reference", error)
+      values = [(study%models(i)%rtol(1), i=1, n)]
+      call file%put_array("/model/reference_rtol", values, ["/model/name"], "1", &
+         "relative tolerance of the reference", error)
+      values = [(study%models(i)%rtol(2), i=1, n)]
+      call file%put_array("/model/check_rtol", values, ["/model/name"], "1", &
+         "relative tolerance of its check", error)
+      values = study%models%cpu
+      call file%put_array("/model/reference_cpu", values, ["/model/name"], "s", &
+         "CPU time of the reference", error)
+      values = study%models%agreement_error
+      call file%put_array("/model/agreement", values, ["/model/name"], "1", &
+         "scaled distance of the reference and its check", error)
+      values = study%models%modelling_error
+      call file%put_array("/model/error", values, ["/model/name"], "1", &
+         "scaled error of the model: distance of its reference to that of the exact one", error)
+      do k = 1, kinds
+         do i = 1, measures
+            values = [(study%models(j)%modelling%value(i, k), j=1, n)]
+            call file%put_array("/model/error_" // trim(kind_names(k)) // "_" // &
+               trim(cost_measures(i)), values, ["/model/name"], trim(kind_units(k)), &
+               "error of the model", error)
+            values = [(study%models(j)%agreement%value(i, k), j=1, n)]
+            call file%put_array("/model/agreement_" // trim(kind_names(k)) // "_" // &
+               trim(cost_measures(i)), values, ["/model/name"], trim(kind_units(k)), &
+               "distance of the reference and its check", error)
+         end do
+      end do
+
+      call put_runs(file, error)
+      ! A failure is kept by the file, so that this last call sees the first one.
+      call file%flush(error)
+
+   contains
+
+      !> The runs.
+      subroutine put_runs(out, problem)
+         !> The file.
+         type(hdf5_file_type), intent(inout) :: out
+         !> Set on failure.
+         type(error_type), allocatable, intent(out) :: problem
+         character(len=:), allocatable :: labels(:), messages(:)
+         character(len=8), allocatable :: status(:)
+         integer :: width
+
+         width = 1
+         do j = 1, size(study%runs)
+            width = max(width, len(study%runs(j)%trial%message))
+         end do
+         allocate(character(len=longest + 40) :: labels(size(study%runs)))
+         allocate(character(len=width) :: messages(size(study%runs)))
+         deallocate(names)
+         allocate(character(len=longest) :: names(size(study%runs)))
+         do j = 1, size(study%runs)
+            associate (run => study%runs(j))
+               names(j) = study%models(run%model)%name
+               messages(j) = run%trial%message
+               labels(j) = trim(names(j)) // " " // trim(run%method) // " " // to_text(run%rtol)
+            end associate
+         end do
+         deallocate(methods)
+         allocate(methods(size(study%runs)), status(size(study%runs)))
+         methods = study%runs%method
+         status = outcome_names(study%runs%trial%outcome)
+         call out%create_group("/run", problem)
+         call out%put_labels("/run/label", labels, "run", problem)
+         call out%put_array("/run/model", names, ["/run/label"], "model", problem)
+         call out%put_array("/run/method", methods, ["/run/label"], "method", problem)
+         call out%put_array("/run/status", status, ["/run/label"], "how it ended", problem)
+         call out%put_array("/run/message", messages, ["/run/label"], "why it failed", problem)
+         columns = columns_of(study)
+         do j = 1, size(columns)
+            call out%put_array("/run/" // trim(columns(j)%name), columns(j)%values, &
+               ["/run/label"], trim(columns(j)%units), trim(columns(j)%about), problem)
+         end do
+      end subroutine put_runs
+
+   end subroutine write_hdf5
+
+end module contensou_io_cost_table

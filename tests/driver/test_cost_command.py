@@ -1,0 +1,355 @@
+"""`contensou cost`, the method `auto`, and `run --profile`."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import signal
+import subprocess
+import time
+
+import h5py
+import numpy as np
+import pytest
+
+KINDS = ("position", "angle", "velocity", "angular_velocity")
+MEASURES = ("end", "largest", "rms")
+SMALL = ("--set", "cost.rtol=1e-5,1e-8", "--set", "cost.methods='explicit8','cvode_bdf'")
+
+
+def text(value) -> str:
+    """A text of HDF5."""
+    return (value.decode() if isinstance(value, bytes) else str(value)).strip()
+
+
+@pytest.fixture(scope="module")
+def study(executable, scene_text, tmp_path_factory):
+    """Folder of a small study: top.nml, cost.h5, cost.csv, and what was printed."""
+    folder = tmp_path_factory.mktemp("cost")
+    (folder / "top.nml").write_text(scene_text)
+    command = [executable, "cost", "top.nml", "-o", "cost.h5", "--csv", "cost.csv", "-q", *SMALL]
+    command += ["--set", "cost.repeats=1", "--set", "cost.samples=20", "--error", "1"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    (folder / "out.txt").write_text(done.stdout)
+    return folder
+
+
+def test_csv_is_hdf5(study):
+    """Both files hold the same numbers."""
+    rows = list(csv.DictReader((study / "cost.csv").open()))
+    with h5py.File(study / "cost.h5") as file:
+        assert text(file.attrs["filetype"]) == "contensou-cost"
+        runs = file["run"]
+        assert len(rows) == len(runs["label"]) == 4 * 2 * 2
+        for name in runs:
+            if name == "label":
+                continue
+            for row, value in zip(rows, runs[name][()], strict=True):
+                if runs[name].dtype.kind == "f":
+                    assert runs[name].attrs["units"] is not None
+                    cell = float(row[name]) if row[name] else np.nan
+                    assert cell == value or (np.isnan(cell) and np.isnan(value))
+                else:
+                    key = {"status": "status"}.get(name, name)
+                    assert row[key] == text(value)
+    assert not list(study.glob("*.part"))
+
+
+def test_table_width(study):
+    """What is printed fits into 100 columns."""
+    lines = (study / "out.txt").read_text().splitlines()
+    assert max(map(len, lines)) <= 100
+
+
+def test_errors_are_those_of_runs(study, run, tmp_path):
+    """Errors recomputed from trajectories that `run` writes."""
+
+    def trajectory(friction, method, rtol):
+        name = f"{friction}_{method}_{rtol}.h5"
+        result = run(
+            "run", study / "top.nml", "-q", "--force", "-o", name,
+            "--set", f"contact.friction='{friction}'", "--set", f"integrator.method='{method}'",
+            "--set", f"integrator.rtol={rtol}",
+        )  # fmt: skip
+        assert result.status == 0, result.err
+        return name
+
+    def read(name):
+        with h5py.File(tmp_path / name) as file:
+            return {k: file["trajectory"][k][:, 0] for k in ("position", "quaternion", "velocity")}
+
+    with h5py.File(study / "cost.h5") as file:
+        runs = {name: data[()] for name, data in file["run"].items()}
+        scale = dict(zip(map(text, file["quantity/name"]), file["quantity/scale"][()], strict=True))
+        model_error = dict(zip(map(text, file["model/name"]), file["model/error"], strict=True))
+    for model in ("contensou_exact", "contensou_simplified"):
+        exact = trajectory("contensou_exact", "explicit8", 1e-12)
+        own = trajectory(model, "explicit8", 1e-12)
+        other = trajectory(model, "cvode_bdf", 1e-5)
+        a, b, c = read(other), read(exact), read(own)
+        row = next(
+            i
+            for i in range(len(runs["cpu"]))
+            if text(runs["model"][i]) == model
+            and text(runs["method"][i]) == "cvode_bdf"
+            and runs["rtol"][i] == 1e-5
+        )
+        for prefix, reference in (("error", b), ("numerical", c)):
+            for kind in ("position", "velocity"):
+                distance = np.linalg.norm(a[kind] - reference[kind], axis=1)
+                expected = {
+                    "end": distance[-1],
+                    "largest": distance.max(),
+                    "rms": np.sqrt((distance[1:] ** 2).mean()),
+                }
+                for measure, value in expected.items():
+                    found = runs[f"{prefix}_{kind}_{measure}"][row]
+                    assert found == pytest.approx(value, rel=1e-3, abs=1e-12)
+            angle = 2 * np.arccos(
+                np.minimum(1, np.abs(np.sum(a["quaternion"] * reference["quaternion"], axis=1)))
+            )
+            found = runs[f"{prefix}_angle_largest"][row]
+            assert found == pytest.approx(angle.max(), rel=1e-2, abs=1e-7)
+        distance = np.linalg.norm(c["position"] - b["position"], axis=1).max()
+        assert distance / scale["position"] <= model_error[model] * (1 + 1e-6) + 1e-12
+    assert scale["velocity"] == pytest.approx(np.linalg.norm(b["velocity"], axis=1).max(), rel=1e-5)
+
+
+def test_scaled_error_and_pareto_front(study):
+    """The one error of a run, the front and the cheapest choice, recomputed."""
+    with h5py.File(study / "cost.h5") as file:
+        runs = {name: data[()] for name, data in file["run"].items()}
+        names = list(map(text, file["quantity/name"]))
+        scale = dict(zip(names, file["quantity/scale"][()], strict=True))
+        counts = dict(zip(names, file["quantity/counts"][()], strict=True))
+        agreement = file["model/agreement"][0]
+    kinds = [kind for kind in KINDS if counts[kind]]
+    assert kinds == ["position", "angle", "velocity"]
+    for prefix, column in (("error", "error"), ("numerical", "error_numerical")):
+        expected = np.max([runs[f"{prefix}_{k}_largest"] / scale[k] for k in kinds], axis=0)
+        np.testing.assert_allclose(runs[column], expected, rtol=1e-14)
+    bound = np.maximum(runs["error"], agreement)
+    np.testing.assert_array_equal(bound, runs["error_bound"])
+    cpu = runs["cpu"]
+    front = [
+        not any(
+            cpu[j] <= cpu[i]
+            and bound[j] <= bound[i]
+            and (cpu[j] < cpu[i] or bound[j] < bound[i] or j < i)
+            for j in range(len(cpu))
+            if j != i
+        )
+        for i in range(len(cpu))
+    ]
+    assert front == list(runs["pareto"] > 0)
+    best = np.argmin(np.where(bound <= 1, cpu, np.inf))
+    said = (study / "out.txt").read_text().splitlines()[-2]
+    assert said.startswith("cheapest for an error of 1.0: ")
+    assert f"{text(runs['model'][best])}, {text(runs['method'][best])} at rtol" in said
+
+
+def test_true_errors(executable, reference, inputs, tmp_path, build_kind):
+    """What is called an error of 1e-7 is one against trajectories from elsewhere, too."""
+    if build_kind != "release":
+        pytest.skip("a run of 0.5 s of simulated time for the release build")
+    end = 0.5
+    command = [executable, "cost", inputs / "tippe_top.nml", "-q", "-o", "c.h5"]
+    for setting in (
+        f"scene.t_end={end}",
+        "cost.friction='contensou_exact'",
+        "cost.methods='explicit8'",
+        "cost.rtol=1e-6,1e-9",
+        "cost.repeats=1",
+    ):
+        command += ["--set", setting]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    with h5py.File(tmp_path / "c.h5") as file:
+        claimed = file["run/error_position_largest"][()]
+    table = np.genfromtxt(reference / "tippe_top_exact.csv", delimiter=",", names=True)
+    table = table[table["t"] <= end]
+    for rtol, claim in zip((1e-6, 1e-9), claimed, strict=True):
+        command = [executable, "run", inputs / "tippe_top.nml", "-q", "-o", "r.h5", "--force"]
+        for setting in (
+            f"scene.t_end={end}",
+            "output.interval=0.01",
+            "integrator.method='explicit8'",
+            f"integrator.rtol={rtol}",
+        ):
+            command += ["--set", setting]
+        subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+        with h5py.File(tmp_path / "r.h5") as file:
+            z = file["trajectory/position"][:, 0, 2]
+        # The table has 12 digits of z.
+        assert np.abs(z - table["z"]).max() <= claim + 1e-12
+
+
+def test_unreachable_error(run, scene):
+    """An error that no run reaches is said to be out of reach."""
+    result = run(
+        "cost", scene, "-q", "--error", "1e-30", "--set", "cost.methods='explicit8'",
+        "--set", "cost.friction='contensou_exact'", "--set", "cost.repeats=1",
+    )  # fmt: skip
+    assert result.status == 1
+    assert "no run has an error of 1.0e-30 or less" in result.err
+    assert "unresolved" in result.err
+    assert "references" in result.out
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("cost.rtol=1e-4,1", "'rtol' is out of range"),
+        ("cost.methods='auto','auto'", "stands twice"),
+        ("cost.methods='rk4'", "unknown methods"),
+        ("cost.samples=1.5", "must be whole"),
+        ("cost.reference_rtol=1e-9", "not tighter"),
+        ("cost.quantities='size'", "unknown quantities"),
+        ("cost.toll=1", "unknown key 'toll'"),
+        ("cost.friction='coulomb'", "regularization_velocity"),
+    ],
+)
+def test_broken_groups(run, scene, setting, message):
+    """Mistakes in &cost are named, by `check` as well where the scene is not needed."""
+    result = run("cost", scene, "--set", setting)
+    assert result.status == 2
+    assert message in result.err
+    if "coulomb" not in setting:
+        assert run("check", scene, "--set", setting).status == 2
+
+
+def test_group_changes_no_run(run, scene, tmp_path, scene_text):
+    """A run does not look at &cost."""
+    (tmp_path / "with.nml").write_text(scene_text + "&cost rtol = 1e-3, 1e-5 /\n")
+    for name in ("top", "with"):
+        assert run("run", f"{name}.nml", "-q", "-o", f"{name}.h5").status == 0
+    with h5py.File(tmp_path / "top.h5") as a, h5py.File(tmp_path / "with.h5") as b:
+        np.testing.assert_array_equal(a["trajectory/position"][()], b["trajectory/position"][()])
+        assert b"&cost" in b["input/resolved"][()]
+        assert b"&cost" not in a["input/resolved"][()]
+
+
+def test_existing_files_stay(run, scene, tmp_path):
+    """Nothing is overwritten unless --force says so."""
+    for option in ("-o", "--csv"):
+        (tmp_path / "old").write_text("mine")
+        result = run("cost", scene, option, "old")
+        assert result.status == 74
+        assert (tmp_path / "old").read_text() == "mine"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interruption(executable, inputs, tmp_path, number):
+    """A signal ends the study with status 75 and without a file."""
+    command = [executable, "cost", inputs / "tippe_top.nml", "-o", "c.h5", "--csv", "c.csv"]
+    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    time.sleep(0.5)
+    process.send_signal(number)
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == 75
+    assert "interrupted" in said
+    assert not list(tmp_path.iterdir())
+
+
+def test_failing_runs_are_rows(run, scene, tmp_path):
+    """A combination that fails or takes too long is a row with its message."""
+    result = run(
+        "cost", scene, "-q", "--csv", "c.csv", "--set", "contact.damping_coefficient=1e7",
+        "--set", "cost.friction='contensou_exact'", "--set", "cost.repeats=1",
+        "--set", "cost.rtol=1e-6", "--set", "cost.reference_rtol=1e-8",
+        "--set", "cost.cpu_limit=1e-3", "--set", "scene.t_end=0.002",
+    )  # fmt: skip
+    assert result.status == 0, result.err
+    rows = list(csv.DictReader((tmp_path / "c.csv").open()))
+    assert len(rows) == 4
+    for row in rows:
+        assert row["status"] in ("done", "failed", "too_slow")
+        assert (row["status"] == "done") == (row["message"] == "")
+        assert (row["status"] == "done") == (row["error"] != "")
+
+
+def scenes(folder):
+    """All shipped scenes."""
+    return sorted(folder.glob("*.nml"))
+
+
+def test_auto_is_near_the_best(executable, inputs, tmp_path, build_kind):
+    """On every shipped scene `auto` takes at most 1.5 times the CPU time of the best method."""
+    if build_kind != "release":
+        pytest.skip("times are those of the release build")
+    for scene in scenes(inputs):
+        methods = ("cvode_bdf", "cvode_adams", "explicit8", "auto")
+        best = dict.fromkeys(methods, np.inf)
+        for repeat in range(2):
+            for method in methods:
+                if repeat > 0 and best[method] > 2 * min(best.values()):
+                    continue
+                command = [executable, "run", scene, "-q", "-o", "x.h5", "--force", "--set"]
+                command += [f"integrator.method='{method}'", "--set", "output.interval=0.1"]
+                # A bearing takes seconds of CPU for hundredths of a second.
+                t_end = {"bearing_6205.nml": 0.01, "bearing_paper.nml": 0.1}.get(scene.name, 3)
+                command += ["--set", f"scene.t_end={t_end}"]
+                # What takes this long is not the best.
+                limit = ["timeout", "--signal=KILL", "20" if method != "auto" else "120"]
+                done = subprocess.run(
+                    limit + command, cwd=tmp_path, capture_output=True, check=False
+                )
+                if done.returncode == 0:
+                    with h5py.File(tmp_path / "x.h5") as file:
+                        cpu = file["integrator/cpu_integration"][()]
+                    best[method] = min(best[method], cpu)
+        fastest = min(best[method] for method in methods[:-1])
+        assert best["auto"] <= 1.5 * fastest + 0.01, f"{scene.name}: {best}"
+
+
+def test_auto_changes_with_stiffness(run, scene, tmp_path):
+    """With strong damping `auto` goes over to the implicit method, and the file says so."""
+    options = ("-q", "--set", "integrator.method='auto'", "-o", "a.h5", "--force")
+    light = run("run", scene, *options, "--set", "contact.damping_coefficient=0.2")
+    assert "auto       explicit8, because contact ball_floor decays no faster" in light.out
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert list(map(text, file["integrator/method"])) == ["explicit8"]
+        assert list(file["integrator/method_since"]) == [0.0]
+        assert "explicit8" in text(file["integrator/choice"][()])
+    strong = run("run", scene, *options, "--set", "contact.damping_coefficient=1e5")
+    assert "auto       cvode_bdf, because" in strong.out
+    middle = run(
+        "run", scene, *options, "--set", "contact.damping_coefficient=1e3", "--set",
+        "scene.t_end=3",
+    )  # fmt: skip
+    assert "cvode_bdf since t = " in middle.out
+    with h5py.File(tmp_path / "a.h5") as file:
+        methods = list(map(text, file["integrator/method"]))
+        since = file["integrator/method_since"][()]
+    assert methods[:2] == ["explicit8", "cvode_bdf"]
+    assert all(a != b for a, b in itertools.pairwise(methods))
+    assert (np.diff(since) > 0).all()
+    assert "auto             explicit8" in run("check", scene, *options[1:3]).out
+
+
+def test_profile(run, scene, tmp_path):
+    """Shares add up to 1, effects that a scene lacks take no time, and nothing moves by it."""
+    settings = ("--set", "scene.t_end=0.5")
+    result = run("run", scene, "-q", "--profile", *settings)
+    assert result.status == 0
+    assert "CPU time   by effect" in result.out
+    assert run("run", scene, "-q", "-o", "plain.h5", *settings).status == 0
+    with h5py.File(tmp_path / "top.h5") as file, h5py.File(tmp_path / "plain.h5") as plain:
+        names = list(map(text, file["integrator/effect"]))
+        seconds = dict(zip(names, file["integrator/cpu_by_effect"][()], strict=True))
+        share = file["integrator/cpu_share"][()]
+        assert "effect" not in plain["integrator"]
+        for name in ("position", "quaternion"):
+            np.testing.assert_array_equal(
+                file["trajectory"][name][()], plain["trajectory"][name][()]
+            )
+    assert share.sum() == pytest.approx(1, abs=1e-12)
+    assert seconds["rolling"] == 0
+    for name in ("geometry", "normal_force", "ellipse", "friction", "damping", "bodies"):
+        assert seconds[name] > 0, name
+    result = run("run", scene, "-q", "--profile", "-o", "f.h5", "--set", "contact.friction='none'",
+                 *settings)  # fmt: skip
+    with h5py.File(tmp_path / "f.h5") as file:
+        seconds = dict(zip(names, file["integrator/cpu_by_effect"][()], strict=True))
+    assert seconds["friction"] == seconds["ellipse"] == 0

@@ -78,7 +78,8 @@ contains
             call check(same == 1, name // ": once")
             call check(any(key%kind == [kind_real, kind_text, kind_name, kind_choice, &
                kind_reference, kind_logical]), name // ": kind")
-            call check(key%values >= 1 .and. key%values <= most_values, name // ": number of values")
+            call check(key%values >= 1 .and. key%values <= most_values, &
+               name // ": number of values")
             call check((key%unit /= "") .eqv. key%kind == kind_real, name // ": a unit for numbers")
             call check(.not. (key%mandatory .and. key%default /= ""), name // &
                ": mandatory, or with a default")

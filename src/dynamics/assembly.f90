@@ -1,5 +1,6 @@
 !> From the description of a scene to the equations of motion.
 module contensou_dynamics_assembly
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_kinds, only : pi, wp
    use contensou_base_rotations, only : rotation_matrix
    use contensou_contact_damping, only : damping_model_type, damping_models, &
@@ -287,6 +288,8 @@ contains
          end if
          mass = reduced_mass(scene, system%contacts(i)%a, system%contacts(i)%b)
          stiffness = system%contacts(i)%law%normal%stiffness
+         ! Such a contact is refused by the reader.
+         if (ieee_is_nan(stiffness)) cycle
          if (g > 0.0_wp) then
             length = min(length, (mass*g/stiffness)**(2.0_wp/3.0_wp))
          else

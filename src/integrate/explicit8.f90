@@ -38,8 +38,15 @@ module contensou_integrate_explicit8
    !> Largest decrease of a step.
    real(wp), parameter :: largest_decrease = 0.05_wp
 
-   !> Decrease of a step that leaves the domain of the model.
+   !> Decrease of a step that leaves the domain of the model, or whose error estimate is not to be
+   !> trusted.
    real(wp), parameter :: decrease_outside = 0.25_wp
+
+   !> Largest difference of the last two stages, both at the end of a step, times the step and over
+   !> the tolerance. Stages 2 to 5 have no part in the error estimate: when a contact that touches
+   !> them alone throws all later ones out of its reach, the estimate is that of a free flight
+   !> through the floor. In sound steps this is below 1e4, in those above 1e11.
+   real(wp), parameter :: disagreement = 1.0e7_wp
 
    !> Steps between two states that are kept to see how smooth the solution is: as many times longer
    !> would the steps of a BDF method be.
@@ -262,8 +269,12 @@ contains
          if (.not. ieee_is_finite(estimate)) estimate = huge(estimate)
          if (estimate <= 1.0_wp) then
             call evaluate(self, h, step_stages, step_stages, outside)
-            if (.not. outside) exit
-            was_outside = .true.
+            if (.not. outside) then
+               self%k(:, 2) = self%k(:, step_stages) - self%k(:, step_stages - 1)
+               if (h*size_of(self%k(:, 2), self%weight) <= disagreement) exit
+            else
+               was_outside = .true.
+            end if
             self%h_next = decrease_outside*h
          else
             self%h_next = h*max(largest_decrease, safety*estimate**(-0.125_wp))

@@ -360,11 +360,11 @@ contains
          if (any(events /= 0)) then
             call take_events(integrator, motion, t, y, events, closed, observer, error)
             if (allocated(error)) return
+            ! While all contacts were closed the rates were not kept, and an impact changes velocities.
+            call motion%system%gap_rates(y, rate)
          end if
          if (motion%system%n_rigid > 0) then
             if (any(motion%system%contacts%leaving)) call part(motion, y)
-            ! An impact has changed the velocities.
-            if (any(events /= 0)) call motion%system%gap_rates(y, rate)
          end if
          if (switch%may .and. bounded_until <= 0.0_wp .and. row <= rows) then
             call switch_if_due(integrator, switch, motion, t, y, t_end, max_step, &

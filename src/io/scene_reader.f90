@@ -30,7 +30,8 @@ module contensou_io_scene_reader
    use contensou_dynamics_system, only : system_type
    use contensou_io_bearing, only : concerns_bearings, expand_bearings, has_bearings
    use contensou_io_schema, only : domain_text, group_spec_type, schema_groups
-   use contensou_io_settings, only : apply_override, instance_type, resolve, resolved_text, &
+   use contensou_io_settings, only : apply_override, instance_type, largest_number, resolve, &
+      resolved_text, &
       settings_type
    implicit none(type, external)
    private
@@ -306,7 +307,7 @@ contains
    !> How a body moves, and what is applied to it.
    subroutine build_drive(instance, body, diagnostics)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(instance_type), intent(inout) :: instance
       !> The body; its initial state is set.
       type(body_spec_type), intent(inout) :: body
       !> Mistakes are appended here.
@@ -967,6 +968,10 @@ contains
       if (scene%output%interval <= 0.0_wp) scene%output%interval = 1.0e-3_wp*scene%t_end
       if (scene%integrator%length_scale <= 0.0_wp) scene%integrator%length_scale = &
          contact_length(scene, system, scene%integrator%velocity_scale)
+      ! What is derived is a number that a scene may give.
+      scene%output%interval = max(scene%output%interval, 1.0_wp/largest_number)
+      scene%integrator%length_scale = min(max(scene%integrator%length_scale, &
+         1.0_wp/largest_number), largest_number)
       do i = 1, size(settings%instances)
          associate (instance => settings%instances(i))
             select case (instance%settings(1)%key%group)
@@ -1020,6 +1025,12 @@ contains
       end do
       do i = 1, size(system%contacts)
          associate (contact => system%contacts(i))
+            if (ieee_is_nan(contact%law%normal%stiffness)) then
+               call diagnostics%add(contact_place(settings, i), "the stiffness of contact " // &
+                  quote(scene%contacts(i)%name) // " is beyond what can be computed with", &
+                  "radii and moduli that are neither so small nor so large")
+               cycle
+            end if
             track = contact%track
             call contact%law%geometry%gap(pose(contact%a), pose(contact%b), track, gap)
             if (contact%rigid .and. -gap > touching_gap(contact)) then

@@ -14,7 +14,7 @@ module contensou_io_settings
    private
 
    public :: setting_type, instance_type, settings_type
-   public :: resolve, apply_override, resolved_text, name_of
+   public :: resolve, apply_override, resolved_text, name_of, largest_number
 
    !> A key with its value.
    type :: setting_type
@@ -69,6 +69,10 @@ module contensou_io_settings
       !> or because their name is misspelt.
       logical, allocatable :: lost(:)
    end type settings_type
+
+   !> Bound of the magnitudes of numbers and of the inverses of those that are not zero, so that
+   !> products of a few of them neither overflow nor vanish: SI values of this world are far within.
+   real(wp), parameter :: largest_number = 1.0e40_wp
 
 contains
 
@@ -538,6 +542,11 @@ contains
             end if
             if (.not. ieee_is_finite(value%real)) then
                call wrong("'" // trim(key%name) // "' must be finite")
+               return
+            end if
+            if (abs(value%real) > largest_number .or. (abs(value%real) > 0.0_wp .and. &
+               abs(value%real) < 1.0_wp/largest_number)) then
+               call wrong("'" // trim(key%name) // "' is beyond what can be computed with")
                return
             end if
             if (.not. admits(key, value%real)) then

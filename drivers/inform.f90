@@ -272,11 +272,12 @@ contains
       character(len=:), allocatable :: text, group, key
       integer :: g, k, dot
 
-      if (any(commands == command%subject)) then
+      groups = schema_groups()
+      ! What is a group of a scene, too, is explained as that.
+      if (any(commands == command%subject) .and. all(groups%name /= command%subject)) then
          call write_stdout(usage_text(command%subject) // nl, error)
          return
       end if
-      groups = schema_groups()
       keys = schema_keys()
       dot = index(command%subject, ".")
       if (dot == 0) dot = len(command%subject) + 1

@@ -360,7 +360,7 @@ contains
          if (any(events /= 0)) then
             call take_events(integrator, motion, t, y, events, closed, observer, error)
             if (allocated(error)) return
-            ! While all contacts were closed the rates were not kept, and an impact changes velocities.
+            ! While all contacts were closed the rates were not kept; impacts change velocities.
             call motion%system%gap_rates(y, rate)
          end if
          if (motion%system%n_rigid > 0) then

@@ -217,7 +217,7 @@ def keys(run):
 
 
 def test_help_lists_all_groups(keys):
-    expected = "scene material body surface contact integrator output bearing"
+    expected = "scene material body surface contact integrator output bearing cost"
     assert list(keys) == expected.split()
     assert sum(len(group) for group in keys.values()) >= 40
 

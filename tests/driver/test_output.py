@@ -227,6 +227,8 @@ def check_structure(path, rows, bodies, contacts):
         # Nothing is here that the tables above, and so the format's description, do not name.
         known = {f"/trajectory/{name}" for name in TRAJECTORY} | FIXED.keys()
         known |= SCALARS.keys() | SCALES.keys()
+        known |= {"/integrator/method", "/integrator/method_since"}
+        assert file["/integrator/method"].shape == file["/integrator/method_since"].shape == (1,)
         others = {name for name in found.keys() - known if not name.startswith("/provenance/")}
         assert {name for name in others if "cpu" not in name} == set()
         for name, attribute in check_attributes(file).items():

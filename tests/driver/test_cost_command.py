@@ -281,7 +281,10 @@ def test_auto_is_near_the_best(executable, inputs, tmp_path, build_kind):
     for scene in scenes(inputs):
         methods = ("cvode_bdf", "cvode_adams", "explicit8", "auto")
         best = dict.fromkeys(methods, np.inf)
-        for repeat in range(2):
+        # The machine is noisy: minima, of as many repeats as it takes.
+        for repeat in range(6):
+            if repeat > 1 and best["auto"] <= 1.4 * min(best.values()):
+                break
             for method in methods:
                 if repeat > 0 and best[method] > 2 * min(best.values()):
                     continue

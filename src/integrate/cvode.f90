@@ -14,7 +14,7 @@ module contensou_integrate_cvode
       FCVodeGetNumLinRhsEvals, FCVodeGetRootInfo, FCVodeInit, FCVodeReInit, FCVodeRootInit, &
       FCVodeSetErrFile, FCVodeSetJacFn, FCVodeSetLinearSolver, FCVodeSetMaxConvFails, &
       FCVodeSetMaxErrTestFails, &
-      FCVodeSetMaxHnilWarns, FCVodeSetMaxStep, FCVodeSetNoInactiveRootWarn, &
+      FCVodeSetMaxHnilWarns, FCVodeSetMaxOrd, FCVodeSetMaxStep, FCVodeSetNoInactiveRootWarn, &
       FCVodeSetNonlinearSolver, FCVodeSetStopTime, FCVodeSetUserData, FCVodeWFtolerances
    use fnvector_serial_mod, only : FN_VMake_Serial
    use fsundials_context_mod, only : FSUNContext_Create, FSUNContext_Free
@@ -54,6 +54,31 @@ module contensou_integrate_cvode
    !> Number of unknowns from which on the matrix is sparse.
    integer, parameter :: sparse_from = 60
 
+   !> Largest order of the BDF methods.
+   integer(c_int), parameter :: largest_order = 5_c_int
+
+   !> Largest of those that are stable for each decaying oscillation, whatever the step.
+   integer(c_int), parameter :: stable_order = 2_c_int
+
+   !> Steps without an event before `stable_order` is tried first.
+   integer, parameter :: first_patience = 2000
+
+   !> Steps before it is tried again after many trials in vain.
+   integer, parameter :: largest_patience = 32000
+
+   !> Steps over which the pace is taken.
+   integer, parameter :: pace_steps = 200
+
+   !> Steps of a trial before its pace is taken: a method that starts anew begins with short ones.
+   integer, parameter :: trial_steps = 200
+
+   !> Steps of a trial after which those must be half as long as before it.
+   integer, parameter :: early_steps = 60
+
+   !> By how much longer the steps must be for `stable_order` to be kept: they are short where the
+   !> solution changes, and there a higher order is the better one.
+   real(wp), parameter :: gain = 3.0_wp
+
    !> One integration.
    type, extends(integrator_type) :: cvode_type
       private
@@ -83,6 +108,20 @@ module contensou_integrate_cvode
       real(wp) :: t_end = 0.0_wp
       !> Steps in a row that did not advance time.
       integer :: standstill = 0
+      !> Whether the order is variable up to 5 and 2 may be tried.
+      logical :: bdf = .false.
+      !> Whether the order is limited to `stable_order`.
+      logical :: limited = .false.
+      !> Whether the limit is to be changed before the next step.
+      logical :: change = .false.
+      !> Steps since the last event or change of the limit.
+      integer :: since = 0
+      !> Steps without an event before the next trial.
+      integer :: patience = first_patience
+      !> Time from which on the pace is taken [s].
+      real(wp) :: t_pace = 0.0_wp
+      !> Mean step before the trial [s].
+      real(wp) :: pace = 0.0_wp
    contains
       !> Begin at a state.
       procedure, public :: start
@@ -154,6 +193,7 @@ contains
       allocate(self%handle)
       self%handle%problem => problem
       self%t_end = t_end
+      self%bdf = method /= "cvode_adams"
       allocate(self%y(n), self%y_between(n))
       self%y = y
       flag = FSUNContext_Create(c_null_ptr, self%context)
@@ -216,6 +256,13 @@ contains
       real(c_double) :: reached(1)
 
       events = 0
+      if (self%change) then
+         self%change = .false.
+         self%limited = .not. self%limited
+         y = self%y
+         call self%restart(t, y, error)
+         if (allocated(error)) return
+      end if
       reached = t
       flag = FCVode(self%memory, self%t_end, self%vector, reached, CV_ONE_STEP)
       y = self%y
@@ -229,10 +276,62 @@ contains
          if (self%standstill > 1000) call fatal(error, &
             "the step size fell below the resolution of time", status_failed)
          t = reached(1)
+         if (self%bdf) call watch_order(self, t, any(events /= 0))
       else
          call fatal(error, reason(flag), status_failed)
       end if
    end subroutine step
+
+   !> Decide which orders are used from the next step on.
+   !>
+   !> BDF of orders 3 to 5 is not stable for oscillations that hardly decay, as of a body at rest on
+   !> a lightly damped contact: the order stays high and the steps short because the error of the
+   !> higher orders, which rings, looks small. Whether order 2 takes longer steps is tried after a
+   !> while without events; it is kept while it does.
+   subroutine watch_order(self, t, event)
+      !> The integration.
+      class(cvode_type), intent(inout) :: self
+      !> Time reached [s].
+      real(wp), intent(in) :: t
+      !> Whether there is an event.
+      logical, intent(in) :: event
+
+      self%since = self%since + 1
+      if (event) then
+         self%change = self%limited
+         self%since = 0
+         self%patience = first_patience
+      else if (.not. self%limited) then
+         if (self%since == self%patience - pace_steps) self%t_pace = t
+         if (self%since < self%patience) return
+         self%pace = (t - self%t_pace)/pace_steps
+         self%change = self%pace > 0.0_wp
+         self%since = 0
+      else if (self%since == early_steps) then
+         self%t_pace = t
+      else if (self%since == 2*early_steps .and. &
+         t - self%t_pace < 0.5_wp*early_steps*self%pace) then
+         ! An oscillation that does not decay: each step at a low order adds to it.
+         call give_up()
+      else if (self%since == trial_steps) then
+         self%t_pace = t
+      else if (self%since == trial_steps + pace_steps) then
+         ! Looked at again and again.
+         self%since = trial_steps
+         if ((t - self%t_pace)/pace_steps < gain*self%pace) call give_up()
+         self%t_pace = t
+      end if
+
+   contains
+
+      !> Back to all orders, and a longer time until the next trial.
+      subroutine give_up()
+         self%change = .true.
+         self%since = 0
+         self%patience = min(2*self%patience, largest_patience)
+      end subroutine give_up
+
+   end subroutine watch_order
 
    !> State at a time within the last step.
    subroutine interpolate(self, t, y)
@@ -263,7 +362,10 @@ contains
 
       self%before = self%statistics()
       self%y = y
-      flag = FCVodeReInit(self%memory, t, self%vector)
+      flag = 0
+      if (self%bdf) flag = FCVodeSetMaxOrd(self%memory, merge(stable_order, largest_order, &
+         self%limited))
+      flag = min(flag, FCVodeReInit(self%memory, t, self%vector))
       flag = min(flag, FCVodeSetStopTime(self%memory, self%t_end))
       if (flag < 0) call fatal(error, "CVODE could not be started again", status_failed)
    end subroutine restart
@@ -330,6 +432,10 @@ contains
       nullify(self%linear_solver, self%matrix, self%fixed_point, self%vector, self%vector_between)
       self%before = statistics_type()
       self%standstill = 0
+      self%limited = .false.
+      self%change = .false.
+      self%since = 0
+      self%patience = first_patience
    end subroutine free
 
    !> A return flag of CVODE in words.

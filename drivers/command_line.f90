@@ -26,6 +26,10 @@ module contensou_drivers_command_line
       logical :: force = .false.
       !> Whether to print the scene with all settings and patterns expanded, no more (check).
       logical :: expand = .false.
+      !> Whether to continue an interrupted run (run).
+      logical :: resume = .false.
+      !> Seconds between two checkpoints (run) [s].
+      real(wp) :: checkpoint = 5.0_wp
       !> Whether to measure for a short time only (bench).
       logical :: quick = .false.
       !> Whether the wrench comes with its derivatives (eval).
@@ -146,6 +150,9 @@ contains
       else if (command%name == "diff" .and. command%input == "") then
          call fatal(error, "diff needs two files" // new_line("a") // usage_text("diff"), &
             status_usage)
+      else if (command%resume .and. command%force) then
+         call fatal(error, "--resume continues what there is, --force replaces it: only one " // &
+            "of them can be meant", status_usage)
       end if
    end subroutine parse_command_line
 
@@ -228,6 +235,17 @@ contains
                end if
             case ("--force")
                command%force = .true.
+            case ("--resume")
+               command%resume = .true.
+            case ("--checkpoint")
+               call take_value()
+               if (.not. allocated(error)) then
+                  call read_real(value, command%checkpoint, valid)
+                  if (valid) valid = ieee_is_finite(command%checkpoint)
+                  if (valid) valid = command%checkpoint >= 0.0_wp
+                  if (.not. valid) call fatal(error, "--checkpoint needs a time >= 0 [s], not " // &
+                     quote(value), status_usage)
+               end if
             case ("-q", "--quiet")
                command%quiet = .true.
             case ("--quick")
@@ -282,6 +300,8 @@ contains
             if (command%name /= "run") option = ""
          case ("--rules", "--until")
             if (command%name /= "diff") option = ""
+         case ("--resume", "--checkpoint")
+            if (command%name /= "run") option = ""
          case ("--quick")
             if (command%name /= "bench") option = ""
          case ("--expand")
@@ -293,7 +313,7 @@ contains
          end select
          ! Flags take no value.
          if (any(option == ["--force   ", "--quiet   ", "--quick   ", &
-            "--jacobian", "--expand  ", "--profile "]) .and. equals > 0) option = ""
+            "--jacobian", "--expand  ", "--profile ", "--resume  "]) .and. equals > 0) option = ""
       end function option_of
 
       !> The value of an option: after '=', or the next word.
@@ -314,9 +334,9 @@ contains
 
       !> Report an unknown option.
       subroutine unknown()
-         character(len=10), parameter :: options(*) = [character(len=10) :: "--set", "--output", &
+         character(len=12), parameter :: options(*) = [character(len=12) :: "--set", "--output", &
             "--force", "--quiet", "--quick", "--model", "--delta", "--jacobian", "--rules", &
-            "--until", "--expand", "--csv", "--error", "--profile"]
+            "--until", "--expand", "--csv", "--error", "--profile", "--resume", "--checkpoint"]
          integer :: near, i_option
          logical :: known(size(options))
 
@@ -362,11 +382,15 @@ contains
 
       select case (command)
       case ("run")
-         text = "usage: contensou run SCENE [--set PATH=VALUE]... [-o FILE] [--force] [-q]" // &
-            nl // "  SCENE            namelist file" // nl // &
+         text = "usage: contensou run SCENE [--set PATH=VALUE]... [-o FILE] " // &
+            "[--force | --resume] [--checkpoint S] [-q]" // nl // &
+            "  SCENE            namelist file" // nl // &
             "  --set PATH=VALUE replace a value: PATH is group.key, name.key or group.name.key" // &
             nl // "  -o FILE          output file, instead of that of the scene" // nl // &
             "  --force          replace an existing output file" // nl // &
+            "  --resume         continue an interrupted or killed run; begin it if there is " // &
+            "none," // nl // "                   do nothing if it is complete" // nl // &
+            "  --checkpoint S   wall time between two checkpoints [s], default 5" // nl // &
             "  -q               no progress on stderr" // nl // &
             "  --profile        tell the CPU time by effect"
       case ("cost")

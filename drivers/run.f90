@@ -3,21 +3,24 @@ module contensou_drivers_run
    use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted
    use contensou_base_kinds, only : i8, pi, wp
    use contensou_base_system, only : catch_signals, cpu_seconds, file_exists, folder_writable, &
-      is_folder, is_locked, is_terminal, remove_file, signal_received, terminal_width, &
-      wall_seconds, write_stderr, write_stdout
+      is_folder, is_locked, is_terminal, remove_file, signal_received, terminal_width, wall_seconds, &
+      write_stderr, write_stdout
    use contensou_base_text, only : quote, string_type, to_text
    use contensou_contact_geometry, only : pose_type, trouble_text
    use contensou_drivers_command_line, only : command_text, command_type
    use contensou_drivers_report, only : body_effects, choice_words, contact_effects, &
       number_text
+   use contensou_drivers_resume, only : checkpoint_suffix, earlier_type, find_earlier, forget, &
+      is_resumable, old_suffix, put_aside, recall, remember
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_system, only : system_type
    use contensou_integrate_choice, only : choice_type, choose_method
    use contensou_integrate_integrator, only : statistics_type
-   use contensou_integrate_march, only : event_touch, march, observer_type
+   use contensou_integrate_march, only : event_touch, march, memory_type, observer_type
    use contensou_integrate_motion, only : motion_type, set_up_motion
    use contensou_integrate_profile, only : profile_names
+   use contensou_io_checkpoint, only : checkpoint_type
    use contensou_io_hdf5_file, only : hdf5_readable_status
    use contensou_io_scene_reader, only : read_scene, scene_file_type
    use contensou_io_trajectory, only : part_suffix, trajectory_type
@@ -36,6 +39,8 @@ module contensou_drivers_run
       logical :: show = .true.
       !> Whether stderr is a terminal.
       logical :: terminal = .false.
+      !> Time from which this life went on [s].
+      real(wp) :: t_begin = 0.0_wp
       !> Steps since the clocks were looked at.
       integer :: steps = 0
       !> Tenths of the run that were reported.
@@ -48,13 +53,14 @@ module contensou_drivers_run
       integer :: first_contact = 0
       !> What the method had to say.
       character(len=:), allocatable :: advice
-      !> What `auto` chose and why; not allocated for another method.
-      character(len=:), allocatable :: choice
       !> Number of changes of the method.
       integer :: changes = 0
       !> The first change in words.
       character(len=:), allocatable :: first_change
+      !> From where the run can go on.
+      type(checkpoint_type) :: checkpoint
    contains
+      procedure :: keep
       procedure :: sample
       procedure :: event
       procedure :: after_step
@@ -81,16 +87,19 @@ contains
       type(statistics_type) :: statistics
       type(choice_type) :: choice
       type(error_type), allocatable :: write_error
+      type(earlier_type) :: earlier
+      type(memory_type) :: memory
       real(wp), allocatable :: y(:), y_start(:)
-      real(wp) :: t, cpu, wall, cpu_march
+      real(wp) :: t, cpu_march
       logical :: stopped
 
-      cpu = cpu_seconds()
-      wall = wall_seconds()
       call read_scene(command%subject, command%overrides, command%output, file, error)
       if (allocated(error)) return
-      call check_output(file%scene%output%file, command%force, command%quiet, error)
+      call check_output(file%scene%output%file, command%force, command%resume, command%quiet, error)
       if (allocated(error)) return
+      if (command%resume) call find_earlier(file%scene%output%file, file%resolved, &
+         command%quiet, earlier, error)
+      if (allocated(error) .or. earlier%complete) return
       call catch_signals()
       call assemble(file%scene, motion%system)
       y = initial_state(file%scene, motion%system%n)
@@ -102,21 +111,28 @@ contains
       recorder%terminal = is_terminal(2)
       recorder%wall_start = wall_seconds()
       recorder%wall_bar = recorder%wall_start
+      recorder%output%flush_interval = command%checkpoint
+      if (earlier%resumable) call put_aside(file%scene%output%file, earlier, error)
+      if (allocated(error)) return
       call recorder%output%open(file%scene%output%file, command%force, file%scene, file%text, &
          file%resolved, command_text(words), error)
       if (allocated(error) .and. .not. recorder%output%is_open()) return
-      if (file%scene%integrator%method == "auto") then
-         call choose_method(motion, y, choice)
-         recorder%choice = choice_words(file%scene, choice)
-         call recorder%output%use_method(0.0_wp, trim(choice%method), recorder%choice)
-      else
-         call recorder%output%use_method(0.0_wp, file%scene%integrator%method)
+      if (.not. allocated(error)) call go_on(recorder, earlier, motion, memory, command%quiet, &
+         error)
+      if (.not. earlier%resumable) then
+         if (file%scene%integrator%method == "auto") then
+            call choose_method(motion, y, choice)
+            call recorder%output%use_method(0.0_wp, trim(choice%method), &
+               choice_words(file%scene, choice))
+         else
+            call recorder%output%use_method(0.0_wp, file%scene%integrator%method)
+         end if
       end if
       if (command%profile) call motion%profile%begin()
       cpu_march = cpu_seconds()
       if (.not. allocated(error)) call march(motion, file%scene%integrator%method, y, &
          file%scene%t_end, file%scene%output%interval, file%scene%integrator%max_step, recorder, &
-         t, statistics, stopped, error)
+         t, statistics, stopped, error, memory)
       if (command%profile) recorder%output%cpu_by_effect = motion%profile%result( &
          cpu_seconds() - cpu_march, recorder%output%cpu_output)
       call clear_bar(recorder)
@@ -128,6 +144,7 @@ contains
          end if
          error%message = failure_text(file%scene, motion%system, y, t, error%message)
          call recorder%output%finish(motion%system, y, statistics, "failed", write_error)
+         if (.not. allocated(write_error)) call forget(file%scene%output%file, .true., write_error)
          if (allocated(write_error)) then
             error%message = error%message // new_line("a") // write_error%message
          else
@@ -143,19 +160,111 @@ contains
          call discard_unreadable(file%scene%output%file, error)
          return
       end if
+      if (.not. stopped) call forget(file%scene%output%file, .true., error)
+      if (allocated(error)) return
       call print_summary(file%scene, motion%system, recorder, statistics, y_start, y, &
-         cpu_seconds() - cpu, wall_seconds() - wall, stopped, error)
+         recorder%output%elapsed(), stopped, error)
       if (allocated(error)) return
       if (stopped) call fatal(error, "interrupted at t = " // number_text(t, 8) // &
-         " s; the rows so far are in " // file%scene%output%file // part_suffix, status_interrupted)
+         " s; the rows so far are in " // file%scene%output%file // part_suffix // &
+         ", --resume continues the run", status_interrupted)
    end subroutine run_command
 
+   !> Take up an earlier life, if there is one, and remove what is left of others.
+   subroutine go_on(recorder, earlier, motion, memory, quiet, error)
+      !> The recorder, its file open.
+      type(recorder_type), intent(inout) :: recorder
+      !> The earlier life.
+      type(earlier_type), intent(in) :: earlier
+      !> The motion, whose contacts get their memory back.
+      type(motion_type), intent(inout) :: motion
+      !> What the march remembers.
+      type(memory_type), intent(inout) :: memory
+      !> Whether notices are suppressed.
+      logical, intent(in) :: quiet
+      !> Set when a file cannot be read or written.
+      type(error_type), allocatable, intent(out) :: error
+      integer(i8) :: contact(1), changes(1)
+      real(wp) :: touch(1)
+
+      if (earlier%resumable) then
+         associate (checkpoint => earlier%checkpoint)
+            call recorder%output%restore(earlier%source, checkpoint, error)
+            if (.not. allocated(error)) call recall(checkpoint, motion, memory, error)
+            if (.not. allocated(error)) call checkpoint%get("first_contact", contact, error)
+            if (.not. allocated(error)) call checkpoint%get("first_touch", touch, error)
+            if (.not. allocated(error)) call checkpoint%get("advice", recorder%advice, error)
+            if (.not. allocated(error)) call checkpoint%get("changes", changes, error)
+            if (.not. allocated(error)) call checkpoint%get("first_change", &
+               recorder%first_change, error)
+         end associate
+         if (allocated(error)) then
+            error%status = status_file
+            error%message = error%message // new_line("a") // "the rows written before are in " // &
+               earlier%source
+            return
+         end if
+         recorder%first_contact = int(contact(1))
+         recorder%first_touch = touch(1)
+         recorder%changes = int(changes(1))
+         if (recorder%advice == "") deallocate(recorder%advice)
+         recorder%t_begin = memory%t
+         recorder%tenths = int(10.0_wp*min(memory%t/recorder%t_end, 1.0_wp))
+         if (.not. quiet) call write_stderr("contensou: resuming at t = " // &
+            number_text(memory%t, 8) // " s" // new_line("a"))
+      end if
+      call forget(recorder%output%name, .not. earlier%resumable, error)
+   end subroutine go_on
+
+   !> Bring the rows to the disk, and then from where the run can go on.
+   subroutine keep(self, motion, memory, error)
+      !> The recorder.
+      class(recorder_type), intent(inout) :: self
+      !> The motion.
+      class(motion_type), intent(in) :: motion
+      !> What the march remembers.
+      type(memory_type), intent(in) :: memory
+      !> Set when a file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+
+      self%keep_due = .false.
+      call self%output%flush(error)
+      if (allocated(error)) return
+      call remember(motion, memory, self%checkpoint)
+      call self%output%remember(self%checkpoint)
+      call self%checkpoint%put("first_contact", [int(self%first_contact, i8)])
+      call self%checkpoint%put("first_touch", [self%first_touch])
+      call self%checkpoint%put("changes", [int(self%changes, i8)])
+      call put("advice", self%advice)
+      call put("first_change", self%first_change)
+      call self%checkpoint%save(self%output%name // checkpoint_suffix, error)
+
+   contains
+
+      !> Put a text that may not be there.
+      subroutine put(name, text)
+         !> Name of the item.
+         character(len=*), intent(in) :: name
+         !> The text.
+         character(len=:), allocatable, intent(in) :: text
+
+         if (allocated(text)) then
+            call self%checkpoint%put(name, text)
+         else
+            call self%checkpoint%put(name, "")
+         end if
+      end subroutine put
+
+   end subroutine keep
+
    !> See that the output file can be written and that nothing is lost by it.
-   subroutine check_output(name, force, quiet, error)
+   subroutine check_output(name, force, resume, quiet, error)
       !> Name of the output file.
       character(len=*), intent(in) :: name
       !> Whether it may replace an existing one.
       logical, intent(in) :: force
+      !> Whether an earlier run is continued, whatever there is of it.
+      logical, intent(in) :: resume
       !> Whether notices are suppressed.
       logical, intent(in) :: quiet
       !> Set when the run must not begin.
@@ -171,6 +280,7 @@ contains
          return
       end if
       is = file_exists(name)
+      if (is .and. resume) return
       if (is .and. .not. force) then
          call fatal(error, name // " exists; --force replaces it, -o FILE writes another one", &
             status_file)
@@ -182,6 +292,9 @@ contains
             "writable", status_file)
          return
       end if
+      if (resume) return
+      is = file_exists(part)
+      if (.not. is) part = name // old_suffix
       is = file_exists(part)
       if (.not. is) return
       is = is_locked(part)
@@ -192,7 +305,12 @@ contains
       if (force) return
       call hdf5_readable_status(part, status, unreadable)
       if (allocated(unreadable)) status = ""
-      if (status == "interrupted" .or. status == "failed") then
+      is = is_resumable(name)
+      if (is .and. status /= "failed") then
+         if (status /= "interrupted") status = "killed"
+         call fatal(error, part // " holds the rows of a run that was " // status // &
+            "; --resume continues it, --force replaces it, -o FILE writes another one", status_file)
+      else if (status == "interrupted" .or. status == "failed") then
          call fatal(error, part // " holds the rows of a run that was " // status // &
             "; --force replaces it, -o FILE writes another one", status_file)
       else if (.not. quiet) then
@@ -274,7 +392,7 @@ contains
       if (self%steps < steps_between) return
       self%steps = 0
       if (self%show) call show_progress(self, t)
-      call self%output%flush_if_due(error)
+      self%keep_due = self%output%flush_is_due()
    end subroutine after_step
 
    !> The method has something to say: at once, and in the summary.
@@ -345,8 +463,8 @@ contains
          integer(i8) :: seconds
 
          seconds = 0
-         if (share > 0.0_wp) seconds = nint(min((now - self%wall_start)*(1.0_wp/share - 1.0_wp), &
-            1.0e9_wp), i8)
+         if (t > self%t_begin) seconds = nint(min((now - self%wall_start)* &
+            max(self%t_end - t, 0.0_wp)/(t - self%t_begin), 1.0e9_wp), i8)
          text = to_text(seconds) // " s"
          if (seconds >= 120) text = to_text(seconds/60) // " min"
          if (seconds >= 7200) text = to_text(seconds/3600) // " h " // &
@@ -418,7 +536,7 @@ contains
    end function failure_text
 
    !> Print what the run comes down to.
-   subroutine print_summary(scene, system, recorder, statistics, y_start, y, cpu, wall, stopped, &
+   subroutine print_summary(scene, system, recorder, statistics, y_start, y, seconds, stopped, &
       error)
       !> The scene.
       type(scene_type), intent(in) :: scene
@@ -432,10 +550,8 @@ contains
       real(wp), intent(in) :: y_start(:)
       !> Final state.
       real(wp), intent(in) :: y(:)
-      !> CPU time [s].
-      real(wp), intent(in) :: cpu
-      !> Wall time [s].
-      real(wp), intent(in) :: wall
+      !> Wall and CPU time [s].
+      real(wp), intent(in) :: seconds(2)
       !> Whether the run was interrupted.
       logical, intent(in) :: stopped
       !> Set when the standard output cannot be written.
@@ -448,7 +564,8 @@ contains
       associate (s => recorder%output%summary)
          call line("  simulated  " // number_text(s%time, 8) // " s with " // &
             scene%integrator%method // " at rtol " // to_text(scene%integrator%rtol))
-         if (allocated(recorder%choice)) call line("  auto       " // recorder%choice)
+         if (allocated(recorder%output%choice)) call line("  auto       " // &
+            recorder%output%choice)
          if (recorder%changes > 0) call line("  auto       " // recorder%first_change)
          if (recorder%changes > 1) call line("  auto       " // to_text(recorder%changes) // &
             " changes of the method in all")
@@ -481,8 +598,8 @@ contains
             number_text(s%relative_error, 2))
          call line("  work       " // to_text(statistics%steps) // " steps, " // &
             to_text(statistics%derivatives) // " right-hand sides, " // &
-            to_text(statistics%jacobians) // " Jacobians; " // number_text(cpu, 3) // &
-            " s CPU, " // number_text(wall, 3) // " s wall")
+            to_text(statistics%jacobians) // " Jacobians; " // number_text(seconds(2), 3) // &
+            " s CPU, " // number_text(seconds(1), 3) // " s wall")
          if (allocated(recorder%output%cpu_by_effect)) call shares()
          if (allocated(recorder%advice)) call line("  advice     " // recorder%advice)
          if (stopped) then

@@ -36,6 +36,8 @@ double contensou_system_cpu_seconds(void);
 void contensou_system_utc_now(char *text, size_t size);
 int contensou_system_write(int unit, const char *text, size_t length);
 const char *contensou_system_reason(int code);
+int contensou_system_save(const char *path, const char *bytes, size_t length);
+uint64_t contensou_system_checksum(uint64_t sum, const unsigned char *bytes, size_t length);
 
 /* The folder part of a file name, to be freed by the caller; null when memory is short. */
 static char *folder_of(const char *path)
@@ -243,4 +245,34 @@ int contensou_system_write(int unit, const char *text, size_t length)
 const char *contensou_system_reason(int code)
 {
    return strerror(code);
+}
+
+/* Replace a file by these bytes, so that after a kill or a power failure at any moment there is
+   either the old content or the new one. */
+int contensou_system_save(const char *path, const char *bytes, size_t length)
+{
+   size_t size = strlen(path) + sizeof ".new";
+   char *temporary = malloc(size);
+   if (!temporary) return ENOMEM;
+   snprintf(temporary, size, "%s.new", path);
+   int code = 0;
+   int fd = open(temporary, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+   if (fd < 0) {
+      code = errno;
+   } else {
+      code = contensou_system_write(fd, bytes, length);
+      if (close(fd) != 0 && code == 0) code = errno;
+      if (code == 0) code = contensou_system_rename(temporary, path, 1);
+      if (code != 0) unlink(temporary);
+   }
+   free(temporary);
+   return code;
+}
+
+/* Continue the checksum of some bytes (FNV-1a, 64 bits) with more; 0 begins one. */
+uint64_t contensou_system_checksum(uint64_t sum, const unsigned char *bytes, size_t length)
+{
+   if (sum == 0) sum = UINT64_C(0xcbf29ce484222325);
+   for (size_t i = 0; i < length; ++i) sum = (sum ^ bytes[i]) * UINT64_C(0x100000001b3);
+   return sum;
 }

@@ -1,9 +1,10 @@
 !> What the program asks of the operating system beyond standard Fortran: files and their safe
 !> replacement, signals, clocks, the terminal.
 module contensou_base_system
-   use, intrinsic :: iso_c_binding, only : c_char, c_double, c_f_pointer, c_int, c_null_char, &
-      & c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only : c_char, c_double, c_f_pointer, c_int, c_int64_t, &
+      & c_loc, c_null_char, c_ptr, c_size_t
    use contensou_base_errors, only : error_type, fatal, status_file
+   use contensou_base_kinds, only : i8, wp
    implicit none(type, external)
    private
 
@@ -11,7 +12,16 @@ module contensou_base_system
    public :: is_terminal, terminal_width, write_stderr, write_stdout
    public :: catch_signals, signal_received, open_standard_streams
    public :: host_name, wall_seconds, cpu_seconds, utc_now
-   public :: text_from_c
+   public :: text_from_c, save_file, checksum, unfinished_suffix
+
+   !> Suffix of a file that `save_file` has not finished, as in the C source.
+   character(len=*), parameter :: unfinished_suffix = ".new"
+
+   !> Continue the checksum of some bytes with more.
+   interface checksum
+      module procedure :: checksum_of_reals
+      module procedure :: checksum_of_text
+   end interface checksum
 
    interface
       !> Give closed standard streams to /dev/null, before any file can take their place.
@@ -179,6 +189,35 @@ module contensou_base_system
          type(c_ptr) :: text
       end function c_reason
 
+      !> Replace a file at once.
+      function c_save(path, bytes, length) result(code) bind(c, name="contensou_system_save")
+         import :: c_char, c_int, c_size_t
+         implicit none(type, external)
+         !> Name of the file, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         !> Its content.
+         character(kind=c_char), intent(in) :: bytes(*)
+         !> Number of bytes.
+         integer(c_size_t), value :: length
+         !> 0 or errno.
+         integer(c_int) :: code
+      end function c_save
+
+      !> Continue a checksum.
+      pure function c_checksum(sum, bytes, length) result(next) &
+         & bind(c, name="contensou_system_checksum")
+         import :: c_int64_t, c_ptr, c_size_t
+         implicit none(type, external)
+         !> Checksum so far, 0 at the beginning.
+         integer(c_int64_t), value :: sum
+         !> Address of the bytes.
+         type(c_ptr), value :: bytes
+         !> Number of bytes.
+         integer(c_size_t), value :: length
+         !> The checksum with them.
+         integer(c_int64_t) :: next
+      end function c_checksum
+
       !> Length of a null-terminated text.
       pure function c_strlen(text) result(length) bind(c, name="strlen")
          import :: c_ptr, c_size_t
@@ -194,17 +233,21 @@ contains
 
    !> Rename a file, replacing one of the new name, so that the new name shows the complete
    !> content or nothing even after a power failure.
-   subroutine rename_file(from, to, error)
+   subroutine rename_file(from, to, error, replace)
       !> Present name.
       character(len=*), intent(in) :: from
       !> New name, on the same file system.
       character(len=*), intent(in) :: to
       !> Set when the file could not be brought to the disk or renamed.
       type(error_type), allocatable, intent(out) :: error
+      !> Whether a file of the new name is replaced (default) or an error.
+      logical, intent(in), optional :: replace
 
-      integer(c_int) :: code
+      integer(c_int) :: code, replacing
 
-      code = c_rename(trim(from)//c_null_char, trim(to)//c_null_char, 1_c_int)
+      replacing = 1
+      if (present(replace)) replacing = merge(1_c_int, 0_c_int, replace)
+      code = c_rename(trim(from)//c_null_char, trim(to)//c_null_char, replacing)
       if (code /= 0) then
          call fatal(error, "cannot rename "//trim(from)//" to "//trim(to)//": "//reason(code), &
             & status_file)
@@ -225,6 +268,49 @@ contains
          call fatal(error, "cannot remove "//trim(path)//": "//reason(code), status_file)
       end if
    end subroutine remove_file
+
+   !> Replace a file, so that a kill or a power failure at any moment leaves the old content or the
+   !> new one.
+   subroutine save_file(path, bytes, error)
+      !> Name of the file.
+      character(len=*), intent(in) :: path
+      !> Its new content.
+      character(len=*), intent(in) :: bytes
+      !> Set when the old content is still there.
+      type(error_type), allocatable, intent(out) :: error
+
+      integer(c_int) :: code
+
+      code = c_save(trim(path)//c_null_char, bytes, len(bytes, c_size_t))
+      if (code /= 0) call fatal(error, "cannot write "//trim(path)//": "//reason(code), status_file)
+   end subroutine save_file
+
+   !> Continue a checksum with the bytes of reals.
+   function checksum_of_reals(sum, values) result(next)
+      !> Checksum so far, 0 at the beginning.
+      integer(i8), intent(in) :: sum
+      !> The reals.
+      real(wp), intent(in), contiguous, target :: values(:)
+      !> The checksum with them.
+      integer(i8) :: next
+
+      next = sum
+      if (size(values) > 0) next = c_checksum(sum, c_loc(values), &
+         & int(size(values), c_size_t)*storage_size(values)/8)
+   end function checksum_of_reals
+
+   !> Continue a checksum with the bytes of a text.
+   function checksum_of_text(sum, text) result(next)
+      !> Checksum so far, 0 at the beginning.
+      integer(i8), intent(in) :: sum
+      !> The text.
+      character(len=*), intent(in), target :: text
+      !> The checksum with it.
+      integer(i8) :: next
+
+      next = sum
+      if (len(text) > 0) next = c_checksum(sum, c_loc(text), len(text, c_size_t))
+   end function checksum_of_text
 
    !> Whether there is a file, folder or device of this name.
    function file_exists(path) result(answer)

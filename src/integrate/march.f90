@@ -14,7 +14,7 @@ module contensou_integrate_march
    private
 
    public :: observer_type, march, event_touch, event_lift, integrator_methods, new_integrator, &
-      begin_rigid, row_count
+      begin_rigid, row_count, memory_type, switch_type
 
    !> Methods of integration, as named in a scene.
    character(len=*), parameter :: integrator_methods(*) = [character(len=11) :: &
@@ -26,8 +26,59 @@ module contensou_integrate_march
    !> A gap opens.
    integer, parameter :: event_lift = 2
 
+   !> Steps between two looks of `auto` at their mean.
+   integer, parameter :: steps_between_looks = 200
+
+   !> Steps of `explicit8` after the first return to it before which it is not left again.
+   integer(i8), parameter :: first_patience = 2000_i8
+
+   !> Which methods `auto` has used, and when another one is due.
+   type :: switch_type
+      !> Whether the march may change the method.
+      logical :: may = .false.
+      !> Method in use.
+      character(len=11) :: method = ""
+      !> Counters of the methods before.
+      type(statistics_type) :: before
+      !> Time of the last look at the steps [s].
+      real(wp) :: t_look = 0.0_wp
+      !> Steps since then.
+      integer :: steps = 0
+      !> Steps of `explicit8` before which it is not left again; doubled with each return to it, so
+      !> that two methods that are equally fast do not take turns for ever.
+      integer(i8) :: patience = first_patience
+      !> Steps of `explicit8` to go before it may be left.
+      integer(i8) :: to_go = 0
+      !> Largest mean step of `explicit8` between two looks [s]; 0 if it has not been in use.
+      real(wp) :: explicit_step = 0.0_wp
+   end type switch_type
+
+   !> What a march needs to go on later where it stopped, besides what the contacts of its motion
+   !> remember.
+   type :: memory_type
+      !> Time [s].
+      real(wp) :: t = 0.0_wp
+      !> State.
+      real(wp), allocatable :: y(:)
+      !> Next row; 0 if the march has not begun.
+      integer(i8) :: row = 0
+      !> Which contacts are closed.
+      logical, allocatable :: closed(:)
+      !> Which contacts have not left the gap of zero, to rounding, that they had at the beginning.
+      logical, allocatable :: undecided(:)
+      !> Time up to which the step is bounded, because a contact closes and opens there [s]; 0 for
+      !> none.
+      real(wp) :: bounded_until = 0.0_wp
+      !> The method in use, and what `auto` knows.
+      type(switch_type) :: switch
+      !> Counters so far.
+      type(statistics_type) :: statistics
+   end type memory_type
+
    !> Who looks on.
    type, abstract :: observer_type
+      !> Whether `keep` is to be called after this step; `after_step` may set it.
+      logical :: keep_due = .false.
    contains
       !> A row is due.
       procedure(sample_interface), deferred :: sample
@@ -39,6 +90,8 @@ module contensou_integrate_march
       procedure :: advise
       !> `auto` goes on with another method.
       procedure :: change_method
+      !> The march can be continued from here: called after a step when due, and at a stop.
+      procedure :: keep
    end type observer_type
 
    abstract interface
@@ -88,33 +141,6 @@ module contensou_integrate_march
          type(error_type), allocatable, intent(out) :: error
       end subroutine after_step_interface
    end interface
-
-   !> Steps between two looks of `auto` at their mean.
-   integer, parameter :: steps_between_looks = 200
-
-   !> Steps of `explicit8` after the first return to it before which it is not left again.
-   integer(i8), parameter :: first_patience = 2000_i8
-
-   !> Which methods `auto` has used, and when another one is due.
-   type :: switch_type
-      !> Whether the march may change the method.
-      logical :: may = .false.
-      !> Method in use.
-      character(len=11) :: method = ""
-      !> Counters of the methods before.
-      type(statistics_type) :: before
-      !> Time of the last look at the steps [s].
-      real(wp) :: t_look = 0.0_wp
-      !> Steps since then.
-      integer :: steps = 0
-      !> Steps of `explicit8` before which it is not left again; doubled with each return to it, so
-      !> that two methods that are equally fast do not take turns for ever.
-      integer(i8) :: patience = first_patience
-      !> Steps of `explicit8` to go before it may be left.
-      integer(i8) :: to_go = 0
-      !> Largest mean step of `explicit8` between two looks [s]; 0 if it has not been in use.
-      real(wp) :: explicit_step = 0.0_wp
-   end type switch_type
 
    !> Steps after which the pace is looked at.
    integer, parameter :: watched_steps = 50000
@@ -183,9 +209,23 @@ contains
       character(len=*), intent(in) :: reason
    end subroutine change_method
 
+   !> The march can be continued from here; forgotten unless an observer overrides this.
+   subroutine keep(self, motion, memory, error)
+      !> The observer.
+      class(observer_type), intent(inout) :: self
+      !> The motion.
+      class(motion_type), intent(in) :: motion
+      !> What the march remembers.
+      type(memory_type), intent(in) :: memory
+      !> Set to end the march.
+      type(error_type), allocatable, intent(out) :: error
+
+      self%keep_due = .false.
+   end subroutine keep
+
    !> March to the end.
    subroutine march(motion, method, y, t_end, interval, max_step, observer, t, statistics, &
-      stopped, error)
+      stopped, error, earlier)
       !> The motion; its contacts remember their impacts.
       class(motion_type), intent(inout), target :: motion
       !> One of `integrator_methods`.
@@ -208,38 +248,62 @@ contains
       logical, intent(out) :: stopped
       !> Set when the integration or the observer failed.
       type(error_type), allocatable, intent(out) :: error
+      !> What a march remembers that this one continues; the motion has its own memory back.
+      type(memory_type), intent(in), optional :: earlier
       class(integrator_type), allocatable :: integrator
+      type(memory_type) :: memory
       type(switch_type) :: switch
       type(choice_type) :: choice
 
-      t = 0.0_wp
+      if (present(earlier)) memory = earlier
+      t = memory%t
+      if (memory%row > 0) y = memory%y
       stopped = .false.
+      switch = memory%switch
+      switch%before = memory%statistics
+      statistics = switch%before
       motion%differences = 0
-      if (motion%system%n_rigid > 0) then
-         call begin_rigid(motion, t, y, error)
-         statistics = statistics_type()
-         if (allocated(error)) return
-      end if
-      switch%method = method
+      ! All rows were written when it stopped.
+      if (memory%row > row_count(t_end, interval)) return
       switch%may = method == "auto"
-      if (switch%may) then
-         call choose_method(motion, y, choice)
-         switch%method = choice%method
-         if (choice%method /= "explicit8") switch%explicit_step = explicit_reach/choice%fastest
+      if (memory%row == 0) then
+         if (motion%system%n_rigid > 0) call begin_rigid(motion, t, y, error)
+         if (allocated(error)) return
+         switch%method = method
+         if (switch%may) then
+            call choose_method(motion, y, choice)
+            switch%method = choice%method
+            if (choice%method /= "explicit8") &
+               switch%explicit_step = explicit_reach/choice%fastest
+         end if
       end if
+      switch%t_look = t
       call new_integrator(trim(switch%method), integrator)
       integrator%alert = switch%may
       call integrator%start(motion, trim(switch%method), t, y, t_end, max_step, error)
       if (.not. allocated(error)) call advance(integrator, switch, motion, y, t_end, interval, &
-         max_step, observer, t, stopped, error)
-      statistics = switch%before + integrator%statistics()
-      statistics%derivatives = statistics%derivatives + motion%differences
+         max_step, observer, t, stopped, error, memory)
+      statistics = counters(switch, integrator, motion)
       call integrator%free()
    end subroutine march
 
+   !> Counters of a march so far, and of those that it continues.
+   function counters(switch, integrator, motion) result(statistics)
+      !> Which methods were used.
+      type(switch_type), intent(in) :: switch
+      !> The integration at present.
+      class(integrator_type), intent(in) :: integrator
+      !> The motion.
+      class(motion_type), intent(in) :: motion
+      type(statistics_type) :: statistics
+
+      statistics = switch%before + integrator%statistics()
+      statistics%derivatives = statistics%derivatives + motion%differences
+   end function counters
+
    !> The loop of `march`.
    subroutine advance(integrator, switch, motion, y, t_end, interval, max_step, observer, t, &
-      stopped, error)
+      stopped, error, memory)
       !> The integration, started.
       class(integrator_type), allocatable, intent(inout) :: integrator
       !> Which methods are used.
@@ -262,6 +326,9 @@ contains
       logical, intent(inout) :: stopped
       !> Set when the integration or the observer failed.
       type(error_type), allocatable, intent(out) :: error
+      !> What an earlier march left.
+      type(memory_type), intent(in) :: memory
+      type(memory_type) :: present_memory
       integer(i8) :: row, rows
       real(wp) :: t_row, row_state(size(y)), t_before, y_before(size(y)), t_dip, bounded_until
       real(wp) :: gap(motion%n_events), rate(motion%n_events), rate_before(motion%n_events)
@@ -276,21 +343,28 @@ contains
       call motion%system%gap_rates(y, rate)
       ! A gap that is zero to rounding is a contact from the start, not a touch.
       resolution = 64.0_wp*epsilon(gap)*(1.0_wp + maxval(abs(y)))
-      undecided = abs(gap) <= resolution
-      closed = gap <= 0.0_wp .or. undecided
-      where (motion%system%contacts%rigid)
-         undecided = .false.
-         closed = motion%system%contacts%closed
-      end where
-      do i = 1, motion%n_events
-         if (closed(i)) call begin_impact(motion, i, -rate(i), changed)
-      end do
-      call observer%sample(motion, t, y, error)
-      if (allocated(error)) return
-
       rows = row_count(t_end, interval)
-      row = 1
-      bounded_until = 0.0_wp
+      if (memory%row > 0) then
+         undecided = memory%undecided
+         closed = memory%closed
+         row = memory%row
+         bounded_until = memory%bounded_until
+         if (bounded_until > t) call integrator%bound_step((bounded_until - t)/4.0_wp)
+      else
+         undecided = abs(gap) <= resolution
+         closed = gap <= 0.0_wp .or. undecided
+         where (motion%system%contacts%rigid)
+            undecided = .false.
+            closed = motion%system%contacts%closed
+         end where
+         do i = 1, motion%n_events
+            if (closed(i)) call begin_impact(motion, i, -rate(i), changed)
+         end do
+         call observer%sample(motion, t, y, error)
+         if (allocated(error)) return
+         row = 1
+         bounded_until = 0.0_wp
+      end if
       t_watch = t
       steps = 0
       looks = 0
@@ -375,7 +449,19 @@ contains
             deallocate(integrator%advice)
          end if
          call observer%after_step(t, stopped, error)
-         if (allocated(error) .or. stopped) return
+         if (allocated(error)) return
+         if (stopped .or. observer%keep_due) then
+            present_memory%t = t
+            present_memory%y = y
+            present_memory%row = row
+            present_memory%closed = closed
+            present_memory%undecided = undecided
+            present_memory%bounded_until = bounded_until
+            present_memory%switch = switch
+            present_memory%statistics = counters(switch, integrator, motion)
+            call observer%keep(motion, present_memory, error)
+            if (allocated(error) .or. stopped) return
+         end if
       end do
    end subroutine advance
 

@@ -87,7 +87,7 @@ module contensou_integrate_work_precision
       !> Motion that is kept, or the events of a run that is not.
       type(reference_type) :: kept
       !> Whether the states are kept.
-      logical :: keep = .false.
+      logical :: keep_states = .false.
       !> Number of the next sample.
       integer :: row = 0
       !> CPU time at which to give up [s].
@@ -137,7 +137,7 @@ contains
       type(trial_type), intent(inout) :: trial
       type(gauge_type) :: gauge
 
-      gauge%keep = .true.
+      gauge%keep_states = .true.
       call run_gauge(scene, method, rtol, deadline, gauge, trial)
       reference = gauge%kept
       reference%method = method
@@ -203,7 +203,7 @@ contains
       y = initial_state(own_scene, motion%system%n)
       call set_up_motion(motion, own_scene, y)
       allocate(gauge%kept%event_time(64), gauge%kept%event_code(64))
-      if (gauge%keep) allocate(gauge%kept%y(body_size*size(scene%bodies), 0:samples))
+      if (gauge%keep_states) allocate(gauge%kept%y(body_size*size(scene%bodies), 0:samples))
       gauge%free = scene%bodies%motion == motion_free
       start = cpu_seconds()
       gauge%deadline = start + deadline
@@ -308,7 +308,7 @@ contains
 
       n = body_size*size(motion%system%bodies)
       call take_energy(self, motion, y)
-      if (self%keep) self%kept%y(:, self%row) = y(:n)
+      if (self%keep_states) self%kept%y(:, self%row) = y(:n)
       if (associated(self%own)) call add_distance(self%free, y, self%own%y(:, self%row), &
          self%row > 0, self%distance(1))
       if (associated(self%exact)) call add_distance(self%free, y, self%exact%y(:, self%row), &

@@ -57,6 +57,7 @@ struct series {
 
 struct file *contensou_hdf5_create(const char *path);
 int contensou_hdf5_flush(struct file *file);
+int contensou_hdf5_sync(struct file *file);
 int contensou_hdf5_close(struct file *file);
 int contensou_hdf5_close_as(struct file *file, const char *name, int replace);
 int contensou_system_rename(const char *from, const char *to, int replace);
@@ -388,6 +389,15 @@ int contensou_hdf5_flush(struct file *file)
 {
    if (file->failed || reserve(file)) return 1;
    if (H5Fflush(file->id, H5F_SCOPE_LOCAL) < 0) return fail(file, NULL);
+   return 0;
+}
+
+/* Bring what was flushed to the disk, for the case that the power fails. */
+int contensou_hdf5_sync(struct file *file)
+{
+   if (file->failed) return 1;
+   if (file->descriptor >= 0 && fsync(file->descriptor) != 0 && errno != EINVAL
+      && errno != ENOTSUP) return fail_because(file, NULL, strerror(errno));
    return 0;
 }
 

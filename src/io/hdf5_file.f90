@@ -63,6 +63,8 @@ module contensou_io_hdf5_file
       procedure :: is_open
       !> Hand everything written so far to the operating system.
       procedure :: flush => flush_file
+      !> Bring what was flushed to the disk.
+      procedure :: sync => sync_file
       !> Finish the file.
       procedure :: close => close_file
       !> Finish the file and give it another name.
@@ -115,6 +117,16 @@ module contensou_io_hdf5_file
          !> 0 on success.
          integer(c_int) :: code
       end function c_flush
+
+      !> Bring a flushed file to the disk.
+      function c_sync(file) result(code) bind(c, name="contensou_hdf5_sync")
+         import :: c_int, c_ptr
+         implicit none(type, external)
+         !> The file.
+         type(c_ptr), value :: file
+         !> 0 on success.
+         integer(c_int) :: code
+      end function c_sync
 
       !> Close a file and free what belongs to it.
       function c_close(file) result(code) bind(c, name="contensou_hdf5_close")
@@ -348,6 +360,18 @@ contains
       if (allocated(error)) return
       call check(c_flush(self%handle), error)
    end subroutine flush_file
+
+   !> Bring what was flushed to the disk: what a power failure leaves.
+   subroutine sync_file(self, error)
+      !> File to bring to the disk.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Set when that failed.
+      type(error_type), allocatable, intent(out) :: error
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      call check(c_sync(self%handle), error)
+   end subroutine sync_file
 
    !> Finish the file. Nothing is left open even if that fails.
    subroutine close_file(self, error)

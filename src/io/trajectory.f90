@@ -7,8 +7,9 @@ module contensou_io_trajectory
    use contensou_base_build, only : build_compiler, build_flags, git_commit, program_version
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : cpu_seconds, file_exists, host_name, remove_file, utc_now, &
-      wall_seconds
+   use contensou_base_system, only : checksum, cpu_seconds, file_exists, host_name, remove_file, &
+      utc_now, wall_seconds
+   use contensou_base_text, only : string_type
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_catalogue, only : model_info_type
@@ -20,12 +21,16 @@ module contensou_io_trajectory
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : event_touch
    use contensou_integrate_profile, only : profile_names
+   use contensou_io_checkpoint, only : checkpoint_type
    use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_series_type, hdf5_version, &
       series_real, series_text
+   use contensou_io_hdf5_reader, only : class_real, class_text, hdf5_item_type, hdf5_reader_type, &
+      max_rank
    implicit none(type, external)
    private
 
    public :: trajectory_type, summary_type, filetype, filetype_version, part_suffix
+   public :: check_rows
 
    !> What the file is, for programs that open it.
    character(len=*), parameter :: filetype = "contensou-trajectory"
@@ -35,9 +40,6 @@ module contensou_io_trajectory
 
    !> Suffix of a file that is not complete.
    character(len=*), parameter :: part_suffix = ".part"
-
-   !> Seconds between two flushes.
-   real(wp), parameter :: flush_interval = 5.0_wp
 
    !> Rows in a chunk.
    integer, parameter :: chunk_rows = 512
@@ -53,6 +55,8 @@ module contensou_io_trajectory
       integer :: width = 1
       !> Rows that wait, (width, chunk_rows).
       real(wp), allocatable :: rows(:, :)
+      !> Checksum of the rows appended so far.
+      integer(i8) :: sum = 0
    end type column_type
 
    !> Columns of the trajectory, in the order in which `row` fills them.
@@ -61,6 +65,13 @@ module contensou_io_trajectory
       c_damping = 10, c_error = 11, c_gap = 12, c_normal = 13, c_force = 14, c_torque = 15, &
       c_slip = 16, c_spin = 17, c_axes = 18, c_applied = 19, c_drive_force = 20, &
       c_drive_torque = 21, n_columns = 21
+
+   !> Names of the columns.
+   character(len=*), parameter :: column_names(n_columns) = [character(len=16) :: "time", &
+      "position", "velocity", "angular_velocity", "quaternion", "energy_kinetic", &
+      "energy_potential", "energy_elastic", "work_friction", "work_damping", "energy_error", &
+      "gap", "normal_force", "friction_force", "friction_torque", "slip_velocity", "spin", &
+      "semi_axes", "work_applied", "drive_force", "drive_torque"]
 
    !> What a run comes down to.
    type :: summary_type
@@ -112,6 +123,10 @@ module contensou_io_trajectory
       integer, private :: events_waiting = 0
       !> Series of the events.
       type(hdf5_series_type), private :: event_series(3)
+      !> Checksums of the events appended so far, of each series.
+      integer(i8), private :: event_sum(3) = 0
+      !> How often this run was begun or continued.
+      integer(i8) :: lives = 1
       !> Names of the contacts, padded.
       character(len=:), allocatable, private :: contact_names(:)
       !> Names of the bodies, padded.
@@ -126,15 +141,17 @@ module contensou_io_trajectory
       character(len=11), allocatable, private :: methods(:)
       !> Times since when each was used [s].
       real(wp), allocatable, private :: method_times(:)
-      !> Why the method `auto` begins with was chosen; empty without `auto`.
-      character(len=:), allocatable, private :: choice
+      !> Why the method `auto` begins with was chosen; not allocated without `auto`.
+      character(len=:), allocatable :: choice
       !> CPU time by effect [s]; not allocated if it was not asked for.
       real(wp), allocatable :: cpu_by_effect(:)
       !> When the file was last flushed [s].
       real(wp), private :: last_flush = 0.0_wp
+      !> Seconds between two flushes.
+      real(wp) :: flush_interval = 5.0_wp
       !> CPU time spent in writing rows [s].
       real(wp) :: cpu_output = 0.0_wp
-      !> Clocks at the beginning: wall, CPU [s].
+      !> Clocks at the beginning, earlier by the time of the lives before: wall, CPU [s].
       real(wp), private :: clocks(2) = 0.0_wp
    contains
       !> Create the file.
@@ -145,8 +162,18 @@ module contensou_io_trajectory
       procedure :: event
       !> Take note of the method that is used from here on.
       procedure :: use_method
-      !> Flush if it is time.
-      procedure :: flush_if_due
+      !> Whether it is time to flush.
+      procedure :: flush_is_due
+      !> Whether the file has a column.
+      procedure, private :: has_column
+      !> Append what waits and bring the file to the disk.
+      procedure :: flush
+      !> Tell a checkpoint of a flushed file.
+      procedure :: remember
+      !> Take over what an earlier life wrote.
+      procedure :: restore
+      !> Wall and CPU time of the run so far, earlier lives included.
+      procedure :: elapsed
       !> Write what remains and close; rename a complete file.
       procedure :: finish
       !> Give up after a failure to write.
@@ -347,44 +374,44 @@ contains
          call f%put_labels(t // "xyz", ["x", "y", "z"], "axis of the inertial frame", error)
          call f%put_labels(t // "wxyz", ["w", "x", "y", "z"], "component of a quaternion", error)
          call f%put_labels(t // "axis", ["major", "minor"], "axis of the spot", error)
-         call column(c_time, "time", "", "s", "time")
-         call column(c_position, "position", "body xyz", "m", "centre of mass")
-         call column(c_velocity, "velocity", "body xyz", "m s-1", "velocity of the centre of mass")
-         call column(c_angular_velocity, "angular_velocity", "body xyz", "rad s-1", &
+         call column(c_time, "", "s", "time")
+         call column(c_position, "body xyz", "m", "centre of mass")
+         call column(c_velocity, "body xyz", "m s-1", "velocity of the centre of mass")
+         call column(c_angular_velocity, "body xyz", "rad s-1", &
             "angular velocity, inertial frame")
-         call column(c_quaternion, "quaternion", "body wxyz", "1", &
+         call column(c_quaternion, "body wxyz", "1", &
             "attitude, body to inertial frame")
-         call column(c_kinetic, "energy_kinetic", "", "J", "kinetic energy")
-         call column(c_potential, "energy_potential", "", "J", &
+         call column(c_kinetic, "", "J", "kinetic energy")
+         call column(c_potential, "", "J", &
             "potential energy of gravity, zero at the origin")
-         call column(c_elastic, "energy_elastic", "", "J", "elastic energy of the contacts")
-         call column(c_friction, "work_friction", "", "J", &
+         call column(c_elastic, "", "J", "elastic energy of the contacts")
+         call column(c_friction, "", "J", &
             "energy lost in friction and rolling resistance so far")
-         call column(c_damping, "work_damping", "", "J", "energy lost in damping so far")
-         call column(c_applied, "work_applied", "", "J", &
+         call column(c_damping, "", "J", "energy lost in damping so far")
+         call column(c_applied, "", "J", &
             "energy supplied by applied loads and prescribed motions so far")
          self%driven = any([(turns_by_drive(scene%bodies(i)%motion), i=1, nb)])
          if (self%driven) then
-            call column(c_drive_force, "drive_force", "body xyz", "N", &
+            call column(c_drive_force, "body xyz", "N", &
                "force that keeps a prescribed motion against the contacts, inertial frame")
-            call column(c_drive_torque, "drive_torque", "body xyz", "N m", &
+            call column(c_drive_torque, "body xyz", "N m", &
                "torque about the centre of mass that keeps a prescribed rotation against the " // &
                "contacts, inertial frame")
          end if
-         call column(c_error, "energy_error", "", "J", &
+         call column(c_error, "", "J", &
             "residual of the energy balance since the beginning")
-         call column(c_gap, "gap", "contact", "m", &
+         call column(c_gap, "contact", "m", &
             "signed distance of the undeformed surfaces, negative for overlap")
-         call column(c_normal, "normal_force", "contact", "N", "normal force")
-         call column(c_force, "friction_force", "contact xyz", "N", &
+         call column(c_normal, "contact", "N", "normal force")
+         call column(c_force, "contact xyz", "N", &
             "friction force on body B, inertial frame")
-         call column(c_torque, "friction_torque", "contact", "N m", &
+         call column(c_torque, "contact", "N m", &
             "friction torque on body B about the normal from A to B")
-         call column(c_slip, "slip_velocity", "contact xyz", "m s-1", &
+         call column(c_slip, "contact xyz", "m s-1", &
             "slip velocity of B against A, inertial frame; zero while open")
-         call column(c_spin, "spin", "contact", "rad s-1", &
+         call column(c_spin, "contact", "rad s-1", &
             "spin of B against A about the normal; zero while open")
-         call column(c_axes, "semi_axes", "contact axis", "m", "semi-axes of the contact spot")
+         call column(c_axes, "contact axis", "m", "semi-axes of the contact spot")
          call f%put_attribute("/trajectory", "NX_class", "NXdata", error)
          call f%put_attribute("/trajectory", "signal", "energy_kinetic", error)
          call f%put_attribute("/trajectory", "axes", "time", error)
@@ -395,11 +422,9 @@ contains
    contains
 
       !> Create a column.
-      subroutine column(index, name, dims, units, long_name)
+      subroutine column(index, dims, units, long_name)
          !> Which one.
          integer, intent(in) :: index
-         !> Name.
-         character(len=*), intent(in) :: name
          !> Dimensions after time, separated by a blank.
          character(len=*), intent(in) :: dims
          !> Units.
@@ -407,8 +432,10 @@ contains
          !> Description.
          character(len=*), intent(in) :: long_name
          character(len=24) :: scales(3)
+         character(len=:), allocatable :: name
          integer :: extents(2), n, blank, start
 
+         name = trim(column_names(index))
          scales(1) = t // "time"
          n = 0
          start = 1
@@ -564,13 +591,16 @@ contains
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: start
-      integer :: i
+      integer :: i, r
 
       start = cpu_seconds()
       do i = 1, n_columns
-         if (.not. self%driven .and. any(i == [c_drive_force, c_drive_torque])) cycle
+         if (.not. self%has_column(i)) cycle
          call self%file%append(self%columns(i)%series, self%waiting, self%columns(i)%rows, error)
          if (allocated(error)) return
+         do r = 1, self%waiting
+            self%columns(i)%sum = checksum(self%columns(i)%sum, self%columns(i)%rows(:, r))
+         end do
       end do
       self%waiting = 0
       self%cpu_output = self%cpu_output + cpu_seconds() - start
@@ -607,6 +637,7 @@ contains
       class(trajectory_type), intent(inout) :: self
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: nl = new_line("a")
       character(len=len(self%contact_names)) :: names(self%events_waiting)
       integer :: i, n
 
@@ -621,26 +652,317 @@ contains
       if (allocated(error)) return
       call self%file%append(self%event_series(3), n, names, error)
       if (allocated(error)) return
+      self%event_sum(1) = checksum(self%event_sum(1), self%event_time(:n))
+      do i = 1, n
+         self%event_sum(2) = checksum(self%event_sum(2), trim(self%event_kind(i)) // nl)
+         self%event_sum(3) = checksum(self%event_sum(3), trim(names(i)) // nl)
+      end do
       self%events_waiting = 0
    end subroutine append_events
 
-   !> Flush if the last time is some seconds ago.
-   subroutine flush_if_due(self, error)
+   !> Whether the last flush is some seconds ago.
+   function flush_is_due(self) result(answer)
+      !> The file.
+      class(trajectory_type), intent(in) :: self
+      logical :: answer
+
+      answer = wall_seconds() - self%last_flush >= self%flush_interval
+   end function flush_is_due
+
+   !> Append what waits and bring the file to the disk.
+   subroutine flush(self, error)
       !> The file.
       class(trajectory_type), intent(inout) :: self
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: now
 
-      now = wall_seconds()
-      if (now - self%last_flush < flush_interval) return
-      self%last_flush = now
+      self%last_flush = wall_seconds()
       if (self%waiting > 0) call append_rows(self, error)
       if (allocated(error)) return
       call append_events(self, error)
       if (allocated(error)) return
       call self%file%flush(error)
-   end subroutine flush_if_due
+      if (allocated(error)) return
+      call self%file%sync(error)
+   end subroutine flush
+
+   !> Whether the file has a column: those of drives are there if a body is driven.
+   pure logical function has_column(self, column)
+      !> The file.
+      class(trajectory_type), intent(in) :: self
+      !> Index of the column.
+      integer, intent(in) :: column
+
+      has_column = self%driven .or. all(column /= [c_drive_force, c_drive_torque])
+   end function has_column
+
+   !> Wall and CPU time of the run so far, earlier lives included [s].
+   function elapsed(self) result(seconds)
+      !> The file.
+      class(trajectory_type), intent(in) :: self
+      real(wp) :: seconds(2)
+
+      seconds = [wall_seconds(), cpu_seconds()] - self%clocks
+   end function elapsed
+
+   !> Tell a checkpoint what the file holds, and what is known of the run besides; to be called
+   !> after a flush.
+   subroutine remember(self, checkpoint)
+      !> The file.
+      class(trajectory_type), intent(in) :: self
+      !> The checkpoint.
+      type(checkpoint_type), intent(inout) :: checkpoint
+      character(len=:), allocatable :: methods
+      integer :: i
+
+      associate (s => self%summary)
+         call checkpoint%put("counts", [s%rows, s%touches, s%lifts, self%lives])
+         call checkpoint%put("summary", [s%time, s%initial_energy, s%largest_error, &
+            s%relative_error, s%work_friction, s%work_damping, s%work_applied, &
+            self%largest_kinetic, self%largest_supply, self%cpu_output, self%elapsed()])
+      end associate
+      call checkpoint%put("row_sums", self%columns%sum)
+      call checkpoint%put("event_sums", self%event_sum)
+      call checkpoint%put("driven", [self%driven])
+      methods = ""
+      do i = 1, size(self%methods)
+         methods = methods // self%methods(i)
+      end do
+      call checkpoint%put("methods", methods)
+      call checkpoint%put("method_times", self%method_times)
+      if (allocated(self%choice)) then
+         call checkpoint%put("choice", self%choice)
+      else
+         call checkpoint%put("choice", "")
+      end if
+   end subroutine remember
+
+   !> See that a file has the rows and events that a checkpoint speaks of.
+   !>
+   !> The HDF5 library can crash over a file that was damaged: see contensou_base_guard.
+   subroutine check_rows(path, checkpoint, error)
+      !> Name of the file.
+      character(len=*), intent(in) :: path
+      !> The checkpoint.
+      type(checkpoint_type), intent(in) :: checkpoint
+      !> Set when it has others.
+      type(error_type), allocatable, intent(out) :: error
+      type(trajectory_type) :: nobody
+      logical :: driven(1)
+
+      call checkpoint%get("driven", driven, error)
+      if (allocated(error)) return
+      nobody%driven = driven(1)
+      call copy_rows(nobody, path, checkpoint, .false., error)
+   end subroutine check_rows
+
+   !> Take over what an earlier life wrote: its rows and events up to a checkpoint, and what is
+   !> known of the run besides. Its own rows are those first ones.
+   subroutine restore(self, path, checkpoint, error)
+      !> The file, open and empty.
+      class(trajectory_type), intent(inout) :: self
+      !> Name of the file that the earlier life wrote.
+      character(len=*), intent(in) :: path
+      !> The checkpoint.
+      type(checkpoint_type), intent(in) :: checkpoint
+      !> Set when one of the files cannot be read or written.
+      type(error_type), allocatable, intent(out) :: error
+      integer(i8) :: counts(4)
+      real(wp) :: values(12)
+      character(len=:), allocatable :: methods
+      integer :: i, width
+
+      call copy_rows(self, path, checkpoint, .true., error)
+      if (.not. allocated(error)) call self%file%flush(error)
+      if (.not. allocated(error)) call self%file%sync(error)
+      if (.not. allocated(error)) call checkpoint%get("counts", counts, error)
+      if (.not. allocated(error)) call checkpoint%get("summary", values, error)
+      if (.not. allocated(error)) call checkpoint%get("methods", methods, error)
+      if (allocated(error)) return
+      width = len(self%methods)
+      allocate(self%methods(len(methods)/width), self%method_times(len(methods)/width))
+      do i = 1, size(self%methods)
+         self%methods(i) = methods(width*(i - 1) + 1:width*i)
+      end do
+      call checkpoint%get("method_times", self%method_times, error)
+      if (.not. allocated(error)) call checkpoint%get("choice", self%choice, error)
+      if (allocated(error)) return
+      if (self%choice == "") deallocate(self%choice)
+      associate (s => self%summary)
+         s%rows = counts(1)
+         s%touches = counts(2)
+         s%lifts = counts(3)
+         self%lives = counts(4) + 1
+         s%time = values(1)
+         s%initial_energy = values(2)
+         s%largest_error = values(3)
+         s%relative_error = values(4)
+         s%work_friction = values(5)
+         s%work_damping = values(6)
+         s%work_applied = values(7)
+         self%largest_kinetic = values(8)
+         self%largest_supply = values(9)
+         self%cpu_output = values(10)
+         self%clocks = self%clocks - values(11:12)
+      end associate
+   end subroutine restore
+
+   !> Read rows and events of a file, compare them with the checksums of a checkpoint, and append
+   !> them to another one.
+   subroutine copy_rows(self, path, checkpoint, append, error)
+      !> The other file; unless appended to, its columns need not be set.
+      type(trajectory_type), intent(inout) :: self
+      !> Name of the file to read.
+      character(len=*), intent(in) :: path
+      !> The checkpoint.
+      type(checkpoint_type), intent(in) :: checkpoint
+      !> Whether to append.
+      logical, intent(in) :: append
+      !> Set when one of the files cannot be read or written, or has other rows.
+      type(error_type), allocatable, intent(out) :: error
+      type(hdf5_reader_type) :: reader
+      integer(i8) :: counts(4), sums(n_columns), event_sums(3)
+      integer :: i
+
+      call checkpoint%get("counts", counts, error)
+      if (.not. allocated(error)) call checkpoint%get("row_sums", sums, error)
+      if (.not. allocated(error)) call checkpoint%get("event_sums", event_sums, error)
+      if (allocated(error)) return
+      call reader%open(path, error)
+      if (allocated(error)) return
+      do i = 1, n_columns
+         if (.not. self%has_column(i)) cycle
+         if (.not. allocated(error)) call copy_column(self, reader, i, counts(1), sums(i), append, &
+            error)
+      end do
+      if (.not. allocated(error)) call copy_events(self, reader, counts(2) + counts(3), &
+         event_sums, append, error)
+      call reader%close()
+      if (allocated(error)) error%message = path // ": " // error%message
+   end subroutine copy_rows
+
+   !> Read a column of a file, compare it with its checksum, and append it to another one.
+   subroutine copy_column(self, reader, index, rows, expected, append, error)
+      !> The other file.
+      type(trajectory_type), intent(inout) :: self
+      !> The file to read.
+      type(hdf5_reader_type), intent(in) :: reader
+      !> Index of the column.
+      integer, intent(in) :: index
+      !> Number of rows.
+      integer(i8), intent(in) :: rows
+      !> Checksum of these rows.
+      integer(i8), intent(in) :: expected
+      !> Whether to append.
+      logical, intent(in) :: append
+      !> Set when one of the files cannot be read or written, or has other rows.
+      type(error_type), allocatable, intent(out) :: error
+      type(hdf5_item_type) :: item
+      integer(i8) :: done, start(max_rank), count(max_rank), sum
+      real(wp), allocatable :: values(:)
+      integer :: width, n
+
+      call reader%open_item("/trajectory/" // trim(column_names(index)), "", item, error)
+      if (allocated(error)) return
+      sum = 0
+      width = int(product(item%extents(2:item%rank)))
+      if (item%class /= class_real .or. item%rank < 1 .or. item%extents(1) < rows) then
+         call fatal(error, trim(column_names(index)) // " has fewer rows than its checkpoint", &
+            status_file)
+      else
+         allocate(values(width*chunk_rows))
+         done = 0
+         do while (done < rows)
+            n = int(min(rows - done, int(chunk_rows, i8)))
+            start = 0
+            start(1) = done
+            count = item%extents
+            count(1) = n
+            if (width > 0) call item%read_reals(start, count, values, error)
+            if (allocated(error)) exit
+            sum = checksum(sum, values(:n*width))
+            if (append) call self%file%append(self%columns(index)%series, n, &
+               reshape(values(:n*width), [width, n]), error)
+            if (allocated(error)) exit
+            done = done + n
+         end do
+         if (.not. allocated(error) .and. sum /= expected) call fatal(error, "the rows of " // &
+            trim(column_names(index)) // " are not those of its checkpoint", status_file)
+      end if
+      call item%close()
+      if (append) self%columns(index)%sum = sum
+   end subroutine copy_column
+
+   !> Read the events of a file, compare them with their checksums, and append them to another one.
+   subroutine copy_events(self, reader, events, expected, append, error)
+      !> The other file.
+      type(trajectory_type), intent(inout) :: self
+      !> The file to read.
+      type(hdf5_reader_type), intent(in) :: reader
+      !> Number of events.
+      integer(i8), intent(in) :: events
+      !> Checksums of these events, of each series.
+      integer(i8), intent(in) :: expected(3)
+      !> Whether to append.
+      logical, intent(in) :: append
+      !> Set when one of the files cannot be read or written, or has other events.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: names(3) = [character(len=15) :: "/events/time", &
+         "/events/kind", "/events/contact"]
+      type(hdf5_item_type) :: item
+      type(string_type), allocatable :: texts(:)
+      character(len=:), allocatable :: padded(:)
+      integer(i8) :: done, start(max_rank), count(max_rank), sum
+      real(wp) :: times(chunk_events)
+      integer :: i, k, n, longest
+
+      do i = 1, 3
+         call reader%open_item(trim(names(i)), "", item, error)
+         if (allocated(error)) return
+         sum = 0
+         if (item%class /= merge(class_real, class_text, i == 1) .or. item%rank /= 1 .or. &
+            item%extents(1) < events) then
+            call fatal(error, trim(names(i)) // " has fewer events than its checkpoint", &
+               status_file)
+         else
+            done = 0
+            do while (done < events)
+               n = int(min(events - done, int(chunk_events, i8)))
+               start = 0
+               start(1) = done
+               count = 1
+               count(1) = n
+               if (i == 1) then
+                  call item%read_reals(start, count, times, error)
+                  if (allocated(error)) exit
+                  sum = checksum(sum, times(:n))
+                  if (append) call self%file%append(self%event_series(i), n, times, error)
+               else
+                  call item%read_texts(start, count, n, texts, error)
+                  if (allocated(error)) exit
+                  longest = 1
+                  do k = 1, n
+                     sum = checksum(sum, texts(k)%s // new_line("a"))
+                     longest = max(longest, len(texts(k)%s))
+                  end do
+                  if (allocated(padded)) deallocate(padded)
+                  allocate(character(len=longest) :: padded(n))
+                  do k = 1, n
+                     padded(k) = texts(k)%s
+                  end do
+                  if (append) call self%file%append(self%event_series(i), n, padded, error)
+               end if
+               if (allocated(error)) exit
+               done = done + n
+            end do
+            if (.not. allocated(error) .and. sum /= expected(i)) call fatal(error, &
+               trim(names(i)) // " are not those of its checkpoint", status_file)
+         end if
+         call item%close()
+         if (allocated(error)) return
+         if (append) self%event_sum(i) = sum
+      end do
+   end subroutine copy_events
 
    !> Take note of the method that is used from here on.
    subroutine use_method(self, t, method, choice)
@@ -719,6 +1041,8 @@ contains
             "CPU time spent in everything else", error)
          call f%put_value("/provenance/wall_s", wall, "s", "wall time of the run", error)
          call f%put_value("/provenance/cpu_s", cpu, "s", "CPU time of the run", error)
+         call f%put_value("/provenance/lives", self%lives, "1", &
+            "how often the run was begun or continued", error)
          call put_summary(self, system, y, statistics, cpu, error)
          call f%put_attribute("/", "status", status, error)
          ! A failure is kept by the file, so that closing reports the first one.

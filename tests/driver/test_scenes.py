@@ -471,6 +471,18 @@ def test_resolved_settings_are_a_scene_themselves(inputs, run, settings, tmp_pat
         assert settings(again.out) == settings(out)
 
 
+def test_a_resolved_angular_velocity_is_given_once(run, settings, tmp_path):
+    text = PLAIN.replace("velocity = 0.5, 0, -0.125", "angular_velocity = 0, 3.0, 4.0")
+    (tmp_path / "plain.nml").write_text(text)
+    out = run("check", "plain.nml").out
+    (tmp_path / "again.nml").write_text(out.partition("\nsettings\n")[2])
+    again = run("check", "again.nml")
+    assert again.status == 0, again.err
+    assert settings(again.out) == settings(out)
+    assert "angular_velocity = 0.0, 3.0, 4.0" in out
+    assert "   spin = " not in out
+
+
 # --- files that are no scenes ----------------------------------------------------------------
 
 

@@ -1,0 +1,483 @@
+!> Continuing an interrupted or killed run: `contensou run --resume`.
+!>
+!> A run writes its rows to NAME.part and, after each flush, what it needs to go on to
+!> NAME.part.checkpoint. Going on, the rows up to the checkpoint are copied to a new NAME.part, and
+!> NAME.part.old is kept until they are there: no moment of a kill leaves less than there was.
+module contensou_drivers_resume
+   use contensou_base_build, only : git_commit, program_version
+   use contensou_base_errors, only : error_type, fatal, status_failed, status_file
+   use contensou_base_guard, only : finish_guard, start_guard, wait_for_worker
+   use contensou_base_kinds, only : i8, wp
+   use contensou_base_system, only : file_exists, is_locked, remove_file, rename_file, &
+      unfinished_suffix, write_stderr
+   use contensou_base_text, only : quote, starts_with, string_type
+   use contensou_contact_geometry, only : track_type
+   use contensou_integrate_march, only : memory_type
+   use contensou_integrate_motion, only : motion_type
+   use contensou_io_checkpoint, only : checkpoint_type
+   use contensou_io_hdf5_file, only : hdf5_readable_status
+   use contensou_io_hdf5_reader, only : hdf5_item_type, hdf5_reader_type, max_rank
+   use contensou_io_trajectory, only : check_rows, part_suffix
+   implicit none(type, external)
+   private
+
+   public :: earlier_type, find_earlier, put_aside, forget, remember, recall, is_resumable
+   public :: checkpoint_suffix, old_suffix
+
+   !> Suffix of the file from which a run goes on.
+   character(len=*), parameter :: checkpoint_suffix = part_suffix // ".checkpoint"
+
+   !> Suffix of an earlier life's file while its rows are copied.
+   character(len=*), parameter :: old_suffix = part_suffix // ".old"
+
+   !> What an earlier life left.
+   type :: earlier_type
+      !> Whether the run is complete, with nothing left to do.
+      logical :: complete = .false.
+      !> Whether there is something to continue.
+      logical :: resumable = .false.
+      !> File with its rows.
+      character(len=:), allocatable :: source
+      !> From where it goes on.
+      type(checkpoint_type) :: checkpoint
+   end type earlier_type
+
+   !> Memory for looking at a file [bytes].
+   real(wp), parameter :: memory_limit = 1.0737e9_wp
+
+   !> The file is what is expected.
+   integer, parameter :: found_good = 0
+
+   !> It is damaged, or not the one the checkpoint speaks of.
+   integer, parameter :: found_damaged = 3
+
+   !> It is that of another scene.
+   integer, parameter :: found_other = 4
+
+   !> Its run failed, or is not complete.
+   integer, parameter :: found_status = 5
+
+   !> Reals of a track.
+   integer, parameter :: track_size = 22
+
+contains
+
+   !> Whether an earlier life left something from which to go on.
+   function is_resumable(name) result(answer)
+      !> Name of the output file.
+      character(len=*), intent(in) :: name
+      logical :: answer
+
+      answer = file_exists(name // checkpoint_suffix)
+      if (answer) answer = file_exists(name // part_suffix) .or. file_exists(name // old_suffix)
+   end function is_resumable
+
+   !> See what an earlier life left.
+   subroutine find_earlier(name, resolved, quiet, earlier, error)
+      !> Name of the output file.
+      character(len=*), intent(in) :: name
+      !> All settings of the run.
+      character(len=*), intent(in) :: resolved
+      !> Whether notices are suppressed.
+      logical, intent(in) :: quiet
+      !> What there is.
+      type(earlier_type), intent(out) :: earlier
+      !> Set when the run must not begin.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: message, version
+      logical :: is
+      integer :: found
+
+      is = file_exists(name)
+      if (is) then
+         call look_into(name, "complete", resolved, earlier%checkpoint, .false., found, message, &
+            error)
+         if (allocated(error)) return
+         if (found == found_good) then
+            earlier%complete = .true.
+            call notice(name // " is complete")
+         else
+            call fatal(error, message // new_line("a") // &
+               "--force replaces it, -o FILE writes another one", status_file)
+         end if
+         return
+      end if
+      is = is_locked(name // part_suffix)
+      if (is) then
+         call fatal(error, "another run is writing " // name // part_suffix, status_file)
+         return
+      end if
+      ! The older of two files is there only while its rows are being copied to the other.
+      earlier%source = name // old_suffix
+      is = file_exists(earlier%source)
+      if (.not. is) then
+         earlier%source = name // part_suffix
+         is = file_exists(earlier%source)
+         if (.not. is) then
+            call notice("there is nothing to resume; beginning from the start")
+            return
+         end if
+      end if
+      is = file_exists(name // checkpoint_suffix)
+      if (.not. is) then
+         call without_checkpoint()
+         return
+      end if
+      call earlier%checkpoint%load(name // checkpoint_suffix, error)
+      if (.not. allocated(error)) call earlier%checkpoint%get("program_version", version, error)
+      if (.not. allocated(error)) then
+         if (version /= program_version) call fatal(error, earlier%source // &
+            " was written by version " // version // ", this is " // program_version, status_file)
+      end if
+      if (allocated(error)) then
+         error%message = error%message // new_line("a") // &
+            "it cannot be resumed; --force begins from the start, -o FILE writes another file"
+         return
+      end if
+      call earlier%checkpoint%get("git_commit", version, error)
+      if (allocated(error)) return
+      if (version /= git_commit()) call notice("resuming a run of another build, " // version)
+      call look_into(earlier%source, "", resolved, earlier%checkpoint, .true., found, message, &
+         error)
+      if (allocated(error)) return
+      select case (found)
+      case (found_good)
+         earlier%resumable = .true.
+      case (found_damaged)
+         ! Nothing can be lost by that; said even to those who want no notices.
+         call write_stderr("contensou: " // message // new_line("a") // "contensou: it was " // &
+            "damaged when its run was killed; beginning from the start" // new_line("a"))
+      case default
+         call fatal(error, message // new_line("a") // &
+            "it cannot be resumed; --force begins from the start, -o FILE writes another file", &
+            status_file)
+      end select
+
+   contains
+
+      !> Tell the user.
+      subroutine notice(text)
+         !> What there is to say.
+         character(len=*), intent(in) :: text
+
+         if (.not. quiet) call write_stderr("contensou: " // text // new_line("a"))
+      end subroutine notice
+
+      !> There are rows, but no checkpoint.
+      subroutine without_checkpoint()
+         character(len=:), allocatable :: status
+         type(error_type), allocatable :: unreadable
+
+         call hdf5_readable_status(earlier%source, status, unreadable)
+         if (allocated(unreadable)) status = "running"
+         if (status == "running") then
+            call notice(earlier%source // " was left by a run that was killed before its " // &
+               "first checkpoint; beginning from the start")
+         else
+            call fatal(error, earlier%source // " holds the rows of a run that was " // status // &
+               ", without " // name // checkpoint_suffix // new_line("a") // &
+               "it cannot be resumed; --force begins from the start, -o FILE writes another file", &
+               merge(status_failed, status_file, status == "failed"))
+         end if
+      end subroutine without_checkpoint
+
+   end subroutine find_earlier
+
+   !> See whether a file belongs to this scene and holds what it should, in a process of its own:
+   !> the HDF5 library may crash over a file whose writer was killed.
+   subroutine look_into(path, expected, resolved, checkpoint, has_rows, found, message, error)
+      !> Name of the file.
+      character(len=*), intent(in) :: path
+      !> Status that it should have; blank for any but `failed`.
+      character(len=*), intent(in) :: expected
+      !> All settings of the run.
+      character(len=*), intent(in) :: resolved
+      !> Its checkpoint.
+      type(checkpoint_type), intent(in) :: checkpoint
+      !> Whether to compare its rows with the checkpoint.
+      logical, intent(in) :: has_rows
+      !> One of the `found_*` codes.
+      integer, intent(out) :: found
+      !> What is wrong.
+      character(len=:), allocatable, intent(out) :: message
+      !> Set when there is no way to tell.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: place, reason
+      logical :: is_worker, finished, inside
+
+      found = found_good
+      call start_guard(memory_limit, is_worker, error)
+      if (allocated(error)) return
+      if (is_worker) then
+         call judge(path, expected, resolved, checkpoint, has_rows, found, message)
+         call write_stderr(message)
+         call finish_guard(found)
+      end if
+      call wait_for_worker(finished, found, inside, place, reason, message)
+      if (finished) return
+      found = found_damaged
+      message = "cannot read " // path // " (" // reason // ")"
+   end subroutine look_into
+
+   !> The work of `look_into`.
+   subroutine judge(path, expected, resolved, checkpoint, has_rows, found, message)
+      !> Name of the file.
+      character(len=*), intent(in) :: path
+      !> Status that it should have; blank for any but `failed`.
+      character(len=*), intent(in) :: expected
+      !> All settings of the run.
+      character(len=*), intent(in) :: resolved
+      !> Its checkpoint.
+      type(checkpoint_type), intent(in) :: checkpoint
+      !> Whether to compare its rows with the checkpoint.
+      logical, intent(in) :: has_rows
+      !> One of the `found_*` codes.
+      integer, intent(out) :: found
+      !> What is wrong.
+      character(len=:), allocatable, intent(out) :: message
+      type(hdf5_reader_type) :: reader
+      type(hdf5_item_type) :: item
+      type(string_type), allocatable :: stored(:)
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: status
+      integer(i8) :: start(max_rank), count(max_rank)
+
+      found = found_damaged
+      message = ""
+      call hdf5_readable_status(path, status, error)
+      if (.not. allocated(error)) call reader%open(path, error)
+      if (.not. allocated(error)) call reader%open_item("/input/resolved", "", item, error)
+      start = 0
+      count = 1
+      if (.not. allocated(error)) call item%read_texts(start, count, 1, stored, error)
+      call item%close()
+      call reader%close()
+      if (.not. allocated(error)) then
+         message = difference(stored(1)%s, resolved)
+         if (message /= "") then
+            message = path // " is of another scene: " // message
+            found = found_other
+            return
+         end if
+         if (status == "failed" .or. (expected /= "" .and. status /= expected)) then
+            message = path // " holds a run with status " // quote(status)
+            found = found_status
+            return
+         end if
+         if (has_rows) call check_rows(path, checkpoint, error)
+      end if
+      if (allocated(error)) then
+         message = error%message
+      else
+         found = found_good
+      end if
+   end subroutine judge
+
+   !> The first difference of two sets of settings in words, the name of the output file aside;
+   !> blank if there is none.
+   function difference(before, now) result(words)
+      !> Settings of the earlier run.
+      character(len=*), intent(in) :: before
+      !> Settings of this one.
+      character(len=*), intent(in) :: now
+      character(len=:), allocatable :: words
+      character(len=*), parameter :: name_key = "name = "
+      character(len=:), allocatable :: line, other, group, name
+      integer :: at, at_other, equals
+
+      words = ""
+      group = ""
+      name = ""
+      at = 1
+      at_other = 1
+      do while (at <= len(before) .or. at_other <= len(now))
+         line = next_line(before, at)
+         other = next_line(now, at_other)
+         if (line == other) then
+            if (starts_with(line, "&")) then
+               group = line(2:)
+               name = ""
+            else if (starts_with(line, name_key)) then
+               name = line(len(name_key) + 1:)
+            end if
+            cycle
+         end if
+         if (group == "output" .and. starts_with(line, "file = ") .and. &
+            starts_with(other, "file = ")) cycle
+         equals = index(line, " = ")
+         if (equals > 0 .and. starts_with(other, line(:equals + 2))) then
+            words = group // "." // line(:equals - 1) // " is " // line(equals + 3:) // &
+               " in it and " // other(equals + 3:) // " here"
+         else
+            words = group // " has " // quote(line) // " in it and " // quote(other) // " here"
+         end if
+         if (name /= "") words = words // ", in " // group // " " // name
+         return
+      end do
+   end function difference
+
+   !> The next line of a text, without leading blanks; empty after the end.
+   function next_line(text, at) result(line)
+      !> The text.
+      character(len=*), intent(in) :: text
+      !> Where it begins, moved to the line after it.
+      integer, intent(inout) :: at
+      character(len=:), allocatable :: line
+      integer :: length
+
+      line = ""
+      if (at > len(text)) return
+      length = index(text(at:), new_line("a")) - 1
+      if (length < 0) length = len(text) - at + 1
+      line = trim(adjustl(text(at:at + length - 1)))
+      at = at + length + 1
+   end function next_line
+
+   !> Put the file of an earlier life aside, so that a new one can take its rows.
+   subroutine put_aside(name, earlier, error)
+      !> Name of the output file.
+      character(len=*), intent(in) :: name
+      !> The earlier life; its file gets another name.
+      type(earlier_type), intent(inout) :: earlier
+      !> Set when that failed, as when another run does the same.
+      type(error_type), allocatable, intent(out) :: error
+
+      if (earlier%source == name // old_suffix) return
+      call rename_file(earlier%source, name // old_suffix, error, replace=.false.)
+      if (.not. allocated(error)) earlier%source = name // old_suffix
+   end subroutine put_aside
+
+   !> Remove what an earlier life left, apart from its rows under the name of this one.
+   subroutine forget(name, and_checkpoint, error)
+      !> Name of the output file.
+      character(len=*), intent(in) :: name
+      !> Whether the checkpoint goes, too.
+      logical, intent(in) :: and_checkpoint
+      !> Set when something is still there.
+      type(error_type), allocatable, intent(out) :: error
+
+      if (and_checkpoint) call remove_file(name // checkpoint_suffix, error)
+      ! One that was being written when its run was killed.
+      if (.not. allocated(error) .and. and_checkpoint) call remove_file(name // &
+         checkpoint_suffix // unfinished_suffix, error)
+      if (.not. allocated(error)) call remove_file(name // old_suffix, error)
+   end subroutine forget
+
+   !> Begin a checkpoint with what march and motion remember.
+   subroutine remember(motion, memory, checkpoint)
+      !> The motion.
+      class(motion_type), intent(in) :: motion
+      !> What the march remembers.
+      type(memory_type), intent(in) :: memory
+      !> The checkpoint.
+      type(checkpoint_type), intent(inout) :: checkpoint
+      real(wp) :: damping(size(motion%system%contacts))
+      real(wp) :: tracks(track_size, size(motion%system%contacts))
+      logical :: known(size(motion%system%contacts))
+      integer :: i
+
+      call checkpoint%begin()
+      call checkpoint%put("program_version", program_version)
+      call checkpoint%put("git_commit", git_commit())
+      call checkpoint%put("times", [memory%t, memory%bounded_until])
+      call checkpoint%put("state", memory%y)
+      call checkpoint%put("row", [memory%row])
+      call checkpoint%put("closed", memory%closed)
+      call checkpoint%put("undecided", memory%undecided)
+      associate (s => memory%statistics)
+         call checkpoint%put("statistics", [s%steps, s%derivatives, s%jacobians, &
+            s%error_test_failures, s%convergence_failures])
+         call checkpoint%put("last_step", [s%last_step])
+      end associate
+      associate (switch => memory%switch)
+         call checkpoint%put("method", trim(switch%method))
+         call checkpoint%put("patience", [switch%patience, switch%to_go])
+         call checkpoint%put("explicit_step", [switch%explicit_step])
+      end associate
+      associate (contacts => motion%system%contacts)
+         call checkpoint%put("rigid_closed", contacts%closed)
+         call checkpoint%put("rigid_leaving", contacts%leaving)
+         call checkpoint%put("rigid_threshold", contacts%threshold)
+         call checkpoint%put("rigid_force", contacts%normal_force)
+      end associate
+      do i = 1, size(motion%system%contacts)
+         associate (contact => motion%system%contacts(i))
+            damping(i) = 0.0_wp
+            if (allocated(contact%law%damping)) damping(i) = contact%law%damping%coefficient
+            known(i) = contact%track%known
+            tracks(:, i) = [contact%track%first, contact%track%second, contact%track%normal, &
+               contact%track%elsewhere, reshape(contact%track%rotation, [9]), contact%track%origin]
+         end associate
+      end do
+      call checkpoint%put("damping", damping)
+      call checkpoint%put("known", known)
+      call checkpoint%put("tracks", reshape(tracks, [size(tracks)]))
+   end subroutine remember
+
+   !> Give march and motion back what they remembered.
+   subroutine recall(checkpoint, motion, memory, error)
+      !> The checkpoint.
+      type(checkpoint_type), intent(in) :: checkpoint
+      !> The motion.
+      type(motion_type), intent(inout) :: motion
+      !> What the march remembers.
+      type(memory_type), intent(out) :: memory
+      !> Set when the checkpoint is that of another motion.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: damping(size(motion%system%contacts)), times(2), last_step(1)
+      real(wp) :: tracks(track_size*size(motion%system%contacts))
+      logical :: known(size(motion%system%contacts))
+      real(wp) :: explicit_step(1)
+      character(len=:), allocatable :: method
+      integer(i8) :: row(1), counts(5), patience(2)
+      integer :: i, k
+
+      allocate(memory%y(motion%n), memory%closed(size(known)), memory%undecided(size(known)))
+      call checkpoint%get("times", times, error)
+      if (.not. allocated(error)) call checkpoint%get("state", memory%y, error)
+      if (.not. allocated(error)) call checkpoint%get("row", row, error)
+      if (.not. allocated(error)) call checkpoint%get("closed", memory%closed, error)
+      if (.not. allocated(error)) call checkpoint%get("undecided", memory%undecided, error)
+      if (.not. allocated(error)) call checkpoint%get("statistics", counts, error)
+      if (.not. allocated(error)) call checkpoint%get("last_step", last_step, error)
+      if (.not. allocated(error)) call checkpoint%get("method", method, error)
+      if (.not. allocated(error)) call checkpoint%get("patience", patience, error)
+      if (.not. allocated(error)) call checkpoint%get("explicit_step", explicit_step, error)
+      associate (contacts => motion%system%contacts)
+         if (.not. allocated(error)) call checkpoint%get("rigid_closed", contacts%closed, error)
+         if (.not. allocated(error)) call checkpoint%get("rigid_leaving", contacts%leaving, error)
+         if (.not. allocated(error)) call checkpoint%get("rigid_threshold", contacts%threshold, &
+            error)
+         if (.not. allocated(error)) call checkpoint%get("rigid_force", contacts%normal_force, &
+            error)
+      end associate
+      if (.not. allocated(error)) call checkpoint%get("damping", damping, error)
+      if (.not. allocated(error)) call checkpoint%get("known", known, error)
+      if (.not. allocated(error)) call checkpoint%get("tracks", tracks, error)
+      if (allocated(error)) return
+      memory%t = times(1)
+      memory%bounded_until = times(2)
+      memory%row = row(1)
+      memory%statistics%steps = counts(1)
+      memory%statistics%derivatives = counts(2)
+      memory%statistics%jacobians = counts(3)
+      memory%statistics%error_test_failures = counts(4)
+      memory%statistics%convergence_failures = counts(5)
+      memory%statistics%last_step = last_step(1)
+      memory%switch%method = method
+      memory%switch%patience = patience(1)
+      memory%switch%to_go = patience(2)
+      memory%switch%explicit_step = explicit_step(1)
+      do i = 1, size(known)
+         k = track_size*(i - 1)
+         associate (contact => motion%system%contacts(i))
+            if (allocated(contact%law%damping)) contact%law%damping%coefficient = damping(i)
+            contact%track = track_type(known=known(i), first=tracks(k + 1:k + 3), &
+               second=tracks(k + 4:k + 6), normal=tracks(k + 7:k + 9), &
+               elsewhere=tracks(k + 10), rotation=reshape(tracks(k + 11:k + 19), [3, 3]), &
+               origin=tracks(k + 20:k + 22))
+         end associate
+      end do
+   end subroutine recall
+
+end module contensou_drivers_resume

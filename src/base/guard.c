@@ -83,6 +83,7 @@ int contensou_guard_start(double memory)
       return -1;
    }
    watch = page;
+   pid_t parent = getpid();
    worker = fork();
    if (worker > 0) {
       close(ends[1]);
@@ -100,6 +101,9 @@ int contensou_guard_start(double memory)
    }
 #ifdef __linux__
    prctl(PR_SET_PDEATHSIG, SIGKILL);
+   if (getppid() != parent) _exit(1); /* it died before that */
+#else
+   (void)parent;
 #endif
    struct rlimit none = {0, 0};
    setrlimit(RLIMIT_CORE, &none);

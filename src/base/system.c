@@ -112,14 +112,19 @@ int contensou_system_folder_writable(const char *path)
    return writable;
 }
 
-/* 1 if another process holds the lock that HDF5 takes on a file while writing it. */
+/* 1 if another process holds the lock that HDF5 takes on a file while writing it. What a killed
+   process and its helpers held is free after a moment, so there are some trials. */
 int contensou_system_is_locked(const char *path)
 {
    /* Some network file systems grant an exclusive lock on writable descriptors only. */
    int fd = open(path, O_RDWR | O_CLOEXEC | O_NONBLOCK);
    if (fd < 0) fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
    if (fd < 0) return 0;
-   int locked = flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+   int locked = 1;
+   for (int trial = 0; trial < 50 && locked; ++trial) {
+      if (trial > 0) nanosleep(&(struct timespec){0, 10 * 1000 * 1000}, NULL);
+      locked = flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+   }
    close(fd);
    return locked;
 }

@@ -297,6 +297,7 @@ contains
       logical, intent(in) :: event
 
       self%since = self%since + 1
+      self%steps_of_trial = max(self%steps_of_trial - 1, 0)
       if (event) then
          self%change = self%limited
          self%since = 0
@@ -307,6 +308,7 @@ contains
          self%pace = (t - self%t_pace)/pace_steps
          self%change = self%pace > 0.0_wp
          self%since = 0
+         self%steps_of_trial = trial_steps + pace_steps
       else if (self%since == early_steps) then
          self%t_pace = t
       else if (self%since == 2*early_steps .and. &
@@ -329,6 +331,7 @@ contains
          self%change = .true.
          self%since = 0
          self%patience = min(2*self%patience, largest_patience)
+         self%steps_of_trial = trial_steps
       end subroutine give_up
 
    end subroutine watch_order

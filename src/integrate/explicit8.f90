@@ -646,6 +646,8 @@ contains
             "cvode_bdf would take longer ones"
       end if
       if (self%foretold < foretold_hopeless .or. steps_left < too_many_steps) return
+      self%hopeless = self%alert
+      if (self%alert) return
       write(digits, "(es9.1)") (self%t - self%t_kept(kept - 1))/spacing
       call fatal(error, &
          "the problem is stiff: stability limits the steps of explicit8 to " // &

@@ -36,6 +36,11 @@ module contensou_integrate_integrator
       !> Whether it is to look out early for another method that suits better, as the march can
       !> change to it.
       logical :: alert = .false.
+      !> Whether it would hardly reach the end; only if `alert`, otherwise it fails.
+      logical :: hopeless = .false.
+      !> Steps for which the size of its steps tells nothing about the problem, as it tries
+      !> something.
+      integer :: steps_of_trial = 0
    contains
       !> Begin at a state.
       procedure(start_interface), deferred :: start

@@ -493,7 +493,8 @@ contains
 
       switch%steps = switch%steps + 1
       switch%to_go = max(switch%to_go - 1_i8, 0_i8)
-      if (.not. quiet) return
+      if (integrator%steps_of_trial > 0) call look()
+      if (.not. quiet .or. integrator%steps_of_trial > 0) return
       mean = (t - switch%t_look)/switch%steps
       if (switch%method == "explicit8") then
          if (switch%steps >= steps_between_looks .or. allocated(integrator%advice)) then
@@ -502,7 +503,7 @@ contains
          end if
          if (.not. allocated(integrator%advice)) return
          deallocate(integrator%advice)
-         if (switch%to_go > 0) return
+         if (switch%to_go > 0 .and. .not. integrator%hopeless) return
          call change("cvode_bdf", "stability, not accuracy, bounds the steps of explicit8")
       else if (switch%steps >= steps_between_looks) then
          call look()

@@ -1,16 +1,35 @@
-"""Work-precision pictures and tables of docs/accuracy.md, from `contensou cost`."""
+"""Work-precision pictures and tables of docs/accuracy.md, from `contensou cost` and `run`.
+
+The page holds each table between `<!-- NAME -->` and `<!-- end -->`. What is written to the folder
+is the page with new tables beside new pictures, so that `scripts/figures docs --only accuracy`
+brings it up to date; its sentences are for the reader of the new numbers to check.
+"""
 
 from __future__ import annotations
 
+import re
 import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
+import matplotlib.pyplot as plt
 import numpy as np
 
 from lib import program, style, work_precision
+from lib.results import ResultError
+
+PAGE = program.ROOT / "docs" / "accuracy.md"
+TABLE = re.compile(r"<!-- (\w+) -->\n(.*?)<!-- end -->\n", re.DOTALL)
+
+WORK = re.compile(r"(\d+) steps, (\d+) right-hand sides, (\d+) Jacobians")
+
+# Dots per inch of the pictures, which are part of the repository.
+DOTS = 90
+
+# Errors for which the cheapest run is named.
+ERRORS = (1e-2, 1e-4, 1e-6)
 
 
 @dataclass(frozen=True)
@@ -23,18 +42,50 @@ class Scene:
     settings: tuple[str, ...] = ()
 
 
+BOTH = ("cost.friction=contensou_exact,contensou_simplified", "cost.normal=hertz,vilke")
+
 SCENES = (
-    Scene("tippe_top", "Tippe-Top, damping 100 s/m", "tippe_top.nml"),
+    Scene("tippe_top", "Tippe-Top, damping 100 s/m", "tippe_top.nml", ("cost.repeats=1",)),
     Scene(
         "tippe_top_light",
-        "Tippe-Top, damping 0.2 s/m",
+        "Tippe-Top, damping 0.2 s/m, first 1.7 s",
         "tippe_top.nml",
-        ("contact.damping_coefficient=0.2",),
+        ("contact.damping_coefficient=0.2", "scene.t_end=1.7", "cost.repeats=1"),
+    ),
+    Scene(
+        "bearing",
+        "Ball bearing 6205, first 1 ms",
+        "bearing_6205.nml",
+        ("scene.t_end=1e-3", "cost.rtol=1e-4,1e-6,1e-8", "cost.repeats=1", *BOTH),
+    ),
+    Scene(
+        "rattleback",
+        "Rattleback, first 0.5 s",
+        "rattleback.nml",
+        ("scene.t_end=0.5", "cost.repeats=1", *BOTH),
     ),
 )
 
-# Errors for which the cheapest run is named.
-ERRORS = (1e-2, 1e-4, 1e-6)
+
+def table_names() -> list[str]:
+    """Names of all tables of the page."""
+    kinds = ("runs", "models", "cheapest")
+    return [f"{scene.name}_{kind}" for scene in SCENES for kind in kinds] + ["jacobian"]
+
+
+def tables_of(page: str) -> dict[str, list[str]]:
+    """The tables in the text of a page, by name."""
+    return {match[1]: match[2].splitlines() for match in TABLE.finditer(page)}
+
+
+def with_tables(page: str, tables: dict[str, list[str]]) -> str:
+    """The page with new tables in place of those of the same names."""
+
+    def fill(match: re.Match[str]) -> str:
+        lines = tables.get(match[1], match[2].splitlines())
+        return f"<!-- {match[1]} -->\n" + "".join(f"{line}\n" for line in lines) + "<!-- end -->\n"
+
+    return TABLE.sub(fill, page)
 
 
 def models_table(file: h5py.File) -> list[str]:
@@ -47,6 +98,8 @@ def models_table(file: h5py.File) -> list[str]:
             group[key][i]
             for key in ("agreement", "error", "error_position_largest", "error_angle_largest")
         ]
+        if i == 0:
+            values[1:] = [np.nan] * 3
         cells = ["-" if not np.isfinite(value) else f"{value:.1e}" for value in values]
         lines.append(f"| {work_precision.text(name).strip()} | {' | '.join(cells)} |")
     return lines
@@ -63,34 +116,60 @@ def runs_table(study: work_precision.Study) -> list[str]:
         for rtol in tolerances:
             where = (study.model == exact) & (study.method == method) & (study.rtol == rtol)
             if not (where & study.done).any():
-                cells.append("-")
+                cells.append("given up")
                 continue
             i = int(np.flatnonzero(where)[0])
-            cells.append(f"{study.numerical[i]:.1e} in {study.cpu[i]:.2f} s")
+            cells.append(f"{study.numerical[i]:.1e} in {study.cpu[i]:.2g} s")
         lines.append(f"| {method} | {' | '.join(cells)} |")
     return lines
 
 
-def cheapest_lines(study: work_precision.Study) -> list[str]:
-    """The cheapest run for some errors."""
-    lines = []
+def cheapest_table(study: work_precision.Study) -> list[str]:
+    """The cheapest run for some errors against the exact model."""
+    lines = ["| error | model | method | rtol | CPU [s] |", "|---|---|---|---|---|"]
     for error in ERRORS:
         within = np.where(np.isfinite(study.bound), study.bound, np.inf) <= error
         if not within.any():
-            lines.append(f"- error {error:.0e}: none")
+            lines.append(f"| {error:.0e} | none | - | - | - |")
             continue
         i = int(np.argmin(np.where(within, study.cpu, np.inf)))
         lines.append(
-            f"- error {error:.0e}: {study.model[i]}, {study.method[i]} at rtol "
-            f"{study.rtol[i]:.0e}, {study.cpu[i]:.2f} s"
+            f"| {error:.0e} | {study.model[i]} | {study.method[i]} | {study.rtol[i]:.0e} "
+            f"| {study.cpu[i]:.2g} |"
+        )
+    return lines
+
+
+def jacobian_table(scenes: list[Path], place: Path) -> list[str]:
+    """Right-hand sides of cvode_bdf in each scene, and those that differences would take more."""
+    lines = [
+        "| scene | unknowns | steps | right-hand sides | Jacobians | with differences | ratio |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for scene in scenes:
+        output = place / f"{scene.stem}.h5"
+        shown = program.call(
+            "run", scene, "-q", "--force", "-o", output, "--set", "integrator.method=cvode_bdf"
+        )
+        counted = WORK.search(shown)
+        if not counted:
+            raise ResultError(f"{scene} was run without a line on the work:\n{shown}")
+        steps, ours, jacobians = map(int, counted.groups())
+        with h5py.File(output) as file:
+            unknowns = 13 * len(file["body/name"])
+            rigid = b"rigid" in [name.strip() for name in file["contact/normal"][()]]
+        differences = ours if rigid else ours + unknowns * jacobians
+        lines.append(
+            f"| {scene.stem} | {unknowns} | {steps} | {'-' if rigid else ours} | {jacobians} "
+            f"| {differences} | {'-' if rigid else format(differences / ours, '.2f')} |"
         )
     return lines
 
 
 def draw(folder: Path, wanted: list[str]) -> list[Path]:
-    """A picture for each scene, and accuracy_tables.md."""
+    """A picture for each scene, and the page with its tables."""
     pictures = []
-    page: list[str] = []
+    tables: dict[str, list[str]] = {}
     with tempfile.TemporaryDirectory() as place:
         for scene in SCENES:
             print(f"accuracy: {scene.title}", file=sys.stderr)
@@ -102,14 +181,18 @@ def draw(folder: Path, wanted: list[str]) -> list[Path]:
                 *settings,
             )  # fmt: skip
             picture = folder / f"accuracy_{scene.name}.png"
-            style.save(work_precision.draw(output), picture)
+            figure = work_precision.draw(output)
+            with plt.rc_context({"savefig.dpi": DOTS}):
+                style.save(figure, picture)
             pictures.append(picture)
             study = work_precision.read(output)
-            page += [f"## {scene.title}", "", f"![{scene.title}](accuracy_{scene.name}.png)", ""]
-            page += ["Numerical error and CPU time of the exact model:", "", *runs_table(study), ""]
+            tables[f"{scene.name}_runs"] = runs_table(study)
+            tables[f"{scene.name}_cheapest"] = cheapest_table(study)
             with h5py.File(output) as file:
-                page += ["Models:", "", *models_table(file), ""]
-            page += ["Cheapest run:", "", *cheapest_lines(study), ""]
-    tables = folder / "accuracy_tables.md"
-    tables.write_text("\n".join(page))
-    return [*pictures, tables]
+                tables[f"{scene.name}_models"] = models_table(file)
+        print("accuracy: Jacobians", file=sys.stderr)
+        scenes = sorted((program.ROOT / "inputs").glob("*.nml"))
+        tables["jacobian"] = jacobian_table(scenes, Path(place))
+    page = folder / PAGE.name
+    page.write_text(with_tables(PAGE.read_text(encoding="utf-8"), tables), encoding="utf-8")
+    return [*pictures, page]

@@ -133,7 +133,7 @@ def limits(study: Study) -> tuple[float, float]:
     shown = shown[np.isfinite(shown) & (shown > 0)]
     if not len(shown):
         raise ResultError("no run of this study has an error that is known")
-    return 10 ** np.floor(np.log10(shown.min())), 10 ** np.ceil(np.log10(shown.max()) + 0.1)
+    return 10 ** np.floor(np.log10(shown.min()) - 0.1), 10 ** np.ceil(np.log10(shown.max()) + 0.1)
 
 
 def draw(path: Path) -> Figure:

@@ -9,7 +9,8 @@ module contensou_base_rotations
    private
 
    public :: norm_rate
-   public :: rotation_matrix, quaternion_from_axis_angle, quaternion_rate, unit_quaternion
+   public :: rotation_matrix, to_inertial, to_body
+   public :: quaternion_from_axis_angle, quaternion_rate, unit_quaternion
 
    !> Rate at which `quaternion_rate` pulls the norm to one [1/s].
    real(wp), parameter :: norm_rate = 1.0_wp
@@ -37,6 +38,32 @@ contains
       r(2, 3) = y*q(4) - x*q(1)
       r(3, 2) = y*q(4) + x*q(1)
    end function rotation_matrix
+
+   !> A vector of the body frame in the inertial frame, matmul(r, x), which gfortran makes loops of.
+   pure function to_inertial(r, x) result(v)
+      !> Rotation matrix, body to inertial.
+      real(wp), intent(in) :: r(3, 3)
+      !> Vector, body frame.
+      real(wp), intent(in) :: x(3)
+      real(wp) :: v(3)
+
+      v(1) = r(1, 1)*x(1) + r(1, 2)*x(2) + r(1, 3)*x(3)
+      v(2) = r(2, 1)*x(1) + r(2, 2)*x(2) + r(2, 3)*x(3)
+      v(3) = r(3, 1)*x(1) + r(3, 2)*x(2) + r(3, 3)*x(3)
+   end function to_inertial
+
+   !> A vector of the inertial frame in the body frame, matmul(x, r).
+   pure function to_body(r, x) result(v)
+      !> Rotation matrix, body to inertial.
+      real(wp), intent(in) :: r(3, 3)
+      !> Vector, inertial frame.
+      real(wp), intent(in) :: x(3)
+      real(wp) :: v(3)
+
+      v(1) = r(1, 1)*x(1) + r(2, 1)*x(2) + r(3, 1)*x(3)
+      v(2) = r(1, 2)*x(1) + r(2, 2)*x(2) + r(3, 2)*x(3)
+      v(3) = r(1, 3)*x(1) + r(2, 3)*x(2) + r(3, 3)*x(3)
+   end function to_body
 
    !> Quaternion of the rotation by an angle about an axis.
    pure function quaternion_from_axis_angle(axis, angle) result(q)

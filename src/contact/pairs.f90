@@ -1,6 +1,7 @@
 !> Pairs of surfaces that can touch, and why others cannot.
 module contensou_contact_pairs
    use contensou_base_kinds, only : wp
+   use contensou_base_rotations, only : to_inertial
    use contensou_base_text, only : to_text
    use contensou_base_vectors, only : cross
    use contensou_contact_catalogue, only : model_info_type
@@ -26,8 +27,8 @@ module contensou_contact_pairs
       real(wp) :: centre(3)
       !> Radius of the sphere [m].
       real(wp) :: radius
-      !> Point of the plane in the frame of its body [m].
-      real(wp) :: origin(3)
+      !> Height of the plane above the centre of mass of its body along its normal [m].
+      real(wp) :: height_of_plane
       !> Normal of the plane in the frame of its body.
       real(wp) :: normal(3)
       !> A tangent of the plane in the frame of its body: the spot is a circle and has no axis.
@@ -230,8 +231,8 @@ contains
       self%sphere_first = sphere_first
       self%centre = sphere%centre
       self%radius = sphere%radius
-      self%origin = plane%centre
       self%normal = plane%frame(:, 3)
+      self%height_of_plane = dot_product(self%normal, plane%centre)
       self%tangent = plane%frame(:, 1)
    end function new_sphere_plane
 
@@ -243,34 +244,40 @@ contains
       type(pose_type), intent(in) :: a
       !> Pose of body B.
       type(pose_type), intent(in) :: b
-      !> Not needed.
+      !> Receives what `locate` needs of these poses, in the inertial frame: `normal` of the plane
+      !> and, as `first`, the centre of the sphere from the centre of mass of its body.
       type(track_type), intent(inout) :: track
       !> Gap [m].
       real(wp), intent(out) :: gap
 
       track%known = .true.
       if (self%sphere_first) then
-         gap = height(self, a, b) - self%radius
+         call set_height(self, a, b, track, gap)
       else
-         gap = height(self, b, a) - self%radius
+         call set_height(self, b, a, track, gap)
       end if
+      gap = gap - self%radius
    end subroutine sphere_plane_gap
 
    !> Height of the centre of the sphere above the plane [m].
-   pure function height(self, sphere, plane) result(h)
+   pure subroutine set_height(self, sphere, plane, track, height)
       !> The pair.
       type(sphere_plane_type), intent(in) :: self
       !> Pose of the body of the sphere.
       type(pose_type), intent(in) :: sphere
       !> Pose of the body of the plane.
       type(pose_type), intent(in) :: plane
-      real(wp) :: h
+      !> Receives `normal` and `first`.
+      type(track_type), intent(inout) :: track
+      !> The height [m].
+      real(wp), intent(out) :: height
       real(wp) :: offset(3)
 
-      offset = sphere%position - plane%position + matmul(sphere%rotation, self%centre)
-      h = dot_product(matmul(plane%rotation, self%normal), offset) &
-         - dot_product(self%normal, self%origin)
-   end function height
+      track%normal = to_inertial(plane%rotation, self%normal)
+      track%first = to_inertial(sphere%rotation, self%centre)
+      offset = sphere%position - plane%position + track%first
+      height = dot_product(track%normal, offset) - self%height_of_plane
+   end subroutine set_height
 
    !> Contact point of sphere and plane.
    pure subroutine sphere_plane_locate(self, a, b, track, gap, at)
@@ -280,7 +287,7 @@ contains
       type(pose_type), intent(in) :: a
       !> Pose of body B.
       type(pose_type), intent(in) :: b
-      !> Not needed.
+      !> As `gap` left it.
       type(track_type), intent(in) :: track
       !> Gap of these poses [m].
       real(wp), intent(in) :: gap
@@ -289,14 +296,13 @@ contains
 
       at%gap = gap
       if (self%sphere_first) then
-         at%normal = matmul(b%rotation, self%normal)
-         at%major = matmul(b%rotation, self%tangent)
-         at%point = a%position + matmul(a%rotation, self%centre) - self%radius*at%normal
-         at%normal = -at%normal
+         at%point = a%position + track%first - self%radius*track%normal
+         at%normal = -track%normal
+         at%major = to_inertial(b%rotation, self%tangent)
       else
-         at%normal = matmul(a%rotation, self%normal)
-         at%major = matmul(a%rotation, self%tangent)
-         at%point = b%position + matmul(b%rotation, self%centre) - self%radius*at%normal
+         at%point = b%position + track%first - self%radius*track%normal
+         at%normal = track%normal
+         at%major = to_inertial(a%rotation, self%tangent)
       end if
       at%curvature_a = 0.5_wp/self%radius
       at%curvature_b = at%curvature_a

@@ -6,14 +6,14 @@
 !>
 !> A load depends on the pose through the contact point, its normal and its curvatures (their
 !> variation comes from the geometry) and on the velocities through the kernels' own derivatives.
-!> Left out is the variation of what is small against the normal force by the approach over the
-!> radii squared: that of the force of the elastic energy through the curvatures.
+!> That of the force of the elastic energy through the curvatures, small against the normal force by
+!> the approach over the radii, comes from differences.
 module contensou_dynamics_jacobian
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : norm_rate
    use contensou_base_vectors, only : cross
    use contensou_contact_geometry, only : contact_point_type, contact_variation_type, &
-      pose_type, trouble_none
+      pose_type, track_type, trouble_none
    use contensou_contact_normal, only : normal_type
    use contensou_contact_rolling, only : rolling_hysteresis
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
@@ -38,6 +38,9 @@ module contensou_dynamics_jacobian
 
    !> Relative step of differences.
    real(wp), parameter :: step = 1.0e-5_wp
+
+   !> Step of the differences of the force through the curvatures, over the approach.
+   real(wp), parameter :: shape_step = 1.0e-3_wp
 
    !> Sparse Jacobian; one instance per thread.
    type :: jacobian_type
@@ -487,7 +490,7 @@ contains
       type(contact_variation_type) :: variation
       real(wp) :: gap, velocity(3), spin(3), minor(3), force(3), torque(3), rolling(3), shape(6)
       real(wp) :: values(4), slopes(4, 5), by_curvature(5, 2), elastic, rate, unresolved
-      real(wp) :: arm_a(3), arm_b(3), e(3)
+      real(wp) :: arm_a(3), arm_b(3), e(3), by_twist(6, 6)
       integer :: k, trouble
       logical :: varies
 
@@ -517,6 +520,7 @@ contains
                dot_product(velocity, minor), dot_product(spin, at%normal), unresolved, &
                by_curvature)
             call contact%shape_force(a, b, at, shape)
+            call differ_shape_force(contact, a, b, at, shape, by_twist)
          end if
          rolling = 0.0_wp
          if (allocated(law%rolling)) rolling = rolling_torque(values(1), at%normal, at%major, spin)
@@ -564,9 +568,15 @@ contains
          real(wp), intent(in) :: shift_b(3)
          !> Variation of the outcomes.
          real(wp), intent(out) :: outcome(outcomes)
-         real(wp) :: twist(6), point(3), normal(3), major(3)
+         real(wp) :: twist(6), point(3), normal(3), major(3), d_shape(6)
 
          twist = [shift, turn]
+         d_shape = 0.0_wp
+         if (varies) then
+            d_shape = matmul(by_twist, twist)
+            d_shape(1:3) = d_shape(1:3) + cross(carry_turn, shape(1:3))
+            d_shape(4:6) = d_shape(4:6) + cross(carry_turn, shape(4:6))
+         end if
          point = matmul(variation%point, twist) + carry
          normal = matmul(variation%normal, twist)
          major = dot_product(variation%turn, twist)*minor &
@@ -575,7 +585,8 @@ contains
          call vary_load(dot_product(at%normal, shift), &
             [dot_product(variation%curvature_a, twist), dot_product(variation%curvature_b, &
             twist)], &
-            normal, major, cross(b%spin, point - shift_b) - cross(a%spin, point - shift_a), &
+            d_shape, normal, major, &
+            cross(b%spin, point - shift_b) - cross(a%spin, point - shift_a), &
             [0.0_wp, 0.0_wp, 0.0_wp], point - shift_a, point - shift_b, outcome)
       end subroutine move
 
@@ -589,17 +600,19 @@ contains
          real(wp), intent(out) :: outcome(outcomes)
          real(wp), parameter :: none(3) = 0.0_wp
 
-         call vary_load(0.0_wp, [0.0_wp, 0.0_wp], none, none, faster, faster_spin, none, none, &
-            outcome)
+         call vary_load(0.0_wp, [0.0_wp, 0.0_wp], [none, none], none, none, faster, faster_spin, &
+            none, none, outcome)
       end subroutine speed_up
 
       !> Variation of the load.
-      subroutine vary_load(d_gap, d_curvatures, d_normal, d_major, d_velocity, d_spin, d_arm_a, &
-         d_arm_b, outcome)
+      subroutine vary_load(d_gap, d_curvatures, d_shape, d_normal, d_major, d_velocity, d_spin, &
+         d_arm_a, d_arm_b, outcome)
          !> Of the gap.
          real(wp), intent(in) :: d_gap
          !> Of the curvatures A and B.
          real(wp), intent(in) :: d_curvatures(2)
+         !> Of force and torque of the elastic energy through the curvatures.
+         real(wp), intent(in) :: d_shape(6)
          !> Of the normal.
          real(wp), intent(in) :: d_normal(3)
          !> Of the major axis.
@@ -632,6 +645,10 @@ contains
          d_force = d_values(1)*at%normal + values(1)*d_normal + d_values(2)*at%major &
             + values(2)*d_major + d_values(3)*minor + values(3)*d_minor
          d_torque = d_values(4)*at%normal + values(4)*d_normal
+         if (varies) then
+            d_force = d_force + d_shape(1:3)
+            d_torque = d_torque + d_shape(4:6)
+         end if
          d_rolling = 0.0_wp
          if (allocated(contact%law%rolling)) then
             d_rolling = vary_rolling(d_gap, d_values(1), d_normal, d_major, d_spin)
@@ -698,6 +715,54 @@ contains
       end function vary_rolling
 
    end subroutine linearize
+
+   !> Derivatives of the force of the elastic energy through the curvatures by a twist of B at the
+   !> contact point, by differences: they need no more than two digits, as the force is smaller than
+   !> the normal force by the approach over the radii.
+   subroutine differ_shape_force(contact, a, b, at, force, by_twist)
+      !> The contact; it is left as it was.
+      type(contact_type), intent(inout) :: contact
+      !> Pose of A.
+      type(pose_type), intent(in) :: a
+      !> Pose of B.
+      type(pose_type), intent(in) :: b
+      !> Where it touches.
+      type(contact_point_type), intent(in) :: at
+      !> Force and torque there.
+      real(wp), intent(in) :: force(6)
+      !> The derivatives.
+      real(wp), intent(out) :: by_twist(6, 6)
+      type(track_type) :: track
+      type(normal_type) :: normal
+      type(pose_type) :: moved
+      type(contact_point_type) :: there
+      real(wp) :: h, twist(6), gap, varied(6)
+      integer :: i, k, trouble
+
+      track = contact%track
+      normal = contact%law%normal
+      by_twist = 0.0_wp
+      do i = 1, 6
+         h = shape_step*abs(at%gap)
+         if (i > 3) h = h*2.0_wp*at%curvature_b
+         twist = 0.0_wp
+         twist(i) = h
+         moved = b
+         moved%position = b%position + twist(1:3) + cross(twist(4:6), b%position - at%point)
+         do k = 1, 3
+            moved%rotation(:, k) = b%rotation(:, k) + cross(twist(4:6), b%rotation(:, k))
+         end do
+         call contact%law%geometry%gap(a, moved, contact%track, gap)
+         call contact%law%geometry%locate(a, moved, contact%track, gap, there)
+         call contact%follow(there, trouble)
+         if (trouble == trouble_none) then
+            call contact%shape_force(a, moved, there, varied)
+            by_twist(:, i) = (varied - force)/h
+         end if
+         contact%track = track
+         contact%law%normal = normal
+      end do
+   end subroutine differ_shape_force
 
    !> Derivatives of N, F_x, F_y, T and the elastic force by the curvatures A and B, by differences
    !> of the shape of the spot, which the wrench depends on smoothly.

@@ -17,7 +17,8 @@
 module contensou_dynamics_system
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_kinds, only : wp
-   use contensou_base_rotations, only : quaternion_rate, rotation_matrix, unit_quaternion
+   use contensou_base_rotations, only : quaternion_rate, rotation_matrix, to_body, to_inertial, &
+      unit_quaternion
    use contensou_base_vectors, only : cross
    use contensou_contact_geometry, only : contact_point_type, &
       contact_variation_type, contact_trouble, pose_type, track_type, trouble_lost, &
@@ -247,9 +248,9 @@ contains
       !> Time [s].
       real(wp), intent(in) :: t
       !> State.
-      real(wp), intent(in) :: y(:)
+      real(wp), intent(in) :: y(self%n)
       !> Its time derivative; not set when `outside`.
-      real(wp), intent(out) :: rate(:)
+      real(wp), intent(out) :: rate(self%n)
       integer :: i, k
       real(wp) :: friction_power, damping_power
 
@@ -551,10 +552,10 @@ contains
       integer, intent(in) :: index
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State of the body; of assumed shape, as is its derivative, so that nothing is copied.
-      real(wp), intent(in) :: y(:)
+      !> State of the body.
+      real(wp), intent(in) :: y(body_size)
       !> Its time derivative.
-      real(wp), intent(out) :: rate(:)
+      real(wp), intent(out) :: rate(body_size)
       real(wp) :: w(3), moment(3)
 
       associate (body => self%bodies(index))
@@ -574,7 +575,7 @@ contains
          end if
          if (body%motion == motion_free) then
             ! In two statements: gfortran takes memory for the sum of a product and a function.
-            moment = matmul(self%torque(:, index), self%pose(index)%rotation)
+            moment = to_body(self%pose(index)%rotation, self%torque(:, index))
             rate(11:13) = (moment - cross(w, body%inertia*w))/body%inertia
          else if (t < body%ramp) then
             rate(11:13) = matmul(body%angular_acceleration, self%pose(index)%rotation)
@@ -751,7 +752,7 @@ contains
       !> The system.
       class(system_type), intent(inout) :: self
       !> State.
-      real(wp), intent(in) :: y(:)
+      real(wp), intent(in) :: y(self%n)
       integer :: i, k
 
       do i = 1, size(self%bodies)
@@ -759,7 +760,7 @@ contains
          self%pose(i)%position = y(k + 1:k + 3)
          self%pose(i)%rotation = rotation_matrix(y(k + 4:k + 7))
          self%pose(i)%velocity = y(k + 8:k + 10)
-         self%pose(i)%spin = matmul(self%pose(i)%rotation, y(k + 11:k + 13))
+         self%pose(i)%spin = to_inertial(self%pose(i)%rotation, y(k + 11:k + 13))
       end do
    end subroutine set_poses
 
@@ -768,7 +769,7 @@ contains
       !> The system; its workspace is changed.
       class(system_type), intent(inout) :: self
       !> State.
-      real(wp), intent(in) :: y(:)
+      real(wp), intent(in) :: y(self%n)
       !> Gap of each contact, negative for overlap [m].
       real(wp), intent(out) :: gap(:)
       integer :: i
@@ -786,7 +787,7 @@ contains
       !> The system; its workspace is changed.
       class(system_type), intent(inout) :: self
       !> State.
-      real(wp), intent(in) :: y(:)
+      real(wp), intent(in) :: y(self%n)
       !> Rate of each gap, negative for approach [m/s].
       real(wp), intent(out) :: rate(:)
       type(contact_point_type) :: at

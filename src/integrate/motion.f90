@@ -79,6 +79,7 @@ contains
          call motion%differential%prepare(motion%system)
          motion%column_start = motion%differential%column_start
          motion%row = motion%differential%row
+         motion%cheap_jacobian = .true.
       else
          call set_up_differences(motion)
       end if

@@ -31,6 +31,9 @@ enum { KIND_REAL = 1, KIND_INTEGER = 2, KIND_TEXT = 3, KIND_LONG = 4 };
 /* Extents of the largest data set, and the largest chunk in bytes. */
 enum { MAX_RANK = 8, MAX_CHUNK = 4 * 1024 * 1024 };
 
+/* Bytes of the buffer in which texts become what the file holds, many at a time. */
+enum { CONVERSION_BUFFER = 16 * 1024 };
+
 struct series;
 
 struct file {
@@ -522,6 +525,19 @@ static hid_t provide_attribute(hid_t object, const char *name, hid_t type, hid_t
    return attribute;
 }
 
+/* Properties for writing. HDF5 clears a buffer for texts at each call, of 1 MiB unless told
+   otherwise, which took longer than all the rest of a small file. They are kept: to close them after
+   a call that failed would clear its messages. */
+static hid_t transfer_list(void)
+{
+   static hid_t list = H5I_INVALID_HID;
+   if (list < 0) {
+      list = H5Pcreate(H5P_DATASET_XFER);
+      if (list < 0 || H5Pset_buffer(list, CONVERSION_BUFFER, NULL, NULL) < 0) return H5P_DEFAULT;
+   }
+   return list;
+}
+
 /* Write an attribute of an open object; data are as HDF5 takes them. */
 static int write_attribute(struct file *file, hid_t object, const char *name, int kind, int rank,
    hsize_t count, const void *data)
@@ -654,7 +670,7 @@ int contensou_hdf5_put_dataset(struct file *file, const char *path, int kind, in
       failed = 1;
    } else if (values > 0
       && (memory < 0
-         || H5Dwrite(dataset, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT,
+         || H5Dwrite(dataset, memory, H5S_ALL, H5S_ALL, transfer_list(),
                kind == KIND_TEXT ? (const void *)texts.item : data) < 0)) {
       failed = fail(file, path);
    }
@@ -760,7 +776,7 @@ static int write_rows(struct series *series, hsize_t rows, const void *data)
    hid_t memory = H5Screate_simple(series->rank, count, NULL);
    int failed = type < 0 || stored < 0 || memory < 0
       || H5Sselect_hyperslab(stored, H5S_SELECT_SET, start, NULL, count, NULL) < 0
-      || H5Dwrite(series->id, type, memory, stored, H5P_DEFAULT, data) < 0;
+      || H5Dwrite(series->id, type, memory, stored, transfer_list(), data) < 0;
    if (failed) fail(series->file, NULL);
    if (memory >= 0) H5Sclose(memory);
    if (stored >= 0) H5Sclose(stored);

@@ -20,8 +20,8 @@ import pytest
 FAULTS = {
     "torque not turned into the body": (
         "dynamics/system.f90",
-        "moment = matmul(self%torque(:, index), self%pose(index)%rotation)",
-        "moment = matmul(self%pose(index)%rotation, self%torque(:, index))",
+        "moment = to_body(self%pose(index)%rotation, self%torque(:, index))",
+        "moment = to_inertial(self%pose(index)%rotation, self%torque(:, index))",
     ),
     "sign of the gyroscopic term": (
         "dynamics/system.f90",

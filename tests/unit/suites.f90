@@ -12,6 +12,7 @@ module test_suites
    use test_hertz, only : run_hertz_tests
    use test_integrate, only : run_integrate_tests
    use test_jacobian, only : run_jacobian_tests
+   use test_jacobian_scenes, only : run_jacobian_scenes_tests
    use test_rigid, only : run_rigid_tests
    use test_schema, only : run_schema_tests
    use test_wrench, only : run_wrench_tests
@@ -41,6 +42,7 @@ contains
       if (wants("dynamics")) call run_dynamics_tests()
       if (wants("integrate")) call run_integrate_tests()
       if (wants("jacobian")) call run_jacobian_tests()
+      if (wants("jacobian_scenes")) call run_jacobian_scenes_tests(folder)
       if (wants("explicit")) call run_explicit_tests()
       if (wants("rigid")) call run_rigid_tests()
       if (wants("schema")) call run_schema_tests()

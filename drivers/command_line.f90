@@ -13,10 +13,10 @@ module contensou_drivers_command_line
 
    !> What the user asks for; a sub-command uses the fields that its usage names.
    type :: command_type
-      !> Sub-command: run, check, models, eval, bench, diff, help, version.
+      !> Sub-command: run, check, models, eval, bench, cost, diff, sweep, merge, help, version.
       character(len=:), allocatable :: name
       !> Scene (run, check), model (models), kernel (eval), what to measure (bench), first file
-      !> (diff) or topic (help); may be blank.
+      !> (diff, merge), sweep (sweep) or topic (help); may be blank.
       character(len=:), allocatable :: subject
       !> Texts of the `--set` options.
       type(string_type), allocatable :: overrides(:)
@@ -56,11 +56,22 @@ module contensou_drivers_command_line
       real(wp) :: largest_error = 0.0_wp
       !> Whether the CPU time is told by effect (run).
       logical :: profile = .false.
+      !> Number of threads (sweep); 0 for as many as there are cores.
+      integer :: jobs = 0
+      !> Which part of the cases is done (sweep), and of how many; 0 for all.
+      integer :: shard = 0, shards = 0
+      !> Ranges of cases that are done (sweep), such as "1:500,800"; blank for all.
+      character(len=:), allocatable :: cases
+      !> Files that are joined (merge).
+      type(string_type), allocatable :: files(:)
+      !> Whether cases may be missing (merge).
+      logical :: partial = .false.
    end type command_type
 
    !> Sub-commands.
    character(len=*), parameter :: commands(*) = [character(len=8) :: &
-      "run", "check", "models", "eval", "bench", "cost", "diff", "help", "version"]
+      "run", "check", "models", "eval", "bench", "cost", "diff", "sweep", "merge", "help", &
+      "version"]
 
    !> What a sub-command needs.
    type :: operand_type
@@ -74,7 +85,8 @@ module contensou_drivers_command_line
    type(operand_type), parameter :: operands(*) = [operand_type("run", "scene"), &
       operand_type("check", "scene"), operand_type("eval", "kernel"), &
       operand_type("bench", "benchmark"), operand_type("cost", "scene"), &
-      operand_type("diff", "file")]
+      operand_type("diff", "file"), operand_type("sweep", "sweep file"), &
+      operand_type("merge", "file")]
 
 contains
 
@@ -108,7 +120,8 @@ contains
       command%input = ""
       command%rules = ""
       command%csv = ""
-      allocate(command%overrides(0))
+      command%cases = ""
+      allocate(command%overrides(0), command%files(0))
       if (size(words) == 0) then
          call fatal(error, "no command is given" // new_line("a") // usage_text(""), status_usage)
          return
@@ -219,6 +232,19 @@ contains
                end if
             case ("--profile")
                command%profile = .true.
+            case ("-j", "--jobs")
+               call take_value()
+               if (.not. allocated(error)) call read_jobs()
+            case ("--shard")
+               call take_value()
+               if (.not. allocated(error)) call read_shard()
+            case ("--cases")
+               call take_value()
+               command%cases = value
+               if (.not. allocated(error) .and. value == "") call fatal(error, &
+                  "--cases needs ranges such as 1:500,800", status_usage)
+            case ("--partial")
+               command%partial = .true.
             case ("--rules")
                call take_value()
                command%rules = value
@@ -267,11 +293,12 @@ contains
       !> Take an operand.
       subroutine operand()
          n_operands = n_operands + 1
+         if (command%name == "merge") call append(command%files, word)
          if (n_operands == 1 .and. command%name /= "version") then
             command%subject = word
          else if (n_operands == 2 .and. any(command%name == ["eval", "diff"])) then
             command%input = word
-         else
+         else if (command%name /= "merge") then
             call fatal(error, "unexpected word " // quote(word) // new_line("a") // &
                usage_text(command%name), status_usage)
          end if
@@ -287,17 +314,22 @@ contains
          equals = index(word, "=")
          option = word
          if (starts_with(word, "--") .and. equals > 0) option = word(:equals - 1)
+         if (starts_with(word, "-j") .and. len(word) > 2) option = "-j"
          select case (option)
          case ("--set")
-            if (all(command%name /= ["run  ", "check", "cost "])) option = ""
+            if (all(command%name /= ["run  ", "check", "cost ", "sweep", "merge"])) option = ""
          case ("-o", "--output", "--force")
-            if (all(command%name /= ["run  ", "bench", "cost "])) option = ""
+            if (all(command%name /= ["run  ", "bench", "cost ", "sweep", "merge"])) option = ""
          case ("-q", "--quiet")
-            if (all(command%name /= ["run ", "diff", "cost"])) option = ""
+            if (all(command%name /= ["run  ", "diff ", "cost ", "sweep", "merge"])) option = ""
          case ("--csv", "--error")
             if (command%name /= "cost") option = ""
          case ("--profile")
             if (command%name /= "run") option = ""
+         case ("-j", "--jobs", "--shard", "--cases")
+            if (command%name /= "sweep") option = ""
+         case ("--partial")
+            if (command%name /= "merge") option = ""
          case ("--rules", "--until")
             if (command%name /= "diff") option = ""
          case ("--resume", "--checkpoint")
@@ -313,7 +345,8 @@ contains
          end select
          ! Flags take no value.
          if (any(option == ["--force   ", "--quiet   ", "--quick   ", &
-            "--jacobian", "--expand  ", "--profile ", "--resume  "]) .and. equals > 0) option = ""
+            "--jacobian", "--expand  ", "--profile ", "--resume  ", "--partial "]) .and. &
+            equals > 0) option = ""
       end function option_of
 
       !> The value of an option: after '=', or the next word.
@@ -323,6 +356,8 @@ contains
          equals = index(word, "=")
          if (starts_with(word, "--") .and. equals > 0) then
             value = word(equals + 1:)
+         else if (starts_with(word, "-j") .and. len(word) > 2) then
+            value = word(3:)
          else if (i < size(words)) then
             i = i + 1
             value = words(i)%s
@@ -332,11 +367,43 @@ contains
          end if
       end subroutine take_value
 
+      !> The number of threads.
+      subroutine read_jobs()
+         integer :: io
+
+         io = 1
+         if (verify(value, "0123456789") == 0 .and. len(value) <= 6) read(value, *, iostat=io) &
+            command%jobs
+         if (io /= 0 .or. command%jobs < 1) call fatal(error, &
+            "-j needs a number of threads >= 1, not " // quote(value), status_usage)
+      end subroutine read_jobs
+
+      !> Which shard of how many.
+      subroutine read_shard()
+         integer :: slash, io
+         logical :: valid
+
+         slash = index(value, "/")
+         valid = slash > 1 .and. slash < len(value) .and. slash <= 9 .and. len(value) - slash <= 8
+         if (valid) valid = verify(value(:slash - 1), "0123456789") == 0 .and. &
+            verify(value(slash + 1:), "0123456789") == 0
+         if (valid) then
+            read(value(:slash - 1), *, iostat=io) command%shard
+            valid = io == 0
+            read(value(slash + 1:), *, iostat=io) command%shards
+            valid = valid .and. io == 0
+         end if
+         if (valid) valid = command%shard >= 1 .and. command%shard <= command%shards
+         if (.not. valid) call fatal(error, "--shard needs K/M with 1 <= K <= M, not " // &
+            quote(value), status_usage)
+      end subroutine read_shard
+
       !> Report an unknown option.
       subroutine unknown()
          character(len=12), parameter :: options(*) = [character(len=12) :: "--set", "--output", &
             "--force", "--quiet", "--quick", "--model", "--delta", "--jacobian", "--rules", &
-            "--until", "--expand", "--csv", "--error", "--profile", "--resume", "--checkpoint"]
+            "--until", "--expand", "--csv", "--error", "--profile", "--resume", "--checkpoint", &
+            "--jobs", "--shard", "--cases", "--partial"]
          integer :: near, i_option
          logical :: known(size(options))
 
@@ -438,17 +505,44 @@ contains
             "  --quick          2 s, fewer arguments: rough times"
       case ("diff")
          text = diff_usage()
+      case ("sweep")
+         text = "usage: contensou sweep SWEEP [-j N] [--shard K/M] [--cases A:B[,C]] " // &
+            "[-o FILE] [--force] [-q]" // nl // &
+            "                       [--set PATH=VALUE]..." // nl // &
+            "  runs a scene over its parameters, as a sweep file says, into one table" // nl // &
+            "  -j N             threads; without it OMP_NUM_THREADS, SLURM_CPUS_PER_TASK or " // &
+            "all cores" // nl // &
+            "  --shard K/M      only part K of M, into FILE_shard_K_of_M" // nl // &
+            "  --cases A:B,C    only these cases, into FILE_cases_A_to_C" // nl // &
+            "  -o FILE          table, instead of that of the sweep file" // nl // &
+            "  --force          begin anew, replace existing files" // nl // &
+            "  -q               no progress on stderr" // nl // &
+            "  --set PATH=VALUE replace a value of the scene in all cases, as in run" // nl // &
+            "  a sweep that was stopped goes on when it is started again; exit status 75 if a " // &
+            "signal stopped it"
+      case ("merge")
+         text = "usage: contensou merge FILE... -o TABLE [--force] [--partial] [-q]" // nl // &
+            "       contensou merge SWEEP [-o TABLE] [--force] [--partial] [-q] " // &
+            "[--set PATH=VALUE]..." // nl // &
+            "  joins the tables of shards, or all of those of a sweep file" // nl // &
+            "  -o TABLE         table" // nl // &
+            "  --force          replace an existing table" // nl // &
+            "  --partial        also if cases are missing" // nl // &
+            "  -q               no progress on stderr" // nl // &
+            "  --set PATH=VALUE as it was given to sweep"
       case ("help")
          text = "usage: contensou help [GROUP[.KEY] | COMMAND]"
       case default
          text = "usage: contensou COMMAND ..." // nl // &
             "  run SCENE        simulate a scene" // nl // &
-            "  check SCENE      read a scene, report its effects and their cost" // nl // &
+            "  check SCENE      read a scene or sweep, report its effects and their cost" // nl // &
             "  models [NAME]    the models that a scene can name" // nl // &
             "  eval KERNEL      evaluate a kernel on a table of inputs" // nl // &
             "  cost SCENE       errors and CPU times over models, methods, tolerances" // nl // &
             "  bench kernels    measure error and cost of the kernels" // nl // &
             "  diff A.h5 B.h5   compare two output files" // nl // &
+            "  sweep SWEEP      run a scene over parameters, many cases at a time" // nl // &
+            "  merge FILE...    join the tables of parts of a sweep" // nl // &
             "  help GROUP.KEY   what a key of a scene means" // nl // &
             "  --version        version of the program" // nl // &
             "contensou COMMAND --help tells more"

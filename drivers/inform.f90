@@ -14,6 +14,7 @@ module contensou_drivers_inform
    use contensou_contact_rolling, only : rolling_models
    use contensou_contact_vilke, only : vilke_models
    use contensou_drivers_command_line, only : command_type, commands, usage_text
+   use contensou_drivers_sweep_check, only : check_sweep
    use contensou_drivers_report, only : bodies_text, body_effects, choice_words, &
       contact_effects, number_text
    use contensou_dynamics_assembly, only : assemble, initial_state
@@ -26,6 +27,9 @@ module contensou_drivers_inform
    use contensou_io_scene_reader, only : read_scene, scene_file_type
    use contensou_io_schema, only : choices_of, domain_text, group_spec_type, key_spec_type, &
       kind_choice, kind_logical, kind_name, kind_real, kind_reference, schema_groups, schema_keys
+   use contensou_io_sweep, only : is_sweep_file
+   use contensou_io_sweep_schema, only : any_number, kind_any, kind_whole, sweep_domain, &
+      sweep_groups, sweep_keys
    implicit none(type, external)
    private
 
@@ -49,7 +53,7 @@ module contensou_drivers_inform
 
 contains
 
-   !> Read a scene and report its effects and their cost.
+   !> Read a scene or a sweep and report what it does and what that costs.
    subroutine check_command(command, error)
       !> What the user asks for.
       type(command_type), intent(in) :: command
@@ -59,7 +63,15 @@ contains
       type(motion_type), target :: motion
       character(len=:), allocatable :: text
       integer :: i, nb
+      logical :: of_sweep
 
+      of_sweep = is_sweep_file(command%subject)
+      if (of_sweep .and. command%expand) then
+         call fatal(error, "--expand goes with a scene, not with a sweep", status_usage)
+      else if (of_sweep) then
+         call check_sweep(command, error)
+      end if
+      if (of_sweep) return
       call read_scene(command%subject, command%overrides, command%output, file, error)
       if (allocated(error)) return
       if (command%expand) then
@@ -261,7 +273,7 @@ contains
 
    end subroutine models_command
 
-   !> Explain a group or key of a scene.
+   !> Explain a group or key of a scene or a sweep.
    subroutine help_command(command, error)
       !> What the user asks for.
       type(command_type), intent(in) :: command
@@ -272,13 +284,13 @@ contains
       character(len=:), allocatable :: text, group, key
       integer :: g, k, dot
 
-      groups = schema_groups()
-      ! What is a group of a scene, too, is explained as that.
+      groups = [schema_groups(), sweep_groups()]
+      ! What is a group, too, is explained as that.
       if (any(commands == command%subject) .and. all(groups%name /= command%subject)) then
          call write_stdout(usage_text(command%subject) // nl, error)
          return
       end if
-      keys = schema_keys()
+      keys = [schema_keys(), sweep_keys()]
       dot = index(command%subject, ".")
       if (dot == 0) dot = len(command%subject) + 1
       group = lower(command%subject(:dot - 1))
@@ -287,6 +299,8 @@ contains
          text = "A scene is a Fortran namelist file: groups &name key = value ... /, SI units." // &
             nl
          do g = 1, size(groups)
+            if (groups(g)%name == "sweep") text = text // nl // &
+               "A sweep is a file of its own, with these groups." // nl
             text = text // nl // group_text(groups(g))
             own = pack(keys, keys%group == groups(g)%name)
             do k = 1, size(own)
@@ -301,10 +315,11 @@ contains
       if (g == 0) then
          g = nearest(group, groups%name)
          if (g > 0) then
-            call fatal(error, "a scene has no group " // quote(group) // "; did you mean " // &
+            call fatal(error, "a scene or sweep has no group " // quote(group) // &
+               "; did you mean " // &
                quote(trim(groups(g)%name)) // "?", status_usage)
          else
-            call fatal(error, "a scene has no group " // quote(group) // &
+            call fatal(error, "a scene or sweep has no group " // quote(group) // &
                "; contensou help lists them", status_usage)
          end if
          return
@@ -315,6 +330,8 @@ contains
          do k = 1, size(own)
             text = text // nl // key_text(own(k))
          end do
+         if (any(commands == group)) text = text // nl // "contensou " // group // &
+            " --help tells about the command." // nl
       else
          k = findloc(own%name == key, .true., dim=1)
          if (k == 0) then
@@ -352,10 +369,13 @@ contains
       character(len=:), allocatable :: text
 
       select case (key%kind)
+      case (kind_whole, kind_any)
+         text = sweep_domain(key)
       case (kind_real)
          text = domain_text(key)
       case (kind_choice)
          text = join(choices_of(key), " | ")
+         if (text == "") text = sweep_domain(key)
       case (kind_logical)
          text = ".true. | .false."
       case (kind_reference)
@@ -365,6 +385,7 @@ contains
          text = "a name"
       case default
          text = "a text"
+         if (key%values == any_number) text = sweep_domain(key)
       end select
       if (key%mandatory) then
          text = text // ", mandatory"

@@ -10,7 +10,9 @@ module contensou_drivers_main
    use contensou_drivers_diff, only : diff_command
    use contensou_drivers_eval, only : eval_command
    use contensou_drivers_inform, only : check_command, help_command, models_command, print_version
+   use contensou_drivers_merge, only : merge_command
    use contensou_drivers_run, only : run_command
+   use contensou_drivers_sweep, only : sweep_command
    implicit none(type, external)
    private
 
@@ -43,6 +45,10 @@ contains
             call bench_command(command, error)
          case ("cost")
             call cost_command(command, words, error)
+         case ("sweep")
+            call sweep_command(command, words, error)
+         case ("merge")
+            call merge_command(command, words, error)
          case ("diff")
             call diff_command(command, status, error)
             if (.not. allocated(error)) return

@@ -1,15 +1,16 @@
 !> `contensou run`: simulate a scene and write its output file.
 module contensou_drivers_run
+   use contensou_base_crew, only : crew_stopping
    use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted
    use contensou_base_kinds, only : i8, pi, wp
    use contensou_base_system, only : catch_signals, cpu_seconds, file_exists, folder_writable, &
-      is_folder, is_locked, is_terminal, remove_file, signal_received, terminal_width, wall_seconds, &
-      write_stderr, write_stdout
+      is_folder, is_locked, is_terminal, remove_file, signal_received, terminal_width, &
+      wall_seconds, write_stderr, write_stdout
    use contensou_base_text, only : quote, string_type, to_text
-   use contensou_contact_geometry, only : pose_type, trouble_text
+   use contensou_contact_geometry, only : pose_type
    use contensou_drivers_command_line, only : command_text, command_type
    use contensou_drivers_report, only : body_effects, choice_words, contact_effects, &
-      number_text
+      failure_text, number_text
    use contensou_drivers_resume, only : checkpoint_suffix, earlier_type, find_earlier, forget, &
       is_resumable, old_suffix, put_aside, recall, remember
    use contensou_dynamics_assembly, only : assemble, initial_state
@@ -27,7 +28,7 @@ module contensou_drivers_run
    implicit none(type, external)
    private
 
-   public :: run_command
+   public :: run_command, run_scene
 
    !> Observer that writes the output file and shows progress.
    type, extends(observer_type) :: recorder_type
@@ -82,16 +83,7 @@ contains
       !> Set when the run did not complete.
       type(error_type), allocatable, intent(out) :: error
       type(scene_file_type) :: file
-      type(motion_type), target :: motion
-      type(recorder_type) :: recorder
-      type(statistics_type) :: statistics
-      type(choice_type) :: choice
-      type(error_type), allocatable :: write_error
       type(earlier_type) :: earlier
-      type(memory_type) :: memory
-      real(wp), allocatable :: y(:), y_start(:)
-      real(wp) :: t, cpu_march
-      logical :: stopped
 
       call read_scene(command%subject, command%overrides, command%output, file, error)
       if (allocated(error)) return
@@ -101,24 +93,58 @@ contains
          command%quiet, earlier, error)
       if (allocated(error) .or. earlier%complete) return
       call catch_signals()
+      call run_scene(file, command_text(words), command%force, command%quiet, command%profile, &
+         .true., command%checkpoint, earlier, error)
+   end subroutine run_command
+
+   !> Simulate a scene and write its output file.
+   subroutine run_scene(file, command_line, force, quiet, profile, tell, checkpoint_interval, &
+      earlier, error)
+      !> The scene, its output file checked.
+      type(scene_file_type), intent(in) :: file
+      !> Command line, for the output file.
+      character(len=*), intent(in) :: command_line
+      !> Whether an existing output file is replaced.
+      logical, intent(in) :: force
+      !> Whether neither progress nor notices are shown.
+      logical, intent(in) :: quiet
+      !> Whether the CPU time is told by effect.
+      logical, intent(in) :: profile
+      !> Whether to print what the run comes down to.
+      logical, intent(in) :: tell
+      !> Wall time between two checkpoints [s].
+      real(wp), intent(in) :: checkpoint_interval
+      !> What an earlier life of the run left, to be continued.
+      type(earlier_type), intent(inout) :: earlier
+      !> Set when the run did not complete.
+      type(error_type), allocatable, intent(out) :: error
+      type(motion_type), target :: motion
+      type(recorder_type) :: recorder
+      type(statistics_type) :: statistics
+      type(choice_type) :: choice
+      type(error_type), allocatable :: write_error
+      type(memory_type) :: memory
+      real(wp), allocatable :: y(:), y_start(:)
+      real(wp) :: t, cpu_march
+      logical :: stopped
+
       call assemble(file%scene, motion%system)
       y = initial_state(file%scene, motion%system%n)
       y_start = y
       call set_up_motion(motion, file%scene, y)
 
       recorder%t_end = file%scene%t_end
-      recorder%show = .not. command%quiet
+      recorder%show = .not. quiet
       recorder%terminal = is_terminal(2)
       recorder%wall_start = wall_seconds()
       recorder%wall_bar = recorder%wall_start
-      recorder%output%flush_interval = command%checkpoint
+      recorder%output%flush_interval = checkpoint_interval
       if (earlier%resumable) call put_aside(file%scene%output%file, earlier, error)
       if (allocated(error)) return
-      call recorder%output%open(file%scene%output%file, command%force, file%scene, file%text, &
-         file%resolved, command_text(words), error)
+      call recorder%output%open(file%scene%output%file, force, file%scene, file%text, &
+         file%resolved, command_line, error)
       if (allocated(error) .and. .not. recorder%output%is_open()) return
-      if (.not. allocated(error)) call go_on(recorder, earlier, motion, memory, command%quiet, &
-         error)
+      if (.not. allocated(error)) call go_on(recorder, earlier, motion, memory, quiet, error)
       if (.not. earlier%resumable) then
          if (file%scene%integrator%method == "auto") then
             call choose_method(motion, y, choice)
@@ -128,12 +154,12 @@ contains
             call recorder%output%use_method(0.0_wp, file%scene%integrator%method)
          end if
       end if
-      if (command%profile) call motion%profile%begin()
+      if (profile) call motion%profile%begin()
       cpu_march = cpu_seconds()
       if (.not. allocated(error)) call march(motion, file%scene%integrator%method, y, &
          file%scene%t_end, file%scene%output%interval, file%scene%integrator%max_step, recorder, &
          t, statistics, stopped, error, memory)
-      if (command%profile) recorder%output%cpu_by_effect = motion%profile%result( &
+      if (profile) recorder%output%cpu_by_effect = motion%profile%result( &
          cpu_seconds() - cpu_march, recorder%output%cpu_output)
       call clear_bar(recorder)
       if (allocated(error)) then
@@ -162,13 +188,13 @@ contains
       end if
       if (.not. stopped) call forget(file%scene%output%file, .true., error)
       if (allocated(error)) return
-      call print_summary(file%scene, motion%system, recorder, statistics, y_start, y, &
+      if (tell) call print_summary(file%scene, motion%system, recorder, statistics, y_start, y, &
          recorder%output%elapsed(), stopped, error)
       if (allocated(error)) return
       if (stopped) call fatal(error, "interrupted at t = " // number_text(t, 8) // &
          " s; the rows so far are in " // file%scene%output%file // part_suffix // &
          ", --resume continues the run", status_interrupted)
-   end subroutine run_command
+   end subroutine run_scene
 
    !> Take up an earlier life, if there is one, and remove what is left of others.
    subroutine go_on(recorder, earlier, motion, memory, quiet, error)
@@ -387,7 +413,7 @@ contains
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
 
-      stop_now = signal_received() /= 0
+      stop_now = signal_received() /= 0 .or. crew_stopping()
       self%steps = self%steps + 1
       if (self%steps < steps_between) return
       self%steps = 0
@@ -480,60 +506,6 @@ contains
 
       if (self%show .and. self%terminal) call write_stderr(achar(13) // achar(27) // "[K")
    end subroutine clear_bar
-
-   !> What went wrong in an integration, where, and what may help.
-   function failure_text(scene, system, y, t, reason) result(text)
-      !> The scene.
-      type(scene_type), intent(in) :: scene
-      !> Its equations of motion.
-      type(system_type), intent(inout) :: system
-      !> Last state.
-      real(wp), intent(in) :: y(:)
-      !> Time of it [s].
-      real(wp), intent(in) :: t
-      !> What the integrator says.
-      character(len=*), intent(in) :: reason
-      character(len=:), allocatable :: text
-      real(wp) :: gap(size(system%contacts)), rate(size(system%contacts))
-      integer :: i, deep
-
-      deep = system%too_deep
-      text = "the run failed at t = " // number_text(t, 10) // " s: " // reason
-      if (size(gap) > 0) then
-         call system%gaps(y, gap)
-         call system%gap_rates(y, rate)
-      end if
-      do i = 1, size(gap)
-         text = text // new_line("a") // "  contact " // quote(scene%contacts(i)%name) // &
-            ": gap " // number_text(gap(i), 4) // " m, changing at " // &
-            number_text(rate(i), 4) // " m/s"
-      end do
-      if (system%trouble > 0) then
-         text = text // new_line("a") // "  contact " // &
-            quote(scene%contacts(system%trouble)%name) // ", surfaces " // &
-            quote(scene%surfaces(scene%contacts(system%trouble)%surfaces(1))%name) // " and " // &
-            quote(scene%surfaces(scene%contacts(system%trouble)%surfaces(2))%name) // ": " // &
-            trouble_text(system%trouble_code)
-         if (deep == 0) return
-      end if
-      if (deep > 0) then
-         ! A trial of the integrator may have been too deep, too.
-         if (-gap(deep) < 0.5_wp*system%contacts(deep)%law%largest_approach) deep = 0
-      end if
-      if (deep > 0) then
-         text = text // new_line("a") // "  contact " // quote(scene%contacts(deep)%name) // &
-            " is pressed deeper than " // &
-            number_text(system%contacts(deep)%law%largest_approach, 3) // " m, a tenth of " // &
-            "its radius, beyond Hertz's theory: a stiffer material, a slower " // &
-            "impact or a smaller mass keeps it inside"
-      else
-         if (scene%integrator%method /= "cvode_bdf") text = text // new_line("a") // &
-            "  friction that sticks and strong damping are stiff: integrator.method = " // &
-            "'cvode_bdf' takes them in large steps"
-         text = text // new_line("a") // "  a larger integrator.rtol or a larger " // &
-            "regularization_velocity may help"
-      end if
-   end function failure_text
 
    !> Print what the run comes down to.
    subroutine print_summary(scene, system, recorder, statistics, y_start, y, seconds, stopped, &

@@ -3,6 +3,7 @@
 #
 #   root               project root, found from the place of this file
 #   ensure_packages    install the missing Debian packages, or say how and stop
+#   try_packages       install packages that are of use but not needed, or say why not and go on
 #   ensure_python      make .venv from requirements.txt
 #   ensure_build       configure and compile a build folder
 #   ensure_release     the same for the release build in build/
@@ -32,6 +33,7 @@ python_packages=(python3 python3-venv ca-certificates)
 declare -A command_of=(
    [gfortran]=gfortran [gcc]=gcc [meson]=meson [ninja-build]=ninja [pkg-config]=pkg-config
    [hdf5-tools]=h5dump [python3]=python3 [git]=git [valgrind]=valgrind
+   [slurm-wlm]=slurmctld [munge]=munged [parallel]=parallel
 )
 
 say() { printf '%s: %s\n' "$(basename -- "$0")" "$*" >&2; }
@@ -79,6 +81,14 @@ apt_install() {
    "${apt[@]}" install -y -qq --no-install-recommends "${missing[@]}"
 }
 
+# Set `apt` to the command of the package manager; fails where it may not be used.
+find_apt() {
+   apt=(env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300)
+   [ "$(id -u)" -ne 0 ] || return 0
+   command -v sudo >/dev/null && sudo -n true 2>/dev/null || return 1
+   apt=(sudo -n "${apt[@]}")
+}
+
 # Install those packages that are missing, or say how and stop.
 need_packages() {
    local missing apt log start=$SECONDS
@@ -86,15 +96,10 @@ need_packages() {
    [ ${#missing[@]} -gt 0 ] || return 0
    command -v apt-get >/dev/null ||
       die 2 "install what is missing, here by Debian's names, and run again: ${missing[*]}"
-
-   apt=(env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300)
-   if [ "$(id -u)" -ne 0 ]; then
-      if ! command -v sudo >/dev/null || ! sudo -n true 2>/dev/null; then
-         say "these packages are missing; install them and run again:"
-         printf 'sudo apt-get install %s\n' "${missing[*]}" >&2
-         exit 2
-      fi
-      apt=(sudo -n "${apt[@]}")
+   if ! find_apt; then
+      say "these packages are missing; install them and run again:"
+      printf 'sudo apt-get install %s\n' "${missing[*]}" >&2
+      exit 2
    fi
 
    say "installing ${#missing[@]} packages: ${missing[*]}"
@@ -106,6 +111,32 @@ need_packages() {
    fi
    rm -f -- "$log"
    say "packages installed in $((SECONDS - start)) s"
+}
+
+# try_packages PURPOSE PACKAGE...    install what is missing of them, or say why not and go on
+#
+# Where systemd runs, their services would be started, which nobody has asked for; there they are
+# installed on servers that test (CI is set) only.
+try_packages() {
+   local purpose=$1 missing apt log start=$SECONDS
+   shift
+   mapfile -t missing < <(missing_packages "$@")
+   [ ${#missing[@]} -gt 0 ] || return 0
+   if ! command -v apt-get >/dev/null; then
+      say "$purpose: not installed, here by Debian's names: ${missing[*]}"
+   elif { [ -d /run/systemd/system ] && [ -z "${CI-}" ]; } || ! find_apt; then
+      say "$purpose; they need: sudo apt-get install ${missing[*]}"
+   else
+      say "installing ${#missing[@]} packages: ${missing[*]}"
+      log=$(mktemp)
+      if apt_install >"$log" 2>&1 </dev/null; then
+         say "packages installed in $((SECONDS - start)) s"
+      else
+         tail -n 5 -- "$log" >&2
+         say "$purpose: ${missing[*]} could not be installed"
+      fi
+      rm -f -- "$log"
+   fi
 }
 
 # ensure_packages [EXTRA_PACKAGE...]    what a build needs and more
@@ -160,7 +191,7 @@ make_build() {
    stamp=$(printf '%s\n' "$root" "$@")
    if [ -f "$folder/build.ninja" ] && [ "$(cat -- "$folder/.stamp" 2>/dev/null)" = "$stamp" ]; then
       # The commit is looked up in every build, so there is always a little to do.
-      [[ $(ninja -C "$folder" -n 2>/dev/null) == *ortran* ]] || quiet=yes
+      [[ $(ninja -C "$folder" -n "${build_targets[@]}" 2>/dev/null) == *ortran* ]] || quiet=yes
    else
       say "configuring $name"
       if [ -f "$folder/build.ninja" ] && [ ! -e "$folder/.stamp" ]; then
@@ -177,7 +208,7 @@ make_build() {
    # Meson does not know that the programs depend on the library's module files.
    newest=$(find "$folder/src" -name '*.mod' -printf '%T@ %p\n' | sort -n | tail -n 1)
    find "$folder/drivers" "$folder/tests" -name '*.o' ! -newer "${newest#* }" -delete
-   logged "$folder/compile.log" meson compile -C "$folder" || return 1
+   logged "$folder/compile.log" ninja -C "$folder" "${build_targets[@]}" || return 1
    [ "$quiet" = yes ] || say "$name compiled in $((SECONDS - start)) s"
 }
 
@@ -192,8 +223,14 @@ one_at_a_time() {
 # The stamp of the environment is written last, so a half-made one is made again.
 ensure_python() { one_at_a_time make_python; }
 
+# What to compile, all if there is nothing.
+build_targets=()
+
 # ensure_build NAME MESON_OPTION...    the folder NAME in the project root
 ensure_build() { one_at_a_time make_build "$@"; }
 
-# The build that the scripts run.
-ensure_release() { ensure_build build --buildtype=release; }
+# The program that the scripts run.
+ensure_release() {
+   build_targets=(drivers/contensou)
+   ensure_build build --buildtype=release
+}

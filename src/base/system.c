@@ -6,6 +6,7 @@
  */
 #define _GNU_SOURCE
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -24,6 +25,8 @@ int contensou_system_remove(const char *path);
 int contensou_system_exists(const char *path);
 int contensou_system_is_folder(const char *path);
 int contensou_system_folder_writable(const char *path);
+char *contensou_system_list(const char *folder);
+void contensou_system_free(void *memory);
 int contensou_system_is_locked(const char *path);
 int contensou_system_is_terminal(int unit);
 int contensou_system_terminal_width(void);
@@ -93,6 +96,31 @@ int contensou_system_exists(const char *path)
 {
    struct stat info;
    return stat(path, &info) == 0;
+}
+
+/* Names in a folder in the order of their bytes, each followed by a slash; null on failure. To be
+   freed with contensou_system_free. */
+char *contensou_system_list(const char *folder)
+{
+   struct dirent **entries;
+   int count = scandir(folder, &entries, NULL, alphasort);
+   if (count < 0) return NULL;
+   size_t length = 1;
+   for (int i = 0; i < count; ++i) length += strlen(entries[i]->d_name) + 1;
+   char *names = malloc(length);
+   char *to = names;
+   for (int i = 0; i < count; ++i) {
+      if (names) to += sprintf(to, "%s/", entries[i]->d_name);
+      free(entries[i]);
+   }
+   if (names) *to = '\0';
+   free(entries);
+   return names;
+}
+
+void contensou_system_free(void *memory)
+{
+   free(memory);
 }
 
 /* 1 if there is a folder of this name. */

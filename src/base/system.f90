@@ -1,13 +1,15 @@
 !> What the program asks of the operating system beyond standard Fortran: files and their safe
 !> replacement, signals, clocks, the terminal.
 module contensou_base_system
-   use, intrinsic :: iso_c_binding, only : c_char, c_double, c_f_pointer, c_int, c_int64_t, &
-      & c_loc, c_null_char, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_double, c_f_pointer, c_int, &
+      & c_int64_t, c_loc, c_null_char, c_ptr, c_size_t
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_text, only : string_type
    implicit none(type, external)
    private
 
+   public :: list_folder
    public :: rename_file, remove_file, file_exists, is_folder, folder_writable, is_locked
    public :: is_terminal, terminal_width, write_stderr, write_stdout
    public :: catch_signals, signal_received, open_standard_streams
@@ -83,6 +85,24 @@ module contensou_base_system
          !> 0 or errno.
          integer(c_int) :: code
       end function c_rename
+
+      !> Names in a folder, each followed by a slash; null on failure.
+      function c_list(folder) result(names) bind(c, name="contensou_system_list")
+         import :: c_char, c_ptr
+         implicit none(type, external)
+         !> Name of the folder, null-terminated.
+         character(kind=c_char), intent(in) :: folder(*)
+         !> The names, null-terminated.
+         type(c_ptr) :: names
+      end function c_list
+
+      !> Free memory of C.
+      subroutine c_free(memory) bind(c, name="contensou_system_free")
+         import :: c_ptr
+         implicit none(type, external)
+         !> Its address.
+         type(c_ptr), value :: memory
+      end subroutine c_free
 
       !> Remove a file.
       function c_remove(path) result(code) bind(c, name="contensou_system_remove")
@@ -408,6 +428,31 @@ contains
       call c_utc_now(buffer, len(buffer, c_size_t))
       text = buffer(:index(buffer, c_null_char) - 1)
    end function utc_now
+
+   !> Names in a folder, in the order of their bytes; none if it cannot be read.
+   subroutine list_folder(folder, names)
+      !> Name of the folder.
+      character(len=*), intent(in) :: folder
+      !> The names.
+      type(string_type), allocatable, intent(out) :: names(:)
+      type(c_ptr) :: pointer
+      character(len=:), allocatable :: text
+      integer :: i, n, start
+
+      text = ""
+      pointer = c_list(folder // c_null_char)
+      if (c_associated(pointer)) then
+         text = text_from_c(pointer)
+         call c_free(pointer)
+      end if
+      n = count([(text(i:i) == "/", i=1, len(text))])
+      allocate(names(n))
+      start = 1
+      do i = 1, n
+         names(i)%s = text(start:start + index(text(start:), "/") - 2)
+         start = start + len(names(i)%s) + 1
+      end do
+   end subroutine list_folder
 
    !> Copy of a null-terminated text that C owns.
    function text_from_c(pointer) result(text)

@@ -156,6 +156,9 @@ module contensou_dynamics_system
       !> Whether it was so far beyond, as in a step that is too large, that nothing was evaluated.
       !> Up to that an integrator comes to the limit in a step and not in ever smaller ones.
       logical :: outside = .false.
+      !> End of a ramp of a drive to which that very time still belongs, as an integration goes up to
+      !> it [s]; negative for none.
+      real(wp) :: corner = -1.0_wp
       !> What an integrator resolves of the velocities at a contact.
       type(resolution_type) :: resolution
       !> Number of rigid contacts.
@@ -193,6 +196,9 @@ module contensou_dynamics_system
       procedure :: make_link
       !> Rates of all gaps.
       procedure :: gap_rates
+      !> When the next ramp of a drive ends.
+      procedure :: next_corner
+      procedure, private :: ramps
       !> Pose of a body.
       procedure :: pose_of
       !> Report on a contact.
@@ -568,7 +574,7 @@ contains
          rate(4:7) = quaternion_rate(y(4:7), w)
          if (moves_freely(body%motion)) then
             rate(8:10) = self%force(:, index)/body%mass
-         else if (t < body%ramp) then
+         else if (self%ramps(body, t)) then
             rate(8:10) = body%acceleration
          else
             rate(8:10) = 0.0_wp
@@ -577,13 +583,36 @@ contains
             ! In two statements: gfortran takes memory for the sum of a product and a function.
             moment = to_body(self%pose(index)%rotation, self%torque(:, index))
             rate(11:13) = (moment - cross(w, body%inertia*w))/body%inertia
-         else if (t < body%ramp) then
+         else if (self%ramps(body, t)) then
             rate(11:13) = matmul(body%angular_acceleration, self%pose(index)%rotation)
          else
             rate(11:13) = 0.0_wp
          end if
       end associate
    end subroutine accelerate
+
+   !> Whether the drive of a body is on its ramp.
+   pure logical function ramps(self, body, t)
+      !> The system.
+      class(system_type), intent(in) :: self
+      !> The body.
+      type(body_type), intent(in) :: body
+      !> Time [s].
+      real(wp), intent(in) :: t
+
+      ramps = t < body%ramp .or. (t <= self%corner .and. self%corner <= body%ramp)
+   end function ramps
+
+   !> The first time after another at which the ramp of a drive ends [s]; huge for none.
+   pure function next_corner(self, t) result(corner)
+      !> The system.
+      class(system_type), intent(in) :: self
+      !> The other time [s].
+      real(wp), intent(in) :: t
+      real(wp) :: corner
+
+      corner = minval(self%bodies%ramp, mask=self%bodies%ramp > t)
+   end function next_corner
 
    !> Add the load of a contact to its bodies.
    subroutine add_contact(self, contact, index, friction_power, damping_power)

@@ -242,7 +242,7 @@ contains
       ! From free flight into a stiff contact the step shrinks by many orders of magnitude.
       flag = min(flag, FCVodeSetMaxErrTestFails(self%memory, 60_c_int))
       flag = min(flag, FCVodeSetMaxConvFails(self%memory, 60_c_int))
-      flag = min(flag, FCVodeSetStopTime(self%memory, t_end))
+      flag = min(flag, FCVodeSetStopTime(self%memory, min(t_end, self%t_stop)))
       call self%bound_step(max_step)
       if (flag < 0) call fatal(error, "CVODE could not be set up", status_failed)
    end subroutine start
@@ -285,7 +285,7 @@ contains
          t = reached(1)
          if (self%bdf) call watch_order(self, t, any(events /= 0))
       else
-         call fatal(error, reason(flag), status_failed)
+         call fatal(error, trim(reason(flag)), status_failed)
       end if
    end subroutine step
 
@@ -376,7 +376,8 @@ contains
       if (self%bdf) flag = FCVodeSetMaxOrd(self%memory, merge(stable_order, largest_order, &
          self%limited))
       flag = min(flag, FCVodeReInit(self%memory, t, self%vector))
-      flag = min(flag, FCVodeSetStopTime(self%memory, self%t_end))
+      flag = min(flag, FCVodeSetStopTime(self%memory, min(self%t_end, &
+         self%t_stop)))
       if (flag < 0) call fatal(error, "CVODE could not be started again", status_failed)
    end subroutine restart
 
@@ -448,11 +449,11 @@ contains
       self%patience = first_patience
    end subroutine free
 
-   !> A return flag of CVODE in words.
+   !> A return flag of CVODE in words; of a fixed length, as threads fail at the same time.
    pure function reason(flag) result(words)
       !> Return flag.
       integer(c_int), intent(in) :: flag
-      character(len=:), allocatable :: words
+      character(len=80) :: words
 
       select case (flag)
       case (CV_TOO_MUCH_ACC)

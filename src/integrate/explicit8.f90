@@ -237,7 +237,7 @@ contains
       integer, intent(out) :: events(:)
       !> Set when the integration cannot go on.
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: h, t_new, estimate, factor, h_event
+      real(wp) :: h, t_new, t_last, estimate, factor, h_event
       logical :: outside, rejected, was_outside, last
 
       events = 0
@@ -247,14 +247,15 @@ contains
 
       rejected = .false.
       was_outside = .false.
+      t_last = min(self%t_end, self%t_stop)
       do
          h = self%h_next
          if (self%max_step > 0.0_wp) h = min(h, self%max_step)
-         last = h*(1.0_wp + 1.0e-9_wp) >= self%t_end - self%t
-         if (last) h = self%t_end - self%t
-         t_new = merge(self%t_end, self%t + h, last)
+         last = h*(1.0_wp + 1.0e-9_wp) >= t_last - self%t
+         if (last) h = t_last - self%t
+         t_new = merge(t_last, self%t + h, last)
          if (h <= 4.0_wp*spacing(self%t) .and. .not. last) then
-            call fatal(error, reason(was_outside, rejected), status_failed)
+            call fatal(error, trim(reason(was_outside, rejected)), status_failed)
             return
          end if
          call evaluate(self, h, 2, step_stages - 1, outside)
@@ -299,7 +300,7 @@ contains
             if (h_event < h) then
                call evaluate(self, h_event, 2, step_stages, outside)
                if (outside) then
-                  call fatal(error, reason(.true., .true.), status_failed)
+                  call fatal(error, trim(reason(.true., .true.)), status_failed)
                   return
                end if
                call take_end(self, h_event, min(self%t_old + h_event, t_new))
@@ -378,7 +379,7 @@ contains
       d1 = size_of(self%k(:, 1), self%weight)
       h0 = 1.0e-6_wp
       if (d0 > 1.0e-5_wp .and. d1 > 1.0e-5_wp) h0 = 0.01_wp*d0/d1
-      h0 = min(h0, self%t_end - self%t)
+      h0 = min(h0, min(self%t_end, self%t_stop) - self%t)
       if (self%max_step > 0.0_wp) h0 = min(h0, self%max_step)
       d2 = 0.0_wp
       do i = 1, 40
@@ -414,8 +415,8 @@ contains
       outside = .false.
       do i = first, last
          call set_stage(i, self%n, h, self%y_old, self%k, self%z)
-         call self%problem%derivative(min(self%t_old + stage_time(i)*h, self%t_end), self%z, &
-            self%k(:, i), outside)
+         call self%problem%derivative(min(self%t_old + stage_time(i)*h, self%t_end, &
+            self%t_stop), self%z, self%k(:, i), outside)
          self%counters%derivatives = self%counters%derivatives + 1
          if (outside) return
       end do
@@ -436,13 +437,13 @@ contains
       self%dense_set = .false.
    end subroutine take_end
 
-   !> Why there is no step.
+   !> Why there is no step; of a fixed length, as threads fail at the same time.
    pure function reason(outside, rejected) result(words)
       !> Whether the model was left.
       logical, intent(in) :: outside
       !> Whether the error was too large.
       logical, intent(in) :: rejected
-      character(len=:), allocatable :: words
+      character(len=80) :: words
 
       words = "the step size fell below the resolution of time"
       if (rejected) words = "the local error stays above the tolerance however small the step"

@@ -3,6 +3,7 @@
 module contensou_integrate_march
    use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : i8, wp
+   use contensou_contact_geometry, only : track_type
    use contensou_dynamics_impact, only : open_contact, settle, touching_gap
    use contensou_integrate_choice, only : choice_type, choose_method, &
       explicit_reach
@@ -79,6 +80,9 @@ module contensou_integrate_march
    type, abstract :: observer_type
       !> Whether `keep` is to be called after this step; `after_step` may set it.
       logical :: keep_due = .false.
+      !> Time of a state that is asked for beside the rows [s]; a march hands it to `between` when
+      !> it has come there, and runs on as if it had not been asked.
+      real(wp) :: next_time = huge(1.0_wp)
    contains
       !> A row is due.
       procedure(sample_interface), deferred :: sample
@@ -86,6 +90,8 @@ module contensou_integrate_march
       procedure(event_interface), deferred :: event
       !> A step is done; may ask to stop.
       procedure(after_step_interface), deferred :: after_step
+      !> The state at `next_time`; sets another `next_time`, later by more than rounding.
+      procedure :: between
       !> The method has something to say to the user.
       procedure :: advise
       !> `auto` goes on with another method.
@@ -187,6 +193,20 @@ contains
       end if
    end subroutine new_integrator
 
+   !> The state at `next_time`; nobody asked for it unless an observer overrides this.
+   subroutine between(self, motion, t, y)
+      !> The observer.
+      class(observer_type), intent(inout) :: self
+      !> The motion.
+      class(motion_type), intent(inout) :: motion
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+
+      self%next_time = huge(t)
+   end subroutine between
+
    !> The method has something to say to the user; nobody listens unless an observer overrides this.
    subroutine advise(self, t, text)
       !> The observer.
@@ -254,6 +274,7 @@ contains
       type(memory_type) :: memory
       type(switch_type) :: switch
       type(choice_type) :: choice
+      integer(i8) :: unasked
 
       if (present(earlier)) memory = earlier
       t = memory%t
@@ -273,37 +294,54 @@ contains
          if (switch%may) then
             call choose_method(motion, y, choice)
             switch%method = choice%method
-            if (choice%method /= "explicit8") &
-               switch%explicit_step = explicit_reach/choice%fastest
+            if (choice%method /= "explicit8") switch%explicit_step = &
+               explicit_reach/choice%fastest
          end if
       end if
       switch%t_look = t
       call new_integrator(trim(switch%method), integrator)
       integrator%alert = switch%may
+      call set_stop(integrator, motion, t)
       call integrator%start(motion, trim(switch%method), t, y, t_end, max_step, error)
+      unasked = 0
       if (.not. allocated(error)) call advance(integrator, switch, motion, y, t_end, interval, &
-         max_step, observer, t, stopped, error, memory)
-      statistics = counters(switch, integrator, motion)
+         max_step, observer, t, unasked, stopped, error, memory)
+      statistics = counters(switch, integrator, motion, unasked)
       call integrator%free()
    end subroutine march
 
    !> Counters of a march so far, and of those that it continues.
-   function counters(switch, integrator, motion) result(statistics)
+   function counters(switch, integrator, motion, unasked) result(statistics)
       !> Which methods were used.
       type(switch_type), intent(in) :: switch
       !> The integration at present.
       class(integrator_type), intent(in) :: integrator
       !> The motion.
       class(motion_type), intent(in) :: motion
+      !> Right-hand sides for states beside the rows, which do not count.
+      integer(i8), intent(in) :: unasked
       type(statistics_type) :: statistics
 
       statistics = switch%before + integrator%statistics()
-      statistics%derivatives = statistics%derivatives + motion%differences
+      statistics%derivatives = statistics%derivatives + motion%differences - unasked
    end function counters
+
+   !> Let an integration go up to the end of the next ramp of a drive, no further.
+   subroutine set_stop(integrator, motion, t)
+      !> The integration, to be started or restarted.
+      class(integrator_type), intent(inout) :: integrator
+      !> The motion.
+      class(motion_type), intent(inout) :: motion
+      !> Time [s].
+      real(wp), intent(in) :: t
+
+      integrator%t_stop = motion%system%next_corner(t)
+      motion%system%corner = integrator%t_stop
+   end subroutine set_stop
 
    !> The loop of `march`.
    subroutine advance(integrator, switch, motion, y, t_end, interval, max_step, observer, t, &
-      stopped, error, memory)
+      unasked, stopped, error, memory)
       !> The integration, started.
       class(integrator_type), allocatable, intent(inout) :: integrator
       !> Which methods are used.
@@ -322,6 +360,8 @@ contains
       class(observer_type), intent(inout) :: observer
       !> Time [s].
       real(wp), intent(inout) :: t
+      !> Right-hand sides that were evaluated for states that the observer asked for.
+      integer(i8), intent(inout) :: unasked
       !> Whether the observer asked to stop.
       logical, intent(inout) :: stopped
       !> Set when the integration or the observer failed.
@@ -416,6 +456,7 @@ contains
             if (allocated(error)) return
             row = row + 1
          end do
+         if (observer%next_time < t) call look_between(integrator, motion, t, observer, unasked)
          if (too_deep) then
             call fatal(error, "the motion leaves the domain of the model")
             return
@@ -440,6 +481,11 @@ contains
          if (motion%system%n_rigid > 0) then
             if (any(motion%system%contacts%leaving)) call part(motion, y)
          end if
+         if (t >= integrator%t_stop) then
+            call set_stop(integrator, motion, t)
+            call integrator%restart(t, y, error)
+            if (allocated(error)) return
+         end if
          if (switch%may .and. bounded_until <= 0.0_wp .and. row <= rows) then
             call switch_if_due(integrator, switch, motion, t, y, t_end, max_step, &
                all(events == 0), observer, error)
@@ -458,12 +504,53 @@ contains
             present_memory%undecided = undecided
             present_memory%bounded_until = bounded_until
             present_memory%switch = switch
-            present_memory%statistics = counters(switch, integrator, motion)
+            present_memory%statistics = counters(switch, integrator, motion, unasked)
             call observer%keep(motion, present_memory, error)
             if (allocated(error) .or. stopped) return
          end if
       end do
    end subroutine advance
+
+   !> States that are asked for beside the rows, so that nothing that follows depends on it.
+   subroutine look_between(integrator, motion, t, observer, unasked)
+      !> The integration.
+      class(integrator_type), intent(inout) :: integrator
+      !> The motion.
+      class(motion_type), intent(inout) :: motion
+      !> End of the step [s].
+      real(wp), intent(in) :: t
+      !> Who looks on.
+      class(observer_type), intent(inout) :: observer
+      !> Right-hand sides that were evaluated for this.
+      integer(i8), intent(inout) :: unasked
+      type(statistics_type) :: before, after
+      type(track_type) :: track(motion%n_events)
+      real(wp) :: y(motion%n), force(motion%n_events)
+      integer :: too_deep, trouble, trouble_code
+      logical :: outside
+
+      associate (system => motion%system)
+         too_deep = system%too_deep
+         trouble = system%trouble
+         trouble_code = system%trouble_code
+         outside = system%outside
+         track = system%contacts%track
+         force = system%contacts%normal_force
+         before = integrator%statistics()
+         do while (observer%next_time < t)
+            call integrator%interpolate(observer%next_time, y)
+            call observer%between(motion, observer%next_time, y)
+         end do
+         after = integrator%statistics()
+         unasked = unasked + after%derivatives - before%derivatives
+         system%contacts%track = track
+         system%contacts%normal_force = force
+         system%too_deep = too_deep
+         system%trouble = trouble
+         system%trouble_code = trouble_code
+         system%outside = outside
+      end associate
+   end subroutine look_between
 
    !> Go on with another method where the steps of this one are too short.
    subroutine switch_if_due(integrator, switch, motion, t, y, t_end, max_step, quiet, observer, &
@@ -535,6 +622,7 @@ contains
          call integrator%free()
          call new_integrator(method, integrator)
          integrator%alert = .true.
+         call set_stop(integrator, motion, t)
          call integrator%start(motion, method, t, y, t_end, max_step, error)
          switch%method = method
          call look()

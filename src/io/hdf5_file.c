@@ -26,7 +26,7 @@
 #include <sys/types.h>
 #include <unistd.h>
 
-enum { KIND_REAL = 1, KIND_INTEGER = 2, KIND_TEXT = 3, KIND_LONG = 4 };
+enum { KIND_REAL = 1, KIND_INTEGER = 2, KIND_TEXT = 3, KIND_LONG = 4, KIND_BYTE = 5 };
 
 /* Extents of the largest data set, and the largest chunk in bytes. */
 enum { MAX_RANK = 8, MAX_CHUNK = 4 * 1024 * 1024 };
@@ -61,6 +61,7 @@ struct series {
 struct file *contensou_hdf5_create(const char *path);
 int contensou_hdf5_flush(struct file *file);
 int contensou_hdf5_sync(struct file *file);
+int contensou_hdf5_bound_memory(struct file *file);
 int contensou_hdf5_close(struct file *file);
 int contensou_hdf5_close_as(struct file *file, const char *name, int replace);
 int contensou_system_rename(const char *from, const char *to, int replace);
@@ -73,7 +74,7 @@ int contensou_hdf5_put_dataset(struct file *file, const char *path, int kind, in
    const char *scales, size_t scale_length, int is_scale, const char *units,
    const char *long_name);
 struct series *contensou_hdf5_create_series(struct file *file, const char *path, int kind, int rank,
-   const int64_t *extents, int64_t chunk_rows, int scale_count, const char *scales,
+   const int64_t *extents, int64_t chunk_rows, int compress, int scale_count, const char *scales,
    size_t scale_length, int is_scale, const char *units, const char *long_name);
 int contensou_hdf5_append(struct series *series, int64_t rows, const void *data, const char *text,
    size_t length);
@@ -224,6 +225,7 @@ static hid_t file_type(int kind)
    if (kind == KIND_REAL) return H5Tcopy(H5T_IEEE_F64LE);
    if (kind == KIND_INTEGER) return H5Tcopy(H5T_STD_I32LE);
    if (kind == KIND_LONG) return H5Tcopy(H5T_STD_I64LE);
+   if (kind == KIND_BYTE) return H5Tcopy(H5T_STD_I8LE);
    return text_type();
 }
 
@@ -232,6 +234,7 @@ static hid_t memory_type(int kind)
    if (kind == KIND_REAL) return H5Tcopy(H5T_NATIVE_DOUBLE);
    if (kind == KIND_INTEGER) return H5Tcopy(H5T_NATIVE_INT32);
    if (kind == KIND_LONG) return H5Tcopy(H5T_NATIVE_INT64);
+   if (kind == KIND_BYTE) return H5Tcopy(H5T_NATIVE_INT8);
    return text_type();
 }
 
@@ -385,6 +388,17 @@ static int reserve(struct file *file)
    }
    /* A file system that cannot reserve space finds out while writing. */
    file->reserved = size;
+   return 0;
+}
+
+int contensou_hdf5_bound_memory(struct file *file)
+{
+   if (file->failed) return 1;
+   H5AC_cache_config_t config;
+   config.version = H5AC__CURR_CACHE_CONFIG_VERSION;
+   if (H5Fget_mdc_config(file->id, &config) < 0) return fail(file, file->path);
+   config.evictions_enabled = 1;
+   if (H5Fset_mdc_config(file->id, &config) < 0) return fail(file, file->path);
    return 0;
 }
 
@@ -695,14 +709,18 @@ static size_t row_values(const struct series *series)
 /* Bytes of one row in the file. */
 static size_t row_size(const struct series *series)
 {
-   size_t size = series->kind == KIND_TEXT ? 16 : series->kind == KIND_INTEGER ? 4 : 8;
+   size_t size = series->kind == KIND_TEXT ? 16
+      : series->kind == KIND_INTEGER       ? 4
+      : series->kind == KIND_BYTE          ? 1
+                                           : 8;
    return size * row_values(series);
 }
 
 /* Set chunks of that many rows, fewer if the rows are long. Without a cache rows go straight to
    their place on the disk: a full disk is noticed by the append that meets it, while the metadata
    still speak of the rows before. */
-static herr_t set_chunks(const struct series *series, hid_t creation, hid_t access, hsize_t rows)
+static herr_t set_chunks(const struct series *series, hid_t creation, hid_t access, hsize_t rows,
+   int compress)
 {
    hsize_t chunk[MAX_RANK];
    size_t row = row_size(series);
@@ -710,13 +728,17 @@ static herr_t set_chunks(const struct series *series, hid_t creation, hid_t acce
    chunk[0] = rows > 0 ? rows : 1;
    for (int i = 1; i < series->rank; ++i) chunk[i] = series->extents[i] ? series->extents[i] : 1;
    if (H5Pset_chunk(creation, series->rank, chunk) < 0) return -1;
-   /* What lies behind the last row need not be filled, except for texts, which are addresses. */
-   if (series->kind != KIND_TEXT && H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER) < 0) return -1;
+   /* Where the library comes without compression, the file is larger. */
+   compress = compress && H5Zfilter_avail(H5Z_FILTER_DEFLATE) > 0;
+   if (compress && (H5Pset_shuffle(creation) < 0 || H5Pset_deflate(creation, 1) < 0)) return -1;
+   /* What lies behind the last row need not be filled, except for texts, which are addresses, and
+      in what is compressed, which would not be the same twice. */
+   if (series->kind != KIND_TEXT && !compress && H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER) < 0) return -1;
    return H5Pset_chunk_cache(access, 0, 0, 0.0);
 }
 
 struct series *contensou_hdf5_create_series(struct file *file, const char *path, int kind, int rank,
-   const int64_t *extents, int64_t chunk_rows, int scale_count, const char *scales,
+   const int64_t *extents, int64_t chunk_rows, int compress, int scale_count, const char *scales,
    size_t scale_length, int is_scale, const char *units, const char *long_name)
 {
    hsize_t most[MAX_RANK];
@@ -741,7 +763,8 @@ struct series *contensou_hdf5_create_series(struct file *file, const char *path,
       hid_t creation = creation_list(H5P_DATASET_CREATE);
       hid_t access = H5Pcreate(H5P_DATASET_ACCESS);
       if (creation >= 0 && access >= 0
-         && set_chunks(series, creation, access, chunk_rows > 0 ? (hsize_t)chunk_rows : 1) < 0) {
+         && set_chunks(series, creation, access, chunk_rows > 0 ? (hsize_t)chunk_rows : 1, compress)
+            < 0) {
          fail(file, path);
       } else {
          series->id = create_dataset(file, path, kind, space, creation, access, scale_count, scales,
@@ -793,6 +816,10 @@ int contensou_hdf5_append(struct series *series, int64_t rows, const void *data,
    if (series->kind == KIND_TEXT) {
       if (make_texts(&texts, text, length, (size_t)rows * row_values(series), 1)) {
          return fail_because(series->file, "a series of texts", strerror(ENOMEM));
+      }
+      /* An empty text is a null address, which takes no place elsewhere in the file. */
+      for (size_t i = 0; i < (size_t)rows * row_values(series); ++i) {
+         if (texts.item[i][0] == '\0') texts.item[i] = NULL;
       }
       data = texts.item;
    }

@@ -15,7 +15,7 @@
 !> is closed. A first flush after the set-up makes the file worth reading from the start.
 module contensou_io_hdf5_file
    use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_double, c_int, c_int32_t, &
-      & c_int64_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_size_t
+      & c_int64_t, c_int8_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_size_t
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
    use contensou_base_system, only : text_from_c
@@ -23,7 +23,7 @@ module contensou_io_hdf5_file
    private
 
    public :: hdf5_file_type, hdf5_series_type
-   public :: series_real, series_integer, series_text
+   public :: series_real, series_integer, series_text, series_long, series_byte
    public :: hdf5_readable_status, hdf5_version
 
    !> Kind of a series of reals.
@@ -35,8 +35,11 @@ module contensou_io_hdf5_file
    !> Kind of a series of texts.
    integer, parameter :: series_text = 3
 
-   !> Kind of eight-byte integers; series do not come in it.
-   integer, parameter :: kind_long = 4
+   !> Kind of a series of eight-byte integers.
+   integer, parameter :: series_long = 4
+
+   !> Kind of a series of one-byte integers.
+   integer, parameter :: series_byte = 5
 
    !> A data set that grows along its first dimension; valid until its file is closed.
    type :: hdf5_series_type
@@ -65,6 +68,8 @@ module contensou_io_hdf5_file
       procedure :: flush => flush_file
       !> Bring what was flushed to the disk.
       procedure :: sync => sync_file
+      !> Let memory not grow with the file.
+      procedure :: bound_memory
       !> Finish the file.
       procedure :: close => close_file
       !> Finish the file and give it another name.
@@ -75,7 +80,7 @@ module contensou_io_hdf5_file
       procedure :: create_group
       !> Create an attribute or replace its value.
       generic :: put_attribute => put_attribute_text, put_attribute_texts, &
-         & put_attribute_integer, put_attribute_real
+         & put_attribute_integer, put_attribute_real, put_attribute_long, put_attribute_bytes
       !> Write a scale of labels.
       procedure :: put_labels
       !> Write one text.
@@ -88,13 +93,13 @@ module contensou_io_hdf5_file
       !> Create a data set that grows.
       procedure :: create_series
       !> Append rows to a series.
-      generic :: append => append_real, append_integer, append_text
+      generic :: append => append_real, append_integer, append_text, append_long, append_byte
       procedure, private :: put_attribute_text, put_attribute_texts, put_attribute_integer
-      procedure, private :: put_attribute_real
+      procedure, private :: put_attribute_real, put_attribute_long, put_attribute_bytes
       procedure, private :: put_value_real, put_value_integer, put_value_long
       procedure, private :: put_array_real, put_array_real_2d, put_array_integer
       procedure, private :: put_array_text, put_array_text_2d
-      procedure, private :: append_real, append_integer, append_text
+      procedure, private :: append_real, append_integer, append_text, append_long, append_byte
    end type hdf5_file_type
 
    interface
@@ -127,6 +132,16 @@ module contensou_io_hdf5_file
          !> 0 on success.
          integer(c_int) :: code
       end function c_sync
+
+      !> Let metadata leave the memory before a flush.
+      function c_bound_memory(file) result(code) bind(c, name="contensou_hdf5_bound_memory")
+         import :: c_int, c_ptr
+         implicit none(type, external)
+         !> The file.
+         type(c_ptr), value :: file
+         !> 0 on success.
+         integer(c_int) :: code
+      end function c_bound_memory
 
       !> Close a file and free what belongs to it.
       function c_close(file) result(code) bind(c, name="contensou_hdf5_close")
@@ -239,8 +254,8 @@ module contensou_io_hdf5_file
       end function c_put_dataset
 
       !> Create a data set that grows.
-      function c_create_series(file, path, kind, rank, extents, chunk_rows, scale_count, &
-         & scales, scale_length, is_scale, units, long_name) result(series) &
+      function c_create_series(file, path, kind, rank, extents, chunk_rows, compress, &
+         & scale_count, scales, scale_length, is_scale, units, long_name) result(series) &
          & bind(c, name="contensou_hdf5_create_series")
          import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
          implicit none(type, external)
@@ -256,6 +271,8 @@ module contensou_io_hdf5_file
          integer(c_int64_t), intent(in) :: extents(*)
          !> Rows in a chunk.
          integer(c_int64_t), value :: chunk_rows
+         !> 1 to compress.
+         integer(c_int), value :: compress
          !> Number of scales.
          integer(c_int), value :: scale_count
          !> Paths of the scales, of equal length.
@@ -373,6 +390,18 @@ contains
       call check(c_sync(self%handle), error)
    end subroutine sync_file
 
+   !> Let memory not grow with the file. A process killed later leaves nothing that can be read.
+   subroutine bound_memory(self, error)
+      !> The file.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      call check(c_bound_memory(self%handle), error)
+   end subroutine bound_memory
+
    !> Finish the file. Nothing is left open even if that fails.
    subroutine close_file(self, error)
       !> File to close; one that is not open stays so.
@@ -484,6 +513,50 @@ contains
       call check(c_put_attribute(self%handle, c_text(object), c_text(name), series_integer, 0, &
          & 1_i8, c_loc(buffer), "", 0_c_size_t), error)
    end subroutine put_attribute_integer
+
+   !> Write an eight-byte integer attribute.
+   subroutine put_attribute_long(self, object, name, value, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the group or data set; "/" for the file itself.
+      character(len=*), intent(in) :: object
+      !> Name of the attribute.
+      character(len=*), intent(in) :: name
+      !> Its value.
+      integer(i8), intent(in) :: value
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      integer(c_int64_t), target :: buffer
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      buffer = value
+      call check(c_put_attribute(self%handle, c_text(object), c_text(name), series_long, 0, &
+         & 1_i8, c_loc(buffer), "", 0_c_size_t), error)
+   end subroutine put_attribute_long
+
+   !> Write an attribute that is a list of one-byte integers.
+   subroutine put_attribute_bytes(self, object, name, value, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the group or data set; "/" for the file itself.
+      character(len=*), intent(in) :: object
+      !> Name of the attribute.
+      character(len=*), intent(in) :: name
+      !> Its values.
+      integer(c_int8_t), intent(in) :: value(:)
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      integer(c_int8_t), target :: buffer(size(value))
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      buffer = value
+      call check(c_put_attribute(self%handle, c_text(object), c_text(name), series_byte, 1, &
+         & size(value, kind=i8), c_loc(buffer), "", 0_c_size_t), error)
+   end subroutine put_attribute_bytes
 
    !> Write a real attribute.
    subroutine put_attribute_real(self, object, name, value, error)
@@ -608,7 +681,7 @@ contains
       integer(c_int64_t), target :: buffer
 
       buffer = value
-      call put_numbers(self, path, kind_long, c_loc(buffer), [integer ::], &
+      call put_numbers(self, path, series_long, c_loc(buffer), [integer ::], &
          & [character(len=1) ::], units, long_name, error)
    end subroutine put_value_long
 
@@ -721,7 +794,7 @@ contains
 
    !> Create a data set that grows along its first dimension, with no rows as yet.
    subroutine create_series(self, path, extents, dims, is_scale, chunk_rows, units, long_name, &
-      & kind, series, error)
+      & kind, series, error, compressed)
       !> File to write to.
       class(hdf5_file_type), intent(inout) :: self
       !> Path of the data set.
@@ -744,14 +817,19 @@ contains
       type(hdf5_series_type), intent(out) :: series
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
+      !> Whether chunks are compressed, which pays where they are written whole; default `.false.`.
+      logical, intent(in), optional :: compressed
+      integer(c_int) :: compress
 
       call require_open(self, error)
       if (allocated(error)) return
+      compress = 0
+      if (present(compressed)) compress = merge(1_c_int, 0_c_int, compressed)
       series%kind = kind
       series%row_values = product(int(extents, i8))
       series%path = trim(path)
       series%handle = c_create_series(self%handle, c_text(path), kind, size(extents), &
-         & int(extents, i8), int(chunk_rows, i8), size(dims), dims, len(dims, c_size_t), &
+         & int(extents, i8), int(chunk_rows, i8), compress, size(dims), dims, len(dims, c_size_t), &
          & merge(1, 0, is_scale), c_text(units), c_text(long_name))
       if (.not. c_associated(series%handle)) call report(error)
    end subroutine create_series
@@ -791,6 +869,42 @@ contains
       if (allocated(error)) return
       call check(c_append(series%handle, int(n_rows, i8), c_loc(buffer), "", 0_c_size_t), error)
    end subroutine append_integer
+
+   !> Append rows of eight-byte integers.
+   subroutine append_long(self, series, n_rows, buffer, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Series to append to.
+      type(hdf5_series_type), intent(in) :: series
+      !> Number of rows; the buffer may hold more.
+      integer, intent(in) :: n_rows
+      !> Values of any shape whose last index, or only one, counts the rows.
+      integer(c_int64_t), intent(in), contiguous, target :: buffer(..)
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call check_rows(self, series, series_long, n_rows, size(buffer, kind=i8), error)
+      if (allocated(error)) return
+      call check(c_append(series%handle, int(n_rows, i8), c_loc(buffer), "", 0_c_size_t), error)
+   end subroutine append_long
+
+   !> Append rows of one-byte integers.
+   subroutine append_byte(self, series, n_rows, buffer, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Series to append to.
+      type(hdf5_series_type), intent(in) :: series
+      !> Number of rows; the buffer may hold more.
+      integer, intent(in) :: n_rows
+      !> Values of any shape whose last index, or only one, counts the rows.
+      integer(c_int8_t), intent(in), contiguous, target :: buffer(..)
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call check_rows(self, series, series_byte, n_rows, size(buffer, kind=i8), error)
+      if (allocated(error)) return
+      call check(c_append(series%handle, int(n_rows, i8), c_loc(buffer), "", 0_c_size_t), error)
+   end subroutine append_byte
 
    !> Append rows of texts, each without trailing blanks.
    subroutine append_text(self, series, n_rows, buffer, error)

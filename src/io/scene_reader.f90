@@ -37,6 +37,7 @@ module contensou_io_scene_reader
    private
 
    public :: read_scene, scene_file_type
+   public :: load_scene, settle_scene, build_case, loaded_scene_type
 
    !> A scene with the texts it came from.
    type :: scene_file_type
@@ -47,6 +48,21 @@ module contensou_io_scene_reader
       !> All settings with defaults and overrides, as a namelist text.
       character(len=:), allocatable :: resolved
    end type scene_file_type
+
+   !> A scene that others are made from by a change of some of its settings.
+   type :: loaded_scene_type
+      !> Name of the file.
+      character(len=:), allocatable :: path
+      !> The file as parsed.
+      type(document_type) :: raw
+      !> With overrides and the parts of bearings, and with the texts of the overrides as sources.
+      type(document_type) :: document
+      !> All groups with all keys, also those that may be left out: the groups of `document` first,
+      !> in their order, if it has no mistake. Nothing is derived yet.
+      type(settings_type) :: settings
+      !> The scene.
+      type(scene_file_type) :: file
+   end type loaded_scene_type
 
    !> Largest number of output rows.
    real(wp), parameter :: max_rows = 1.0e9_wp
@@ -65,15 +81,64 @@ contains
       type(scene_file_type), intent(out) :: file
       !> Set with all mistakes found; nothing of `file` is to be used then.
       type(error_type), allocatable, intent(out) :: error
-      type(document_type) :: document
+      type(loaded_scene_type) :: loaded
       type(diagnostics_type) :: diagnostics
-      type(settings_type) :: settings
-      integer :: i
       character(len=:), allocatable :: count_text
 
-      call read_document(path, document, diagnostics, error)
+      call load_scene(path, overrides, output_file, loaded, diagnostics, error)
       if (allocated(error)) return
-      file%text = document%bytes
+      if (diagnostics%count() > 0) then
+         count_text = to_text(diagnostics%count()) // " errors"
+         if (diagnostics%count() == 1) count_text = "1 error"
+         call fatal(error, diagnostics%render(loaded%document%sources) // count_text // " in " // &
+            path // "; nothing was run", status_usage)
+         return
+      end if
+      file = loaded%file
+   end subroutine read_scene
+
+   !> Read a scene file, apply overrides, check everything, and keep what other scenes can be made
+   !> from.
+   subroutine load_scene(path, overrides, output_file, loaded, diagnostics, error)
+      !> Name of the scene file.
+      character(len=*), intent(in) :: path
+      !> Texts of the `--set` options.
+      type(string_type), intent(in) :: overrides(:)
+      !> Name of the output file from the command line; blank for that of the scene.
+      character(len=*), intent(in) :: output_file
+      !> The scene; of use only if there are no mistakes.
+      type(loaded_scene_type), intent(out) :: loaded
+      !> Mistakes are appended here; their sources are those of `loaded%document`.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      !> Set if the file cannot be read.
+      type(error_type), allocatable, intent(out) :: error
+      type(settings_type) :: settings
+
+      loaded%path = path
+      call read_document(path, loaded%raw, diagnostics, error)
+      if (allocated(error)) return
+      loaded%file%text = loaded%raw%bytes
+      call settle_scene(loaded%raw, overrides, loaded%document, loaded%settings, diagnostics)
+      settings = loaded%settings
+      call build(settings, path, output_file, loaded%file%scene, diagnostics)
+      if (diagnostics%count() == 0) loaded%file%resolved = resolved_text(settings)
+   end subroutine load_scene
+
+   !> Apply overrides to a scene as parsed and check each of its settings.
+   subroutine settle_scene(raw, overrides, document, settings, diagnostics)
+      !> The file as parsed.
+      type(document_type), intent(in) :: raw
+      !> Texts of the `--set` options.
+      type(string_type), intent(in) :: overrides(:)
+      !> With overrides and the parts of bearings.
+      type(document_type), intent(out) :: document
+      !> All groups with all keys.
+      type(settings_type), intent(out) :: settings
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: i
+
+      document = raw
       if (has_bearings(document)) then
          call expand(document, overrides, diagnostics)
       else
@@ -82,16 +147,22 @@ contains
          end do
       end if
       call resolve(document, settings, diagnostics)
-      call build(settings, path, output_file, file%scene, diagnostics)
-      if (diagnostics%count() > 0) then
-         count_text = to_text(diagnostics%count()) // " errors"
-         if (diagnostics%count() == 1) count_text = "1 error"
-         call fatal(error, diagnostics%render(document%sources) // count_text // " in " // path // &
-            "; nothing was run", status_usage)
-         return
-      end if
-      file%resolved = resolved_text(settings)
-   end subroutine read_scene
+      call add_missing(settings)
+   end subroutine settle_scene
+
+   !> Build a scene from settings in which values were changed. Thread-safe.
+   subroutine build_case(settings, path, scene, diagnostics)
+      !> The settings, as `settle_scene` makes them; derived values are filled in.
+      type(settings_type), intent(inout) :: settings
+      !> Name of the scene file.
+      character(len=*), intent(in) :: path
+      !> The scene.
+      type(scene_type), intent(out) :: scene
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      call build(settings, path, "", scene, diagnostics)
+   end subroutine build_case
 
    !> Apply overrides and expand bearings: first what the bearings are made from, then the rest,
    !> which may concern their parts.
@@ -136,7 +207,6 @@ contains
       integer :: i
 
       groups = schema_groups()
-      call add_missing(settings)
       allocate(n(size(groups)))
       n = [(count(settings%instances%group == i), i=1, size(n))]
       allocate(scene%materials(n(2)), scene%bodies(n(3)))

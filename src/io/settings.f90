@@ -14,7 +14,9 @@ module contensou_io_settings
    private
 
    public :: setting_type, instance_type, settings_type
-   public :: resolve, apply_override, resolved_text, name_of, largest_number
+   public :: path_type
+   public :: resolve, apply_override, find_path, resolved_text, name_of, largest_number
+   public :: expected_of, take_value
 
    !> A key with its value.
    type :: setting_type
@@ -70,6 +72,20 @@ module contensou_io_settings
       logical, allocatable :: lost(:)
    end type settings_type
 
+   !> What a path such as `top.position(3)` stands for.
+   type :: path_type
+      !> Name of the group or of what it describes.
+      character(len=:), allocatable :: object
+      !> Name of the key.
+      character(len=:), allocatable :: key
+      !> Which of its values; 0 for all.
+      integer :: element = 0
+      !> Whether each group of the document is meant.
+      logical, allocatable :: hit(:)
+      !> Whether the document does not have the group, and it may be added.
+      logical :: add_group = .false.
+   end type path_type
+
    !> Bound of the magnitudes of numbers and of the inverses of those that are not zero, so that
    !> products of a few of them neither overflow nor vanish: SI values of this world are far within.
    real(wp), parameter :: largest_number = 1.0e40_wp
@@ -108,7 +124,8 @@ contains
    !> Replace or add values in a document, from `--set PATH=VALUE`.
    !>
    !> PATH is `group.key` (every group of that name; one is added if there is none and it does not
-   !> repeat), `name.key`, or `group.name.key` where a name alone would be ambiguous.
+   !> repeat), `name.key`, or `group.name.key` where a name alone would be ambiguous; `(3)` after
+   !> the key stands for the third of its values.
    subroutine apply_override(document, override, diagnostics)
       !> Document to change.
       type(document_type), intent(inout) :: document
@@ -116,15 +133,12 @@ contains
       character(len=*), intent(in) :: override
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      type(key_spec_type), allocatable :: keys(:)
-      type(group_spec_type), allocatable :: groups(:)
       type(value_type), allocatable :: values(:)
-      type(string_type), allocatable :: names(:)
-      character(len=:), allocatable :: path, object, key, source_name, names_found
-      logical, allocatable :: hit(:)
-      logical :: any_group
+      type(path_type) :: path
+      character(len=:), allocatable :: source_name
       type(origin_type) :: origin
-      integer :: equals, dot, i, first_dot, n_before
+      integer :: equals, i, n_before
+      logical :: found
 
       source_name = "--set " // override
       equals = index(override, "=")
@@ -140,49 +154,91 @@ contains
          .true.)
       origin = origin_type(size(document%sources), 0, 0, 1)
       if (diagnostics%count() > n_before) return
-      path = lower(trim(adjustl(override(:equals - 1))))
-      dot = index(path, ".", back=.true.)
-      if (dot <= 1 .or. dot == len(path)) then
-         call diagnostics%add(origin, "'" // path // "' does not say what to set", &
-            "group.key or name.key, as integrator.rtol")
-         return
-      end if
-      object = path(:dot - 1)
-      key = path(dot + 1:)
-      keys = schema_keys()
-      groups = schema_groups()
       do i = 1, size(document%sources)
          if (document%sources(i)%name == source_name) origin%source = i
       end do
-
-      allocate(hit(document%n_groups), source=.false.)
-      any_group = any(groups%name == object)
-      names_found = ""
-      if (any_group) then
-         do i = 1, document%n_groups
-            hit(i) = document%groups(i)%name == object
-         end do
-         if (.not. any(hit) .and. any(groups%name == object .and. .not. groups%repeats)) then
-            call add_group(document, object, origin)
-            hit = [hit, .true.]
-         end if
-      else
-         first_dot = index(object, ".")
-         do i = 1, document%n_groups
-            hit(i) = name_of(document%groups(i)) == object
-            if (first_dot > 0) hit(i) = hit(i) .or. (document%groups(i)%name == &
-               object(:first_dot - 1) .and. name_of(document%groups(i)) == object(first_dot + 1:))
-            if (hit(i)) hit(i) = any(keys%group == document%groups(i)%name .and. keys%name == key) &
-               .or. .not. any(keys%name == key)
-            if (hit(i)) names_found = names_found // " " // trim(document%groups(i)%name) // &
-               "." // object // "." // key
-         end do
-         if (count(hit) > 1) then
-            call diagnostics%add(origin, "'" // path // "' is ambiguous", "one of" // names_found)
-            return
-         end if
+      call find_path(document, override(:equals - 1), origin, path, found, diagnostics)
+      if (.not. found) return
+      if (path%add_group) call add_group(document, path%object, origin)
+      if (path%element > 0 .and. size(values) /= 1) then
+         call diagnostics%add(origin, "'" // path%key // "(" // &
+            to_text(path%element) // ")' is one value", "one value")
+         return
       end if
-      if (.not. any(hit)) then
+      do i = 1, document%n_groups
+         if (i > size(path%hit)) then
+            call set_key(document%groups(i), path%key, path%element, values, origin)
+         else if (path%hit(i)) then
+            call set_key(document%groups(i), path%key, path%element, values, origin)
+         end if
+      end do
+   end subroutine apply_override
+
+   !> Find what a path stands for, as `apply_override` takes it.
+   subroutine find_path(document, text, origin, path, found, diagnostics)
+      !> Document to look into.
+      type(document_type), intent(in) :: document
+      !> The path.
+      character(len=*), intent(in) :: text
+      !> Where it stands, for messages.
+      type(origin_type), intent(in) :: origin
+      !> What it stands for.
+      type(path_type), intent(out) :: path
+      !> Whether there is such a group.
+      logical, intent(out) :: found
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(key_spec_type), allocatable :: keys(:)
+      type(group_spec_type), allocatable :: groups(:)
+      type(string_type), allocatable :: names(:)
+      character(len=:), allocatable :: whole, names_found
+      logical :: any_group
+      integer :: dot, i, first_dot
+
+      found = .false.
+      whole = lower(trim(adjustl(text)))
+      call split_element(whole, path%element)
+      dot = index(whole, ".", back=.true.)
+      if (dot <= 1 .or. dot == len(whole) .or. path%element < 0) then
+         call diagnostics%add(origin, "'" // lower(trim(adjustl(text))) // &
+            "' does not say what to set", "group.key or name.key, as integrator.rtol")
+         return
+      end if
+      path%object = whole(:dot - 1)
+      path%key = whole(dot + 1:)
+      keys = schema_keys()
+      groups = schema_groups()
+
+      allocate(path%hit(document%n_groups), source=.false.)
+      associate (hit => path%hit, object => path%object, key => path%key)
+         any_group = any(groups%name == object)
+         names_found = ""
+         if (any_group) then
+            do i = 1, document%n_groups
+               hit(i) = document%groups(i)%name == object
+            end do
+            path%add_group = .not. any(hit) .and. any(groups%name == object .and. &
+               .not. groups%repeats)
+         else
+            first_dot = index(object, ".")
+            do i = 1, document%n_groups
+               hit(i) = name_of(document%groups(i)) == object
+               if (first_dot > 0) hit(i) = hit(i) .or. (document%groups(i)%name == &
+                  object(:first_dot - 1) .and. name_of(document%groups(i)) == &
+                  object(first_dot + 1:))
+               if (hit(i)) hit(i) = any(keys%group == document%groups(i)%name .and. &
+                  keys%name == key) .or. .not. any(keys%name == key)
+               if (hit(i)) names_found = names_found // " " // trim(document%groups(i)%name) // &
+                  "." // object // "." // key
+            end do
+            if (count(hit) > 1) then
+               call diagnostics%add(origin, "'" // whole // "' is ambiguous", &
+                  "one of" // names_found)
+               return
+            end if
+         end if
+         found = any(hit) .or. path%add_group
+         if (found) return
          allocate(names(size(groups) + document%n_groups))
          do i = 1, size(groups)
             names(i)%s = trim(groups(i)%name)
@@ -200,12 +256,27 @@ contains
             call diagnostics%add(origin, "the scene has no group or name '" // object // "'", &
                "the name of a group, or of a body, surface, material or contact")
          end if
-         return
-      end if
-      do i = 1, document%n_groups
-         if (hit(i)) call set_key(document%groups(i), key, values, origin)
-      end do
-   end subroutine apply_override
+      end associate
+   end subroutine find_path
+
+   !> Take the subscript of an element from the end of a path.
+   pure subroutine split_element(path, element)
+      !> The path; the subscript is removed.
+      character(len=:), allocatable, intent(inout) :: path
+      !> The subscript; 0 if there is none, -1 if it is none.
+      integer, intent(out) :: element
+      integer :: open, stat
+
+      element = 0
+      open = index(path, "(")
+      if (open == 0) return
+      element = -1
+      if (path(len(path):) /= ")" .or. len(path) - open < 2 .or. len(path) - open > 4) return
+      if (verify(path(open + 1:len(path) - 1), "0123456789") > 0) return
+      read(path(open + 1:len(path) - 1), *, iostat=stat) element
+      if (stat /= 0 .or. element == 0) element = -1
+      path = trim(path(:open - 1))
+   end subroutine split_element
 
    !> Name that a group of a document gives itself, in lower case; blank if none.
    pure function name_of(group) result(name)
@@ -246,28 +317,46 @@ contains
       document%n_groups = document%n_groups + 1
    end subroutine add_group
 
-   !> Give a key of a group new values, in place of all that it had.
-   subroutine set_key(group, key, values, origin)
+   !> Give a key of a group new values, in place of all that it had, or one of its values a new one.
+   recursive subroutine set_key(group, key, element, values, origin)
       !> The group.
       type(group_type), intent(inout) :: group
       !> The key.
       character(len=*), intent(in) :: key
+      !> Which value is set; 0 for all.
+      integer, intent(in) :: element
       !> Its values.
       type(value_type), intent(in) :: values(:)
       !> Where they come from.
       type(origin_type), intent(in) :: origin
       type(assignment_type), allocatable :: kept(:)
-      integer :: i, n
+      integer :: i, n, slot
 
+      if (element > 0) then
+         ! What the others would be if they are not given.
+         if (.not. any([(group%assignments(i)%key == key, i=1, group%n_assignments)])) call &
+            set_default_of(group, key, origin)
+         do i = 1, group%n_assignments
+            associate (assignment => group%assignments(i))
+               if (assignment%key /= key) cycle
+               slot = element - max(assignment%first, 1) + 1
+               if (slot < 1 .or. slot > size(assignment%values)) cycle
+               assignment%values(slot) = values(1)
+               return
+            end associate
+         end do
+      end if
       allocate(kept(group%n_assignments + 1))
       n = 0
       do i = 1, group%n_assignments
-         if (group%assignments(i)%key == key) cycle
+         if (group%assignments(i)%key == key .and. element == 0) cycle
          n = n + 1
          kept(n) = group%assignments(i)
       end do
       n = n + 1
       kept(n)%key = key
+      kept(n)%first = element
+      kept(n)%last = element
       kept(n)%values = values
       kept(n)%origin = origin
       deallocate(group%assignments)
@@ -277,6 +366,34 @@ contains
       end do
       group%n_assignments = n
    end subroutine set_key
+
+   !> Give a key of a group its default numbers, so that one of them can be set.
+   recursive subroutine set_default_of(group, key, origin)
+      !> The group.
+      type(group_type), intent(inout) :: group
+      !> The key.
+      character(len=*), intent(in) :: key
+      !> Where they come from.
+      type(origin_type), intent(in) :: origin
+      type(key_spec_type), allocatable :: keys(:)
+      type(setting_type) :: setting
+      type(value_type), allocatable :: values(:)
+      integer :: i, k
+
+      keys = schema_keys()
+      k = findloc(keys%group == group%name .and. keys%name == key, .true., dim=1)
+      if (k == 0) return
+      if (keys(k)%kind /= kind_real .or. keys(k)%default == "" .or. keys(k)%values == 1) return
+      setting%key = keys(k)
+      call set_default(setting)
+      allocate(values(setting%n))
+      do i = 1, setting%n
+         values(i)%kind = value_real
+         values(i)%real = setting%real(i)
+         values(i)%origin = origin
+      end do
+      call set_key(group, key, 0, values, origin)
+   end subroutine set_default_of
 
    !> Check all groups and keys of a document against the schema.
    subroutine resolve(document, settings, diagnostics)

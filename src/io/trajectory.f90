@@ -13,10 +13,9 @@ module contensou_io_trajectory
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_catalogue, only : model_info_type
-   use contensou_contact_geometry, only : pose_type
    use contensou_contact_normal, only : normal_models
    use contensou_dynamics_scene, only : scene_type, turns_by_drive
-   use contensou_dynamics_system, only : contact_report_type, system_type
+   use contensou_dynamics_system, only : system_type
    use contensou_integrate_cvode, only : sundials_version
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : event_touch
@@ -26,10 +25,13 @@ module contensou_io_trajectory
       series_real, series_text
    use contensou_io_hdf5_reader, only : class_real, class_text, hdf5_item_type, hdf5_reader_type, &
       max_rank
+   use contensou_io_quantities, only : components_of, final_state, n_quantities, q_drive_force, &
+      q_drive_torque, row_quantities, row_type, state_quantities, state_size, &
+      summary_quantities, summary_type, summary_values
    implicit none(type, external)
    private
 
-   public :: trajectory_type, summary_type, filetype, filetype_version, part_suffix
+   public :: trajectory_type, filetype, filetype_version, part_suffix
    public :: check_rows
 
    !> What the file is, for programs that open it.
@@ -51,53 +53,11 @@ module contensou_io_trajectory
    type :: column_type
       !> The series.
       type(hdf5_series_type) :: series
-      !> Values of a row.
-      integer :: width = 1
-      !> Rows that wait, (width, chunk_rows).
+      !> Rows that wait, (numbers of a row, chunk_rows).
       real(wp), allocatable :: rows(:, :)
       !> Checksum of the rows appended so far.
       integer(i8) :: sum = 0
    end type column_type
-
-   !> Columns of the trajectory, in the order in which `row` fills them.
-   integer, parameter :: c_time = 1, c_position = 2, c_velocity = 3, c_angular_velocity = 4, &
-      c_quaternion = 5, c_kinetic = 6, c_potential = 7, c_elastic = 8, c_friction = 9, &
-      c_damping = 10, c_error = 11, c_gap = 12, c_normal = 13, c_force = 14, c_torque = 15, &
-      c_slip = 16, c_spin = 17, c_axes = 18, c_applied = 19, c_drive_force = 20, &
-      c_drive_torque = 21, n_columns = 21
-
-   !> Names of the columns.
-   character(len=*), parameter :: column_names(n_columns) = [character(len=16) :: "time", &
-      "position", "velocity", "angular_velocity", "quaternion", "energy_kinetic", &
-      "energy_potential", "energy_elastic", "work_friction", "work_damping", "energy_error", &
-      "gap", "normal_force", "friction_force", "friction_torque", "slip_velocity", "spin", &
-      "semi_axes", "work_applied", "drive_force", "drive_torque"]
-
-   !> What a run comes down to.
-   type :: summary_type
-      !> Time reached [s].
-      real(wp) :: time = 0.0_wp
-      !> Rows written.
-      integer(i8) :: rows = 0
-      !> Touches.
-      integer(i8) :: touches = 0
-      !> Lift-offs.
-      integer(i8) :: lifts = 0
-      !> Energy at the beginning [J].
-      real(wp) :: initial_energy = 0.0_wp
-      !> Largest absolute residual of the energy balance [J].
-      real(wp) :: largest_error = 0.0_wp
-      !> That over the initial energy, or over the largest kinetic energy if that is zero; with
-      !> applied loads or prescribed motions over the largest of these and of the energy supplied
-      !> [-].
-      real(wp) :: relative_error = 0.0_wp
-      !> Work lost in friction [J].
-      real(wp) :: work_friction = 0.0_wp
-      !> Work lost in damping [J].
-      real(wp) :: work_damping = 0.0_wp
-      !> Work supplied by applied loads and drives [J].
-      real(wp) :: work_applied = 0.0_wp
-   end type summary_type
 
    !> An output file that is being written.
    type :: trajectory_type
@@ -110,7 +70,9 @@ module contensou_io_trajectory
       !> The file.
       type(hdf5_file_type), private :: file
       !> Columns of the trajectory.
-      type(column_type), private :: columns(n_columns)
+      type(column_type), private :: columns(n_quantities)
+      !> The last row.
+      type(row_type), private :: last
       !> Rows that wait.
       integer, private :: waiting = 0
       !> Times of events that wait [s].
@@ -131,10 +93,6 @@ module contensou_io_trajectory
       character(len=:), allocatable, private :: contact_names(:)
       !> Names of the bodies, padded.
       character(len=:), allocatable, private :: body_names(:)
-      !> Largest kinetic energy so far [J].
-      real(wp), private :: largest_kinetic = 0.0_wp
-      !> Largest energy supplied or taken by loads and drives so far [J].
-      real(wp), private :: largest_supply = 0.0_wp
       !> Whether a body is driven.
       logical, private :: driven = .false.
       !> Methods that were used, in order.
@@ -363,10 +321,8 @@ contains
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: t = "/trajectory/"
-      integer :: i, nb, nc
+      integer :: i
 
-      nb = size(scene%bodies)
-      nc = size(scene%contacts)
       associate (f => self%file)
          call f%create_group("/trajectory", error)
          call f%put_labels(t // "body", self%body_names, "body", error)
@@ -374,44 +330,10 @@ contains
          call f%put_labels(t // "xyz", ["x", "y", "z"], "axis of the inertial frame", error)
          call f%put_labels(t // "wxyz", ["w", "x", "y", "z"], "component of a quaternion", error)
          call f%put_labels(t // "axis", ["major", "minor"], "axis of the spot", error)
-         call column(c_time, "", "s", "time")
-         call column(c_position, "body xyz", "m", "centre of mass")
-         call column(c_velocity, "body xyz", "m s-1", "velocity of the centre of mass")
-         call column(c_angular_velocity, "body xyz", "rad s-1", &
-            "angular velocity, inertial frame")
-         call column(c_quaternion, "body wxyz", "1", &
-            "attitude, body to inertial frame")
-         call column(c_kinetic, "", "J", "kinetic energy")
-         call column(c_potential, "", "J", &
-            "potential energy of gravity, zero at the origin")
-         call column(c_elastic, "", "J", "elastic energy of the contacts")
-         call column(c_friction, "", "J", &
-            "energy lost in friction and rolling resistance so far")
-         call column(c_damping, "", "J", "energy lost in damping so far")
-         call column(c_applied, "", "J", &
-            "energy supplied by applied loads and prescribed motions so far")
-         self%driven = any([(turns_by_drive(scene%bodies(i)%motion), i=1, nb)])
-         if (self%driven) then
-            call column(c_drive_force, "body xyz", "N", &
-               "force that keeps a prescribed motion against the contacts, inertial frame")
-            call column(c_drive_torque, "body xyz", "N m", &
-               "torque about the centre of mass that keeps a prescribed rotation against the " // &
-               "contacts, inertial frame")
-         end if
-         call column(c_error, "", "J", &
-            "residual of the energy balance since the beginning")
-         call column(c_gap, "contact", "m", &
-            "signed distance of the undeformed surfaces, negative for overlap")
-         call column(c_normal, "contact", "N", "normal force")
-         call column(c_force, "contact xyz", "N", &
-            "friction force on body B, inertial frame")
-         call column(c_torque, "contact", "N m", &
-            "friction torque on body B about the normal from A to B")
-         call column(c_slip, "contact xyz", "m s-1", &
-            "slip velocity of B against A, inertial frame; zero while open")
-         call column(c_spin, "contact", "rad s-1", &
-            "spin of B against A about the normal; zero while open")
-         call column(c_axes, "contact axis", "m", "semi-axes of the contact spot")
+         self%driven = any(turns_by_drive(scene%bodies%motion))
+         do i = 1, n_quantities
+            if (self%has_column(i)) call column(i)
+         end do
          call f%put_attribute("/trajectory", "NX_class", "NXdata", error)
          call f%put_attribute("/trajectory", "signal", "energy_kinetic", error)
          call f%put_attribute("/trajectory", "axes", "time", error)
@@ -422,59 +344,34 @@ contains
    contains
 
       !> Create a column.
-      subroutine column(index, dims, units, long_name)
+      subroutine column(index)
          !> Which one.
          integer, intent(in) :: index
-         !> Dimensions after time, separated by a blank.
-         character(len=*), intent(in) :: dims
-         !> Units.
-         character(len=*), intent(in) :: units
-         !> Description.
-         character(len=*), intent(in) :: long_name
          character(len=24) :: scales(3)
-         character(len=:), allocatable :: name
-         integer :: extents(2), n, blank, start
+         integer :: extents(2), n, blank
 
-         name = trim(column_names(index))
-         scales(1) = t // "time"
-         n = 0
-         start = 1
-         do while (start <= len(dims))
-            blank = index_of_blank(dims(start:))
-            n = n + 1
-            scales(n + 1) = t // dims(start:start + blank - 2)
-            select case (dims(start:start + blank - 2))
-            case ("body")
-               extents(n) = nb
-            case ("contact")
-               extents(n) = nc
-            case ("xyz")
-               extents(n) = 3
-            case ("wxyz")
-               extents(n) = 4
-            case default
-               extents(n) = 2
-            end select
-            start = start + blank
-         end do
-         self%columns(index)%width = product(extents(:n))
-         allocate(self%columns(index)%rows(self%columns(index)%width, chunk_rows))
-         if (index == c_time) then
-            call self%file%create_series(t // name, extents(:0), scales(:0), .true., chunk_rows, &
-               units, long_name, series_real, self%columns(index)%series, error)
-         else
-            call self%file%create_series(t // name, extents(:n), scales(:n + 1), .false., &
-               chunk_rows, units, long_name, series_real, self%columns(index)%series, error)
-         end if
+         associate (q => row_quantities(index))
+            scales(1) = t // "time"
+            n = 0
+            if (q%dims /= "") then
+               blank = scan(q%dims, " ")
+               n = 1
+               scales(2) = t // q%dims(:blank - 1)
+               extents(1) = merge(size(scene%bodies), size(scene%contacts), &
+                  q%dims(:blank - 1) == "body")
+               if (q%dims(blank + 1:) /= "") then
+                  n = 2
+                  scales(3) = t // trim(q%dims(blank + 1:))
+                  extents(2) = components_of(q)
+               end if
+            end if
+            allocate(self%columns(index)%rows(product(extents(:n)), chunk_rows))
+            ! The first one is time, the scale of the others.
+            call self%file%create_series(t // trim(q%name), extents(:n), &
+               scales(:merge(0, n + 1, index == 1)), index == 1, chunk_rows, trim(q%units), &
+               trim(q%long_name), series_real, self%columns(index)%series, error)
+         end associate
       end subroutine column
-
-      !> Position of the first blank, or one after the end.
-      pure integer function index_of_blank(text)
-         !> Text.
-         character(len=*), intent(in) :: text
-
-         index_of_blank = index(text // " ", " ")
-      end function index_of_blank
 
    end subroutine create_columns
 
@@ -509,77 +406,18 @@ contains
       real(wp), intent(in) :: y(:)
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
-      type(pose_type) :: pose
-      type(contact_report_type) :: report
-      real(wp) :: quaternion(4), kinetic, potential, elastic, friction, damping, applied, residual
-      real(wp) :: force(3, size(system%bodies)), torque(3, size(system%bodies))
       integer :: i, r
 
+      if (.not. allocated(self%last%values)) call self%last%prepare(system)
+      call self%last%evaluate(system, t, y)
+      call self%summary%add_row(system, self%last)
       self%waiting = self%waiting + 1
       r = self%waiting
-      associate (c => self%columns)
-         c(c_time)%rows(1, r) = t
-         do i = 1, size(system%bodies)
-            call system%pose_of(y, i, pose, quaternion)
-            c(c_position)%rows(3*i - 2:3*i, r) = pose%position
-            c(c_velocity)%rows(3*i - 2:3*i, r) = pose%velocity
-            c(c_angular_velocity)%rows(3*i - 2:3*i, r) = pose%spin
-            c(c_quaternion)%rows(4*i - 3:4*i, r) = quaternion
+      associate (row => self%last)
+         do i = 1, n_quantities
+            if (row%width(i) > 0) self%columns(i)%rows(:, r) = &
+               row%values(row%start(i) + 1:row%start(i) + row%width(i))
          end do
-         elastic = 0.0_wp
-         do i = 1, size(system%contacts)
-            call system%report(y, i, report, t)
-            elastic = elastic + report%elastic_energy
-            c(c_gap)%rows(i, r) = report%at%gap
-            c(c_normal)%rows(i, r) = report%load%normal_force
-            c(c_force)%rows(3*i - 2:3*i, r) = report%load%friction_force
-            c(c_torque)%rows(i, r) = report%load%friction_torque
-            c(c_slip)%rows(3*i - 2:3*i, r) = report%load%slip
-            c(c_spin)%rows(i, r) = report%load%spin
-            c(c_axes)%rows(2*i - 1:2*i, r) = report%semi_axes
-         end do
-         if (self%driven) then
-            call system%drives(t, y, force, torque)
-            c(c_drive_force)%rows(:, r) = reshape(force, [size(force)])
-            c(c_drive_torque)%rows(:, r) = reshape(torque, [size(torque)])
-         end if
-         call system%energies(y, kinetic, potential)
-         friction = 0.0_wp
-         damping = 0.0_wp
-         if (system%friction_index > 0) friction = y(system%friction_index)
-         if (system%damping_index > 0) damping = y(system%damping_index)
-         applied = 0.0_wp
-         if (system%applied_index > 0) applied = y(system%applied_index)
-         residual = kinetic + potential + elastic + friction + damping - applied
-         if (self%summary%rows == 0) self%summary%initial_energy = residual
-         residual = residual - self%summary%initial_energy
-         c(c_kinetic)%rows(1, r) = kinetic
-         c(c_potential)%rows(1, r) = potential
-         c(c_elastic)%rows(1, r) = elastic
-         c(c_friction)%rows(1, r) = friction
-         c(c_damping)%rows(1, r) = damping
-         c(c_applied)%rows(1, r) = applied
-         c(c_error)%rows(1, r) = residual
-      end associate
-      associate (s => self%summary)
-         s%time = t
-         s%rows = s%rows + 1
-         s%largest_error = max(s%largest_error, abs(residual))
-         self%largest_kinetic = max(self%largest_kinetic, kinetic)
-         s%work_applied = applied
-         s%relative_error = s%largest_error
-         if (system%applied_index > 0) then
-            ! What is supplied may be far more than what was there at the beginning.
-            self%largest_supply = max(self%largest_supply, abs(applied))
-            s%relative_error = s%largest_error/max(abs(s%initial_energy), self%largest_kinetic, &
-               self%largest_supply, tiny(applied))
-         else if (abs(s%initial_energy) > 0.0_wp) then
-            s%relative_error = s%largest_error/abs(s%initial_energy)
-         else if (self%largest_kinetic > 0.0_wp) then
-            s%relative_error = s%largest_error/self%largest_kinetic
-         end if
-         s%work_friction = friction
-         s%work_damping = damping
       end associate
       if (self%waiting == chunk_rows) call append_rows(self, error)
    end subroutine row
@@ -594,7 +432,7 @@ contains
       integer :: i, r
 
       start = cpu_seconds()
-      do i = 1, n_columns
+      do i = 1, n_quantities
          if (.not. self%has_column(i)) cycle
          call self%file%append(self%columns(i)%series, self%waiting, self%columns(i)%rows, error)
          if (allocated(error)) return
@@ -619,11 +457,7 @@ contains
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
 
-      if (kind == event_touch) then
-         self%summary%touches = self%summary%touches + 1
-      else
-         self%summary%lifts = self%summary%lifts + 1
-      end if
+      call self%summary%add_event(kind == event_touch)
       self%events_waiting = self%events_waiting + 1
       self%event_time(self%events_waiting) = t
       self%event_kind(self%events_waiting) = merge("touch", "lift ", kind == event_touch)
@@ -693,7 +527,7 @@ contains
       !> Index of the column.
       integer, intent(in) :: column
 
-      has_column = self%driven .or. all(column /= [c_drive_force, c_drive_torque])
+      has_column = self%driven .or. all(column /= [q_drive_force, q_drive_torque])
    end function has_column
 
    !> Wall and CPU time of the run so far, earlier lives included [s].
@@ -719,7 +553,7 @@ contains
          call checkpoint%put("counts", [s%rows, s%touches, s%lifts, self%lives])
          call checkpoint%put("summary", [s%time, s%initial_energy, s%largest_error, &
             s%relative_error, s%work_friction, s%work_damping, s%work_applied, &
-            self%largest_kinetic, self%largest_supply, self%cpu_output, self%elapsed()])
+            s%largest_kinetic, s%largest_supply, self%cpu_output, self%elapsed()])
       end associate
       call checkpoint%put("row_sums", self%columns%sum)
       call checkpoint%put("event_sums", self%event_sum)
@@ -800,8 +634,8 @@ contains
          s%work_friction = values(5)
          s%work_damping = values(6)
          s%work_applied = values(7)
-         self%largest_kinetic = values(8)
-         self%largest_supply = values(9)
+         s%largest_kinetic = values(8)
+         s%largest_supply = values(9)
          self%cpu_output = values(10)
          self%clocks = self%clocks - values(11:12)
       end associate
@@ -821,7 +655,7 @@ contains
       !> Set when one of the files cannot be read or written, or has other rows.
       type(error_type), allocatable, intent(out) :: error
       type(hdf5_reader_type) :: reader
-      integer(i8) :: counts(4), sums(n_columns), event_sums(3)
+      integer(i8) :: counts(4), sums(n_quantities), event_sums(3)
       integer :: i
 
       call checkpoint%get("counts", counts, error)
@@ -830,7 +664,7 @@ contains
       if (allocated(error)) return
       call reader%open(path, error)
       if (allocated(error)) return
-      do i = 1, n_columns
+      do i = 1, n_quantities
          if (.not. self%has_column(i)) cycle
          if (.not. allocated(error)) call copy_column(self, reader, i, counts(1), sums(i), append, &
             error)
@@ -862,13 +696,13 @@ contains
       real(wp), allocatable :: values(:)
       integer :: width, n
 
-      call reader%open_item("/trajectory/" // trim(column_names(index)), "", item, error)
+      call reader%open_item("/trajectory/" // trim(row_quantities(index)%name), "", item, error)
       if (allocated(error)) return
       sum = 0
       width = int(product(item%extents(2:item%rank)))
       if (item%class /= class_real .or. item%rank < 1 .or. item%extents(1) < rows) then
-         call fatal(error, trim(column_names(index)) // " has fewer rows than its checkpoint", &
-            status_file)
+         call fatal(error, trim(row_quantities(index)%name) // &
+            " has fewer rows than its checkpoint", status_file)
       else
          allocate(values(width*chunk_rows))
          done = 0
@@ -887,7 +721,7 @@ contains
             done = done + n
          end do
          if (.not. allocated(error) .and. sum /= expected) call fatal(error, "the rows of " // &
-            trim(column_names(index)) // " are not those of its checkpoint", status_file)
+            trim(row_quantities(index)%name) // " are not those of its checkpoint", status_file)
       end if
       call item%close()
       if (append) self%columns(index)%sum = sum
@@ -1071,48 +905,42 @@ contains
       character(len=*), parameter :: g = "/summary/"
       character(len=13), parameter :: vector(2) = [character(len=13) :: g // "body", g // "xyz"]
       character(len=13), parameter :: four(2) = [character(len=13) :: g // "body", g // "wxyz"]
-      type(pose_type) :: pose
-      real(wp) :: position(3, size(system%bodies)), velocity(3, size(system%bodies))
-      real(wp) :: spin(3, size(system%bodies)), quaternion(4, size(system%bodies))
-      integer :: i
+      real(wp) :: state(state_size, size(system%bodies)), values(size(summary_quantities))
+      integer :: i, first, last
 
-      do i = 1, size(system%bodies)
-         call system%pose_of(y, i, pose, quaternion(:, i))
-         position(:, i) = pose%position
-         velocity(:, i) = pose%velocity
-         spin(:, i) = pose%spin
-      end do
-      associate (f => self%file, s => self%summary)
+      values = summary_values(self%summary, statistics)
+      call final_state(system, y, state)
+      associate (f => self%file)
          call f%create_group("/summary", error)
          call f%put_labels(g // "body", self%body_names, "body", error)
          call f%put_labels(g // "xyz", ["x", "y", "z"], "axis of the inertial frame", error)
          call f%put_labels(g // "wxyz", ["w", "x", "y", "z"], "component of a quaternion", error)
-         call f%put_value(g // "time", s%time, "s", "time reached", error)
-         call f%put_value(g // "rows", s%rows, "1", "rows of the trajectory", error)
-         call f%put_value(g // "touches", s%touches, "1", "touch events", error)
-         call f%put_value(g // "lifts", s%lifts, "1", "lift-off events", error)
-         call f%put_value(g // "energy_initial", s%initial_energy, "J", &
-            "energy at the beginning", error)
-         call f%put_value(g // "energy_error", s%largest_error, "J", &
-            "largest absolute residual of the energy balance", error)
-         call f%put_value(g // "energy_error_relative", s%relative_error, "1", &
-            "largest residual over the initial energy", error)
-         call f%put_value(g // "work_friction", s%work_friction, "J", &
-            "energy lost in friction", error)
-         call f%put_value(g // "work_damping", s%work_damping, "J", &
-            "energy lost in damping", error)
-         call f%put_value(g // "work_applied", s%work_applied, "J", &
-            "energy supplied by applied loads and prescribed motions", error)
-         call f%put_value(g // "steps", statistics%steps, "1", "steps", error)
-         call f%put_value(g // "right_hand_sides", statistics%derivatives, "1", &
-            "evaluations of the right-hand side", error)
+         do i = 1, size(summary_quantities)
+            associate (q => summary_quantities(i))
+               if (q%is_integer) then
+                  call f%put_value(g // trim(q%name), nint(values(i), i8), trim(q%units), &
+                     trim(q%long_name), error)
+               else
+                  call f%put_value(g // trim(q%name), values(i), trim(q%units), &
+                     trim(q%long_name), error)
+               end if
+            end associate
+         end do
          call f%put_value(g // "cpu_s", cpu, "s", "CPU time of the run", error)
-         call f%put_array(g // "position", position, vector, "m", "final centre of mass", error)
-         call f%put_array(g // "velocity", velocity, vector, "m s-1", "final velocity", error)
-         call f%put_array(g // "angular_velocity", spin, vector, "rad s-1", &
-            "final angular velocity, inertial frame", error)
-         call f%put_array(g // "quaternion", quaternion, four, "1", &
-            "final attitude, body to inertial frame", error)
+         last = 0
+         do i = 1, size(state_quantities)
+            associate (q => state_quantities(i))
+               first = last + 1
+               last = last + components_of(q)
+               if (components_of(q) == 4) then
+                  call f%put_array(g // trim(q%name), state(first:last, :), four, trim(q%units), &
+                     trim(q%long_name), error)
+               else
+                  call f%put_array(g // trim(q%name), state(first:last, :), vector, &
+                     trim(q%units), trim(q%long_name), error)
+               end if
+            end associate
+         end do
       end associate
    end subroutine put_summary
 

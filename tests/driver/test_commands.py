@@ -218,6 +218,7 @@ def keys(run):
 
 def test_help_lists_all_groups(keys):
     expected = "scene material body surface contact integrator output bearing cost"
+    expected += " sweep parameter value"
     assert list(keys) == expected.split()
     assert sum(len(group) for group in keys.values()) >= 40
 
@@ -249,11 +250,11 @@ def test_help_in_any_case(run):
 @pytest.mark.parametrize(
     ("topic", "message"),
     [
-        ("boddy", "a scene has no group 'boddy'; did you mean 'body'?"),
-        ("zebra", "a scene has no group 'zebra'; contensou help lists them"),
+        ("boddy", "a scene or sweep has no group 'boddy'; did you mean 'body'?"),
+        ("zebra", "a scene or sweep has no group 'zebra'; contensou help lists them"),
         ("body.mas", "group 'body' has no key 'mas'; did you mean 'mass'?"),
         ("body.zebra", "group 'body' has no key 'zebra'; contensou help body lists them"),
-        ("integratr.rtol", "a scene has no group 'integratr'; did you mean 'integrator'?"),
+        ("integratr.rtol", "a scene or sweep has no group 'integratr'; did you mean 'integrator'?"),
     ],
 )
 def test_help_of_something_unknown(topic, message, run):

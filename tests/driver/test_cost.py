@@ -45,9 +45,9 @@ FAST = "0.05, 0.02, -0.01"  # faster, the rotation centre is outside
 class Count:
     """Per evaluation of the right-hand side: instructions, and calls of each function.
 
-    Instructions are those outside of the allocator, whose work depends on what was allocated before.
-    In a debug build the compiler's runtime allocates too, in its general matmul; only an optimised
-    build tells what the source makes the machine do.
+    Instructions are those outside of the allocator, whose work depends on what it did before. In a
+    debug build the compiler's runtime allocates too, in its general matmul; only an optimised build
+    tells what the source makes the machine do.
     """
 
     instructions: float

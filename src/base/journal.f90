@@ -1,0 +1,279 @@
+!> A file of results of fixed size, one slot for each of a known number of pieces of work, written
+!> by many threads in any order and readable however the writers ended: what is half written counts
+!> as missing. A process that opens it holds its lock; a process that it starts may go on writing.
+module contensou_base_journal
+   use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_double, c_int, c_int64_t, &
+      c_null_char, c_null_ptr, c_ptr
+   use contensou_base_errors, only : error_type, fatal, status_file
+   use contensou_base_kinds, only : i8, wp
+   use contensou_base_system, only : text_from_c
+   implicit none(type, external)
+   private
+
+   public :: journal_type, journal_message_length
+
+   !> Longest message that is kept [characters].
+   integer, parameter :: journal_message_length = 4096
+
+   !> An open journal.
+   type :: journal_type
+      private
+      !> Number of slots.
+      integer(i8), public :: count = 0
+      !> Numbers in a slot.
+      integer, public :: columns = 0
+      !> The journal of the C side.
+      type(c_ptr) :: handle = c_null_ptr
+   contains
+      !> Open or create and lock a journal.
+      procedure, public :: open
+      !> Fill a slot.
+      procedure, public :: write
+      !> Whether a slot is filled.
+      procedure, public :: has
+      !> Content of a slot.
+      procedure, public :: read
+      !> Bring what is written to the disk.
+      procedure, public :: sync
+      !> Close it.
+      procedure, public :: close
+   end type journal_type
+
+   interface
+      !> Open or create a journal.
+      function c_open(path, key, count, columns, replace, outcome) result(handle) &
+         & bind(c, name="contensou_journal_open")
+         import :: c_char, c_int, c_int64_t, c_ptr
+         implicit none(type, external)
+         !> Name, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         !> What it is about, null-terminated.
+         character(kind=c_char), intent(in) :: key(*)
+         !> Number of slots.
+         integer(c_int64_t), value :: count
+         !> Numbers in a slot.
+         integer(c_int64_t), value :: columns
+         !> Whether another journal may be overwritten.
+         integer(c_int), value :: replace
+         !> 0 new, -1 there before, -2 about something else, -3 locked, or errno.
+         integer(c_int), intent(out) :: outcome
+         !> The journal; null on failure.
+         type(c_ptr) :: handle
+      end function c_open
+
+      !> Fill a slot.
+      function c_write(handle, position, number, status, values, message, length) result(code) &
+         & bind(c, name="contensou_journal_write")
+         import :: c_char, c_double, c_int, c_int64_t, c_ptr
+         implicit none(type, external)
+         !> The journal.
+         type(c_ptr), value :: handle
+         !> Slot, from 0.
+         integer(c_int64_t), value :: position
+         !> Number of the case.
+         integer(c_int64_t), value :: number
+         !> Its status.
+         integer(c_int), value :: status
+         !> Numbers.
+         real(c_double), intent(in) :: values(*)
+         !> Message.
+         character(kind=c_char), intent(in) :: message(*)
+         !> Characters of it.
+         integer(c_int64_t), value :: length
+         !> 0 or errno.
+         integer(c_int) :: code
+      end function c_write
+
+      !> Whether a slot is filled.
+      function c_has(handle, position) result(answer) bind(c, name="contensou_journal_has")
+         import :: c_int, c_int64_t, c_ptr
+         implicit none(type, external)
+         !> The journal.
+         type(c_ptr), value :: handle
+         !> Slot, from 0.
+         integer(c_int64_t), value :: position
+         !> 1 or 0.
+         integer(c_int) :: answer
+      end function c_has
+
+      !> Content of a slot.
+      function c_read(handle, position, number, status, values, message, length) result(code) &
+         & bind(c, name="contensou_journal_read")
+         import :: c_char, c_double, c_int, c_int64_t, c_ptr
+         implicit none(type, external)
+         !> The journal.
+         type(c_ptr), value :: handle
+         !> Slot, from 0.
+         integer(c_int64_t), value :: position
+         !> Number of the case.
+         integer(c_int64_t), intent(out) :: number
+         !> Its status.
+         integer(c_int), intent(out) :: status
+         !> Numbers.
+         real(c_double), intent(out) :: values(*)
+         !> Message; 4096 bytes.
+         character(kind=c_char), intent(out) :: message(*)
+         !> Characters of it.
+         integer(c_int64_t), intent(out) :: length
+         !> 1 filled, 0 not, or minus errno.
+         integer(c_int) :: code
+      end function c_read
+
+      !> Bring what is written to the disk.
+      function c_sync(handle) result(code) bind(c, name="contensou_journal_sync")
+         import :: c_int, c_ptr
+         implicit none(type, external)
+         !> The journal.
+         type(c_ptr), value :: handle
+         !> 0 or errno.
+         integer(c_int) :: code
+      end function c_sync
+
+      !> Close a journal.
+      subroutine c_close(handle) bind(c, name="contensou_journal_close")
+         import :: c_ptr
+         implicit none(type, external)
+         !> The journal.
+         type(c_ptr), value :: handle
+      end subroutine c_close
+
+      !> The system's words for an error number.
+      function c_reason(code) result(text) bind(c, name="contensou_system_reason")
+         import :: c_int, c_ptr
+         implicit none(type, external)
+         !> Value of errno.
+         integer(c_int), value :: code
+         !> Address of the words.
+         type(c_ptr) :: text
+      end function c_reason
+   end interface
+
+contains
+
+   !> Open a journal, or create it.
+   subroutine open(self, path, key, count, columns, replace, again, error)
+      !> The journal.
+      class(journal_type), intent(inout) :: self
+      !> Name of the file.
+      character(len=*), intent(in) :: path
+      !> What the work is; one that was begun for something else is refused. Up to 2000 characters.
+      character(len=*), intent(in) :: key
+      !> Number of slots.
+      integer(i8), intent(in) :: count
+      !> Numbers in a slot.
+      integer, intent(in) :: columns
+      !> Whether one that was begun for something else is overwritten.
+      logical, intent(in) :: replace
+      !> Whether it was there before.
+      logical, intent(out) :: again
+      !> Set when it cannot be opened, or is refused.
+      type(error_type), allocatable, intent(out) :: error
+      integer(c_int) :: outcome
+
+      self%count = count
+      self%columns = columns
+      self%handle = c_open(path // c_null_char, key // c_null_char, count, &
+         int(columns, c_int64_t), merge(1_c_int, 0_c_int, replace), outcome)
+      again = outcome == -1
+      if (c_associated(self%handle)) return
+      select case (outcome)
+      case (-2)
+         call fatal(error, path // " is not of this sweep and these cases; --force replaces it, " &
+            // "-o FILE writes another one", status_file)
+      case (-3)
+         call fatal(error, "another process is writing " // path, status_file)
+      case default
+         call fatal(error, "cannot write " // path // ": " // text_from_c(c_reason(outcome)), &
+            status_file)
+      end select
+   end subroutine open
+
+   !> Fill a slot. Thread-safe.
+   subroutine write(self, position, number, status, values, message, code)
+      !> The journal.
+      class(journal_type), intent(in) :: self
+      !> Slot, from 1.
+      integer(i8), intent(in) :: position
+      !> Number of the case.
+      integer(i8), intent(in) :: number
+      !> Its status.
+      integer, intent(in) :: status
+      !> Numbers, as many as there are columns.
+      real(wp), intent(in) :: values(:)
+      !> Message.
+      character(len=*), intent(in) :: message
+      !> 0, or a value of errno.
+      integer, intent(out) :: code
+
+      code = int(c_write(self%handle, position - 1, number, int(status, c_int), values, message, &
+         len(message, c_int64_t)))
+   end subroutine write
+
+   !> Whether a slot is filled. Thread-safe.
+   function has(self, position) result(answer)
+      !> The journal.
+      class(journal_type), intent(in) :: self
+      !> Slot, from 1.
+      integer(i8), intent(in) :: position
+      logical :: answer
+
+      answer = c_has(self%handle, position - 1) /= 0
+   end function has
+
+   !> Content of a slot.
+   subroutine read(self, position, found, number, status, values, message, length, error)
+      !> The journal.
+      class(journal_type), intent(in) :: self
+      !> Slot, from 1.
+      integer(i8), intent(in) :: position
+      !> Whether it is filled.
+      logical, intent(out) :: found
+      !> Number of the case.
+      integer(i8), intent(out) :: number
+      !> Its status.
+      integer, intent(out) :: status
+      !> Numbers, as many as there are columns.
+      real(wp), intent(out) :: values(:)
+      !> Message.
+      character(len=journal_message_length), intent(out) :: message
+      !> Characters of it.
+      integer, intent(out) :: length
+      !> Set when the file cannot be read.
+      type(error_type), allocatable, intent(out) :: error
+      integer(c_int) :: code, c_status
+      integer(c_int64_t) :: c_length
+
+      number = 0
+      c_status = 0
+      c_length = 0
+      code = c_read(self%handle, position - 1, number, c_status, values, message, c_length)
+      found = code == 1
+      status = int(c_status)
+      length = int(c_length)
+      if (code < 0) call fatal(error, "cannot read the journal of the sweep: " // &
+         text_from_c(c_reason(-code)), status_file)
+   end subroutine read
+
+   !> Bring what is written to the disk.
+   subroutine sync(self, error)
+      !> The journal.
+      class(journal_type), intent(in) :: self
+      !> Set when that fails.
+      type(error_type), allocatable, intent(out) :: error
+      integer(c_int) :: code
+
+      code = c_sync(self%handle)
+      if (code /= 0) call fatal(error, "cannot write the journal of the sweep: " // &
+         text_from_c(c_reason(code)), status_file)
+   end subroutine sync
+
+   !> Close it; the lock ends.
+   subroutine close(self)
+      !> The journal.
+      class(journal_type), intent(inout) :: self
+
+      call c_close(self%handle)
+      self%handle = c_null_ptr
+   end subroutine close
+
+end module contensou_base_journal

@@ -1,0 +1,856 @@
+!> The table of a sweep in HDF5, written and read by blocks of rows: docs/sweeps.md describes its
+!> format.
+!>
+!> Rows wait until a chunk is full, so that each chunk is compressed and written once. Memory does
+!> not grow with the number of rows.
+module contensou_io_sweep_table
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
+   use, intrinsic :: iso_c_binding, only : c_int8_t
+   use contensou_base_build, only : build_compiler, build_flags, git_commit, program_version
+   use contensou_base_errors, only : error_type, fatal, status_file, status_usage
+   use contensou_base_kinds, only : i8, wp
+   use contensou_base_system, only : file_exists, host_name, remove_file, utc_now
+   use contensou_base_text, only : string_type, to_text
+   use contensou_integrate_cvode, only : sundials_version
+   use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_series_type, hdf5_version, series_byte, &
+      series_long, series_real, series_text
+   use contensou_io_hdf5_reader, only : class_integer, class_text, hdf5_entry_type, &
+      hdf5_item_type, hdf5_reader_type, max_rank
+   use contensou_io_sweep, only : sweep_type
+   implicit none(type, external)
+   private
+
+   public :: sweep_table_type, table_reader_type, table_header_type, read_table_header
+   public :: case_complete, case_failed, case_invalid, case_too_long, case_crashed, last_status, &
+      status_names
+   public :: sweep_filetype, sweep_filetype_version
+
+   !> What the file is, for programs that open it.
+   character(len=*), parameter :: sweep_filetype = "contensou-sweep"
+
+   !> Version of the format: the second number grows with additions, the first with changes.
+   character(len=*), parameter :: sweep_filetype_version = "1.0"
+
+   !> The case was computed to its end.
+   integer, parameter :: case_complete = 0
+
+   !> The run of the case failed.
+   integer, parameter :: case_failed = 1
+
+   !> The case has no valid scene.
+   integer, parameter :: case_invalid = 2
+
+   !> The case was given up at the time limit.
+   integer, parameter :: case_too_long = 3
+
+   !> The program crashed in the case.
+   integer, parameter :: case_crashed = 4
+
+   !> Last of these.
+   integer, parameter :: last_status = case_crashed
+
+   !> Words for the status of a case, from 0.
+   character(len=*), parameter :: status_names(0:last_status) = [character(len=13) :: &
+      "complete", "failed", "invalid_scene", "time_limit", "crashed"]
+
+   !> What stands for a count that is not known; readers that follow CF make it NaN.
+   integer(i8), parameter :: no_count = -1_i8
+
+   !> Rows in a chunk.
+   integer, parameter :: chunk_rows = 8192
+
+   !> Bytes of padded texts that are handed over at a time.
+   integer, parameter :: text_bytes = 4*1024*1024
+
+   !> Suffix of a table that is being written; NAME.part is the journal of the sweep.
+   character(len=*), parameter :: unfinished_suffix = ".part.h5"
+
+   !> What a complete table says about itself.
+   type :: table_header_type
+      !> Fingerprint of its sweep.
+      character(len=16) :: fingerprint = ""
+      !> Number of cases of the whole sweep.
+      integer(i8) :: n_cases = 0
+      !> Number of rows of this table.
+      integer(i8) :: n_rows = 0
+      !> Its cases, as ranges such as "1:500,800".
+      character(len=:), allocatable :: cases
+   end type table_header_type
+
+   !> A column with the rows that wait.
+   type :: column_type
+      !> Path of the data set.
+      character(len=:), allocatable :: path
+      !> Name.
+      character(len=:), allocatable :: name
+      !> Units; empty for none.
+      character(len=:), allocatable :: units
+      !> Description.
+      character(len=:), allocatable :: long_name
+      !> `series_real`, `series_long` or `series_text`.
+      integer :: kind = series_real
+      !> Numbers that wait.
+      real(wp), allocatable :: reals(:)
+      !> Integers that wait.
+      integer(i8), allocatable :: longs(:)
+      !> Texts that wait.
+      type(string_type), allocatable :: texts(:)
+      !> The data set that is written.
+      type(hdf5_series_type) :: series
+      !> The data set that is read.
+      type(hdf5_item_type) :: item
+   end type column_type
+
+   !> Texts that a table carries.
+   type :: origins_type
+      !> The sweep file.
+      character(len=:), allocatable :: sweep
+      !> The file of the base scene.
+      character(len=:), allocatable :: scene
+      !> The base scene with all settings.
+      character(len=:), allocatable :: resolved
+      !> Title of the base scene.
+      character(len=:), allocatable :: title
+   end type origins_type
+
+   !> A table that is being read.
+   type :: table_reader_type
+      !> What it says about itself.
+      type(table_header_type) :: header
+      !> Name of the file.
+      character(len=:), allocatable :: path
+      !> Texts that it carries.
+      type(origins_type), private :: origins
+      !> The file.
+      type(hdf5_reader_type), private :: reader
+      !> Columns of parameters, then of results.
+      type(column_type), allocatable, private :: columns(:)
+      !> How many of them are parameters.
+      integer, private :: n_parameters = 0
+      !> Number, status and message of the cases.
+      type(hdf5_item_type), private :: number, status, message
+   contains
+      !> Open a table.
+      procedure :: open => open_reader
+      !> Close it.
+      procedure :: close => close_reader
+      !> Numbers of some cases.
+      procedure :: numbers
+      !> Why rows of two tables cannot stand in one.
+      procedure :: difference
+   end type table_reader_type
+
+   !> A table that is being written.
+   type :: sweep_table_type
+      !> Name of the complete file.
+      character(len=:), allocatable :: name
+      !> Whether it may replace an existing file.
+      logical :: replace = .false.
+      !> Number of cases of each status so far.
+      integer(i8) :: counts(0:last_status) = 0
+      !> The file.
+      type(hdf5_file_type), private :: file
+      !> Columns of parameters, then of results.
+      type(column_type), allocatable, private :: columns(:)
+      !> How many of them are parameters.
+      integer, private :: n_parameters = 0
+      !> Data sets of number, status and message.
+      type(hdf5_series_type), private :: number, status, message
+      !> Numbers of the cases that wait.
+      integer(i8), allocatable, private :: numbers(:)
+      !> Their status.
+      integer(c_int8_t), allocatable, private :: statuses(:)
+      !> Their messages.
+      type(string_type), allocatable, private :: messages(:)
+      !> How many wait.
+      integer, private :: waiting = 0
+   contains
+      !> Create the table of a sweep with everything but its rows.
+      procedure :: open => open_table
+      !> Create a table like another one.
+      procedure :: open_like
+      !> Append rows.
+      procedure :: append
+      !> Append rows of another table.
+      procedure :: append_from
+      !> Close it and give it its final name.
+      procedure :: finish
+      !> Give up and remove what there is.
+      procedure :: abandon
+   end type sweep_table_type
+
+contains
+
+   !> Create the table of a sweep with everything but its rows.
+   subroutine open_table(self, name, replace, sweep, cases, command_line, error)
+      !> The table.
+      class(sweep_table_type), intent(inout) :: self
+      !> Name of the complete file.
+      character(len=*), intent(in) :: name
+      !> Whether it may replace an existing file.
+      logical, intent(in) :: replace
+      !> The sweep.
+      type(sweep_type), intent(in) :: sweep
+      !> The cases it is to hold, as ranges such as "1:500,800"; each ascending.
+      character(len=*), intent(in) :: cases
+      !> Command line.
+      character(len=*), intent(in) :: command_line
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+      type(origins_type) :: origins
+      integer :: i, n
+
+      n = size(sweep%parameters)
+      self%n_parameters = n
+      if (allocated(self%columns)) deallocate(self%columns)
+      allocate(self%columns(n + size(sweep%results)))
+      do i = 1, n
+         associate (column => self%columns(i), parameter => sweep%parameters(i))
+            column%name = parameter%name
+            column%units = parameter%units
+            column%long_name = parameter%long_name
+            if (parameter%is_text) column%kind = series_text
+         end associate
+      end do
+      do i = 1, size(sweep%results)
+         associate (column => self%columns(n + i), result => sweep%results(i))
+            column%name = result%name
+            column%units = result%units
+            column%long_name = result%long_name
+            if (result%is_integer) column%kind = series_long
+         end associate
+      end do
+      origins%sweep = sweep%text
+      origins%scene = sweep%scene_text
+      origins%resolved = sweep%scene_resolved
+      origins%title = sweep%scene%title
+      call create(self, name, replace, table_header_type(sweep%fingerprint, sweep%n_cases, 0_i8, &
+         cases), origins, command_line, error)
+   end subroutine open_table
+
+   !> Create a table with the columns and texts of another one.
+   subroutine open_like(self, name, replace, other, cases, command_line, error)
+      !> The table.
+      class(sweep_table_type), intent(inout) :: self
+      !> Name of the complete file.
+      character(len=*), intent(in) :: name
+      !> Whether it may replace an existing file.
+      logical, intent(in) :: replace
+      !> The other table.
+      type(table_reader_type), intent(in) :: other
+      !> The cases it is to hold.
+      character(len=*), intent(in) :: cases
+      !> Command line.
+      character(len=*), intent(in) :: command_line
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i
+
+      self%n_parameters = other%n_parameters
+      if (allocated(self%columns)) deallocate(self%columns)
+      allocate(self%columns(size(other%columns)))
+      do i = 1, size(self%columns)
+         self%columns(i)%name = other%columns(i)%name
+         self%columns(i)%units = other%columns(i)%units
+         self%columns(i)%long_name = other%columns(i)%long_name
+         self%columns(i)%kind = other%columns(i)%kind
+      end do
+      call create(self, name, replace, table_header_type(other%header%fingerprint, &
+         other%header%n_cases, 0_i8, cases), other%origins, command_line, error)
+   end subroutine open_like
+
+   !> Create the file.
+   subroutine create(self, name, replace, header, origins, command_line, error)
+      !> The table; its columns have names, units and kinds.
+      type(sweep_table_type), intent(inout) :: self
+      !> Name of the complete file.
+      character(len=*), intent(in) :: name
+      !> Whether it may replace an existing file.
+      logical, intent(in) :: replace
+      !> What it says about itself.
+      type(table_header_type), intent(in) :: header
+      !> Texts that it carries.
+      type(origins_type), intent(in) :: origins
+      !> Command line.
+      character(len=*), intent(in) :: command_line
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: scale(1) = ["/case"]
+      integer, parameter :: no_extents(0) = [integer ::]
+      integer :: i
+
+      self%name = name
+      self%replace = replace
+      self%waiting = 0
+      self%counts = 0
+      associate (f => self%file)
+         call f%create(name // unfinished_suffix, error)
+         if (allocated(error)) return
+         call f%bound_memory(error)
+         call f%put_attribute("/", "filetype", sweep_filetype, error)
+         call f%put_attribute("/", "filetype_version", sweep_filetype_version, error)
+         call f%put_attribute("/", "program_version", program_version, error)
+         call f%put_attribute("/", "git_commit", git_commit(), error)
+         call f%put_attribute("/", "created", utc_now(), error)
+         call f%put_attribute("/", "status", "running", error)
+         call f%put_attribute("/", "title", origins%title, error)
+         call f%put_attribute("/", "Conventions", "CF-1.8", error)
+         call f%put_attribute("/", "fingerprint", header%fingerprint, error)
+         call f%put_attribute("/", "case_count", header%n_cases, error)
+         call f%put_attribute("/", "cases", header%cases, error)
+         call f%create_group("/input", error)
+         call f%put_text("/input/sweep", origins%sweep, "text of the sweep file", error)
+         call f%put_text("/input/scene", origins%scene, "text of the file of the base scene", error)
+         call f%put_text("/input/resolved", origins%resolved, &
+            "base scene, all settings with defaults", error)
+         call f%put_text("/input/command_line", command_line, "command line", error)
+         call f%create_group("/provenance", error)
+         call f%put_text("/provenance/compiler", build_compiler, "compiler", error)
+         call f%put_text("/provenance/flags", build_flags, "compiler flags", error)
+         call f%put_text("/provenance/hdf5", hdf5_version(), "version of HDF5", error)
+         call f%put_text("/provenance/sundials", sundials_version(), "version of SUNDIALS", error)
+         call f%put_text("/provenance/host", host_name(), "host", error)
+         call f%create_series("/case", no_extents, scale(:0), .true., chunk_rows, "1", &
+            "number of the case", series_long, self%number, error, compressed=.true.)
+         call f%create_series("/status", no_extents, scale, .false., chunk_rows, "", &
+            "what became of the case", series_byte, self%status, error, compressed=.true.)
+         call f%put_attribute("/status", "flag_values", [(int(i, c_int8_t), &
+            i=0, last_status)], error)
+         call f%put_attribute("/status", "flag_meanings", meanings(), error)
+         call f%create_series("/message", no_extents, scale, .false., chunk_rows, "", &
+            "why the case is not complete", series_text, self%message, error, compressed=.true.)
+         call f%create_group("/parameters", error)
+         call f%create_group("/results", error)
+         call put_order("/parameters", self%columns(:self%n_parameters))
+         call put_order("/results", self%columns(self%n_parameters + 1:))
+         do i = 1, size(self%columns)
+            associate (column => self%columns(i))
+               column%path = "/results/" // column%name
+               if (i <= self%n_parameters) column%path = "/parameters/" // column%name
+               call f%create_series(column%path, no_extents, scale, .false., chunk_rows, &
+                  column%units, column%long_name, column%kind, column%series, error, &
+                  compressed=.true.)
+               if (column%kind == series_long) call f%put_attribute(column%path, "_FillValue", &
+                  no_count, error)
+               select case (column%kind)
+               case (series_long)
+                  allocate(column%longs(chunk_rows))
+               case (series_text)
+                  allocate(column%texts(chunk_rows))
+               case default
+                  allocate(column%reals(chunk_rows))
+               end select
+            end associate
+         end do
+         if (.not. allocated(self%numbers)) allocate(self%numbers(chunk_rows), &
+            self%statuses(chunk_rows), self%messages(chunk_rows))
+         ! A failure is kept by the file, so that this last call sees the first one.
+         call f%flush(error)
+      end associate
+
+   contains
+
+      !> Note the order of the columns, which a group does not keep for all readers.
+      subroutine put_order(group, columns)
+         !> Path of the group.
+         character(len=*), intent(in) :: group
+         !> Its columns.
+         type(column_type), intent(in) :: columns(:)
+         character(len=:), allocatable :: names(:)
+         integer :: k, longest
+
+         longest = 1
+         do k = 1, size(columns)
+            longest = max(longest, len(columns(k)%name))
+         end do
+         allocate(character(len=longest) :: names(size(columns)))
+         do k = 1, size(columns)
+            names(k) = columns(k)%name
+         end do
+         if (size(names) > 0) call self%file%put_attribute(group, "columns", names, error)
+      end subroutine put_order
+
+      !> Words for the status values, separated by blanks.
+      function meanings() result(text)
+         character(len=:), allocatable :: text
+         integer :: k
+
+         text = trim(status_names(0))
+         do k = 1, last_status
+            text = text // " " // trim(status_names(k))
+         end do
+      end function meanings
+
+   end subroutine create
+
+   !> Append rows; the parameters are computed from the numbers of the cases. Best some thousands
+   !> at a time.
+   subroutine append(self, sweep, cases, status, messages, results, error)
+      !> The table.
+      class(sweep_table_type), intent(inout) :: self
+      !> The sweep.
+      type(sweep_type), intent(in) :: sweep
+      !> Numbers of the cases, ascending.
+      integer(i8), intent(in) :: cases(:)
+      !> Status of each, one of the `case_*` codes.
+      integer, intent(in) :: status(:)
+      !> Message of each; empty for a complete case.
+      type(string_type), intent(in) :: messages(:)
+      !> Results, (column, row); what is not known is NaN.
+      real(wp), intent(in) :: results(:, :)
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: values(size(sweep%parameters))
+      type(string_type) :: words(size(sweep%parameters))
+      integer :: i, k, n
+
+      n = self%n_parameters
+      do i = 1, size(cases)
+         self%waiting = self%waiting + 1
+         associate (row => self%waiting)
+            self%numbers(row) = cases(i)
+            self%statuses(row) = int(status(i), c_int8_t)
+            self%messages(row)%s = messages(i)%s
+            call sweep%parameters_of(cases(i), values, words)
+            do k = 1, n
+               if (self%columns(k)%kind == series_text) then
+                  self%columns(k)%texts(row)%s = words(k)%s
+               else
+                  self%columns(k)%reals(row) = values(k)
+               end if
+            end do
+            do k = 1, size(results, 1)
+               if (self%columns(n + k)%kind /= series_long) then
+                  self%columns(n + k)%reals(row) = results(k, i)
+               else if (ieee_is_finite(results(k, i))) then
+                  self%columns(n + k)%longs(row) = nint(results(k, i), i8)
+               else
+                  self%columns(n + k)%longs(row) = no_count
+               end if
+            end do
+         end associate
+         if (self%waiting < chunk_rows) cycle
+         call write_waiting(self, error)
+         if (allocated(error)) return
+      end do
+   end subroutine append
+
+   !> Append rows of another table with the same columns.
+   subroutine append_from(self, other, first, last, error)
+      !> The table.
+      class(sweep_table_type), intent(inout) :: self
+      !> The other table.
+      type(table_reader_type), intent(in) :: other
+      !> First row, from 1.
+      integer(i8), intent(in) :: first
+      !> Last row.
+      integer(i8), intent(in) :: last
+      !> Set when a file cannot be read or written.
+      type(error_type), allocatable, intent(out) :: error
+      integer(i8) :: start(max_rank), count(max_rank), longs(chunk_rows), row
+      integer :: i, n
+      type(string_type), allocatable :: texts(:)
+
+      row = first
+      do while (row <= last)
+         n = int(min(last - row + 1, int(chunk_rows - self%waiting, i8)))
+         start = 0
+         count = 1
+         start(1) = row - 1
+         count(1) = n
+         associate (a => self%waiting + 1, b => self%waiting + n)
+            call other%number%read_integers(start, count, self%numbers(a:b), error)
+            if (.not. allocated(error)) call other%status%read_integers(start, count, longs(:n), &
+               error)
+            if (.not. allocated(error)) call other%message%read_texts(start, count, n, texts, error)
+            if (allocated(error)) return
+            self%statuses(a:b) = int(longs(:n), c_int8_t)
+            self%messages(a:b) = texts(:n)
+            do i = 1, size(self%columns)
+               associate (column => self%columns(i), item => other%columns(i)%item)
+                  select case (column%kind)
+                  case (series_long)
+                     call item%read_integers(start, count, column%longs(a:b), error)
+                  case (series_text)
+                     call item%read_texts(start, count, n, texts, error)
+                     if (.not. allocated(error)) column%texts(a:b) = texts(:n)
+                  case default
+                     call item%read_reals(start, count, column%reals(a:b), error)
+                  end select
+               end associate
+               if (allocated(error)) return
+            end do
+         end associate
+         self%waiting = self%waiting + n
+         row = row + n
+         if (self%waiting < chunk_rows) cycle
+         call write_waiting(self, error)
+         if (allocated(error)) return
+      end do
+   end subroutine append_from
+
+   !> Write the rows that wait.
+   subroutine write_waiting(self, error)
+      !> The table.
+      class(sweep_table_type), intent(inout) :: self
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i, n
+
+      n = self%waiting
+      self%waiting = 0
+      if (n == 0) return
+      do i = 0, last_status
+         self%counts(i) = self%counts(i) + count(self%statuses(:n) == i)
+      end do
+      call self%file%append(self%number, n, self%numbers, error)
+      if (allocated(error)) return
+      call self%file%append(self%status, n, self%statuses, error)
+      if (allocated(error)) return
+      call write_texts(self%file, self%message, self%messages(:n), error)
+      if (allocated(error)) return
+      do i = 1, size(self%columns)
+         associate (column => self%columns(i))
+            select case (column%kind)
+            case (series_long)
+               call self%file%append(column%series, n, column%longs, error)
+            case (series_text)
+               call write_texts(self%file, column%series, column%texts(:n), error)
+            case default
+               call self%file%append(column%series, n, column%reals, error)
+            end select
+         end associate
+         if (allocated(error)) return
+      end do
+   end subroutine write_waiting
+
+   !> Append texts to a series, in pieces whose padded length is bounded.
+   subroutine write_texts(file, series, texts, error)
+      !> The file.
+      type(hdf5_file_type), intent(inout) :: file
+      !> The series.
+      type(hdf5_series_type), intent(in) :: series
+      !> The texts.
+      type(string_type), intent(in) :: texts(:)
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: padded(:)
+      integer :: i, first, last, longest
+
+      longest = 1
+      do i = 1, size(texts)
+         longest = max(longest, len(texts(i)%s))
+      end do
+      allocate(character(len=longest) :: padded(max(1, min(size(texts), text_bytes/longest))))
+      first = 1
+      do while (first <= size(texts))
+         last = min(first + size(padded) - 1, size(texts))
+         do i = first, last
+            padded(i - first + 1) = texts(i)%s
+         end do
+         call file%append(series, last - first + 1, padded, error)
+         if (allocated(error)) return
+         first = last + 1
+      end do
+   end subroutine write_texts
+
+   !> Close the table and give it its final name.
+   subroutine finish(self, error)
+      !> The table.
+      class(sweep_table_type), intent(inout) :: self
+      !> Set when the file cannot be written.
+      type(error_type), allocatable, intent(out) :: error
+
+      call write_waiting(self, error)
+      if (.not. allocated(error)) call self%file%put_attribute("/", "status", "complete", error)
+      if (.not. allocated(error)) call self%file%close_as(self%name, self%replace, error)
+      if (allocated(error)) call self%abandon()
+   end subroutine finish
+
+   !> Give up and remove what there is.
+   subroutine abandon(self)
+      !> The table.
+      class(sweep_table_type), intent(inout) :: self
+      type(error_type), allocatable :: ignored
+      logical :: exists
+
+      call self%file%abandon()
+      if (.not. allocated(self%name)) return
+      exists = file_exists(self%name // unfinished_suffix)
+      if (exists) call remove_file(self%name // unfinished_suffix, ignored)
+   end subroutine abandon
+
+   !> What a complete table says about itself.
+   subroutine read_table_header(path, header, error)
+      !> Name of the file.
+      character(len=*), intent(in) :: path
+      !> What it says.
+      type(table_header_type), intent(out) :: header
+      !> Set when it is not the table of a sweep, or cannot be read.
+      type(error_type), allocatable, intent(out) :: error
+      type(table_reader_type) :: reader
+
+      call reader%open(path, error)
+      if (allocated(error)) return
+      header = reader%header
+      call reader%close()
+   end subroutine read_table_header
+
+   !> Open a table for reading.
+   subroutine open_reader(self, path, error)
+      !> The table.
+      class(table_reader_type), intent(inout) :: self
+      !> Name of the file.
+      character(len=*), intent(in) :: path
+      !> Set when it is not the complete table of a sweep, or cannot be read.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+
+      self%path = path
+      self%n_parameters = 0
+      call self%reader%open(path, error)
+      if (allocated(error)) return
+      text = attribute("/", "filetype")
+      if (allocated(error) .or. text /= sweep_filetype) then
+         call fatal(error, path // " is not the table of a sweep", status_usage)
+         call self%reader%close()
+         return
+      end if
+      if (attribute("/", "status") /= "complete") then
+         call fatal(error, path // " is not complete", status_usage)
+         call self%reader%close()
+         return
+      end if
+      text = attribute("/", "filetype_version")
+      if (index(text, "1.") /= 1) then
+         call fatal(error, path // " has version " // text // " of the format, this program " // &
+            "reads version " // sweep_filetype_version, status_usage)
+         call self%reader%close()
+         return
+      end if
+      self%header%fingerprint = attribute("/", "fingerprint")
+      self%header%cases = attribute("/", "cases")
+      self%origins%title = attribute("/", "title")
+      if (.not. allocated(error)) call read_count(self%header%n_cases)
+      self%origins%sweep = content("/input/sweep")
+      self%origins%scene = content("/input/scene")
+      self%origins%resolved = content("/input/resolved")
+      if (.not. allocated(error)) call self%reader%open_item("/case", "", self%number, error)
+      if (.not. allocated(error)) call self%reader%open_item("/status", "", self%status, error)
+      if (.not. allocated(error)) call self%reader%open_item("/message", "", self%message, error)
+      if (.not. allocated(error)) call open_columns(self, error)
+      if (allocated(error)) then
+         error%message = path // " is damaged: " // error%message
+         call self%close()
+         return
+      end if
+      self%header%n_rows = self%number%extents(1)
+   contains
+
+      !> A text attribute.
+      function attribute(object, name) result(value)
+         !> Path of the object.
+         character(len=*), intent(in) :: object
+         !> Name of the attribute.
+         character(len=*), intent(in) :: name
+         character(len=:), allocatable :: value
+
+         value = ""
+         if (allocated(error)) return
+         call read_one_text(self%reader, object, name, value, error)
+      end function attribute
+
+      !> A data set that is one text.
+      function content(object) result(value)
+         !> Path of the data set.
+         character(len=*), intent(in) :: object
+         character(len=:), allocatable :: value
+
+         value = ""
+         if (allocated(error)) return
+         call read_one_text(self%reader, object, "", value, error)
+      end function content
+
+      !> The number of cases of the sweep.
+      subroutine read_count(n)
+         !> The number.
+         integer(i8), intent(out) :: n
+         type(hdf5_item_type) :: item
+         integer(i8) :: start(max_rank), count(max_rank), buffer(1)
+
+         n = 0
+         start = 0
+         count = 1
+         call self%reader%open_item("/", "case_count", item, error)
+         if (allocated(error)) return
+         call item%read_integers(start, count, buffer, error)
+         call item%close()
+         n = buffer(1)
+      end subroutine read_count
+
+   end subroutine open_reader
+
+   !> Read a text attribute, or a data set that is one text.
+   subroutine read_one_text(reader, object, name, value, error)
+      !> The file.
+      type(hdf5_reader_type), intent(in) :: reader
+      !> Path of the object.
+      character(len=*), intent(in) :: object
+      !> Name of the attribute; empty for the data set.
+      character(len=*), intent(in) :: name
+      !> The text.
+      character(len=:), allocatable, intent(inout) :: value
+      !> Set when there is none.
+      type(error_type), allocatable, intent(out) :: error
+      type(hdf5_item_type) :: item
+      type(string_type), allocatable :: texts(:)
+      integer(i8) :: start(max_rank), count(max_rank)
+
+      start = 0
+      count = 1
+      call reader%open_item(object, name, item, error)
+      if (allocated(error)) return
+      if (item%class /= class_text) then
+         call fatal(error, object // " " // name // " is not a text", status_file)
+      else
+         call item%read_texts(start, count, 1, texts, error)
+         if (.not. allocated(error)) value = texts(1)%s
+      end if
+      call item%close()
+   end subroutine read_one_text
+
+   !> Open the columns of a table.
+   subroutine open_columns(self, error)
+      !> The table.
+      class(table_reader_type), intent(inout) :: self
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: groups(2) = [character(len=11) :: "/parameters", "/results"]
+      type(string_type), allocatable :: names(:)
+      type(column_type), allocatable :: columns(:)
+      integer :: g, i, n
+
+      if (allocated(self%columns)) deallocate(self%columns)
+      allocate(self%columns(0))
+      do g = 1, 2
+         call list_names(self%reader, trim(groups(g)), names, error)
+         if (allocated(error)) return
+         n = size(self%columns)
+         allocate(columns(n + size(names)))
+         columns(:n) = self%columns
+         do i = 1, size(names)
+            associate (column => columns(n + i))
+               column%name = names(i)%s
+               column%path = trim(groups(g)) // "/" // names(i)%s
+               column%long_name = ""
+               call self%reader%open_item(column%path, "", column%item, error)
+               if (.not. allocated(error)) call read_one_text(self%reader, column%path, &
+                  "long_name", column%long_name, error)
+               if (allocated(error)) exit
+               column%units = column%item%units()
+               if (column%item%class == class_integer) column%kind = series_long
+               if (column%item%class == class_text) column%kind = series_text
+            end associate
+         end do
+         call move_alloc(columns, self%columns)
+         if (allocated(error)) return
+         if (g == 1) self%n_parameters = size(names)
+      end do
+   end subroutine open_columns
+
+   !> Names of the columns in a group, in their order.
+   subroutine list_names(reader, group, names, error)
+      !> The file.
+      type(hdf5_reader_type), intent(in) :: reader
+      !> The group.
+      character(len=*), intent(in) :: group
+      !> The names.
+      type(string_type), allocatable, intent(out) :: names(:)
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+      type(hdf5_entry_type), allocatable :: attributes(:)
+      type(hdf5_item_type) :: item
+      integer(i8) :: start(max_rank), count(max_rank)
+      integer :: i
+
+      call reader%list(group, .true., attributes, error)
+      if (allocated(error)) return
+      if (.not. any([(attributes(i)%name == "columns", i=1, size(attributes))])) then
+         allocate(names(0))
+         return
+      end if
+      call reader%open_item(group, "columns", item, error)
+      if (allocated(error)) return
+      start = 0
+      count = 1
+      count(1) = item%extents(1)
+      call item%read_texts(start, count, int(count(1)), names, error)
+      call item%close()
+   end subroutine list_names
+
+   !> Close a table.
+   subroutine close_reader(self)
+      !> The table.
+      class(table_reader_type), intent(inout) :: self
+      integer :: i
+
+      if (allocated(self%columns)) then
+         do i = 1, size(self%columns)
+            call self%columns(i)%item%close()
+         end do
+      end if
+      call self%number%close()
+      call self%status%close()
+      call self%message%close()
+      call self%reader%close()
+   end subroutine close_reader
+
+   !> Numbers of the cases in some rows.
+   subroutine numbers(self, first, cases, error)
+      !> The table.
+      class(table_reader_type), intent(in) :: self
+      !> First row, from 1.
+      integer(i8), intent(in) :: first
+      !> Numbers of the cases from there on.
+      integer(i8), intent(inout), contiguous :: cases(:)
+      !> Set when the file cannot be read.
+      type(error_type), allocatable, intent(out) :: error
+      integer(i8) :: start(max_rank), count(max_rank)
+
+      start = 0
+      count = 1
+      start(1) = first - 1
+      count(1) = size(cases)
+      call self%number%read_integers(start, count, cases, error)
+   end subroutine numbers
+
+   !> Why rows of two tables cannot stand in one; empty if they can.
+   function difference(self, other) result(why)
+      !> A table.
+      class(table_reader_type), intent(in) :: self
+      !> Another table.
+      class(table_reader_type), intent(in) :: other
+      character(len=:), allocatable :: why
+      integer :: i
+      logical :: same
+
+      why = ""
+      same = size(self%columns) == size(other%columns) .and. &
+         self%n_parameters == other%n_parameters
+      if (same) then
+         do i = 1, size(self%columns)
+            same = same .and. self%columns(i)%path == other%columns(i)%path .and. &
+               self%columns(i)%kind == other%columns(i)%kind
+         end do
+      end if
+      if (.not. same) then
+         why = "they have other columns"
+      else if (self%header%n_cases /= other%header%n_cases) then
+         why = "they are of sweeps with " // to_text(self%header%n_cases) // " and " // &
+            to_text(other%header%n_cases) // " cases"
+      else if (self%header%fingerprint /= other%header%fingerprint) then
+         why = "they are of different sweeps or versions of the program"
+      end if
+   end function difference
+
+end module contensou_io_sweep_table

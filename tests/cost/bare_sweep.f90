@@ -1,0 +1,157 @@
+!> The cases of a sweep in a bare loop: the scene is read once, the parameter is assigned, nothing
+!> is parsed, watched, written or shared. What `contensou sweep -j 1` needs beyond this is its own.
+module bare_sweep_witness
+   use contensou_base_errors, only : error_type
+   use contensou_base_kinds, only : wp
+   use contensou_integrate_march, only : event_touch, observer_type
+   use contensou_integrate_motion, only : motion_type
+   use contensou_io_quantities, only : row_type, summary_type
+   implicit none(type, external)
+   private
+
+   public :: witness_type
+
+   !> Takes what makes the summary.
+   type, extends(observer_type) :: witness_type
+      !> The last row.
+      type(row_type) :: row
+      !> What the case comes down to.
+      type(summary_type) :: summary
+   contains
+      procedure :: sample
+      procedure :: event
+      procedure :: after_step
+   end type witness_type
+
+contains
+
+   !> A row is due.
+   subroutine sample(self, motion, t, y, error)
+      !> The witness.
+      class(witness_type), intent(inout) :: self
+      !> The motion.
+      class(motion_type), intent(inout) :: motion
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Never set.
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%row%evaluate(motion%system, t, y)
+      call self%summary%add_row(motion%system, self%row)
+   end subroutine sample
+
+   !> A contact touched or lifted off.
+   subroutine event(self, t, kind, contact, error)
+      !> The witness.
+      class(witness_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> `event_touch` or `event_lift`.
+      integer, intent(in) :: kind
+      !> Index of the contact.
+      integer, intent(in) :: contact
+      !> Never set.
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%summary%add_event(kind == event_touch)
+   end subroutine event
+
+   !> A step is done.
+   subroutine after_step(self, t, stop_now, error)
+      !> The witness.
+      class(witness_type), intent(inout) :: self
+      !> Time reached [s].
+      real(wp), intent(in) :: t
+      !> Never.
+      logical, intent(out) :: stop_now
+      !> Never set.
+      type(error_type), allocatable, intent(out) :: error
+
+      stop_now = .false.
+   end subroutine after_step
+
+end module bare_sweep_witness
+
+!>    bare_sweep SWEEP
+!>
+!> The sweep has one parameter, the friction coefficient of all contacts. Prints the number of
+!> right-hand sides of all cases.
+program bare_sweep
+   use, intrinsic :: iso_fortran_env, only : error_unit, output_unit
+   use bare_sweep_witness, only : witness_type
+   use contensou_base_errors, only : error_type
+   use contensou_base_kinds, only : i8, wp
+   use contensou_base_text, only : string_type
+   use contensou_dynamics_assembly, only : assemble, initial_state
+   use contensou_dynamics_scene, only : scene_type
+   use contensou_integrate_integrator, only : statistics_type
+   use contensou_integrate_march, only : march
+   use contensou_integrate_motion, only : motion_type, set_up_motion
+   use contensou_io_scene_reader, only : read_scene, scene_file_type
+   use contensou_io_sweep, only : read_sweep, sweep_type
+   implicit none(type, external)
+
+   call run_all()
+
+contains
+
+   !> From the sweep file to its last case.
+   subroutine run_all()
+      type(sweep_type) :: sweep
+      type(scene_file_type) :: file
+      type(string_type) :: words(1)
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: path
+      real(wp) :: values(1)
+      integer(i8) :: i, total
+      integer :: length
+
+      call get_command_argument(1, length=length)
+      allocate(character(len=length) :: path)
+      call get_command_argument(1, path)
+      call read_sweep(path, [string_type ::], "", sweep, error)
+      if (.not. allocated(error)) then
+         call read_scene(sweep%scene_path, sweep%overrides, "", file, error)
+      end if
+      if (allocated(error)) then
+         write(error_unit, "(a)") error%message
+         stop 2, quiet=.true.
+      end if
+      total = 0
+      do i = 1, sweep%n_cases
+         call sweep%parameters_of(i, values, words)
+         file%scene%contacts%friction_coefficient = values(1)
+         total = total + evaluations(file%scene)
+      end do
+      write(output_unit, "(i0)") total
+   end subroutine run_all
+
+   !> Right-hand sides of a case.
+   function evaluations(scene) result(count)
+      !> Its scene.
+      type(scene_type), intent(in) :: scene
+      integer(i8) :: count
+      type(motion_type), target :: motion
+      type(witness_type) :: witness
+      type(statistics_type) :: statistics
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: y(:)
+      real(wp) :: t
+      logical :: stopped
+
+      call assemble(scene, motion%system)
+      y = initial_state(scene, motion%system%n)
+      call set_up_motion(motion, scene, y)
+      call witness%row%prepare(motion%system)
+      call march(motion, scene%integrator%method, y, scene%t_end, scene%output%interval, &
+         scene%integrator%max_step, witness, t, statistics, stopped, error)
+      if (allocated(error)) then
+         write(error_unit, "(a)") error%message
+         stop 1, quiet=.true.
+      end if
+      count = statistics%derivatives
+   end function evaluations
+
+end program bare_sweep

@@ -1,7 +1,7 @@
 """Draw one output file of contensou.
 
 A run: inclination, contacts, energy balance and spin over time. A study of `contensou cost`: error
-against CPU time.
+against CPU time. The table of `contensou sweep`: results over one or two parameters.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lib import style, work_precision
+from lib import style, sweeps, work_precision
 from lib.results import Result, ResultError
 
 MAX_LINES = 8
@@ -268,10 +268,32 @@ def main() -> int:
     parser.add_argument(
         "-o", "--output", type=Path, metavar="PNG", help="picture; default beside FILE, as .png"
     )
+    of_sweeps = parser.add_argument_group(
+        "tables of sweeps", "What is not given is chosen by the data; names are those of the table."
+    )
+    of_sweeps.add_argument("--result", metavar="NAME[,NAME]", help="results, a panel for each")
+    of_sweeps.add_argument("--over", metavar="NAME[,NAME]", help="one or two parameters")
+    of_sweeps.add_argument(
+        "--kind", choices=sweeps.KINDS, help="lines, heat map, or a point for each case"
+    )
+    of_sweeps.add_argument(
+        "--where",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="hold another parameter at its nearest value; may be repeated",
+    )
     options = parser.parse_args()
+    wishes = wishes_of(parser, options)
     picture = options.output or default_picture(options.file)
     try:
-        if work_precision.is_study(options.file):
+        if sweeps.is_sweep(options.file):
+            figure = sweeps.draw(options.file, wishes)
+        elif wishes != sweeps.Wishes():
+            raise ResultError(
+                f"{options.file} is no table of a sweep: no --result, --over, --kind, --where"
+            )
+        elif work_precision.is_study(options.file):
             figure = work_precision.draw(options.file)
         else:
             figure = draw(Result(options.file))
@@ -284,6 +306,24 @@ def main() -> int:
         return 2
     print(picture)
     return 0
+
+
+def wishes_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> sweeps.Wishes:
+    """What is asked for of a sweep; ends with a message when it cannot be understood."""
+
+    def words(text: str | None) -> list[str] | None:
+        return [word.strip() for word in text.split(",")] if text is not None else None
+
+    where = {}
+    for text in options.where:
+        name, equals, value = text.partition("=")
+        if not equals:
+            parser.error(f"--where takes NAME=VALUE, not '{text}'")
+        where[name.strip()] = value.strip()
+    over = words(options.over)
+    if over and (len(over) > 2 or len(set(over)) < len(over)):
+        parser.error("--over takes one or two different parameters")
+    return sweeps.Wishes(words(options.result), over, options.kind, where)
 
 
 def default_picture(file: Path) -> Path:

@@ -48,6 +48,7 @@ void contensou_crew_begin(int thread);
 int contensou_crew_stopping(void);
 void contensou_crew_lock(void);
 void contensou_crew_unlock(void);
+void contensou_system_leave(int status);
 
 enum { most_threads = 1024, reason_size = 512, stack_size = 16 << 20 };
 
@@ -264,7 +265,7 @@ static void work(int threads, pid_t parent)
    if (started == 0) labour((void *)(intptr_t)0);
    for (int i = 0; i < started; ++i) pthread_join(others[i], NULL);
    atomic_store(&board->complete, 1);
-   _exit(0);
+   contensou_system_leave(0);
 }
 
 /* Hand whose piece is long beyond its limit; -1 if there is none. */

@@ -29,6 +29,7 @@ void contensou_guard_leave(void);
 void contensou_guard_finish(int status);
 int contensou_guard_wait(int *status, int *inside, char *place, char *reason, char *output,
    size_t size);
+void contensou_system_leave(int status);
 
 /* CPU time that one step of the work may take before it is taken for endless [s]. */
 enum { STEP_SECONDS = 5 };
@@ -137,12 +138,7 @@ void contensou_guard_leave(void)
 void contensou_guard_finish(int status)
 {
    if (watch) watch->finished = 1;
-#ifdef CONTENSOU_COVERAGE
-   /* The child's counts, which only exit() would write. */
-   extern void __gcov_dump(void);
-   __gcov_dump();
-#endif
-   _exit(status);
+   contensou_system_leave(status);
 }
 
 int contensou_guard_wait(int *status, int *inside, char *place, char *reason, char *output,

@@ -40,6 +40,7 @@ void contensou_system_utc_now(char *text, size_t size);
 int contensou_system_write(int unit, const char *text, size_t length);
 const char *contensou_system_reason(int code);
 int contensou_system_save(const char *path, const char *bytes, size_t length);
+void contensou_system_leave(int status);
 uint64_t contensou_system_checksum(uint64_t sum, const unsigned char *bytes, size_t length);
 
 /* The folder part of a file name, to be freed by the caller; null when memory is short. */
@@ -308,4 +309,15 @@ uint64_t contensou_system_checksum(uint64_t sum, const unsigned char *bytes, siz
    if (sum == 0) sum = UINT64_C(0xcbf29ce484222325);
    for (size_t i = 0; i < length; ++i) sum = (sum ^ bytes[i]) * UINT64_C(0x100000001b3);
    return sum;
+}
+
+/* End a process that fork() made, without what its parent will do at its own end. */
+void contensou_system_leave(int status)
+{
+#ifdef CONTENSOU_COVERAGE
+   /* Its counts, which only exit() would write. */
+   extern void __gcov_dump(void);
+   __gcov_dump();
+#endif
+   _exit(status);
 }

@@ -156,8 +156,8 @@ module contensou_dynamics_system
       !> Whether it was so far beyond, as in a step that is too large, that nothing was evaluated.
       !> Up to that an integrator comes to the limit in a step and not in ever smaller ones.
       logical :: outside = .false.
-      !> End of a ramp of a drive to which that very time still belongs, as an integration goes up to
-      !> it [s]; negative for none.
+      !> End of a ramp of a drive to which that very time still belongs, as an integration goes up
+      !> to it [s]; negative for none.
       real(wp) :: corner = -1.0_wp
       !> What an integrator resolves of the velocities at a contact.
       type(resolution_type) :: resolution

@@ -654,7 +654,7 @@ contains
          if (p%terminal) then
             if (now - p%last < 0.1_wp) return
             p%last = now
-            width = max(min(widest, terminal_width() - len(words) - 10), 0)
+            width = max(min(widest, terminal_width() - len(words) - 11), 0)
             filled = int(share*width)
             call write_stderr(achar(13) // achar(27) // "[K[" // repeat("#", filled) // &
                repeat(" ", width - filled) // "] " // to_text(int(100.0_wp*share)) // " %, " // &

@@ -68,8 +68,8 @@ module contensou_integrate_cvode
    !> Steps without an event before `stable_order` is tried first.
    integer, parameter :: first_patience = 2000
 
-   !> Steps before it is tried again after many trials in vain.
-   integer, parameter :: largest_patience = 32000
+   !> Steps before it is tried again after many trials in vain; a trial takes some 150 of them.
+   integer, parameter :: largest_patience = 8000
 
    !> Steps over which the pace is taken.
    integer, parameter :: pace_steps = 200

@@ -77,8 +77,10 @@ contains
       motion%n_events = size(motion%system%contacts)
       if (motion%system%n_rigid == 0) then
          call motion%differential%prepare(motion%system)
-         motion%column_start = motion%differential%column_start
-         motion%row = motion%differential%row
+         ! Not by assignment, before which gfortran looks at the bounds of what is not allocated.
+         if (allocated(motion%row)) deallocate(motion%column_start, motion%row)
+         allocate(motion%column_start, source=motion%differential%column_start)
+         allocate(motion%row, source=motion%differential%row)
          motion%cheap_jacobian = .true.
       else
          call set_up_differences(motion)

@@ -515,7 +515,8 @@ def test_sliding_that_stops(attempt, picture, slow_build):
 
     Passes if sliding and turning stop within 2 ms of each other, if it then neither creeps
     (less than 1e-9 m) nor gains energy (1e-12 of the initial energy), and if the 100 s take
-    at most a tenth more steps than the first 0.3 s.
+    at most a tenth more steps than the slide and some rest (runs of 0.3, 0.5 and 1 s, the most
+    of them: the first step, and with it all others, depends on the end of time).
     """
     t_end = 20.0 if slow_build else 100.0
     start = ("body.velocity = 0.3, 0.1, 0", "body.spin = 0, 0, 8")
@@ -531,7 +532,8 @@ def test_sliding_that_stops(attempt, picture, slow_build):
     assert np.abs(place - place[0]).max() <= 1e-9
     assert np.abs(whole.quaternion[resting] - whole.quaternion[resting][0]).max() <= 1e-8
     assert np.diff(whole.mechanical()).max() <= 1e-12 * whole.mechanical()[0] + 1e-15
-    assert whole.steps <= 1.1 * slide.steps
+    others = [attempt("stool", f"scene.t_end = {end}", *start).steps for end in (0.5, 1.0)]
+    assert whole.steps <= 1.1 * max(slide.steps, *others)
 
 
 @pytest.mark.parametrize("coefficient", [1.0, 10.0])

@@ -148,10 +148,14 @@ def test_a_case_can_be_added_and_renewed(executable, tmp_path, scene_text, build
 def test_the_same_bits(run, executable, tmp_path, name, method, build_kind):
     case = CASES[name]
     words = [*case.words(), "--set", f"integrator.method={method}"]
+    # Rolling contacts all but stick: the methods for problems that are not stiff take minutes.
+    shorter = 20 if name.startswith("bearing") and method in {"explicit8", "cvode_adams"} else 1
     if build_kind != "release":
+        shorter *= 20
+    if shorter > 1:
         end = next(item for item in case.overrides if item.startswith("scene.t_end="))
-        end = float(end.partition("=")[2])
-        words += ["--set", f"scene.t_end={end / 20}", "--set", f"output.interval={end / 400}"]
+        end = float(end.partition("=")[2]) / shorter
+        words += ["--set", f"scene.t_end={end}", "--set", f"output.interval={end / 20}"]
     files = []
     statuses = set()
     # Other lengths of names and of the environment move what is on the stack.

@@ -69,7 +69,7 @@ module contensou_integrate_cvode
    integer, parameter :: first_patience = 2000
 
    !> Steps before it is tried again after many trials in vain; a trial takes some 150 of them.
-   integer, parameter :: largest_patience = 8000
+   integer, parameter :: largest_patience = 4000
 
    !> Steps over which the pace is taken.
    integer, parameter :: pace_steps = 200

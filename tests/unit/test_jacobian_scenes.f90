@@ -102,7 +102,7 @@ contains
       ! Rigid contacts have no analytic Jacobian.
       if (motion%system%n_rigid > 0) return
       allocate(keeper%t(most), keeper%y(motion%n, most))
-      y = start
+      allocate(y, source=start)
       t_end = min(file%scene%t_end, longest_time)
       keeper%part = rows_of_contact/size(motion%system%contacts)/parts
       call march(motion, file%scene%integrator%method, y, t_end, t_end/(parts*keeper%part), &

@@ -284,6 +284,7 @@ contains
       character(len=*), parameter :: name_key = "name = "
       character(len=:), allocatable :: line, other, group, name
       integer :: at, at_other, equals
+      logical :: same_key
 
       words = ""
       group = ""
@@ -305,7 +306,9 @@ contains
          if (group == "output" .and. starts_with(line, "file = ") .and. &
             starts_with(other, "file = ")) cycle
          equals = index(line, " = ")
-         if (equals > 0 .and. starts_with(other, line(:equals + 2))) then
+         same_key = .false.
+         if (equals > 0) same_key = starts_with(other, line(:equals + 2))
+         if (same_key) then
             words = group // "." // line(:equals - 1) // " is " // line(equals + 3:) // &
                " in it and " // other(equals + 3:) // " here"
          else

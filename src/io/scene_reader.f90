@@ -1101,6 +1101,12 @@ contains
                   "radii and moduli that are neither so small nor so large")
                cycle
             end if
+            ! It never has one, so that this need not wait for the surfaces to touch.
+            if (contact%law%geometry%constant_curvatures .and. &
+               ieee_is_nan(contact%law%normal%axis_a)) then
+               call add_trouble(i, trouble_no_spot)
+               cycle
+            end if
             track = contact%track
             call contact%law%geometry%gap(pose(contact%a), pose(contact%b), track, gap)
             if (contact%rigid .and. -gap > touching_gap(contact)) then
@@ -1130,15 +1136,30 @@ contains
                   trouble = trouble_no_spot
                end if
             end if
-            if (trouble /= trouble_none) call diagnostics%add(contact_place(settings, i), &
-               "surfaces " // quote(scene%surfaces(scene%contacts(i)%surfaces(1))%name) // &
-               " and " // quote(scene%surfaces(scene%contacts(i)%surfaces(2))%name) // &
-               " of contact " // quote(scene%contacts(i)%name) // " at the beginning: " // &
-               trouble_text(trouble), "surfaces that are closest in one point")
+            if (trouble /= trouble_none) call add_trouble(i, trouble)
          end associate
       end do
 
    contains
+
+      !> Say why two surfaces cannot touch.
+      subroutine add_trouble(index, trouble)
+         !> Index of the contact.
+         integer, intent(in) :: index
+         !> One of the `trouble_*` codes.
+         integer, intent(in) :: trouble
+         character(len=:), allocatable :: right
+
+         right = "surfaces that are closest in one point"
+         if (trouble == trouble_no_spot) right = &
+            "one of these two, or curvatures that differ less"
+         associate (spec => scene%contacts(index))
+            call diagnostics%add(contact_place(settings, index), "surfaces " // &
+               quote(scene%surfaces(spec%surfaces(1))%name) // " and " // &
+               quote(scene%surfaces(spec%surfaces(2))%name) // " of contact " // &
+               quote(spec%name) // " at the beginning: " // trouble_text(trouble), right)
+         end associate
+      end subroutine add_trouble
 
       !> What reduces that bound.
       pure function less_in_hollow(contact) result(text)

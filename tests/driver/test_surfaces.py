@@ -134,3 +134,23 @@ def test_ball_that_slides_in_a_hollow_is_a_pendulum(hollow, position, length, ru
         time = file["trajectory/time"][:]
         found = file["trajectory/position"][:, 0, 0]
     assert np.abs(found - x * np.cos(omega * time)).max() < 2e-3 * x
+
+
+@pytest.mark.parametrize("height", [1.0, 0.019999])
+def test_a_spot_that_cannot_be_is_refused_before_the_surfaces_touch(height, run, tmp_path):
+    # A thin rod on a large ball: A/B = 0.025 is below 0.0936. Far from each other, and closed.
+    text = SCENE.format(
+        t_end=1e-3,
+        interval=1e-4,
+        pose=f"position = 0, 0, {height}",
+        first="shape = 'cylinder', radius = 0.0005, direction = 1, 0, 0",
+        second="shape = 'sphere', radius = 0.0195",
+        contact=", normal = 'vilke', ellipse = 'chord'",
+    )
+    (tmp_path / "scene.nml").write_text(text)
+    result = run("run", "scene.nml")
+    assert result.status == 2
+    assert "scene.nml:6:26: error: surfaces 'first' and 'second'" in result.err
+    assert "gives no spot for these curvatures; 'power' or 'exact' does" in result.err
+    (tmp_path / "scene.nml").write_text(text.replace("'chord'", "'power'"))
+    assert run("run", "scene.nml").status == 0

@@ -50,7 +50,7 @@ module contensou_dynamics_impact
    integer, parameter :: most_impacts = 10000
 
    !> Turns in which several contacts are brought to rest.
-   integer, parameter :: most_turns = 30
+   integer, parameter :: most_turns = 1000
 
    !> Share of `velocity_scale` below which a rebound closes the contact.
    real(wp), parameter :: slow = 1.0e-3_wp
@@ -120,6 +120,7 @@ contains
       integer, intent(out) :: trouble
       real(wp) :: rate(size(candidate)), y_rate(size(y)), press(size(candidate)), slowest, e, still
       type(link_type) :: link
+      logical :: resting(size(candidate))
       integer :: i, k
 
       trouble = trouble_none
@@ -144,15 +145,59 @@ contains
          index = i
          return
       end if
-      call choose(system, t, y, candidate .and. rate <= still, y_rate, index, trouble)
+      resting = candidate .and. rate <= still
+      if (any(candidate .and. .not. resting)) then
+         call catch_slow(system, t, y, candidate, velocity_scale, rate, resting, index, trouble)
+         if (trouble /= trouble_none) return
+      end if
+      call choose(system, t, y, resting, y_rate, index, trouble)
       if (trouble /= trouble_none) return
-      call halt(system, y)
+      call halt(system, y, rest*still)
       do i = 1, size(candidate)
          if (.not. candidate(i)) cycle
          system%contacts(i)%leaving = .false.
          if (.not. system%contacts(i)%closed) call open_contact(system, i)
       end do
    end subroutine settle
+
+   !> Contacts that impacts at others open, slower than a rebound may be, stay closed: a body that
+   !> rocks between two of them comes to rest on both after a finite number of impacts.
+   subroutine catch_slow(system, t, y, candidate, velocity_scale, rate, resting, index, trouble)
+      !> The system.
+      type(system_type), intent(inout) :: system
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Rigid contacts whose gaps are zero.
+      logical, intent(in) :: candidate(:)
+      !> Velocity that the tolerance refers to [m/s].
+      real(wp), intent(in) :: velocity_scale
+      !> Rates of the gaps [m/s].
+      real(wp), intent(in) :: rate(:)
+      !> Contacts at rest; those that stay closed are added.
+      logical, intent(inout) :: resting(:)
+      !> Contact in trouble; unchanged if none is.
+      integer, intent(inout) :: index
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      type(link_type) :: link
+      real(wp) :: y_rate(size(y)), press
+      integer :: i
+
+      trouble = trouble_none
+      where (candidate) system%contacts%closed = .false.
+      do i = 1, size(candidate)
+         if (.not. candidate(i) .or. resting(i)) cycle
+         call pressing(system, t, y, i, y_rate, link, press, trouble)
+         if (trouble /= trouble_none) then
+            index = i
+            return
+         end if
+         resting(i) = press > 0.0_wp .and. &
+            rate(i) < slowest_rebound(system%contacts(i), link, press, velocity_scale)
+      end do
+   end subroutine catch_slow
 
    !> Open a rigid contact at the poses that are set.
    subroutine open_contact(system, index)
@@ -285,11 +330,13 @@ contains
    end subroutine choose
 
    !> Take what is left of the rates of the closed gaps after impacts in turn.
-   subroutine halt(system, y)
+   subroutine halt(system, y, limit)
       !> The system; its links are those of the state.
       type(system_type), intent(inout) :: system
-      !> State; velocities and the work of damping change by next to nothing.
+      !> State; velocities and the work of damping change a little.
       real(wp), intent(inout) :: y(:)
+      !> Rate that is none [m/s].
+      real(wp), intent(in) :: limit
       type(impact_type) :: impact
       real(wp) :: rate(size(system%contacts)), kinetic(2), potential, supplied
       integer :: i, j, k
@@ -309,7 +356,8 @@ contains
                end do
             end associate
          end do
-         if (system%n_links == 1) exit
+         call system%gap_rates(y, rate)
+         if (maxval(abs(rate(system%links(:system%n_links)%contact))) <= limit) exit
       end do
       call system%energies(y, kinetic(2), potential)
       y(system%damping_index) = y(system%damping_index) + kinetic(1) - kinetic(2) + supplied

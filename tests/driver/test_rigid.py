@@ -145,6 +145,25 @@ def test_tippe_top_costs_far_fewer_right_hand_sides(simulate, inputs, tmp_path, 
     assert many >= 10 * few
 
 
+@pytest.mark.parametrize(("friction", "left"), [(0.05, 7.05942), (0.1, None), (0.8, None)])
+def test_top_rocks_between_ball_and_stem_for_a_finite_time(simulate, inputs, friction, left):
+    # Impacts in turn would come to rest only after 10^5 of them, 10 s of CPU.
+    top = simulate(
+        inputs / "tippe_top_rigid.nml",
+        f"ball_floor.friction_coefficient = {friction}",
+        f"stem_floor.friction_coefficient = {friction}",
+        "integrator.rtol = 1e-8",
+        "output.interval = 0.1",
+        "scene.t_end = 7.3",
+    )
+    assert 2 * 10 < len(top.events) < 2 * 60
+    assert top.residual() <= 1e-8
+    if left is not None:
+        # There the Hertz contact of the ball opens for good (rtol 1e-10).
+        assert top.events[-1][1:] == ("lift", "ball_floor")
+        assert top.events[-1][0] == pytest.approx(left, abs=3e-4)
+
+
 # ---- Impacts ------------------------------------------------------------------------------------
 
 

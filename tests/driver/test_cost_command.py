@@ -117,6 +117,33 @@ def test_errors_are_those_of_runs(study, run, tmp_path):
     assert scale["velocity"] == pytest.approx(np.linalg.norm(b["velocity"], axis=1).max(), rel=1e-5)
 
 
+def test_errors_of_event_times_are_those_of_runs(run, inputs, tmp_path):
+    """A ball that bounces: each event against the same of the reference."""
+    scene = inputs / "bouncing_ball.nml"
+    short = ("--set", "skin_floor.restitution=0.5", "--set", "cost.repeats=1")
+    done = run("cost", scene, "-o", "c.h5", "--csv", "c.csv", "-q", *short, *SMALL)
+    assert done.status == 0, done.err
+
+    def times(method, rtol):
+        result = run(
+            "run", scene, "-q", "--force", "-o", "r.h5", *short[:2],
+            "--set", f"integrator.method='{method}'", "--set", f"integrator.rtol={rtol}",
+        )  # fmt: skip
+        assert result.status == 0, result.err
+        with h5py.File(tmp_path / "r.h5") as file:
+            return file["events/time"][()]
+
+    exact = times("explicit8", 1e-12)
+    rows = list(csv.DictReader((tmp_path / "c.csv").open()))
+    assert len(rows) == 4
+    for row in rows:
+        own = times(row["method"], row["rtol"])
+        assert len(own) == float(row["events"]) > 15
+        expected = np.abs(own - exact).max()
+        assert float(row["error_events"]) == pytest.approx(expected, rel=1e-2, abs=1e-12)
+        assert expected < 1e-4
+
+
 def test_scaled_error_and_pareto_front(study):
     """The one error of a run, the front and the cheapest choice, recomputed."""
     with h5py.File(study / "cost.h5") as file:
@@ -356,3 +383,20 @@ def test_profile(run, scene, tmp_path):
     with h5py.File(tmp_path / "f.h5") as file:
         seconds = dict(zip(names, file["integrator/cpu_by_effect"][()], strict=True))
     assert seconds["friction"] == seconds["ellipse"] == 0
+
+
+def test_profile_of_a_spot_that_changes(run, inputs, tmp_path):
+    """An ellipsoid with rolling resistance and without damping."""
+    result = run(
+        "run", inputs / "ellipsoid_egg.nml", "-q", "--profile", "-o", "egg.h5",
+        *itertools.chain.from_iterable(("--set", word) for word in (
+            "scene.t_end=0.05", "contact.damping='none'", "contact.rolling='constant'",
+            "contact.rolling_coefficient=1e-5", "contact.rolling_regularization=1.0")),
+    )  # fmt: skip
+    assert result.status == 0, result.err
+    with h5py.File(tmp_path / "egg.h5") as file:
+        names = list(map(text, file["integrator/effect"]))
+        seconds = dict(zip(names, file["integrator/cpu_by_effect"][()], strict=True))
+    for name in ("geometry", "normal_force", "ellipse", "friction", "rolling", "bodies"):
+        assert seconds[name] > 0, name
+    assert seconds["damping"] == 0

@@ -196,6 +196,37 @@ def test_a_table_without_rows(run, ball, tmp_path, mistakes, csv):
     assert mistakes(result.err)[0].line == 1
 
 
+def test_a_long_table(run, ball, tmp_path):
+    sweep = ball("&sweep scene = 'ball.nml', sampling = 'file', table = 'points.csv' /\n")
+    (tmp_path / "points.csv").write_text("ball.mass\n" + "0.5\n" * 5000)
+    assert value_of(run("check", sweep.name).out, "cases") == "5000"
+
+
+def test_mistakes_in_hdf5(run, ball, tmp_path, mistakes):
+    sweep = ball("&sweep scene = 'ball.nml', sampling = 'file', table = 'points.h5' /\n")
+    path = tmp_path / "points.h5"
+
+    def message(**columns):
+        with h5py.File(path, "w") as file:
+            file.attrs["nothing"] = 1
+            for name, values in columns.items():
+                file[name.replace("_", ".")] = values
+        result = run("check", sweep.name)
+        assert result.status == 2
+        found = mistakes(result.err)
+        assert len(found) == 1, result.err
+        return found[0].message
+
+    assert "points.h5 has no one-dimensional datasets" in message()
+    text = message(ball_mass=[1.0, 2.0], touch_friction=[b"pade11"])
+    assert "the columns are not equally long" in text
+    assert "row 2 of ball.mass: 'mass' is out of range" in message(ball_mass=[1.0, -2.0])
+    path.write_bytes(path.read_bytes()[:900])
+    result = run("check", sweep.name)
+    assert result.status == 2
+    assert "points.h5" in result.err
+
+
 # ---- Results -------------------------------------------------------------------------------------
 
 
@@ -491,6 +522,172 @@ MASS = "&parameter name = 'ball.mass', values = 1, 2 /\n"
             3,
             15,
             "two results have the name 'steps'",
+        ),
+        (HEAD + MASS + "&quux a = 1 /\n", 3, 1, "unknown group &quux in a sweep"),
+        (
+            HEAD + "&parameter name = 'ball.mass', values = 1, values = 2 /\n",
+            2,
+            44,
+            "'values' given twice in group &parameter",
+        ),
+        (
+            HEAD + "&parameter name(2) = 'ball.mass', values = 1 /\n",
+            2,
+            12,
+            "'name' takes no subscript",
+        ),
+        (
+            HEAD + "&parameter name = 'ball.mass', values = /\n",
+            2,
+            32,
+            "no value for 'values' in group &parameter",
+        ),
+        (
+            "&sweep scene = 'ball.nml', cases = 3, 4, sampling = 'sobol' /\n" + MASS,
+            1,
+            39,
+            "too many values for 'cases' in group &sweep",
+        ),
+        (
+            HEAD + "&parameter name = 'ball.mass', 'ball.spin(1)',, values = 1 /\n",
+            2,
+            47,
+            "a value of 'name' is missing in group &parameter",
+        ),
+        (
+            "&sweep scene = 'ball.nml', seed = 'a', cases = 3, sampling='sobol' /\n" + MASS,
+            1,
+            35,
+            "'seed' needs a number",
+        ),
+        (
+            "&sweep scene = 'ball.nml', time_limit = nan /\n" + MASS,
+            1,
+            41,
+            "'time_limit' must be finite",
+        ),
+        (
+            "&sweep scene = 'ball.nml', seed = 1.5, cases = 3, sampling='sobol' /\n" + MASS,
+            1,
+            35,
+            "'seed' must be whole",
+        ),
+        (
+            HEAD + "&parameter name = 'ball.mass', values = inf /\n",
+            2,
+            41,
+            "'values' must be finite",
+        ),
+        (
+            "&sweep scene = 'ball.nml', sampling = 3 /\n" + MASS,
+            1,
+            39,
+            "'sampling' needs a text in quotes",
+        ),
+        ("&sweep scene = 'ball.nml', output = '' /\n" + MASS, 1, 37, "'output' is empty"),
+        (
+            "&sweep scene = 'ball.nml', sampling = 'qqqqqqqqqq' /\n" + MASS,
+            1,
+            39,
+            "unknown sampling 'qqqqqqqqqq'",
+        ),
+        (
+            "&sweep scene = 'ball.nml', output = 'sweep.nml' /\n" + MASS,
+            1,
+            28,
+            "the table would replace the sweep file",
+        ),
+        (
+            "&sweep scene = 'ball.nml', sampling = 'file' /\n",
+            1,
+            1,
+            "'table' is missing for sampling = 'file'",
+        ),
+        (
+            HEAD
+            + "&parameter name='ball.mass', first=1, last=2, count=2000000000 /\n"
+            + "&parameter name='ball.spin(1)', first=1, last=2, count=2000000000 /\n",
+            1,
+            1,
+            "the grid has 4.0e18 cases",
+        ),
+        (
+            HEAD + "&parameter name='ball.mass', first=2, last=2, count=3 /\n",
+            2,
+            44,
+            "'last' is the same as 'first'",
+        ),
+        (
+            HEAD + "&parameter name='ball.mass', column='status', values=1 /\n",
+            2,
+            37,
+            "'status' cannot be the name of a column",
+        ),
+        (
+            "&sweep scene = 'ball.nml', keep='qqqqqqqqqqqqqqqqq' /\n" + MASS,
+            1,
+            33,
+            "unknown result 'qqqqqqqqqqqqqqqqq'",
+        ),
+        (
+            HEAD + MASS + "&value name = 'v', dataset='drive_force', component=1, time=0 /\n",
+            3,
+            28,
+            "no body of the scene is driven",
+        ),
+        (
+            HEAD + MASS + "&value name = 'v', dataset='gap', component=1, time=0 /\n",
+            3,
+            35,
+            "'component' has no meaning for gap, which is a scalar",
+        ),
+        (
+            HEAD + MASS + "&value name = 'v', dataset='position', component=4, time=0 /\n",
+            3,
+            50,
+            "'component' is out of range",
+        ),
+        (
+            HEAD + MASS + "&value name = 'v', dataset='energy_kinetic', of='ball', time=0 /\n",
+            3,
+            46,
+            "'of' has no meaning for energy_kinetic, which belongs to the whole scene",
+        ),
+        (
+            HEAD + MASS + "&value name = 'v', dataset='gap', of='qqqqqqqqqqqqq', time=0 /\n",
+            3,
+            38,
+            "there is no contact 'qqqqqqqqqqqqq'",
+        ),
+        (
+            HEAD + "&parameter name='ball.qqqqqqqqqqqqqqqqqqqqq', values=1 /\n",
+            2,
+            17,
+            "unknown key 'qqqqqqqqqqqqqqqqqqqqq' in group &body",
+        ),
+        (
+            HEAD + "&parameter name='floor.material', values='qqqqqqqqqqqqq' /\n",
+            2,
+            42,
+            "there is no material 'qqqqqqqqqqqqq'",
+        ),
+        (
+            "&sweep scene = 'ball.nml', sampling='sobol', cases=4294967296 /\n" + MASS,
+            1,
+            46,
+            "a Sobol sequence has less than 2^30 points",
+        ),
+        (
+            "&sweep scene = 'ball.nml', sampling = 'file', table='.' /\n",
+            1,
+            53,
+            ". cannot be read: it is a folder",
+        ),
+        (
+            "&sweep scene = 'ball.nml', sampling = 'file', table='no.csv' /\n",
+            1,
+            53,
+            "no.csv cannot be read: it does not exist",
         ),
     ],
 )

@@ -841,18 +841,19 @@ def test_trajectories_of_chosen_cases(executable, run, tmp_path):
 
 
 def test_progress_in_tenths(run, tmp_path, build_kind):
-    write_sweep(
-        tmp_path, TIPPE, "", FRICTION + ", vary = 'linear', first = 0.1, last = 0.5, count = 150"
-    )
+    # Long enough for the main thread to look in between: it does so ten times a second.
+    count = 900 if build_kind == "release" else 150
+    vary = f", vary = 'linear', first = 0.1, last = 0.5, count = {count}"
+    write_sweep(tmp_path, TIPPE, "", FRICTION + vary)
     done = run("sweep", "sweep.nml", "-j", 1, timeout=600)
     assert done.status == 0
     lines = done.err.splitlines()
-    assert lines[0] == "contensou: 150 cases on 1 thread"
+    assert lines[0] == f"contensou: {count} cases on 1 thread"
     shares = []
     for line in lines[1:]:
         word, rest = line.removeprefix("contensou: ").split(" %, ")
         shares.append(int(word))
-        assert rest.split(" of ")[1].startswith("150 cases, ")
+        assert rest.split(" of ")[1].startswith(f"{count} cases, ")
         assert rest.endswith(" left")
     assert shares == sorted(set(shares))
     assert set(shares) <= set(range(0, 101, 10))

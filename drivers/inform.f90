@@ -40,8 +40,6 @@ module contensou_drivers_inform
       !> CPU time at which to stop [s].
       real(wp) :: deadline = 0.0_wp
    contains
-      procedure :: sample
-      procedure :: event
       procedure :: after_step
    end type stopwatch_type
 
@@ -165,34 +163,6 @@ contains
             13*size(scene%contacts)), 2) // " MB" // nl
       end associate
    end function cost_text
-
-   !> A row is due: nothing to do.
-   subroutine sample(self, motion, t, y, error)
-      !> The stopwatch.
-      class(stopwatch_type), intent(inout) :: self
-      !> The motion.
-      class(motion_type), intent(inout) :: motion
-      !> Time [s].
-      real(wp), intent(in) :: t
-      !> State.
-      real(wp), intent(in) :: y(:)
-      !> Never set.
-      type(error_type), allocatable, intent(out) :: error
-   end subroutine sample
-
-   !> An event: nothing to do.
-   subroutine event(self, t, kind, contact, error)
-      !> The stopwatch.
-      class(stopwatch_type), intent(inout) :: self
-      !> Time [s].
-      real(wp), intent(in) :: t
-      !> Kind.
-      integer, intent(in) :: kind
-      !> Contact.
-      integer, intent(in) :: contact
-      !> Never set.
-      type(error_type), allocatable, intent(out) :: error
-   end subroutine event
 
    !> Stop when the time is over.
    subroutine after_step(self, t, stop_now, error)

@@ -30,7 +30,6 @@ module contensou_drivers_sweep_check
       type(row_type) :: row
    contains
       procedure :: sample
-      procedure :: event
       procedure :: after_step
    end type stopwatch_type
 
@@ -264,20 +263,6 @@ contains
 
       call self%row%evaluate(motion%system, t, y)
    end subroutine sample
-
-   !> An event: nothing to do.
-   subroutine event(self, t, kind, contact, error)
-      !> The stopwatch.
-      class(stopwatch_type), intent(inout) :: self
-      !> Time [s].
-      real(wp), intent(in) :: t
-      !> Kind.
-      integer, intent(in) :: kind
-      !> Contact.
-      integer, intent(in) :: contact
-      !> Never set.
-      type(error_type), allocatable, intent(out) :: error
-   end subroutine event
 
    !> Stop when the time is over.
    subroutine after_step(self, t, stop_now, error)

@@ -330,7 +330,7 @@ contains
             call parse_outside(parser, document, diagnostics)
          end if
       end do
-      call trim_groups(document)
+      call resize_groups(document, document%n_groups)
       document%complete = parser%n_mistakes == 0
       allocate(document%sources(1))
       document%sources(1)%name = name
@@ -1606,9 +1606,6 @@ contains
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
-      type(group_type), allocatable :: bigger(:)
-      integer :: i
-
       if (parser%n_groups == max_groups) then
          call give_up(parser, diagnostics, group%origin, &
             & 'more than ' // to_text(max_groups) // ' groups')
@@ -1617,30 +1614,28 @@ contains
       parser%n_groups = parser%n_groups + 1
       call resize_assignments(group, group%n_assignments)
       if (document%n_groups == size(document%groups)) then
-         allocate(bigger(max(8, 2 * document%n_groups)))
-         do i = 1, document%n_groups
-            call move_group(document%groups(i), bigger(i))
-         end do
-         call move_alloc(bigger, document%groups)
+         call resize_groups(document, max(8, 2 * document%n_groups))
       end if
       document%n_groups = document%n_groups + 1
       call move_group(group, document%groups(document%n_groups))
    end subroutine append_group
 
-   !> Cut the list of groups to their number.
-   pure subroutine trim_groups(document)
+   !> Change the size of a document's list of groups.
+   pure subroutine resize_groups(document, n)
       !> The document.
       type(document_type), intent(inout) :: document
+      !> Size, not below the number of groups.
+      integer, intent(in) :: n
 
-      type(group_type), allocatable :: exact(:)
+      type(group_type), allocatable :: resized(:)
       integer :: i
 
-      allocate(exact(document%n_groups))
+      allocate(resized(n))
       do i = 1, document%n_groups
-         call move_group(document%groups(i), exact(i))
+         call move_group(document%groups(i), resized(i))
       end do
-      call move_alloc(exact, document%groups)
-   end subroutine trim_groups
+      call move_alloc(resized, document%groups)
+   end subroutine resize_groups
 
    !> Move a group without copying its assignments.
    pure subroutine move_group(from, to)

@@ -85,11 +85,11 @@ module contensou_integrate_march
       real(wp) :: next_time = huge(1.0_wp)
    contains
       !> A row is due.
-      procedure(sample_interface), deferred :: sample
+      procedure :: sample
       !> A contact touched or lifted off.
-      procedure(event_interface), deferred :: event
+      procedure :: event
       !> A step is done; may ask to stop.
-      procedure(after_step_interface), deferred :: after_step
+      procedure :: after_step
       !> The state at `next_time`; sets another `next_time`, later by more than rounding.
       procedure :: between
       !> The method has something to say to the user.
@@ -99,54 +99,6 @@ module contensou_integrate_march
       !> The march can be continued from here: called after a step when due, and at a stop.
       procedure :: keep
    end type observer_type
-
-   abstract interface
-      !> A row is due.
-      subroutine sample_interface(self, motion, t, y, error)
-         import :: observer_type, motion_type, error_type, wp
-         implicit none(type, external)
-         !> The observer.
-         class(observer_type), intent(inout) :: self
-         !> The motion.
-         class(motion_type), intent(inout) :: motion
-         !> Time [s].
-         real(wp), intent(in) :: t
-         !> State.
-         real(wp), intent(in) :: y(:)
-         !> Set to end the march.
-         type(error_type), allocatable, intent(out) :: error
-      end subroutine sample_interface
-
-      !> A contact touched or lifted off.
-      subroutine event_interface(self, t, kind, contact, error)
-         import :: observer_type, error_type, wp
-         implicit none(type, external)
-         !> The observer.
-         class(observer_type), intent(inout) :: self
-         !> Time [s].
-         real(wp), intent(in) :: t
-         !> `event_touch` or `event_lift`.
-         integer, intent(in) :: kind
-         !> Index of the contact.
-         integer, intent(in) :: contact
-         !> Set to end the march.
-         type(error_type), allocatable, intent(out) :: error
-      end subroutine event_interface
-
-      !> A step is done.
-      subroutine after_step_interface(self, t, stop_now, error)
-         import :: observer_type, error_type, wp
-         implicit none(type, external)
-         !> The observer.
-         class(observer_type), intent(inout) :: self
-         !> Time reached [s].
-         real(wp), intent(in) :: t
-         !> Whether to stop here.
-         logical, intent(out) :: stop_now
-         !> Set to end the march.
-         type(error_type), allocatable, intent(out) :: error
-      end subroutine after_step_interface
-   end interface
 
    !> Steps after which the pace is looked at.
    integer, parameter :: watched_steps = 50000
@@ -192,6 +144,48 @@ contains
          allocate(cvode_type :: integrator)
       end if
    end subroutine new_integrator
+
+   !> A row is due; nobody looks at it unless an observer overrides this.
+   subroutine sample(self, motion, t, y, error)
+      !> The observer.
+      class(observer_type), intent(inout) :: self
+      !> The motion.
+      class(motion_type), intent(inout) :: motion
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Set to end the march.
+      type(error_type), allocatable, intent(out) :: error
+   end subroutine sample
+
+   !> A contact touched or lifted off; nobody takes note unless an observer overrides this.
+   subroutine event(self, t, kind, contact, error)
+      !> The observer.
+      class(observer_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> `event_touch` or `event_lift`.
+      integer, intent(in) :: kind
+      !> Index of the contact.
+      integer, intent(in) :: contact
+      !> Set to end the march.
+      type(error_type), allocatable, intent(out) :: error
+   end subroutine event
+
+   !> A step is done; another one follows unless an observer overrides this.
+   subroutine after_step(self, t, stop_now, error)
+      !> The observer.
+      class(observer_type), intent(inout) :: self
+      !> Time reached [s].
+      real(wp), intent(in) :: t
+      !> Whether to stop here.
+      logical, intent(out) :: stop_now
+      !> Set to end the march.
+      type(error_type), allocatable, intent(out) :: error
+
+      stop_now = .false.
+   end subroutine after_step
 
    !> The state at `next_time`; nobody asked for it unless an observer overrides this.
    subroutine between(self, motion, t, y)

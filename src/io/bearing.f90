@@ -227,20 +227,20 @@ contains
       end do
       if (.not. good) return
       bearing%name = instance%label()
-      bearing%r = 0.5_wp*number(instance, "ball_diameter")
-      bearing%pitch = 0.5_wp*number(instance, "pitch_diameter")
-      bearing%balls = nint(number(instance, "ball_count"))
-      bearing%clearance = number(instance, "clearance")
-      bearing%speed = [number(instance, "inner_speed"), number(instance, "outer_speed")]
-      bearing%centre = numbers(instance, "centre")
+      bearing%r = 0.5_wp*instance%number("ball_diameter")
+      bearing%pitch = 0.5_wp*instance%number("pitch_diameter")
+      bearing%balls = nint(instance%number("ball_count"))
+      bearing%clearance = instance%number("clearance")
+      bearing%speed = [instance%number("inner_speed"), instance%number("outer_speed")]
+      bearing%centre = instance%numbers("centre")
       bearing%rolling = instance%settings(instance%at("initial_state"))%choice == 2
       bearing%loaded = max(instance%settings(instance%at("loaded_ring"))%choice, 1)
       bearing%free = instance%settings(instance%at("ring_mass"))%given
-      bearing%axial = number(instance, "axial_load")
-      bearing%radial = number(instance, "radial_load")
+      bearing%axial = instance%number("axial_load")
+      bearing%radial = instance%number("radial_load")
       bearing%cage = instance%settings(instance%at("cage"))%logical
-      bearing%pocket = number(instance, "pocket_clearance")
-      if (abs(number(instance, "ball_count") - bearing%balls) > 0.0_wp) call wrong("ball_count", &
+      bearing%pocket = instance%number("pocket_clearance")
+      if (abs(instance%number("ball_count") - bearing%balls) > 0.0_wp) call wrong("ball_count", &
          "'ball_count' is not a whole number", "as 9")
       call read_grooves(instance, bearing, diagnostics)
       call read_axes(instance, bearing, diagnostics)
@@ -284,7 +284,7 @@ contains
          integer :: k
 
          do k = 1, size(loads)
-            if (abs(number(instance, trim(loads(k)))) > 0.0_wp .and. .not. has("ring_mass")) call &
+            if (abs(instance%number(trim(loads(k)))) > 0.0_wp .and. .not. has("ring_mass")) call &
                wrong(trim(loads(k)), "'" // trim(loads(k)) // "' without 'ring_mass'", &
                "ring_mass = the mass of the loaded ring [kg]")
          end do
@@ -549,8 +549,8 @@ contains
                if (lower(material%label()) /= wanted) cycle
                if (.not. material%settings(material%at("young"))%set) cycle
                if (.not. material%settings(material%at("poisson"))%set) cycle
-               young(k) = number(material, "young")
-               poisson(k) = number(material, "poisson")
+               young(k) = material%number("young")
+               poisson(k) = material%number("poisson")
             end associate
          end do
       end do
@@ -640,7 +640,7 @@ contains
          call put_text("material", material_of(instance, "material"), "material")
       end do
 
-      mass = number(instance, "ball_density")*4.0_wp/3.0_wp*pi*bearing%r**3
+      mass = instance%number("ball_density")*4.0_wp/3.0_wp*pi*bearing%r**3
       ball_matter = trim(merge("ball_material", "material     ", &
          instance%settings(instance%at("ball_material"))%given))
       do i = 1, bearing%balls
@@ -776,7 +776,7 @@ contains
          speed_key = rings(k) // "_speed"
          if (bearing%free .and. bearing%loaded == k) then
             call put_text("motion", "spindle", "ring_mass")
-            call put_numbers("mass", [number(instance, "ring_mass")], "ring_mass")
+            call put_numbers("mass", [instance%number("ring_mass")], "ring_mass")
             load = norm2([bearing%axial, bearing%radial])
             if (load > 0.0_wp) call put_numbers("applied_force", &
                bearing%axial*bearing%frame(:, 3) + bearing%radial*bearing%towards, &
@@ -788,7 +788,7 @@ contains
          if (instance%settings(instance%at("ramp_duration"))%given) then
             call put_numbers("final_angular_velocity", bearing%speed(k)*bearing%frame(:, 3), &
                speed_key)
-            call put_numbers("ramp_duration", [number(instance, "ramp_duration")], "ramp_duration")
+            call put_numbers("ramp_duration", [instance%number("ramp_duration")], "ramp_duration")
          else
             call put_numbers("angular_velocity", bearing%speed(k)*bearing%frame(:, 3), speed_key)
          end if
@@ -799,7 +799,7 @@ contains
          real(wp) :: mass_of_cage
          integer :: j
 
-         mass_of_cage = number(instance, "cage_mass")
+         mass_of_cage = instance%number("cage_mass")
          call open_group("body", "cage")
          call put_numbers("mass", [mass_of_cage], "cage_mass")
          call put_numbers("inertia", mass_of_cage*centre(1)**2*[0.5_wp, 0.5_wp, 1.0_wp], &
@@ -898,27 +898,5 @@ contains
 
       place = instance%settings(instance%at(key))%places(1)
    end function place_of
-
-   !> Number of a key; zero if it has none.
-   pure function number(instance, name) result(x)
-      !> The group.
-      type(instance_type), intent(in) :: instance
-      !> The key.
-      character(len=*), intent(in) :: name
-      real(wp) :: x
-
-      x = instance%settings(instance%at(name))%real(1)
-   end function number
-
-   !> Three numbers of a key.
-   pure function numbers(instance, name) result(x)
-      !> The group.
-      type(instance_type), intent(in) :: instance
-      !> The key.
-      character(len=*), intent(in) :: name
-      real(wp) :: x(3)
-
-      x = instance%settings(instance%at(name))%real(:3)
-   end function numbers
 
 end module contensou_io_bearing

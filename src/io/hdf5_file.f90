@@ -467,10 +467,8 @@ contains
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
-      call require_open(self, error)
-      if (allocated(error)) return
-      call check(c_put_attribute(self%handle, c_text(object), c_text(name), series_text, 0, 1_i8, &
-         & c_null_ptr, value, len(value, c_size_t)), error)
+      call write_attribute(self, object, name, series_text, [integer ::], c_null_ptr, &
+         & value, len(value, c_size_t), error)
    end subroutine put_attribute_text
 
    !> Write an attribute that is a list of texts, each without trailing blanks.
@@ -486,10 +484,8 @@ contains
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
-      call require_open(self, error)
-      if (allocated(error)) return
-      call check(c_put_attribute(self%handle, c_text(object), c_text(name), series_text, 1, &
-         & size(value, kind=i8), c_null_ptr, value, len(value, c_size_t)), error)
+      call write_attribute(self, object, name, series_text, [size(value)], c_null_ptr, &
+         & value, len(value, c_size_t), error)
    end subroutine put_attribute_texts
 
    !> Write an integer attribute.
@@ -507,11 +503,9 @@ contains
 
       integer(c_int32_t), target :: buffer
 
-      call require_open(self, error)
-      if (allocated(error)) return
       buffer = value
-      call check(c_put_attribute(self%handle, c_text(object), c_text(name), series_integer, 0, &
-         & 1_i8, c_loc(buffer), "", 0_c_size_t), error)
+      call write_attribute(self, object, name, series_integer, [integer ::], c_loc(buffer), &
+         & "", 0_c_size_t, error)
    end subroutine put_attribute_integer
 
    !> Write an eight-byte integer attribute.
@@ -529,11 +523,9 @@ contains
 
       integer(c_int64_t), target :: buffer
 
-      call require_open(self, error)
-      if (allocated(error)) return
       buffer = value
-      call check(c_put_attribute(self%handle, c_text(object), c_text(name), series_long, 0, &
-         & 1_i8, c_loc(buffer), "", 0_c_size_t), error)
+      call write_attribute(self, object, name, series_long, [integer ::], c_loc(buffer), &
+         & "", 0_c_size_t, error)
    end subroutine put_attribute_long
 
    !> Write an attribute that is a list of one-byte integers.
@@ -551,11 +543,9 @@ contains
 
       integer(c_int8_t), target :: buffer(size(value))
 
-      call require_open(self, error)
-      if (allocated(error)) return
       buffer = value
-      call check(c_put_attribute(self%handle, c_text(object), c_text(name), series_byte, 1, &
-         & size(value, kind=i8), c_loc(buffer), "", 0_c_size_t), error)
+      call write_attribute(self, object, name, series_byte, [size(value)], c_loc(buffer), &
+         & "", 0_c_size_t, error)
    end subroutine put_attribute_bytes
 
    !> Write a real attribute.
@@ -573,11 +563,9 @@ contains
 
       real(c_double), target :: buffer
 
-      call require_open(self, error)
-      if (allocated(error)) return
       buffer = value
-      call check(c_put_attribute(self%handle, c_text(object), c_text(name), series_real, 0, &
-         & 1_i8, c_loc(buffer), "", 0_c_size_t), error)
+      call write_attribute(self, object, name, series_real, [integer ::], c_loc(buffer), &
+         & "", 0_c_size_t, error)
    end subroutine put_attribute_real
 
    !> Write a dimension scale of labels, each without trailing blanks.
@@ -847,9 +835,8 @@ contains
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
-      call check_rows(self, series, series_real, n_rows, size(buffer, kind=i8), error)
-      if (allocated(error)) return
-      call check(c_append(series%handle, int(n_rows, i8), c_loc(buffer), "", 0_c_size_t), error)
+      call append_rows(self, series, series_real, n_rows, size(buffer, kind=i8), c_loc(buffer), &
+         & "", 0_c_size_t, error)
    end subroutine append_real
 
    !> Append rows of integers.
@@ -865,9 +852,8 @@ contains
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
-      call check_rows(self, series, series_integer, n_rows, size(buffer, kind=i8), error)
-      if (allocated(error)) return
-      call check(c_append(series%handle, int(n_rows, i8), c_loc(buffer), "", 0_c_size_t), error)
+      call append_rows(self, series, series_integer, n_rows, size(buffer, kind=i8), c_loc(buffer), &
+         & "", 0_c_size_t, error)
    end subroutine append_integer
 
    !> Append rows of eight-byte integers.
@@ -883,9 +869,8 @@ contains
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
-      call check_rows(self, series, series_long, n_rows, size(buffer, kind=i8), error)
-      if (allocated(error)) return
-      call check(c_append(series%handle, int(n_rows, i8), c_loc(buffer), "", 0_c_size_t), error)
+      call append_rows(self, series, series_long, n_rows, size(buffer, kind=i8), c_loc(buffer), &
+         & "", 0_c_size_t, error)
    end subroutine append_long
 
    !> Append rows of one-byte integers.
@@ -901,9 +886,8 @@ contains
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
-      call check_rows(self, series, series_byte, n_rows, size(buffer, kind=i8), error)
-      if (allocated(error)) return
-      call check(c_append(series%handle, int(n_rows, i8), c_loc(buffer), "", 0_c_size_t), error)
+      call append_rows(self, series, series_byte, n_rows, size(buffer, kind=i8), c_loc(buffer), &
+         & "", 0_c_size_t, error)
    end subroutine append_byte
 
    !> Append rows of texts, each without trailing blanks.
@@ -919,10 +903,8 @@ contains
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
-      call check_rows(self, series, series_text, n_rows, size(buffer, kind=i8), error)
-      if (allocated(error)) return
-      call check(c_append(series%handle, int(n_rows, i8), c_null_ptr, buffer, &
-         & len(buffer, c_size_t)), error)
+      call append_rows(self, series, series_text, n_rows, size(buffer, kind=i8), c_null_ptr, &
+         & buffer, len(buffer, c_size_t), error)
    end subroutine append_text
 
    !> Status that the file of an earlier run carries, or why the file is unreadable.
@@ -949,6 +931,33 @@ contains
 
       text = text_from_c(c_version())
    end function hdf5_version
+
+   !> Write an attribute of any kind.
+   subroutine write_attribute(self, object, name, kind, extents, data, text, length, error)
+      !> File to write to.
+      class(hdf5_file_type), intent(inout) :: self
+      !> Path of the group or data set; "/" for the file itself.
+      character(len=*), intent(in) :: object
+      !> Name of the attribute.
+      character(len=*), intent(in) :: name
+      !> Kind of the values.
+      integer, intent(in) :: kind
+      !> Number of values; none for a scalar.
+      integer, intent(in) :: extents(:)
+      !> Address of numbers.
+      type(c_ptr), intent(in) :: data
+      !> Texts of equal length.
+      character(kind=c_char), intent(in) :: text(*)
+      !> Length of each text.
+      integer(c_size_t), intent(in) :: length
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
+      call require_open(self, error)
+      if (allocated(error)) return
+      call check(c_put_attribute(self%handle, c_text(object), c_text(name), kind, size(extents), &
+         & product(int(extents, i8)), data, text, length), error)
+   end subroutine write_attribute
 
    !> Write a data set of numbers.
    subroutine put_numbers(self, path, kind, data, extents, dims, units, long_name, error)
@@ -978,8 +987,8 @@ contains
          & c_text(long_name)), error)
    end subroutine put_numbers
 
-   !> Check that a buffer suits a series, before C reads from its address.
-   subroutine check_rows(self, series, kind, n_rows, n_values, error)
+   !> Append rows to a series if their buffer suits it: C reads from its address.
+   subroutine append_rows(self, series, kind, n_rows, n_values, data, text, length, error)
       !> File to write to.
       class(hdf5_file_type), intent(in) :: self
       !> Series to append to.
@@ -990,7 +999,13 @@ contains
       integer, intent(in) :: n_rows
       !> Number of values in the buffer.
       integer(i8), intent(in) :: n_values
-      !> Set when they do not suit.
+      !> Address of numbers.
+      type(c_ptr), intent(in) :: data
+      !> Texts of equal length.
+      character(kind=c_char), intent(in) :: text(*)
+      !> Length of each text.
+      integer(c_size_t), intent(in) :: length
+      !> Set when they do not suit, and on failure.
       type(error_type), allocatable, intent(out) :: error
 
       call require_open(self, error)
@@ -1001,8 +1016,10 @@ contains
          call fatal(error, "values of the wrong type appended to "//series%path, status_file)
       else if (n_values < n_rows*series%row_values) then
          call fatal(error, "too few values appended to "//series%path, status_file)
+      else
+         call check(c_append(series%handle, int(n_rows, i8), data, text, length), error)
       end if
-   end subroutine check_rows
+   end subroutine append_rows
 
    !> Check that there is a file to write to.
    subroutine require_open(self, error)

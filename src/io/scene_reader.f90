@@ -222,8 +222,8 @@ contains
             case ("material")
                associate (material => scene%materials(n(2)))
                   material%name = instance%label()
-                  material%young = number(instance, "young")
-                  material%poisson = number(instance, "poisson")
+                  material%young = instance%number("young")
+                  material%poisson = instance%number("poisson")
                end associate
             case ("body")
                call build_body(instance, scene%bodies(n(3)), diagnostics)
@@ -327,8 +327,8 @@ contains
       type(scene_type), intent(inout) :: scene
 
       scene%title = instance%settings(instance%at("title"))%text(1)%s
-      scene%gravity = numbers(instance, "gravity")
-      scene%t_end = number(instance, "t_end")
+      scene%gravity = instance%numbers("gravity")
+      scene%t_end = instance%number("t_end")
    end subroutine build_scene
 
    !> A body.
@@ -342,10 +342,10 @@ contains
       real(wp) :: rotation(3, 3)
 
       body%name = instance%label()
-      body%mass = number(instance, "mass")
-      body%inertia = numbers(instance, "inertia")
-      body%position = numbers(instance, "position")
-      body%velocity = numbers(instance, "velocity")
+      body%mass = instance%number("mass")
+      body%inertia = instance%numbers("inertia")
+      body%position = instance%numbers("position")
+      body%velocity = instance%numbers("velocity")
       associate (inertia => instance%settings(instance%at("inertia")))
          if (inertia%set) then
             ! A thin disc is allowed to miss equality by rounding.
@@ -444,8 +444,8 @@ contains
             end if
          end if
       end associate
-      body%applied_force = numbers(instance, "applied_force")
-      body%applied_torque = numbers(instance, "applied_torque")
+      body%applied_force = instance%numbers("applied_force")
+      body%applied_torque = instance%numbers("applied_torque")
       associate (frame => instance%settings(instance%at("applied_frame")))
          body%load_follows = .false.
          if (frame%choice > 0) body%load_follows = frame_names(frame%choice) == "body"
@@ -498,11 +498,11 @@ contains
          call refer(settings, instance, "body", 1, spec%body, diagnostics)
          call refer(settings, instance, "material", 1, spec%material, diagnostics)
          spec%surface%shape = shape
-         spec%surface%centre = numbers(instance, "centre")
-         spec%surface%radius = number(instance, "radius")
-         if (shape == shape_torus) spec%surface%radius = number(instance, "minor_radius")
-         spec%surface%major_radius = number(instance, "major_radius")
-         spec%surface%semi_axes = numbers(instance, "semi_axes")
+         spec%surface%centre = instance%numbers("centre")
+         spec%surface%radius = instance%number("radius")
+         if (shape == shape_torus) spec%surface%radius = instance%number("minor_radius")
+         spec%surface%major_radius = instance%number("major_radius")
+         spec%surface%semi_axes = instance%numbers("semi_axes")
          spec%surface%inside = instance%settings(instance%at("side"))%choice == 2
          call point_along("normal", spec%surface%frame)
          call point_along("direction", spec%surface%frame)
@@ -791,11 +791,11 @@ contains
       type(scene_type), intent(inout) :: scene
 
       scene%integrator%method = instance%settings(instance%at("method"))%text(1)%s
-      scene%integrator%rtol = number(instance, "rtol")
-      scene%integrator%length_scale = number(instance, "length_scale")
-      scene%integrator%velocity_scale = number(instance, "velocity_scale")
-      scene%integrator%angular_velocity_scale = number(instance, "angular_velocity_scale")
-      scene%integrator%max_step = number(instance, "max_step")
+      scene%integrator%rtol = instance%number("rtol")
+      scene%integrator%length_scale = instance%number("length_scale")
+      scene%integrator%velocity_scale = instance%number("velocity_scale")
+      scene%integrator%angular_velocity_scale = instance%number("angular_velocity_scale")
+      scene%integrator%max_step = instance%number("max_step")
    end subroutine build_integrator
 
    !> Values of the group `output`.
@@ -826,7 +826,7 @@ contains
          file%set = .true.
          scene%output%file = file%text(1)%s
       end associate
-      scene%output%interval = number(instance, "interval")
+      scene%output%interval = instance%number("interval")
    end subroutine build_output
 
    !> Values of the group `cost`.
@@ -853,7 +853,7 @@ contains
          call refuse_doubles("normal", cost%normal)
          cost%rtol = rtol%real(:rtol%n)
          cost%counts(quantities) = .true.
-         cost%reference_rtol = number(instance, "reference_rtol")
+         cost%reference_rtol = instance%number("reference_rtol")
          if (rtol%set .and. cost%reference_rtol >= minval(cost%rtol)) call diagnostics%add( &
             instance%settings(instance%at("reference_rtol"))%places(1), &
             "the reference is not tighter than what it is compared with", &
@@ -862,7 +862,7 @@ contains
       cost%measure = max(1, instance%settings(instance%at("measure"))%choice)
       cost%samples = whole("samples")
       cost%repeats = whole("repeats")
-      cost%cpu_limit = number(instance, "cpu_limit")
+      cost%cpu_limit = instance%number("cpu_limit")
 
    contains
 
@@ -884,7 +884,7 @@ contains
          character(len=*), intent(in) :: name
          real(wp) :: x
 
-         x = number(instance, name)
+         x = instance%number(name)
          whole = nint(x)
          if (abs(x - whole) > 0.0_wp) call diagnostics%add( &
             instance%settings(instance%at(name))%places(1), "'" // name // "' must be whole", &
@@ -1250,27 +1250,5 @@ contains
          if (settings%instances(i)%settings(1)%key%group == group) n = n + 1
       end do
    end function count_of
-
-   !> Number of a key; zero if it has none.
-   pure function number(instance, name) result(x)
-      !> The group.
-      type(instance_type), intent(in) :: instance
-      !> The key.
-      character(len=*), intent(in) :: name
-      real(wp) :: x
-
-      x = instance%settings(instance%at(name))%real(1)
-   end function number
-
-   !> Three numbers of a key.
-   pure function numbers(instance, name) result(x)
-      !> The group.
-      type(instance_type), intent(in) :: instance
-      !> The key.
-      character(len=*), intent(in) :: name
-      real(wp) :: x(3)
-
-      x = instance%settings(instance%at(name))%real(:3)
-   end function numbers
 
 end module contensou_io_scene_reader

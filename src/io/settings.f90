@@ -59,6 +59,10 @@ module contensou_io_settings
    contains
       !> Position of a key in `settings`.
       procedure :: at
+      !> Number of a key.
+      procedure :: number
+      !> Three numbers of a key.
+      procedure :: numbers
       !> Value of the key `name`, or blank.
       procedure :: label
    end type instance_type
@@ -105,6 +109,28 @@ contains
       end do
       error stop "a key is asked for that the schema does not have"
    end function at
+
+   !> Number of a key; zero if it has none.
+   pure function number(self, name) result(x)
+      !> The group.
+      class(instance_type), intent(in) :: self
+      !> The key.
+      character(len=*), intent(in) :: name
+      real(wp) :: x
+
+      x = self%settings(self%at(name))%real(1)
+   end function number
+
+   !> Three numbers of a key.
+   pure function numbers(self, name) result(x)
+      !> The group.
+      class(instance_type), intent(in) :: self
+      !> The key.
+      character(len=*), intent(in) :: name
+      real(wp) :: x(3)
+
+      x = self%settings(self%at(name))%real(:3)
+   end function numbers
 
    !> Value of the key `name` of a group; blank if it has none.
    pure function label(self) result(name)

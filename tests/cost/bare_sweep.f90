@@ -20,7 +20,6 @@ module bare_sweep_witness
    contains
       procedure :: sample
       procedure :: event
-      procedure :: after_step
    end type witness_type
 
 contains
@@ -57,20 +56,6 @@ contains
 
       call self%summary%add_event(kind == event_touch)
    end subroutine event
-
-   !> A step is done.
-   subroutine after_step(self, t, stop_now, error)
-      !> The witness.
-      class(witness_type), intent(inout) :: self
-      !> Time reached [s].
-      real(wp), intent(in) :: t
-      !> Never.
-      logical, intent(out) :: stop_now
-      !> Never set.
-      type(error_type), allocatable, intent(out) :: error
-
-      stop_now = .false.
-   end subroutine after_step
 
 end module bare_sweep_witness
 

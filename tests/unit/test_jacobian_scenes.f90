@@ -52,8 +52,6 @@ module test_jacobian_scenes
       integer :: closed = 0
    contains
       procedure :: sample
-      procedure :: event
-      procedure :: after_step
    end type keeper_type
 
 contains
@@ -302,33 +300,5 @@ contains
       self%t(self%n) = t
       self%y(:, self%n) = y
    end subroutine sample
-
-   !> Events are not kept.
-   subroutine event(self, t, kind, contact, error)
-      !> The keeper.
-      class(keeper_type), intent(inout) :: self
-      !> Time [s].
-      real(wp), intent(in) :: t
-      !> Kind.
-      integer, intent(in) :: kind
-      !> Contact.
-      integer, intent(in) :: contact
-      !> Never set.
-      type(error_type), allocatable, intent(out) :: error
-   end subroutine event
-
-   !> Go on.
-   subroutine after_step(self, t, stop_now, error)
-      !> The keeper.
-      class(keeper_type), intent(inout) :: self
-      !> Time [s].
-      real(wp), intent(in) :: t
-      !> Never.
-      logical, intent(out) :: stop_now
-      !> Never set.
-      type(error_type), allocatable, intent(out) :: error
-
-      stop_now = .false.
-   end subroutine after_step
 
 end module test_jacobian_scenes

@@ -27,7 +27,7 @@ module contensou_drivers_inform
    use contensou_io_scene_reader, only : read_scene, scene_file_type
    use contensou_io_schema, only : choices_of, domain_text, group_spec_type, key_spec_type, &
       kind_choice, kind_logical, kind_name, kind_real, kind_reference, schema_groups, schema_keys
-   use contensou_io_sweep, only : is_sweep_file
+   use contensou_io_sweep_reader, only : is_sweep_file
    use contensou_io_sweep_schema, only : any_number, kind_any, kind_whole, sweep_domain, &
       sweep_groups, sweep_keys
    implicit none(type, external)

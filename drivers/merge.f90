@@ -6,7 +6,8 @@ module contensou_drivers_merge
       write_stderr, write_stdout
    use contensou_base_text, only : shorten, starts_with, string_type, to_text
    use contensou_drivers_command_line, only : command_text, command_type
-   use contensou_io_sweep, only : is_sweep_file, read_sweep, sweep_type
+   use contensou_io_sweep, only : sweep_type
+   use contensou_io_sweep_reader, only : is_sweep_file, read_sweep
    use contensou_io_sweep_table, only : last_status, read_table_header, status_names, &
       sweep_table_type, table_header_type, table_reader_type
    implicit none(type, external)

@@ -19,7 +19,8 @@ module contensou_drivers_sweep
    use contensou_drivers_sweep_case, only : outline_of, outline_type, run_case
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
    use contensou_io_scene_reader, only : read_scene, scene_file_type
-   use contensou_io_sweep, only : read_sweep, sweep_type
+   use contensou_io_sweep, only : sweep_type
+   use contensou_io_sweep_reader, only : read_sweep
    use contensou_io_sweep_table, only : case_complete, case_crashed, case_failed, case_too_long, &
       read_table_header, status_names, sweep_table_type, table_header_type
    use contensou_io_trajectory, only : part_suffix

@@ -13,7 +13,8 @@ module contensou_drivers_sweep_check
    use contensou_integrate_motion, only : motion_type, set_up_motion
    use contensou_io_quantities, only : row_type
    use contensou_io_scene_reader, only : scene_file_type
-   use contensou_io_sweep, only : read_sweep, sweep_type
+   use contensou_io_sweep, only : sweep_type
+   use contensou_io_sweep_reader, only : read_sweep
    use contensou_io_sweep_sampling, only : sampling_grid, sampling_names
    implicit none(type, external)
    private

@@ -6,7 +6,7 @@ module contensou_base_text
    private
 
    public :: string_type
-   public :: lower, to_text, read_real, quote, join, shorten, starts_with
+   public :: lower, to_text, read_real, quote, strings, join, shorten, starts_with
    public :: edit_distance, nearest
 
    !> A text of its own length, for lists of texts.
@@ -343,6 +343,21 @@ contains
       end do
       t(n + 1:) = ''''
    end function quote
+
+   !> Texts of their own length from texts padded with blanks.
+   pure function strings(padded) result(names)
+      !> Padded texts.
+      character(len=*), intent(in) :: padded(:)
+      !> The same texts.
+      type(string_type), allocatable :: names(:)
+
+      integer :: i
+
+      allocate(names(size(padded)))
+      do i = 1, size(padded)
+         names(i)%s = trim(padded(i))
+      end do
+   end function strings
 
    !> Texts of a list one after the other with a separator between them.
    pure function join(list, separator) result(t)

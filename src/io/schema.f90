@@ -2,7 +2,7 @@
 !> documents, and the resolved scene in an output file is written.
 module contensou_io_schema
    use contensou_base_kinds, only : wp
-   use contensou_base_text, only : string_type, to_text
+   use contensou_base_text, only : string_type, strings, to_text
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_catalogue, only : model_info_type
@@ -16,7 +16,7 @@ module contensou_io_schema
    implicit none(type, external)
    private
 
-   public :: group_spec_type, key_spec_type, schema_groups, schema_keys, choices_of
+   public :: group_spec_type, key_spec_type, key_list_type, schema_groups, schema_keys, choices_of
    public :: kind_real, kind_text, kind_name, kind_choice, kind_reference, kind_logical
    public :: admits, domain_text, most_values, start_names, ring_names
 
@@ -89,6 +89,17 @@ module contensou_io_schema
       character(len=400) :: doc = ""
    end type key_spec_type
 
+   !> Keys in the making of a table.
+   type :: key_list_type
+      !> Number of keys.
+      integer :: n = 0
+      !> The keys, the first `n` of them; to be allocated with room for all before the first.
+      type(key_spec_type), allocatable :: keys(:)
+   contains
+      !> Add a key.
+      procedure :: put
+   end type key_list_type
+
 contains
 
    !> The groups of a scene, in the order of the documentation.
@@ -116,204 +127,204 @@ contains
    !> The keys of all groups, in the order of the documentation.
    function schema_keys() result(keys)
       type(key_spec_type), allocatable :: keys(:)
-      integer :: n
+      type(key_list_type) :: list
 
-      allocate(keys(200))
-      n = 0
+      allocate(list%keys(200))
 
-      call put("scene", "title", kind_text, default="''", &
+      call list%put("scene", "title", kind_text, default="''", &
          doc="title of the scene, for pictures and reports")
-      call put("scene", "gravity", kind_real, values=3, unit="m s-2", default="0, 0, 0", &
+      call list%put("scene", "gravity", kind_real, values=3, unit="m s-2", default="0, 0, 0", &
          doc="acceleration of gravity in the inertial frame; not named, there is none")
-      call put("scene", "t_end", kind_real, unit="s", mandatory=.true., above=0.0_wp, &
+      call list%put("scene", "t_end", kind_real, unit="s", mandatory=.true., above=0.0_wp, &
          doc="end of the simulated time, which starts at 0")
 
-      call put("material", "name", kind_name, mandatory=.true., doc="name of the material")
-      call put("material", "young", kind_real, unit="Pa", mandatory=.true., above=0.0_wp, &
+      call list%put("material", "name", kind_name, mandatory=.true., doc="name of the material")
+      call list%put("material", "young", kind_real, unit="Pa", mandatory=.true., above=0.0_wp, &
          doc="Young's modulus E")
-      call put("material", "poisson", kind_real, unit="1", mandatory=.true., above=-1.0_wp, &
+      call list%put("material", "poisson", kind_real, unit="1", mandatory=.true., above=-1.0_wp, &
          most=0.5_wp, doc="Poisson's ratio nu")
 
-      call put("body", "name", kind_name, mandatory=.true., &
+      call list%put("body", "name", kind_name, mandatory=.true., &
          doc="name of the body; 'ground' is taken")
-      call put("body", "motion", kind_choice, default="'free'", &
+      call list%put("body", "motion", kind_choice, default="'free'", &
          doc="how the body moves: free, fixed, prescribed (with its initial velocities, or a " // &
          "ramp from them to the final ones), or spindle (it turns as prescribed and does not " // &
          "tilt, its centre of mass moves freely)")
-      call put("body", "mass", kind_real, unit="kg", above=0.0_wp, &
+      call list%put("body", "mass", kind_real, unit="kg", above=0.0_wp, &
          doc="mass; mandatory for a free body and a spindle, without meaning for others")
-      call put("body", "inertia", kind_real, values=3, unit="kg m2", &
+      call list%put("body", "inertia", kind_real, values=3, unit="kg m2", &
          above=0.0_wp, doc="principal moments of inertia about the centre of mass, along the " // &
          "body axes; none may exceed the sum of the other two; mandatory for a free body, " // &
          "without meaning for others")
-      call put("body", "position", kind_real, values=3, unit="m", default="0, 0, 0", &
+      call list%put("body", "position", kind_real, values=3, unit="m", default="0, 0, 0", &
          doc="initial centre of mass in the inertial frame")
-      call put("body", "axis", kind_real, values=3, unit="1", &
+      call list%put("body", "axis", kind_real, values=3, unit="1", &
          doc="axis of the initial rotation from the inertial to the body axes, of any length; " // &
          "goes with angle")
-      call put("body", "angle", kind_real, unit="rad", &
+      call list%put("body", "angle", kind_real, unit="rad", &
          doc="angle of the initial rotation about axis")
-      call put("body", "quaternion", kind_real, values=4, unit="1", &
+      call list%put("body", "quaternion", kind_real, values=4, unit="1", &
          doc="initial attitude (w, x, y, z), body to inertial frame, of any norm; instead of " // &
          "axis and angle")
-      call put("body", "velocity", kind_real, values=3, unit="m s-1", default="0, 0, 0", &
+      call list%put("body", "velocity", kind_real, values=3, unit="m s-1", default="0, 0, 0", &
          doc="initial velocity of the centre of mass in the inertial frame")
-      call put("body", "spin", kind_real, values=3, unit="rad s-1", default="0, 0, 0", &
+      call list%put("body", "spin", kind_real, values=3, unit="rad s-1", default="0, 0, 0", &
          doc="initial angular velocity in body axes")
-      call put("body", "angular_velocity", kind_real, values=3, unit="rad s-1", &
+      call list%put("body", "angular_velocity", kind_real, values=3, unit="rad s-1", &
          doc="initial angular velocity in the inertial frame; instead of spin")
-      call put("body", "final_velocity", kind_real, values=3, unit="m s-1", &
+      call list%put("body", "final_velocity", kind_real, values=3, unit="m s-1", &
          doc="velocity of a prescribed motion after ramp_duration; not given, it stays")
-      call put("body", "final_angular_velocity", kind_real, values=3, unit="rad s-1", &
+      call list%put("body", "final_angular_velocity", kind_real, values=3, unit="rad s-1", &
          doc="angular velocity of a prescribed motion after ramp_duration, " // &
          "inertial frame; not " // &
          "given, it stays")
-      call put("body", "ramp_duration", kind_real, unit="s", above=0.0_wp, &
+      call list%put("body", "ramp_duration", kind_real, unit="s", above=0.0_wp, &
          doc="time in which a prescribed motion goes linearly from its initial to its final " // &
          "velocities")
-      call put("body", "applied_force", kind_real, values=3, unit="N", &
+      call list%put("body", "applied_force", kind_real, values=3, unit="N", &
          doc="constant force at the centre of mass of a free body or a spindle")
-      call put("body", "applied_torque", kind_real, values=3, unit="N m", &
+      call list%put("body", "applied_torque", kind_real, values=3, unit="N m", &
          doc="constant torque on a free body")
-      call put("body", "applied_frame", kind_choice, &
+      call list%put("body", "applied_frame", kind_choice, &
          doc="frame in which applied_force and applied_torque are constant; " // &
          "'inertial' if not given")
 
-      call put("surface", "name", kind_name, mandatory=.true., doc="name of the surface")
-      call put("surface", "body", kind_reference, mandatory=.true., target="body", &
+      call list%put("surface", "name", kind_name, mandatory=.true., doc="name of the surface")
+      call list%put("surface", "body", kind_reference, mandatory=.true., target="body", &
          doc="body that carries the surface, or 'ground'")
-      call put("surface", "shape", kind_choice, mandatory=.true., doc="shape of the surface")
-      call put("surface", "centre", kind_real, values=3, unit="m", default="0, 0, 0", &
+      call list%put("surface", "shape", kind_choice, mandatory=.true., doc="shape of the surface")
+      call list%put("surface", "centre", kind_real, values=3, unit="m", default="0, 0, 0", &
          doc="centre of the shape, any point of a plane or of the axis of a cylinder, in the " // &
          "frame of the body")
-      call put("surface", "radius", kind_real, unit="m", above=0.0_wp, &
+      call list%put("surface", "radius", kind_real, unit="m", above=0.0_wp, &
          doc="radius of a sphere or a cylinder; mandatory there, not for other shapes")
-      call put("surface", "normal", kind_real, values=3, unit="1", &
+      call list%put("surface", "normal", kind_real, values=3, unit="1", &
          doc="outward normal of a plane in the frame of the body, of any length; " // &
          "0, 0, 1 if not given; not for other shapes")
-      call put("surface", "direction", kind_real, values=3, unit="1", &
+      call list%put("surface", "direction", kind_real, values=3, unit="1", &
          doc="axis of a cylinder, which has no ends, or of a torus, in the frame of the body, " // &
          "of any length; 0, 0, 1 if not given; not for other shapes")
-      call put("surface", "semi_axes", kind_real, values=3, unit="m", above=0.0_wp, &
+      call list%put("surface", "semi_axes", kind_real, values=3, unit="m", above=0.0_wp, &
          doc="semi-axes of an ellipsoid along its axes, which are those of the body if they " // &
          "are not turned; mandatory there, not for other shapes")
-      call put("surface", "axis", kind_real, values=3, unit="1", &
+      call list%put("surface", "axis", kind_real, values=3, unit="1", &
          doc="axis of the rotation from the axes of the body to those of an ellipsoid, of any " // &
          "length; goes with angle; not for other shapes")
-      call put("surface", "angle", kind_real, unit="rad", &
+      call list%put("surface", "angle", kind_real, unit="rad", &
          doc="angle of the rotation about axis; only for an ellipsoid")
-      call put("surface", "quaternion", kind_real, values=4, unit="1", &
+      call list%put("surface", "quaternion", kind_real, values=4, unit="1", &
          doc="attitude (w, x, y, z) of an ellipsoid, from its axes to those of the body, of " // &
          "any norm; instead of axis and angle; not for other shapes")
-      call put("surface", "major_radius", kind_real, unit="m", above=0.0_wp, &
+      call list%put("surface", "major_radius", kind_real, unit="m", above=0.0_wp, &
          doc="radius of the centre circle of a torus, larger than minor_radius; mandatory " // &
          "there, not for other shapes")
-      call put("surface", "minor_radius", kind_real, unit="m", above=0.0_wp, &
+      call list%put("surface", "minor_radius", kind_real, unit="m", above=0.0_wp, &
          doc="radius of the tube of a torus; mandatory there, not for other shapes")
-      call put("surface", "side", kind_choice, &
+      call list%put("surface", "side", kind_choice, &
          doc="side of the shape that is touched, 'outside' if not given: with 'inside' the " // &
          "surface is concave, a socket (sphere), a bore (cylinder), a raceway groove (torus), " // &
          "a hollow (ellipsoid); not for a plane")
-      call put("surface", "material", kind_reference, mandatory=.true., target="material", &
+      call list%put("surface", "material", kind_reference, mandatory=.true., target="material", &
          doc="material of the surface")
 
-      call put("contact", "name", kind_name, mandatory=.true., doc="name of the contact")
-      call put("contact", "surfaces", kind_reference, values=2, mandatory=.true., &
+      call list%put("contact", "name", kind_name, mandatory=.true., doc="name of the contact")
+      call list%put("contact", "surfaces", kind_reference, values=2, mandatory=.true., &
          target="surface", doc="the surfaces A and B; normals point from A into B, forces are " // &
          "reported as they act on the body of B")
-      call put("contact", "normal", kind_choice, default="'hertz'", doc="normal force")
-      call put("contact", "ellipse", kind_choice, &
+      call list%put("contact", "normal", kind_choice, default="'hertz'", doc="normal force")
+      call list%put("contact", "ellipse", kind_choice, &
          doc="formula for the spot of normal = 'vilke'; 'power' if not given")
-      call put("contact", "damping", kind_choice, default="'none'", &
+      call list%put("contact", "damping", kind_choice, default="'none'", &
          doc="damping of the normal force")
-      call put("contact", "damping_coefficient", kind_real, unit="model", least=0.0_wp, &
+      call list%put("contact", "damping_coefficient", kind_real, unit="model", least=0.0_wp, &
          doc="coefficient of the damping law: hunt_crossley alpha [s/m], viscous D [N s/m2], " // &
          "tsuji alpha [-]")
-      call put("contact", "restitution", kind_real, unit="1", least=0.0_wp, most=1.0_wp, &
+      call list%put("contact", "restitution", kind_real, unit="1", least=0.0_wp, most=1.0_wp, &
          doc="coefficient of restitution: of normal = 'rigid' (1 if not given), or > 0 " // &
          "instead of damping_coefficient for hunt_crossley and tsuji; the formula of tsuji is " // &
          "that of a contact that may pull at its end: as it may not, 0.5 returns 0.55")
-      call put("contact", "impact_velocity", kind_real, unit="m s-1", above=0.0_wp, &
+      call list%put("contact", "impact_velocity", kind_real, unit="m s-1", above=0.0_wp, &
          doc="speed of approach at which a hunt_crossley contact has its restitution; not " // &
          "given, the coefficient follows the speed of each touch (not below 1e-3 m/s)")
-      call put("contact", "friction", kind_choice, default="'none'", doc="friction model")
-      call put("contact", "friction_coefficient", kind_real, unit="1", least=0.0_wp, &
+      call list%put("contact", "friction", kind_choice, default="'none'", doc="friction model")
+      call list%put("contact", "friction_coefficient", kind_real, unit="1", least=0.0_wp, &
          doc="friction coefficient f; mandatory with friction")
-      call put("contact", "regularization_velocity", kind_real, unit="m s-1", least=0.0_wp, &
+      call list%put("contact", "regularization_velocity", kind_real, unit="m s-1", least=0.0_wp, &
          default="0.0", doc="velocity delta below which friction falls to zero with the slip " // &
          "velocity; mandatory and positive for coulomb; with 0 the wrench of v = w = 0 is " // &
          "zero, and a run smooths its jump there over a velocity that its tolerance does not " // &
          "resolve")
-      call put("contact", "drilling", kind_logical, default=".true.", &
+      call list%put("contact", "drilling", kind_logical, default=".true.", &
          doc="whether the drilling torque about the normal acts")
-      call put("contact", "rolling", kind_choice, default="'none'", doc="rolling resistance")
-      call put("contact", "rolling_coefficient", kind_real, unit="model", least=0.0_wp, &
+      call list%put("contact", "rolling", kind_choice, default="'none'", doc="rolling resistance")
+      call list%put("contact", "rolling_coefficient", kind_real, unit="model", least=0.0_wp, &
          doc="constant: lever arm of the normal force [m]; hysteresis: share of the elastic " // &
          "work that is lost [-]; mandatory with rolling")
-      call put("contact", "rolling_regularization", kind_real, unit="rad s-1", above=0.0_wp, &
+      call list%put("contact", "rolling_regularization", kind_real, unit="rad s-1", above=0.0_wp, &
          doc="rolling velocity below which the rolling resistance falls to " // &
          "zero linearly; mandatory with rolling")
 
-      call put("integrator", "method", kind_choice, default="'cvode_bdf'", &
+      call list%put("integrator", "method", kind_choice, default="'cvode_bdf'", &
          doc="method: cvode_bdf, implicit, for any problem; cvode_adams, a multistep method, " // &
          "and explicit8, of order 8, for problems that are not stiff; explicit8 is the " // &
          "fastest one with light damping, and says when a contact is too stiff for it; auto, " // &
          "explicit8 or cvode_bdf, whichever takes the longer steps, changed during the run")
-      call put("integrator", "rtol", kind_real, unit="1", default="1.0e-8", least=1.0e-14_wp, &
+      call list%put("integrator", "rtol", kind_real, unit="1", default="1.0e-8", least=1.0e-14_wp, &
          most=1.0e-1_wp, doc="relative tolerance of a step, against the scales below")
-      call put("integrator", "length_scale", kind_real, unit="m", above=0.0_wp, &
+      call list%put("integrator", "length_scale", kind_real, unit="m", above=0.0_wp, &
          doc="positions are held to rtol times this length; not given, it is a tenth of " // &
          "the smallest overlap under gravity, or without gravity in an impact at " // &
          "velocity_scale, and for a rigid contact of the smallest radius")
-      call put("integrator", "velocity_scale", kind_real, unit="m s-1", above=0.0_wp, &
+      call list%put("integrator", "velocity_scale", kind_real, unit="m s-1", above=0.0_wp, &
          default="1.0e-2", &
          doc="velocities are held to rtol times the larger of this and the speed")
-      call put("integrator", "angular_velocity_scale", kind_real, unit="rad s-1", above=0.0_wp, &
+      call list%put("integrator", "angular_velocity_scale", kind_real, unit="rad s-1", &
+         above=0.0_wp, &
          default="1.0", &
          doc="angular velocities are held to rtol times the larger of this and the rate")
-      call put("integrator", "max_step", kind_real, unit="s", above=0.0_wp, &
+      call list%put("integrator", "max_step", kind_real, unit="s", above=0.0_wp, &
          doc="largest step; not given, there is no bound")
 
-      call put("output", "file", kind_text, &
+      call list%put("output", "file", kind_text, &
          doc="name of the HDF5 file; not given, the name of the scene file with .h5, in the " // &
          "current folder")
-      call put("output", "interval", kind_real, unit="s", above=0.0_wp, &
+      call list%put("output", "interval", kind_real, unit="s", above=0.0_wp, &
          doc="time between rows; not given, t_end/1000")
 
       call put_bearing()
-      call put("cost", "friction", kind_choice, values=most_values, few=.true., &
+      call list%put("cost", "friction", kind_choice, values=most_values, few=.true., &
          doc="friction models that are compared, in place of that of each contact that has " // &
          "friction; not given, contensou_exact and its approximations, and those of the scene")
-      call put("cost", "normal", kind_choice, values=most_values, few=.true., &
+      call list%put("cost", "normal", kind_choice, values=most_values, few=.true., &
          doc="normal force models that are compared, in place of that of each contact, each " // &
          "with each friction model; not given, that of each contact")
-      call put("cost", "methods", kind_choice, values=most_values, few=.true., &
+      call list%put("cost", "methods", kind_choice, values=most_values, few=.true., &
          default="'cvode_bdf', 'cvode_adams', 'explicit8', 'auto'", &
          doc="methods of integration that are compared")
-      call put("cost", "rtol", kind_real, values=most_values, few=.true., unit="1", &
+      call list%put("cost", "rtol", kind_real, values=most_values, few=.true., unit="1", &
          default="1.0e-4, 1.0e-6, 1.0e-8, 1.0e-10", least=1.0e-14_wp, most=1.0e-1_wp, &
          doc="relative tolerances that are compared, as integrator.rtol")
-      call put("cost", "reference_rtol", kind_real, unit="1", default="1.0e-12", &
+      call list%put("cost", "reference_rtol", kind_real, unit="1", default="1.0e-12", &
          least=1.0e-14_wp, most=1.0e-1_wp, &
          doc="relative tolerance of the reference solutions; smaller than all of rtol")
-      call put("cost", "quantities", kind_choice, values=most_values, few=.true., &
+      call list%put("cost", "quantities", kind_choice, values=most_values, few=.true., &
          default="'position', 'angle', 'velocity'", &
          doc="what counts for the error of a run, the Pareto front and --error: the largest " // &
          "of the scaled errors of these; all are reported")
-      call put("cost", "measure", kind_choice, default="'largest'", &
+      call list%put("cost", "measure", kind_choice, default="'largest'", &
          doc="which error of position, angle, velocity and angular velocity counts: that at " // &
          "the end, the largest, or the root of the mean of the squares; all are reported")
-      call put("cost", "samples", kind_real, unit="1", default="1000.0", least=1.0_wp, &
+      call list%put("cost", "samples", kind_real, unit="1", default="1000.0", least=1.0_wp, &
          most=1.0e6_wp, doc="times after the beginning, equally far apart, at which " // &
          "trajectories are compared; a whole number")
-      call put("cost", "repeats", kind_real, unit="1", default="3.0", least=1.0_wp, &
+      call list%put("cost", "repeats", kind_real, unit="1", default="3.0", least=1.0_wp, &
          most=1000.0_wp, &
          doc="times that a run of less than a second is done; the least CPU time counts; a " // &
          "whole number")
-      call put("cost", "cpu_limit", kind_real, unit="1", default="10.0", above=0.0_wp, &
+      call list%put("cost", "cpu_limit", kind_real, unit="1", default="10.0", above=0.0_wp, &
          doc="CPU time at which a run is given up, in those of the reference of its model")
 
-      keys = keys(:n)
+      keys = list%keys(:list%n)
 
    contains
 
@@ -322,129 +333,134 @@ contains
          character(len=*), parameter :: b = "bearing"
          integer :: i, before
 
-         call put(b, "name", kind_name, mandatory=.true., &
+         call list%put(b, "name", kind_name, mandatory=.true., &
             doc="name of the bearing, with which the names of its parts begin")
-         call put(b, "ball_count", kind_real, unit="1", mandatory=.true., least=3.0_wp, &
+         call list%put(b, "ball_count", kind_real, unit="1", mandatory=.true., least=3.0_wp, &
             most=1000.0_wp, doc="number of balls, evenly spaced on the pitch circle")
-         call put(b, "ball_diameter", kind_real, unit="m", mandatory=.true., above=0.0_wp, &
+         call list%put(b, "ball_diameter", kind_real, unit="m", mandatory=.true., above=0.0_wp, &
             doc="diameter of the balls")
-         call put(b, "pitch_diameter", kind_real, unit="m", mandatory=.true., above=0.0_wp, &
+         call list%put(b, "pitch_diameter", kind_real, unit="m", mandatory=.true., above=0.0_wp, &
             doc="diameter of the circle of the centres of the balls, midway between the raceways")
-         call put(b, "inner_groove_ratio", kind_real, unit="1", above=0.5_wp, &
+         call list%put(b, "inner_groove_ratio", kind_real, unit="1", above=0.5_wp, &
             doc="radius of the groove of the inner ring over the diameter of a ball; this or " // &
             "inner_groove_radius")
-         call put(b, "inner_groove_radius", kind_real, unit="m", above=0.0_wp, &
+         call list%put(b, "inner_groove_radius", kind_real, unit="m", above=0.0_wp, &
             doc="radius of the groove of the inner ring")
-         call put(b, "outer_groove_ratio", kind_real, unit="1", above=0.5_wp, &
+         call list%put(b, "outer_groove_ratio", kind_real, unit="1", above=0.5_wp, &
             doc="radius of the groove of the outer ring over the diameter of a ball; this or " // &
             "outer_groove_radius")
-         call put(b, "outer_groove_radius", kind_real, unit="m", above=0.0_wp, &
+         call list%put(b, "outer_groove_radius", kind_real, unit="m", above=0.0_wp, &
             doc="radius of the groove of the outer ring")
-         call put(b, "clearance", kind_real, unit="m", default="0.0", &
+         call list%put(b, "clearance", kind_real, unit="m", default="0.0", &
             doc="diametral clearance: diameter of the outer raceway less that of the inner " // &
             "one and two balls; negative for an interference")
-         call put(b, "centre", kind_real, values=3, unit="m", default="0, 0, 0", &
+         call list%put(b, "centre", kind_real, values=3, unit="m", default="0, 0, 0", &
             doc="centre of the bearing, inertial frame")
-         call put(b, "axis", kind_real, values=3, unit="1", default="0, 0, 1", &
+         call list%put(b, "axis", kind_real, values=3, unit="1", default="0, 0, 1", &
             doc="axis of the bearing, of any length, inertial frame; speeds and axial_load " // &
             "are positive along it")
-         call put(b, "material", kind_reference, mandatory=.true., target="material", &
+         call list%put(b, "material", kind_reference, mandatory=.true., target="material", &
             doc="material of the rings, and of what has none of its own")
-         call put(b, "ball_material", kind_reference, target="material", &
+         call list%put(b, "ball_material", kind_reference, target="material", &
             doc="material of the balls; that of the rings if not given")
-         call put(b, "ball_density", kind_real, unit="kg m-3", mandatory=.true., above=0.0_wp, &
+         call list%put(b, "ball_density", kind_real, unit="kg m-3", mandatory=.true., &
+            above=0.0_wp, &
             doc="density of the balls")
-         call put(b, "inner_speed", kind_real, unit="rad s-1", default="0.0", &
+         call list%put(b, "inner_speed", kind_real, unit="rad s-1", default="0.0", &
             doc="angular velocity of the inner ring about the axis")
-         call put(b, "outer_speed", kind_real, unit="rad s-1", default="0.0", &
+         call list%put(b, "outer_speed", kind_real, unit="rad s-1", default="0.0", &
             doc="angular velocity of the outer ring about the axis")
-         call put(b, "initial_state", kind_choice, default="'rest'", &
+         call list%put(b, "initial_state", kind_choice, default="'rest'", &
             doc="what balls and cage do at first: rest, or rolling with the epicyclic speeds")
-         call put(b, "ramp_duration", kind_real, unit="s", above=0.0_wp, &
+         call list%put(b, "ramp_duration", kind_real, unit="s", above=0.0_wp, &
             doc="time in which the rings come from rest to their speeds; not given, they have " // &
             "them from the beginning")
-         call put(b, "loaded_ring", kind_choice, &
+         call list%put(b, "loaded_ring", kind_choice, &
             doc="ring that carries the loads and can be displaced, 'inner' if not given; " // &
             "goes with ring_mass")
-         call put(b, "ring_mass", kind_real, unit="kg", above=0.0_wp, &
+         call list%put(b, "ring_mass", kind_real, unit="kg", above=0.0_wp, &
             doc="mass of the loaded ring and what it carries; not given, the ring is not " // &
             "displaced; mandatory with a load")
-         call put(b, "axial_load", kind_real, unit="N", default="0.0", &
+         call list%put(b, "axial_load", kind_real, unit="N", default="0.0", &
             doc="load on the loaded ring along the axis; the bearing begins in equilibrium with it")
-         call put(b, "radial_load", kind_real, unit="N", default="0.0", &
+         call list%put(b, "radial_load", kind_real, unit="N", default="0.0", &
             doc="load on the loaded ring along radial_direction, which acts from the beginning")
-         call put(b, "radial_direction", kind_real, values=3, unit="1", &
+         call list%put(b, "radial_direction", kind_real, values=3, unit="1", &
             doc="direction of radial_load, across the axis, of any length; towards ball 1 if " // &
             "not given")
-         call put(b, "cage", kind_logical, default=".false.", &
+         call list%put(b, "cage", kind_logical, default=".false.", &
             doc="whether there is a cage: a thin ring with a round pocket for each ball, " // &
             "which guide it")
-         call put(b, "cage_mass", kind_real, unit="kg", above=0.0_wp, &
+         call list%put(b, "cage_mass", kind_real, unit="kg", above=0.0_wp, &
             doc="mass of the cage; mandatory with a cage")
-         call put(b, "cage_material", kind_reference, target="material", &
+         call list%put(b, "cage_material", kind_reference, target="material", &
             doc="material of the cage; that of the rings if not given")
-         call put(b, "pocket_clearance", kind_real, unit="m", above=0.0_wp, &
+         call list%put(b, "pocket_clearance", kind_real, unit="m", above=0.0_wp, &
             doc="diameter of a pocket less that of a ball; mandatory with a cage")
-         call put(b, "cage_friction_coefficient", kind_real, unit="1", least=0.0_wp, &
+         call list%put(b, "cage_friction_coefficient", kind_real, unit="1", least=0.0_wp, &
             doc="friction coefficient in the pockets; friction_coefficient if not given")
-         before = n
+         before = list%n
          do i = 1, before
-            if (keys(i)%group /= "contact") cycle
-            if (any(keys(i)%name == [character(len=28) :: "name", "surfaces"])) cycle
-            n = n + 1
-            keys(n) = keys(i)
-            keys(n)%group = b
+            if (list%keys(i)%group /= "contact") cycle
+            if (any(list%keys(i)%name == [character(len=28) :: "name", "surfaces"])) cycle
+            list%n = list%n + 1
+            list%keys(list%n) = list%keys(i)
+            list%keys(list%n)%group = b
          end do
       end subroutine put_bearing
 
-      !> Add a key.
-      subroutine put(group, name, kind, doc, values, unit, default, mandatory, above, least, &
-         most, target, few)
-         !> Group.
-         character(len=*), intent(in) :: group
-         !> Name.
-         character(len=*), intent(in) :: name
-         !> What its values are.
-         integer, intent(in) :: kind
-         !> What it means.
-         character(len=*), intent(in) :: doc
-         !> Number of values.
-         integer, intent(in), optional :: values
-         !> Unit.
-         character(len=*), intent(in), optional :: unit
-         !> Default in namelist syntax.
-         character(len=*), intent(in), optional :: default
-         !> Whether it must be given.
-         logical, intent(in), optional :: mandatory
-         !> Numbers are larger than this.
-         real(wp), intent(in), optional :: above
-         !> Numbers are at least this.
-         real(wp), intent(in), optional :: least
-         !> Numbers are at most this.
-         real(wp), intent(in), optional :: most
-         !> Group that a reference refers to.
-         character(len=*), intent(in), optional :: target
-         !> Whether fewer values will do.
-         logical, intent(in), optional :: few
-
-         n = n + 1
-         keys(n)%group = group
-         keys(n)%name = name
-         keys(n)%kind = kind
-         keys(n)%doc = doc
-         if (present(values)) keys(n)%values = values
-         if (present(unit)) keys(n)%unit = unit
-         if (present(default)) keys(n)%default = default
-         if (present(mandatory)) keys(n)%mandatory = mandatory
-         if (present(above)) keys(n)%low = above
-         keys(n)%above_low = present(above)
-         if (present(least)) keys(n)%low = least
-         if (present(most)) keys(n)%high = most
-         if (present(target)) keys(n)%target = target
-         if (present(few)) keys(n)%few = few
-      end subroutine put
-
    end function schema_keys
+
+   !> Add a key.
+   subroutine put(self, group, name, kind, doc, values, unit, default, mandatory, above, least, &
+      most, target, few)
+      !> The keys.
+      class(key_list_type), intent(inout) :: self
+      !> Group.
+      character(len=*), intent(in) :: group
+      !> Name.
+      character(len=*), intent(in) :: name
+      !> What its values are.
+      integer, intent(in) :: kind
+      !> What it means.
+      character(len=*), intent(in) :: doc
+      !> Number of values.
+      integer, intent(in), optional :: values
+      !> Unit.
+      character(len=*), intent(in), optional :: unit
+      !> Default in namelist syntax.
+      character(len=*), intent(in), optional :: default
+      !> Whether it must be given.
+      logical, intent(in), optional :: mandatory
+      !> Numbers are larger than this.
+      real(wp), intent(in), optional :: above
+      !> Numbers are at least this.
+      real(wp), intent(in), optional :: least
+      !> Numbers are at most this.
+      real(wp), intent(in), optional :: most
+      !> Group that a reference refers to.
+      character(len=*), intent(in), optional :: target
+      !> Whether fewer values will do.
+      logical, intent(in), optional :: few
+
+      self%n = self%n + 1
+      associate (key => self%keys(self%n))
+         key%group = group
+         key%name = name
+         key%kind = kind
+         key%doc = doc
+         if (present(values)) key%values = values
+         if (present(unit)) key%unit = unit
+         if (present(default)) key%default = default
+         if (present(mandatory)) key%mandatory = mandatory
+         if (present(above)) key%low = above
+         key%above_low = present(above)
+         if (present(least)) key%low = least
+         if (present(most)) key%high = most
+         if (present(target)) key%target = target
+         if (present(few)) key%few = few
+      end associate
+   end subroutine put
 
    !> Names that a key of `kind_choice` admits, from the tables of the program.
    function choices_of(key) result(names)
@@ -505,19 +521,6 @@ contains
          allocate(names(0))
       end select
    end function choices_of
-
-   !> Texts of their own length from texts padded with blanks.
-   pure function strings(padded) result(names)
-      !> Padded texts.
-      character(len=*), intent(in) :: padded(:)
-      type(string_type), allocatable :: names(:)
-      integer :: i
-
-      allocate(names(size(padded)))
-      do i = 1, size(padded)
-         names(i)%s = trim(padded(i))
-      end do
-   end function strings
 
    !> Whether a finite number is in the domain of a key.
    pure function admits(key, x) result(ok)

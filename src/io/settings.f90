@@ -6,7 +6,7 @@ module contensou_io_settings
    use contensou_base_document, only : assignment_type, document_type, group_type, &
       parse_value_list, value_integer, value_logical, value_null, value_real, value_text, value_type
    use contensou_base_kinds, only : wp
-   use contensou_base_text, only : join, lower, nearest, quote, string_type, to_text
+   use contensou_base_text, only : join, lower, nearest, quote, string_type, strings, to_text
    use contensou_io_schema, only : admits, choices_of, domain_text, group_spec_type, &
       key_spec_type, kind_choice, kind_logical, kind_name, kind_real, kind_reference, kind_text, &
       most_values, schema_groups, schema_keys
@@ -16,7 +16,7 @@ module contensou_io_settings
    public :: setting_type, instance_type, settings_type
    public :: path_type
    public :: resolve, apply_override, find_path, resolved_text, name_of, largest_number
-   public :: expected_of, take_value
+   public :: expected_of, take_value, find_key, find_choice
 
    !> A key with its value.
    type :: setting_type
@@ -452,7 +452,7 @@ contains
                      "&" // trim(groups(near)%name))
                else
                   call diagnostics%add(group%origin, "unknown group &" // group%name, &
-                     "one of " // list_of(groups%name, "&"))
+                     "one of &" // join(strings(groups%name), ", &"))
                end if
                cycle
             end if
@@ -506,19 +506,9 @@ contains
       end do
       do i = 1, group%n_assignments
          associate (assignment => group%assignments(i))
-            k = findloc(own%name == assignment%key, .true., dim=1)
-            if (k == 0) then
-               near = nearest(assignment%key, own%name)
-               if (near > 0) then
-                  instance%settings(near)%meant = .true.
-                  call diagnostics%add(assignment%origin, "unknown key '" // assignment%key // &
-                     "' in group &" // group%name, trim(own(near)%name))
-               else
-                  call diagnostics%add(assignment%origin, "unknown key '" // assignment%key // &
-                     "' in group &" // group%name, "one of " // list_of(own%name, ""))
-               end if
-               cycle
-            end if
+            call find_key(assignment, group%name, own%name, k, near, diagnostics)
+            if (near > 0) instance%settings(near)%meant = .true.
+            if (k == 0) cycle
             call take_assignment(assignment, instance%settings(k), first_given(:, k), &
                group%name, group%complete, diagnostics)
          end associate
@@ -543,6 +533,34 @@ contains
          end associate
       end do
    end subroutine resolve_group
+
+   !> Find the key of an assignment among those of its group; one that is unknown is reported.
+   subroutine find_key(assignment, group, names, position, near, diagnostics)
+      !> The assignment.
+      type(assignment_type), intent(in) :: assignment
+      !> Name of the group.
+      character(len=*), intent(in) :: group
+      !> Names of the keys of the group.
+      character(len=*), intent(in) :: names(:)
+      !> Position of the key in `names`; 0 if it is unknown.
+      integer, intent(out) :: position
+      !> For an unknown key, position of the one that is likely meant; 0 for none.
+      integer, intent(out) :: near
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      near = 0
+      position = findloc(names == assignment%key, .true., dim=1)
+      if (position > 0) return
+      near = nearest(assignment%key, names)
+      if (near > 0) then
+         call diagnostics%add(assignment%origin, "unknown key '" // assignment%key // &
+            "' in group &" // group, trim(names(near)))
+      else
+         call diagnostics%add(assignment%origin, "unknown key '" // assignment%key // &
+            "' in group &" // group, "one of " // join(strings(names), ", "))
+      end if
+   end subroutine find_key
 
    !> " 'name'" for messages, if the group has a name.
    pure function named(instance) result(text)
@@ -668,7 +686,6 @@ contains
       !> Whether the value is in order.
       logical, intent(out) :: good
       type(string_type), allocatable :: names(:)
-      integer :: i
 
       good = .false.
       associate (key => setting%key)
@@ -717,22 +734,9 @@ contains
             end if
             if (key%kind == kind_choice) then
                names = choices_of(key)
-               setting%choice = 0
-               do i = 1, size(names)
-                  if (names(i)%s == lower(setting%text(slot)%s)) setting%choice = i
-               end do
-               if (setting%choice == 0) then
-                  i = nearest(lower(setting%text(slot)%s), names)
-                  if (i > 0) then
-                     call diagnostics%add(value%origin, "unknown " // trim(key%name) // " " // &
-                        quote(setting%text(slot)%s), quote(names(i)%s) // "; possible are " // &
-                        join(names, ", "))
-                  else
-                     call diagnostics%add(value%origin, "unknown " // trim(key%name) // " " // &
-                        quote(setting%text(slot)%s), "one of " // join(names, ", "))
-                  end if
-                  return
-               end if
+               call find_choice(setting%text(slot)%s, names, trim(key%name), value%origin, &
+                  setting%choice, diagnostics)
+               if (setting%choice == 0) return
                setting%choices(slot) = setting%choice
                setting%text(slot)%s = names(setting%choice)%s
             end if
@@ -751,6 +755,36 @@ contains
       end subroutine wrong
 
    end subroutine take_value
+
+   !> Find a choice among the names of its key; one that is unknown is reported.
+   subroutine find_choice(text, names, key, origin, choice, diagnostics)
+      !> The choice, in upper or lower case.
+      character(len=*), intent(in) :: text
+      !> The names that the key admits.
+      type(string_type), intent(in) :: names(:)
+      !> Name of the key.
+      character(len=*), intent(in) :: key
+      !> Where the choice stands.
+      type(origin_type), intent(in) :: origin
+      !> Its position in `names`; 0 if it is unknown.
+      integer, intent(out) :: choice
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: near
+
+      do choice = 1, size(names)
+         if (names(choice)%s == lower(text)) return
+      end do
+      choice = 0
+      near = nearest(lower(text), names)
+      if (near > 0) then
+         call diagnostics%add(origin, "unknown " // key // " " // quote(text), &
+            quote(names(near)%s) // "; possible are " // join(names, ", "))
+      else
+         call diagnostics%add(origin, "unknown " // key // " " // quote(text), &
+            "one of " // join(names, ", "))
+      end if
+   end subroutine find_choice
 
    !> A kind of value in words.
    pure function kind_word(value) result(word)
@@ -791,22 +825,6 @@ contains
          text = "a text in quotes"
       end select
    end function expected_of
-
-   !> Names separated by commas, each with a prefix.
-   pure function list_of(names, prefix) result(text)
-      !> The names.
-      character(len=*), intent(in) :: names(:)
-      !> Put before each.
-      character(len=*), intent(in) :: prefix
-      character(len=:), allocatable :: text
-      integer :: i
-
-      text = ""
-      do i = 1, size(names)
-         if (i > 1) text = text // ", "
-         text = text // prefix // trim(names(i))
-      end do
-   end function list_of
 
    !> The settings as a namelist text: every key that has a value, defaults included.
    function resolved_text(settings) result(text)

@@ -2,10 +2,10 @@
 !> documents it.
 module contensou_io_sweep_schema
    use contensou_base_kinds, only : wp
-   use contensou_base_text, only : join, string_type, to_text
+   use contensou_base_text, only : join, string_type, strings, to_text
    use contensou_io_quantities, only : row_quantities
-   use contensou_io_schema, only : domain_text, group_spec_type, key_spec_type, kind_choice, &
-      kind_real, kind_text
+   use contensou_io_schema, only : domain_text, group_spec_type, key_list_type, key_spec_type, &
+      kind_choice, kind_real, kind_text
    use contensou_io_sweep_sampling, only : sampling_names
    implicit none(type, external)
    private
@@ -61,112 +61,69 @@ contains
    !> The keys of all groups, in the order of the documentation.
    function sweep_keys() result(keys)
       type(key_spec_type), allocatable :: keys(:)
-      integer :: n
+      type(key_list_type) :: list
 
-      allocate(keys(40))
-      n = 0
-      call put("sweep", "scene", kind_text, mandatory=.true., &
+      allocate(list%keys(40))
+      call list%put("sweep", "scene", kind_text, mandatory=.true., &
          doc="file of the base scene, relative to the folder of the sweep file")
-      call put("sweep", "sampling", kind_choice, default="'grid'", &
+      call list%put("sweep", "sampling", kind_choice, default="'grid'", &
          doc="which cases there are: grid, every combination of the values of all parameters, " // &
          "the last parameter varies fastest; latin_hypercube; sobol, the sequence of the GNU " // &
          "Scientific Library; file, the rows of a table")
-      call put("sweep", "cases", kind_whole, unit="1", least=1.0_wp, most=most_cases, &
+      call list%put("sweep", "cases", kind_whole, unit="1", least=1.0_wp, most=most_cases, &
          doc="number of cases of latin_hypercube and sobol; not for others")
-      call put("sweep", "seed", kind_whole, unit="1", least=0.0_wp, most=2.0_wp**53, &
+      call list%put("sweep", "seed", kind_whole, unit="1", least=0.0_wp, most=2.0_wp**53, &
          doc="seed of latin_hypercube, 1 if not given; with sobol it shifts all points at " // &
          "random, and without there is no shift; not for others")
-      call put("sweep", "table", kind_text, &
+      call list%put("sweep", "table", kind_text, &
          doc="file of the cases for sampling = 'file', relative to the folder of the sweep " // &
          "file: CSV whose header names parameters by their paths, or HDF5 with a " // &
          "one-dimensional dataset for each, in its root or in /parameters")
-      call put("sweep", "set", kind_text, values=any_number, &
+      call list%put("sweep", "set", kind_text, values=any_number, &
          doc="settings for all cases, each a text as after --set: 'scene.t_end = 2'")
-      call put("sweep", "keep", kind_text, values=any_number, default="'summary', 'events'", &
+      call list%put("sweep", "keep", kind_text, values=any_number, default="'summary', 'events'", &
          doc="results that are kept: 'summary', all scalars of /summary; 'events', times of " // &
          "the first and last touch and lift-off and their numbers, for each contact; " // &
          "'final_state', position, velocity, angular_velocity and quaternion of each body; " // &
          "names of single ones of these; or 'nothing' of all that")
-      call put("sweep", "trajectories", kind_whole, values=any_number, unit="1", least=1.0_wp, &
-         most=most_cases, &
+      call list%put("sweep", "trajectories", kind_whole, values=any_number, unit="1", &
+         least=1.0_wp, most=most_cases, &
          doc="cases whose whole output file is kept, too, as NAME_case_N.h5 beside the table")
-      call put("sweep", "time_limit", kind_real, unit="s", above=0.0_wp, &
+      call list%put("sweep", "time_limit", kind_real, unit="s", above=0.0_wp, &
          doc="wall time at which a case is given up; not given, there is no limit")
-      call put("sweep", "output", kind_text, &
+      call list%put("sweep", "output", kind_text, &
          doc="name of the table; not given, the name of the sweep file with .h5, in the " // &
          "current folder")
 
-      call put("parameter", "name", kind_text, values=any_number, mandatory=.true., &
+      call list%put("parameter", "name", kind_text, values=any_number, mandatory=.true., &
          doc="path of the setting as after --set, as 'top.angle' or 'top.position(3)'; with " // &
          "several paths all of them get the same value")
-      call put("parameter", "vary", kind_choice, &
+      call list%put("parameter", "vary", kind_choice, &
          doc="how it varies: over a list, or evenly between two numbers or their logarithms; " // &
          "'list' if values are given, else 'linear'; not with sampling = 'file'")
-      call put("parameter", "values", kind_any, values=any_number, &
+      call list%put("parameter", "values", kind_any, values=any_number, &
          doc="the values of a list: numbers, texts such as names of models, or logicals")
-      call put("parameter", "first", kind_real, &
+      call list%put("parameter", "first", kind_real, &
          doc="first value of linear and log; with latin_hypercube and sobol a bound")
-      call put("parameter", "last", kind_real, &
+      call list%put("parameter", "last", kind_real, &
          doc="last value of linear and log; with latin_hypercube and sobol a bound")
-      call put("parameter", "count", kind_whole, unit="1", least=1.0_wp, most=most_cases, &
+      call list%put("parameter", "count", kind_whole, unit="1", least=1.0_wp, most=most_cases, &
          doc="number of values of linear and log in a grid; not for other samplings")
-      call put("parameter", "column", kind_text, &
+      call list%put("parameter", "column", kind_text, &
          doc="name of its column in the table; the first path if not given")
 
-      call put("value", "name", kind_text, mandatory=.true., doc="name of its column in the table")
-      call put("value", "dataset", kind_choice, mandatory=.true., &
+      call list%put("value", "name", kind_text, mandatory=.true., &
+         doc="name of its column in the table")
+      call list%put("value", "dataset", kind_choice, mandatory=.true., &
          doc="dataset of /trajectory that it is taken from")
-      call put("value", "of", kind_text, &
+      call list%put("value", "of", kind_text, &
          doc="body or contact that it belongs to; may be left out if there is one only")
-      call put("value", "component", kind_whole, unit="1", least=1.0_wp, most=4.0_wp, &
+      call list%put("value", "component", kind_whole, unit="1", least=1.0_wp, most=4.0_wp, &
          doc="component of a vector, from 1: x, y, z; w, x, y, z of a quaternion; major, " // &
          "minor of semi_axes; not for others")
-      call put("value", "time", kind_real, unit="s", mandatory=.true., least=0.0_wp, &
+      call list%put("value", "time", kind_real, unit="s", mandatory=.true., least=0.0_wp, &
          doc="simulated time of the value; beyond t_end of a case there is none")
-      keys = keys(:n)
-
-   contains
-
-      !> Add a key.
-      subroutine put(group, name, kind, doc, values, unit, default, mandatory, above, least, most)
-         !> Group.
-         character(len=*), intent(in) :: group
-         !> Name.
-         character(len=*), intent(in) :: name
-         !> What its values are.
-         integer, intent(in) :: kind
-         !> What it means.
-         character(len=*), intent(in) :: doc
-         !> Number of values.
-         integer, intent(in), optional :: values
-         !> Unit.
-         character(len=*), intent(in), optional :: unit
-         !> Default in namelist syntax.
-         character(len=*), intent(in), optional :: default
-         !> Whether it must be given.
-         logical, intent(in), optional :: mandatory
-         !> Numbers are larger than this.
-         real(wp), intent(in), optional :: above
-         !> Numbers are at least this.
-         real(wp), intent(in), optional :: least
-         !> Numbers are at most this.
-         real(wp), intent(in), optional :: most
-
-         n = n + 1
-         keys(n)%group = group
-         keys(n)%name = name
-         keys(n)%kind = kind
-         keys(n)%doc = doc
-         if (present(values)) keys(n)%values = values
-         if (present(unit)) keys(n)%unit = unit
-         if (present(default)) keys(n)%default = default
-         if (present(mandatory)) keys(n)%mandatory = mandatory
-         if (present(above)) keys(n)%low = above
-         keys(n)%above_low = present(above)
-         if (present(least)) keys(n)%low = least
-         if (present(most)) keys(n)%high = most
-      end subroutine put
-
+      keys = list%keys(:list%n)
    end function sweep_keys
 
    !> Names that a key of `kind_choice` admits.
@@ -186,19 +143,6 @@ contains
          allocate(names(0))
       end select
    end function sweep_choices
-
-   !> Texts of their own length from texts padded with blanks.
-   pure function strings(padded) result(names)
-      !> Padded texts.
-      character(len=*), intent(in) :: padded(:)
-      type(string_type), allocatable :: names(:)
-      integer :: i
-
-      allocate(names(size(padded)))
-      do i = 1, size(padded)
-         names(i)%s = trim(padded(i))
-      end do
-   end function strings
 
    !> What a key wants, in words.
    function sweep_domain(key) result(text)

@@ -75,7 +75,8 @@ program bare_sweep
    use contensou_integrate_march, only : march
    use contensou_integrate_motion, only : motion_type, set_up_motion
    use contensou_io_scene_reader, only : read_scene, scene_file_type
-   use contensou_io_sweep, only : read_sweep, sweep_type
+   use contensou_io_sweep, only : sweep_type
+   use contensou_io_sweep_reader, only : read_sweep
    implicit none(type, external)
 
    call run_all()

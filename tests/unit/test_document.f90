@@ -7,7 +7,7 @@ module test_document
    use contensou_base_errors, only : error_type, status_file, status_usage
    use contensou_base_kinds, only : i8, wp
    use contensou_base_text, only : edit_distance, join, lower, nearest, quote, read_real, &
-      & shorten, starts_with, string_type, to_text
+      & shorten, starts_with, string_type, strings, to_text
    implicit none(type, external)
    private
 
@@ -80,6 +80,8 @@ contains
          & 'to_text: logical')
       call check(join(list, ', ') == 'a, , bc', 'join: with an empty text')
       call check(join(list(1:0), ', ') == '', 'join: of nothing')
+      call check(join(strings(['a ', 'bc', ' d']), ', ') == 'a, bc,  d', &
+         & 'strings: without blanks at the end')
       call check(quote('it''s') == '''it''''s''', 'quote: doubles quotes')
       call check(quote('') == '''''', 'quote: empty text')
       call check(starts_with('scene', 'sc') .and. .not. starts_with('s', 'sc'), 'starts_with')

@@ -7,7 +7,8 @@ module test_sweep
    use contensou_io_scene_reader, only : read_scene, scene_file_type
    use contensou_io_quantities, only : summary_quantities
    use contensou_io_schema, only : group_spec_type, key_spec_type, kind_choice
-   use contensou_io_sweep, only : read_sweep, sweep_type
+   use contensou_io_sweep, only : sweep_type
+   use contensou_io_sweep_reader, only : read_sweep
    use contensou_io_sweep_sampling, only : permuted, sampler_type, sampling_latin, &
       sampling_sobol, uniform
    use contensou_io_sweep_schema, only : sweep_choices, sweep_domain, sweep_groups, sweep_keys

@@ -1,0 +1,1220 @@
+!> From a sweep file to a sweep: its base scene, parameters, table of cases and results, with all
+!> mistakes reported at once.
+module contensou_io_sweep_reader
+   use contensou_base_build, only : program_version
+   use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
+   use contensou_base_document, only : document_type, read_document, value_text, value_type
+   use contensou_base_errors, only : error_type, fatal, status_usage
+   use contensou_base_kinds, only : i8, wp
+   use contensou_base_text, only : join, lower, nearest, quote, starts_with, string_type, &
+      strings, to_text
+   use contensou_dynamics_scene, only : turns_by_drive
+   use contensou_io_quantities, only : components_of, q_drive_force, q_drive_torque, &
+      quantity_type, row_quantities, state_quantities, summary_quantities
+   use contensou_io_scene_reader, only : load_scene, loaded_scene_type
+   use contensou_io_schema, only : key_spec_type, kind_real
+   use contensou_io_settings, only : settings_type
+   use contensou_io_sweep, only : event_names, parameter_column_type, result_column_type, &
+      source_event, source_state, source_summary, source_value, sweep_type
+   use contensou_io_sweep_entries, only : choice_of, concerns_sweep, entries_type, &
+      override_sweep, resolve_document
+   use contensou_io_sweep_points, only : logical_of, points_column_type
+   use contensou_io_sweep_sampling, only : hash_text, hash_values, sampling_file, sampling_grid, &
+      sampling_latin, sampling_names, sampling_sobol, sobol_bits, sobol_most_dimensions
+   use contensou_io_sweep_schema, only : keep_names, most_cases, sweep_domain, sweep_groups, &
+      vary_linear, vary_list, vary_log, vary_names
+   use contensou_io_sweep_target, only : find_target, target_type, value_words
+   implicit none(type, external)
+   private
+
+   public :: read_sweep, is_sweep_file
+
+   !> Descriptions of what is kept of the events of a contact.
+   character(len=*), parameter :: event_docs(*) = [character(len=26) :: "time of the first touch", &
+      "time of the last touch", "time of the first lift-off", "time of the last lift-off", &
+      "touch events", "lift-off events"]
+
+contains
+
+   !> Whether a file has a group `sweep` and no group `scene`; false for one that cannot be read.
+   function is_sweep_file(path) result(is)
+      !> Name of the file.
+      character(len=*), intent(in) :: path
+      logical :: is
+      type(document_type) :: document
+      type(diagnostics_type) :: ignored
+      type(error_type), allocatable :: error
+      integer :: i
+
+      call read_document(path, document, ignored, error)
+      is = .false.
+      if (allocated(error)) return
+      do i = 1, document%n_groups
+         if (document%groups(i)%name == "scene") then
+            is = .false.
+            return
+         end if
+         is = is .or. any(sweep_groups_of(document%groups(i)%name))
+      end do
+   end function is_sweep_file
+
+   !> Whether a name is that of each group of a sweep file.
+   pure function sweep_groups_of(name) result(same)
+      !> The name.
+      character(len=*), intent(in) :: name
+      logical, allocatable :: same(:)
+
+      associate (groups => sweep_groups())
+         same = groups%name == name
+      end associate
+   end function sweep_groups_of
+
+   !> Read a sweep file and its base scene; all mistakes are reported at once.
+   subroutine read_sweep(path, overrides, output, sweep, error)
+      !> Name of the sweep file.
+      character(len=*), intent(in) :: path
+      !> Texts of the `--set` options: settings of the scene for all cases, or `sweep.KEY`.
+      type(string_type), intent(in) :: overrides(:)
+      !> Name of the table from the command line; blank for that of the sweep file.
+      character(len=*), intent(in) :: output
+      !> The sweep.
+      type(sweep_type), intent(out) :: sweep
+      !> Set with all mistakes found; nothing of `sweep` is to be used then.
+      type(error_type), allocatable, intent(out) :: error
+      type(document_type) :: document
+      type(diagnostics_type) :: diagnostics, in_scene
+      type(entries_type), allocatable :: groups(:)
+      type(source_type), allocatable :: scene_sources(:)
+      character(len=:), allocatable :: text, count_text
+      logical :: scene_good
+      integer :: i, head, n
+
+      call read_document(path, document, diagnostics, error)
+      if (allocated(error)) return
+      sweep%path = path
+      sweep%text = document%bytes
+      do i = 1, size(overrides)
+         if (concerns_sweep(overrides(i)%s)) call override_sweep(document, overrides(i)%s, &
+            diagnostics)
+      end do
+      call resolve_document(document, groups, head, diagnostics)
+      allocate(sweep%trajectories(0), sweep%parameters(0), sweep%results(0))
+      if (head > 0) then
+         associate (main => groups(head))
+            call read_output(main, path, output, sweep, diagnostics)
+            call read_base(main, overrides, sweep, scene_good, diagnostics, in_scene, scene_sources)
+            sweep%sampling = max(1, choice_of(main, "sampling"))
+            if (sweep%sampling == sampling_file) then
+               call check_keys(main, groups, sweep%sampling, diagnostics)
+               if (scene_good) call read_table(main, groups, sweep, document, diagnostics)
+            else
+               call check_keys(main, groups, sweep%sampling, diagnostics)
+               call read_parameters(main, groups, sweep, scene_good, diagnostics)
+            end if
+            if (scene_good) then
+               call check_parameters(main, groups, sweep, diagnostics)
+               call read_results(main, groups, sweep, diagnostics)
+            end if
+            call read_trajectories(main, sweep, diagnostics)
+            if (main%number("time_limit") > 0.0_wp) sweep%time_limit = main%number("time_limit")
+         end associate
+      end if
+      n = diagnostics%count() + in_scene%count()
+      if (n > 0) then
+         text = diagnostics%render(document%sources)
+         if (in_scene%count() > 0) text = text // in_scene%render(scene_sources)
+         count_text = to_text(n) // " errors"
+         if (n == 1) count_text = "1 error"
+         call fatal(error, text // count_text // " in " // path // "; nothing was run", &
+            status_usage)
+         return
+      end if
+      call trim_texts(sweep%base%settings)
+      call set_fingerprint(sweep)
+   end subroutine read_sweep
+
+   !> Name of the table.
+   subroutine read_output(main, path, output, sweep, diagnostics)
+      !> Group `sweep`.
+      type(entries_type), intent(in) :: main
+      !> Name of the sweep file.
+      character(len=*), intent(in) :: path
+      !> Name of the table from the command line; blank for none.
+      character(len=*), intent(in) :: output
+      !> The sweep.
+      type(sweep_type), intent(inout) :: sweep
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: slash, dot
+
+      sweep%output = main%text("output")
+      if (output /= "") sweep%output = output
+      if (sweep%output == "") then
+         slash = index(path, "/", back=.true.)
+         dot = index(path, ".", back=.true.)
+         if (dot <= slash + 1) dot = len(path) + 1
+         sweep%output = path(slash + 1:dot - 1) // ".h5"
+      end if
+      if (sweep%output == path) call diagnostics%add(main%keys(main%at("output"))%origin, &
+         "the table would replace the sweep file", "output = 'NAME.h5'")
+   end subroutine read_output
+
+   !> Read the base scene with the settings for all cases.
+   subroutine read_base(main, overrides, sweep, good, diagnostics, in_scene, scene_sources)
+      !> Group `sweep`.
+      type(entries_type), intent(in) :: main
+      !> Texts of the `--set` options.
+      type(string_type), intent(in) :: overrides(:)
+      !> The sweep.
+      type(sweep_type), intent(inout) :: sweep
+      !> Whether there is a scene to look paths up in.
+      logical, intent(out) :: good
+      !> Mistakes of the sweep file are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      !> Mistakes of the scene.
+      type(diagnostics_type), intent(inout) :: in_scene
+      !> Their sources.
+      type(source_type), allocatable, intent(out) :: scene_sources(:)
+      type(diagnostics_type) :: found
+      type(error_type), allocatable :: error
+      type(origin_type) :: origin
+      integer :: i, k, n, n_set
+      logical :: ours
+
+      good = .false.
+      allocate(scene_sources(0))
+      associate (set => main%keys(main%at("set")), scene => main%keys(main%at("scene")))
+         n_set = 0
+         if (set%good) n_set = size(set%values)
+         allocate(sweep%overrides(n_set + count([(.not. concerns_sweep(overrides(i)%s), &
+            i=1, size(overrides))])))
+         do i = 1, n_set
+            sweep%overrides(i)%s = set%values(i)%text
+         end do
+         n = n_set
+         do i = 1, size(overrides)
+            if (concerns_sweep(overrides(i)%s)) cycle
+            n = n + 1
+            sweep%overrides(n)%s = overrides(i)%s
+         end do
+         if (.not. scene%good) return
+         sweep%scene_path = beside(sweep%path, scene%values(1)%text)
+         call load_scene(sweep%scene_path, sweep%overrides, "", sweep%base, found, error)
+         if (allocated(error)) then
+            call diagnostics%add(scene%values(1)%origin, error%message, "the file of a scene")
+            return
+         end if
+         do i = 1, found%kept()
+            origin = found%origin(i)
+            ours = .false.
+            do k = 1, n_set
+               if (origin%source < 1) exit
+               ours = sweep%base%document%sources(origin%source)%name == "--set " // &
+                  sweep%overrides(k)%s
+               if (ours) exit
+            end do
+            if (ours) then
+               call diagnostics%add(set%values(k)%origin, "in " // quote(sweep%overrides(k)%s) // &
+                  ": " // found%message(i), found%expected(i))
+            else
+               call in_scene%add(origin, found%message(i), found%expected(i))
+            end if
+         end do
+         good = found%count() == 0
+         scene_sources = sweep%base%document%sources
+         if (.not. good .and. size(sweep%overrides) > 0) then
+            ! Without the settings, so that mistakes in paths are found, too.
+            found = diagnostics_type()
+            call load_scene(sweep%scene_path, sweep%overrides(:0), "", sweep%base, found, error)
+            good = found%count() == 0 .and. .not. allocated(error)
+         end if
+      end associate
+      if (.not. good) return
+      sweep%scene = sweep%base%file%scene
+      sweep%scene_text = sweep%base%file%text
+      sweep%scene_resolved = sweep%base%file%resolved
+   end subroutine read_base
+
+   !> Name of a file that is given relative to the folder of another one.
+   pure function beside(path, name) result(whole)
+      !> The other file.
+      character(len=*), intent(in) :: path
+      !> Name as given.
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: whole
+
+      whole = name
+      if (.not. starts_with(name, "/")) whole = path(:index(path, "/", back=.true.)) // name
+   end function beside
+
+   !> Keys that go with some samplings only.
+   subroutine check_keys(main, groups, sampling, diagnostics)
+      !> Group `sweep`.
+      type(entries_type), intent(in) :: main
+      !> All groups.
+      type(entries_type), intent(in) :: groups(:)
+      !> The sampling.
+      integer, intent(in) :: sampling
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: i
+
+      associate (entry => main%keys(main%at("sampling")))
+         if (entry%given .and. .not. entry%good) return
+      end associate
+      if (all(sampling /= [sampling_latin, sampling_sobol])) then
+         call refuse(main, "cases", "the number of cases follows from the parameters")
+         call refuse(main, "seed", "there is nothing at random")
+      else if (.not. main%keys(main%at("cases"))%given .and. .not. &
+         main%keys(main%at("cases"))%meant .and. main%complete) then
+         call diagnostics%add(main%origin, "'cases' is missing for sampling = '" // &
+            trim(sampling_names(sampling)) // "'", "cases = a whole number >= 1")
+      end if
+      if (sampling /= sampling_file) then
+         call refuse(main, "table", "sampling = 'file'")
+      else if (.not. main%keys(main%at("table"))%given .and. .not. &
+         main%keys(main%at("table"))%meant .and. main%complete) then
+         call diagnostics%add(main%origin, "'table' is missing for sampling = 'file'", &
+            "table = 'FILE'")
+      end if
+      do i = 1, size(groups)
+         if (groups(i)%group /= "parameter") cycle
+         if (sampling /= sampling_grid) call refuse(groups(i), "count", &
+            "the number of cases is given in another way")
+         if (sampling == sampling_file) then
+            call refuse(groups(i), "vary", "the values are those of the table")
+            call refuse(groups(i), "values", "the values are those of the table")
+            call refuse(groups(i), "first", "the values are those of the table")
+            call refuse(groups(i), "last", "the values are those of the table")
+         end if
+      end do
+
+   contains
+
+      !> A key that has no meaning for the sampling.
+      subroutine refuse(entries, name, expected)
+         !> The group.
+         type(entries_type), intent(in) :: entries
+         !> The key.
+         character(len=*), intent(in) :: name
+         !> What would be right.
+         character(len=*), intent(in) :: expected
+
+         associate (entry => entries%keys(entries%at(name)))
+            if (entry%given) call diagnostics%add(entry%origin, "'" // name // &
+               "' has no meaning for sampling = '" // trim(sampling_names(sampling)) // "'", &
+               expected)
+         end associate
+      end subroutine refuse
+
+   end subroutine check_keys
+
+   !> Read the parameters of a grid, a Latin hypercube or a Sobol sequence.
+   subroutine read_parameters(main, groups, sweep, scene_good, diagnostics)
+      !> Group `sweep`.
+      type(entries_type), intent(in) :: main
+      !> All groups.
+      type(entries_type), intent(in) :: groups(:)
+      !> The sweep.
+      type(sweep_type), intent(inout) :: sweep
+      !> Whether the base scene is in order, so that paths can be looked up.
+      logical, intent(in) :: scene_good
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      real(wp) :: product
+      integer :: i, n, before
+      logical :: found, shifted
+
+      before = diagnostics%count()
+      n = count([(groups(i)%group == "parameter", i=1, size(groups))])
+      if (n == 0) then
+         if (main%complete .and. before == 0) call diagnostics%add(main%origin, &
+            "there is no group &parameter", "&parameter name = 'PATH', ... /: what varies")
+         return
+      end if
+      deallocate(sweep%parameters)
+      allocate(sweep%parameters(n))
+      n = 0
+      do i = 1, size(groups)
+         if (groups(i)%group /= "parameter") cycle
+         n = n + 1
+         associate (parameter => sweep%parameters(n))
+            call name_column(groups(i), parameter, diagnostics)
+            call find_targets(groups(i), sweep%base, scene_good, parameter, diagnostics)
+            call read_range(groups(i), sweep%sampling, parameter, diagnostics)
+         end associate
+      end do
+      if (sweep%sampling == sampling_grid) then
+         product = 1.0_wp
+         do i = 1, n
+            product = product*real(sweep%parameters(i)%count, wp)
+         end do
+         if (product > most_cases) then
+            call diagnostics%add(main%origin, "the grid has " // to_text(product) // " cases", &
+               "at most " // to_text(int(most_cases, i8)) // " cases")
+         else
+            sweep%n_cases = nint(product, i8)
+         end if
+         return
+      end if
+      sweep%n_cases = nint(main%number("cases"), i8)
+      sweep%sampler%sampling = sweep%sampling
+      sweep%sampler%n = sweep%n_cases
+      sweep%sampler%seed = nint(main%number("seed"), i8)
+      shifted = main%keys(main%at("seed"))%good
+      if (.not. shifted) sweep%sampler%seed = 1
+      if (sweep%sampling == sampling_sobol) then
+         if (n > sobol_most_dimensions) then
+            call diagnostics%add(main%keys(main%at("sampling"))%origin, &
+               "a Sobol sequence has at most " // to_text(sobol_most_dimensions) // &
+               " parameters, here are " // to_text(n), "sampling = 'latin_hypercube'")
+            return
+         end if
+         if (sweep%n_cases >= shiftl(1_i8, sobol_bits)) then
+            call diagnostics%add(main%keys(main%at("cases"))%origin, &
+               "a Sobol sequence has less than 2^" // to_text(sobol_bits) // " points", &
+               "sampling = 'latin_hypercube', or fewer cases")
+            return
+         end if
+      end if
+      if (diagnostics%count() > before .or. sweep%n_cases < 1) return
+      call sweep%sampler%begin(n, shifted, found)
+      if (.not. found) call diagnostics%add(main%keys(main%at("sampling"))%origin, &
+         "sampling = 'sobol' needs the GNU Scientific Library, which was not found", &
+         "libgsl.so installed, or sampling = 'latin_hypercube'")
+   end subroutine read_parameters
+
+   !> Name of the column of a parameter.
+   subroutine name_column(group, parameter, diagnostics)
+      !> Group `parameter`.
+      type(entries_type), intent(in) :: group
+      !> The parameter.
+      type(parameter_column_type), intent(inout) :: parameter
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      parameter%name = group%text("column")
+      if (parameter%name == "") then
+         parameter%name = lower(group%text("name"))
+      else
+         call check_column(parameter%name, group%keys(group%at("column"))%values(1)%origin, &
+            diagnostics)
+      end if
+      allocate(parameter%list(0))
+      parameter%units = ""
+      parameter%long_name = ""
+   end subroutine name_column
+
+   !> A name of a column has to be one of a data set, too.
+   subroutine check_column(name, origin, diagnostics)
+      !> The name.
+      character(len=*), intent(in) :: name
+      !> Where it stands.
+      type(origin_type), intent(in) :: origin
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      if (index(name, "/") > 0 .or. name == "." .or. name == "..") then
+         call diagnostics%add(origin, quote(name) // " cannot be the name of a column", &
+            "a name without '/'")
+      else if (any(name == [character(len=7) :: "case", "status", "message"])) then
+         call diagnostics%add(origin, quote(name) // " cannot be the name of a column", &
+            "another name: each table has a column " // name)
+      end if
+   end subroutine check_column
+
+   !> Find what the paths of a parameter stand for.
+   subroutine find_targets(group, base, scene_good, parameter, diagnostics)
+      !> Group `parameter`.
+      type(entries_type), intent(in) :: group
+      !> The base scene.
+      type(loaded_scene_type), intent(in) :: base
+      !> Whether it is in order.
+      logical, intent(in) :: scene_good
+      !> The parameter.
+      type(parameter_column_type), intent(inout) :: parameter
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(target_type), allocatable :: targets(:)
+      integer :: i
+      logical :: found, all_found
+
+      associate (names => group%keys(group%at("name")))
+         allocate(parameter%targets(0), parameter%paths(0))
+         if (.not. names%good .or. .not. scene_good) return
+         allocate(targets(size(names%values)))
+         all_found = .true.
+         do i = 1, size(targets)
+            call find_target(base, names%values(i)%text, names%values(i)%origin, targets(i), &
+               found, diagnostics)
+            all_found = all_found .and. found
+         end do
+         if (.not. all_found) return
+         do i = 2, size(targets)
+            if (targets(i)%is_text() .neqv. targets(1)%is_text()) then
+               call diagnostics%add(names%values(i)%origin, "'" // targets(i)%path // &
+                  "' cannot have the same value as '" // targets(1)%path // &
+                  "': one is a number, the other a text", "a group &parameter for each")
+               return
+            else if (targets(i)%key%unit /= targets(1)%key%unit) then
+               call diagnostics%add(names%values(i)%origin, "'" // targets(i)%path // &
+                  "' cannot have the same value as '" // targets(1)%path // "': their units are " &
+                  // unit_words(targets(i)%key) // " and " // unit_words(targets(1)%key), &
+                  "a group &parameter for each")
+               return
+            end if
+         end do
+      end associate
+      call take_targets(parameter, targets)
+   end subroutine find_targets
+
+   !> Unit of a key in words.
+   pure function unit_words(key) result(text)
+      !> The key.
+      type(key_spec_type), intent(in) :: key
+      character(len=:), allocatable :: text
+
+      text = trim(key%unit)
+      if (text == "1" .or. text == "") text = "-"
+      if (text == "model") text = "those of the law"
+   end function unit_words
+
+   !> Give a parameter what takes its values.
+   subroutine take_targets(parameter, targets)
+      !> The parameter.
+      type(parameter_column_type), intent(inout) :: parameter
+      !> What takes its values.
+      type(target_type), intent(in) :: targets(:)
+      integer :: i
+
+      parameter%targets = targets
+      if (allocated(parameter%paths)) deallocate(parameter%paths)
+      allocate(parameter%paths(size(targets)))
+      do i = 1, size(targets)
+         parameter%paths(i)%s = targets(i)%path
+      end do
+      parameter%is_text = targets(1)%is_text()
+      parameter%units = trim(targets(1)%key%unit)
+      if (parameter%units == "model") parameter%units = ""
+      parameter%long_name = join(parameter%paths, ", ")
+   end subroutine take_targets
+
+   !> How a parameter varies.
+   subroutine read_range(group, sampling, parameter, diagnostics)
+      !> Group `parameter`.
+      type(entries_type), intent(in) :: group
+      !> The sampling.
+      integer, intent(in) :: sampling
+      !> The parameter.
+      type(parameter_column_type), intent(inout) :: parameter
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      character(len=*), parameter :: of_range(*) = [character(len=5) :: "first", "last", "count"]
+      integer :: i
+
+      associate (vary => group%keys(group%at("vary")), list => group%keys(group%at("values")))
+         parameter%vary = choice_of(group, "vary")
+         if (parameter%vary == 0) then
+            if (vary%given) return
+            parameter%vary = merge(vary_list, vary_linear, list%given .or. list%meant)
+         end if
+         if (parameter%vary == vary_list) then
+            do i = 1, size(of_range)
+               associate (entry => group%keys(group%at(trim(of_range(i)))))
+                  if (entry%given .and. (sampling == sampling_grid .or. i < 3)) call &
+                     diagnostics%add(entry%origin, "'" // trim(of_range(i)) // &
+                     "' has no meaning for a list", "vary = 'linear' or 'log', or values alone")
+               end associate
+            end do
+            if (.not. list%given) then
+               if (.not. list%meant .and. group%complete) call diagnostics%add(vary%origin, &
+                  "'values' is missing for vary = 'list'", "values = V1, V2, ...")
+               return
+            end if
+            if (.not. list%good) return
+            parameter%list = list%values
+            parameter%count = size(list%values)
+            call check_values(parameter, parameter%list, diagnostics)
+            return
+         end if
+         if (list%given) then
+            call diagnostics%add(list%origin, "'values' has no meaning for vary = '" // &
+               trim(vary_names(parameter%vary)) // "'", "vary = 'list', or first and last")
+            return
+         end if
+         if (size(parameter%targets) > 0 .and. parameter%is_text) then
+            call diagnostics%add(group%keys(group%at("name"))%values(1)%origin, &
+               "the values of '" // parameter%paths(1)%s // "' are no numbers", &
+               "values = V1, V2, ...")
+            return
+         end if
+      end associate
+      call need("first")
+      call need("last")
+      if (sampling == sampling_grid) call need("count")
+      associate (first => group%keys(group%at("first")), last => group%keys(group%at("last")), &
+         number => group%keys(group%at("count")))
+         if (number%good) parameter%count = nint(number%values(1)%real, i8)
+         if (.not. first%good .or. .not. last%good) return
+         parameter%first = first%values(1)%real
+         parameter%last = last%values(1)%real
+         call check_values(parameter, first%values, diagnostics)
+         call check_values(parameter, last%values, diagnostics)
+         if (parameter%vary == vary_log) then
+            if (parameter%first <= 0.0_wp) call diagnostics%add(first%values(1)%origin, &
+               "'first' must be positive for vary = 'log'", "a number > 0")
+            if (parameter%last <= 0.0_wp) call diagnostics%add(last%values(1)%origin, &
+               "'last' must be positive for vary = 'log'", "a number > 0")
+         end if
+         if (abs(parameter%last - parameter%first) <= 0.0_wp) then
+            if (sampling /= sampling_grid .or. parameter%count > 1) call diagnostics%add( &
+               last%values(1)%origin, "'last' is the same as 'first'", "two numbers")
+         else if (number%good .and. sampling == sampling_grid .and. parameter%count == 1) then
+            call diagnostics%add(number%values(1)%origin, &
+               "one value cannot be both 'first' and 'last'", "count >= 2, or values = V")
+         end if
+      end associate
+
+   contains
+
+      !> A key that has to be there.
+      subroutine need(name)
+         !> The key.
+         character(len=*), intent(in) :: name
+
+         associate (entry => group%keys(group%at(name)))
+            if (.not. entry%given .and. .not. entry%meant .and. group%complete) call &
+               diagnostics%add(group%origin, "'" // name // "' is missing in group &parameter " // &
+               quote(parameter%name), name // " = " // sweep_domain(entry%key))
+         end associate
+      end subroutine need
+
+   end subroutine read_range
+
+   !> Check values against the domains of all keys that take them; texts become what the key wants.
+   subroutine check_values(parameter, values, diagnostics)
+      !> The parameter.
+      type(parameter_column_type), intent(in) :: parameter
+      !> The values.
+      type(value_type), intent(in) :: values(:)
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: i, k
+      logical :: good
+
+      do i = 1, size(values)
+         do k = 1, size(parameter%targets)
+            call parameter%targets(k)%check(values(i), diagnostics, good)
+            if (.not. good) exit
+         end do
+      end do
+   end subroutine check_values
+
+   !> Read the table of cases.
+   subroutine read_table(main, groups, sweep, document, diagnostics)
+      !> Group `sweep`.
+      type(entries_type), intent(in) :: main
+      !> All groups.
+      type(entries_type), intent(in) :: groups(:)
+      !> The sweep.
+      type(sweep_type), intent(inout) :: sweep
+      !> The table is added to its sources.
+      type(document_type), intent(inout) :: document
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(points_column_type), allocatable :: columns(:)
+      type(error_type), allocatable :: error
+      type(source_type) :: lines
+      type(target_type), allocatable :: target(:)
+      integer :: i, g, n, n_found
+      logical :: found, used(size(groups))
+
+      associate (table => main%keys(main%at("table")))
+         if (.not. table%good) return
+         call sweep%points%open(beside(sweep%path, table%values(1)%text), error)
+         if (allocated(error)) then
+            call diagnostics%add(table%values(1)%origin, error%message, &
+               "a CSV or HDF5 file with a column for each parameter")
+            return
+         end if
+         n = size(sweep%points%names)
+         deallocate(sweep%parameters)
+         allocate(sweep%parameters(n), columns(n))
+         call add_source(document, sweep%points%header_source())
+         sweep%points%places%source = size(document%sources)
+         used = .false.
+         n_found = 0
+         do i = 1, n
+            associate (parameter => sweep%parameters(i), name => sweep%points%names(i)%s, &
+               place => sweep%points%places(i))
+               parameter%name = name
+               allocate(parameter%list(0), parameter%targets(0), parameter%paths(0))
+               parameter%units = ""
+               g = group_of(name)
+               if (g > 0) then
+                  used(g) = .true.
+                  deallocate(parameter%targets, parameter%paths, parameter%list)
+                  call name_column(groups(g), parameter, diagnostics)
+                  call find_targets(groups(g), sweep%base, .true., parameter, diagnostics)
+               else
+                  if (name == "") then
+                     call diagnostics%add(place, "a column has no name", "the path of a parameter")
+                     cycle
+                  end if
+                  if (allocated(target)) deallocate(target)
+                  allocate(target(1))
+                  call find_target(sweep%base, name, place, target(1), found, diagnostics)
+                  if (found) call take_targets(parameter, target)
+               end if
+               if (size(parameter%targets) == 0) cycle
+               n_found = n_found + 1
+               columns(i)%targets = parameter%targets
+            end associate
+         end do
+         do g = 1, size(groups)
+            if (groups(g)%group /= "parameter" .or. used(g)) cycle
+            call diagnostics%add(groups(g)%origin, "the table has no column for this parameter", &
+               "a column " // quote(group_name(groups(g))) // " in " // sweep%points%path)
+         end do
+         if (n_found < n) return
+         call sweep%points%read(columns, size(document%sources), lines, diagnostics, error)
+         document%sources(size(document%sources)) = lines
+         if (allocated(error)) then
+            call diagnostics%add(table%values(1)%origin, error%message)
+            return
+         end if
+      end associate
+      sweep%n_cases = sweep%points%n
+      do i = 1, n
+         associate (parameter => sweep%parameters(i))
+            parameter%count = sweep%n_cases
+            deallocate(parameter%list)
+            allocate(parameter%list(size(columns(i)%words)))
+            do g = 1, size(parameter%list)
+               parameter%list(g)%kind = value_text
+               parameter%list(g)%text = columns(i)%words(g)%s
+               if (starts_with(parameter%list(g)%text, ".")) call logical_of( &
+                  parameter%list(g)%text, parameter%list(g))
+            end do
+         end associate
+      end do
+
+   contains
+
+      !> Group `parameter` that names a column of the table; 0 for none.
+      integer function group_of(name)
+         !> Name of the column.
+         character(len=*), intent(in) :: name
+         integer :: k
+
+         do group_of = 1, size(groups)
+            if (groups(group_of)%group /= "parameter") cycle
+            if (groups(group_of)%text("column") == name) return
+            associate (names => groups(group_of)%keys(groups(group_of)%at("name")))
+               if (.not. names%good) cycle
+               do k = 1, size(names%values)
+                  if (lower(names%values(k)%text) == lower(name)) return
+               end do
+            end associate
+         end do
+         group_of = 0
+      end function group_of
+
+      !> Name of the column that a group wants.
+      function group_name(group) result(name)
+         !> The group.
+         type(entries_type), intent(in) :: group
+         character(len=:), allocatable :: name
+
+         name = group%text("column")
+         if (name == "") name = group%text("name")
+      end function group_name
+
+   end subroutine read_table
+
+   !> Add a source to a document.
+   subroutine add_source(document, source)
+      !> The document.
+      type(document_type), intent(inout) :: document
+      !> The source.
+      type(source_type), intent(in) :: source
+      type(source_type), allocatable :: sources(:)
+      integer :: i, n
+
+      n = size(document%sources)
+      allocate(sources(n + 1))
+      do i = 1, n
+         sources(i) = document%sources(i)
+      end do
+      sources(n + 1) = source
+      call move_alloc(sources, document%sources)
+   end subroutine add_source
+
+   !> Parameters must not share a path or a column, nor vary what is set for all cases.
+   subroutine check_parameters(main, groups, sweep, diagnostics)
+      !> Group `sweep`.
+      type(entries_type), intent(in) :: main
+      !> All groups.
+      type(entries_type), intent(in) :: groups(:)
+      !> The sweep.
+      type(sweep_type), intent(inout) :: sweep
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(diagnostics_type) :: ignored
+      type(target_type) :: other
+      type(origin_type) :: origin
+      integer :: i, j, k, l, n_set, equals, before
+      logical :: found
+
+      do i = 1, size(sweep%parameters)
+         if (.not. allocated(sweep%parameters(i)%targets)) cycle
+         do j = 1, i
+            if (.not. allocated(sweep%parameters(j)%targets)) cycle
+            before = diagnostics%count()
+            do k = 1, size(sweep%parameters(i)%targets)
+               do l = 1, merge(k - 1, size(sweep%parameters(j)%targets), i == j)
+                  associate (a => sweep%parameters(i)%targets(k), &
+                     b => sweep%parameters(j)%targets(l))
+                     if (.not. a%overlaps(b)) cycle
+                     if (a%path == b%path) then
+                        call diagnostics%add(place_of(main, groups, sweep, i, k), "'" // a%path // &
+                           "' is given by two parameters", "each path once")
+                     else
+                        call diagnostics%add(place_of(main, groups, sweep, i, k), "'" // a%path // &
+                           "' sets what another parameter sets as '" // b%path // "'", &
+                           "each setting once")
+                     end if
+                  end associate
+               end do
+            end do
+            if (j < i .and. diagnostics%count() == before .and. &
+               sweep%parameters(j)%name == sweep%parameters(i)%name) call diagnostics%add( &
+               place_of(main, groups, sweep, i, 0), "two parameters have the column " // &
+               quote(sweep%parameters(i)%name), "column = 'another name'")
+         end do
+         sweep%expands = sweep%expands .or. any(sweep%parameters(i)%targets%expands)
+      end do
+
+      n_set = 0
+      if (main%keys(main%at("set"))%good) n_set = size(main%keys(main%at("set"))%values)
+      do i = 1, size(sweep%overrides)
+         equals = index(sweep%overrides(i)%s, "=")
+         call find_target(sweep%base, sweep%overrides(i)%s(:equals - 1), origin_type(), other, &
+            found, ignored)
+         if (.not. found) cycle
+         do j = 1, size(sweep%parameters)
+            do k = 1, size(sweep%parameters(j)%targets)
+               if (.not. other%overlaps(sweep%parameters(j)%targets(k))) cycle
+               origin = place_of(main, groups, sweep, j, k)
+               if (i <= n_set) origin = main%keys(main%at("set"))%values(i)%origin
+               call diagnostics%add(origin, "'" // other%path // &
+                  "' is set for all cases, and a parameter varies it", "one of the two")
+            end do
+         end do
+      end do
+
+   end subroutine check_parameters
+
+   !> Where a path of a parameter stands; the name of its column for path 0.
+   pure function place_of(main, groups, sweep, p, path) result(place)
+      !> Group `sweep`.
+      type(entries_type), intent(in) :: main
+      !> All groups.
+      type(entries_type), intent(in) :: groups(:)
+      !> The sweep.
+      type(sweep_type), intent(in) :: sweep
+      !> The parameter.
+      integer, intent(in) :: p
+      !> Which of its paths.
+      integer, intent(in) :: path
+      type(origin_type) :: place
+      integer :: g, n
+
+      place = main%origin
+      if (sweep%sampling == sampling_file) then
+         place = sweep%points%places(p)
+         return
+      end if
+      n = 0
+      do g = 1, size(groups)
+         if (groups(g)%group /= "parameter") cycle
+         n = n + 1
+         if (n < p) cycle
+         place = groups(g)%origin
+         associate (name => groups(g)%keys(groups(g)%at("name")), &
+            column => groups(g)%keys(groups(g)%at("column")))
+            if (name%good) place = name%values(max(path, 1))%origin
+            if (path == 0 .and. column%good) place = column%values(1)%origin
+         end associate
+         return
+      end do
+   end function place_of
+
+   !> Columns of the results.
+   subroutine read_results(main, groups, sweep, diagnostics)
+      !> Group `sweep`.
+      type(entries_type), intent(in) :: main
+      !> All groups.
+      type(entries_type), intent(in) :: groups(:)
+      !> The sweep.
+      type(sweep_type), intent(inout) :: sweep
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(result_column_type), allocatable :: columns(:)
+      type(string_type), allocatable :: known(:)
+      character(len=:), allocatable :: word
+      logical :: keep_summary(size(summary_quantities)), keep_events(size(event_names))
+      logical :: keep_state(size(state_quantities))
+      integer :: i, j, k, m, n, n_values
+
+      keep_summary = .false.
+      keep_events = .false.
+      keep_state = .false.
+      associate (keep => main%keys(main%at("keep")))
+         if (.not. keep%given) then
+            keep_summary = .true.
+            keep_events = .true.
+         else if (keep%good) then
+            known = strings([character(len=21) :: keep_names, summary_quantities%name, &
+               event_names, state_quantities%name])
+            do i = 1, size(keep%values)
+               word = lower(keep%values(i)%text)
+               if (word == "summary") then
+                  keep_summary = .true.
+               else if (word == "events") then
+                  keep_events = .true.
+               else if (word == "final_state") then
+                  keep_state = .true.
+               else if (any(summary_quantities%name == word)) then
+                  keep_summary = keep_summary .or. summary_quantities%name == word
+               else if (any(event_names == word)) then
+                  keep_events = keep_events .or. event_names == word
+               else if (any(state_quantities%name == word)) then
+                  keep_state = keep_state .or. state_quantities%name == word
+               else if (word /= "nothing") then
+                  k = nearest(word, known)
+                  if (word == "cpu_s") then
+                     call diagnostics%add(keep%values(i)%origin, &
+                        "CPU time is not the same twice and cannot be kept")
+                  else if (k > 0) then
+                     call diagnostics%add(keep%values(i)%origin, "unknown result " // quote(word), &
+                        quote(known(k)%s))
+                  else
+                     call diagnostics%add(keep%values(i)%origin, "unknown result " // quote(word), &
+                        "one of " // join(known, ", "))
+                  end if
+               end if
+            end do
+         end if
+      end associate
+      n_values = count([(groups(i)%group == "value", i=1, size(groups))])
+      associate (nb => size(sweep%scene%bodies), nc => size(sweep%scene%contacts))
+         allocate(columns(size(summary_quantities) + nc*size(event_names) + 13*nb + n_values))
+         n = 0
+         do k = 1, size(summary_quantities)
+            if (.not. keep_summary(k)) cycle
+            associate (q => summary_quantities(k))
+               call put(q%name, q%units, trim(q%long_name), q%is_integer)
+            end associate
+            columns(n)%source = source_summary
+            columns(n)%quantity = k
+         end do
+         do i = 1, nc
+            do k = 1, size(event_names)
+               if (.not. keep_events(k)) cycle
+               associate (contact => sweep%scene%contacts(i)%name)
+                  call put(trim(event_names(k)) // "_" // column_word(contact), &
+                     merge("1", "s", k > 4), trim(event_docs(k)) // " of " // contact, k > 4)
+               end associate
+               columns(n)%source = source_event
+               columns(n)%quantity = k
+               columns(n)%index = i
+            end do
+         end do
+         do i = 1, nb
+            do k = 1, size(state_quantities)
+               if (.not. keep_state(k)) cycle
+               m = components_of(state_quantities(k))
+               do j = 1, m
+                  associate (q => state_quantities(k), body => sweep%scene%bodies(i)%name)
+                     call put(trim(q%name) // "_" // column_word(body) // "_" // &
+                        component_word(m, j), q%units, trim(q%long_name) // " of " // body // &
+                        ", " // component_word(m, j), .false.)
+                  end associate
+                  columns(n)%source = source_state
+                  columns(n)%quantity = k
+                  columns(n)%index = i
+                  columns(n)%component = j
+               end do
+            end do
+         end do
+      end associate
+      do i = 1, size(groups)
+         if (groups(i)%group /= "value") cycle
+         n = n + 1
+         call read_value(groups(i), sweep, columns(n), diagnostics)
+      end do
+      deallocate(sweep%results)
+      allocate(sweep%results(n))
+      k = 0
+      do i = 1, n
+         sweep%results(i) = columns(i)
+         if (columns(i)%source == source_value) then
+            do k = k + 1, size(groups)
+               if (groups(k)%group == "value") exit
+            end do
+            if (.not. groups(k)%keys(groups(k)%at("name"))%good) cycle
+            if (any([(columns(j)%name == columns(i)%name, j=1, i - 1)])) call diagnostics%add( &
+               groups(k)%keys(groups(k)%at("name"))%values(1)%origin, &
+               "two results have the name " // quote(columns(i)%name), "another name")
+         end if
+         do j = 1, size(sweep%parameters)
+            if (sweep%parameters(j)%name == columns(i)%name) call diagnostics%add( &
+               place_of(main, groups, sweep, j, 0), "a parameter and a result have the column " // &
+               quote(columns(i)%name), "column = 'another name' for the parameter")
+         end do
+      end do
+      if (n == 0 .and. diagnostics%count() == 0) call diagnostics%add( &
+         main%keys(main%at("keep"))%origin, "nothing is kept of the cases", &
+         "keep = 'summary', or a group &value")
+
+   contains
+
+      !> Begin the next column. (A structure constructor would leak its texts.)
+      subroutine put(name, units, long_name, is_integer)
+         !> Name.
+         character(len=*), intent(in) :: name
+         !> Units.
+         character(len=*), intent(in) :: units
+         !> Description.
+         character(len=*), intent(in) :: long_name
+         !> Whether it is a count.
+         logical, intent(in) :: is_integer
+
+         n = n + 1
+         columns(n)%name = trim(name)
+         columns(n)%units = trim(units)
+         columns(n)%long_name = long_name
+         columns(n)%is_integer = is_integer
+      end subroutine put
+
+   end subroutine read_results
+
+   !> A part of the name of a column.
+   pure function column_word(name) result(word)
+      !> Name of a body or contact.
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: word
+      integer :: i
+
+      word = name
+      do i = 1, len(word)
+         if (word(i:i) == "/") word(i:i) = "_"
+      end do
+   end function column_word
+
+   !> Name of a component.
+   pure function component_word(n, component) result(word)
+      !> Number of components: 3 for a vector, 4 for a quaternion.
+      integer, intent(in) :: n
+      !> Which one.
+      integer, intent(in) :: component
+      character(len=1) :: word
+      character(len=*), parameter :: letters = "wxyz"
+
+      word = letters(component + 4 - n:component + 4 - n)
+   end function component_word
+
+   !> A value of the trajectory at a time.
+   subroutine read_value(group, sweep, column, diagnostics)
+      !> Group `value`.
+      type(entries_type), intent(in) :: group
+      !> The sweep, with its base scene.
+      type(sweep_type), intent(in) :: sweep
+      !> The column.
+      type(result_column_type), intent(out) :: column
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(string_type), allocatable :: names(:)
+      type(quantity_type) :: quantity
+      character(len=:), allocatable :: kind, wanted
+      integer :: i, near, components
+      logical :: varies
+
+      column%source = source_value
+      column%name = group%text("name")
+      if (group%keys(group%at("name"))%good) call check_column(column%name, &
+         group%keys(group%at("name"))%values(1)%origin, diagnostics)
+      column%time = group%number("time")
+      varies = .false.
+      do i = 1, size(sweep%parameters)
+         varies = varies .or. any([(sweep%parameters(i)%paths(near)%s == "scene.t_end", &
+            near=1, size(sweep%parameters(i)%paths))])
+      end do
+      if (column%time > sweep%scene%t_end .and. .not. varies) call diagnostics%add( &
+         group%keys(group%at("time"))%values(1)%origin, "'time' is beyond the end of the runs", &
+         "at most scene.t_end, " // to_text(sweep%scene%t_end) // " [s]")
+      column%quantity = choice_of(group, "dataset")
+      column%units = ""
+      column%long_name = ""
+      if (column%quantity == 0) return
+      ! The first quantity of a row is the time, which is no choice.
+      column%quantity = column%quantity + 1
+      quantity = row_quantities(column%quantity)
+      components = components_of(quantity)
+      column%units = trim(quantity%units)
+      column%long_name = trim(quantity%name)
+      if (any(column%quantity == [q_drive_force, q_drive_torque]) .and. &
+         .not. any(turns_by_drive(sweep%scene%bodies%motion))) call diagnostics%add( &
+         group%keys(group%at("dataset"))%values(1)%origin, "no body of the scene is driven", &
+         "a body with another motion")
+      associate (component => group%keys(group%at("component")))
+         if (component%good) column%component = nint(component%values(1)%real)
+         if (component%given .and. components == 1) then
+            call diagnostics%add(component%origin, "'component' has no meaning for " // &
+               trim(quantity%name) // ", which is a scalar", "no component")
+         else if (.not. component%given .and. components > 1 .and. .not. component%meant .and. &
+            group%complete) then
+            call diagnostics%add(group%origin, "'component' is missing for " // &
+               trim(quantity%name), "component = 1 to " // to_text(components))
+         else if (component%good .and. column%component > components) then
+            call diagnostics%add(component%values(1)%origin, "'component' is out of range", &
+               "1 to " // to_text(components))
+         end if
+      end associate
+
+      associate (of => group%keys(group%at("of")))
+         select case (quantity%dims(:scan(quantity%dims, " ") - 1))
+         case ("")
+            if (of%given) call diagnostics%add(of%origin, "'of' has no meaning for " // &
+               trim(quantity%name) // ", which belongs to the whole scene", "no of")
+            allocate(names(0))
+            kind = ""
+         case ("body")
+            kind = "body"
+            allocate(names(size(sweep%scene%bodies)))
+            do i = 1, size(names)
+               names(i)%s = sweep%scene%bodies(i)%name
+            end do
+         case default
+            kind = "contact"
+            allocate(names(size(sweep%scene%contacts)))
+            do i = 1, size(names)
+               names(i)%s = sweep%scene%contacts(i)%name
+            end do
+         end select
+         if (kind /= "") then
+            if (of%good) then
+               wanted = of%values(1)%text
+               do i = 1, size(names)
+                  if (lower(names(i)%s) == lower(wanted)) column%index = i
+               end do
+               near = nearest(wanted, names)
+               if (column%index == 0 .and. near > 0) then
+                  call diagnostics%add(of%values(1)%origin, "there is no " // kind // " " // &
+                     quote(wanted), quote(names(near)%s))
+               else if (column%index == 0) then
+                  call diagnostics%add(of%values(1)%origin, "there is no " // kind // " " // &
+                     quote(wanted), "one of " // join(names, ", "))
+               end if
+            else if (.not. of%given .and. size(names) == 1) then
+               column%index = 1
+            else if (.not. of%given .and. .not. of%meant .and. group%complete) then
+               call diagnostics%add(group%origin, "'of' is missing for " // &
+                  trim(quantity%name), "of = the name of a " // kind)
+            end if
+            if (column%index > 0) column%long_name = column%long_name // " of " // &
+               names(column%index)%s
+         end if
+      end associate
+      if (components > 1) column%long_name = column%long_name // ", component " // &
+         to_text(column%component)
+      column%long_name = column%long_name // ", at " // to_text(column%time) // " s"
+   end subroutine read_value
+
+   !> Cases of which the whole output file is kept.
+   subroutine read_trajectories(main, sweep, diagnostics)
+      !> Group `sweep`.
+      type(entries_type), intent(in) :: main
+      !> The sweep.
+      type(sweep_type), intent(inout) :: sweep
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer(i8) :: last
+      integer :: i
+
+      associate (list => main%keys(main%at("trajectories")))
+         if (.not. list%good) return
+         deallocate(sweep%trajectories)
+         allocate(sweep%trajectories(0))
+         do i = 1, size(list%values)
+            if (sweep%n_cases > 0 .and. list%values(i)%real > real(sweep%n_cases, wp)) call &
+               diagnostics%add(list%values(i)%origin, "there is no case " // &
+               to_text(nint(list%values(i)%real, i8)), "1 to " // to_text(sweep%n_cases))
+         end do
+         last = 0
+         do i = 1, size(list%values)
+            associate (next => minval(nint(list%values%real, i8), mask=list%values%real > last))
+               if (next == huge(last)) exit
+               sweep%trajectories = [sweep%trajectories, next]
+               last = next
+            end associate
+         end do
+      end associate
+   end subroutine read_trajectories
+
+   !> Free the texts that no key has, so that settings are copied fast.
+   subroutine trim_texts(settings)
+      !> The settings.
+      type(settings_type), intent(inout) :: settings
+      integer :: i, k, t
+
+      do i = 1, size(settings%instances)
+         do k = 1, size(settings%instances(i)%settings)
+            associate (setting => settings%instances(i)%settings(k))
+               do t = 1, size(setting%text)
+                  if (setting%key%kind /= kind_real .and. t <= setting%n) cycle
+                  if (allocated(setting%text(t)%s)) deallocate(setting%text(t)%s)
+               end do
+            end associate
+         end do
+      end do
+   end subroutine trim_texts
+
+   !> What tells this sweep from others.
+   subroutine set_fingerprint(sweep)
+      !> The sweep.
+      type(sweep_type), intent(inout) :: sweep
+      character(len=:), allocatable :: text
+      character(len=*), parameter :: nl = new_line("a")
+      integer(i8) :: hash
+      integer :: i, k
+
+      text = program_version // nl // sweep%scene_resolved // nl // &
+         trim(sampling_names(sweep%sampling)) // nl // to_text(sweep%n_cases) // nl // &
+         to_text(sweep%sampler%seed) // nl // to_text(sweep%time_limit) // nl
+      if (allocated(sweep%sampler%shift)) text = text // to_text(any(sweep%sampler%shift > 0.0_wp))
+      do i = 1, size(sweep%parameters)
+         associate (parameter => sweep%parameters(i))
+            text = text // parameter%name // nl // parameter%long_name // nl // &
+               to_text(parameter%vary) // nl // to_text(parameter%first) // nl // &
+               to_text(parameter%last) // nl // to_text(parameter%count) // nl
+            do k = 1, size(parameter%list)
+               text = text // value_words(parameter%list(k)) // nl
+            end do
+         end associate
+      end do
+      do i = 1, size(sweep%results)
+         associate (result => sweep%results(i))
+            text = text // result%name // nl // result%long_name // nl // &
+               to_text(result%source) // nl // to_text(result%quantity) // nl // &
+               to_text(result%time) // nl
+         end associate
+      end do
+      hash = hash_text(text)
+      if (allocated(sweep%points%values)) hash = hash_values(hash, &
+         sweep%points%values(:, :sweep%n_cases))
+      write(sweep%fingerprint, "(z16.16)") hash
+   end subroutine set_fingerprint
+
+end module contensou_io_sweep_reader

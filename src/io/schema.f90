@@ -324,7 +324,7 @@ contains
       call list%put("cost", "cpu_limit", kind_real, unit="1", default="10.0", above=0.0_wp, &
          doc="CPU time at which a run is given up, in those of the reference of its model")
 
-      keys = list%keys(:list%n)
+      allocate(keys, source=list%keys(:list%n))
 
    contains
 

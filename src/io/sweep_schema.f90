@@ -123,7 +123,7 @@ contains
          "minor of semi_axes; not for others")
       call list%put("value", "time", kind_real, unit="s", mandatory=.true., least=0.0_wp, &
          doc="simulated time of the value; beyond t_end of a case there is none")
-      keys = list%keys(:list%n)
+      allocate(keys, source=list%keys(:list%n))
    end function sweep_keys
 
    !> Names that a key of `kind_choice` admits.

@@ -50,6 +50,8 @@ module contensou_dynamics_rigid
       real(wp) :: bias = 0.0_wp
       !> Second derivative of the gap without rigid contacts [m/s2].
       real(wp) :: free = 0.0_wp
+      !> Square of the rate beta at which an error of the gap decays [1/s2].
+      real(wp) :: pace = 0.0_wp
       !> Stabilisation 2 beta gap' + beta^2 gap [m/s2].
       real(wp) :: stabilisation = 0.0_wp
       !> Normal force [N].

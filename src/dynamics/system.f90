@@ -387,7 +387,7 @@ contains
       type(link_type), intent(inout) :: link
       !> One of the `trouble_*` codes.
       integer, intent(out) :: trouble
-      real(wp) :: inverse_inertia(3, 2), spin_rate(3), turned(3), pace
+      real(wp) :: inverse_inertia(3, 2), spin_rate(3), turned(3)
       integer :: j, k
 
       trouble = trouble_none
@@ -430,10 +430,10 @@ contains
                *dot_product(link%at%normal, spin_rate)
          end do
          ! The gap returns within about a radian of the motion, which steps resolve anyway.
-         pace = dot_product(a%spin, a%spin) + dot_product(b%spin, b%spin) &
+         link%pace = dot_product(a%spin, a%spin) + dot_product(b%spin, b%spin) &
             + (link%motion(1)**2 + link%motion(2)**2)*(2.0_wp*link%at%curvature_b)**2 &
             + abs(link%free)*2.0_wp*link%at%curvature_b
-         link%stabilisation = 2.0_wp*sqrt(pace)*link%rate + pace*link%at%gap
+         link%stabilisation = 2.0_wp*sqrt(link%pace)*link%rate + link%pace*link%at%gap
       end associate
    end subroutine make_link
 

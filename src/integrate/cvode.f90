@@ -51,9 +51,9 @@ module contensou_integrate_cvode
       real(wp), allocatable :: entries(:)
    end type handle_type
 
-   !> Steps for which CVODE uses a Jacobian that is cheap; 51 otherwise. Measured over the shipped
-   !> scenes: where contacts stick, fresher ones save a fifth of the right-hand sides, elsewhere
-   !> they cost no more than they save. With 20 the steps are longer still, and the error grows.
+   !> Steps for which CVODE uses a Jacobian; 51 by its own choice. Measured over the shipped scenes:
+   !> where contacts stick, fresher ones save a fifth of the right-hand sides, elsewhere they cost as
+   !> much as they save. With 20 the steps are longer still, and the error grows.
    integer(c_long), parameter :: jacobian_steps = 30_c_long
 
    !> Number of unknowns from which on the matrix is sparse.
@@ -231,8 +231,7 @@ contains
          if (allocated(problem%row)) then
             allocate(self%handle%entries(size(problem%row)))
             flag = min(flag, FCVodeSetJacFn(self%memory, c_funloc(jacobian_callback)))
-            if (problem%cheap_jacobian) flag = min(flag, FCVodeSetJacEvalFrequency(self%memory, &
-               jacobian_steps))
+            flag = min(flag, FCVodeSetJacEvalFrequency(self%memory, jacobian_steps))
          end if
       end if
       if (problem%n_events > 0) flag = min(flag, FCVodeRootInit(self%memory, &

@@ -277,7 +277,6 @@ contains
       switch = memory%switch
       switch%before = memory%statistics
       statistics = switch%before
-      motion%differences = 0
       ! All rows were written when it stopped.
       if (memory%row > row_count(t_end, interval)) return
       switch%may = method == "auto"
@@ -300,24 +299,22 @@ contains
       unasked = 0
       if (.not. allocated(error)) call advance(integrator, switch, motion, y, t_end, interval, &
          max_step, observer, t, unasked, stopped, error, memory)
-      statistics = counters(switch, integrator, motion, unasked)
+      statistics = counters(switch, integrator, unasked)
       call integrator%free()
    end subroutine march
 
    !> Counters of a march so far, and of those that it continues.
-   function counters(switch, integrator, motion, unasked) result(statistics)
+   function counters(switch, integrator, unasked) result(statistics)
       !> Which methods were used.
       type(switch_type), intent(in) :: switch
       !> The integration at present.
       class(integrator_type), intent(in) :: integrator
-      !> The motion.
-      class(motion_type), intent(in) :: motion
       !> Right-hand sides for states beside the rows, which do not count.
       integer(i8), intent(in) :: unasked
       type(statistics_type) :: statistics
 
       statistics = switch%before + integrator%statistics()
-      statistics%derivatives = statistics%derivatives + motion%differences - unasked
+      statistics%derivatives = statistics%derivatives - unasked
    end function counters
 
    !> Let an integration go up to the end of the next ramp of a drive, no further.
@@ -498,7 +495,7 @@ contains
             present_memory%undecided = undecided
             present_memory%bounded_until = bounded_until
             present_memory%switch = switch
-            present_memory%statistics = counters(switch, integrator, motion, unasked)
+            present_memory%statistics = counters(switch, integrator, unasked)
             call observer%keep(motion, present_memory, error)
             if (allocated(error) .or. stopped) return
          end if

@@ -47,10 +47,6 @@ module contensou_integrate_motion
       type(jacobian_type) :: differential
       !> Shortest time that a contact takes [s]; 0 without contacts.
       real(wp) :: contact_time = 0.0_wp
-      !> Right-hand sides that were evaluated for Jacobians.
-      integer(i8) :: differences = 0
-      !> Room for them.
-      real(wp), allocatable, private :: shifted(:), base(:), moved(:), increment(:)
       !> CPU time by effect.
       type(profile_type) :: profile
    contains
@@ -75,16 +71,11 @@ contains
 
       motion%n = motion%system%n
       motion%n_events = size(motion%system%contacts)
-      if (motion%system%n_rigid == 0) then
-         call motion%differential%prepare(motion%system)
-         ! Not by assignment, before which gfortran looks at the bounds of what is not allocated.
-         if (allocated(motion%row)) deallocate(motion%column_start, motion%row)
-         allocate(motion%column_start, source=motion%differential%column_start)
-         allocate(motion%row, source=motion%differential%row)
-         motion%cheap_jacobian = .true.
-      else
-         call set_up_differences(motion)
-      end if
+      call motion%differential%prepare(motion%system)
+      ! Not by assignment, before which gfortran looks at the bounds of what is not allocated.
+      if (allocated(motion%row)) deallocate(motion%column_start, motion%row)
+      allocate(motion%column_start, source=motion%differential%column_start)
+      allocate(motion%row, source=motion%differential%row)
       associate (s => motion%scales)
          s%rtol = scene%integrator%rtol
          ! No ringing holds the steps of a rigid scene below what the tolerance admits, and the
@@ -140,54 +131,6 @@ contains
       outside = self%system%outside
    end subroutine derivative
 
-   !> All entries of a Jacobian that differences give: the normal force of a rigid contact couples
-   !> all that its bodies do.
-   subroutine set_up_differences(motion)
-      !> The motion.
-      type(motion_type), intent(inout) :: motion
-      integer :: i, j
-
-      associate (n => motion%n)
-         motion%column_start = [(n*(i - 1) + 1, i=1, n + 1)]
-         motion%row = [((i, i=1, n), j=1, n)]
-         if (allocated(motion%shifted)) deallocate(motion%shifted, motion%base, motion%moved, &
-            motion%increment)
-         allocate(motion%shifted(n), motion%base(n), motion%moved(n), motion%increment(n))
-      end associate
-   end subroutine set_up_differences
-
-   !> Jacobian by differences over the admissible errors, which are far below the velocities over
-   !> which friction that sticks is smoothed.
-   subroutine difference(self, t, y, value)
-      !> The motion.
-      class(motion_type), intent(inout) :: self
-      !> Time [s].
-      real(wp), intent(in) :: t
-      !> State.
-      real(wp), intent(in) :: y(:)
-      !> Entries, column after column.
-      real(wp), intent(out) :: value(:)
-      integer :: j, k
-      logical :: outside
-
-      value = 0.0_wp
-      call self%derivative(t, y, self%base, outside)
-      self%differences = self%differences + 1
-      if (outside) return
-      call self%admissible_error(y, self%increment)
-      self%shifted = y
-      ! The works act on nothing.
-      do j = 1, body_size*size(self%system%bodies)
-         self%shifted(j) = y(j) + max(self%increment(j), 1024.0_wp*spacing(y(j)))
-         call self%derivative(t, self%shifted, self%moved, outside)
-         self%differences = self%differences + 1
-         k = self%n*(j - 1)
-         if (.not. outside) value(k + 1:k + self%n) = (self%moved - self%base) &
-            /(self%shifted(j) - y(j))
-         self%shifted(j) = y(j)
-      end do
-   end subroutine difference
-
    !> Jacobian of the right-hand side.
    subroutine jacobian(self, t, y, value)
       !> The motion.
@@ -202,10 +145,6 @@ contains
       real(wp) :: start
       logical :: timed
 
-      if (self%system%n_rigid > 0) then
-         call difference(self, t, y, value)
-         return
-      end if
       self%profile%jacobian%calls = self%profile%jacobian%calls + 1_i8
       timed = self%profile%due(self%profile%jacobian, 0_i8)
       if (timed) start = wall_seconds()

@@ -17,8 +17,6 @@ module contensou_integrate_problem
       integer, allocatable :: column_start(:)
       !> Row of each entry of the Jacobian, in ascending order within a column.
       integer, allocatable :: row(:)
-      !> Whether a Jacobian costs no more than a few right-hand sides, so that it can be fresh.
-      logical :: cheap_jacobian = .false.
    contains
       !> Entries of the Jacobian of the right-hand side.
       procedure :: jacobian

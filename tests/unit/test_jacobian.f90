@@ -1,12 +1,17 @@
 !> Tests of the Jacobians: of the kernels, and of the equations of motion as a whole.
 module test_jacobian
    use contensou_base_kinds, only : wp
+   use contensou_base_rotations, only : rotation_matrix
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_rolling, only : rolling_constant, rolling_hysteresis
+   use contensou_contact_geometry, only : contact_point_type
+   use contensou_contact_normal, only : normal_hertz, normal_rigid
+   use contensou_contact_rolling, only : rolling_constant, rolling_hysteresis, rolling_none
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
+   use contensou_contact_surface, only : shape_ellipsoid, shape_sphere
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
       motion_spindle, moves_freely, scene_type
+   use contensou_dynamics_system, only : contact_report_type
    use contensou_integrate_motion, only : motion_type
    use test_harness, only : check, random_type, worst_type
    use test_scenes, only : friction_index, random_touch, set_motion, two_bodies
@@ -22,6 +27,7 @@ contains
       call test_kernels()
       call test_damping_slopes()
       call test_two_bodies()
+      call test_rigid_contacts()
       call test_near_rest()
       call test_pattern()
    end subroutine run_jacobian_tests
@@ -279,6 +285,166 @@ contains
          end do
       end do
    end subroutine test_two_bodies
+
+   !> Rigid contacts of several surfaces, beside others, of driven and loaded bodies, which
+   !> move as the constraints ask for, as they do in a run.
+   subroutine test_rigid_contacts()
+      integer, parameter :: samples = 240
+      type(random_type) :: random
+      type(scene_type) :: scene
+      type(motion_type) :: motion
+      type(friction_model_type), allocatable :: frictions(:)
+      type(worst_type) :: worst(3)
+      type(contact_report_type) :: row
+      real(wp), allocatable :: y(:), rate(:), scale(:)
+      character(len=*), parameter :: kinds(3) = [character(len=24) :: "one contact", &
+         "beside one of compliance", "two contacts"]
+      real(wp) :: e(3)
+      integer :: i, kind, f, k, checked(3)
+
+      frictions = friction_models()
+      checked = 0
+      do i = 1, samples
+         kind = 1 + modulo(i, 3)
+         f = 1 + modulo(i/3, size(frictions))
+         call two_bodies(scene, 1 + modulo(i, 2), f, modulo(i, 4) < 2)
+         scene%contacts(1)%normal = normal_rigid
+         scene%contacts(1)%damping = 1
+         if (modulo(i, 5) < 3) then
+            scene%surfaces(1)%surface%shape = shape_ellipsoid
+            scene%surfaces(1)%surface%semi_axes = [0.02_wp, 0.015_wp, 0.012_wp]
+         end if
+         if (modulo(i, 5) == 4) then
+            scene%contacts(1)%rolling = merge(rolling_constant, rolling_hysteresis, &
+               modulo(i, 2) == 0)
+            scene%contacts(1)%rolling_coefficient = 1.0e-2_wp
+            scene%contacts(1)%rolling_regularization = 10.0_wp
+         end if
+         if (modulo(i, 8) == 1) scene%bodies(1)%motion = motion_prescribed
+         ! What does not yield has no contact with the ground.
+         if (modulo(i, 8) == 2 .and. kind == 1) scene%bodies(2)%motion = motion_prescribed
+         if (modulo(i, 8) == 5 .and. kind == 1) scene%bodies(2)%motion = motion_fixed
+         call set_motion(scene, motion, y)
+         call random_touch(scene, random, 0.0_wp, y)
+         ! Not by the distance of the spheres' centres: the surfaces themselves touch.
+         do k = 1, 20
+            call motion%system%report(y, 1, row)
+            e = row%at%gap*row%at%normal
+            if (scene%contacts(1)%surfaces(2) == 1) e = -e
+            y(1:3) = y(1:3) + e
+         end do
+         if (abs(row%at%gap) > 1.0e-12_wp) cycle
+         if (kind > 1) call add_support(scene, kind == 3, y, random)
+         scale = y(:26)
+         call set_motion(scene, motion, y)
+         y(:26) = scale
+         y(27:) = 0.0_wp
+         associate (bodies => motion%system%bodies)
+            do k = 1, 2
+               bodies(k)%acceleration = random%vector(3)
+               bodies(k)%angular_acceleration = random%vector(3)
+               bodies(k)%ramp = merge(1.0_wp, 0.0_wp, i > samples/2)
+            end do
+            bodies(2)%loaded = bodies(2)%motion == motion_free
+            bodies(2)%load_follows = modulo(i, 3) == 0
+            bodies(2)%force = random%vector(3)
+            bodies(2)%torque = 0.01_wp*random%vector(3)
+         end associate
+         call motion%system%prepare()
+         call set_layout(motion)
+         if (size(y) /= motion%n) y = [y(:26), [(0.0_wp, k=27, motion%n)]]
+         motion%system%resolution%square = 0.0_wp
+         motion%system%contacts%closed = motion%system%contacts%rigid
+         if (allocated(rate)) deallocate(rate)
+         allocate(rate(size(motion%system%contacts)))
+         ! From the ground upwards, none spoils another one.
+         if (kind == 3) call stop_gap(motion, 2, 14, y, rate)
+         call stop_gap(motion, 1, 1, y, rate)
+         if (allocated(scale)) deallocate(scale)
+         allocate(scale(size(y)), source=1.0_wp)
+         do k = 0, 13, 13
+            scale(k + 1:k + 3) = 1.0e-6_wp
+            scale(k + 4:k + 7) = 1.0e-6_wp
+            scale(k + 8:k + 10) = 0.01_wp
+            scale(k + 11:k + 13) = 0.3_wp
+         end do
+         if (motion%system%bodies(2)%motion == motion_fixed) scale(14:26) = 0.0_wp
+         call motion%system%constraint_forces(0.5_wp, y)
+         if (motion%system%outside) cycle
+         checked(kind) = checked(kind) + 1
+         ! Longer differences have errors where something slides slowly.
+         call worst(kind)%note(min(defect(motion, 0.5_wp, y, scale, 2.0e-2_wp), &
+            defect(motion, 0.5_wp, y, scale, 2.0e-3_wp)), i)
+      end do
+      do kind = 1, 3
+         call check(checked(kind) > samples/5, "rigid contacts, " // trim(kinds(kind)) // &
+            ": states are found")
+         call worst(kind)%check_below(1.0e-6_wp, "rigid contacts, " // trim(kinds(kind)) // &
+            ": Jacobian")
+      end do
+   end subroutine test_rigid_contacts
+
+   !> Add a sphere to the second body that touches one of the ground.
+   subroutine add_support(scene, rigid, y, random)
+      !> The scene, of two bodies.
+      type(scene_type), intent(inout) :: scene
+      !> Whether the contact is rigid.
+      logical, intent(in) :: rigid
+      !> State of the bodies.
+      real(wp), intent(in) :: y(:)
+      !> The generator.
+      type(random_type), intent(inout) :: random
+      real(wp), parameter :: centre(3) = [3.0e-3_wp, 4.0e-3_wp, -2.0e-3_wp]
+      type(scene_type) :: wider
+      real(wp) :: direction(3)
+
+      direction = random%vector(3)
+      direction = direction/norm2(direction)
+      wider = scene
+      deallocate(wider%surfaces, wider%contacts)
+      allocate(wider%surfaces(4), wider%contacts(2))
+      wider%surfaces(1:2) = scene%surfaces
+      wider%surfaces(3) = scene%surfaces(1)
+      wider%surfaces(3)%body = 2
+      wider%surfaces(3)%surface%shape = shape_sphere
+      wider%surfaces(3)%surface%centre = centre
+      wider%surfaces(3)%surface%radius = 0.012_wp
+      wider%surfaces(4) = wider%surfaces(3)
+      wider%surfaces(4)%body = 0
+      wider%surfaces(4)%surface%centre = y(14:16) + matmul(rotation_matrix(y(17:20)), centre) &
+         + (0.024_wp - merge(0.0_wp, 1.0e-5_wp, rigid))*direction
+      wider%contacts(1) = scene%contacts(1)
+      wider%contacts(2) = scene%contacts(1)
+      wider%contacts(2)%surfaces = [4, 3]
+      if (.not. rigid) wider%contacts(2)%normal = normal_hertz
+      wider%contacts(2)%rolling = rolling_none
+      scene = wider
+   end subroutine add_support
+
+   !> Change the velocity of a body so that a gap stays as it is.
+   subroutine stop_gap(motion, contact, first, y, rate)
+      !> The motion.
+      type(motion_type), intent(inout) :: motion
+      !> The contact.
+      integer, intent(in) :: contact
+      !> Index of the state of a body of it.
+      integer, intent(in) :: first
+      !> State.
+      real(wp), intent(inout) :: y(:)
+      !> Rates of the gaps [m/s].
+      real(wp), intent(inout) :: rate(:)
+      type(contact_point_type) :: at
+      real(wp) :: gap, normal(3)
+
+      associate (c => motion%system%contacts(contact))
+         call motion%system%gap_rates(y, rate)
+         call c%law%geometry%gap(motion%system%pose(c%a), motion%system%pose(c%b), c%track, gap)
+         call c%law%geometry%locate(motion%system%pose(c%a), motion%system%pose(c%b), c%track, &
+            gap, at)
+         normal = merge(-1.0_wp, 1.0_wp, 13*(c%a - 1) + 1 == first)*at%normal
+         y(first + 7:first + 9) = y(first + 7:first + 9) - rate(contact)*normal
+      end associate
+   end subroutine stop_gap
 
    !> Lay out a Jacobian anew.
    subroutine set_layout(motion)

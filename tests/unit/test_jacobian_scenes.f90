@@ -42,6 +42,8 @@ module test_jacobian_scenes
       real(wp), allocatable :: t(:)
       !> States.
       real(wp), allocatable :: y(:, :)
+      !> Which rigid contacts are closed at these.
+      logical, allocatable :: shut(:, :)
       !> Number of them.
       integer :: n = 0
       !> Rows so far.
@@ -97,9 +99,8 @@ contains
       call check(.not. allocated(error), name // ": is read")
       if (allocated(error)) return
       call set_motion(file%scene, motion, start)
-      ! Rigid contacts have no analytic Jacobian.
-      if (motion%system%n_rigid > 0) return
       allocate(keeper%t(most), keeper%y(motion%n, most))
+      allocate(keeper%shut(size(motion%system%contacts), most))
       allocate(y, source=start)
       t_end = min(file%scene%t_end, longest_time)
       keeper%part = rows_of_contact/size(motion%system%contacts)/parts
@@ -111,6 +112,7 @@ contains
       decided = 0
       closed = 0
       do i = 1, keeper%n
+         motion%system%contacts%closed = keeper%shut(:, i)
          if (touches(motion, keeper%y(:, i))) cycle
          call compare(motion, keeper%t(i), keeper%y(:, i), i, worst, consistent, decided, &
             undecided, closed)
@@ -133,7 +135,8 @@ contains
       real(wp) :: gap(motion%n_events)
 
       call motion%system%gaps(y, gap)
-      does = any(abs(gap) <= 64.0_wp*epsilon(gap)*(1.0_wp + maxval(abs(y))))
+      does = any(abs(gap) <= 64.0_wp*epsilon(gap)*(1.0_wp + maxval(abs(y))) .and. &
+         .not. motion%system%contacts%rigid)
    end function touches
 
    !> Compare the Jacobian at a state with differences of the fourth order, of those steps for each
@@ -239,9 +242,9 @@ contains
       arm = 0.0_wp
       do i = 1, size(motion%system%contacts)
          call motion%system%report(y, i, row, t)
-         if (.not. row%at%gap < 0.0_wp) cycle
+         if (.not. is_closed(motion, i, row)) cycle
          closed = closed + 1
-         approach = min(approach, -row%at%gap)
+         if (.not. motion%system%contacts(i)%rigid) approach = min(approach, -row%at%gap)
          associate (contact => motion%system%contacts(i))
             unresolved = motion%system%resolution%of(motion%system%pose(contact%a), &
                motion%system%pose(contact%b), row%at%point)
@@ -289,7 +292,7 @@ contains
       closed = 0
       do i = 1, size(motion%system%contacts)
          call motion%system%report(y, i, row, t)
-         if (row%at%gap < 0.0_wp) closed = closed + 1
+         if (is_closed(motion, i, row)) closed = closed + 1
       end do
       wanted = modulo(self%row, self%part) == 0 .or. (closed /= self%closed .and. &
          self%n < most - parts)
@@ -299,6 +302,22 @@ contains
       self%n = self%n + 1
       self%t(self%n) = t
       self%y(:, self%n) = y
+      self%shut(:, self%n) = motion%system%contacts%closed
    end subroutine sample
+
+   !> Whether a contact is closed.
+   pure function is_closed(motion, index, row) result(is)
+      !> The motion.
+      class(motion_type), intent(in) :: motion
+      !> Index of the contact.
+      integer, intent(in) :: index
+      !> Its report.
+      type(contact_report_type), intent(in) :: row
+      logical :: is
+
+      associate (contact => motion%system%contacts(index))
+         is = merge(contact%closed, row%at%gap < 0.0_wp, contact%rigid)
+      end associate
+   end function is_closed
 
 end module test_jacobian_scenes

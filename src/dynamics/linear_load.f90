@@ -1,0 +1,632 @@
+!> Loads of contacts and their derivatives by the motion of the two bodies.
+!>
+!> A load depends on the pose through the contact point, its normal and its curvatures (their
+!> variation comes from the geometry) and on the velocities through the kernels' own derivatives.
+!> That of the force of the elastic energy through the curvatures, small against the normal force by
+!> the approach over the radii, comes from differences.
+!>
+!> A rigid contact has its load at a given normal force, and the second derivative of its gap at
+!> given accelerations, from which the Jacobian finds how the normal force varies. The part of it
+!> that the velocities make holds third derivatives of the surfaces; its variation with the pose
+!> comes from differences, that with the velocities is exact, as it is quadratic in them.
+module contensou_dynamics_linear_load
+   use contensou_base_kinds, only : wp
+   use contensou_base_rotations, only : quaternion_from_axis_angle, rotation_matrix
+   use contensou_base_vectors, only : cross
+   use contensou_contact_geometry, only : contact_point_type, contact_variation_type, &
+      pose_type, track_type, trouble_none
+   use contensou_contact_law, only : contact_law_type
+   use contensou_contact_normal, only : normal_type
+   use contensou_contact_rolling, only : rolling_hysteresis
+   use contensou_dynamics_rigid, only : link_type, set_link
+   use contensou_dynamics_system, only : contact_type, relative_motion, resolution_type
+   implicit none(type, external)
+   private
+
+   public :: freedoms, linear_load_type, linearize, linearize_link, outcomes
+
+   !> Degrees of freedom of a pair: translation, rotation, velocity and angular velocity of A, then
+   !> of B; all in the inertial frame.
+   integer, parameter :: freedoms = 24
+
+   !> What a contact gives: force on B, torque about the centres of mass of A and of B, power lost
+   !> in friction and in damping.
+   integer, parameter :: outcomes = 11
+
+   !> Relative step of differences.
+   real(wp), parameter :: step = 1.0e-5_wp
+
+   !> Step of the differences of the force through the curvatures, over the approach.
+   real(wp), parameter :: shape_step = 1.0e-3_wp
+
+   !> Step of the differences of what velocities make of the gap of a rigid contact, over the
+   !> smaller of a radian and what moves the contact by its radius of curvature.
+   real(wp), parameter :: pose_step = 1.0e-4_wp
+
+   !> Load of a contact and its derivatives.
+   type :: linear_load_type
+      !> Force on B [N].
+      real(wp) :: force(3)
+      !> Torques about the centres of mass of A and B [N m].
+      real(wp) :: torque_a(3), torque_b(3)
+      !> Derivatives of the outcomes by the degrees of freedom.
+      real(wp) :: slopes(outcomes, freedoms)
+      !> Of a rigid contact: derivatives of the second derivative of the gap, with what stabilises
+      !> it, at given accelerations in the frames of the state [m/s2 by freedom].
+      real(wp) :: gap_slopes(1, freedoms)
+   end type linear_load_type
+
+   !> A closed contact at a state: all that its load follows from.
+   type :: touch_type
+      !> Where it is.
+      type(contact_point_type) :: at
+      !> How that varies.
+      type(contact_variation_type) :: variation
+      !> Whether the contact is rigid, its normal force given.
+      logical :: rigid
+      !> Whether the curvatures vary.
+      logical :: varies
+      !> Approach [m]; of a rigid contact that by which Hertz's theory has its normal force.
+      real(wp) :: approach
+      !> Rate of the approach [m/s].
+      real(wp) :: rate
+      !> Velocity and angular velocity of B against A there [m/s, rad/s].
+      real(wp) :: velocity(3), spin(3)
+      !> Square of the velocity below which sliding is not resolved [m2/s2].
+      real(wp) :: resolution
+      !> Unit tangent along the minor axis of the spot.
+      real(wp) :: minor(3)
+      !> N, the forces along the major and the minor axis [N], torque about the normal [N m].
+      real(wp) :: values(4)
+      !> Their derivatives by approach, its rate, sliding along the axes and spin.
+      real(wp) :: slopes(4, 5)
+      !> Elastic force [N].
+      real(wp) :: elastic
+      !> Derivatives of the values and of the elastic force by the curvatures.
+      real(wp) :: by_curvature(5, 2)
+      !> Force and torque of the elastic energy through the curvatures [N, N m].
+      real(wp) :: shape(6)
+      !> Their derivatives by a twist of B against A.
+      real(wp) :: shape_by_twist(6, 6)
+      !> Torque of rolling resistance [N m].
+      real(wp) :: rolling(3)
+      !> Of a rigid contact: angular accelerations of A and B, inertial frame [rad/s2].
+      real(wp) :: turning(3, 2)
+      !> Acceleration of B against A at the contact point, but for what velocities make [m/s2].
+      real(wp) :: acceleration(3)
+      !> Factors of rate and gap in the stabilisation [1/s, 1/s2].
+      real(wp) :: stabilisation(2)
+   end type touch_type
+
+contains
+
+   !> Load of a contact with compliance, and its derivatives.
+   subroutine linearize(contact, a, b, resolution, load, closed)
+      !> The contact.
+      type(contact_type), intent(inout) :: contact
+      !> Pose of A.
+      type(pose_type), intent(in) :: a
+      !> Pose of B.
+      type(pose_type), intent(in) :: b
+      !> What is resolved of the velocities.
+      type(resolution_type), intent(in) :: resolution
+      !> The load; not set when open.
+      type(linear_load_type), intent(out) :: load
+      !> Whether the contact is closed.
+      logical, intent(out) :: closed
+      type(touch_type) :: touch
+      real(wp) :: gap
+      integer :: trouble
+
+      call contact%law%geometry%gap(a, b, contact%track, gap)
+      closed = gap < 0.0_wp .and. .not. contact%track%lost
+      if (.not. closed) return
+      call contact%law%geometry%locate(a, b, contact%track, gap, touch%at)
+      touch%rigid = .false.
+      touch%varies = .not. contact%law%geometry%constant_curvatures
+      if (touch%varies) then
+         call contact%follow(touch%at, trouble)
+         closed = trouble == trouble_none
+         if (.not. closed) return
+      end if
+      touch%approach = -gap
+      touch%resolution = resolution%of(a, b, touch%at%point)
+      call vary_touch(touch, contact, a, b, load)
+   end subroutine linearize
+
+   !> Load of a closed rigid contact at its normal force, the derivatives of the load, and those of
+   !> the second derivative of the gap at given accelerations.
+   subroutine linearize_link(contact, link, a, b, acceleration, load)
+      !> The contact, its normal part as in the right-hand side.
+      type(contact_type), intent(inout) :: contact
+      !> Its state, the normal force known.
+      type(link_type), intent(in) :: link
+      !> Pose of A.
+      type(pose_type), intent(in) :: a
+      !> Pose of B.
+      type(pose_type), intent(in) :: b
+      !> Accelerations of the centres of mass (1:3) and angular accelerations (4:6) of A and B,
+      !> inertial frame [m/s2, rad/s2].
+      real(wp), intent(in) :: acceleration(6, 2)
+      !> The load.
+      type(linear_load_type), intent(out) :: load
+      type(touch_type) :: touch
+      real(wp) :: bias_slopes(freedoms)
+
+      touch%at = link%at
+      touch%rigid = .true.
+      touch%varies = .not. contact%law%geometry%constant_curvatures
+      touch%resolution = link%resolution
+      touch%values(1) = link%normal_force
+      touch%turning = acceleration(4:6, :)
+      touch%acceleration = acceleration(1:3, 2) + cross(acceleration(4:6, 2), link%arm(:, 2)) &
+         - acceleration(1:3, 1) - cross(acceleration(4:6, 1), link%arm(:, 1))
+      touch%stabilisation = [2.0_wp*sqrt(link%pace), link%pace]
+      call vary_touch(touch, contact, a, b, load)
+      call differ_bias(contact, link, a, b, bias_slopes)
+      load%gap_slopes(1, :) = load%gap_slopes(1, :) + bias_slopes
+   end subroutine linearize_link
+
+   !> Values of a contact at its state, N, F_x, F_y, T and the elastic force, and their derivatives
+   !> by approach, its rate, sliding and spin. For a rigid contact N is given, and with it the
+   !> approach.
+   pure subroutine evaluate(law, touch, values, slopes, elastic)
+      !> The law, its normal part as the curvatures have it.
+      type(contact_law_type), intent(in) :: law
+      !> The contact; of a rigid one the normal force is given.
+      type(touch_type), intent(in) :: touch
+      !> The values.
+      real(wp), intent(out) :: values(4)
+      !> Their derivatives.
+      real(wp), intent(out) :: slopes(4, 5)
+      !> The elastic force [N].
+      real(wp), intent(out) :: elastic
+      real(wp) :: vx, vy, w, by_motion(3, 5)
+
+      vx = dot_product(touch%velocity, touch%at%major)
+      vy = dot_product(touch%velocity, touch%minor)
+      w = dot_product(touch%spin, touch%at%normal)
+      if (.not. touch%rigid) then
+         elastic = law%normal%force(touch%approach)
+         call law%linearize(touch%approach, touch%rate, vx, vy, w, touch%resolution, values, &
+            slopes)
+         return
+      end if
+      elastic = 0.0_wp
+      slopes = 0.0_wp
+      values(1) = touch%values(1)
+      values(2:4) = 0.0_wp
+      if (.not. allocated(law%friction)) return
+      call law%friction%linearize(values(1), law%normal%shape, &
+         law%normal%major_axis(approach_of(law, values(1))), vx, vy, w, touch%resolution, &
+         values(2:4), by_motion)
+      slopes(2:4, 3:5) = by_motion(:, 3:5)
+   end subroutine evaluate
+
+   !> Approach by which Hertz's theory has a normal force [m]; 0 for none.
+   pure function approach_of(law, normal_force) result(approach)
+      !> The law.
+      type(contact_law_type), intent(in) :: law
+      !> Normal force [N].
+      real(wp), intent(in) :: normal_force
+      real(wp) :: approach
+
+      approach = 0.0_wp
+      if (normal_force > 0.0_wp) approach = law%normal%approach(normal_force)
+   end function approach_of
+
+   !> Load of a closed contact and its derivatives.
+   subroutine vary_touch(touch, contact, a, b, load)
+      !> The contact at its state: `at`, `rigid`, `varies`, `resolution` and the approach, or the
+      !> normal force and the accelerations, are set.
+      type(touch_type), intent(inout) :: touch
+      !> The contact; it is left as it was.
+      type(contact_type), intent(inout) :: contact
+      !> Pose of A.
+      type(pose_type), intent(in) :: a
+      !> Pose of B.
+      type(pose_type), intent(in) :: b
+      !> The load.
+      type(linear_load_type), intent(inout) :: load
+      real(wp), parameter :: none(3) = 0.0_wp
+      real(wp) :: force(3), torque(3), arm_a(3), arm_b(3), e(3)
+      integer :: k
+
+      call contact%law%geometry%vary(a, b, contact%track, touch%at, touch%variation)
+      call relative_motion(a, b, touch%at%point, touch%velocity, touch%spin)
+      touch%minor = cross(touch%at%normal, touch%at%major)
+      touch%rate = -dot_product(touch%velocity, touch%at%normal)
+      touch%shape = 0.0_wp
+      if (touch%rigid) touch%approach = approach_of(contact%law, touch%values(1))
+      call evaluate(contact%law, touch, touch%values, touch%slopes, touch%elastic)
+      if (touch%varies) then
+         call differ_curvatures(contact, touch, touch%by_curvature)
+         if (.not. touch%rigid) then
+            call contact%shape_force(a, b, touch%at, touch%shape)
+            call differ_shape_force(contact, a, b, touch%at, touch%shape, touch%shape_by_twist)
+         end if
+      end if
+      touch%rolling = 0.0_wp
+      if (allocated(contact%law%rolling)) touch%rolling = rolling_torque(touch%values(1), &
+         touch%at%normal, touch%at%major, touch%spin)
+      associate (at => touch%at, values => touch%values)
+         force = values(1)*at%normal + values(2)*at%major + values(3)*touch%minor + touch%shape(1:3)
+         torque = values(4)*at%normal + touch%rolling + touch%shape(4:6)
+         arm_a = at%point - a%position
+         arm_b = at%point - b%position
+      end associate
+      load%force = force
+      load%torque_a = -torque - cross(arm_a, force)
+      load%torque_b = torque + cross(arm_b, force)
+      do k = 1, 3
+         e = 0.0_wp
+         e(k) = 1.0_wp
+         call move(k, -e, none, e, none, e, none)
+         call move(3 + k, -cross(e, arm_a), -e, cross(e, arm_a), e, none, none)
+         call speed_up(6 + k, -e, none)
+         call speed_up(9 + k, -cross(e, arm_a), -e)
+         call move(12 + k, e, none, none, none, none, e)
+         call move(15 + k, cross(e, arm_b), e, none, none, none, none)
+         call speed_up(18 + k, e, none)
+         call speed_up(21 + k, cross(e, arm_b), e)
+      end do
+
+   contains
+
+      !> Variation with the poses: a twist of B against A at the contact point, and a motion of both
+      !> with A.
+      subroutine move(freedom, shift, turn, carry, carry_turn, shift_a, shift_b)
+         !> Which degree of freedom.
+         integer, intent(in) :: freedom
+         !> Translation of B against A at the contact point.
+         real(wp), intent(in) :: shift(3)
+         !> Rotation of B against A.
+         real(wp), intent(in) :: turn(3)
+         !> Translation of A at the contact point.
+         real(wp), intent(in) :: carry(3)
+         !> Rotation of A.
+         real(wp), intent(in) :: carry_turn(3)
+         !> Translation of the centre of mass of A.
+         real(wp), intent(in) :: shift_a(3)
+         !> Translation of the centre of mass of B.
+         real(wp), intent(in) :: shift_b(3)
+         real(wp) :: twist(6), point(3), normal(3), major(3), d_shape(6), d_acceleration(3)
+
+         twist = [shift, turn]
+         d_shape = 0.0_wp
+         if (touch%varies .and. .not. touch%rigid) then
+            d_shape = matmul(touch%shape_by_twist, twist)
+            d_shape(1:3) = d_shape(1:3) + cross(carry_turn, touch%shape(1:3))
+            d_shape(4:6) = d_shape(4:6) + cross(carry_turn, touch%shape(4:6))
+         end if
+         associate (at => touch%at, variation => touch%variation)
+            point = matmul(variation%point, twist) + carry
+            normal = matmul(variation%normal, twist)
+            major = dot_product(variation%turn, twist)*touch%minor &
+               - dot_product(at%major, normal)*at%normal + cross(carry_turn, at%major)
+            normal = normal + cross(carry_turn, at%normal)
+            d_acceleration = 0.0_wp
+            if (touch%rigid) then
+               ! The state has angular accelerations in the frames of the bodies, which turn.
+               d_acceleration = cross(touch%turning(:, 2), point - shift_b) &
+                  + cross(cross(turn + carry_turn, touch%turning(:, 2)), arm_b) &
+                  - cross(touch%turning(:, 1), point - shift_a) &
+                  - cross(cross(carry_turn, touch%turning(:, 1)), arm_a)
+            end if
+            call vary_load(freedom, dot_product(at%normal, shift), &
+               [dot_product(variation%curvature_a, twist), dot_product(variation%curvature_b, &
+               twist)], &
+               d_shape, normal, major, &
+               cross(b%spin, point - shift_b) - cross(a%spin, point - shift_a), none, &
+               point - shift_a, point - shift_b, d_acceleration)
+         end associate
+      end subroutine move
+
+      !> Variation with the velocities.
+      subroutine speed_up(freedom, faster, faster_spin)
+         !> Which degree of freedom.
+         integer, intent(in) :: freedom
+         !> Velocity of B against A at the contact point.
+         real(wp), intent(in) :: faster(3)
+         !> Angular velocity of B against A.
+         real(wp), intent(in) :: faster_spin(3)
+
+         call vary_load(freedom, 0.0_wp, [0.0_wp, 0.0_wp], [none, none], none, none, faster, &
+            faster_spin, none, none, none)
+      end subroutine speed_up
+
+      !> Variation of the load.
+      subroutine vary_load(freedom, d_gap, d_curvatures, d_shape, d_normal, d_major, d_velocity, &
+         d_spin, d_arm_a, d_arm_b, d_acceleration)
+         !> Which degree of freedom.
+         integer, intent(in) :: freedom
+         !> Of the gap.
+         real(wp), intent(in) :: d_gap
+         !> Of the curvatures A and B.
+         real(wp), intent(in) :: d_curvatures(2)
+         !> Of force and torque of the elastic energy through the curvatures.
+         real(wp), intent(in) :: d_shape(6)
+         !> Of the normal.
+         real(wp), intent(in) :: d_normal(3)
+         !> Of the major axis.
+         real(wp), intent(in) :: d_major(3)
+         !> Of the velocity of B against A at the contact point.
+         real(wp), intent(in) :: d_velocity(3)
+         !> Of the angular velocity of B against A.
+         real(wp), intent(in) :: d_spin(3)
+         !> Of the arm of A.
+         real(wp), intent(in) :: d_arm_a(3)
+         !> Of the arm of B.
+         real(wp), intent(in) :: d_arm_b(3)
+         !> Of the acceleration of B against A at the contact point, but for what velocities make.
+         real(wp), intent(in) :: d_acceleration(3)
+         real(wp) :: d_minor(3), d_motion(5), d_values(4), d_force(3), d_torque(3), d_elastic
+         real(wp) :: d_rolling(3)
+
+         associate (at => touch%at, minor => touch%minor, velocity => touch%velocity, &
+            spin => touch%spin, values => touch%values, outcome => load%slopes(:, freedom))
+            d_minor = cross(d_normal, at%major) + cross(at%normal, d_major)
+            d_motion(1) = -d_gap
+            d_motion(2) = -dot_product(d_velocity, at%normal) - dot_product(velocity, d_normal)
+            d_motion(3) = dot_product(d_velocity, at%major) + dot_product(velocity, d_major)
+            d_motion(4) = dot_product(d_velocity, minor) + dot_product(velocity, d_minor)
+            d_motion(5) = dot_product(d_spin, at%normal) + dot_product(spin, d_normal)
+            d_values = matmul(touch%slopes, d_motion)
+            d_elastic = 0.0_wp
+            if (.not. touch%rigid) d_elastic = -1.5_wp*touch%elastic/touch%approach*d_gap
+            if (touch%varies) then
+               d_values = d_values + matmul(touch%by_curvature(1:4, :), d_curvatures)
+               d_elastic = d_elastic + dot_product(touch%by_curvature(5, :), d_curvatures)
+            end if
+            d_force = d_values(1)*at%normal + values(1)*d_normal + d_values(2)*at%major &
+               + values(2)*d_major + d_values(3)*minor + values(3)*d_minor
+            d_torque = d_values(4)*at%normal + values(4)*d_normal
+            if (touch%varies) then
+               d_force = d_force + d_shape(1:3)
+               d_torque = d_torque + d_shape(4:6)
+            end if
+            d_rolling = 0.0_wp
+            if (allocated(contact%law%rolling)) then
+               d_rolling = vary_rolling(d_gap, d_values(1), d_normal, d_major, d_spin)
+               d_torque = d_torque + d_rolling
+            end if
+            outcome(1:3) = d_force
+            outcome(4:6) = -d_torque - cross(d_arm_a, force) - cross(arm_a, d_force)
+            outcome(7:9) = d_torque + cross(d_arm_b, force) + cross(arm_b, d_force)
+            outcome(10) = -(d_values(2)*dot_product(velocity, at%major) + values(2)*d_motion(3) &
+               + d_values(3)*dot_product(velocity, minor) + values(3)*d_motion(4) &
+               + d_values(4)*dot_product(spin, at%normal) + values(4)*d_motion(5)) &
+               - dot_product(d_rolling, spin) - dot_product(touch%rolling, d_spin)
+            if (touch%rigid) then
+               outcome(11) = 0.0_wp
+               load%gap_slopes(1, freedom) = dot_product(d_normal, touch%acceleration) &
+                  + dot_product(at%normal, d_acceleration) &
+                  - touch%stabilisation(1)*d_motion(2) + touch%stabilisation(2)*d_gap
+            else
+               outcome(11) = (d_values(1) - d_elastic)*touch%rate &
+                  + (values(1) - touch%elastic)*d_motion(2)
+            end if
+         end associate
+      end subroutine vary_load
+
+      !> Torque of rolling resistance.
+      pure function rolling_torque(normal_force, normal, major, relative) result(moment)
+         !> Normal force [N].
+         real(wp), intent(in) :: normal_force
+         !> Normal.
+         real(wp), intent(in) :: normal(3)
+         !> Major axis.
+         real(wp), intent(in) :: major(3)
+         !> Angular velocity of B against A [rad/s].
+         real(wp), intent(in) :: relative(3)
+         real(wp) :: moment(3), root
+
+         moment = 0.0_wp
+         associate (law => contact%law)
+            ! A spot without size has no lever arm.
+            if (law%rolling%model == rolling_hysteresis .and. .not. touch%approach > 0.0_wp) return
+            root = sqrt(touch%approach)
+            moment = law%rolling%torque(normal_force, normal, major, law%normal%axis_a*root, &
+               law%normal%axis_b*root, relative)
+         end associate
+      end function rolling_torque
+
+      !> Variation of the torque of rolling resistance, by differences: it has no sharp scale but
+      !> its regularisation.
+      pure function vary_rolling(d_gap, d_load, d_normal, d_major, d_spin) result(d_moment)
+         !> Of the gap.
+         real(wp), intent(in) :: d_gap
+         !> Of the normal force.
+         real(wp), intent(in) :: d_load
+         !> Of the normal.
+         real(wp), intent(in) :: d_normal(3)
+         !> Of the major axis.
+         real(wp), intent(in) :: d_major(3)
+         !> Of the angular velocity of B against A.
+         real(wp), intent(in) :: d_spin(3)
+         real(wp) :: d_moment(3)
+         real(wp) :: h, scale
+
+         d_moment = 0.0_wp
+         if (touch%values(1) > 0.0_wp) d_moment = touch%rolling*(d_load/touch%values(1))
+         associate (law => contact%law, at => touch%at, spin => touch%spin, load => touch%values(1))
+            if (law%rolling%model == rolling_hysteresis .and. .not. touch%rigid) then
+               d_moment = d_moment - touch%rolling*(0.5_wp*d_gap/touch%approach)
+            end if
+            scale = max(norm2(spin), law%rolling%regularization)
+            h = norm2(d_normal) + norm2(d_major) + norm2(d_spin)/scale
+            if (h <= 0.0_wp) return
+            h = step*min(law%rolling%regularization/scale, 1.0_wp)/h
+            d_moment = d_moment + (rolling_torque(load, at%normal + h*d_normal, &
+               at%major + h*d_major, spin + h*d_spin) - rolling_torque(load, at%normal &
+               - h*d_normal, at%major - h*d_major, spin - h*d_spin))/(2.0_wp*h)
+         end associate
+      end function vary_rolling
+
+   end subroutine vary_touch
+
+   !> Derivatives of the force of the elastic energy through the curvatures by a twist of B at the
+   !> contact point, by differences: they need no more than two digits, as the force is smaller than
+   !> the normal force by the approach over the radii.
+   subroutine differ_shape_force(contact, a, b, at, force, by_twist)
+      !> The contact; it is left as it was.
+      type(contact_type), intent(inout) :: contact
+      !> Pose of A.
+      type(pose_type), intent(in) :: a
+      !> Pose of B.
+      type(pose_type), intent(in) :: b
+      !> Where it touches.
+      type(contact_point_type), intent(in) :: at
+      !> Force and torque there.
+      real(wp), intent(in) :: force(6)
+      !> The derivatives.
+      real(wp), intent(out) :: by_twist(6, 6)
+      type(track_type) :: track
+      type(normal_type) :: normal
+      type(pose_type) :: moved
+      type(contact_point_type) :: there
+      real(wp) :: h, twist(6), gap, varied(6)
+      integer :: i, k, trouble
+
+      track = contact%track
+      normal = contact%law%normal
+      by_twist = 0.0_wp
+      do i = 1, 6
+         h = shape_step*abs(at%gap)
+         if (i > 3) h = h*2.0_wp*at%curvature_b
+         twist = 0.0_wp
+         twist(i) = h
+         moved = b
+         moved%position = b%position + twist(1:3) + cross(twist(4:6), b%position - at%point)
+         do k = 1, 3
+            moved%rotation(:, k) = b%rotation(:, k) + cross(twist(4:6), b%rotation(:, k))
+         end do
+         call contact%law%geometry%gap(a, moved, contact%track, gap)
+         call contact%law%geometry%locate(a, moved, contact%track, gap, there)
+         call contact%follow(there, trouble)
+         if (trouble == trouble_none) then
+            call contact%shape_force(a, moved, there, varied)
+            by_twist(:, i) = (varied - force)/h
+         end if
+         contact%track = track
+         contact%law%normal = normal
+      end do
+   end subroutine differ_shape_force
+
+   !> Derivatives of N, F_x, F_y, T and the elastic force by the curvatures A and B, by differences
+   !> of the shape of the spot, which the wrench depends on smoothly.
+   subroutine differ_curvatures(contact, touch, by_curvature)
+      !> The contact; its normal part is left as it was.
+      type(contact_type), intent(inout) :: contact
+      !> Its state.
+      type(touch_type), intent(in) :: touch
+      !> The derivatives.
+      real(wp), intent(out) :: by_curvature(5, 2)
+      type(normal_type) :: normal
+      real(wp) :: curvatures(2), varied(2), unused(4, 5), ends(2), results(5, 2)
+      integer :: i, k
+
+      normal = contact%law%normal
+      curvatures = [normal%curvature_a, normal%curvature_b]
+      do i = 1, 2
+         do k = 1, 2
+            varied = curvatures
+            varied(i) = varied(i)*(1.0_wp + merge(step, -step, k == 1))
+            ! A <= B: one-sided at the circle.
+            if (varied(1) > varied(2)) varied = curvatures
+            ends(k) = varied(i)
+            call contact%law%normal%follow(varied(1), varied(2))
+            call evaluate(contact%law, touch, results(1:4, k), unused, results(5, k))
+         end do
+         by_curvature(:, i) = 0.0_wp
+         if (ends(1) > ends(2)) then
+            by_curvature(:, i) = (results(:, 1) - results(:, 2))/(ends(1) - ends(2))
+         end if
+      end do
+      contact%law%normal = normal
+   end subroutine differ_curvatures
+
+   !> Derivatives of the second derivative of the gap that velocities make, by central differences.
+   subroutine differ_bias(contact, link, a, b, slopes)
+      !> The contact; it is left as it was.
+      type(contact_type), intent(inout) :: contact
+      !> Its state.
+      type(link_type), intent(in) :: link
+      !> Pose of A.
+      type(pose_type), intent(in) :: a
+      !> Pose of B.
+      type(pose_type), intent(in) :: b
+      !> Derivatives by the degrees of freedom.
+      real(wp), intent(out) :: slopes(freedoms)
+      type(pose_type) :: moved(2)
+      type(track_type) :: track
+      type(link_type) :: there
+      real(wp), parameter :: unmoved(3, 2) = 0.0_wp
+      real(wp) :: e(3), h, ends(2), length, speed, spin
+      integer :: i, k, side, kind
+
+      track = contact%track
+      there = link
+      length = 0.5_wp/link%at%curvature_b
+      ! The bias is quadratic in these, so that differences are exact, whatever the step.
+      spin = max(norm2(a%spin), norm2(b%spin))
+      speed = max(norm2(b%velocity - a%velocity), spin*length)
+      if (.not. speed > 0.0_wp) speed = 1.0_wp
+      if (.not. spin > 0.0_wp) spin = speed/length
+      do side = 1, 2
+         do kind = 1, 4
+            select case (kind)
+            case (1)
+               h = pose_step*length
+            case (2)
+               h = pose_step*min(1.0_wp, length/max(norm2(link%arm(:, side)), length))
+            case (3)
+               h = speed
+            case default
+               h = spin
+            end select
+            do i = 1, 3
+               e = 0.0_wp
+               e(i) = 1.0_wp
+               do k = 1, 2
+                  moved = [a, b]
+                  call shift_pose(moved(side), kind, merge(h, -h, k == 1)*e)
+                  call contact%law%geometry%gap(moved(1), moved(2), contact%track, there%at%gap)
+                  call contact%law%geometry%locate(moved(1), moved(2), contact%track, &
+                     there%at%gap, there%at)
+                  call set_link(there, contact%law, contact%track, moved(1), moved(2), &
+                     unmoved)
+                  ends(k) = there%bias
+                  contact%track = track
+               end do
+               slopes(12*(side - 1) + 3*(kind - 1) + i) = (ends(1) - ends(2))/(2.0_wp*h)
+            end do
+         end do
+      end do
+   end subroutine differ_bias
+
+   !> Move a pose or its velocities.
+   pure subroutine shift_pose(pose, kind, by)
+      !> The pose.
+      type(pose_type), intent(inout) :: pose
+      !> 1 position [m], 2 rotation about the centre of mass [rad], 3 velocity [m/s], 4 angular
+      !> velocity [rad/s].
+      integer, intent(in) :: kind
+      !> By how much, inertial frame.
+      real(wp), intent(in) :: by(3)
+      real(wp) :: rotation(3, 3)
+
+      select case (kind)
+      case (1)
+         pose%position = pose%position + by
+      case (2)
+         rotation = rotation_matrix(quaternion_from_axis_angle(by, norm2(by)))
+         pose%rotation = matmul(rotation, pose%rotation)
+      case (3)
+         pose%velocity = pose%velocity + by
+      case default
+         pose%spin = pose%spin + by
+      end select
+   end subroutine shift_pose
+
+end module contensou_dynamics_linear_load

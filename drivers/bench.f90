@@ -6,9 +6,11 @@ module contensou_drivers_bench
    use contensou_base_system, only : file_exists, folder_writable, is_folder, is_locked, &
       is_terminal, remove_file, rename_file, write_stderr, write_stdout
    use contensou_base_text, only : lower, nearest, quote, to_text
+   use contensou_drivers_bench_baselines, only : boost_version
+   use contensou_drivers_bench_errors, only : check_errors
    use contensou_drivers_bench_report, only : bars_text, csv_text, table_text, write_hdf5
-   use contensou_drivers_bench_rungs, only : boost_version, check_errors, measure_times, &
-      new_suite, suite_type
+   use contensou_drivers_bench_suite, only : new_suite, suite_type
+   use contensou_drivers_bench_times, only : measure_times
    use contensou_drivers_command_line, only : command_type
    use contensou_io_hdf5_file, only : hdf5_file_type
    use contensou_io_trajectory, only : part_suffix

@@ -1,0 +1,213 @@
+!> Errors of the rungs of `contensou bench kernels` against the reference.
+module contensou_drivers_bench_errors
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_nan, ieee_quiet_nan, ieee_value
+   use contensou_base_kinds, only : wp
+   use contensou_drivers_bench_baselines, only : boost_ke
+   use contensou_drivers_bench_reference, only : new_rule, qp, reference_elliptic, &
+      reference_hertz, reference_wrench, rule_type
+   use contensou_drivers_bench_suite, only : case_type, kernel_elliptic, kernel_hertz, &
+      kernel_jacobian, kernel_ke, kernel_log, kernel_wrench, max_results, n_arguments, rung_type, &
+      suite_type, way_boost_ke, way_elliptic, way_fixed_hertz, way_gsl_ke, way_hertz, &
+      way_tables_ke, way_wrench
+   use contensou_special_elliptic, only : complete_elliptic
+   use contensou_special_gsl, only : gsl_complete_ke
+   implicit none(type, external)
+   private
+
+   public :: check_errors
+
+contains
+
+   !> Errors of all rungs against the reference.
+   subroutine check_errors(suite, quick)
+      !> The suite.
+      type(suite_type), intent(inout), target :: suite
+      !> Whether few arguments are to do.
+      logical, intent(in) :: quick
+      type(case_type), pointer :: c
+      real(wp), allocatable :: errors(:, :)
+      real(wp) :: results(max_results)
+      integer :: i, j, n, n_quantities
+
+      call fill_references(suite, quick)
+      do i = 1, size(suite%rungs)
+         associate (rung => suite%rungs(i))
+            c => suite%cases(rung%place)
+            if (c%kernel == kernel_log) cycle
+            n_quantities = quantity_count(c%kernel)
+            allocate(errors(c%checked, n_quantities))
+            n = 0
+            do j = 1, c%checked
+               call evaluate(rung, c, j, results)
+               if (any(ieee_is_nan(results))) cycle
+               n = n + 1
+               errors(n, :) = errors_of(c, j, results, n_quantities)
+            end do
+            rung%misses = c%checked - n
+            do j = 1, n_quantities
+               if (n > 0) then
+                  call sort(errors(:n, j))
+                  rung%error_max(j) = errors(n, j)
+                  rung%error_median(j) = 0.5_wp*(errors((n + 1)/2, j) + errors(n/2 + 1, j))
+               else
+                  rung%error_max(j) = ieee_value(rung%error_max(j), ieee_quiet_nan)
+                  rung%error_median(j) = rung%error_max(j)
+               end if
+            end do
+            deallocate(errors)
+         end associate
+      end do
+   end subroutine check_errors
+
+   !> The references of all cases.
+   subroutine fill_references(suite, quick)
+      !> The suite.
+      type(suite_type), intent(inout) :: suite
+      !> Whether few arguments are to do.
+      logical, intent(in) :: quick
+      type(rule_type) :: rule
+      real(qp) :: wrench(3), jacobian(3, 3)
+      integer :: i, j
+
+      rule = new_rule()
+      do i = 1, size(suite%cases)
+         associate (c => suite%cases(i))
+            if (c%kernel == kernel_log) cycle
+            c%checked = n_arguments
+            if (quick) c%checked = 256
+            if (any(c%kernel == [kernel_wrench, kernel_jacobian])) c%checked = c%checked/4
+            allocate(c%reference(max_results, c%checked))
+            if (any(c%kernel == [kernel_ke, kernel_jacobian])) cycle
+            do j = 1, c%checked
+               associate (x => c%arguments(:, j), results => c%reference(:, j))
+                  results = 0.0_qp
+                  select case (c%kernel)
+                  case (kernel_elliptic)
+                     results(:6) = reference_elliptic(real(x(1), qp))
+                  case (kernel_hertz)
+                     results(:5) = reference_hertz(x(1), x(2), x(3), x(4))
+                  case default
+                     call reference_wrench(rule, c%ratio, x(1), x(2), x(3), wrench, jacobian)
+                     results = [wrench, reshape(jacobian, [9])]
+                  end select
+               end associate
+            end do
+         end associate
+      end do
+      ! The arguments are those of the case of the same name.
+      do i = 1, size(suite%cases)
+         if (all(suite%cases(i)%kernel /= [kernel_ke, kernel_jacobian])) cycle
+         do j = 1, i - 1
+            if (suite%cases(j)%kernel == suite%cases(i)%kernel - 1 .and. &
+               suite%cases(j)%name == suite%cases(i)%name) then
+               suite%cases(i)%reference = suite%cases(j)%reference
+            end if
+         end do
+      end do
+   end subroutine fill_references
+
+   !> Number of quantities whose errors are told: as many as `quantities_of` names.
+   pure function quantity_count(kernel) result(n)
+      !> Kernel.
+      integer, intent(in) :: kernel
+      integer :: n
+      integer, parameter :: counts(6) = [0, 6, 2, 5, 3, 4]
+
+      n = counts(kernel)
+   end function quantity_count
+
+   !> Results of a rung for one argument.
+   subroutine evaluate(rung, c, j, results)
+      !> The rung.
+      type(rung_type), intent(in) :: rung
+      !> Its case.
+      type(case_type), intent(in) :: c
+      !> Number of the argument.
+      integer, intent(in) :: j
+      !> Results in the order of the reference; zero beyond those that the kernel has.
+      real(wp), intent(out) :: results(max_results)
+      real(wp) :: jacobian(3, 3)
+      logical :: found
+
+      results = 0.0_wp
+      associate (x => c%arguments(:, j), r => results)
+         select case (rung%way)
+         case (way_elliptic)
+            call rung%elliptic(x(1), r(1), r(2), r(3), r(4), r(5), r(6))
+         case (way_tables_ke)
+            call complete_elliptic(x(1), r(1), r(2))
+         case (way_boost_ke)
+            call boost_ke(x(1), r(1), r(2))
+         case (way_gsl_ke)
+            call gsl_complete_ke(sqrt(1.0_wp - x(1)), r(1), r(2), found)
+            if (.not. found) r(1) = ieee_value(r(1), ieee_quiet_nan)
+         case (way_hertz)
+            call rung%hertz(x(1), x(2), x(3), x(4), r(1), r(2), r(3), r(4), r(5))
+         case (way_fixed_hertz)
+            r(1) = c%contacts(j)%c1
+            call c%contacts(j)%contact(x(4), r(2), r(3), r(4), r(5))
+         case (way_wrench)
+            call rung%wrench(c%shape, x(1), x(2), x(3), 0.0_wp, .true., r(1), r(2), r(3))
+         case default
+            call rung%jacobian(c%shape, x(1), x(2), x(3), 0.0_wp, r(:3), jacobian)
+            r(4:) = reshape(jacobian, [9])
+         end select
+      end associate
+   end subroutine evaluate
+
+   !> Errors of the quantities for one argument.
+   function errors_of(c, j, results, n_quantities) result(errors)
+      !> The case.
+      type(case_type), intent(in) :: c
+      !> Number of the argument.
+      integer, intent(in) :: j
+      !> Results.
+      real(wp), intent(in) :: results(max_results)
+      !> Number of quantities.
+      integer, intent(in) :: n_quantities
+      real(wp) :: errors(n_quantities)
+      real(qp) :: differences(max_results)
+
+      associate (reference => c%reference(:, j))
+         differences = abs(real(results, qp) - reference)
+         select case (c%kernel)
+         case (kernel_wrench, kernel_jacobian)
+            errors(1) = real(maxval(differences(1:2)), wp)
+            errors(2) = real(differences(3), wp)
+            errors(3) = real(differences(3)/abs(reference(3)), wp)
+            if (c%kernel == kernel_jacobian) then
+               errors(4) = real(maxval(differences(4:))/maxval(abs(reference(4:))), wp)
+            end if
+         case default
+            ! In units in the last place of the rounded reference.
+            associate (exact => reference(:n_quantities))
+               errors = real(differences(:n_quantities)/real(spacing(real(exact, wp)), qp), wp)
+            end associate
+         end select
+      end associate
+   end function errors_of
+
+   !> Sort a list in rising order.
+   pure subroutine sort(x)
+      !> The list.
+      real(wp), intent(inout) :: x(:)
+      real(wp) :: item
+      integer :: gap, i, j
+
+      gap = size(x)
+      do while (gap > 1)
+         gap = max(1, int(0.45_wp*gap))
+         do i = gap + 1, size(x)
+            item = x(i)
+            j = i - gap
+            do while (j >= 1)
+               if (x(j) <= item) exit
+               x(j + gap) = x(j)
+               j = j - gap
+            end do
+            x(j + gap) = item
+         end do
+      end do
+   end subroutine sort
+
+end module contensou_drivers_bench_errors

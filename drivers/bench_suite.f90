@@ -1,0 +1,381 @@
+!> What there is to measure for `contensou bench kernels`: cases (sets of arguments) and rungs (ways
+!> to compute) on them.
+module contensou_drivers_bench_suite
+   use contensou_base_kinds, only : i8, pi, wp
+   use contensou_contact_friction, only : friction_model_type, friction_models
+   use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_models, hertz_type, &
+      new_hertz
+   use contensou_contact_spot, only : elliptic_shape, spot_shape_type
+   use contensou_contact_vilke, only : vilke_models
+   use contensou_contact_wrench, only : wrench_exact_jacobian, wrench_jacobian_kernel, &
+      wrench_kernel, wrench_simplified_jacobian
+   use contensou_drivers_bench_baselines, only : boost_version, elliptic_boost, newton_agm, &
+      newton_gsl
+   use contensou_drivers_bench_reference, only : qp
+   use contensou_special_elliptic, only : elliptic_kernel, elliptic_model_type, elliptic_models
+   implicit none(type, external)
+   private
+
+   public :: suite_type, case_type, rung_type, new_suite
+   public :: name_length, kernel_names, n_arguments, max_quantities, max_results
+   public :: kernel_log, kernel_elliptic, kernel_ke, kernel_hertz, kernel_wrench, kernel_jacobian
+   public :: way_log, way_elliptic, way_tables_ke, way_boost_ke, way_gsl_ke, way_hertz, &
+      way_fixed_hertz, way_wrench, way_jacobian
+
+   !> Length of names.
+   integer, parameter :: name_length = 20
+
+   !> Kernels.
+   integer, parameter :: kernel_log = 1, kernel_elliptic = 2, kernel_ke = 3, kernel_hertz = 4, &
+      kernel_wrench = 5, kernel_jacobian = 6
+
+   !> Their names.
+   character(len=*), parameter :: kernel_names(6) = [character(len=name_length) :: "log", &
+      "elliptic", "elliptic_ke", "hertz", "wrench", "wrench_jacobian"]
+
+   !> How a rung is called.
+   integer, parameter :: way_log = 1, way_elliptic = 2, way_tables_ke = 3, way_boost_ke = 4, &
+      way_gsl_ke = 5, way_hertz = 6, way_fixed_hertz = 7, way_wrench = 8, way_jacobian = 9
+
+   !> Arguments in a case.
+   integer, parameter :: n_arguments = 2048
+
+   !> Largest number of quantities that a kernel computes.
+   integer, parameter :: max_quantities = 6
+
+   !> Largest number of arguments and of results of a kernel.
+   integer, parameter :: max_inputs = 4, max_results = 12
+
+   !> Modulus and multiplier of the random numbers (Park and Miller).
+   integer(i8), parameter :: random_modulus = 2147483647_i8, random_multiplier = 48271_i8
+
+   !> A set of arguments for a kernel.
+   type :: case_type
+      !> Kernel.
+      integer :: kernel = 0
+      !> Name.
+      character(len=name_length) :: name = ""
+      !> What is in it.
+      character(len=80) :: title = ""
+      !> Arguments, (input, number).
+      real(wp) :: arguments(max_inputs, n_arguments) = 0.0_wp
+      !> Number of arguments that are compared with the reference.
+      integer :: checked = 0
+      !> Reference, (result, number).
+      real(qp), allocatable :: reference(:, :)
+      !> Axis ratio of the spot.
+      real(wp) :: ratio = 1.0_wp
+      !> Shape of the spot.
+      type(spot_shape_type) :: shape
+      !> Contacts whose curvatures do not change.
+      type(hertz_type), allocatable :: contacts(:)
+   end type case_type
+
+   !> A way to compute a kernel, on a case.
+   type :: rung_type
+      !> Name.
+      character(len=name_length) :: name = ""
+      !> Case.
+      integer :: place = 0
+      !> How it is called.
+      integer :: way = 0
+      !> The procedure, if it is one for all elliptic integrals.
+      procedure(elliptic_kernel), pointer, nopass :: elliptic => null()
+      !> The procedure, if it is one for a contact.
+      procedure(hertz_kernel), pointer, nopass :: hertz => null()
+      !> The procedure, if it is one for the wrench.
+      procedure(wrench_kernel), pointer, nopass :: wrench => null()
+      !> The procedure, if it is one for the wrench with its Jacobian.
+      procedure(wrench_jacobian_kernel), pointer, nopass :: jacobian => null()
+      !> Largest error of each quantity; NaN if there is none.
+      real(wp) :: error_max(max_quantities) = 0.0_wp
+      !> Median of the errors of each quantity.
+      real(wp) :: error_median(max_quantities) = 0.0_wp
+      !> Number of arguments without a result.
+      integer :: misses = 0
+      !> Passes in a batch, in throughput and in a chain.
+      integer :: passes(2) = 1
+      !> Time of a call in throughput and in a chain [s].
+      real(wp) :: seconds(2) = huge(1.0_wp)
+   end type rung_type
+
+   !> All that is measured.
+   type :: suite_type
+      !> Sets of arguments.
+      type(case_type), allocatable :: cases(:)
+      !> Rungs on them; those of a kernel and case in a row.
+      type(rung_type), allocatable :: rungs(:)
+   end type suite_type
+
+contains
+
+   !> Everything that is measured, with its arguments.
+   subroutine new_suite(suite)
+      !> The suite.
+      type(suite_type), intent(out) :: suite
+      integer(i8) :: state
+
+      state = 20090921_i8
+      allocate(suite%cases(0), suite%rungs(0))
+      call add_case(suite, kernel_log, "random", "log x even, 1e-6 to 1e6")
+      suite%cases(1)%arguments(1, :) = between(state, 1.0e-6_wp, 1.0e6_wp)
+      call add_elliptic(suite, state)
+      call add_hertz(suite, state)
+      call add_wrench(suite, state)
+      call add_rungs(suite)
+   end subroutine new_suite
+
+   !> Add a case.
+   subroutine add_case(suite, kernel, name, title)
+      !> The suite.
+      type(suite_type), intent(inout) :: suite
+      !> Kernel.
+      integer, intent(in) :: kernel
+      !> Name.
+      character(len=*), intent(in) :: name
+      !> What is in it.
+      character(len=*), intent(in) :: title
+      type(case_type), allocatable :: longer(:)
+      integer :: n, i
+
+      n = size(suite%cases)
+      allocate(longer(n + 1))
+      do i = 1, n
+         longer(i) = suite%cases(i)
+      end do
+      longer(n + 1)%kernel = kernel
+      longer(n + 1)%name = name
+      longer(n + 1)%title = title
+      call move_alloc(longer, suite%cases)
+   end subroutine add_case
+
+   !> Cases of the elliptic integrals: all of them, and K and E alone.
+   subroutine add_elliptic(suite, state)
+      !> The suite.
+      type(suite_type), intent(inout) :: suite
+      !> State of the random numbers.
+      integer(i8), intent(inout) :: state
+      integer :: kernel, n, i
+
+      n = size(suite%cases)
+      do kernel = kernel_elliptic, kernel_ke
+         call add_case(suite, kernel, "even", "c1 even in (0, 1)")
+         call add_case(suite, kernel, "wide", "log c1 even, 1e-300 to 1")
+         call add_case(suite, kernel, "near_circle", "c1 = 1 - c, log c even, 1e-16 to 0.1")
+      end do
+      do i = 1, n_arguments
+         suite%cases(n + 1)%arguments(1, i) = uniform(state)
+      end do
+      suite%cases(n + 2)%arguments(1, :) = between(state, 1.0e-300_wp, 1.0_wp)
+      suite%cases(n + 3)%arguments(1, :) = 1.0_wp - between(state, 1.0e-16_wp, 0.1_wp)
+      do i = 1, 3
+         suite%cases(n + 3 + i)%arguments = suite%cases(n + i)%arguments
+      end do
+   end subroutine add_elliptic
+
+   !> Cases of Hertz's contact.
+   subroutine add_hertz(suite, state)
+      !> The suite.
+      type(suite_type), intent(inout) :: suite
+      !> State of the random numbers.
+      integer(i8), intent(inout) :: state
+      integer :: n, i, j
+
+      n = size(suite%cases)
+      call add_case(suite, kernel_hertz, "full", "log g even, 1e-3 to 1")
+      call add_case(suite, kernel_hertz, "slender", "log g even, 1e-20 to 1e-3")
+      do i = n + 1, n + 2
+         associate (x => suite%cases(i)%arguments)
+            if (i == n + 1) then
+               x(1, :) = between(state, 1.0e-3_wp, 1.0_wp)
+            else
+               x(1, :) = between(state, 1.0e-20_wp, 1.0e-3_wp)
+            end if
+            x(2, :) = between(state, 1.0_wp, 1.0e4_wp)
+            x(1, :) = x(1, :)*x(2, :)
+            x(3, :) = between(state, 1.0e7_wp, 1.0e12_wp)
+            x(4, :) = between(state, 1.0e-9_wp, 1.0e-4_wp)
+            allocate(suite%cases(i)%contacts(n_arguments))
+            do j = 1, n_arguments
+               suite%cases(i)%contacts(j) = new_hertz(x(1, j), x(2, j), x(3, j))
+            end do
+         end associate
+      end do
+   end subroutine add_hertz
+
+   !> Cases of the wrench, without and with its Jacobian.
+   subroutine add_wrench(suite, state)
+      !> The suite.
+      type(suite_type), intent(inout) :: suite
+      !> State of the random numbers.
+      integer(i8), intent(inout) :: state
+      !> Axis ratios, with names and titles.
+      real(wp), parameter :: ratios(3) = [1.0_wp, 0.3_wp, 0.05_wp]
+      character(len=*), parameter :: names(3) = ["circle", "k0.3  ", "k0.05 "]
+      character(len=*), parameter :: titles(3) = ["circle  ", "k = 0.3 ", "k = 0.05"]
+      !> Places of the rotation centre, with their bounds of U = u_x^2/k^2 + u_y^2.
+      character(len=*), parameter :: places(3) = ["inside ", "rim    ", "outside"]
+      character(len=*), parameter :: place_titles(3) = [character(len=60) :: &
+         "rotation centre inside the spot, log u even", &
+         "rotation centre outside, up to twice the rim, even", &
+         "rotation centre outside the spot, log u even, up to 1e3"]
+      real(wp) :: u, x, y, spin, scale
+      integer :: n, i, j, place, n_cases
+
+      n = size(suite%cases)
+      do i = 1, 3
+         do place = 1, 3
+            call add_case(suite, kernel_wrench, trim(names(i)) // "_" // places(place), &
+               trim(titles(i)) // ", " // place_titles(place))
+            associate (c => suite%cases(size(suite%cases)))
+               c%ratio = ratios(i)
+               c%shape = elliptic_shape(ratios(i))
+               do j = 1, n_arguments
+                  do
+                     x = 2.0_wp*pi*uniform(state)
+                     u = 10.0_wp**(6.0_wp*uniform(state) - 3.0_wp)
+                     y = u*sin(x)
+                     x = u*cos(x)
+                     scale = hypot(x/ratios(i), y)
+                     if (place == 1 .and. scale <= 1.0_wp) exit
+                     if (place == 3 .and. scale > 1.0_wp) exit
+                     if (place == 2) then
+                        u = (1.0_wp + uniform(state))/scale
+                        x = u*x
+                        y = u*y
+                        exit
+                     end if
+                  end do
+                  spin = 10.0_wp**(2.0_wp*uniform(state) - 1.0_wp)
+                  c%arguments(1, j) = spin*x
+                  c%arguments(2, j) = spin*y
+                  c%arguments(3, j) = sign(spin, uniform(state) - 0.5_wp)
+               end do
+            end associate
+         end do
+      end do
+      n_cases = size(suite%cases)
+      do i = n + 1, n_cases
+         call add_case(suite, kernel_jacobian, suite%cases(i)%name, suite%cases(i)%title)
+         suite%cases(size(suite%cases)) = suite%cases(i)
+         suite%cases(size(suite%cases))%kernel = kernel_jacobian
+      end do
+   end subroutine add_wrench
+
+   !> The rungs of every case.
+   subroutine add_rungs(suite)
+      !> The suite.
+      type(suite_type), intent(inout) :: suite
+      type(elliptic_model_type), allocatable :: elliptic(:)
+      type(hertz_model_type), allocatable :: hertz(:), vilke(:)
+      type(friction_model_type), allocatable :: friction(:)
+      type(rung_type) :: rung
+      logical :: with_gsl, with_boost
+      integer :: place, i
+
+      elliptic = elliptic_models()
+      hertz = hertz_models()
+      vilke = vilke_models()
+      friction = friction_models()
+      with_gsl = .false.
+      do i = 1, size(elliptic)
+         if (elliptic(i)%name == "gsl") with_gsl = associated(elliptic(i)%kernel)
+      end do
+      with_boost = boost_version() > 0
+      do place = 1, size(suite%cases)
+         rung = rung_type()
+         rung%place = place
+         select case (suite%cases(place)%kernel)
+         case (kernel_log)
+            call add("log", way_log)
+         case (kernel_elliptic)
+            do i = 1, size(elliptic)
+               rung%elliptic => elliptic(i)%kernel
+               if (associated(rung%elliptic)) call add(elliptic(i)%name, way_elliptic)
+            end do
+            rung%elliptic => elliptic_boost
+            if (with_boost) call add("boost", way_elliptic)
+         case (kernel_ke)
+            call add("tables", way_tables_ke)
+            if (with_gsl) call add("gsl", way_gsl_ke)
+            if (with_boost) call add("boost", way_boost_ke)
+         case (kernel_hertz)
+            do i = 1, size(hertz)
+               rung%hertz => hertz(i)%kernel
+               call add(hertz(i)%info%name, way_hertz)
+            end do
+            rung%hertz => newton_agm
+            call add("newton_agm", way_hertz)
+            rung%hertz => newton_gsl
+            if (with_gsl) call add("newton_gsl", way_hertz)
+            rung%hertz => null()
+            call add("tables_fixed", way_fixed_hertz)
+            do i = 1, size(vilke)
+               rung%hertz => vilke(i)%kernel
+               call add("vilke_" // vilke(i)%info%name, way_hertz)
+            end do
+         case (kernel_wrench)
+            do i = 1, size(friction)
+               rung%wrench => friction(i)%kernel
+               if (associated(rung%wrench)) call add(friction(i)%info%name, way_wrench)
+            end do
+         case default
+            rung%jacobian => wrench_simplified_jacobian
+            call add("contensou_simplified", way_jacobian)
+            rung%jacobian => wrench_exact_jacobian
+            call add("contensou_exact", way_jacobian)
+         end select
+      end do
+
+   contains
+
+      !> Add a rung.
+      subroutine add(name, way)
+         !> Name.
+         character(len=*), intent(in) :: name
+         !> How it is called.
+         integer, intent(in) :: way
+         type(rung_type), allocatable :: longer(:)
+         integer :: n
+
+         rung%name = name
+         rung%way = way
+         n = size(suite%rungs)
+         allocate(longer(n + 1))
+         longer(:n) = suite%rungs
+         longer(n + 1) = rung
+         call move_alloc(longer, suite%rungs)
+      end subroutine add
+
+   end subroutine add_rungs
+
+   !> Next random number, even in (0, 1).
+   function uniform(state) result(x)
+      !> State.
+      integer(i8), intent(inout) :: state
+      real(wp) :: x
+
+      ! Two of them, as one has 31 bits only.
+      state = mod(state*random_multiplier, random_modulus)
+      x = real(state, wp)
+      state = mod(state*random_multiplier, random_modulus)
+      x = (x - 1.0_wp + real(state, wp)/real(random_modulus, wp))/real(random_modulus - 1_i8, wp)
+   end function uniform
+
+   !> Random numbers whose logarithms are even.
+   function between(state, low, high) result(x)
+      !> State.
+      integer(i8), intent(inout) :: state
+      !> Smallest.
+      real(wp), intent(in) :: low
+      !> Largest.
+      real(wp), intent(in) :: high
+      real(wp) :: x(n_arguments)
+      integer :: i
+
+      do i = 1, n_arguments
+         x(i) = min(max(exp(log(low) + uniform(state)*(log(high) - log(low))), low), high)
+      end do
+   end function between
+
+end module contensou_drivers_bench_suite

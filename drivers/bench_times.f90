@@ -1,0 +1,244 @@
+!> Times of the rungs of `contensou bench kernels`.
+!>
+!> A batch is one pass of a rung over all arguments of its case, repeated if that is short. In
+!> throughput the calls do not depend on each other; in a chain the next argument takes bits of the
+!> last results by way of a mask that is zero, which the compiler does not know. Results are
+!> returned through arguments of external procedures or kept in a volatile variable.
+module contensou_drivers_bench_times
+   use contensou_base_kinds, only : i8, wp
+   use contensou_base_system, only : wall_seconds
+   use contensou_drivers_bench_baselines, only : boost_ke
+   use contensou_drivers_bench_suite, only : case_type, n_arguments, rung_type, suite_type, &
+      way_boost_ke, way_elliptic, way_fixed_hertz, way_gsl_ke, way_hertz, way_log, &
+      way_tables_ke, way_wrench
+   use contensou_special_elliptic, only : complete_elliptic
+   use contensou_special_gsl, only : gsl_complete_ke
+   implicit none(type, external)
+   private
+
+   public :: measure_times
+
+   !> Shortest batch [s].
+   real(wp), parameter :: batch_time = 4.0e-5_wp
+
+   !> A rung whose pass takes longer is measured in one round of so many.
+   real(wp), parameter :: slow_pass = 4.0e-4_wp
+
+   !> See `slow_pass`.
+   integer, parameter :: slow_stride = 8
+
+   !> Takes results, so that they are computed.
+   real(wp), volatile :: sink = 0.0_wp
+
+   !> Bits of the last results that the next argument takes: none.
+   integer(i8), volatile :: no_bits = 0_i8
+
+contains
+
+   !> Time all rungs in turn, again and again; of each the shortest batch counts.
+   subroutine measure_times(suite, duration, rounds)
+      !> The suite.
+      type(suite_type), intent(inout), target :: suite
+      !> Time after which no round begins [s].
+      real(wp), intent(in) :: duration
+      !> Number of rounds.
+      integer, intent(out) :: rounds
+      real(wp) :: start, pass_time
+      integer :: i, mode
+      logical :: slow(2, size(suite%rungs))
+
+      ! What a pass takes, the second time: the first one loads tables and libraries.
+      do i = 1, size(suite%rungs)
+         do mode = 1, 2
+            associate (rung => suite%rungs(i))
+               call time_batch(rung, suite%cases(rung%place), mode, pass_time)
+               call time_batch(rung, suite%cases(rung%place), mode, pass_time)
+               slow(mode, i) = pass_time > slow_pass
+               rung%passes(mode) = max(1, ceiling(batch_time/max(pass_time, 1.0e-9_wp)))
+            end associate
+         end do
+      end do
+      start = wall_seconds()
+      rounds = 0
+      do
+         do i = 1, size(suite%rungs)
+            do mode = 1, 2
+               associate (rung => suite%rungs(i))
+                  if (slow(mode, i) .and. mod(rounds, slow_stride) /= 0) cycle
+                  call time_batch(rung, suite%cases(rung%place), mode, pass_time)
+                  rung%seconds(mode) = min(rung%seconds(mode), pass_time/n_arguments)
+               end associate
+            end do
+         end do
+         rounds = rounds + 1
+         if (wall_seconds() - start > duration) exit
+      end do
+   end subroutine measure_times
+
+   !> Time a batch.
+   subroutine time_batch(rung, c, mode, pass_time)
+      !> The rung.
+      type(rung_type), intent(in) :: rung
+      !> Its case.
+      type(case_type), intent(in) :: c
+      !> 1 for throughput, 2 for a chain.
+      integer, intent(in) :: mode
+      !> Time of a pass [s].
+      real(wp), intent(out) :: pass_time
+      real(wp) :: start
+      integer :: i
+
+      start = wall_seconds()
+      do i = 1, rung%passes(mode)
+         if (mode == 1) then
+            call pass_in_throughput(rung, c)
+         else
+            call pass_in_chain(rung, c)
+         end if
+      end do
+      pass_time = (wall_seconds() - start)/rung%passes(mode)
+   end subroutine time_batch
+
+   !> Call a rung for all arguments; no call waits for another.
+   subroutine pass_in_throughput(rung, c)
+      !> The rung.
+      type(rung_type), intent(in) :: rung
+      !> Its case.
+      type(case_type), intent(in) :: c
+      real(wp) :: total, r(6), wrench(3), jacobian(3, 3)
+      integer :: i
+      logical :: found
+
+      total = 0.0_wp
+      associate (x => c%arguments)
+         select case (rung%way)
+         case (way_log)
+            do i = 1, n_arguments
+               total = total + log(x(1, i))
+            end do
+         case (way_elliptic)
+            do i = 1, n_arguments
+               call rung%elliptic(x(1, i), r(1), r(2), r(3), r(4), r(5), r(6))
+            end do
+            total = r(1)
+         case (way_tables_ke)
+            do i = 1, n_arguments
+               call complete_elliptic(x(1, i), r(1), r(2))
+               total = total + (r(1) + r(2))
+            end do
+         case (way_boost_ke)
+            do i = 1, n_arguments
+               call boost_ke(x(1, i), r(1), r(2))
+               total = total + (r(1) + r(2))
+            end do
+         case (way_gsl_ke)
+            do i = 1, n_arguments
+               call gsl_complete_ke(sqrt(1.0_wp - x(1, i)), r(1), r(2), found)
+               total = total + (r(1) + r(2))
+            end do
+         case (way_hertz)
+            do i = 1, n_arguments
+               call rung%hertz(x(1, i), x(2, i), x(3, i), x(4, i), r(1), r(2), r(3), r(4), r(5))
+            end do
+            total = r(4)
+         case (way_fixed_hertz)
+            do i = 1, n_arguments
+               call c%contacts(i)%contact(x(4, i), r(2), r(3), r(4), r(5))
+               total = total + ((r(2) + r(3)) + (r(4) + r(5)))
+            end do
+         case (way_wrench)
+            do i = 1, n_arguments
+               call rung%wrench(c%shape, x(1, i), x(2, i), x(3, i), 0.0_wp, .true., wrench(1), &
+                  wrench(2), wrench(3))
+            end do
+            total = wrench(1)
+         case default
+            do i = 1, n_arguments
+               call rung%jacobian(c%shape, x(1, i), x(2, i), x(3, i), 0.0_wp, wrench, jacobian)
+            end do
+            total = jacobian(1, 1)
+         end select
+      end associate
+      sink = total
+   end subroutine pass_in_throughput
+
+   !> Call a rung for all arguments; each call waits for the results of the one before.
+   subroutine pass_in_chain(rung, c)
+      !> The rung.
+      type(rung_type), intent(in) :: rung
+      !> Its case.
+      type(case_type), intent(in) :: c
+      real(wp) :: r(6), wrench(3), jacobian(3, 3)
+      integer(i8) :: mask
+      integer :: i
+      logical :: found
+
+      mask = no_bits
+      r = 0.0_wp
+      wrench = 0.0_wp
+      jacobian = 0.0_wp
+      associate (x => c%arguments)
+         select case (rung%way)
+         case (way_log)
+            do i = 1, n_arguments
+               r(1) = log(tied(x(1, i), r(1), r(1), mask))
+            end do
+         case (way_elliptic)
+            do i = 1, n_arguments
+               call rung%elliptic(tied(x(1, i), r(2), r(5), mask), r(1), r(2), r(3), r(4), r(5), &
+                  r(6))
+            end do
+         case (way_tables_ke)
+            do i = 1, n_arguments
+               call complete_elliptic(tied(x(1, i), r(1), r(2), mask), r(1), r(2))
+            end do
+         case (way_boost_ke)
+            do i = 1, n_arguments
+               call boost_ke(tied(x(1, i), r(1), r(2), mask), r(1), r(2))
+            end do
+         case (way_gsl_ke)
+            do i = 1, n_arguments
+               call gsl_complete_ke(sqrt(1.0_wp - tied(x(1, i), r(1), r(2), mask)), r(1), r(2), &
+                  found)
+            end do
+         case (way_hertz)
+            do i = 1, n_arguments
+               call rung%hertz(tied(x(1, i), r(4), r(5), mask), x(2, i), x(3, i), x(4, i), r(1), &
+                  r(2), r(3), r(4), r(5))
+            end do
+         case (way_fixed_hertz)
+            do i = 1, n_arguments
+               call c%contacts(i)%contact(tied(x(4, i), r(4), r(5), mask), r(2), r(3), r(4), r(5))
+            end do
+         case (way_wrench)
+            do i = 1, n_arguments
+               call rung%wrench(c%shape, tied(x(1, i), wrench(1), wrench(3), mask), x(2, i), &
+                  x(3, i), 0.0_wp, .true., wrench(1), wrench(2), wrench(3))
+            end do
+         case default
+            do i = 1, n_arguments
+               call rung%jacobian(c%shape, tied(x(1, i), wrench(1), jacobian(3, 3), mask), &
+                  x(2, i), x(3, i), 0.0_wp, wrench, jacobian)
+            end do
+         end select
+      end associate
+      sink = r(1) + wrench(1)
+   end subroutine pass_in_chain
+
+   !> A number that is not known before two others are.
+   pure function tied(x, first, second, mask) result(y)
+      !> The number.
+      real(wp), intent(in) :: x
+      !> The first of the others.
+      real(wp), intent(in) :: first
+      !> The second.
+      real(wp), intent(in) :: second
+      !> Zero.
+      integer(i8), intent(in) :: mask
+      real(wp) :: y
+
+      y = transfer(ior(transfer(x, 0_i8), iand(ior(transfer(first, 0_i8), &
+         transfer(second, 0_i8)), mask)), 0.0_wp)
+   end function tied
+
+end module contensou_drivers_bench_times

@@ -4,6 +4,7 @@ module contensou_io_sweep_reader
    use contensou_base_build, only : program_version
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_document, only : document_type, read_document, value_text, value_type
+   use contensou_base_document_types, only : append_source
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8, wp
    use contensou_base_text, only : join, lower, nearest, quote, starts_with, string_type, &
@@ -558,14 +559,8 @@ contains
          if (.not. first%good .or. .not. last%good) return
          parameter%first = first%values(1)%real
          parameter%last = last%values(1)%real
-         call check_values(parameter, first%values, diagnostics)
-         call check_values(parameter, last%values, diagnostics)
-         if (parameter%vary == vary_log) then
-            if (parameter%first <= 0.0_wp) call diagnostics%add(first%values(1)%origin, &
-               "'first' must be positive for vary = 'log'", "a number > 0")
-            if (parameter%last <= 0.0_wp) call diagnostics%add(last%values(1)%origin, &
-               "'last' must be positive for vary = 'log'", "a number > 0")
-         end if
+         call check_end("first", first%values)
+         call check_end("last", last%values)
          if (abs(parameter%last - parameter%first) <= 0.0_wp) then
             if (sampling /= sampling_grid .or. parameter%count > 1) call diagnostics%add( &
                last%values(1)%origin, "'last' is the same as 'first'", "two numbers")
@@ -588,6 +583,21 @@ contains
                quote(parameter%name), name // " = " // sweep_domain(entry%key))
          end associate
       end subroutine need
+
+      !> Check an end of the range; what no key takes is not said to have no logarithm, too.
+      subroutine check_end(name, values)
+         !> Its key.
+         character(len=*), intent(in) :: name
+         !> Its only value.
+         type(value_type), intent(in) :: values(:)
+         integer :: before
+
+         before = diagnostics%count()
+         call check_values(parameter, values, diagnostics)
+         if (diagnostics%count() > before .or. parameter%vary /= vary_log) return
+         if (values(1)%real <= 0.0_wp) call diagnostics%add(values(1)%origin, "'" // name // &
+            "' must be positive for vary = 'log'", "a number > 0")
+      end subroutine check_end
 
    end subroutine read_range
 
@@ -640,7 +650,8 @@ contains
          n = size(sweep%points%names)
          deallocate(sweep%parameters)
          allocate(sweep%parameters(n), columns(n))
-         call add_source(document, sweep%points%header_source())
+         lines = sweep%points%header_source()
+         call append_source(document, lines)
          sweep%points%places%source = size(document%sources)
          used = .false.
          n_found = 0
@@ -731,24 +742,6 @@ contains
       end function group_name
 
    end subroutine read_table
-
-   !> Add a source to a document.
-   subroutine add_source(document, source)
-      !> The document.
-      type(document_type), intent(inout) :: document
-      !> The source.
-      type(source_type), intent(in) :: source
-      type(source_type), allocatable :: sources(:)
-      integer :: i, n
-
-      n = size(document%sources)
-      allocate(sources(n + 1))
-      do i = 1, n
-         sources(i) = document%sources(i)
-      end do
-      sources(n + 1) = source
-      call move_alloc(sources, document%sources)
-   end subroutine add_source
 
    !> Parameters must not share a path or a column, nor vary what is set for all cases.
    subroutine check_parameters(main, groups, sweep, diagnostics)

@@ -453,6 +453,18 @@ MASS = "&parameter name = 'ball.mass', values = 1, 2 /\n"
             "must be positive",
         ),
         (
+            HEAD + "&parameter name='ball.mass', vary='log', first=-1, last=1, count=3 /\n",
+            2,
+            48,
+            "'mass' is out of range",
+        ),
+        (
+            HEAD + "&parameter name='ball.mass', vary='log', first=1, last=0, count=3 /\n",
+            2,
+            56,
+            "'mass' is out of range",
+        ),
+        (
             HEAD + "&parameter name = 'touch.friction', first = 1, last = 2, count = 2 /\n",
             2,
             19,
@@ -698,6 +710,18 @@ def test_mistake(run, ball, mistakes, text, line, column, message):
     assert len(found) == 1, result.err
     assert message in found[0].message
     assert (found[0].line, found[0].column) == (line, column)
+
+
+def test_log_of_two_wrong_ends(run, ball, mistakes):
+    """Each end is told once, whether its key or the logarithm does not take it."""
+    sweep = ball(
+        HEAD
+        + "&parameter name='ball.mass', vary='log', first=-1, last=0, count=3 /\n"
+        + "&parameter name='ball.angle', vary='log', first=0, last=-1, count=3 /\n"
+    )
+    found = mistakes(run("check", sweep.name).err)
+    assert [(m.line, m.column) for m in found] == [(2, 48), (2, 57), (3, 49), (3, 57)]
+    assert ["must be positive" in m.message for m in found] == [False, False, True, True]
 
 
 def test_mistakes_of_the_base_scene(run, ball, tmp_path, mistakes):

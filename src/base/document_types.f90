@@ -1,0 +1,189 @@
+!> What a document of groups, keys and values is made of, and how its lists grow.
+module contensou_base_document_types
+   use contensou_base_diagnostics, only : origin_type, source_type
+   use contensou_base_kinds, only : i8, wp
+   implicit none(type, external)
+   private
+
+   public :: value_type, assignment_type, group_type, document_type
+   public :: value_null, value_integer, value_real, value_logical, value_text
+   public :: copy_values, move_assignment, move_group
+   public :: resize_assignments, resize_groups, append_source
+
+   !> No value was given: nothing between two commas.
+   integer, parameter :: value_null = 0
+
+   !> An integer.
+   integer, parameter :: value_integer = 1
+
+   !> A real number, possibly infinite or not a number.
+   integer, parameter :: value_real = 2
+
+   !> A logical.
+   integer, parameter :: value_logical = 3
+
+   !> A text in quotes.
+   integer, parameter :: value_text = 4
+
+   !> One value.
+   type :: value_type
+      !> What it is, one of the `value_*` parameters.
+      integer :: kind = value_null
+      !> The number, for integers too.
+      real(wp) :: real = 0.0_wp
+      !> The integer.
+      integer(i8) :: integer = 0
+      !> The logical.
+      logical :: logical = .false.
+      !> The text without its quotes; allocated for texts only.
+      character(len=:), allocatable :: text
+      !> Where it stands.
+      type(origin_type) :: origin
+   end type value_type
+
+   !> A key and the values given to it.
+   type :: assignment_type
+      !> Key in lower case.
+      character(len=:), allocatable :: key
+      !> First subscript; 0 if there is no subscript.
+      integer :: first = 0
+      !> Last subscript; 0 if there is no subscript, -1 if the range is open.
+      integer :: last = 0
+      !> The values, repetitions expanded; size 0 if nothing follows the equals sign.
+      type(value_type), allocatable :: values(:)
+      !> Where the key stands.
+      type(origin_type) :: origin
+   end type assignment_type
+
+   !> A group.
+   type :: group_type
+      !> Name in lower case.
+      character(len=:), allocatable :: name
+      !> Where `&name` stands.
+      type(origin_type) :: origin
+      !> Number of assignments.
+      integer :: n_assignments = 0
+      !> The assignments, of size `n_assignments`.
+      type(assignment_type), allocatable :: assignments(:)
+      !> Whether the group was read without a mistake; if not, keys may be missing from it.
+      logical :: complete = .true.
+   end type group_type
+
+   !> What was read.
+   type :: document_type
+      !> Texts that origins refer to.
+      type(source_type), allocatable :: sources(:)
+      !> Bytes of the file that was read.
+      character(len=:), allocatable :: bytes
+      !> Number of groups.
+      integer :: n_groups = 0
+      !> The groups, of size `n_groups`.
+      type(group_type), allocatable :: groups(:)
+      !> Whether all was read without a mistake; if not, groups may be missing.
+      logical :: complete = .true.
+   end type document_type
+
+contains
+
+   !> Copy the values of a buffer.
+   pure subroutine copy_values(buffer, n, values)
+      !> The buffer.
+      type(value_type), intent(in) :: buffer(:)
+      !> Number of values in it.
+      integer, intent(in) :: n
+      !> The values.
+      type(value_type), allocatable, intent(out) :: values(:)
+
+      integer :: i
+
+      allocate(values(n))
+      do i = 1, n
+         values(i) = buffer(i)
+      end do
+   end subroutine copy_values
+
+   !> Change the size of a group's list of assignments.
+   pure subroutine resize_assignments(group, n)
+      !> The group.
+      type(group_type), intent(inout) :: group
+      !> Size, not below the number of assignments.
+      integer, intent(in) :: n
+
+      type(assignment_type), allocatable :: resized(:)
+      integer :: i
+
+      allocate(resized(n))
+      do i = 1, group%n_assignments
+         call move_assignment(group%assignments(i), resized(i))
+      end do
+      call move_alloc(resized, group%assignments)
+   end subroutine resize_assignments
+
+   !> Move an assignment without copying its values.
+   pure subroutine move_assignment(from, to)
+      !> Assignment that is emptied.
+      type(assignment_type), intent(inout) :: from
+      !> Assignment that is filled.
+      type(assignment_type), intent(inout) :: to
+
+      to%first = from%first
+      to%last = from%last
+      to%origin = from%origin
+      call move_alloc(from%key, to%key)
+      call move_alloc(from%values, to%values)
+   end subroutine move_assignment
+
+   !> Change the size of a document's list of groups.
+   pure subroutine resize_groups(document, n)
+      !> The document.
+      type(document_type), intent(inout) :: document
+      !> Size, not below the number of groups.
+      integer, intent(in) :: n
+
+      type(group_type), allocatable :: resized(:)
+      integer :: i
+
+      allocate(resized(n))
+      do i = 1, document%n_groups
+         call move_group(document%groups(i), resized(i))
+      end do
+      call move_alloc(resized, document%groups)
+   end subroutine resize_groups
+
+   !> Move a group without copying its assignments.
+   pure subroutine move_group(from, to)
+      !> Group that is emptied.
+      type(group_type), intent(inout) :: from
+      !> Group that is filled.
+      type(group_type), intent(inout) :: to
+
+      to%origin = from%origin
+      to%n_assignments = from%n_assignments
+      to%complete = from%complete
+      call move_alloc(from%name, to%name)
+      call move_alloc(from%assignments, to%assignments)
+   end subroutine move_group
+
+   !> Append a source without copying the lines of any.
+   pure subroutine append_source(document, source)
+      !> Document to append to; it may have no list of sources yet.
+      type(document_type), intent(inout) :: document
+      !> The source; it is emptied.
+      type(source_type), intent(inout) :: source
+
+      type(source_type), allocatable :: sources(:)
+      integer :: i, n
+
+      n = 0
+      if (allocated(document%sources)) n = size(document%sources)
+      allocate(sources(n + 1))
+      do i = 1, n
+         call move_alloc(document%sources(i)%name, sources(i)%name)
+         call move_alloc(document%sources(i)%lines, sources(i)%lines)
+      end do
+      call move_alloc(source%name, sources(n + 1)%name)
+      call move_alloc(source%lines, sources(n + 1)%lines)
+      call move_alloc(sources, document%sources)
+   end subroutine append_source
+
+end module contensou_base_document_types

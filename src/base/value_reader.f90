@@ -1,0 +1,638 @@
+!> Reader of the values that follow the equals sign of a key: numbers, logicals, texts, repeat
+!> counts, and words that are none of these.
+module contensou_base_value_reader
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
+   use contensou_base_diagnostics, only : diagnostics_type, origin_type
+   use contensou_base_document_types, only : value_integer, value_logical, value_real, &
+      & value_text, value_type
+   use contensou_base_kinds, only : i8
+   use contensou_base_scanner, only : at_end, blanks, char_at, digits, foreign_comment, give_up, &
+      & here, is_key, is_key_at, is_name, letters, lose_line, max_characters, max_values, &
+      & mistake, newline, parse_continuation, parser_type, peek, peek_next, quotes, &
+      & shown_character, skip_space, word_end, word_width
+   use contensou_base_text, only : lower, quote, read_real, shorten, to_text
+   implicit none(type, external)
+   private
+
+   public :: parse_values, discard_values, read_count
+
+   !> What is not a value.
+   integer, parameter :: form_none = 0
+
+   !> What is a value.
+   integer, parameter :: form_value = 1
+
+   !> What is a number too large for double precision.
+   integer, parameter :: form_overflow = 2
+
+contains
+
+   !> Read values up to the next key, the end of the group, or an equals sign.
+   pure subroutine parse_values(parser, buffer, n, diagnostics)
+      !> State of the reading.
+      type(parser_type), intent(inout) :: parser
+      !> The values; its size is at least `n`.
+      type(value_type), allocatable, intent(inout) :: buffer(:)
+      !> Number of values.
+      integer, intent(out) :: n
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      type(value_type) :: missing
+      logical :: after_comma, found, has_value
+      integer :: column, line
+
+      n = 0
+      has_value = .false.
+      after_comma = .false.
+      do
+         call skip_space(parser)
+         if (at_end(parser)) exit
+         line = parser%line
+         column = parser%column
+         select case (peek(parser))
+         case (',', ';')
+            if (peek(parser) == ';') then
+               call mistake(parser, diagnostics, here(parser, 1), &
+                  & ''';'' does not separate values', 'a comma or a blank')
+            end if
+            if (.not. has_value) then
+               missing%origin = here(parser, 1)
+               call append_value(parser, missing, 1, buffer, n, diagnostics)
+            end if
+            has_value = .false.
+            after_comma = .true.
+            parser%column = parser%column + 1
+            cycle
+         case ('/')
+            if (parser%bare_text) then
+               call parse_token(parser, buffer, n, after_comma, found, diagnostics)
+            else if (.not. after_comma .and. .not. has_value &
+               & .and. scan(peek_next(parser), letters // digits // '._~') > 0) then
+               call report_word(parser, diagnostics)
+            else
+               exit
+            end if
+         case ('&')
+            if (scan(peek_next(parser), letters // digits // '_') > 0) exit
+            call parse_continuation(parser, diagnostics)
+            cycle
+         case ('=')
+            if (has_value .or. after_comma .or. parser%list_only) exit
+            call mistake(parser, diagnostics, here(parser, 1), 'second ''=''', 'one ''=''')
+            parser%column = parser%column + 1
+            cycle
+         case ('''', '"')
+            call parse_text(parser, 1, column, buffer, n, diagnostics)
+         case default
+            if (.not. parser%bare_text) then
+               if (is_key(parser)) exit
+            end if
+            call foreign_comment(parser, diagnostics, found)
+            if (found) cycle
+            call parse_token(parser, buffer, n, after_comma, found, diagnostics)
+            if (.not. found) exit
+         end select
+         has_value = .true.
+         if (parser%line == line .and. parser%column == column) parser%column = column + 1
+      end do
+   end subroutine parse_values
+
+   !> Read values that belong to a mistake reported already.
+   pure subroutine discard_values(parser, buffer, diagnostics)
+      !> State of the reading.
+      type(parser_type), intent(inout) :: parser
+      !> Room for values.
+      type(value_type), allocatable, intent(inout) :: buffer(:)
+      !> Where too many values are reported.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      logical :: was_quiet
+      integer :: n
+
+      was_quiet = parser%quiet
+      parser%quiet = .true.
+      do
+         call parse_values(parser, buffer, n, diagnostics)
+         if (at_end(parser) .or. peek(parser) /= '=') exit
+         parser%column = parser%column + 1
+      end do
+      parser%quiet = was_quiet .or. parser%stopped
+   end subroutine discard_values
+
+   !> Read a value that is not in quotes, or report what stands in its place.
+   pure subroutine parse_token(parser, buffer, n, after_comma, found, diagnostics)
+      !> State of the reading.
+      type(parser_type), intent(inout) :: parser
+      !> The values read so far.
+      type(value_type), allocatable, intent(inout) :: buffer(:)
+      !> Number of values.
+      integer, intent(inout) :: n
+      !> Whether a comma went before.
+      logical, intent(in) :: after_comma
+      !> False if this is a key without equals sign, which is left for others to read.
+      logical, intent(out) :: found
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      type(value_type) :: value
+      character(len=:), allocatable :: word
+      integer :: count, first, form, last, star, start
+
+      found = .true.
+      first = parser%column
+      last = word_end(parser, first)
+      word = parser%lines(parser%line)%s(first:last)
+
+      if (parser%bare_text) then
+         call value_of(word, value, form)
+         if (form == form_none .and. may_be_bare(parser)) then
+            call parse_bare_text(parser, buffer, n, diagnostics)
+            return
+         end if
+      end if
+      if (len(word) == 0) then
+         call report_parenthesis(parser, diagnostics)
+         return
+      end if
+
+      ! A repeat count.
+      count = 1
+      start = first
+      star = verify(word, digits)
+      if (star > 1) then
+         if (word(star:star) == '*') then
+            start = first + star
+            count = read_count(word(1:star - 1))
+            if (count == 0) then
+               call mistake(parser, diagnostics, here(parser, star), 'bad repeat count ''' // &
+                  & shorten(word(1:star - 1), word_width) // '''', &
+                  & 'a number from 1 to ' // to_text(max_values))
+            end if
+            word = word(star + 1:)
+            if (len(word) == 0) then
+               parser%column = start
+               if (scan(peek(parser), quotes) > 0) then
+                  call parse_text(parser, count, first, buffer, n, diagnostics)
+               else
+                  parser%column = first
+                  value%origin = here(parser, start - first)
+                  parser%column = start
+                  call append_value(parser, value, count, buffer, n, diagnostics)
+               end if
+               return
+            end if
+         end if
+      end if
+
+      call value_of(word, value, form)
+      if (form == form_value .and. ieee_is_nan(value%real)) call extend_nan(parser, last)
+      select case (form)
+      case (form_value)
+         value%origin = here(parser, last - first + 1)
+         parser%column = last + 1
+         if (scan(peek(parser), quotes // '(') > 0) then
+            call mistake(parser, diagnostics, here(parser, 1), 'unexpected ''' // &
+               & peek(parser) // ''' after ''' // shorten(word, word_width) // '''', &
+               & 'a comma or a blank between values')
+            call lose_line(parser)
+         end if
+         call append_value(parser, value, count, buffer, n, diagnostics)
+      case (form_overflow)
+         parser%column = start
+         call mistake(parser, diagnostics, here(parser, last - start + 1), '''' // &
+            & shorten(word, word_width) // ''' is too large for double precision', &
+            & 'a magnitude below 1.8e308')
+         parser%column = last + 1
+      case default
+         if (start == first .and. .not. parser%list_only .and. (n > 0 .or. after_comma)) then
+            if (is_name(word) .and. value_follows(parser, last + 1)) then
+               found = .false.
+               return
+            end if
+         end if
+         parser%column = start
+         call report_word(parser, diagnostics)
+      end select
+   end subroutine parse_token
+
+   !> Extend the last column of `nan` by a bracket directly behind it.
+   pure subroutine extend_nan(parser, last)
+      !> State of the reading.
+      type(parser_type), intent(in) :: parser
+      !> Last column of the word.
+      integer, intent(inout) :: last
+
+      integer :: n
+
+      associate (line => parser%lines(parser%line))
+         if (char_at(parser%lines, parser%line, last + 1) /= '(') return
+         n = verify(line%s(last + 2:), letters // digits // '_')
+         if (n == 0) return
+         if (line%s(last + 1 + n:last + 1 + n) == ')') last = last + 1 + n
+      end associate
+   end subroutine extend_nan
+
+   !> Whether a number, or a text in quotes, follows in the line with no comma before it.
+   pure function value_follows(parser, column) result(follows)
+      !> State of the reading.
+      type(parser_type), intent(in) :: parser
+      !> Column from which on to look.
+      integer, intent(in) :: column
+      !> The answer.
+      logical :: follows
+
+      integer :: n
+
+      follows = .false.
+      associate (line => parser%lines(parser%line))
+         n = verify(line%s(column:), blanks)
+         if (n < 2) return
+         follows = scan(line%s(column + n - 1:column + n - 1), digits // quotes // '+-.') > 0
+      end associate
+   end function value_follows
+
+   !> Whether a value without quotes may be meant as a text.
+   pure function may_be_bare(parser) result(may)
+      !> State of the reading.
+      type(parser_type), intent(in) :: parser
+      !> The answer.
+      logical :: may
+
+      ! What begins like a number shall be one, so that a misprint in it is found.
+      may = scan(peek(parser), digits // '+-') == 0
+      if (peek(parser) == '.') may = scan(peek_next(parser), digits) == 0
+   end function may_be_bare
+
+   !> Read a text without quotes up to the next comma.
+   pure subroutine parse_bare_text(parser, buffer, n, diagnostics)
+      !> State of the reading.
+      type(parser_type), intent(inout) :: parser
+      !> The values read so far.
+      type(value_type), allocatable, intent(inout) :: buffer(:)
+      !> Number of values.
+      integer, intent(inout) :: n
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      type(value_type) :: value
+      integer :: first, last
+
+      first = parser%column
+      associate (line => parser%lines(parser%line))
+         last = scan(line%s(first:), ',')
+         if (last == 0) then
+            last = len(line%s)
+         else
+            last = first + last - 2
+         end if
+         last = first - 1 + verify(line%s(first:last), blanks, back=.true.)
+         value%kind = value_text
+         value%text = line%s(first:last)
+      end associate
+      value%origin = here(parser, last - first + 1)
+      parser%column = last + 1
+      call append_value(parser, value, 1, buffer, n, diagnostics)
+   end subroutine parse_bare_text
+
+   !> Read a text in quotes.
+   pure subroutine parse_text(parser, count, start, buffer, n, diagnostics)
+      !> State of the reading, at the opening quote.
+      type(parser_type), intent(inout) :: parser
+      !> Number of times that the value stands for.
+      integer, intent(in) :: count
+      !> Column at which the value begins; before the quote if there is a repeat count.
+      integer, intent(in) :: start
+      !> The values read so far.
+      type(value_type), allocatable, intent(inout) :: buffer(:)
+      !> Number of values.
+      integer, intent(inout) :: n
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      type(value_type) :: value
+      character(len=1) :: delimiter
+      integer :: first, i, length, n_double
+
+      first = parser%column
+      delimiter = peek(parser)
+      n_double = 0
+      associate (line => parser%lines(parser%line))
+         length = len(line%s)
+         i = first + 1
+         do while (i <= length)
+            if (line%s(i:i) == delimiter) then
+               if (i == length) exit
+               if (line%s(i + 1:i + 1) /= delimiter) exit
+               n_double = n_double + 1
+               i = i + 1
+            end if
+            i = i + 1
+         end do
+      end associate
+      if (i > length) then
+         call mistake(parser, diagnostics, here(parser, 1), 'text is not closed in its line', &
+            & 'a closing ' // delimiter)
+         call lose_line(parser)
+         return
+      end if
+
+      parser%column = i + 1
+      if (scan(peek(parser), blanks // ',;/!&' // newline) == 0) then
+         if (peek(parser) /= '=' .or. .not. parser%quiet) then
+            call mistake(parser, diagnostics, here(parser, 1), &
+               & 'text is directly followed by ''' // shown_character(parser) // '''', &
+               & 'a comma or a blank; a quote inside a text is written twice')
+            call lose_line(parser)
+            return
+         end if
+      end if
+
+      value%kind = value_text
+      value%origin = origin_type(source=parser%source, line=parser%line, column=start, &
+         & length=i - start + 1)
+      call unquote(parser%lines(parser%line)%s(first + 1:i - 1), delimiter, n_double, value%text)
+      call append_value(parser, value, count, buffer, n, diagnostics)
+   end subroutine parse_text
+
+   !> Text with doubled quotes made single.
+   pure subroutine unquote(s, delimiter, n_double, text)
+      !> What stands between the quotes.
+      character(len=*), intent(in) :: s
+      !> The kind of quote.
+      character(len=1), intent(in) :: delimiter
+      !> Number of doubled quotes.
+      integer, intent(in) :: n_double
+      !> The text.
+      character(len=:), allocatable, intent(out) :: text
+
+      integer :: i, n
+
+      allocate(character(len=len(s) - n_double) :: text)
+      i = 1
+      do n = 1, len(text)
+         text(n:n) = s(i:i)
+         if (s(i:i) == delimiter) i = i + 1
+         i = i + 1
+      end do
+   end subroutine unquote
+
+   !> Value of a word without quotes.
+   pure subroutine value_of(word, value, form)
+      !> The word.
+      character(len=*), intent(in) :: word
+      !> Its value, without origin.
+      type(value_type), intent(out) :: value
+      !> Whether it is a value, one of the `form_*` parameters.
+      integer, intent(out) :: form
+
+      logical :: fits, valid
+
+      form = form_none
+      if (len(word) == 0) return
+      if (len(word) <= len('.false.')) then
+         select case (lower(word))
+         case ('t', '.t', '.t.', 'true', '.true', '.true.')
+            form = form_value
+            value%kind = value_logical
+            value%logical = .true.
+            return
+         case ('f', '.f', '.f.', 'false', '.false', '.false.')
+            form = form_value
+            value%kind = value_logical
+            value%logical = .false.
+            return
+         case default
+            continue
+         end select
+      end if
+
+      call read_real(word, value%real, valid)
+      if (.not. valid) return
+      form = form_value
+      value%kind = value_real
+      if (verify(word(1:1), '+-' // digits) == 0 .and. verify(word(2:), digits) == 0) then
+         call read_integer(word, value%integer, fits)
+         if (fits) value%kind = value_integer
+      end if
+      if (ieee_is_nan(value%real)) return
+      if (.not. ieee_is_finite(value%real) .and. scan(word, digits) > 0) form = form_overflow
+   end subroutine value_of
+
+   !> Integer of a text of digits with an optional sign.
+   pure subroutine read_integer(s, x, fits)
+      !> The text.
+      character(len=*), intent(in) :: s
+      !> The integer; 0 if it does not fit.
+      integer(i8), intent(out) :: x
+      !> Whether it fits into eight bytes.
+      logical, intent(out) :: fits
+
+      integer(i8) :: digit
+      integer :: i
+
+      x = 0
+      fits = .true.
+      do i = 1, len(s)
+         if (scan(s(i:i), digits) == 0) cycle
+         digit = iachar(s(i:i)) - iachar('0')
+         if (x > (huge(x) - digit) / 10) then
+            x = 0
+            fits = .false.
+            return
+         end if
+         x = 10 * x + digit
+      end do
+      if (s(1:1) == '-') x = -x
+   end subroutine read_integer
+
+   !> Positive integer of a text.
+   pure function read_count(s) result(n)
+      !> The text.
+      character(len=*), intent(in) :: s
+      !> The integer; 0 if the text is none or it is larger than `max_values`.
+      integer :: n
+
+      integer :: i
+
+      n = 0
+      if (verify(s, digits) > 0) return
+      do i = 1, len(s)
+         n = 10 * n + iachar(s(i:i)) - iachar('0')
+         if (n > max_values) then
+            n = 0
+            return
+         end if
+      end do
+   end function read_count
+
+   !> Append a value.
+   pure subroutine append_value(parser, value, count, buffer, n, diagnostics)
+      !> State of the reading.
+      type(parser_type), intent(inout) :: parser
+      !> The value.
+      type(value_type), intent(in) :: value
+      !> Number of times to append it.
+      integer, intent(in) :: count
+      !> Values to append to.
+      type(value_type), allocatable, intent(inout) :: buffer(:)
+      !> Number of values.
+      integer, intent(inout) :: n
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      type(value_type), allocatable :: bigger(:)
+      integer :: i, length
+
+      if (parser%stopped .or. count == 0) return
+      length = 0
+      if (allocated(value%text)) length = len(value%text)
+      if (count > max_values - parser%n_values) then
+         call give_up(parser, diagnostics, value%origin, &
+            & 'more than ' // to_text(max_values) // ' values')
+         return
+      end if
+      if (int(count, i8) * length > max_characters - parser%n_characters) then
+         call give_up(parser, diagnostics, value%origin, &
+            & 'more than ' // to_text(max_characters) // ' characters of text')
+         return
+      end if
+      parser%n_values = parser%n_values + count
+      parser%n_characters = parser%n_characters + count * length
+
+      if (n + count > size(buffer)) then
+         allocate(bigger(max(n + count, 2 * size(buffer))))
+         do i = 1, n
+            bigger(i)%kind = buffer(i)%kind
+            bigger(i)%real = buffer(i)%real
+            bigger(i)%integer = buffer(i)%integer
+            bigger(i)%logical = buffer(i)%logical
+            bigger(i)%origin = buffer(i)%origin
+            call move_alloc(buffer(i)%text, bigger(i)%text)
+         end do
+         call move_alloc(bigger, buffer)
+      end if
+      do i = n + 1, n + count
+         buffer(i) = value
+      end do
+      n = n + count
+   end subroutine append_value
+
+   !> Report a word that is not a value and skip it, with the words that belong to it.
+   pure subroutine report_word(parser, diagnostics)
+      !> State of the reading, at the word.
+      type(parser_type), intent(inout) :: parser
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      character(len=:), allocatable :: expected, message, word
+      type(origin_type) :: origin
+      type(value_type) :: value
+      integer :: column, first, form, last, next
+      logical :: loses
+
+      first = parser%column
+      last = max(word_end(parser, first), first)
+      if (peek(parser) == '/') last = max(word_end(parser, first + 1), first)
+      loses = .false.
+      associate (line => parser%lines(parser%line))
+         do
+            column = last + 1
+            select case (char_at(parser%lines, parser%line, column))
+            case ('/')
+               ! A slash inside a word belongs to a path and does not end the group.
+               if (scan(char_at(parser%lines, parser%line, column + 1), &
+                  & blanks // newline // '!&,') > 0) exit
+               last = max(word_end(parser, column + 1), column)
+            case ('(', ')')
+               last = max(word_end(parser, column + 1), column)
+            case ('''', '"')
+               loses = .true.
+               exit
+            case default
+               next = verify(line%s(column:), blanks)
+               if (next < 2) exit
+               next = column + next - 1
+               if (scan(line%s(next:next), letters) == 0) exit
+               if (is_key_at(parser%lines, parser%line, next)) exit
+               call value_of(line%s(next:word_end(parser, next)), value, form)
+               if (form /= form_none) exit
+               last = word_end(parser, next)
+            end select
+         end do
+         word = line%s(first:last)
+      end associate
+
+      if (scan(word(1:1), digits) > 0 .or. &
+         & (scan(word(1:1), '+-.') > 0 .and. scan(word, digits) > 0 .and. &
+         & verify(word, '+-.' // digits // 'eEdD') == 0)) then
+         message = '''' // shorten(word, word_width) // ''' is not a number'
+         expected = 'a number such as 2, 0.5 or 1.0e-3, or a text in quotes'
+      else if (word(1:1) == '.' .and. scan(char_at(parser%lines, parser%line, first + 1), &
+         & 'tTfF') > 0 .and. scan(word, '/') == 0) then
+         message = '''' // shorten(word, word_width) // ''' is not a logical'
+         expected = '.true. or .false.'
+      else if (is_curly(word)) then
+         message = 'typographic quotes around a text'
+         expected = 'straight quotes, '' or "'
+         loses = .true.
+      else if (any(lower(word) == [character(len=3) :: 'yes', 'no', 'on', 'off'])) then
+         message = '''' // word // ''' is not a logical'
+         expected = '.true. or .false.'
+      else if (scan(word(1:1), letters // '_./~') > 0 .or. ichar(word(1:1)) > 127) then
+         message = 'text ''' // shorten(word, word_width) // ''' needs quotes'
+         expected = quote(shorten(word, word_width))
+      else
+         message = '''' // shorten(word, word_width) // ''' is not a value'
+         expected = 'a number, .true., .false., or a text in quotes'
+      end if
+      origin = here(parser, last - first + 1)
+      call mistake(parser, diagnostics, origin, message, expected)
+      parser%column = last + 1
+      if (loses) call lose_line(parser)
+   end subroutine report_word
+
+   !> Whether a word begins with a quote from a word processor (U+2018 to U+201F).
+   pure function is_curly(word) result(curly)
+      !> Word to look at.
+      character(len=*), intent(in) :: word
+      !> The answer.
+      logical :: curly
+
+      curly = .false.
+      if (len(word) < 3) return
+      curly = word(1:2) == char(226) // char(128) .and. &
+         & ichar(word(3:3)) >= 152 .and. ichar(word(3:3)) <= 159
+   end function is_curly
+
+   !> Report a parenthesis in the place of a value and skip to its end.
+   pure subroutine report_parenthesis(parser, diagnostics)
+      !> State of the reading, at the parenthesis.
+      type(parser_type), intent(inout) :: parser
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      type(origin_type) :: origin
+      integer :: n
+
+      associate (line => parser%lines(parser%line))
+         n = 1
+         if (peek(parser) == '(') then
+            n = scan(line%s(parser%column + 1:), ')(=!/&' // quotes)
+            if (n == 0) then
+               n = 1
+            else if (line%s(parser%column + n:parser%column + n) == ')') then
+               n = n + 1
+            else
+               n = 1
+            end if
+         end if
+         origin = here(parser, n)
+         call mistake(parser, diagnostics, origin, 'unexpected ''' // &
+            & shorten(line%s(origin%column:origin%column + n - 1), word_width) // '''', &
+            & 'values without parentheses')
+      end associate
+      parser%column = parser%column + n
+   end subroutine report_parenthesis
+
+end module contensou_base_value_reader

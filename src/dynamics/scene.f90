@@ -130,6 +130,8 @@ module contensou_dynamics_scene
    type :: integrator_spec_type
       !> Method, as in the scene.
       character(len=:), allocatable :: method
+      !> Whether the Jacobian of an implicit method comes from differences.
+      logical :: differences = .false.
       !> Relative tolerance [-].
       real(wp) :: rtol = 0.0_wp
       !> Length that the tolerance of a position refers to [m]; 0 to derive it from the scene.

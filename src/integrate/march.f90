@@ -14,12 +14,16 @@ module contensou_integrate_march
    implicit none(type, external)
    private
 
-   public :: observer_type, march, event_touch, event_lift, integrator_methods, new_integrator, &
-      begin_rigid, row_count, memory_type, switch_type
+   public :: observer_type, march, event_touch, event_lift, integrator_methods, jacobian_kinds, &
+      new_integrator, begin_rigid, row_count, memory_type, switch_type
 
    !> Methods of integration, as named in a scene.
    character(len=*), parameter :: integrator_methods(*) = [character(len=11) :: &
       "cvode_bdf", "cvode_adams", "explicit8", "auto"]
+
+   !> Jacobians of implicit methods, as named in a scene.
+   character(len=*), parameter :: jacobian_kinds(*) = [character(len=11) :: "analytic", &
+      "differences"]
 
    !> A gap closes.
    integer, parameter :: event_touch = 1

@@ -71,11 +71,13 @@ contains
 
       motion%n = motion%system%n
       motion%n_events = size(motion%system%contacts)
-      call motion%differential%prepare(motion%system)
       ! Not by assignment, before which gfortran looks at the bounds of what is not allocated.
       if (allocated(motion%row)) deallocate(motion%column_start, motion%row)
-      allocate(motion%column_start, source=motion%differential%column_start)
-      allocate(motion%row, source=motion%differential%row)
+      if (.not. scene%integrator%differences) then
+         call motion%differential%prepare(motion%system)
+         allocate(motion%column_start, source=motion%differential%column_start)
+         allocate(motion%row, source=motion%differential%row)
+      end if
       associate (s => motion%scales)
          s%rtol = scene%integrator%rtol
          ! No ringing holds the steps of a rigid scene below what the tolerance admits, and the

@@ -791,6 +791,8 @@ contains
       type(scene_type), intent(inout) :: scene
 
       scene%integrator%method = instance%settings(instance%at("method"))%text(1)%s
+      scene%integrator%differences = &
+         instance%settings(instance%at("jacobian"))%text(1)%s == "differences"
       scene%integrator%rtol = instance%number("rtol")
       scene%integrator%length_scale = instance%number("length_scale")
       scene%integrator%velocity_scale = instance%number("velocity_scale")

@@ -12,7 +12,7 @@ module contensou_io_schema
    use contensou_contact_surface, only : shape_names, side_names
    use contensou_contact_vilke, only : vilke_models
    use contensou_dynamics_scene, only : cost_measures, cost_quantities, frame_names, motion_names
-   use contensou_integrate_march, only : integrator_methods
+   use contensou_integrate_march, only : integrator_methods, jacobian_kinds
    implicit none(type, external)
    private
 
@@ -284,6 +284,9 @@ contains
          doc="angular velocities are held to rtol times the larger of this and the rate")
       call list%put("integrator", "max_step", kind_real, unit="s", above=0.0_wp, &
          doc="largest step; not given, there is no bound")
+      call list%put("integrator", "jacobian", kind_choice, default="'analytic'", &
+         doc="Jacobian of cvode_bdf, also where auto chooses it: analytic, or by differences " // &
+         "of the right-hand side, one for each unknown, which shows what the analytic one saves")
 
       call list%put("output", "file", kind_text, &
          doc="name of the HDF5 file; not given, the name of the scene file with .h5, in the " // &
@@ -517,6 +520,8 @@ contains
          names = strings(friction%info%name)
       case ("integrator.method", "cost.methods")
          names = strings(integrator_methods)
+      case ("integrator.jacobian")
+         names = strings(jacobian_kinds)
       case default
          allocate(names(0))
       end select

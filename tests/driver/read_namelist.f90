@@ -238,16 +238,17 @@ contains
 
    !> Every group `integrator`.
    subroutine read_integrator()
-      character(len=256) :: method
+      character(len=256) :: method, jacobian
       real(wp) :: rtol, length_scale, velocity_scale, angular_velocity_scale, max_step
       integer :: n
-      namelist /integrator/ method, rtol, length_scale, velocity_scale, angular_velocity_scale, &
-         max_step
+      namelist /integrator/ method, jacobian, rtol, length_scale, velocity_scale, &
+         angular_velocity_scale, max_step
 
       rewind(unit)
       n = 0
       do
          method = no_text
+         jacobian = no_text
          rtol = no_number
          length_scale = no_number
          velocity_scale = no_number
@@ -257,6 +258,7 @@ contains
          if (status == iostat_end) exit
          call count_group("integrator", status, n)
          call put_texts("integrator", n, "method", [method])
+         call put_texts("integrator", n, "jacobian", [jacobian])
          call put_numbers("integrator", n, "rtol", [rtol])
          call put_numbers("integrator", n, "length_scale", [length_scale])
          call put_numbers("integrator", n, "velocity_scale", [velocity_scale])

@@ -421,3 +421,37 @@ def test_explicit8_at_equal_error(executable, build_kind, inputs, tmp_path, tabl
     if build_kind == "release":
         assert gain >= 10.0
         assert loss <= 2.0
+
+
+# Simulated time [s], and by how much the analytic Jacobian is to reduce the right-hand sides: where
+# contacts stick or many bodies touch to less than half. A single body takes little more than one
+# right-hand side a step, which no Jacobian saves.
+JACOBIAN_SCENES = {
+    "bearing_6205": (2e-3, 4.0),
+    "bearing_paper": (1e-2, 4.0),
+    "rattleback": (0.3, 1.8),
+    "sliding_ball": (None, 1.8),
+    "sliding_disc": (None, 1.6),
+    "bouncing_ball": (None, 1.5),
+    "tippe_top": (0.5, 1.15),
+    "tippe_top_rigid": (None, 1.6),
+}
+
+
+@pytest.mark.parametrize("name", JACOBIAN_SCENES)
+def test_the_analytic_jacobian_saves_right_hand_sides(executable, inputs, tmp_path, table, name):
+    t_end, least = JACOBIAN_SCENES[name]
+    work, position = {}, {}
+    for kind in ("analytic", "differences"):
+        words = [executable, "run", inputs / f"{name}.nml", "-o", tmp_path / f"{kind}.h5", "-q"]
+        words += ["--set", "integrator.method=cvode_bdf", "--set", f"integrator.jacobian={kind}"]
+        if t_end:
+            words += ["--set", f"scene.t_end={t_end}"]
+        cpu_of([str(word) for word in words], tmp_path)
+        with h5py.File(tmp_path / f"{kind}.h5") as file:
+            work[kind] = int(file["/integrator/right_hand_sides"][()])
+            position[kind] = file["/summary/position"][()]
+    ratio = work["differences"] / work["analytic"]
+    table(f"right-hand sides of cvode_bdf, {name}", work | {"ratio": ratio})
+    assert position["analytic"] == pytest.approx(position["differences"], abs=2e-5)
+    assert ratio >= least

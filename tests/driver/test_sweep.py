@@ -992,26 +992,30 @@ def test_memory_and_pace_do_not_depend_on_the_number_of_cases(executable, tmp_pa
     """CONTENSOU_SWEEP_TRIVIAL=1000000 for the whole."""
     count = int(os.environ.get("CONTENSOU_SWEEP_TRIVIAL", 40000))
     scene = BALL.replace("t_end = 1e-3", "t_end = 1e-5").replace("interval = 1e-4", "interval = 1")
-    found = {}
-    for n in (count // 10, count):
-        path = write_sweep(
-            tmp_path,
-            scene,
-            "",
-            f"name = 'ball.mass', vary = 'linear', first = 0.02, last = 0.04, count = {n}",
-            name=f"sweep_{n}.nml",
-        )
-        wall, cpu, memory, _ = measure(
-            [executable, "sweep", path, "-j", 2, "-o", f"table_{n}.h5"], tmp_path
-        )
-        size = (tmp_path / f"table_{n}.h5").stat().st_size
-        found[n] = (wall, cpu, memory, size)
-        print(
-            f"{n} cases: {wall:.2f} s wall, {cpu:.2f} s CPU, {memory / 1e6:.1f} MB, "
-            f"{size / 1e6:.1f} MB of output"
-        )
-    small, large = found[count // 10], found[count]
-    assert large[2] < small[2] + 4e6
-    # CPU time per case, less what starting takes.
-    assert large[1] / count < 1.2 * small[1] / (count // 10)
-    assert large[3] / count < 200
+    pace, largest = {count // 10: np.inf, count: np.inf}, {}
+
+    def spread():
+        """CPU time per case [s] of many cases over that of few; the least of some runs of each."""
+        for n in pace:
+            path = write_sweep(
+                tmp_path,
+                scene,
+                "",
+                f"name = 'ball.mass', vary = 'linear', first = 0.02, last = 0.04, count = {n}",
+                name=f"sweep_{n}.nml",
+            )
+            wall, cpu, memory, _ = measure(
+                [executable, "sweep", path, "-j", 2, "-o", f"table_{n}.h5", "--force"], tmp_path
+            )
+            size = (tmp_path / f"table_{n}.h5").stat().st_size
+            pace[n] = min(pace[n], cpu / n)
+            largest[n] = max(largest.get(n, 0), memory)
+            assert size / n < 200 or n < count
+            print(
+                f"{n} cases: {wall:.2f} s wall, {cpu:.2f} s CPU, {memory / 1e6:.1f} MB, "
+                f"{size / 1e6:.1f} MB of output"
+            )
+        return pace[count] / pace[count // 10]
+
+    until_it_holds(spread, lambda ratio: ratio < 1.2)
+    assert largest[count] < largest[count // 10] + 4e6

@@ -17,7 +17,7 @@ module contensou_contact_wrench
    use contensou_contact_spot, only : spot_shape_type
    use contensou_contact_wrench_exact, only : wrench_exact, wrench_exact_jacobian, &
       wrench_exact_potential
-   use contensou_contact_wrench_scaling, only : length, prepare, rescaled
+   use contensou_contact_wrench_scaling, only : length, prepare, prepare_extreme, rescaled
    implicit none(type, external)
    private
 
@@ -95,11 +95,15 @@ contains
       real(wp), intent(out) :: fy
       !> Torque about the normal, in units of f N a.
       real(wp), intent(out) :: torque
-      real(wp) :: x, y, w, d, v
+      real(wp) :: rest, x, y, w, d, v
       integer :: shift
       logical :: moving
 
-      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, fx, fy, torque)
+      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, rest)
+      if (.not. moving) call prepare_extreme(shape, x, y, w, d, shift, moving, rest)
+      fx = rest
+      fy = rest
+      torque = rest
       if (.not. moving) return
       v = max(length(x, y), d)
       if (v <= 0.0_wp) return
@@ -132,11 +136,15 @@ contains
       real(wp), intent(out) :: fy
       !> Torque about the normal, in units of f N a.
       real(wp), intent(out) :: torque
-      real(wp) :: x, y, w, d, v, t1, fade
+      real(wp) :: rest, x, y, w, d, v, t1, fade
       integer :: shift
       logical :: moving
 
-      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, fx, fy, torque)
+      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, rest)
+      if (.not. moving) call prepare_extreme(shape, x, y, w, d, shift, moving, rest)
+      fx = rest
+      fy = rest
+      torque = rest
       if (.not. moving) return
       v = length(x, y)
       if (v > 0.0_wp) then
@@ -175,13 +183,14 @@ contains
       real(wp), intent(out) :: wrench(3)
       !> Derivative of component i by velocity j of (vx, vy, W), in units of the wrench over m/s.
       real(wp), intent(out) :: jacobian(3, 3)
-      real(wp) :: x, y, w, d, v, t1, fade, ratio, sense, torque, slopes(3)
+      real(wp) :: rest, x, y, w, d, v, t1, fade, ratio, sense, torque, slopes(3)
       integer :: shift
       logical :: moving
 
-      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, wrench(1), wrench(2), &
-         wrench(3))
-      jacobian = wrench(3)
+      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, rest)
+      if (.not. moving) call prepare_extreme(shape, x, y, w, d, shift, moving, rest)
+      wrench = rest
+      jacobian = rest
       if (.not. moving .and. .not. d > 0.0_wp) return
       sense = sign(1.0_wp, spin)
       v = length(x, y)
@@ -270,11 +279,15 @@ contains
       real(wp), intent(out) :: fy
       !> Torque about the normal, in units of f N a.
       real(wp), intent(out) :: torque
-      real(wp) :: x, y, w, d, v, t1, we
+      real(wp) :: rest, x, y, w, d, v, t1, we
       integer :: shift
       logical :: moving
 
-      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, fx, fy, torque)
+      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, rest)
+      if (.not. moving) call prepare_extreme(shape, x, y, w, d, shift, moving, rest)
+      fx = rest
+      fy = rest
+      torque = rest
       if (.not. moving) return
       v = length(x, y)
       we = length(w, shape%slope_x*d)
@@ -310,11 +323,15 @@ contains
       real(wp), intent(out) :: fy
       !> Torque about the normal, in units of f N a.
       real(wp), intent(out) :: torque
-      real(wp) :: x, y, w, d, v, t1, we
+      real(wp) :: rest, x, y, w, d, v, t1, we
       integer :: shift
       logical :: moving
 
-      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, fx, fy, torque)
+      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, rest)
+      if (.not. moving) call prepare_extreme(shape, x, y, w, d, shift, moving, rest)
+      fx = rest
+      fy = rest
+      torque = rest
       if (.not. moving) return
       v = length(x, y)
       we = length(w, shape%slope_x*d)
@@ -376,13 +393,14 @@ contains
       real(wp), intent(out) :: wrench(3)
       !> Derivative of component i by velocity j of (vx, vy, W), in units of the wrench over m/s.
       real(wp), intent(out) :: jacobian(3, 3)
-      real(wp) :: x, y, w, d, v
+      real(wp) :: rest, x, y, w, d, v
       integer :: shift
       logical :: moving
 
-      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, wrench(1), wrench(2), &
-         wrench(3))
-      jacobian = wrench(3)
+      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, rest)
+      if (.not. moving) call prepare_extreme(shape, x, y, w, d, shift, moving, rest)
+      wrench = rest
+      jacobian = rest
       if (.not. moving .and. .not. d > 0.0_wp) return
       v = length(x, y)
       if (v > d) then
@@ -415,13 +433,14 @@ contains
       real(wp), intent(out) :: wrench(3)
       !> Derivative of component i by velocity j of (vx, vy, W), in units of the wrench over m/s.
       real(wp), intent(out) :: jacobian(3, 3)
-      real(wp) :: x, y, w, d, v, t1, we, den, t1_slopes(2), slope(2), ratio
+      real(wp) :: rest, x, y, w, d, v, t1, we, den, t1_slopes(2), slope(2), ratio
       integer :: shift
       logical :: moving
 
-      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, wrench(1), wrench(2), &
-         wrench(3))
-      jacobian = wrench(3)
+      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, rest)
+      if (.not. moving) call prepare_extreme(shape, x, y, w, d, shift, moving, rest)
+      wrench = rest
+      jacobian = rest
       if (.not. moving .and. .not. d > 0.0_wp) return
       v = length(x, y)
       we = length(w, shape%slope_x*d)
@@ -457,14 +476,15 @@ contains
       real(wp), intent(out) :: wrench(3)
       !> Derivative of component i by velocity j of (vx, vy, W), in units of the wrench over m/s.
       real(wp), intent(out) :: jacobian(3, 3)
-      real(wp) :: x, y, w, d, v, t1, we, t1_slopes(2), slope(2), kv(2), q(2), p, m, r, ratio, &
-         by_p, by_m
+      real(wp) :: rest, x, y, w, d, v, t1, we, t1_slopes(2), slope(2), kv(2), q(2), p, m, r, &
+         ratio, by_p, by_m
       integer :: shift
       logical :: moving
 
-      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, wrench(1), wrench(2), &
-         wrench(3))
-      jacobian = wrench(3)
+      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, rest)
+      if (.not. moving) call prepare_extreme(shape, x, y, w, d, shift, moving, rest)
+      wrench = rest
+      jacobian = rest
       if (.not. moving .and. .not. d > 0.0_wp) return
       v = length(x, y)
       we = length(w, shape%slope_x*d)

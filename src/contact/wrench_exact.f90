@@ -17,7 +17,7 @@
 module contensou_contact_wrench_exact
    use contensou_base_kinds, only : wp
    use contensou_contact_spot, only : spot_shape_type
-   use contensou_contact_wrench_scaling, only : length, prepare, rescaled
+   use contensou_contact_wrench_scaling, only : length, prepare, prepare_extreme, rescaled
    use contensou_special_quadrature, only : w_12, w_16, w_4, w_6, w_8, x_12, x_16, &
       x_4, x_6, x_8
    implicit none(type, external)
@@ -99,11 +99,15 @@ contains
       real(wp), intent(out) :: fy
       !> Torque about the normal, in units of f N a.
       real(wp), intent(out) :: torque
-      real(wp) :: x, y, w, d, we, excess, torque_rate
+      real(wp) :: rest, x, y, w, d, we, excess, torque_rate
       integer :: shift
       logical :: moving
 
-      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, fx, fy, torque)
+      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, rest)
+      if (.not. moving) call prepare_extreme(shape, x, y, w, d, shift, moving, rest)
+      fx = rest
+      fy = rest
+      torque = rest
       if (.not. moving) return
       we = w
       if (d > 0.0_wp) we = length(w, shape%slope_x*d)
@@ -136,22 +140,29 @@ contains
       real(wp), intent(out) :: wrench(3)
       !> Derivative of component i by velocity j of (vx, vy, W), in units of the wrench over m/s.
       real(wp), intent(out) :: jacobian(3, 3)
-      real(wp) :: x, y, w, d, we, excess, torque_rate, ratio
+      real(wp) :: rest, x, y, w, d, we, excess, torque_rate, ratio, inverse, ux, uy
       integer :: shift
       logical :: moving
 
-      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, wrench(1), wrench(2), &
-         wrench(3))
-      jacobian = wrench(3)
-      if (.not. moving .and. .not. d > 0.0_wp) return
+      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, rest)
+      if (.not. moving) call prepare_extreme(shape, x, y, w, d, shift, moving, rest)
+      if (.not. moving .and. .not. d > 0.0_wp) then
+         wrench = rest
+         jacobian = rest
+         return
+      end if
       we = w
       if (d > 0.0_wp) we = length(w, shape%slope_x*d)
       excess = x*x + shape%k2*((abs(y) - we)*(abs(y) + we))
       if (excess <= 0.0_wp) then
-         call centre_inside(shape, x/we, y/we, .true., wrench(1), wrench(2), torque_rate)
-         call sliding_inside(shape, x/we, y/we, 1.0_wp/we, jacobian)
-         call complete(x/we, y/we, jacobian)
-         torque_rate = torque_rate/we
+         ! One division for all.
+         inverse = 1.0_wp/we
+         ux = x*inverse
+         uy = y*inverse
+         call centre_inside(shape, ux, uy, .true., wrench(1), wrench(2), torque_rate)
+         call sliding_inside(shape, ux, uy, inverse, jacobian)
+         call complete(ux, uy, jacobian)
+         torque_rate = torque_rate*inverse
       else
          call centre_outside(shape, x, y, we, excess, .true., wrench(1), wrench(2), torque_rate, &
             jacobian)
@@ -187,7 +198,8 @@ contains
       integer :: shift
       logical :: moving
 
-      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, fx, fy, potential)
+      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, potential)
+      if (.not. moving) call prepare_extreme(shape, x, y, w, d, shift, moving, potential)
       if (.not. moving) return
       d = shape%slope_x*d
       we = w

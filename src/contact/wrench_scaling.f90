@@ -9,7 +9,7 @@ module contensou_contact_wrench_scaling
    implicit none(type, external)
    private
 
-   public :: prepare, length, rescaled
+   public :: prepare, prepare_extreme, length, rescaled
 
    !> Velocities between these bounds are used as they are.
    real(wp), parameter :: smallest_plain = 1.0e-40_wp, largest_plain = 1.0e40_wp
@@ -20,9 +20,9 @@ module contensou_contact_wrench_scaling
 
 contains
 
-   !> Bring the arguments of a kernel into the range where squares are safe, and start with the
-   !> wrench of rest, or NaN outside the domain.
-   pure subroutine prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, fx, fy, torque)
+   !> Take the arguments of a kernel if squares are safe with them; what is not `moving` is left to
+   !> `prepare_extreme`. Two procedures, as only a small one is inlined in each kernel.
+   pure subroutine prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, rest)
       !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity along the major axis [m/s].
@@ -33,24 +33,20 @@ contains
       real(wp), intent(in) :: spin
       !> Regularisation velocity [m/s].
       real(wp), intent(in) :: delta
-      !> `vx`, rescaled by two to the power `shift`.
+      !> `vx`.
       real(wp), intent(out) :: x
-      !> `vy`, rescaled.
+      !> `vy`.
       real(wp), intent(out) :: y
-      !> |`spin`|, rescaled.
+      !> |`spin`|.
       real(wp), intent(out) :: w
-      !> `delta`, rescaled; zero outside the domain.
+      !> `delta`.
       real(wp), intent(out) :: d
-      !> Power of two of the scale.
+      !> Power of two of the scale: none.
       integer, intent(out) :: shift
-      !> Whether there is anything left to compute.
+      !> Whether squares are safe.
       logical, intent(out) :: moving
-      !> Zero or NaN.
-      real(wp), intent(out) :: fx
-      !> Zero or NaN.
-      real(wp), intent(out) :: fy
-      !> Zero or NaN.
-      real(wp), intent(out) :: torque
+      !> What every component of the wrench begins with: that of rest, zero.
+      real(wp), intent(out) :: rest
       integer(i8) :: largest, regular
 
       x = vx
@@ -58,39 +54,33 @@ contains
       w = abs(spin)
       d = delta
       shift = 0
-      fx = 0.0_wp
-      fy = 0.0_wp
-      torque = 0.0_wp
+      rest = 0.0_wp
       ! As integers: comparing a NaN raises an exception, and a NaN is larger than all numbers.
       largest = max(transfer(abs(vx), 0_i8), transfer(abs(vy), 0_i8), transfer(w, 0_i8))
       regular = transfer(d, 0_i8)
       moving = largest >= smallest_bits .and. max(largest, regular) <= largest_bits .and. &
          regular >= 0_i8 .and. transfer(shape%k, 0_i8) <= largest_bits
-      if (.not. moving) call prepare_extreme(shape, x, y, w, d, shift, moving, fx, fy, torque)
    end subroutine prepare
 
-   !> The part of `prepare` for arguments outside the domain or far from one.
-   pure subroutine prepare_extreme(shape, x, y, w, d, shift, moving, fx, fy, torque)
+   !> Bring other arguments into the range of safe squares, and begin with the wrench of rest,
+   !> or NaN outside the domain.
+   pure subroutine prepare_extreme(shape, x, y, w, d, shift, moving, rest)
       !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
-      !> Sliding velocity along the major axis.
+      !> Sliding velocity along the major axis, rescaled by two to the power `shift` on return.
       real(wp), intent(inout) :: x
-      !> Sliding velocity along the minor axis.
+      !> Sliding velocity along the minor axis, rescaled.
       real(wp), intent(inout) :: y
-      !> Absolute spin velocity.
+      !> Absolute spin velocity, rescaled.
       real(wp), intent(inout) :: w
-      !> Regularisation velocity.
+      !> Regularisation velocity, rescaled; zero outside the domain.
       real(wp), intent(inout) :: d
       !> Power of two of the scale.
       integer, intent(out) :: shift
       !> Whether there is anything left to compute.
       logical, intent(out) :: moving
-      !> Zero or NaN.
-      real(wp), intent(inout) :: fx
-      !> Zero or NaN.
-      real(wp), intent(inout) :: fy
-      !> Zero or NaN.
-      real(wp), intent(inout) :: torque
+      !> Zero; NaN outside the domain.
+      real(wp), intent(inout) :: rest
       real(wp) :: largest
 
       shift = 0
@@ -99,9 +89,7 @@ contains
       if (moving) moving = d >= 0.0_wp
       if (.not. moving) then
          d = 0.0_wp
-         fx = ieee_value(fx, ieee_quiet_nan)
-         fy = fx
-         torque = fx
+         rest = ieee_value(rest, ieee_quiet_nan)
          return
       end if
       largest = max(abs(x), abs(y), w)

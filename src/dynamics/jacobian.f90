@@ -81,7 +81,7 @@ contains
                system%bodies(a)%motion /= motion_fixed
          end associate
       end do
-      if (system%n_rigid > 0) call spread(system, coupled)
+      if (system%n_rigid > 0) call couple_joined(system, coupled)
       next = 0
       do j = 1, nb
          next = next + body_size*(body_size + acted_rows*count(coupled(:, j)) + works)
@@ -128,7 +128,7 @@ contains
 
    !> Couple what rigid contacts couple: the normal force on a body depends on all that accelerates
    !> it, and so do those on the bodies that such contacts join to it.
-   subroutine spread(system, coupled)
+   subroutine couple_joined(system, coupled)
       !> The system.
       type(system_type), intent(in) :: system
       !> Whether the accelerations of a body (first) depend on the state of a body (second).
@@ -158,7 +158,7 @@ contains
       do i = 1, size(cluster)
          coupled(i, i) = .false.
       end do
-   end subroutine spread
+   end subroutine couple_joined
 
    !> Compute the entries at a state; all are zero where there is no right-hand side. Allocates
    !> nothing.
@@ -303,7 +303,8 @@ contains
       type(jacobian_type), intent(inout) :: self
       !> The system; its links are those of the state.
       type(system_type), intent(in) :: system
-      real(wp) :: moment(3, 2), lever(3), change(body_size), matrix(system%n_links, system%n_links)
+      real(wp) :: responses(system%n_links, system%n_links), matrix(system%n_links, system%n_links)
+      real(wp) :: moment(3, 2), lever(3), change(body_size)
       real(wp) :: force(3, body_size), torque(3, body_size)
       logical :: singular
       integer :: n, i, j, c, k, m, side, row
@@ -329,12 +330,13 @@ contains
             end do
          end associate
       end do
-      do i = 1, n
-         do j = 1, n
-            do k = 1, n
-               matrix(k, j) = response(system%links(k), system%links(j), system%links(j)%slope)
-            end do
+      do j = 1, n
+         do k = 1, n
+            responses(k, j) = response(system%links(k), system%links(j), system%links(j)%slope)
          end do
+      end do
+      do i = 1, n
+         matrix = responses
          self%inverse(:n, i) = 0.0_wp
          self%inverse(i, i) = 1.0_wp
          call solve_linear(n, matrix, self%inverse(:, i), singular)

@@ -161,6 +161,7 @@ contains
       touch%turning = acceleration(4:6, :)
       touch%acceleration = acceleration(1:3, 2) + cross(acceleration(4:6, 2), link%arm(:, 2)) &
          - acceleration(1:3, 1) - cross(acceleration(4:6, 1), link%arm(:, 1))
+      ! The pace itself is not varied: gap and rate, which it multiplies, are close to zero.
       touch%stabilisation = [2.0_wp*sqrt(link%pace), link%pace]
       call vary_touch(touch, contact, a, b, load)
       call differ_bias(contact, link, a, b, bias_slopes)

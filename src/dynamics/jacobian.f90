@@ -47,8 +47,8 @@ module contensou_dynamics_jacobian
       real(wp), allocatable, private :: rate(:)
       !> Derivatives of the second derivative of the gap of each by the state.
       real(wp), allocatable, private :: gap_slopes(:, :)
-      !> Inverse of the responses of the gaps to the normal forces.
-      real(wp), allocatable, private :: inverse(:, :)
+      !> Responses of the gaps to the normal forces, their inverse, and room for finding it.
+      real(wp), allocatable, private :: responses(:, :), inverse(:, :), matrix(:, :)
    contains
       !> Lay out the entries for a system.
       procedure :: prepare
@@ -88,13 +88,16 @@ contains
       end do
       next = next + works
       if (allocated(self%row)) deallocate(self%row, self%value, self%column_start, self%place, &
-         self%own, self%torque, self%force, self%rate, self%gap_slopes, self%inverse)
+         self%own, self%torque, self%force, self%rate, self%gap_slopes, self%responses, &
+         self%inverse, self%matrix)
       allocate(self%row(next), self%value(next), self%column_start(self%n + 1))
       allocate(self%own(nb), self%torque(3, nb), self%force(3, nb))
       allocate(self%place(nb, nb), source=-1)
       allocate(self%rate(merge(self%n, 0, system%n_rigid > 0)))
       allocate(self%gap_slopes(self%n, system%n_rigid))
-      allocate(self%inverse(system%n_rigid, system%n_rigid))
+      associate (n => system%n_rigid)
+         allocate(self%responses(n, n), self%inverse(n, n), self%matrix(n, n))
+      end associate
       next = 0
       do j = 1, nb
          do c = 1, body_size
@@ -303,7 +306,6 @@ contains
       type(jacobian_type), intent(inout) :: self
       !> The system; its links are those of the state.
       type(system_type), intent(in) :: system
-      real(wp) :: responses(system%n_links, system%n_links), matrix(system%n_links, system%n_links)
       real(wp) :: moment(3, 2), lever(3), change(body_size)
       real(wp) :: force(3, body_size), torque(3, body_size)
       logical :: singular
@@ -332,14 +334,14 @@ contains
       end do
       do j = 1, n
          do k = 1, n
-            responses(k, j) = response(system%links(k), system%links(j), system%links(j)%slope)
+            self%responses(k, j) = response(system%links(k), system%links(j), system%links(j)%slope)
          end do
       end do
       do i = 1, n
-         matrix = responses
+         self%matrix(:n, :n) = self%responses(:n, :n)
          self%inverse(:n, i) = 0.0_wp
          self%inverse(i, i) = 1.0_wp
-         call solve_linear(n, matrix, self%inverse(:, i), singular)
+         call solve_linear(n, self%matrix, self%inverse(:, i), singular)
       end do
       do i = 1, n
          associate (link => system%links(i))

@@ -423,18 +423,18 @@ def test_explicit8_at_equal_error(executable, build_kind, inputs, tmp_path, tabl
         assert loss <= 2.0
 
 
-# Simulated time [s], and by how much the analytic Jacobian is to reduce the right-hand sides: where
-# contacts stick or many bodies touch to less than half. A single body takes little more than one
-# right-hand side a step, which no Jacobian saves.
+# Simulated time [s], and by how much the analytic Jacobian reduces the right-hand sides at least;
+# steps scatter by some percent. A single body that slides takes little more than one right-hand
+# side a step, which no Jacobian saves.
 JACOBIAN_SCENES = {
-    "bearing_6205": (2e-3, 4.0),
-    "bearing_paper": (1e-2, 4.0),
-    "rattleback": (0.3, 1.8),
-    "sliding_ball": (None, 1.8),
-    "sliding_disc": (None, 1.6),
-    "bouncing_ball": (None, 1.5),
-    "tippe_top": (0.5, 1.15),
-    "tippe_top_rigid": (None, 1.6),
+    "bearing_6205": (2e-3, 3.0),
+    "bearing_paper": (2e-2, 3.0),
+    "rattleback": (0.3, 1.6),
+    "sliding_ball": (None, 1.6),
+    "sliding_disc": (None, 1.5),
+    "bouncing_ball": (None, 1.4),
+    "tippe_top": (0.5, 1.1),
+    "tippe_top_rigid": (None, 1.5),
 }
 
 

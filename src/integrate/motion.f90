@@ -78,6 +78,7 @@ contains
          allocate(motion%column_start, source=motion%differential%column_start)
          allocate(motion%row, source=motion%differential%row)
       end if
+      motion%jacobian_steps = scene%integrator%jacobian_steps
       associate (s => motion%scales)
          s%rtol = scene%integrator%rtol
          ! No ringing holds the steps of a rigid scene below what the tolerance admits, and the

@@ -232,7 +232,7 @@ contains
             case ("contact")
                call build_contact(settings, instance, scene%contacts(n(5)), diagnostics)
             case ("integrator")
-               call build_integrator(instance, scene)
+               call build_integrator(instance, scene, diagnostics)
             case ("output")
                call build_output(instance, path, output_file, scene, diagnostics)
             case ("cost")
@@ -784,11 +784,13 @@ contains
    end subroutine build_rolling
 
    !> Values of the group `integrator`.
-   subroutine build_integrator(instance, scene)
+   subroutine build_integrator(instance, scene, diagnostics)
       !> The group.
       type(instance_type), intent(in) :: instance
       !> The scene.
       type(scene_type), intent(inout) :: scene
+      !> Mistakes so far.
+      type(diagnostics_type), intent(inout) :: diagnostics
 
       scene%integrator%method = instance%settings(instance%at("method"))%text(1)%s
       scene%integrator%differences = &
@@ -798,6 +800,11 @@ contains
       scene%integrator%velocity_scale = instance%number("velocity_scale")
       scene%integrator%angular_velocity_scale = instance%number("angular_velocity_scale")
       scene%integrator%max_step = instance%number("max_step")
+      associate (steps => instance%settings(instance%at("jacobian_steps")))
+         scene%integrator%jacobian_steps = nint(steps%real(1))
+         if (abs(steps%real(1) - scene%integrator%jacobian_steps) > 0.0_wp) call diagnostics%add( &
+            steps%origin, "'jacobian_steps' is not a whole number", "as 10")
+      end associate
    end subroutine build_integrator
 
    !> Values of the group `output`.

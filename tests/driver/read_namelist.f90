@@ -239,10 +239,11 @@ contains
    !> Every group `integrator`.
    subroutine read_integrator()
       character(len=256) :: method, jacobian
-      real(wp) :: rtol, length_scale, velocity_scale, angular_velocity_scale, max_step
+      real(wp) :: rtol, length_scale, velocity_scale, angular_velocity_scale, max_step, &
+         jacobian_steps
       integer :: n
       namelist /integrator/ method, jacobian, rtol, length_scale, velocity_scale, &
-         angular_velocity_scale, max_step
+         angular_velocity_scale, max_step, jacobian_steps
 
       rewind(unit)
       n = 0
@@ -254,6 +255,7 @@ contains
          velocity_scale = no_number
          angular_velocity_scale = no_number
          max_step = no_number
+         jacobian_steps = no_number
          read(unit, nml=integrator, iostat=status)
          if (status == iostat_end) exit
          call count_group("integrator", status, n)
@@ -264,6 +266,7 @@ contains
          call put_numbers("integrator", n, "velocity_scale", [velocity_scale])
          call put_numbers("integrator", n, "angular_velocity_scale", [angular_velocity_scale])
          call put_numbers("integrator", n, "max_step", [max_step])
+         call put_numbers("integrator", n, "jacobian_steps", [jacobian_steps])
       end do
    end subroutine read_integrator
 

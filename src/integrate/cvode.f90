@@ -52,8 +52,8 @@ module contensou_integrate_cvode
    end type handle_type
 
    !> Steps after which an analytic Jacobian is renewed unless the problem says when. Measured over
-   !> the shipped scenes: fresher ones than with `difference_steps` save up to 40 % of the right-hand
-   !> sides where contacts stick or move over each other, and cost no time elsewhere.
+   !> the shipped scenes: fresher ones than with `difference_steps` save up to 40 % of the
+   !> right-hand sides where contacts stick or move over each other, and cost no time elsewhere.
    integer, parameter :: analytic_steps = 10
 
    !> The same by differences, CVODE's own choice: a Jacobian costs a right-hand side an unknown.

@@ -289,8 +289,8 @@ contains
          "of the right-hand side, one for each unknown, which shows what the analytic one saves")
       call list%put("integrator", "jacobian_steps", kind_real, unit="1", least=1.0_wp, &
          most=1.0e9_wp, doc="steps after which cvode_bdf renews the Jacobian, at the next " // &
-         "factorization, of which there is one in 20 steps and one where the step changes; not " // &
-         "given, 10 for an analytic Jacobian and 51 for one by differences")
+         "factorization, of which there is one in 20 steps and one where the step changes; " // &
+         "not given, 10 for an analytic Jacobian and 51 for one by differences")
 
       call list%put("output", "file", kind_text, &
          doc="name of the HDF5 file; not given, the name of the scene file with .h5, in the " // &

@@ -15,7 +15,7 @@ module contensou_io_checkpoint
    public :: checkpoint_type
 
    !> What the file is and the version of its form.
-   character(len=*), parameter :: heading = "contensou-checkpoint 1"
+   character(len=*), parameter :: heading = "contensou-checkpoint 2"
 
    !> Item of reals.
    character(len=*), parameter :: kind_real = "real"

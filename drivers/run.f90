@@ -4,11 +4,11 @@ module contensou_drivers_run
    use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted
    use contensou_base_kinds, only : i8, pi, wp
    use contensou_base_system, only : catch_signals, cpu_seconds, file_exists, folder_writable, &
-      is_folder, is_locked, is_terminal, remove_file, signal_received, terminal_width, &
-      wall_seconds, write_stderr, write_stdout
+      is_folder, is_locked, remove_file, signal_received, write_stderr, write_stdout
    use contensou_base_text, only : quote, string_type, to_text
    use contensou_contact_geometry, only : pose_type
    use contensou_drivers_command_line, only : command_text, command_type
+   use contensou_drivers_progress, only : progress_type
    use contensou_drivers_report, only : body_effects, choice_words, contact_effects, &
       failure_text, number_text
    use contensou_drivers_resume, only : checkpoint_suffix, earlier_type, find_earlier, forget, &
@@ -36,18 +36,10 @@ module contensou_drivers_run
       type(trajectory_type) :: output
       !> End of time [s].
       real(wp) :: t_end = 0.0_wp
-      !> Whether progress is shown.
-      logical :: show = .true.
-      !> Whether stderr is a terminal.
-      logical :: terminal = .false.
-      !> Time from which this life went on [s].
-      real(wp) :: t_begin = 0.0_wp
+      !> Progress.
+      type(progress_type) :: progress
       !> Steps since the clocks were looked at.
       integer :: steps = 0
-      !> Tenths of the run that were reported.
-      integer :: tenths = 0
-      !> Wall time at the beginning, and of the last change of the bar [s].
-      real(wp) :: wall_start = 0.0_wp, wall_bar = 0.0_wp
       !> Time of the first touch [s], and its contact; 0 for none.
       real(wp) :: first_touch = 0.0_wp
       !> Contact of the first touch; 0 for none.
@@ -134,10 +126,7 @@ contains
       call set_up_motion(motion, file%scene, y)
 
       recorder%t_end = file%scene%t_end
-      recorder%show = .not. quiet
-      recorder%terminal = is_terminal(2)
-      recorder%wall_start = wall_seconds()
-      recorder%wall_bar = recorder%wall_start
+      call recorder%progress%begin(quiet, 0.0_wp)
       recorder%output%flush_interval = checkpoint_interval
       if (earlier%resumable) call put_aside(file%scene%output%file, earlier, error)
       if (allocated(error)) return
@@ -161,7 +150,7 @@ contains
          t, statistics, stopped, error, memory)
       if (profile) recorder%output%cpu_by_effect = motion%profile%result( &
          cpu_seconds() - cpu_march, recorder%output%cpu_output)
-      call clear_bar(recorder)
+      call recorder%progress%clear()
       if (allocated(error)) then
          if (error%status == status_file) then
             call recorder%output%abandon()
@@ -234,10 +223,8 @@ contains
          recorder%first_touch = touch(1)
          recorder%changes = int(changes(1))
          if (recorder%advice == "") deallocate(recorder%advice)
-         recorder%t_begin = memory%t
-         recorder%tenths = int(10.0_wp*min(memory%t/recorder%t_end, 1.0_wp))
-         if (.not. quiet) call write_stderr("contensou: resuming at t = " // &
-            number_text(memory%t, 8) // " s" // new_line("a"))
+         call recorder%progress%begin(quiet, min(memory%t/recorder%t_end, 1.0_wp))
+         call recorder%progress%note("resuming at t = " // number_text(memory%t, 8) // " s")
       end if
       call forget(recorder%output%name, .not. earlier%resumable, error)
    end subroutine go_on
@@ -412,12 +399,15 @@ contains
       logical, intent(out) :: stop_now
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
+      real(wp) :: share
 
       stop_now = signal_received() /= 0 .or. crew_stopping()
       self%steps = self%steps + 1
       if (self%steps < steps_between) return
       self%steps = 0
-      if (self%show) call show_progress(self, t)
+      share = min(t/self%t_end, 1.0_wp)
+      if (self%progress%is_due(share)) call self%progress%tell(share, &
+         "t = " // number_text(t, 4) // " s")
       self%keep_due = self%output%flush_is_due()
    end subroutine after_step
 
@@ -431,8 +421,7 @@ contains
       character(len=*), intent(in) :: text
 
       self%advice = "since t = " // number_text(t, 4) // " s " // text
-      call clear_bar(self)
-      if (self%show) call write_stderr("contensou: " // self%advice // new_line("a"))
+      call self%progress%note(self%advice)
    end subroutine advise
 
    !> `auto` goes on with another method.
@@ -451,61 +440,6 @@ contains
       if (self%changes == 1) self%first_change = method // " since t = " // number_text(t, 4) // &
          " s, because " // reason
    end subroutine change_method
-
-   !> Show how far the run is.
-   subroutine show_progress(self, t)
-      !> The recorder.
-      class(recorder_type), intent(inout) :: self
-      !> Time reached [s].
-      real(wp), intent(in) :: t
-      integer, parameter :: widest = 40
-      real(wp) :: now, share
-      integer :: filled, width
-      character(len=:), allocatable :: words
-
-      share = min(t/self%t_end, 1.0_wp)
-      if (self%terminal) then
-         now = wall_seconds()
-         if (now - self%wall_bar < 0.1_wp) return
-         self%wall_bar = now
-         words = "] " // to_text(int(100.0_wp*share)) // " %, t = " // number_text(t, 4) // &
-            " s, " // time_left() // " left"
-         width = max(min(widest, terminal_width() - len(words) - 2), 0)
-         filled = int(share*width)
-         call write_stderr(achar(13) // achar(27) // "[K" // "[" // repeat("#", filled) // &
-            repeat(" ", width - filled) // words)
-      else if (int(10.0_wp*share) > self%tenths) then
-         now = wall_seconds()
-         self%tenths = int(10.0_wp*share)
-         call write_stderr("contensou: " // to_text(10*self%tenths) // " %, t = " // &
-            number_text(t, 4) // " s, " // time_left() // " left" // new_line("a"))
-      end if
-
-   contains
-
-      !> Estimated wall time to the end.
-      function time_left() result(text)
-         character(len=:), allocatable :: text
-         integer(i8) :: seconds
-
-         seconds = 0
-         if (t > self%t_begin) seconds = nint(min((now - self%wall_start)* &
-            max(self%t_end - t, 0.0_wp)/(t - self%t_begin), 1.0e9_wp), i8)
-         text = to_text(seconds) // " s"
-         if (seconds >= 120) text = to_text(seconds/60) // " min"
-         if (seconds >= 7200) text = to_text(seconds/3600) // " h " // &
-            to_text(mod(seconds, 3600_i8)/60) // " min"
-      end function time_left
-
-   end subroutine show_progress
-
-   !> Remove the bar from the terminal.
-   subroutine clear_bar(self)
-      !> The recorder.
-      class(recorder_type), intent(in) :: self
-
-      if (self%show .and. self%terminal) call write_stderr(achar(13) // achar(27) // "[K")
-   end subroutine clear_bar
 
    !> Print what the run comes down to.
    subroutine print_summary(scene, system, recorder, statistics, y_start, y, seconds, stopped, &

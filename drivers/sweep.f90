@@ -11,7 +11,7 @@ module contensou_drivers_sweep
    use contensou_base_text, only : string_type, to_text
    use contensou_drivers_command_line, only : command_type
    use contensou_drivers_sweep_case, only : outline_of
-   use contensou_drivers_sweep_cases, only : begin_progress, cases_type, clear_bar
+   use contensou_drivers_sweep_cases, only : begin_progress, cases_type
    use contensou_drivers_sweep_selection, only : select_cases, selection_type, table_name
    use contensou_drivers_sweep_summary, only : print_summary, tally_type, write_table
    use contensou_drivers_sweep_trajectories, only : list_trajectories, trajectories_type, &
@@ -77,7 +77,7 @@ contains
          call run_crew(cases, cases%selection%count(), int(min(int(threads, i8), left)), &
             sweep%time_limit, stopped, error)
       end if
-      call clear_bar(cases%progress)
+      call cases%progress%clear()
       if (allocated(error)) then
          if (error%status == status_file) error%message = "cannot write " // name // &
             part_suffix // ": " // error%message

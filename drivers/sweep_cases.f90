@@ -5,8 +5,8 @@ module contensou_drivers_sweep_cases
    use contensou_base_crew, only : job_type, piece_stopped
    use contensou_base_journal, only : journal_type
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : is_terminal, terminal_width, wall_seconds, write_stderr
    use contensou_base_text, only : to_text
+   use contensou_drivers_progress, only : progress_type
    use contensou_drivers_report, only : number_text
    use contensou_drivers_sweep_case, only : outline_type, run_case
    use contensou_drivers_sweep_selection, only : selection_type
@@ -15,26 +15,7 @@ module contensou_drivers_sweep_cases
    implicit none(type, external)
    private
 
-   public :: cases_type, begin_progress, clear_bar, threads_text
-
-   !> End of a line.
-   character(len=*), parameter :: nl = new_line("a")
-
-   !> Progress on stderr.
-   type :: progress_type
-      !> Whether it is shown.
-      logical :: show = .true.
-      !> Whether stderr is a terminal.
-      logical :: terminal = .false.
-      !> Cases in all.
-      integer(i8) :: total = 0
-      !> Cases that were done before.
-      integer(i8) :: before = 0
-      !> Tenths that were told.
-      integer :: tenths = 0
-      !> Wall time at the beginning and of the last change of the bar [s].
-      real(wp) :: start = 0.0_wp, last = 0.0_wp
-   end type progress_type
+   public :: cases_type, begin_progress, threads_text
 
    !> The cases as pieces of work for a crew.
    type, extends(job_type) :: cases_type
@@ -46,6 +27,10 @@ module contensou_drivers_sweep_cases
       type(outline_type) :: outline
       !> Where rows go.
       type(journal_type) :: journal
+      !> Cases in all.
+      integer(i8) :: total = 0
+      !> Cases that were done before.
+      integer(i8) :: before = 0
       !> Progress.
       type(progress_type) :: progress
    contains
@@ -71,26 +56,20 @@ contains
       integer(i8), intent(out) :: left
       integer(i8) :: i
 
-      associate (p => cases%progress)
-         p%show = .not. quiet
-         p%terminal = is_terminal(2)
-         p%total = cases%selection%count()
+      associate (total => cases%total, before => cases%before)
+         total = cases%selection%count()
          if (again) then
-            do i = 1, p%total
-               if (cases%journal%has(i)) p%before = p%before + 1
+            do i = 1, total
+               if (cases%journal%has(i)) before = before + 1
             end do
          end if
-         left = p%total - p%before
-         p%tenths = int(10*p%before/p%total)
-         p%start = wall_seconds()
-         p%last = p%start
-         if (.not. p%show) return
+         left = total - before
+         call cases%progress%begin(quiet, real(before, wp)/real(total, wp))
          if (again) then
-            call write_stderr("contensou: going on with " // to_text(left) // " of " // &
-               to_text(p%total) // " cases on " // threads_text(threads) // nl)
+            call cases%progress%note("going on with " // to_text(left) // " of " // &
+               to_text(total) // " cases on " // threads_text(threads))
          else
-            call write_stderr("contensou: " // to_text(p%total) // " cases on " // &
-               threads_text(threads) // nl)
+            call cases%progress%note(to_text(total) // " cases on " // threads_text(threads))
          end if
       end associate
    end subroutine begin_progress
@@ -104,14 +83,6 @@ contains
       text = to_text(threads) // " threads"
       if (threads == 1) text = "1 thread"
    end function threads_text
-
-   !> Remove the bar from the terminal.
-   subroutine clear_bar(progress)
-      !> The progress.
-      type(progress_type), intent(in) :: progress
-
-      if (progress%show .and. progress%terminal) call write_stderr(achar(13) // achar(27) // "[K")
-   end subroutine clear_bar
 
    !> Run a case in a thread of the worker.
    subroutine work_case(self, thread, piece, code)
@@ -177,48 +148,11 @@ contains
       class(cases_type), intent(inout) :: self
       !> Cases that were run by now.
       integer(i8), intent(in) :: finished
-      integer, parameter :: widest = 40
-      real(wp) :: now, share
-      integer :: filled, width
-      character(len=:), allocatable :: words
+      real(wp) :: share
 
-      associate (p => self%progress)
-         if (.not. p%show .or. finished == 0) return
-         share = min(real(p%before + finished, wp)/real(p%total, wp), 1.0_wp)
-         now = wall_seconds()
-         words = to_text(p%before + finished) // " of " // to_text(p%total) // " cases, " // &
-            time_left() // " left"
-         if (p%terminal) then
-            if (now - p%last < 0.1_wp) return
-            p%last = now
-            width = max(min(widest, terminal_width() - len(words) - 11), 0)
-            filled = int(share*width)
-            call write_stderr(achar(13) // achar(27) // "[K[" // repeat("#", filled) // &
-               repeat(" ", width - filled) // "] " // to_text(int(100.0_wp*share)) // " %, " // &
-               words)
-         else if (int(10.0_wp*share) > p%tenths) then
-            p%tenths = int(10.0_wp*share)
-            call write_stderr("contensou: " // to_text(10*p%tenths) // " %, " // words // nl)
-         end if
-      end associate
-
-   contains
-
-      !> Estimated wall time to the end.
-      function time_left() result(text)
-         character(len=:), allocatable :: text
-         integer(i8) :: seconds
-
-         associate (p => self%progress)
-            seconds = nint(min((now - p%start)*real(p%total - p%before - finished, wp) &
-               /real(finished, wp), 1.0e9_wp), i8)
-         end associate
-         text = to_text(seconds) // " s"
-         if (seconds >= 120) text = to_text(seconds/60) // " min"
-         if (seconds >= 7200) text = to_text(seconds/3600) // " h " // &
-            to_text(mod(seconds, 3600_i8)/60) // " min"
-      end function time_left
-
+      share = min(real(self%before + finished, wp)/real(self%total, wp), 1.0_wp)
+      if (self%progress%is_due(share)) call self%progress%tell(share, &
+         to_text(self%before + finished) // " of " // to_text(self%total) // " cases")
    end subroutine look_cases
 
 end module contensou_drivers_sweep_cases

@@ -264,8 +264,8 @@ contains
 
    !> What the errors of a kind are compared with, from the reference of the exact model: the
    !> largest distance from the initial place [m], 1 rad, the largest speed [m/s], the largest
-   !> angular velocity [rad/s], the end of time [s], the largest kinetic energy [J]. 1 for what is
-   !> zero.
+   !> angular velocity [rad/s], the end of time [s], the largest kinetic energy [J]. None is less
+   !> than what the tolerance refers to: a ball that spins in its place moves by rounding errors.
    pure function reference_scales(reference, scene) result(scales)
       !> The reference.
       type(reference_type), intent(in) :: reference
@@ -274,7 +274,11 @@ contains
       real(wp) :: scales(kinds + 2)
       integer :: i, k, j
 
-      scales = 0.0_wp
+      associate (least => scene%integrator)
+         scales = [least%length_scale, 1.0_wp, least%velocity_scale, &
+            least%angular_velocity_scale, scene%t_end, 0.5_wp*least%velocity_scale**2* &
+            sum(scene%bodies%mass, mask=scene%bodies%motion == motion_free)]
+      end associate
       do i = 1, size(scene%bodies)
          k = body_size*(i - 1)
          if (scene%bodies(i)%motion /= motion_free) cycle
@@ -286,10 +290,7 @@ contains
             end associate
          end do
       end do
-      scales(2) = 1.0_wp
-      scales(kinds + 1) = scene%t_end
-      scales(kinds + 2) = reference%largest_kinetic
-      where (scales <= 0.0_wp) scales = 1.0_wp
+      scales(kinds + 2) = max(scales(kinds + 2), reference%largest_kinetic)
    end function reference_scales
 
    !> A row is due.

@@ -212,6 +212,27 @@ def test_true_errors(executable, reference, inputs, tmp_path, build_kind):
         assert np.abs(z - table["z"]).max() <= claim + 1e-12
 
 
+def test_a_body_that_stays_in_its_place(run, inputs, tmp_path):
+    """A ball that spins in its place moves by rounding errors, with which nothing is compared."""
+    scales = {"length_scale": 2e-6, "velocity_scale": 3e-3, "angular_velocity_scale": 2.0}
+    words = ["cost", inputs / "spinning_ball.nml", "-o", "cost.h5", "-q", "--error", "1e-4"]
+    for key, value in scales.items():
+        words += ["--set", f"integrator.{key}={value}"]
+    words += ["--set", "cost.rtol=1e-4,1e-8", "--set", "cost.methods='explicit8','cvode_bdf'"]
+    words += ["--set", "cost.friction='contensou_exact'", "--set", "scene.t_end=0.05"]
+    result = run(*words)
+    assert result.status == 0, result.err
+    with h5py.File(tmp_path / "cost.h5") as file:
+        names = map(text, file["quantity/name"])
+        scale = dict(zip(names, file["quantity/scale"][()], strict=True))
+        error, rtol = file["run/error"][()], file["run/rtol"][()]
+    assert scale["position"] == scales["length_scale"]
+    assert scale["velocity"] == scales["velocity_scale"]
+    assert scale["angular_velocity"] > scales["angular_velocity_scale"]
+    assert np.nanmax(error[rtol < 1e-6]) < 1e-4
+    assert np.nanmax(error) < 0.1
+
+
 def test_unreachable_error(run, scene):
     """An error that no run reaches is said to be out of reach."""
     result = run(

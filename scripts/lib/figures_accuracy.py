@@ -8,6 +8,7 @@ brings it up to date; its sentences are for the reader of the new numbers to che
 from __future__ import annotations
 
 import re
+import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 
-from lib import program, style, work_precision
+from lib import explicit_libraries, program, style, work_precision
 from lib.results import ResultError
 
 PAGE = program.ROOT / "docs" / "accuracy.md"
@@ -78,7 +79,8 @@ SCENES = (
 def table_names() -> list[str]:
     """Names of all tables of the page."""
     kinds = ("runs", "models", "cheapest")
-    return [f"{scene.name}_{kind}" for scene in SCENES for kind in kinds] + ["jacobian"]
+    names = [f"{scene.name}_{kind}" for scene in SCENES for kind in kinds]
+    return [*names, "jacobian", "explicit_libraries"]
 
 
 def tables_of(page: str) -> dict[str, list[str]]:
@@ -185,6 +187,18 @@ def jacobian_row(name: str, unknowns: str, work: np.ndarray) -> str:
     return f"| {name} | {unknowns} | " + " | ".join(cells) + " |"
 
 
+def explicit_libraries_table() -> list[str]:
+    """What explicit methods of libraries need beside explicit8 for the error of a touch."""
+    build = program.PROGRAM.parent.parent
+    target = "tests/cost/library_explicit8"
+    done = subprocess.run(
+        ["ninja", "-C", str(build), target], capture_output=True, text=True, check=False
+    )
+    if done.returncode != 0:
+        raise ResultError(f"{target} cannot be compiled; it needs GSL:\n{done.stdout}")
+    return explicit_libraries.table(build, program.ROOT / "inputs")
+
+
 def draw(folder: Path, wanted: list[str]) -> list[Path]:
     """A picture for each scene, and the page with its tables."""
     pictures = []
@@ -212,6 +226,8 @@ def draw(folder: Path, wanted: list[str]) -> list[Path]:
         print("accuracy: Jacobians", file=sys.stderr)
         scenes = sorted((program.ROOT / "inputs").glob("*.nml"))
         tables["jacobian"] = jacobian_table(scenes, Path(place))
+    print("accuracy: explicit methods of libraries", file=sys.stderr)
+    tables["explicit_libraries"] = explicit_libraries_table()
     page = folder / PAGE.name
     page.write_text(with_tables(PAGE.read_text(encoding="utf-8"), tables), encoding="utf-8")
     return [*pictures, page]

@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 pytest.importorskip("matplotlib")
 
-from lib import figures_accuracy, work_precision  # noqa: E402
+from lib import explicit_libraries, figures_accuracy, work_precision  # noqa: E402
 
 PAGE = (ROOT / "docs" / "accuracy.md").read_text(encoding="utf-8")
 TABLES = figures_accuracy.tables_of(PAGE)
@@ -80,6 +80,19 @@ def test_the_jacobian_table_has_every_scene():
             assert float(cells(line)[i]) == pytest.approx(other / ours, abs=0.006), line
             assert ours < other, line
             assert other_steps < other, line
+
+
+def test_the_table_of_libraries_has_every_method_and_bound():
+    names = [*explicit_libraries.METHODS.values(), explicit_libraries.WHOLE_RUN_NAME]
+    rows = [cells(line) for line in TABLES["explicit_libraries"][2:]]
+    bounds = [f"{bound:.0e}" for bound in explicit_libraries.BOUNDS]
+    assert [row[:2] for row in rows] == [[bound, name] for bound in bounds for name in names]
+    bare = {row[0]: float(row[6]) for row in rows if row[1] == names[0]}
+    for bound, _, rtol, error, steps, right_hand_sides, cpu, ratio in rows:
+        assert 0.0 < float(error) <= float(bound)
+        assert 0.0 < float(rtol) <= 1e-5
+        assert 12 * int(steps) < int(right_hand_sides)
+        assert float(ratio) == pytest.approx(float(cpu) / bare[bound], rel=5e-3)
 
 
 def test_the_page_shows_the_pictures():

@@ -197,8 +197,8 @@ make_build() {
       if [ -f "$folder/build.ninja" ] && [ ! -e "$folder/.stamp" ]; then
          how=(--reconfigure) # made by hand: keep what else was chosen there
       else
-         rm -rf -- "$folder" # other options, another place, or never completed
-         mkdir -- "$folder"
+         # Other options, another place, or never completed. The folder stays: it is the lock.
+         find "$folder" -mindepth 1 -delete
       fi
       logged "$folder/setup.log" meson setup "${how[@]}" "$@" "$folder" "$root" || return 1
       printf '%s\n' "$stamp" >"$folder/.stamp"
@@ -212,22 +212,30 @@ make_build() {
    [ "$quiet" = yes ] || say "$name compiled in $((SECONDS - start)) s"
 }
 
-# Let only one script at a time prepare; the lock is on requirements.txt, which stays as it is.
-one_at_a_time() {
+# Let only one script at a time do this with a file or folder: only_one LOCK COMMAND...
+only_one() {
+   local lock=$1
+   shift
    (
       flock 9 || true
       "$@" 9>&-
-   ) 9>>"$root/requirements.txt"
+   ) 9<"$lock"
 }
 
-# The stamp of the environment is written last, so a half-made one is made again.
-ensure_python() { one_at_a_time make_python; }
+# The stamp of the environment is written last, so a half-made one is made again. The lock is on
+# requirements.txt, which stays as it is.
+ensure_python() { only_one "$root/requirements.txt" make_python; }
 
 # What to compile, all if there is nothing.
 build_targets=()
 
 # ensure_build NAME MESON_OPTION...    the folder NAME in the project root
-ensure_build() { one_at_a_time make_build "$@"; }
+#
+# Other folders may be built at the same time.
+ensure_build() {
+   mkdir -p -- "$root/$1"
+   only_one "$root/$1" make_build "$@"
+}
 
 # The program that the scripts run.
 ensure_release() {

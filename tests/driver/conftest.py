@@ -1,7 +1,8 @@
 """Fixtures of the driver tests: the executable, a way to run it, and a short scene.
 
 CONTENSOU names the executable (build/drivers/contensou of the project if not set),
-CONTENSOU_BUILD the kind of build it is: release, debug or sanitize.
+CONTENSOU_BUILD the kind of build it is: release, debug or sanitize. CONTENSOU_RELEASE may name an
+executable of the release build of the same sources, for what need not be run with a slow one.
 """
 
 from __future__ import annotations
@@ -139,6 +140,19 @@ def parse_settings(text: str) -> list[tuple[str, dict[str, list]]]:
     return groups
 
 
+def pytest_collection_modifyitems(config, items):
+    """Leave out of the debug and the sanitizer build what does not touch the executable.
+
+    Such a test (of a page, a script, a reference) is the same with each build.
+    """
+    if os.environ.get("CONTENSOU_BUILD", "release") == "release":
+        return
+    same = [item for item in items if "executable" not in getattr(item, "fixturenames", ())]
+    if same:
+        config.hook.pytest_deselected(items=same)
+        items[:] = [item for item in items if item not in same]
+
+
 @pytest.fixture(scope="session")
 def mistakes():
     """Function from standard error to a list of mistakes."""
@@ -180,6 +194,13 @@ def executable() -> Path:
 
 
 @pytest.fixture(scope="session")
+def quick_executable(executable) -> Path:
+    """For runs that only say how far results scatter: CONTENSOU_RELEASE, or the one under test."""
+    named = os.environ.get("CONTENSOU_RELEASE")
+    return Path(named).absolute() if named else executable
+
+
+@pytest.fixture(scope="session")
 def build_kind() -> str:
     """Kind of the build under test: release, debug or sanitize."""
     kind = os.environ.get("CONTENSOU_BUILD", "release")
@@ -195,12 +216,23 @@ def run(executable, tmp_path):
     The folder is tmp_path unless `cwd` says otherwise. `input` is text or bytes for standard input,
     empty if not given; `env` is added to the environment. A signal gives a negative status.
     """
+    return runner(executable, tmp_path)
+
+
+@pytest.fixture
+def quick_run(quick_executable, tmp_path):
+    """Run the quick executable, as `run` does the one under test."""
+    return runner(quick_executable, tmp_path)
+
+
+def runner(program, folder):
+    """What runs a program in a folder."""
 
     def run_it(*args, cwd=None, input=None, timeout=120, env=None) -> Result:
         data = input.encode() if isinstance(input, str) else input or b""
         done = subprocess.run(
-            [str(executable), *map(str, args)],
-            cwd=tmp_path if cwd is None else cwd,
+            [str(program), *map(str, args)],
+            cwd=folder if cwd is None else cwd,
             input=data,
             capture_output=True,
             timeout=timeout,

@@ -1,18 +1,22 @@
 """Seeded faults: one wrong line of physics at a time, each of which the tests must notice.
 
-One copy of the project is built with little optimisation; each fault changes one line of it, and
-what depends on that is built again. The unit tests of physics run first and the physics tests of
-the driver only if these notice nothing. The release build only, some minutes; CONTENSOU_NO_FAULTS
-skips it (scripts/test --quick sets it).
+Each fault changes one line of one file, which is compiled and linked before the library of the
+build under test. The unit tests of physics run first and the physics tests of the driver only if
+these notice nothing; what notices the fault must pass without it. The release build only;
+CONTENSOU_NO_FAULTS skips it (scripts/test --quick sets it).
 """
 
 from __future__ import annotations
 
+import gzip
+import json
 import os
 import re
-import shutil
+import shlex
 import subprocess
 import sys
+from functools import cache
+from xml.etree import ElementTree
 
 import pytest
 
@@ -81,82 +85,119 @@ FAULTS = {
 }
 
 DRIVER_TESTS = ("tests/driver/test_corners.py", "tests/driver/test_physics.py")
-SUITES = ("dynamics", "contact", "geometry", "wrench", "integrate")
+SUITES = ("dynamics", "contact", "integrate", "jacobian", "rigid", "geometry", "wrench")
+UNIT_TESTS = "tests/unit_tests"
+PROGRAM = "drivers/contensou"
 
 
-class Copy:
-    """A copy of the project with its build."""
+def without_source(interface):
+    """A module file of gfortran without its first line, which names the source."""
+    return gzip.decompress(interface.read_bytes()).partition(b"\n")[2]
+
+
+def run_suite(program, name, root):
+    """Run the unit tests whose suite has this in its name: how many failed."""
+    done = subprocess.run(
+        [program, name], cwd=root, capture_output=True, text=True, timeout=300, check=False
+    )
+    closing = re.search(r"^(\d+) passed, (\d+) failed$", done.stdout, re.MULTILINE)
+    assert closing, done.stdout[-3000:] + done.stderr[-3000:]
+    assert int(closing[1]) + int(closing[2]) > 0
+    return int(closing[2])
+
+
+def run_driver(program, tests, root, report):
+    """Run driver tests up to the first that fails: the names of those that failed."""
+    done = subprocess.run(
+        [
+            *(sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider"),
+            *(f"--junitxml={report}", *tests),
+        ],
+        cwd=root,
+        env=os.environ | {"CONTENSOU": str(program)},
+        capture_output=True,
+        text=True,
+        timeout=900,
+        check=False,
+    )
+    assert done.returncode in (0, 1), done.stdout[-3000:]
+    cases = [case for case in ElementTree.parse(report).iter("testcase") if len(case)]
+    failed = [case for case in cases if case.find("failure") is not None]
+    assert bool(failed) == (done.returncode == 1), done.stdout[-3000:]
+    return [f"{case.get('classname').replace('.', '/')}.py::{case.get('name')}" for case in failed]
+
+
+class Build:
+    """The build under test, whose programs can be linked anew with another object of one file."""
 
     def __init__(self, root, folder):
+        self.root = root
         self.folder = folder
-        skipped = shutil.ignore_patterns("__pycache__")
-        for name in ("src", "drivers", "tests", "scripts", "include", "inputs"):
-            shutil.copytree(root / name, folder / name, ignore=skipped)
-        for name in ("meson.build", "meson_options.txt", "pyproject.toml"):
-            shutil.copy(root / name, folder)
-        self.command("meson", "setup", "build", "--buildtype=plain", "-Doptimization=1")
-        self.build()
+        self.sound = cache(lambda suite: run_suite(folder / UNIT_TESTS, suite, root) == 0)
 
-    def command(self, *words):
-        """Run a command, which must succeed."""
-        done = subprocess.run(words, cwd=self.folder, capture_output=True, text=True, check=False)
+    def command(self, words):
+        """Run a command in the build folder, which must succeed; its output."""
+        done = subprocess.run(
+            words, cwd=self.folder, capture_output=True, text=True, timeout=600, check=False
+        )
         assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+        return done.stdout
 
-    def build(self):
-        """Build what is out of date."""
-        self.command("ninja", "-C", "build", "tests/unit_tests", "drivers/contensou")
+    def compile(self, file, text, folder):
+        """Compile a changed file of the library as the build does; the object."""
+        commands = json.loads((self.folder / "compile_commands.json").read_text())
+        (entry,) = (one for one in commands if one["file"].endswith(f"/src/{file}"))
+        modules = self.folder / "src" / "libcontensou.a.p"
+        source, made = folder / "changed.f90", folder / "changed.o"
+        source.write_text(text)
+        places = {entry["file"]: str(source), entry["output"]: str(made)}
+        words = [places.get(word, word) for word in shlex.split(entry["command"])]
+        words = [f"-J{folder}" if word.startswith("-J") else word for word in words]
+        assert {str(source), str(made), f"-J{folder}"} <= set(words), entry["command"]
+        self.command([word for word in words if not word.startswith(("-flto", "-ffat-lto"))])
+        # What depends on the file is taken as it is, which is right while the interface stays.
+        interfaces = list(folder.glob("*.mod"))
+        assert interfaces
+        for interface in interfaces:
+            assert without_source(interface) == without_source(modules / interface.name)
+        return made
 
-    def unit_failures(self):
-        """Number of checks of physics that fail."""
-        done = subprocess.run(
-            ["build/tests/unit_tests", *SUITES],
-            cwd=self.folder,
-            capture_output=True,
-            text=True,
-            timeout=300,
-            check=False,
-        )
-        closing = re.search(r"^(\d+) passed, (\d+) failed$", done.stdout, re.MULTILINE)
-        assert closing, done.stdout[-3000:] + done.stderr[-3000:]
-        assert int(closing[1]) > 0
-        return int(closing[2])
-
-    def driver_failures(self):
-        """Number of the driver's physics tests that fail; stops at the first."""
-        done = subprocess.run(
-            [sys.executable, "-m", "pytest", "-q", "-x", *DRIVER_TESTS],
-            cwd=self.folder,
-            env=os.environ | {"CONTENSOU": str(self.folder / "build/drivers/contensou")},
-            capture_output=True,
-            text=True,
-            timeout=900,
-            check=False,
-        )
-        assert done.returncode in (0, 1), done.stdout[-3000:]
-        return done.returncode
+    def link(self, target, made, folder):
+        """Link a program with an object that takes the place of the one in the library."""
+        words = shlex.split(self.command(["ninja", "-t", "commands", target]).splitlines()[-1])
+        program = folder / target.rpartition("/")[2]
+        assert words.count(target) == 1, words
+        assert words.count("src/libcontensou.a") == 1, words
+        words[words.index(target)] = str(program)
+        words.insert(words.index("src/libcontensou.a"), str(made))
+        self.command(["-fno-lto" if word.startswith("-flto") else word for word in words])
+        return program
 
 
 @pytest.fixture(scope="module")
-def project(root, tmp_path_factory, build_kind):
-    """The copy, built without a fault, whose tests pass."""
+def build(root, executable, build_kind):
+    """The build under test."""
     if build_kind != "release" or os.environ.get("CONTENSOU_NO_FAULTS"):
-        pytest.skip("seeded faults take some minutes")
-    copy = Copy(root, tmp_path_factory.mktemp("faults"))
-    assert copy.unit_failures() == 0
-    assert copy.driver_failures() == 0
-    return copy
+        pytest.skip("seeded faults with the release build only")
+    folder = executable.parents[1]
+    if not (folder / UNIT_TESTS).is_file() or executable != folder / PROGRAM:
+        pytest.skip("the tests are not built beside this executable")
+    return Build(root, folder)
 
 
 @pytest.mark.xdist_group("faults")
 @pytest.mark.parametrize("name", FAULTS)
-def test_fault_is_noticed(project, name):
+def test_fault_is_noticed(build, root, executable, tmp_path, name):
     file, line, wrong = FAULTS[name]
-    path = project.folder / "src" / file
-    right = path.read_text()
+    right = (root / "src" / file).read_text()
     assert right.count(line) == 1, f"{line!r} is not once in {file}"
-    path.write_text(right.replace(line, wrong))
-    try:
-        project.build()
-        assert project.unit_failures() or project.driver_failures()
-    finally:
-        path.write_text(right)
+    made = build.compile(file, right.replace(line, wrong), tmp_path)
+    unit_tests = build.link(UNIT_TESTS, made, tmp_path)
+    for suite in SUITES:
+        if run_suite(unit_tests, suite, root) > 0:
+            assert build.sound(suite), f"the suite {suite} fails without the fault, too"
+            return
+    program = build.link(PROGRAM, made, tmp_path)
+    failed = run_driver(program, DRIVER_TESTS, root, tmp_path / "with.xml")
+    assert failed, "nothing fails with the fault"
+    assert not run_driver(executable, failed, root, tmp_path / "without.xml")

@@ -85,6 +85,7 @@ contains
       !> Set when the run must not begin.
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: message, version
+      type(error_type), allocatable :: unremoved
       logical :: is
       integer :: found
 
@@ -96,6 +97,9 @@ contains
          if (found == found_good) then
             earlier%complete = .true.
             call notice(name // " is complete")
+            ! A life that was killed after its last row can have left these.
+            is = file_exists(name // part_suffix)
+            if (.not. is) call forget(name, .true., unremoved)
          else
             call fatal(error, message // new_line("a") // &
                "--force replaces it, -o FILE writes another one", status_file)

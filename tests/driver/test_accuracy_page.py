@@ -38,8 +38,10 @@ def test_the_page_has_every_table_and_no_other():
 
 
 @pytest.mark.parametrize("scene", figures_accuracy.SCENES, ids=lambda scene: scene.name)
-def test_the_tables_are_of_the_script_s_form(scene, run, tmp_path):
+def test_the_tables_are_of_the_script_s_form(scene, run, tmp_path, build_kind):
     """A shorter study of the scene gives tables with the same heads and rows."""
+    if build_kind != "release":
+        pytest.skip("what a script makes of a table is the same with each build")
     with_shorter = [
         *scene.settings,
         "scene.t_end=2e-5",

@@ -308,7 +308,7 @@ def test_values_between_rows_change_nothing_else(run, tmp_path, method):
 
 
 def test_threads_and_shards_give_the_same_bits(run, tmp_path, build_kind):
-    t_end = 0.03 if build_kind == "release" else 0.005
+    t_end = 0.03 if build_kind == "release" else 0.001
     write_sweep(
         tmp_path,
         TIPPE,

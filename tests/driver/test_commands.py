@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import csv
-import errno
-import fcntl
 import io
 import math
-import os
-import pty
 import re
-import struct
 import subprocess
-import termios
 
 import pytest
+from terminal import on_terminal
 
 COMMANDS = ["run", "check", "models", "eval", "diff", "help"]
 FRICTION = ["coulomb", "contensou_simplified", "pade11", "pade22", "contensou_exact"]
@@ -899,39 +894,6 @@ def test_no_progress_when_quiet(option, run, scene):
     assert result.status == 0
     assert result.err == ""
     assert "output     top.h5, 101 rows" in result.out
-
-
-def read_piece(terminal) -> bytes:
-    """What stands to be read from a terminal; nothing when the other side is closed."""
-    try:
-        return os.read(terminal, 65536)
-    except OSError as error:
-        if error.errno == errno.EIO:
-            return b""
-        raise
-
-
-def on_terminal(command, cwd, columns):
-    """What a command writes to a terminal that is its standard error, and its exit status."""
-    try:
-        ours, theirs = pty.openpty()
-    except OSError as error:  # as in a chroot without /dev/pts
-        pytest.skip(f"no pseudo terminal: {error}")
-    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
-    with subprocess.Popen(
-        [str(word) for word in command],
-        cwd=cwd,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=theirs,
-    ) as process:
-        os.close(theirs)
-        shown = b""
-        while piece := read_piece(ours):
-            shown += piece
-        os.close(ours)
-        status = process.wait(timeout=60)
-    return status, shown.decode()
 
 
 @pytest.mark.parametrize("columns", [80, 40, 0])

@@ -4,23 +4,20 @@ from __future__ import annotations
 
 import contextlib
 import csv
-import fcntl
 import os
-import pty
 import random
 import resource
 import shlex
 import signal
 import struct
 import subprocess
-import termios
-import threading
 import time
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+from terminal import on_terminal
 
 TIPPE = """\
 &scene title = 'Tippe-Top', gravity = 0, 0, -9.81, t_end = 0.1 /
@@ -866,29 +863,9 @@ def test_progress_on_a_terminal(executable, tmp_path):
     write_sweep(
         tmp_path, TIPPE, "", FRICTION + ", vary = 'linear', first = 0.1, last = 0.5, count = 100"
     )
-    main, side = pty.openpty()
-    fcntl.ioctl(side, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 70, 0, 0))
-    text = bytearray()
-
-    def collect():
-        with contextlib.suppress(OSError):
-            while piece := os.read(main, 65536):
-                text.extend(piece)
-
-    process = subprocess.Popen(
-        [str(executable), "sweep", "sweep.nml", "-j", "1"],
-        cwd=tmp_path,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=side,
-    )
-    os.close(side)
-    reader = threading.Thread(target=collect)
-    reader.start()
-    assert process.wait(timeout=600) == 0
-    reader.join(timeout=10)
-    os.close(main)
-    bars = [part for part in text.decode().split("\r\x1b[K") if part.startswith("[")]
+    status, text = on_terminal([executable, "sweep", "sweep.nml", "-j", "1"], tmp_path, 70)
+    assert status == 0
+    bars = [part for part in text.split("\r\x1b[K") if part.startswith("[")]
     assert len(bars) >= 2
     for bar in bars:
         assert len(bar.rstrip("\r\n")) < 70

@@ -1,220 +1,7 @@
 !> The right-hand side of a scene driven by explicit methods of libraries, and by a bare loop with
 !> the pair of explicit8, to the first touch of a contact that is open at the beginning.
 !>
-!> All are held to the admissible errors of the executable and measured by the same clock, and calls
-!> of the same right-hand side are counted. No output; no events but the touch.
-module library_explicit8_problem
-   use contensou_base_kinds, only : wp
-   use contensou_integrate_motion, only : motion_type
-   implicit none(type, external)
-   private
-
-   public :: handle_type, outcome_type, bracket_type, derivative, gap, trial, narrow, resolved
-
-   !> What is integrated; the callbacks get its address.
-   type :: handle_type
-      !> The motion.
-      type(motion_type) :: motion
-      !> Initial state.
-      real(wp), allocatable :: y(:)
-      !> End of time [s].
-      real(wp) :: t_end = 0.0_wp
-      !> Gaps of all contacts [m].
-      real(wp), allocatable :: gaps(:)
-      !> The contact whose touch ends the integration.
-      integer :: contact = 0
-      !> Calls of the right-hand side.
-      integer :: calls = 0
-   end type handle_type
-
-   !> What an integration comes to.
-   type :: outcome_type
-      !> Time of the touch, or the end of time [s].
-      real(wp) :: t = 0.0_wp
-      !> Whether there was a touch.
-      logical :: touched = .false.
-      !> Accepted steps.
-      integer :: steps = 0
-      !> CPU time of the loop [s].
-      real(wp) :: cpu = 0.0_wp
-   end type outcome_type
-
-   !> Lengths of a step between which the gap changes its sign.
-   type :: bracket_type
-      !> Lengths of the shorter and of the longer step [s].
-      real(wp) :: h(2) = 0.0_wp
-      !> Gaps after these, positive and negative [m].
-      real(wp) :: gap(2) = 0.0_wp
-      !> Which of them was replaced last.
-      integer :: replaced = 0
-   end type bracket_type
-
-contains
-
-   !> Right-hand side.
-   subroutine derivative(self, t, y, rate, outside)
-      !> The problem.
-      type(handle_type), intent(inout) :: self
-      !> Time [s].
-      real(wp), intent(in) :: t
-      !> State.
-      real(wp), intent(in) :: y(:)
-      !> Its time derivative.
-      real(wp), intent(out) :: rate(:)
-      !> Whether the state is outside the domain of the model.
-      logical, intent(out) :: outside
-
-      self%calls = self%calls + 1
-      call self%motion%derivative(t, y, rate, outside)
-   end subroutine derivative
-
-   !> Gap of the contact that is waited for.
-   function gap(self, y) result(value)
-      !> The problem.
-      type(handle_type), intent(inout) :: self
-      !> State.
-      real(wp), intent(in) :: y(:)
-      real(wp) :: value
-
-      call self%motion%system%gaps(y, self%gaps)
-      value = self%gaps(self%contact)
-   end function gap
-
-   !> Length of a step between those of a bracket, where the gap is expected to be zero: false
-   !> position, and now and then the middle, as rounding can keep the former at one side.
-   pure function trial(bracket, round) result(h)
-      !> The bracket.
-      type(bracket_type), intent(in) :: bracket
-      !> Number of the trial.
-      integer, intent(in) :: round
-      real(wp) :: h
-
-      associate (a => bracket%h(1), b => bracket%h(2), g => bracket%gap)
-         h = a + (b - a)*g(1)/(g(1) - g(2))
-         if (mod(round, 4) == 0) h = a + 0.5_wp*(b - a)
-      end associate
-   end function trial
-
-   !> Replace an end of a bracket; Illinois' rule halves the gap of an end that stays twice.
-   pure subroutine narrow(bracket, h, value)
-      !> The bracket.
-      type(bracket_type), intent(inout) :: bracket
-      !> Length of a step [s].
-      real(wp), intent(in) :: h
-      !> Gap after it [m].
-      real(wp), intent(in) :: value
-      integer :: side
-
-      side = merge(1, 2, value > 0.0_wp)
-      bracket%h(side) = h
-      bracket%gap(side) = value
-      if (bracket%replaced == side) bracket%gap(3 - side) = 0.5_wp*bracket%gap(3 - side)
-      bracket%replaced = side
-   end subroutine narrow
-
-   !> Whether a bracket is as narrow as time can be told.
-   pure function resolved(bracket, t) result(narrow_enough)
-      !> The bracket.
-      type(bracket_type), intent(in) :: bracket
-      !> Time at the beginning of the step [s].
-      real(wp), intent(in) :: t
-      logical :: narrow_enough
-
-      narrow_enough = bracket%h(2) - bracket%h(1) <= 64.0_wp*spacing(t)
-   end function resolved
-
-end module library_explicit8_problem
-
-!> The pair of explicit8 in a bare loop, as in bare_explicit8, with a look at the gap after each
-!> step.
-module library_explicit8_bare
-   use contensou_base_kinds, only : wp
-   use contensou_integrate_prince_dormand, only : local_error, set_stage, stages, step_stages
-   use library_explicit8_problem, only : bracket_type, derivative, gap, handle_type, narrow, &
-      outcome_type, resolved, trial
-   implicit none(type, external)
-   private
-
-   public :: integrate_bare
-
-contains
-
-   !> Integrate to the touch.
-   subroutine integrate_bare(self, outcome)
-      !> The problem.
-      type(handle_type), intent(inout), target :: self
-      !> What comes of it.
-      type(outcome_type), intent(out) :: outcome
-      type(bracket_type) :: bracket
-      real(wp), allocatable :: y(:), z(:), weight(:), k(:, :)
-      real(wp) :: h, estimate, value, start, finish
-      integer :: n, i
-      logical :: outside
-
-      n = size(self%y)
-      y = self%y
-      allocate(z(n), weight(n), k(n, stages))
-      call cpu_time(start)
-      h = 1.0e-6_wp
-      value = gap(self, y)
-      call derivative(self, outcome%t, y, k(:, 1), outside)
-      call self%motion%admissible_error(y, weight)
-      weight = 1.0_wp/weight
-      do while (outcome%t < self%t_end)
-         h = min(h, self%t_end - outcome%t)
-         call take_stages(h, outside)
-         estimate = 1.0e8_wp
-         if (.not. outside) estimate = local_error(n, h, weight, k)
-         if (estimate <= 1.0_wp) then
-            call set_stage(step_stages, n, h, y, k, z)
-            outcome%steps = outcome%steps + 1
-            bracket%h = [0.0_wp, h]
-            bracket%gap = [value, gap(self, z)]
-            if (bracket%gap(2) <= 0.0_wp) exit
-            outcome%t = outcome%t + h
-            y = z
-            value = bracket%gap(2)
-            call derivative(self, outcome%t, y, k(:, 1), outside)
-            call self%motion%admissible_error(y, weight)
-            weight = 1.0_wp/weight
-         end if
-         h = h*min(max(0.9_wp*max(estimate, 1.0e-10_wp)**(-0.125_wp), 0.1_wp), 6.0_wp)
-      end do
-      if (bracket%gap(2) <= 0.0_wp) then
-         outcome%touched = .true.
-         i = 0
-         do while (.not. resolved(bracket, outcome%t) .and. i < 100)
-            i = i + 1
-            h = trial(bracket, i)
-            call take_stages(h, outside)
-            call set_stage(step_stages, n, h, y, k, z)
-            call narrow(bracket, h, gap(self, z))
-         end do
-         outcome%t = outcome%t + bracket%h(2)
-      end if
-      call cpu_time(finish)
-      outcome%cpu = finish - start
-
-   contains
-
-      !> Stages 2 to 13 of a step.
-      subroutine take_stages(length, left)
-         !> Length of the step [s].
-         real(wp), intent(in) :: length
-         !> Whether a stage is outside the domain of the model.
-         logical, intent(out) :: left
-         integer :: stage
-
-         do stage = 2, step_stages - 1
-            call set_stage(stage, n, length, y, k, z)
-            call derivative(self, outcome%t, z, k(:, stage), left)
-            if (left) exit
-         end do
-      end subroutine take_stages
-
-   end subroutine integrate_bare
-
-end module library_explicit8_bare
+!> All are held to the admissible errors of the executable and measured by the same clock.
 
 !> explicit8 itself, with its events, without what the executable puts around it.
 module library_explicit8_own
@@ -222,7 +9,7 @@ module library_explicit8_own
    use contensou_base_kinds, only : wp
    use contensou_integrate_explicit8, only : explicit8_type
    use contensou_integrate_integrator, only : statistics_type
-   use library_explicit8_problem, only : handle_type, outcome_type
+   use cost_problem, only : handle_type, outcome_type
    implicit none(type, external)
    private
 
@@ -273,7 +60,7 @@ module library_explicit8_gsl
    use, intrinsic :: iso_c_binding, only : c_associated, c_double, c_f_pointer, c_funloc, &
       c_funptr, c_int, c_loc, c_long, c_null_funptr, c_null_ptr, c_ptr, c_size_t
    use contensou_base_kinds, only : wp
-   use library_explicit8_problem, only : bracket_type, derivative, gap, handle_type, narrow, &
+   use cost_problem, only : bracket_type, derivative, gap, handle_type, narrow, &
       outcome_type, resolved, trial
    implicit none(type, external)
    private
@@ -608,7 +395,7 @@ module library_explicit8_sundials
    use contensou_base_kinds, only : i8, wp
    use contensou_integrate_prince_dormand, only : local_error, set_stage, stage_time, stages, &
       step_stages
-   use library_explicit8_problem, only : derivative, gap, handle_type, outcome_type
+   use cost_problem, only : derivative, gap, handle_type, outcome_type
    implicit none(type, external)
    private
 
@@ -853,10 +640,10 @@ program library_explicit8
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_integrate_motion, only : set_up_motion
    use contensou_io_scene_reader, only : read_scene, scene_file_type
-   use library_explicit8_bare, only : integrate_bare
+   use cost_bare_loop, only : integrate_bare
    use library_explicit8_gsl, only : integrate_gsl
    use library_explicit8_own, only : integrate_own
-   use library_explicit8_problem, only : gap, handle_type, outcome_type
+   use cost_problem, only : gap, handle_type, outcome_type
    use library_explicit8_sundials, only : integrate_erkstep
    implicit none(type, external)
 

@@ -4,7 +4,7 @@ module contensou_drivers_bench
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : wp
    use contensou_base_system, only : file_exists, folder_writable, is_folder, is_locked, &
-      is_terminal, remove_file, rename_file, write_stderr, write_stdout
+      is_terminal, remove_file, rename_file, write_stdout
    use contensou_base_text, only : lower, nearest, quote, to_text
    use contensou_drivers_bench_baselines, only : boost_version
    use contensou_drivers_bench_errors, only : check_errors
@@ -12,6 +12,7 @@ module contensou_drivers_bench
    use contensou_drivers_bench_suite, only : new_suite, suite_type
    use contensou_drivers_bench_times, only : measure_times
    use contensou_drivers_command_line, only : command_type
+   use contensou_drivers_progress, only : progress_type
    use contensou_io_hdf5_file, only : hdf5_file_type
    use contensou_io_trajectory, only : part_suffix
    implicit none(type, external)
@@ -39,7 +40,7 @@ contains
       type(suite_type) :: suite
       character(len=:), allocatable :: name, text
       integer :: rounds
-      logical :: show
+      type(progress_type) :: progress
 
       if (.not. any(benchmarks == lower(command%subject))) then
          text = "unknown benchmark " // quote(command%subject)
@@ -56,13 +57,12 @@ contains
          if (.not. allocated(error)) call check_output(name // ".h5", command%force, error)
          if (allocated(error)) return
       end if
-      show = is_terminal(2)
-      if (show) call write_stderr("contensou: measuring for about " // &
-         trim(merge("2", "8", command%quick)) // " s")
+      call progress%begin(.not. is_terminal(2), 0.0_wp)
+      call progress%stage("measuring for about " // trim(merge("2", "8", command%quick)) // " s")
       call new_suite(suite)
       call check_errors(suite, command%quick)
       call measure_times(suite, merge(quick_time, full_time, command%quick), rounds)
-      if (show) call write_stderr(achar(13) // achar(27) // "[K")
+      call progress%clear()
 
       text = "contensou " // program_version // ", commit " // git_commit() // ", " // &
          build_compiler // nl

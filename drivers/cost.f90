@@ -4,8 +4,8 @@ module contensou_drivers_cost
    use contensou_base_errors, only : error_type, fatal, status_failed, status_interrupted, &
       status_usage
    use contensou_base_kinds, only : wp
-   use contensou_base_system, only : catch_signals, is_terminal, remove_file, rename_file, &
-      signal_received, write_stderr, write_stdout
+   use contensou_base_system, only : catch_signals, remove_file, rename_file, &
+      signal_received, write_stdout
    use contensou_base_text, only : string_type, to_text
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_friction, only : friction_model_type, friction_models
@@ -13,6 +13,7 @@ module contensou_drivers_cost
    use contensou_contact_vilke, only : vilke_power_index
    use contensou_drivers_bench, only : check_output, write_text
    use contensou_drivers_command_line, only : command_text, command_type
+   use contensou_drivers_progress, only : progress_type
    use contensou_drivers_report, only : number_text
    use contensou_dynamics_scene, only : cost_measures, cost_quantities, scene_type
    use contensou_integrate_work_precision, only : kinds, outcome_done, outcome_failed, &
@@ -81,8 +82,8 @@ contains
       study%scene = file%scene
       call plan_models(study, error)
       if (allocated(error)) return
-      call compute_references(study, references, .not. command%quiet, stopped)
-      if (.not. stopped) call compute_runs(study, references, .not. command%quiet, stopped)
+      call compute_references(study, references, command%quiet, stopped)
+      if (.not. stopped) call compute_runs(study, references, command%quiet, stopped)
       if (stopped) then
          call fatal(error, "interrupted; nothing was written", status_interrupted)
          return
@@ -202,29 +203,31 @@ contains
    end function new_model
 
    !> Reference of each model, checked by a second method.
-   subroutine compute_references(study, references, show, stopped)
+   subroutine compute_references(study, references, quiet, stopped)
       !> The study.
       type(study_type), intent(inout) :: study
       !> The references, one for each model.
       type(reference_type), allocatable, intent(out) :: references(:)
-      !> Whether progress is shown.
-      logical, intent(in) :: show
+      !> Whether progress is not shown.
+      logical, intent(in) :: quiet
       !> Whether a signal came.
       logical, intent(out) :: stopped
+      type(progress_type) :: progress
       type(reference_type), allocatable :: checks(:)
       real(wp) :: rtol
       integer :: i
 
       rtol = study%scene%cost%reference_rtol
       stopped = .false.
+      call progress%begin(quiet, 0.0_wp)
       allocate(references(size(study%models)), checks(size(study%models)))
       do i = 1, size(study%models)
-         call progress(show, "reference " // to_text(i) // " of " // &
+         call progress%stage("reference " // to_text(i) // " of " // &
             to_text(size(study%models)) // ", " // study%models(i)%name)
          call one_reference(study%models(i), rtol, references(i), checks(i), stopped)
          if (stopped) exit
       end do
-      call clear(show)
+      call progress%clear()
       if (stopped) return
       if (references(1)%known) study%scales = reference_scales(references(1), study%scene)
       do i = 1, size(study%models)
@@ -296,16 +299,18 @@ contains
    end subroutine one_reference
 
    !> All runs, interleaved: each round runs what is short once more.
-   subroutine compute_runs(study, references, show, stopped)
+   subroutine compute_runs(study, references, quiet, stopped)
       !> The study.
       type(study_type), intent(inout) :: study
       !> The references.
       type(reference_type), intent(in), target :: references(:)
-      !> Whether progress is shown.
-      logical, intent(in) :: show
+      !> Whether progress is not shown.
+      logical, intent(in) :: quiet
       !> Whether a signal came.
       logical, intent(out) :: stopped
-      integer :: i, j, k, n, round, tenths
+      type(progress_type) :: progress
+      real(wp) :: share
+      integer :: i, j, k, n, round
 
       associate (cost => study%scene%cost, models => study%models)
          allocate(study%runs(count(models%runs)*size(cost%methods)*size(cost%rtol)))
@@ -322,15 +327,13 @@ contains
             end do
          end do
          stopped = .false.
-         tenths = 0
+         call progress%begin(quiet, 0.0_wp)
          do round = 1, cost%repeats
             do i = 1, n
-               if (10*((round - 1)*n + i)/(n*cost%repeats) > tenths .or. is_terminal(2)) then
-                  tenths = 10*((round - 1)*n + i)/(n*cost%repeats)
-                  call progress(show, to_text(10*tenths) // " %, run " // to_text(i) // " of " // &
-                     to_text(n) // ", round " // to_text(round) // " of " // &
-                     to_text(cost%repeats))
-               end if
+               share = real((round - 1)*n + i - 1, wp)/real(n*cost%repeats, wp)
+               if (progress%is_due(share)) call progress%tell(share, "run " // to_text(i) // &
+                  " of " // to_text(n) // ", round " // to_text(round) // " of " // &
+                  to_text(cost%repeats))
                call one_run(study%runs(i), models(study%runs(i)%model), round, &
                   references(study%runs(i)%model), references(1))
                stopped = study%runs(i)%trial%outcome == outcome_stopped .or. &
@@ -340,7 +343,7 @@ contains
             if (stopped) exit
          end do
       end associate
-      call clear(show)
+      call progress%clear()
    end subroutine compute_runs
 
    !> One run of a round.
@@ -370,29 +373,6 @@ contains
       if (run%trial%outcome == outcome_slow) run%trial%message = "given up after " // &
          number_text(run%trial%cpu, 3) // " s of CPU"
    end subroutine one_run
-
-   !> Show what is done.
-   subroutine progress(show, text)
-      !> Whether it is shown.
-      logical, intent(in) :: show
-      !> What is done.
-      character(len=*), intent(in) :: text
-
-      if (.not. show) return
-      if (is_terminal(2)) then
-         call write_stderr(achar(13) // achar(27) // "[K" // text)
-      else
-         call write_stderr("contensou: " // text // nl)
-      end if
-   end subroutine progress
-
-   !> Remove what was shown from the terminal.
-   subroutine clear(show)
-      !> Whether it was shown.
-      logical, intent(in) :: show
-
-      if (show .and. is_terminal(2)) call write_stderr(achar(13) // achar(27) // "[K")
-   end subroutine clear
 
    !> Write the files that are asked for, each under a temporary name that it loses when all are
    !> complete.

@@ -35,6 +35,7 @@ module contensou_drivers_progress
       procedure :: is_due
       procedure :: tell
       procedure :: note
+      procedure :: stage
       procedure :: clear
    end type progress_type
 
@@ -126,6 +127,21 @@ contains
       call self%clear()
       if (self%shown) call write_stderr("contensou: " // words // new_line("a"))
    end subroutine note
+
+   !> Tell what begins, where nobody knows what share of the work it is: on a terminal in place of
+   !> the bar, elsewhere as a line.
+   subroutine stage(self, words)
+      !> The progress.
+      class(progress_type), intent(in) :: self
+      !> What begins.
+      character(len=*), intent(in) :: words
+
+      if (self%shown .and. self%terminal) then
+         call write_stderr(clear_line // words)
+      else
+         call self%note(words)
+      end if
+   end subroutine stage
 
    !> Remove the bar from the terminal.
    subroutine clear(self)

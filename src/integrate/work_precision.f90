@@ -291,6 +291,8 @@ contains
          end do
       end do
       scales(kinds + 2) = max(scales(kinds + 2), reference%largest_kinetic)
+      ! Where all bodies are driven and at rest there is no energy.
+      where (scales <= 0.0_wp) scales = 1.0_wp
    end function reference_scales
 
    !> A row is due.

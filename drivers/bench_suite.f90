@@ -270,17 +270,13 @@ contains
       type(hertz_model_type), allocatable :: hertz(:), vilke(:)
       type(friction_model_type), allocatable :: friction(:)
       type(rung_type) :: rung
-      logical :: with_gsl, with_boost
+      logical :: with_boost
       integer :: place, i
 
       elliptic = elliptic_models()
       hertz = hertz_models()
       vilke = vilke_models()
       friction = friction_models()
-      with_gsl = .false.
-      do i = 1, size(elliptic)
-         if (elliptic(i)%name == "gsl") with_gsl = associated(elliptic(i)%kernel)
-      end do
       with_boost = boost_version() > 0
       do place = 1, size(suite%cases)
          rung = rung_type()
@@ -291,13 +287,13 @@ contains
          case (kernel_elliptic)
             do i = 1, size(elliptic)
                rung%elliptic => elliptic(i)%kernel
-               if (associated(rung%elliptic)) call add(elliptic(i)%name, way_elliptic)
+               call add(elliptic(i)%name, way_elliptic)
             end do
             rung%elliptic => elliptic_boost
             if (with_boost) call add("boost", way_elliptic)
          case (kernel_ke)
             call add("tables", way_tables_ke)
-            if (with_gsl) call add("gsl", way_gsl_ke)
+            call add("gsl", way_gsl_ke)
             if (with_boost) call add("boost", way_boost_ke)
          case (kernel_hertz)
             do i = 1, size(hertz)
@@ -307,7 +303,7 @@ contains
             rung%hertz => newton_agm
             call add("newton_agm", way_hertz)
             rung%hertz => newton_gsl
-            if (with_gsl) call add("newton_gsl", way_hertz)
+            call add("newton_gsl", way_hertz)
             rung%hertz => null()
             call add("tables_fixed", way_fixed_hertz)
             do i = 1, size(vilke)

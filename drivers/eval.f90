@@ -125,8 +125,6 @@ contains
       call choose("elliptic integrals", command%model, "tables", models%name, i, error)
       if (allocated(error)) return
       evaluation%elliptic => models(i)%kernel
-      if (.not. associated(models(i)%kernel)) call fatal(error, "the library that " // &
-         quote(trim(models(i)%name)) // " needs is not installed", status_usage)
    end subroutine choose_elliptic
 
    !> Choose a model of the normal contact.
@@ -169,8 +167,6 @@ contains
       else
          evaluation%hertz => models(1)%kernel
          evaluation%integrals => integrals(i - m)%kernel
-         if (.not. associated(evaluation%integrals)) call fatal(error, "the library that " // &
-            quote(trim(names(i))) // " needs is not installed", status_usage)
       end if
    end subroutine choose_hertz
 

@@ -30,6 +30,7 @@ module contensou_drivers_inform
    use contensou_io_sweep_reader, only : is_sweep_file
    use contensou_io_sweep_schema, only : any_number, kind_any, kind_whole, sweep_domain, &
       sweep_groups, sweep_keys
+   use contensou_special_gsl, only : gsl_version
    implicit none(type, external)
    private
 
@@ -381,7 +382,8 @@ contains
 
       call write_stdout("contensou " // program_version // nl // &
          "commit " // git_commit() // nl // build_compiler // &
-         ", SUNDIALS " // sundials_version() // ", HDF5 " // hdf5_version() // nl, error)
+         ", SUNDIALS " // sundials_version() // ", HDF5 " // hdf5_version() // &
+         ", GSL " // gsl_version() // nl, error)
    end subroutine print_version
 
    !> Text with each line indented.

@@ -2,7 +2,7 @@
 
 `tests/cost/library_explicit8` integrates the lightly damped Tippe-Top, whose contact rings all the
 time, to the first touch of its stem, by a method of GSL or SUNDIALS, by explicit8 or by a bare loop
-with the pair of explicit8. Each method is taken at the loosest tolerance from which on the error of
+with the same pair. Each method is taken at the loosest tolerance from which on the error of
 the touch stays below a bound, and its CPU time there is the smallest of some runs.
 """
 
@@ -27,12 +27,12 @@ SETTINGS = (
 
 # Methods of the program, and their names in the table.
 METHODS = {
-    "bare": "bare loop, pair of explicit8",
-    "explicit8": "explicit8",
-    "gsl_rk8pd": "GSL rk8pd",
+    "bare": "bare loop, the same pair",
+    "explicit8": "explicit8: GSL rk8pd, control of our own",
+    "gsl_rk8pd": "GSL rk8pd, GSL's control",
     "erkstep": "SUNDIALS ERKStep, Fehlberg 7(8)",
     "erkstep_mended": "the same, mended",
-    "erkstep_pair": "ERKStep, pair of explicit8, mended",
+    "erkstep_pair": "ERKStep, pair of rk8pd, mended",
 }
 
 # The executable, which writes a row each millisecond, too.

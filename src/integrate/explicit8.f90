@@ -1,7 +1,8 @@
 !> `explicit8`: an explicit Runge-Kutta method of order 8 for problems that are not stiff.
 !>
-!> The pair of `prince_dormand`; the local error, the root of the mean of the squares of the errors
-!> over the admissible ones, is held below 1 by a proportional-integral control of the step.
+!> The pair of `rk8pd`, whose steps are the GNU Scientific Library's. What the library lacks is
+!> here: the local error, the root of the mean of the squares of the errors over the admissible
+!> ones, is held below 1 by a proportional-integral control of the step.
 !> Events are located on the continuous extension to the resolution of time; the step is then taken
 !> again up to there, so that no step contains the kink of the right-hand side at an event.
 !> E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed. (1993),
@@ -15,9 +16,9 @@ module contensou_integrate_explicit8
    use contensou_base_errors, only : error_type, fatal, status_failed
    use contensou_base_kinds, only : i8, wp
    use contensou_integrate_integrator, only : integrator_type, statistics_type
-   use contensou_integrate_prince_dormand, only : dense_value, local_error, set_dense, set_stage, &
-      stage_time, stages, step_stages
    use contensou_integrate_problem, only : problem_type
+   use contensou_integrate_rk8pd, only : begin_rk8pd, end_rk8pd, evaluate, extend, last_stage, &
+      rk8pd_type, take_step, value_within
    implicit none(type, external)
    private
 
@@ -114,14 +115,12 @@ module contensou_integrate_explicit8
       real(wp), allocatable :: y_old(:)
       !> State at its end.
       real(wp), allocatable :: y(:)
-      !> State of a stage.
+      !> State within a step, or at the end of one that is tried.
       real(wp), allocatable :: z(:)
       !> Inverse of the admissible error of each unknown.
       real(wp), allocatable :: weight(:)
-      !> Right-hand sides of the stages.
-      real(wp), allocatable :: k(:, :)
-      !> Coefficients of the continuous extension.
-      real(wp), allocatable :: dense(:, :)
+      !> The steps.
+      type(rk8pd_type) :: pair
       !> Sign of each event function since it last changed; 0 before it has left zero.
       integer, allocatable :: side(:)
       !> Values of the event functions.
@@ -176,9 +175,10 @@ contains
       self%n = problem%n
       self%t_end = t_end
       associate (n => problem%n, m => problem%n_events)
-         allocate(self%y_old(n), self%y(n), self%z(n), self%weight(n), self%k(n, stages))
-         allocate(self%dense(n, 7), self%side(m), self%g(m), self%y_kept(n, kept))
+         allocate(self%y_old(n), self%y(n), self%z(n), self%weight(n))
+         allocate(self%side(m), self%g(m), self%y_kept(n, kept))
       end associate
+      call begin_rk8pd(self%pair, problem)
       call self%bound_step(max_step)
       call begin_at(self, t, y)
    end subroutine start
@@ -198,8 +198,7 @@ contains
       self%y = y
       self%y_old = y
       self%fresh = .true.
-      self%dense_set = .true.
-      self%dense = 0.0_wp
+      self%dense_set = .false.
       self%last_error = 1.0_wp
       call forget_states(self)
       if (size(self%g) > 0) call self%problem%events(t, self%y, self%g)
@@ -258,7 +257,7 @@ contains
             call fatal(error, trim(reason(was_outside, rejected)), status_failed)
             return
          end if
-         call evaluate(self, h, 2, step_stages - 1, outside)
+         call take_step(self%pair, self%t_old, h, self%y_old, self%z, outside)
          if (outside) then
             was_outside = .true.
             rejected = .true.
@@ -266,13 +265,15 @@ contains
             self%h_next = decrease_outside*h
             cycle
          end if
-         estimate = local_error(self%n, h, self%weight, self%k)
+         estimate = size_of(self%pair%error, self%weight)
          if (.not. ieee_is_finite(estimate)) estimate = huge(estimate)
          if (estimate <= 1.0_wp) then
-            call evaluate(self, h, step_stages, step_stages, outside)
+            call evaluate(self%pair, last_stage, t_new, self%z, outside)
             if (.not. outside) then
-               self%k(:, 2) = self%k(:, step_stages) - self%k(:, step_stages - 1)
-               if (h*size_of(self%k(:, 2), self%weight) <= disagreement) exit
+               associate (k => self%pair%k)
+                  k(:, 2) = k(:, last_stage) - k(:, last_stage - 1)
+                  if (h*size_of(k(:, 2), self%weight) <= disagreement) exit
+               end associate
             else
                was_outside = .true.
             end if
@@ -284,7 +285,6 @@ contains
          self%counters%error_test_failures = self%counters%error_test_failures + 1
       end do
 
-      ! Stage 14 is where the step ends.
       call take_end(self, h, t_new)
       estimate = max(estimate, 1.0e-10_wp)
       factor = safety*estimate**(-exponent)*self%last_error**memory_exponent
@@ -298,12 +298,14 @@ contains
          if (any(self%side*side_of(self%g) < 0)) then
             call locate(self, events, h_event)
             if (h_event < h) then
-               call evaluate(self, h_event, 2, step_stages, outside)
+               t_new = min(self%t_old + h_event, t_new)
+               call take_step(self%pair, self%t_old, h_event, self%y_old, self%z, outside)
+               if (.not. outside) call evaluate(self%pair, last_stage, t_new, self%z, outside)
                if (outside) then
                   call fatal(error, trim(reason(.true., .true.)), status_failed)
                   return
                end if
-               call take_end(self, h_event, min(self%t_old + h_event, t_new))
+               call take_end(self, h_event, t_new)
             end if
             where (events /= 0) self%side = events
             call forget_states(self)
@@ -327,8 +329,7 @@ contains
       logical :: outside
 
       if (self%fresh) then
-         call self%problem%derivative(self%t, self%y, self%k(:, 1), outside)
-         self%counters%derivatives = self%counters%derivatives + 1
+         call evaluate(self%pair, 1, self%t, self%y, outside)
          if (outside) then
             call fatal(error, "the initial state is outside the domain of the model", &
                status_failed)
@@ -336,8 +337,9 @@ contains
          end if
          self%fresh = .false.
       else
-         self%k(:, 1) = self%k(:, step_stages)
+         self%pair%k(:, 1) = self%pair%k(:, last_stage)
       end if
+      self%pair%t_last = min(self%t_end, self%t_stop)
       self%t_old = self%t
       self%y_old = self%y
       self%dense_set = .false.
@@ -376,21 +378,20 @@ contains
       integer :: i
 
       d0 = size_of(self%y, self%weight)
-      d1 = size_of(self%k(:, 1), self%weight)
+      d1 = size_of(self%pair%k(:, 1), self%weight)
       h0 = 1.0e-6_wp
       if (d0 > 1.0e-5_wp .and. d1 > 1.0e-5_wp) h0 = 0.01_wp*d0/d1
       h0 = min(h0, min(self%t_end, self%t_stop) - self%t)
       if (self%max_step > 0.0_wp) h0 = min(h0, self%max_step)
       d2 = 0.0_wp
       do i = 1, 40
-         self%z = self%y + h0*self%k(:, 1)
-         call self%problem%derivative(self%t + h0, self%z, self%k(:, 2), outside)
-         self%counters%derivatives = self%counters%derivatives + 1
+         self%z = self%y + h0*self%pair%k(:, 1)
+         call evaluate(self%pair, 2, self%t + h0, self%z, outside)
          if (.not. outside) exit
          h0 = 0.1_wp*h0
       end do
       if (.not. outside) then
-         self%z = self%k(:, 2) - self%k(:, 1)
+         self%z = self%pair%k(:, 2) - self%pair%k(:, 1)
          d2 = size_of(self%z, self%weight)/h0
       end if
       self%h_next = max(1.0e-6_wp, 1.0e-3_wp*h0)
@@ -398,31 +399,7 @@ contains
       self%h_next = min(100.0_wp*h0, self%h_next)
    end subroutine guess_step
 
-   !> Evaluate the right-hand side of some stages of a step.
-   subroutine evaluate(self, h, first, last, outside)
-      !> The integration.
-      type(explicit8_type), intent(inout) :: self
-      !> Length of the step [s].
-      real(wp), intent(in) :: h
-      !> First stage.
-      integer, intent(in) :: first
-      !> Last stage.
-      integer, intent(in) :: last
-      !> Whether a stage is outside the domain of the model.
-      logical, intent(out) :: outside
-      integer :: i
-
-      outside = .false.
-      do i = first, last
-         call set_stage(i, self%n, h, self%y_old, self%k, self%z)
-         call self%problem%derivative(min(self%t_old + stage_time(i)*h, self%t_end, &
-            self%t_stop), self%z, self%k(:, i), outside)
-         self%counters%derivatives = self%counters%derivatives + 1
-         if (outside) return
-      end do
-   end subroutine evaluate
-
-   !> End the step at stage 14, whose right-hand side is the last one evaluated.
+   !> End the step at the state that was tried, whose right-hand side is the last one evaluated.
    subroutine take_end(self, h, t_new)
       !> The integration.
       type(explicit8_type), intent(inout) :: self
@@ -450,19 +427,14 @@ contains
       if (outside) words = "the motion leaves the domain of the model"
    end function reason
 
-   !> Coefficients of the continuous extension of the last step.
-   subroutine extend(self)
+   !> Have the continuous extension of the last step.
+   subroutine have_extension(self)
       !> The integration.
       type(explicit8_type), intent(inout) :: self
-      logical :: outside
 
-      if (self%dense_set) return
-      call evaluate(self, self%h, step_stages + 1, stages, outside)
-      call set_dense(self%n, self%h, self%y_old, self%y, self%k, self%dense)
-      ! Without these stages there is the cubic through the ends.
-      if (outside) self%dense(:, 4:) = 0.0_wp
+      if (.not. self%dense_set) call extend(self%pair, self%t_old, self%h, self%y_old, self%y)
       self%dense_set = .true.
-   end subroutine extend
+   end subroutine have_extension
 
    !> Find the first events within the last step.
    subroutine locate(self, events, h_event)
@@ -475,7 +447,7 @@ contains
       real(wp) :: low, high, f_low, f_high, tolerance, x, half, regula, radius, delta, f
       integer :: i, j, most
 
-      call extend(self)
+      call have_extension(self)
       ! Shares of the step.
       tolerance = spacing(max(abs(self%t_old), abs(self%t)))/self%h
       high = 1.0_wp
@@ -532,7 +504,7 @@ contains
       !> Share of the step.
       real(wp), intent(in) :: s
 
-      call dense_value(self%n, s, self%y_old, self%dense, self%z)
+      call value_within(self%pair, s, self%y_old, self%z)
       if (s >= 1.0_wp) self%z = self%y
       call self%problem%events(self%t_old + s*self%h, self%z, self%g)
    end subroutine values_at
@@ -550,8 +522,8 @@ contains
          y = self%y
          return
       end if
-      call extend(self)
-      call dense_value(self%n, max((t - self%t_old)/self%h, 0.0_wp), self%y_old, self%dense, y)
+      call have_extension(self)
+      call value_within(self%pair, max((t - self%t_old)/self%h, 0.0_wp), self%y_old, y)
    end subroutine interpolate
 
    !> Begin anew at a state.
@@ -592,6 +564,7 @@ contains
       type(statistics_type) :: s
 
       s = self%counters
+      s%derivatives = self%pair%derivatives
    end function statistics
 
    !> Release everything.
@@ -600,9 +573,9 @@ contains
       class(explicit8_type), intent(inout) :: self
 
       if (allocated(self%y)) then
-         deallocate(self%y_old, self%y, self%z, self%weight, self%k, self%dense, self%side, &
-            self%g, self%y_kept)
+         deallocate(self%y_old, self%y, self%z, self%weight, self%side, self%g, self%y_kept)
       end if
+      call end_rk8pd(self%pair)
       if (allocated(self%advice)) deallocate(self%advice)
       nullify(self%problem)
       self%h_next = 0.0_wp

@@ -2,16 +2,16 @@
 !> describes the columns.
 module contensou_io_cost_table
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_quiet_nan, ieee_value
-   use contensou_base_build, only : build_compiler, build_flags, git_commit, program_version
+   use contensou_base_build, only : git_commit, program_version
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
-   use contensou_base_system, only : host_name, utc_now
+   use contensou_base_system, only : utc_now
    use contensou_base_text, only : to_text
    use contensou_dynamics_scene, only : cost_measures, cost_quantities, scene_type
-   use contensou_integrate_cvode, only : sundials_version
    use contensou_integrate_work_precision, only : distance_type, kinds, measures, outcome_done, &
       trial_type
-   use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_version
+   use contensou_io_hdf5_file, only : hdf5_file_type
+   use contensou_io_provenance, only : put_provenance
    implicit none(type, external)
    private
 
@@ -377,12 +377,7 @@ contains
       call file%put_text("/input/namelist", namelist, "text of the scene file", error)
       call file%put_text("/input/resolved", resolved, "all settings with defaults", error)
       call file%put_text("/input/command_line", command_line, "command line", error)
-      call file%create_group("/provenance", error)
-      call file%put_text("/provenance/compiler", build_compiler, "compiler", error)
-      call file%put_text("/provenance/flags", build_flags, "compiler flags", error)
-      call file%put_text("/provenance/hdf5", hdf5_version(), "version of HDF5", error)
-      call file%put_text("/provenance/sundials", sundials_version(), "version of SUNDIALS", error)
-      call file%put_text("/provenance/host", host_name(), "host", error)
+      call put_provenance(file, error)
 
       call file%create_group("/quantity", error)
       call file%put_labels("/quantity/name", cost_quantities, "quantity", error)

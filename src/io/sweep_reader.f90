@@ -324,7 +324,7 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       real(wp) :: product
       integer :: i, n, before
-      logical :: found, shifted
+      logical :: shifted
 
       before = diagnostics%count()
       n = count([(groups(i)%group == "parameter", i=1, size(groups))])
@@ -379,10 +379,7 @@ contains
          end if
       end if
       if (diagnostics%count() > before .or. sweep%n_cases < 1) return
-      call sweep%sampler%begin(n, shifted, found)
-      if (.not. found) call diagnostics%add(main%keys(main%at("sampling"))%origin, &
-         "sampling = 'sobol' needs the GNU Scientific Library, which was not found", &
-         "libgsl.so installed, or sampling = 'latin_hypercube'")
+      call sweep%sampler%begin(n, shifted)
    end subroutine read_parameters
 
    !> Name of the column of a parameter.

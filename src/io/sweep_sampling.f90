@@ -63,20 +63,17 @@ module contensou_io_sweep_sampling
 contains
 
    !> Prepare for a number of dimensions.
-   subroutine begin(self, dimensions, shifted, found)
+   subroutine begin(self, dimensions, shifted)
       !> The sampler; sampling, n and seed are set.
       class(sampler_type), intent(inout) :: self
       !> Number of dimensions; for a Sobol sequence at most `sobol_most_dimensions`.
       integer, intent(in) :: dimensions
       !> Whether the points of a Sobol sequence are shifted.
       logical, intent(in) :: shifted
-      !> Whether what the sampling needs is there: the GNU Scientific Library for a Sobol sequence.
-      logical, intent(out) :: found
       integer :: d
 
-      found = .true.
       if (self%sampling /= sampling_sobol) return
-      call gsl_sobol_directions(dimensions, self%n, self%directions, found)
+      call gsl_sobol_directions(dimensions, self%n, self%directions)
       allocate(self%shift(dimensions), source=0.0_wp)
       if (.not. shifted) return
       do d = 1, dimensions

@@ -6,16 +6,16 @@
 module contensou_io_sweep_table
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use, intrinsic :: iso_c_binding, only : c_int8_t
-   use contensou_base_build, only : build_compiler, build_flags, git_commit, program_version
+   use contensou_base_build, only : git_commit, program_version
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : file_exists, host_name, remove_file, utc_now
+   use contensou_base_system, only : file_exists, remove_file, utc_now
    use contensou_base_text, only : string_type, to_text
-   use contensou_integrate_cvode, only : sundials_version
-   use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_series_type, hdf5_version, series_byte, &
+   use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_byte, &
       series_long, series_real, series_text
    use contensou_io_hdf5_reader, only : class_integer, class_text, hdf5_entry_type, &
       hdf5_item_type, hdf5_reader_type, max_rank
+   use contensou_io_provenance, only : put_provenance
    use contensou_io_sweep, only : sweep_type
    implicit none(type, external)
    private
@@ -304,12 +304,7 @@ contains
          call f%put_text("/input/resolved", origins%resolved, &
             "base scene, all settings with defaults", error)
          call f%put_text("/input/command_line", command_line, "command line", error)
-         call f%create_group("/provenance", error)
-         call f%put_text("/provenance/compiler", build_compiler, "compiler", error)
-         call f%put_text("/provenance/flags", build_flags, "compiler flags", error)
-         call f%put_text("/provenance/hdf5", hdf5_version(), "version of HDF5", error)
-         call f%put_text("/provenance/sundials", sundials_version(), "version of SUNDIALS", error)
-         call f%put_text("/provenance/host", host_name(), "host", error)
+         call put_provenance(f, error)
          call f%create_series("/case", no_extents, scale(:0), .true., chunk_rows, "1", &
             "number of the case", series_long, self%number, error, compressed=.true.)
          call f%create_series("/status", no_extents, scale, .false., chunk_rows, "", &

@@ -4,10 +4,10 @@
 !> killed run leaves what it had. The file is written under the name NAME.part and renamed when it
 !> is complete: a file under its final name is a complete result.
 module contensou_io_trajectory
-   use contensou_base_build, only : build_compiler, build_flags, git_commit, program_version
+   use contensou_base_build, only : git_commit, program_version
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : checksum, cpu_seconds, file_exists, host_name, remove_file, &
+   use contensou_base_system, only : checksum, cpu_seconds, file_exists, remove_file, &
       utc_now, wall_seconds
    use contensou_base_text, only : string_type
    use contensou_contact_damping, only : damping_model_type, damping_models
@@ -16,15 +16,14 @@ module contensou_io_trajectory
    use contensou_contact_normal, only : normal_models
    use contensou_dynamics_scene, only : scene_type, turns_by_drive
    use contensou_dynamics_system, only : system_type
-   use contensou_integrate_cvode, only : sundials_version
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : event_touch
    use contensou_integrate_profile, only : profile_names
    use contensou_io_checkpoint, only : checkpoint_type
-   use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_series_type, hdf5_version, &
-      series_real, series_text
+   use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_real, series_text
    use contensou_io_hdf5_reader, only : class_real, class_text, hdf5_item_type, hdf5_reader_type, &
       max_rank
+   use contensou_io_provenance, only : put_provenance
    use contensou_io_quantities, only : components_of, final_state, n_quantities, q_drive_force, &
       q_drive_torque, row_quantities, row_type, state_quantities, state_size, &
       summary_quantities, summary_type, summary_values
@@ -192,7 +191,7 @@ contains
          call f%put_text("/input/namelist", namelist, "text of the scene file", error)
          call f%put_text("/input/resolved", resolved, "all settings with defaults", error)
          call f%put_text("/input/command_line", command_line, "command line", error)
-         call put_provenance(self, error)
+         call put_provenance(f, error)
          call put_bodies(self, scene, error)
          call put_contacts(self, scene, error)
          call create_columns(self, scene, error)
@@ -227,23 +226,6 @@ contains
          self%contact_names(i) = scene%contacts(i)%name
       end do
    end subroutine collect_names
-
-   !> What made the file; comparisons ignore it.
-   subroutine put_provenance(self, error)
-      !> The file.
-      type(trajectory_type), intent(inout) :: self
-      !> Set on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      associate (f => self%file)
-         call f%create_group("/provenance", error)
-         call f%put_text("/provenance/compiler", build_compiler, "compiler", error)
-         call f%put_text("/provenance/flags", build_flags, "compiler flags", error)
-         call f%put_text("/provenance/hdf5", hdf5_version(), "version of HDF5", error)
-         call f%put_text("/provenance/sundials", sundials_version(), "version of SUNDIALS", error)
-         call f%put_text("/provenance/host", host_name(), "host", error)
-      end associate
-   end subroutine put_provenance
 
    !> The bodies.
    subroutine put_bodies(self, scene, error)

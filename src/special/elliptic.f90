@@ -15,7 +15,7 @@ module contensou_special_elliptic
    use contensou_base_kinds, only : i8, pi, wp
    use contensou_special_elliptic_tables, only : binades, intervals, log_2_leading, log_2_rest, &
       log_parts, logarithm, parts
-   use contensou_special_gsl, only : gsl_complete_ke, load_gsl
+   use contensou_special_gsl, only : gsl_complete_ke
    implicit none(type, external)
    private
 
@@ -57,7 +57,7 @@ module contensou_special_elliptic
       character(len=160) :: summary = ""
       !> Where it comes from.
       character(len=120) :: reference = ""
-      !> The procedure; not associated if a library that it needs is not installed.
+      !> The procedure.
       procedure(elliptic_kernel), pointer, nopass :: kernel => null()
    end type elliptic_model_type
 
@@ -433,7 +433,6 @@ contains
    !> Table of the ways to compute the integrals.
    function elliptic_models() result(models)
       type(elliptic_model_type), allocatable :: models(:)
-      logical :: found
 
       allocate(models(4))
       models(1)%name = "tables"
@@ -453,8 +452,7 @@ contains
       models(4)%summary = "K and E of the GNU Scientific Library by the modulus sqrt(1 - c1), " // &
          "the others from them: cancel for small c; not a number where c rounds to 1"
       models(4)%reference = "GNU Scientific Library, gsl_sf_ellint_Kcomp and gsl_sf_ellint_Ecomp"
-      call load_gsl(found)
-      if (found) models(4)%kernel => elliptic_gsl
+      models(4)%kernel => elliptic_gsl
    end function elliptic_models
 
    !> All integrals by the tables.
@@ -593,7 +591,7 @@ contains
 
    !> All integrals from K and E of the GNU Scientific Library.
    !>
-   !> NaN where c rounds to 1, and before `elliptic_models` has found the library.
+   !> NaN where c rounds to 1.
    pure subroutine elliptic_gsl(c1, k, e, b, d, dk_dc, de_dc)
       !> Complement c1 = 1 - c of the parameter [-], in [0, 1].
       real(wp), intent(in) :: c1

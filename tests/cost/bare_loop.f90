@@ -2,7 +2,7 @@
 !> the gap after each step: no output, no events, no interpolation.
 module cost_bare_loop
    use contensou_base_kinds, only : wp
-   use contensou_integrate_prince_dormand, only : local_error, set_stage, stages, step_stages
+   use cost_bare_pair, only : local_error, set_stage, stages, step_stages
    use cost_problem, only : bracket_type, derivative, gap, handle_type, narrow, &
       outcome_type, resolved, trial
    implicit none(type, external)

@@ -393,7 +393,7 @@ module library_explicit8_sundials
    use fsundials_context_mod, only : FSUNContext_Create, FSUNContext_Free
    use fsundials_nvector_mod, only : FN_VDestroy, FN_VGetArrayPointer, N_Vector
    use contensou_base_kinds, only : i8, wp
-   use contensou_integrate_prince_dormand, only : local_error, set_stage, stage_time, stages, &
+   use cost_bare_pair, only : local_error, set_stage, stage_time, stages, &
       step_stages
    use cost_problem, only : derivative, gap, handle_type, outcome_type
    implicit none(type, external)

@@ -188,7 +188,7 @@ def test_version(word, run):
     assert result.status == 0
     assert result.err == ""
     assert re.match(r"contensou \d+\.\d+\.\d+\n", result.out)
-    for name in ("commit ", "SUNDIALS ", "HDF5 "):
+    for name in ("commit ", "SUNDIALS ", "HDF5 ", "GSL "):
         assert name in result.out
 
 

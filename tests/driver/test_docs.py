@@ -118,10 +118,18 @@ def build_example(executable, build_kind, tmp_path):
     archive = executable.parents[1] / "src" / "libcontensou.a"
 
     def build_it(example: Path) -> Path:
-        hdf5 = subprocess.run(
-            ["pkg-config", "--libs", "hdf5-serial"], capture_output=True, text=True, check=True
+        found = subprocess.run(
+            ["pkg-config", "--libs", "hdf5-serial", "gsl"],
+            capture_output=True,
+            text=True,
+            check=True,
         ).stdout.split()
-        libraries = [*hdf5, "-lhdf5_serial_hl", *(f"-lsundials_{name}" for name in SUNDIALS), "-lm"]
+        libraries = [
+            *found,
+            "-lhdf5_serial_hl",
+            *(f"-lsundials_{name}" for name in SUNDIALS),
+            "-lm",
+        ]
         options = {
             "release": ["-O2"],
             "debug": ["-O0", "-g", "-fcheck=all", "-ffpe-trap=invalid,zero,overflow"],

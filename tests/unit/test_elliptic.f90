@@ -536,10 +536,6 @@ contains
          call check(count(models%name == models(j)%name) == 1, "names of rungs differ")
          call check(len_trim(models(j)%summary) > 0 .and. len_trim(models(j)%reference) > 0, &
             trim(models(j)%name) // " is described")
-         if (.not. associated(models(j)%kernel)) then
-            call check(models(j)%name == "gsl", "only a library may be missing")
-            cycle
-         end if
          usual = worst_type()
          do i = 1, 1000
             ! Where all of them are good: away from the circle and from slender ellipses.

@@ -5,9 +5,9 @@ module test_explicit
    use contensou_base_kinds, only : wp
    use contensou_integrate_explicit8, only : explicit8_type
    use contensou_integrate_integrator, only : statistics_type
-   use contensou_integrate_prince_dormand, only : dense_value, set_dense, set_stage, stage_time, &
-      stages
    use contensou_integrate_problem, only : problem_type
+   use contensou_integrate_rk8pd, only : begin_rk8pd, end_rk8pd, evaluate, extend, last_stage, &
+      rk8pd_type, take_step, value_within
    use test_harness, only : check, check_close, worst_type
    implicit none(type, external)
    private
@@ -23,6 +23,9 @@ module test_explicit
    !> y' = -stiffness (y - cos t) - sin t with the solution cos t.
    integer, parameter :: stiff = 3
 
+   !> y_1' = t^power, y_2' = 1, y_1(0) = y_2(0) = 0.
+   integer, parameter :: quadrature = 4
+
    !> A problem.
    type, extends(problem_type) :: problem_of_test_type
       !> Which one, one of the codes above.
@@ -35,6 +38,10 @@ module test_explicit
       real(wp) :: latest = 0.0_wp
       !> Evaluations.
       integer :: evaluations = 0
+      !> Power of time.
+      integer :: power = 0
+      !> Largest difference of the second unknown from time.
+      real(wp) :: apart = 0.0_wp
       !> States beyond this are outside the domain.
       real(wp) :: wall = huge(1.0_wp)
    contains
@@ -81,6 +88,9 @@ contains
          rate(4) = -2.0_wp*t*log(y(1))
       case (ramp)
          rate = 1.0_wp
+      case (quadrature)
+         self%apart = max(self%apart, abs(y(2) - t))
+         rate = [t**self%power, 1.0_wp]
       case default
          rate = -self%stiffness*(y - cos(t)) - sin(t)
       end select
@@ -205,31 +215,49 @@ contains
    end subroutine test_order
 
    !> The coefficients meet the conditions of quadrature: polynomials in time are integrated
-   !> exactly, of degree 7 by the solution, 6 by the continuous extension.
+   !> exactly, of degree 7 by the solution, 6 by the continuous extension. Each stage is at the
+   !> state of its time.
    subroutine test_conditions()
-      real(wp) :: y(1), z(1), k(1, stages), dense(1, 7), value
-      real(wp), parameter :: s(*) = [0.0_wp, 0.1_wp, 0.25_wp, 0.5_wp, 0.8_wp, 1.0_wp]
+      type(problem_of_test_type), target :: problem
+      type(rk8pd_type) :: pair
+      real(wp) :: y(2), y_new(2), z(2), value
+      logical :: outside
       integer :: power, i
+      real(wp), parameter :: s(*) = [0.0_wp, 0.1_wp, 0.25_wp, 0.5_wp, 0.8_wp, 1.0_wp]
 
+      problem%kind = quadrature
+      problem%n = 2
       y = 0.0_wp
       do power = 0, 7
-         k(1, :) = stage_time**power
-         call set_stage(14, 1, 1.0_wp, y, k, z)
+         problem%power = power
+         call begin_rk8pd(pair, problem)
+         call evaluate(pair, 1, 0.0_wp, y, outside)
+         call take_step(pair, 0.0_wp, 1.0_wp, y, y_new, outside)
          value = 1.0_wp/(power + 1)
-         call check_close(z(1), value, 1.0e-14_wp, "prince_dormand: quadrature")
-         if (power == 7) exit
-         call set_dense(1, 1.0_wp, y, z, k, dense)
+         call check_close(y_new(1), value, 1.0e-14_wp, "rk8pd: quadrature")
+         if (power < 7) call check(abs(pair%error(1)) < 1.0e-14_wp, &
+            "rk8pd: no error is seen where there is none")
+         if (power == 7) call check(abs(pair%error(1)) > 1.0e-7_wp, &
+            "rk8pd: the embedded method is of order 7")
+         call evaluate(pair, last_stage, 1.0_wp, y_new, outside)
+         call extend(pair, 0.0_wp, 1.0_wp, y, y_new)
+         call check(pair%derivatives == 18, "rk8pd: stages")
          do i = 1, size(s)
-            call dense_value(1, s(i), y, dense, z)
-            call check_close(z(1), s(i)**(power + 1)/(power + 1), 1.0e-14_wp, &
-               "prince_dormand: quadrature within the step")
+            call value_within(pair, s(i), y, z)
+            if (power < 7) call check_close(z(1), s(i)**(power + 1)/(power + 1), 1.0e-14_wp, &
+               "rk8pd: quadrature within the step")
          end do
       end do
-      do i = 2, stages
-         k = 1.0_wp
-         call set_stage(i, 1, 1.0_wp, y, k, z)
-         call check_close(z(1), stage_time(i), 1.0e-14_wp, "prince_dormand: times of the stages")
-      end do
+      call check(problem%apart <= 1.0e-14_wp, "rk8pd: times of the stages")
+      ! A stage outside the domain is the last one.
+      problem%wall = 0.1_wp
+      problem%power = 0
+      call begin_rk8pd(pair, problem)
+      call evaluate(pair, 1, 0.0_wp, y, outside)
+      call check(.not. outside, "rk8pd: the beginning is inside the domain")
+      call take_step(pair, 0.0_wp, 1.0_wp, y, y_new, outside)
+      call check(outside .and. pair%derivatives == 4, "rk8pd: a stage outside the domain")
+      call end_rk8pd(pair)
    end subroutine test_conditions
 
    !> The error follows the tolerance.

@@ -156,14 +156,13 @@ contains
    subroutine test_latin_hypercube()
       type(sampler_type) :: sampler
       integer, parameter :: n = 321, dimensions = 5
-      logical :: hit(0:n - 1, dimensions), found
+      logical :: hit(0:n - 1, dimensions)
       integer :: d, i, stratum
 
       sampler%sampling = sampling_latin
       sampler%n = n
       sampler%seed = 11
-      call sampler%begin(dimensions, .true., found)
-      call check(found, "Latin hypercube: needs nothing")
+      call sampler%begin(dimensions, .true.)
       hit = .false.
       do d = 1, dimensions
          do i = 1, n
@@ -181,7 +180,7 @@ contains
          0.75_wp, 0.375_wp, 0.375_wp, 0.875_wp, 0.875_wp, 0.625_wp, 0.125_wp], [2, 6])
       type(sampler_type) :: plain, shifted
       integer, parameter :: k = 9, dimensions = 40
-      logical :: hit(0:2**k - 1, dimensions), found
+      logical :: hit(0:2**k - 1, dimensions), alike
       real(wp) :: shift, step
       integer :: d, i, cell
 
@@ -189,10 +188,9 @@ contains
       plain%n = 2**k - 1
       plain%seed = 4
       shifted = plain
-      call plain%begin(dimensions, .false., found)
-      ! Where the library is missing, a sweep says so.
-      if (.not. found) return
-      call shifted%begin(dimensions, .true., found)
+      call plain%begin(dimensions, .false.)
+      call shifted%begin(dimensions, .true.)
+      alike = .true.
       do i = 1, size(known, 2)
          do d = 1, 2
             call check_close(plain%coordinate(int(i, i8), d), known(d, i), 0.0_wp, &
@@ -206,12 +204,12 @@ contains
             cell = int(plain%coordinate(int(i, i8), d)*2**k)
             if (cell >= 0 .and. cell < 2**k) hit(cell, d) = .true.
             step = shifted%coordinate(int(i, i8), d) - plain%coordinate(int(i, i8), d) - shift
-            if (abs(step - anint(step)) > 1.0e-15_wp) found = .false.
+            if (abs(step - anint(step)) > 1.0e-15_wp) alike = .false.
          end do
       end do
       call check(all(hit(1:, :)) .and. .not. any(hit(0, :)), &
          "Sobol: 2^k - 1 points in all intervals of 2^-k but the first")
-      call check(found, "Sobol: one shift for all points")
+      call check(alike, "Sobol: one shift for all points")
    end subroutine test_sobol
 
    !> Tied paths must be of one kind and unit; a mistake is reported at its place.

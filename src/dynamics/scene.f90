@@ -132,8 +132,8 @@ module contensou_dynamics_scene
       character(len=:), allocatable :: method
       !> Whether the Jacobian of an implicit method comes from differences.
       logical :: differences = .false.
-      !> Steps after which that method renews its Jacobian; 0 for its own choice.
-      integer :: jacobian_steps = 0
+      !> Steps after which that method renews its Jacobian, >= 1.
+      integer :: jacobian_steps = 10
       !> Relative tolerance [-].
       real(wp) :: rtol = 0.0_wp
       !> Length that the tolerance of a position refers to [m]; 0 to derive it from the scene.

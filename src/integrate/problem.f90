@@ -17,8 +17,8 @@ module contensou_integrate_problem
       integer, allocatable :: column_start(:)
       !> Row of each entry of the Jacobian, in ascending order within a column.
       integer, allocatable :: row(:)
-      !> Steps after which an implicit method renews its Jacobian; 0 for the method's own choice.
-      integer :: jacobian_steps = 0
+      !> Steps after which an implicit method renews its Jacobian, >= 1.
+      integer :: jacobian_steps = 10
    contains
       !> Entries of the Jacobian of the right-hand side.
       procedure :: jacobian

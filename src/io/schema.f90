@@ -288,9 +288,8 @@ contains
          doc="Jacobian of cvode_bdf, also where auto chooses it: analytic, or by differences " // &
          "of the right-hand side, one for each unknown, which shows what the analytic one saves")
       call list%put("integrator", "jacobian_steps", kind_real, unit="1", least=1.0_wp, &
-         most=1.0e9_wp, doc="steps after which cvode_bdf renews the Jacobian, at the next " // &
-         "factorization, of which there is one in 20 steps and one where the step changes; " // &
-         "not given, 10 for an analytic Jacobian and 51 for one by differences")
+         most=1.0e9_wp, default="10", doc="steps after which cvode_bdf renews the Jacobian, " // &
+         "of either kind, and factorizes; CVODE by itself takes 51, and factorizes after 20")
 
       call list%put("output", "file", kind_text, &
          doc="name of the HDF5 file; not given, the name of the scene file with .h5, in the " // &

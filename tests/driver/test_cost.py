@@ -425,18 +425,17 @@ def test_explicit8_at_equal_error(executable, build_kind, inputs, tmp_path, tabl
 
 
 # Simulated time [s], and by how much the analytic Jacobian reduces the right-hand sides at least,
-# against differences that are renewed as often and against those each 51 steps; steps scatter by
-# some percent. A single body that slides takes little more than one right-hand side a step, which
-# no Jacobian saves.
+# against differences and against those each 51 steps. A single body that slides takes little more
+# than one right-hand side a step, which no Jacobian saves: CVODE's rare differences cost it little.
 JACOBIAN_SCENES = {
-    "bearing_6205": (2e-3, 3.0, 3.0),
-    "bearing_paper": (2e-2, 3.0, 3.0),
-    "rattleback": (0.3, 1.7, 1.6),
-    "sliding_ball": (None, 1.9, 1.6),
+    "bearing_6205": (2e-3, 4.0, 3.0),
+    "bearing_paper": (2e-2, 4.0, 3.0),
+    "rattleback": (0.3, 2.0, 1.6),
+    "sliding_ball": (None, 2.0, 1.6),
     "sliding_disc": (None, 2.0, 1.5),
-    "bouncing_ball": (None, 1.8, 1.4),
-    "tippe_top": (0.5, 1.5, 1.1),
-    "tippe_top_rigid": (None, 1.5, 1.5),
+    "bouncing_ball": (None, 2.0, 1.4),
+    "tippe_top": (0.5, 2.0, 1.1),
+    "tippe_top_rigid": (None, 2.0, 1.5),
 }
 
 
@@ -445,10 +444,10 @@ def test_the_analytic_jacobian_saves_right_hand_sides(executable, inputs, tmp_pa
     t_end, *bars = JACOBIAN_SCENES[name]
     kinds = {
         "analytic": ["--set", "integrator.jacobian=analytic"],
-        "as often": ["--set", "integrator.jacobian=differences"],
         "differences": ["--set", "integrator.jacobian=differences"],
+        "rare": ["--set", "integrator.jacobian=differences"],
     }
-    kinds["as often"] += ["--set", "integrator.jacobian_steps=10"]
+    kinds["rare"] += ["--set", "integrator.jacobian_steps=51"]
     work, position = {}, {}
     for kind, settings in kinds.items():
         words = [executable, "run", inputs / f"{name}.nml", "-o", tmp_path / f"{kind}.h5", "-q"]
@@ -461,7 +460,7 @@ def test_the_analytic_jacobian_saves_right_hand_sides(executable, inputs, tmp_pa
             position[kind] = file["/summary/position"][()]
     ratios = {f"{kind} / analytic": work[kind] / work["analytic"] for kind in kinds}
     table(f"right-hand sides of cvode_bdf, {name}", work | ratios)
-    for kind, bar in zip(("as often", "differences"), bars, strict=True):
+    for kind, bar in zip(("differences", "rare"), bars, strict=True):
         assert position["analytic"] == pytest.approx(position[kind], abs=2e-5)
         assert work[kind] >= bar * work["analytic"], kind
 

@@ -260,6 +260,22 @@ def test_every_data_set_of_the_format(output):
         assert file["/contact/normal"].asstr()[()].tolist() == ["hertz"] * 2
 
 
+def test_scales_name_the_dimensions_that_have_them(output):
+    with h5py.File(output) as file:
+        found = datasets(file)
+        expected = {}
+        for name, item in found.items():
+            for i, dimension in enumerate(item.dims):
+                for scale in dimension.values():
+                    assert h5py.h5ds.is_attached(item.id, scale.id, i), f"{name}, {scale.name}"
+                    expected.setdefault(scale.name, []).append((name, i))
+        assert len(expected["/trajectory/time"]) == len(TRAJECTORY) - 1
+        for name, item in found.items():
+            uses = item.attrs.get("REFERENCE_LIST", ())
+            listed = [(file[dataset].name, int(i)) for dataset, i in uses]
+            assert sorted(listed) == sorted(expected.get(name, [])), name
+
+
 def test_cpu_seconds_by_effect(output):
     with h5py.File(output) as file:
         assert [name for name in file["/integrator"] if "cpu" in name]

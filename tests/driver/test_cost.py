@@ -476,4 +476,6 @@ def test_the_freshness_of_the_jacobian_can_be_chosen(executable, inputs, tmp_pat
             derivatives.append(int(file["/integrator/right_hand_sides"][()]))
     assert all(fresh > 1.3 * stale for fresh, stale in itertools.pairwise(jacobians)), jacobians
     assert jacobians[-1] >= 1
-    assert max(derivatives) < 1.3 * min(derivatives)
+    # After each factorization the rate of convergence is learnt anew.
+    assert derivatives[0] < 1.6 * min(derivatives)
+    assert max(derivatives[1:]) < 1.3 * min(derivatives)

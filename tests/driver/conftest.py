@@ -1,8 +1,9 @@
 """Fixtures of the driver tests: the executable, a way to run it, and a short scene.
 
 CONTENSOU names the executable (build/drivers/contensou of the project if not set),
-CONTENSOU_BUILD the kind of build it is: release, debug or sanitize. CONTENSOU_RELEASE may name an
-executable of the release build of the same sources, for what need not be run with a slow one.
+CONTENSOU_BUILD the kind of build it is: release, or checked, which is slow. CONTENSOU_RELEASE may
+name an executable of the release build of the same sources, for what need not be run with a slow
+one.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-BUILD_KINDS = ("release", "debug", "sanitize")
+BUILD_KINDS = ("release", "checked")
 
 SCENE = """\
 &scene title = 'Tippe-Top', gravity = 0, 0, -9.81, t_end = 0.02 /
@@ -141,7 +142,7 @@ def parse_settings(text: str) -> list[tuple[str, dict[str, list]]]:
 
 
 def pytest_collection_modifyitems(config, items):
-    """Leave out of the debug and the sanitizer build what does not touch the executable.
+    """Leave out of the checked build what does not touch the executable.
 
     Such a test (of a page, a script, a reference) is the same with each build.
     """
@@ -202,11 +203,17 @@ def quick_executable(executable) -> Path:
 
 @pytest.fixture(scope="session")
 def build_kind() -> str:
-    """Kind of the build under test: release, debug or sanitize."""
+    """Kind of the build under test: release or checked."""
     kind = os.environ.get("CONTENSOU_BUILD", "release")
     if kind not in BUILD_KINDS:
         pytest.exit(f"CONTENSOU_BUILD is '{kind}', not one of {BUILD_KINDS}", returncode=2)
     return kind
+
+
+@pytest.fixture(scope="session")
+def sanitized(executable) -> bool:
+    """Whether the address sanitizer watches the executable."""
+    return b"__asan_init" in executable.read_bytes()
 
 
 @pytest.fixture

@@ -898,7 +898,7 @@ def test_no_progress_when_quiet(option, run, scene):
 
 @pytest.mark.parametrize("columns", [80, 40, 0])
 def test_bar_on_a_terminal(columns, executable, scene, tmp_path, build_kind):
-    t_end = 2.0 if build_kind == "sanitize" else 6.0
+    t_end = 2.0 if build_kind == "checked" else 6.0
     words = ["--set", f"scene.t_end={t_end}", "--set", "output.interval=0.01"]
     status, shown = on_terminal([executable, "run", scene.name, *words], tmp_path, columns)
     assert status == 0

@@ -46,9 +46,9 @@ FAST = "0.05, 0.02, -0.01"  # faster, the rotation centre is outside
 class Count:
     """Per evaluation of the right-hand side: instructions, and calls of each function.
 
-    Instructions are those outside of the allocator, whose work depends on what it did before. In a
-    debug build the compiler's runtime allocates too, in its general matmul; only an optimised build
-    tells what the source makes the machine do.
+    Instructions are those outside of the allocator, whose work depends on what it did before.
+    Without optimization the compiler's runtime allocates too, in its general matmul; only an
+    optimised build tells what the source makes the machine do.
     """
 
     instructions: float
@@ -108,9 +108,9 @@ def program(executable, name):
 
 
 @pytest.fixture
-def count(executable, build_kind, tmp_path):
+def count(executable, sanitized, tmp_path):
     """Count what one evaluation of the right-hand side of a scene costs."""
-    if build_kind == "sanitize":
+    if sanitized:
         pytest.skip("valgrind and the sanitizers exclude each other")
     if shutil.which("valgrind") is None:
         pytest.skip("there is no valgrind")
@@ -201,7 +201,7 @@ def test_gravity_that_is_not_named_saves_its_instructions(count, build_kind, tab
         "instructions per right-hand side, gravity",
         {"named": named.instructions, "not named": absent.instructions},
     )
-    assert build_kind == "debug" or absent.instructions < named.instructions
+    assert build_kind == "checked" or absent.instructions < named.instructions
 
 
 def test_a_contact_that_is_not_named_costs_nothing(count, build_kind):
@@ -220,7 +220,7 @@ def test_a_contact_that_is_not_named_costs_nothing(count, build_kind):
         "contensou_contact_damping",
     )
     assert lone.instructions < count(friction="", damping="").instructions
-    assert build_kind == "debug" or not lone.allocations()
+    assert build_kind == "checked" or not lone.allocations()
 
 
 def test_an_open_contact_costs_its_gap_alone(count):
@@ -268,7 +268,7 @@ def test_nothing_allocates_in_the_right_hand_side(count, build_kind, table, velo
         {name: case.instructions for name, case in counts.items()},
     )
     for name, case in counts.items():
-        assert build_kind == "debug" or not case.allocations(), name
+        assert build_kind == "checked" or not case.allocations(), name
         assert case.calls[RIGHT_HAND_SIDE] == 1
     assert all(counts["none"].instructions < counts[name].instructions for name in MODELS)
 
@@ -296,7 +296,7 @@ def test_rigid_contact_allocates_nothing(count, build_kind, table):
     )
     for name, case in cases.items():
         assert case.of_module("contensou_dynamics_rigid"), name
-        assert build_kind == "debug" or not case.allocations(), name
+        assert build_kind == "checked" or not case.allocations(), name
 
 
 def test_damping_allocates_nothing_whichever_law(count, build_kind, table):
@@ -310,7 +310,7 @@ def test_damping_allocates_nothing_whichever_law(count, build_kind, table):
         {name: case.instructions for name, case in counts.items()},
     )
     for name, case in counts.items():
-        assert build_kind == "debug" or not case.allocations(), name
+        assert build_kind == "checked" or not case.allocations(), name
     assert all(counts["none"].instructions < counts[name].instructions for name in DAMPINGS)
 
 

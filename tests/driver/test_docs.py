@@ -113,7 +113,7 @@ def same(found: str, expected: str) -> bool:
 
 
 @pytest.fixture
-def build_example(executable, build_kind, tmp_path):
+def build_example(executable, build_kind, sanitized, tmp_path):
     """Compile an example against the library of the build under test; return its executable."""
     archive = executable.parents[1] / "src" / "libcontensou.a"
 
@@ -132,9 +132,10 @@ def build_example(executable, build_kind, tmp_path):
         ]
         options = {
             "release": ["-O2"],
-            "debug": ["-O0", "-g", "-fcheck=all", "-ffpe-trap=invalid,zero,overflow"],
-            "sanitize": ["-O0", "-g", "-fsanitize=address,undefined"],
+            "checked": ["-O0", "-g", "-fcheck=all", "-ffpe-trap=invalid,zero,overflow"],
         }[build_kind]
+        if sanitized:
+            options.append("-fsanitize=address,undefined")
         program = tmp_path / example.stem
         done = subprocess.run(
             [

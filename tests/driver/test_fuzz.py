@@ -1,7 +1,7 @@
 """Mutated scenes for the scene reader: it reads them or refuses them, and does nothing else.
 
 tests/fuzz/fuzz_reader.f90 says what is checked. The whole of it, by hand: 1e6 scenes with the
-release build and 5e4 with the sanitizer build, as `fuzz_reader SEED COUNT SCRATCH SCENE...`.
+release build and 5e4 with the sanitizers, as `fuzz_reader SEED COUNT SCRATCH SCENE...`.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ def fuzz_reader(executable):
     return path
 
 
-def test_mutated_scenes(fuzz_reader, root, tmp_path, build_kind):
+def test_mutated_scenes(fuzz_reader, root, tmp_path, build_kind, sanitized):
     valid = sorted(root.glob("inputs/*.nml")) + sorted(root.glob("tests/hard/*.nml"))
     broken = sorted(root.glob("tests/driver/broken/*.nml"))
     count = 20000 if build_kind == "release" else 2000
 
     def limit():
         # The sanitizers reserve more than any machine has.
-        if build_kind != "sanitize":
+        if not sanitized:
             resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
 
     scratch = tmp_path / "scene.nml"

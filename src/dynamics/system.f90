@@ -129,6 +129,14 @@ module contensou_dynamics_system
       real(wp) :: elastic_energy = 0.0_wp
    end type contact_report_type
 
+   !> What acts on a body.
+   type :: body_load_type
+      !> Force [N], inertial frame.
+      real(wp) :: force(3) = 0.0_wp
+      !> Torque about the centre of mass [N m], inertial frame.
+      real(wp) :: torque(3) = 0.0_wp
+   end type body_load_type
+
    !> The equations of motion, with the space they need; one instance per thread.
    type :: system_type
       !> Acceleration of gravity [m/s2].
@@ -175,10 +183,8 @@ module contensou_dynamics_system
       logical, private :: has_gravity = .false.
       !> Poses of the ground (0) and the bodies.
       type(pose_type), allocatable :: pose(:)
-      !> Forces on the bodies [N].
-      real(wp), allocatable, private :: force(:, :)
-      !> Torques about the centres of mass [N m], inertial frame.
-      real(wp), allocatable, private :: torque(:, :)
+      !> What acts on the bodies.
+      type(body_load_type), allocatable, private :: load(:)
    contains
       !> Poses of all bodies at a state.
       procedure :: set_poses
@@ -240,8 +246,9 @@ contains
          self%n = self%n + 1
          self%applied_index = self%n
       end if
-      if (allocated(self%pose)) deallocate(self%pose, self%force, self%torque)
-      allocate(self%pose(0:nb), self%force(3, nb), self%torque(3, nb))
+      if (allocated(self%pose)) deallocate(self%pose, self%load)
+      allocate(self%pose(0:nb), self%load(nb))
+      self%pose(0)%ground = .true.
       if (allocated(self%links)) deallocate(self%links, self%matrix, self%right, self%scratch)
       allocate(self%links(self%n_rigid), self%matrix(self%n_rigid, self%n_rigid))
       allocate(self%right(self%n_rigid), self%scratch(self%n))
@@ -262,17 +269,17 @@ contains
 
       self%too_deep = 0
       ! The stage of a step that is far too long can be anywhere, also where its squares overflow.
-      self%outside = .not. all(abs(y) < runaway)
+      ! Counted, as that is done for several at a time.
+      self%outside = count(abs(y) < runaway) < self%n
       if (self%outside) return
       call self%set_poses(y)
       do i = 1, size(self%bodies)
-         self%force(:, i) = 0.0_wp
-         self%torque(:, i) = 0.0_wp
+         self%load(i) = body_load_type()
       end do
       if (self%has_gravity) then
          do i = 1, size(self%bodies)
             if (moves_freely(self%bodies(i)%motion)) then
-               self%force(:, i) = self%bodies(i)%mass*self%gravity
+               self%load(i)%force = self%bodies(i)%mass*self%gravity
             end if
          end do
       end if
@@ -530,10 +537,10 @@ contains
          associate (body => self%bodies(i), pose => self%pose(i))
             if (body%motion == motion_prescribed) then
                ! What keeps the motion against the contacts; its own inertia is not counted.
-               power = power - dot_product(self%force(:, i), pose%velocity) &
-                  - dot_product(self%torque(:, i), pose%spin)
+               power = power - dot_product(self%load(i)%force, pose%velocity) &
+                  - dot_product(self%load(i)%torque, pose%spin)
             else if (body%motion == motion_spindle) then
-               power = power - dot_product(self%torque(:, i), pose%spin)
+               power = power - dot_product(self%load(i)%torque, pose%spin)
             end if
             if (body%loaded) then
                force = body%force
@@ -542,8 +549,8 @@ contains
                   force = matmul(pose%rotation, force)
                   torque = matmul(pose%rotation, torque)
                end if
-               self%force(:, i) = self%force(:, i) + force
-               self%torque(:, i) = self%torque(:, i) + torque
+               self%load(i)%force = self%load(i)%force + force
+               self%load(i)%torque = self%load(i)%torque + torque
                power = power + dot_product(force, pose%velocity) + dot_product(torque, pose%spin)
             end if
          end associate
@@ -573,7 +580,7 @@ contains
          rate(1:3) = y(8:10)
          rate(4:7) = quaternion_rate(y(4:7), w)
          if (moves_freely(body%motion)) then
-            rate(8:10) = self%force(:, index)/body%mass
+            rate(8:10) = self%load(index)%force/body%mass
          else if (self%ramps(body, t)) then
             rate(8:10) = body%acceleration
          else
@@ -581,7 +588,7 @@ contains
          end if
          if (body%motion == motion_free) then
             ! In two statements: gfortran takes memory for the sum of a product and a function.
-            moment = to_body(self%pose(index)%rotation, self%torque(:, index))
+            moment = to_body(self%pose(index)%rotation, self%load(index)%torque)
             rate(11:13) = (moment - cross(w, body%inertia*w))/body%inertia
          else if (self%ramps(body, t)) then
             rate(11:13) = matmul(body%angular_acceleration, self%pose(index)%rotation)
@@ -677,13 +684,13 @@ contains
          end if
          damping_power = damping_power + load%damping_power
          if (contact%a > 0) then
-            self%force(:, contact%a) = self%force(:, contact%a) - force
-            self%torque(:, contact%a) = self%torque(:, contact%a) - torque &
+            self%load(contact%a)%force = self%load(contact%a)%force - force
+            self%load(contact%a)%torque = self%load(contact%a)%torque - torque &
                - cross(at%point - a%position, force)
          end if
          if (contact%b > 0) then
-            self%force(:, contact%b) = self%force(:, contact%b) + force
-            self%torque(:, contact%b) = self%torque(:, contact%b) + torque &
+            self%load(contact%b)%force = self%load(contact%b)%force + force
+            self%load(contact%b)%torque = self%load(contact%b)%torque + torque &
                + cross(at%point - b%position, force)
          end if
       end associate
@@ -771,9 +778,17 @@ contains
       !> Angular velocity [rad/s].
       real(wp), intent(out) :: spin(3)
 
-      velocity = b%velocity + cross(b%spin, point - b%position) &
-         - a%velocity - cross(a%spin, point - a%position)
-      spin = b%spin - a%spin
+      if (b%ground) then
+         velocity = 0.0_wp
+         spin = 0.0_wp
+      else
+         velocity = b%velocity + cross(b%spin, point - b%position)
+         spin = b%spin
+      end if
+      if (.not. a%ground) then
+         velocity = velocity - a%velocity - cross(a%spin, point - a%position)
+         spin = spin - a%spin
+      end if
    end subroutine relative_motion
 
    !> Poses of all bodies.
@@ -919,8 +934,9 @@ contains
 
       call self%constraint_forces(t, y)
       call self%set_poses(y)
-      self%force = 0.0_wp
-      self%torque = 0.0_wp
+      do i = 1, size(self%bodies)
+         self%load(i) = body_load_type()
+      end do
       friction_power = 0.0_wp
       damping_power = 0.0_wp
       self%outside = .false.
@@ -935,16 +951,18 @@ contains
                if (link%body(j) == 0) cycle
                sense = merge(-1.0_wp, 1.0_wp, j == 1)
                moment = cross(link%arm(:, j), link%wrench(1:3)) + link%wrench(4:6)
-               self%force(:, link%body(j)) = self%force(:, link%body(j)) + sense*link%wrench(1:3)
-               self%torque(:, link%body(j)) = self%torque(:, link%body(j)) + sense*moment
+               associate (load => self%load(link%body(j)))
+                  load%force = load%force + sense*link%wrench(1:3)
+                  load%torque = load%torque + sense*moment
+               end associate
             end do
          end associate
       end do
       force = 0.0_wp
       torque = 0.0_wp
       do i = 1, size(self%bodies)
-         if (self%bodies(i)%motion == motion_prescribed) force(:, i) = -self%force(:, i)
-         if (turns_by_drive(self%bodies(i)%motion)) torque(:, i) = -self%torque(:, i)
+         if (self%bodies(i)%motion == motion_prescribed) force(:, i) = -self%load(i)%force
+         if (turns_by_drive(self%bodies(i)%motion)) torque(:, i) = -self%load(i)%torque
       end do
    end subroutine drives
    !> Report on a closed rigid contact.

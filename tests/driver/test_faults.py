@@ -24,8 +24,8 @@ import pytest
 FAULTS = {
     "torque not turned into the body": (
         "dynamics/system.f90",
-        "moment = to_body(self%pose(index)%rotation, self%torque(:, index))",
-        "moment = to_inertial(self%pose(index)%rotation, self%torque(:, index))",
+        "moment = to_body(self%pose(index)%rotation, self%load(index)%torque)",
+        "moment = to_inertial(self%pose(index)%rotation, self%load(index)%torque)",
     ),
     "sign of the gyroscopic term": (
         "dynamics/system.f90",

@@ -30,9 +30,14 @@ module contensou_drivers_cost
 
    public :: cost_command
 
-   !> Methods of a reference, in the order in which they are tried: two must come to the end.
+   !> Methods of a reference, in the order in which they are tried: two must come to the end. Where
+   !> a body comes to rest explicit8 may not; then `auto` is a second method up to there.
    character(len=11), parameter :: reference_methods(*) = [character(len=11) :: &
-      "explicit8", "cvode_bdf", "cvode_adams"]
+      "explicit8", "cvode_bdf", "cvode_adams", "auto"]
+
+   !> Share of the time in which `auto` must have gone by another method than the reference to be
+   !> its check [-].
+   real(wp), parameter :: least_difference = 0.5_wp
 
    !> CPU time that the first method of a reference may take [s], and each further one in those of
    !> the first one that came to the end.
@@ -274,7 +279,8 @@ contains
             reference = candidate
             model%cpu = trial%cpu
             limit = max(least_limit, reference_factor*trial%cpu)
-         else
+         else if (candidate%method /= "auto" .or. &
+            abs(candidate%explicit_share - reference%explicit_share) >= least_difference) then
             check = candidate
             exit
          end if
@@ -295,6 +301,7 @@ contains
       end if
       model%method = reference%method
       model%check = check%method
+      model%check_explicit_share = check%explicit_share
       model%rtol = [reference%rtol, check%rtol]
    end subroutine one_reference
 
@@ -557,6 +564,8 @@ contains
          end if
          text = trim(model%method) // " at " // to_text(model%rtol(1)) // "; " // &
             trim(model%check)
+         if (model%check == "auto") text = text // ", explicit8 for " // &
+            to_text(nint(100.0_wp*model%check_explicit_share)) // " % of the time,"
          if (model%rtol(2) > model%rtol(1)) text = text // " at " // to_text(model%rtol(2))
          if (ieee_is_finite(model%agreement_error)) then
             text = text // " agrees to " // short_number(model%agreement_error)

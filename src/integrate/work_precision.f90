@@ -12,6 +12,7 @@ module contensou_integrate_work_precision
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_dynamics_scene, only : motion_free, scene_type
    use contensou_dynamics_system, only : body_size, contact_report_type
+   use contensou_integrate_choice, only : choice_type, choose_method
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : event_touch, march, observer_type
    use contensou_integrate_motion, only : motion_type, set_up_motion
@@ -60,6 +61,8 @@ module contensou_integrate_work_precision
       integer, allocatable :: event_code(:)
       !> Largest kinetic energy [J].
       real(wp) :: largest_kinetic = 0.0_wp
+      !> Share of the time in which explicit8 was in use [-].
+      real(wp) :: explicit_share = 0.0_wp
    end type reference_type
 
    !> A run of one model by one method at one tolerance.
@@ -110,8 +113,13 @@ module contensou_integrate_work_precision
       real(wp) :: energy = 0.0_wp
       !> Which bodies move freely.
       logical, allocatable :: free(:)
+      !> Since when explicit8 is in use [s]; negative while it is not.
+      real(wp) :: explicit_since = -1.0_wp
+      !> Time in which it was in use before [s].
+      real(wp) :: explicit_time = 0.0_wp
    contains
       procedure :: sample
+      procedure :: change_method
       procedure :: event
       procedure :: after_step
    end type gauge_type
@@ -190,6 +198,7 @@ contains
       type(motion_type), target :: motion
       type(scene_type) :: own_scene
       type(statistics_type) :: statistics
+      type(choice_type) :: choice
       type(error_type), allocatable :: error
       real(wp), allocatable :: y(:)
       real(wp) :: t, start
@@ -205,6 +214,9 @@ contains
       allocate(gauge%kept%event_time(64), gauge%kept%event_code(64))
       if (gauge%keep_states) allocate(gauge%kept%y(body_size*size(scene%bodies), 0:samples))
       gauge%free = scene%bodies%motion == motion_free
+      choice%method = method
+      if (method == "auto") call choose_method(motion, y, choice)
+      if (choice%method == "explicit8") gauge%explicit_since = 0.0_wp
       start = cpu_seconds()
       gauge%deadline = start + deadline
       call march(motion, method, y, scene%t_end, scene%t_end/samples, scene%integrator%max_step, &
@@ -227,7 +239,20 @@ contains
       do k = 1, 2
          call take_root(gauge%distance(k), samples, gauge%free)
       end do
+      if (gauge%explicit_since >= 0.0_wp) call count_explicit(gauge, t)
+      gauge%kept%explicit_share = gauge%explicit_time/scene%t_end
    end subroutine run_gauge
+
+   !> Count the time in which explicit8 was in use up to now.
+   pure subroutine count_explicit(gauge, t)
+      !> The gauge.
+      type(gauge_type), intent(inout) :: gauge
+      !> Now [s].
+      real(wp), intent(in) :: t
+
+      gauge%explicit_time = gauge%explicit_time + (t - gauge%explicit_since)
+      gauge%explicit_since = -1.0_wp
+   end subroutine count_explicit
 
    !> Turn the sums of squares of a distance into root mean squares.
    pure subroutine take_root(distance, samples, free)
@@ -411,6 +436,21 @@ contains
          return
       end do
    end subroutine compare_events
+
+   !> `auto` goes on with another method.
+   subroutine change_method(self, t, method, reason)
+      !> The gauge.
+      class(gauge_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> The method.
+      character(len=*), intent(in) :: method
+      !> Not needed.
+      character(len=*), intent(in) :: reason
+
+      if (self%explicit_since >= 0.0_wp) call count_explicit(self, t)
+      if (method == "explicit8") self%explicit_since = t
+   end subroutine change_method
 
    !> A contact touched or lifted off.
    subroutine event(self, t, kind, contact, error)

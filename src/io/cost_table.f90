@@ -39,6 +39,8 @@ module contensou_io_cost_table
       type(scene_type) :: scene
       !> Method of the reference, and of its check.
       character(len=11) :: method = "", check = ""
+      !> Share of the time in which the check went by explicit8 [-].
+      real(wp) :: check_explicit_share = 0.0_wp
       !> Relative tolerances of these [-].
       real(wp) :: rtol(2) = 0.0_wp
       !> CPU time of the reference [s].
@@ -412,6 +414,9 @@ contains
       values = [(study%models(i)%rtol(2), i=1, n)]
       call file%put_array("/model/check_rtol", values, ["/model/name"], "1", &
          "relative tolerance of its check", error)
+      values = study%models%check_explicit_share
+      call file%put_array("/model/check_explicit_share", values, ["/model/name"], "1", &
+         "share of the time in which the check went by explicit8", error)
       values = study%models%cpu
       call file%put_array("/model/reference_cpu", values, ["/model/name"], "s", &
          "CPU time of the reference", error)

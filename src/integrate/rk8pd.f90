@@ -2,14 +2,16 @@
 !> it (`rk8pd`), with a continuous extension of order 7, which the library does not have.
 !>
 !> Stages 1 to 13 make the step and its estimate of the local error; stage 14 is the right-hand side
-!> at the end of the step, which is the first stage of the next one; stages 15 to 18 are for the
+!> at the end of the step, which is the first stage of the next one; stages 15 to 17 are for the
 !> continuous extension alone.
 !> P. J. Prince, J. R. Dormand, J. Comput. Appl. Math. 7 (1981) 67.
 !>
 !> With s the share of the step, the extension is the cubic through both ends with their
 !> derivatives, and s^2 (1 - s)^2 times a cubic in s of each stage. The coefficients are the
-!> smallest ones (least squares) that meet all conditions of order 7. Stage 15 is at a state of
-!> order 5, stages 16 to 18 at states of order 6, again with the smallest coefficients.
+!> smallest ones (least squares) that meet all conditions of order 7. Stages 15 to 17 are at states
+!> of order 6, again with the smallest coefficients. Of the stages of a step alone there is such a
+!> state only at (1 - 1/sqrt(7))/2 and (1 + 1/sqrt(7))/2 of it, the places of stages 15 and 16. Of
+!> the places of stage 17 that is taken at which the conditions of order 8 are missed least.
 module contensou_integrate_rk8pd
    use, intrinsic :: iso_c_binding, only : c_associated, c_double, c_f_pointer, c_funloc, &
       c_funptr, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
@@ -21,64 +23,58 @@ module contensou_integrate_rk8pd
    public :: rk8pd_type, begin_rk8pd, evaluate, take_step, extend, value_within, end_rk8pd
 
    !> Number of stages, those of the continuous extension included.
-   integer, parameter :: stages = 18
+   integer, parameter :: stages = 17
 
    !> Last stage of a step, its end.
    integer, parameter, public :: last_stage = 14
 
    !> Stage 15, of stages 1, 6 to 14.
-   real(wp), parameter :: a15(*) = [4.3129628817729276e-2_wp, 0.11210351497509602_wp, &
-      0.22992106535095133_wp, 4.2908927574396433e-2_wp, -9.6007583214806503e-3_wp, &
-      -2.6482844085009647e-2_wp, 1.7099061300151024e-2_wp, -3.0261985372753734e-3_wp, &
-      -3.0261985372787041e-3_wp, -3.0261985372796825e-3_wp]
+   real(wp), parameter :: a15(*) = [0.044363001767296704_wp, 0.050396633531244954_wp, &
+      0.2211796223269007_wp, 0.005324746787651644_wp, -0.00902019004427452_wp, &
+      -0.0025276394257183065_wp, 0.002603318728748653_wp, 0.005804310189204495_wp, &
+      0.005488995178193602_wp, -0.012595035543861518_wp]
 
-   !> Stage 16, of stages 1, 6 to 15.
-   real(wp), parameter :: a16(*) = [4.8280883560484024e-2_wp, 5.2025686712295488e-2_wp, &
-      0.19565397716800276_wp, 1.8967780022043294e-2_wp, 4.8417758172695259e-3_wp, &
-      -1.5180286980277309e-3_wp, -2.3136269869787618e-3_wp, 7.7111008987733216e-3_wp, &
-      -3.057004835749061e-3_wp, -3.274356617646162e-3_wp, -6.7318187040466701e-2_wp]
+   !> Stage 16, of stages 1, 6 to 14.
+   real(wp), parameter :: a16(*) = [0.043741949001009854_wp, 0.16064238298290887_wp, &
+      0.2252311951813036_wp, 0.10234537893380165_wp, 0.07116447521453981_wp, &
+      0.08439998332495849_wp, 0.0029206075498668773_wp, -0.03379436953403029_wp, &
+      0.004429475857413932_wp, 0.02790115799284082_wp]
 
    !> Stage 17, of stages 1, 6 to 16.
-   real(wp), parameter :: a17(*) = [5.260826850764571e-2_wp, 5.6022553470348659e-2_wp, &
-      0.15963580258464088_wp, 3.7296849829459459e-2_wp, 2.3303632789068576e-2_wp, &
-      2.9387097502004619e-3_wp, -7.7493793985021625e-3_wp, 8.0556184190399074e-3_wp, &
-      -1.2592377894926827e-2_wp, 8.797939246262548e-3_wp, 5.3415899125925474e-2_wp, &
-      0.11826648357083731_wp]
+   real(wp), parameter :: a17(*) = [0.04988171231741288_wp, 0.09304342441181529_wp, &
+      0.19263832645059115_wp, 0.07771217010442578_wp, 0.056802406936251645_wp, &
+      0.016429447355893353_wp, -0.015856888265969836_wp, 0.008296244021341461_wp, &
+      -0.026706616979686695_wp, 0.026228405987859266_wp, 0.10343636097488257_wp, &
+      0.018095006685183136_wp]
 
-   !> Stage 18, of stages 1, 6 to 17.
-   real(wp), parameter :: a18(*) = [4.8072148726653226e-2_wp, 0.11254856089494052_wp, &
-      0.19128753796741954_wp, 7.4254531926870981e-2_wp, 5.1047094675663582e-2_wp, &
-      4.6902992486296931e-2_wp, -2.7211071696017857e-3_wp, -1.4173628643638268e-2_wp, &
-      -4.6738737126369948e-3_wp, 2.0223448202567669e-2_wp, -1.0525098145327792e-2_wp, &
-      6.6196715922637206e-2_wp, 7.1560676868155107e-2_wp]
+   !> Coefficient 4 of the continuous extension, of stages 1, 6 to 16.
+   real(wp), parameter :: d4(*) = [-6.004411416005467_wp, 9.530594897568516_wp, &
+      16.481977559845532_wp, 3.284434347446279_wp, 1.3815337789181696_wp, 6.183872776912579_wp, &
+      1.8699564133339386_wp, -3.847820066588654_wp, 3.2865283752357377_wp, 0.4999999999999917_wp, &
+      -22.506753059150686_wp, -10.159913607515938_wp]
 
-   !> Coefficient 4 of the continuous extension, of stages 1, 6 to 14, 16 to 18.
-   real(wp), parameter :: d4(*) = [-6.7571314525530815_wp, 12.263739423991613_wp, &
-      24.83388012266146_wp, 5.548099130293327_wp, 3.2197646064874803_wp, 4.896365279384322_wp, &
-      0.12308159788058258_wp, -0.8998219576780306_wp, -4.6574608335017247e-2_wp, &
-      1.611995177818265_wp, -27.73333333332578_wp, -9.33220815750973_wp, -7.727855829115406_wp]
+   !> Coefficient 5 of the continuous extension, of stages 1, 6 to 17.
+   real(wp), parameter :: d5(*) = [16.609866999897438_wp, -49.811890448449724_wp, &
+      -63.558045467417806_wp, -8.981812006125988_wp, 1.837357502075172_wp, -51.47149962599191_wp, &
+      -24.029104534849527_wp, 45.404465516573964_wp, -43.86970830608364_wp, 9.527777777777752_wp, &
+      117.65840279352602_wp, 98.90949844104242_wp, -48.22530864197416_wp]
 
-   !> Coefficient 5 of the continuous extension, of stages 1, 6 to 14, 16 to 18.
-   real(wp), parameter :: d5(*) = [21.485754255712944_wp, -63.10061103777133_wp, &
-      -114.79244215799561_wp, -23.852657452933972_wp, -11.341797117410918_wp, &
-      -36.223036206272056_wp, -8.836831482520596_wp, 19.184516874255863_wp, &
-      -15.119844717681358_wp, 0.8231464737912347_wp, 157.86666666672218_wp, 17.23619315518419_wp, &
-      56.670942746919394_wp]
+   !> Coefficient 6 of the continuous extension, of stages 1, 6 to 17.
+   real(wp), parameter :: d6(*) = [-20.330300333583093_wp, 92.48065046726815_wp, &
+      90.0867505262222_wp, 6.541238780265864_wp, -14.579069188090203_wp, 119.20189020932068_wp, &
+      62.220242432745025_wp, -115.54043252271853_wp, 114.41902962857316_wp, &
+      -25.472222222222154_wp, -197.3566242729483_wp, -256.34707943075637_wp, &
+      144.67592592592356_wp]
 
-   !> Coefficient 6 of the continuous extension, of stages 1, 6 to 14, 16 to 18.
-   real(wp), parameter :: d6(*) = [-30.072555303762552_wp, 112.67893628315662_wp, &
-      188.5295537482361_wp, 36.62470662160901_wp, 13.662264724044965_wp, 78.62742415068105_wp, &
-      26.162838420166917_wp, -52.68043809736224_wp, 46.441044202205696_wp, -5.879204340000362_wp, &
-      -285.86666666689337_wp, 21.177308954393897_wp, -149.40521269647576_wp]
+   !> Coefficient 7 of the continuous extension, of stages 1, 6 to 17.
+   real(wp), parameter :: d7(*) = [9.14169996518507_wp, -63.706576095405744_wp, &
+      -44.24044695587744_wp, 1.9668090689602182_wp, 17.164431236939933_wp, -97.19511960127666_wp, &
+      -54.096874178857774_wp, 99.52786459242338_wp, -99.85808432838986_wp, 25.277777777777718_wp, &
+      112.36488814608947_wp, 190.1042476563804_wp, -96.4506172839487_wp]
 
-   !> Coefficient 7 of the continuous extension, of stages 1, 6 to 14, 16 to 18.
-   real(wp), parameter :: d7(*) = [15.292055805866559_wp, -74.12102509890381_wp, &
-      -105.06327572934279_wp, -17.204895010056717_wp, -1.4141627223088753_wp, &
-      -67.76162949665179_wp, -29.1608933387102_wp, 55.85894030035997_wp, -52.92754898566882_wp, &
-      12.074743821621961_wp, 170.66666666702648_wp, -29.884669479377568_wp, 123.64569326614559_wp]
-
-   !> Times of stages 15 to 18, in steps.
-   real(wp), parameter :: extension_time(15:stages) = [0.4_wp, 0.25_wp, 0.5_wp, 0.65_wp]
+   !> Times of stages 15 to 17, in steps.
+   real(wp), parameter :: extension_time(15:stages) = [0.5_wp*(1.0_wp - 1.0_wp/sqrt(7.0_wp)), &
+      0.5_wp*(1.0_wp + 1.0_wp/sqrt(7.0_wp)), 0.6_wp]
 
    !> What the right-hand side tells the library, which then gives the step up: `GSL_SUCCESS`,
    !> `GSL_EBADFUNC`.
@@ -283,7 +279,7 @@ contains
 
    !> State at which the right-hand side of a stage of the continuous extension is evaluated.
    pure subroutine set_stage(stage, n, h, y, k, z)
-      !> The stage, 15 to 18.
+      !> The stage, 15 to 17.
       integer, intent(in) :: stage
       !> Number of unknowns.
       integer, intent(in) :: n
@@ -308,20 +304,13 @@ contains
          do i = 1, n
             z(i) = y(i) + h*(a16(1)*k(i, 1) + a16(2)*k(i, 6) + a16(3)*k(i, 7) + a16(4)*k(i, 8) &
                + a16(5)*k(i, 9) + a16(6)*k(i, 10) + a16(7)*k(i, 11) + a16(8)*k(i, 12) &
-               + a16(9)*k(i, 13) + a16(10)*k(i, 14) + a16(11)*k(i, 15))
+               + a16(9)*k(i, 13) + a16(10)*k(i, 14))
          end do
-      case (17)
+      case default
          do i = 1, n
             z(i) = y(i) + h*(a17(1)*k(i, 1) + a17(2)*k(i, 6) + a17(3)*k(i, 7) + a17(4)*k(i, 8) &
                + a17(5)*k(i, 9) + a17(6)*k(i, 10) + a17(7)*k(i, 11) + a17(8)*k(i, 12) &
                + a17(9)*k(i, 13) + a17(10)*k(i, 14) + a17(11)*k(i, 15) + a17(12)*k(i, 16))
-         end do
-      case default
-         do i = 1, n
-            z(i) = y(i) + h*(a18(1)*k(i, 1) + a18(2)*k(i, 6) + a18(3)*k(i, 7) + a18(4)*k(i, 8) &
-               + a18(5)*k(i, 9) + a18(6)*k(i, 10) + a18(7)*k(i, 11) + a18(8)*k(i, 12) &
-               + a18(9)*k(i, 13) + a18(10)*k(i, 14) + a18(11)*k(i, 15) + a18(12)*k(i, 16) &
-               + a18(13)*k(i, 17))
          end do
       end select
    end subroutine set_stage
@@ -348,16 +337,16 @@ contains
          dense(i, 3) = dense(i, 1) - h*k(i, 14) - dense(i, 2)
          dense(i, 4) = h*(d4(1)*k(i, 1) + d4(2)*k(i, 6) + d4(3)*k(i, 7) + d4(4)*k(i, 8) &
             + d4(5)*k(i, 9) + d4(6)*k(i, 10) + d4(7)*k(i, 11) + d4(8)*k(i, 12) + d4(9)*k(i, 13) &
-            + d4(10)*k(i, 14) + d4(11)*k(i, 16) + d4(12)*k(i, 17) + d4(13)*k(i, 18))
+            + d4(10)*k(i, 14) + d4(11)*k(i, 15) + d4(12)*k(i, 16))
          dense(i, 5) = h*(d5(1)*k(i, 1) + d5(2)*k(i, 6) + d5(3)*k(i, 7) + d5(4)*k(i, 8) &
             + d5(5)*k(i, 9) + d5(6)*k(i, 10) + d5(7)*k(i, 11) + d5(8)*k(i, 12) + d5(9)*k(i, 13) &
-            + d5(10)*k(i, 14) + d5(11)*k(i, 16) + d5(12)*k(i, 17) + d5(13)*k(i, 18))
+            + d5(10)*k(i, 14) + d5(11)*k(i, 15) + d5(12)*k(i, 16) + d5(13)*k(i, 17))
          dense(i, 6) = h*(d6(1)*k(i, 1) + d6(2)*k(i, 6) + d6(3)*k(i, 7) + d6(4)*k(i, 8) &
             + d6(5)*k(i, 9) + d6(6)*k(i, 10) + d6(7)*k(i, 11) + d6(8)*k(i, 12) + d6(9)*k(i, 13) &
-            + d6(10)*k(i, 14) + d6(11)*k(i, 16) + d6(12)*k(i, 17) + d6(13)*k(i, 18))
+            + d6(10)*k(i, 14) + d6(11)*k(i, 15) + d6(12)*k(i, 16) + d6(13)*k(i, 17))
          dense(i, 7) = h*(d7(1)*k(i, 1) + d7(2)*k(i, 6) + d7(3)*k(i, 7) + d7(4)*k(i, 8) &
             + d7(5)*k(i, 9) + d7(6)*k(i, 10) + d7(7)*k(i, 11) + d7(8)*k(i, 12) + d7(9)*k(i, 13) &
-            + d7(10)*k(i, 14) + d7(11)*k(i, 16) + d7(12)*k(i, 17) + d7(13)*k(i, 18))
+            + d7(10)*k(i, 14) + d7(11)*k(i, 15) + d7(12)*k(i, 16) + d7(13)*k(i, 17))
       end do
    end subroutine set_dense
 

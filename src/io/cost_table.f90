@@ -365,7 +365,7 @@ contains
       call file%create(name, error)
       if (allocated(error)) return
       call file%put_attribute("/", "filetype", "contensou-cost", error)
-      call file%put_attribute("/", "filetype_version", "1.0", error)
+      call file%put_attribute("/", "filetype_version", "1.1", error)
       call file%put_attribute("/", "program_version", program_version, error)
       call file%put_attribute("/", "git_commit", git_commit(), error)
       call file%put_attribute("/", "created", utc_now(), error)

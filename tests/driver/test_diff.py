@@ -764,7 +764,7 @@ def measured(executable, folder, *words):
     """Run a comparison; its exit status, stderr, peak of memory [MiB] and CPU time [s]."""
     code = (
         "import resource, subprocess, sys\n"
-        "p = subprocess.run(sys.argv[1:], capture_output=True, text=True)\n"
+        "p = subprocess.run(sys.argv[1:], capture_output=True, text=True, timeout=100)\n"
         "used = resource.getrusage(resource.RUSAGE_CHILDREN)\n"
         "print(p.returncode, used.ru_maxrss / 1024, used.ru_utime + used.ru_stime)\n"
         "print(p.stderr)\n"
@@ -774,7 +774,7 @@ def measured(executable, folder, *words):
         cwd=folder,
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=120,
         check=True,
     )
     head, _, err = done.stdout.partition("\n")

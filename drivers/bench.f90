@@ -3,7 +3,7 @@ module contensou_drivers_bench
    use contensou_base_build, only : build_compiler, git_commit, program_version
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : wp
-   use contensou_base_system, only : file_exists, folder_writable, is_folder, is_locked, &
+   use contensou_base_operating_system, only : file_exists, folder_writable, is_folder, is_locked, &
       is_terminal, remove_file, rename_file, write_stdout
    use contensou_base_text, only : lower, nearest, quote, to_text
    use contensou_drivers_bench_baselines, only : boost_version
@@ -13,8 +13,8 @@ module contensou_drivers_bench
    use contensou_drivers_bench_times, only : measure_times
    use contensou_drivers_command_line, only : command_type
    use contensou_drivers_progress, only : progress_type
-   use contensou_io_hdf5_file, only : hdf5_file_type
-   use contensou_io_trajectory, only : part_suffix
+   use contensou_files_hdf5_file, only : hdf5_file_type
+   use contensou_files_trajectory, only : part_suffix
    implicit none(type, external)
    private
 
@@ -160,7 +160,6 @@ contains
    subroutine write_text(name, text, error)
       !> Name of the file.
       character(len=*), intent(in) :: name
-      !> The text.
       character(len=*), intent(in) :: text
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error

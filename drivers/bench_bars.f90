@@ -24,7 +24,6 @@ contains
 
    !> What the kernels are to achieve, and do.
    function bars_of(suite) result(bars)
-      !> The suite.
       type(suite_type), intent(in) :: suite
       type(bar_type), allocatable :: bars(:)
       real(wp) :: logarithm
@@ -105,11 +104,9 @@ contains
          character(len=*), intent(in) :: name
          !> Kernel of the rung.
          character(len=*), intent(in) :: kernel
-         !> The rung.
          character(len=*), intent(in) :: rung
          !> Kernel of the rung that it is compared with.
          character(len=*), intent(in) :: other_kernel
-         !> That rung.
          character(len=*), intent(in) :: other_rung
          !> Part of the names of the cases.
          character(len=*), intent(in) :: place
@@ -121,7 +118,6 @@ contains
 
       !> Whether there is a rung of this name for K and E.
       function has(name) result(found)
-         !> The name.
          character(len=*), intent(in) :: name
          logical :: found
          integer :: i
@@ -136,9 +132,7 @@ contains
 
       !> Largest time of a rung [s].
       function largest(kernel, rung, place) result(seconds)
-         !> Its kernel.
          character(len=*), intent(in) :: kernel
-         !> The rung.
          character(len=*), intent(in) :: rung
          !> Part of the names of the cases.
          character(len=*), intent(in) :: place
@@ -155,11 +149,9 @@ contains
       function largest_ratio(kernel, rung, other_kernel, other_rung, place) result(ratio)
          !> Kernel of the rung.
          character(len=*), intent(in) :: kernel
-         !> The rung.
          character(len=*), intent(in) :: rung
          !> Kernel of the rung that it is compared with.
          character(len=*), intent(in) :: other_kernel
-         !> That rung.
          character(len=*), intent(in) :: other_rung
          !> Part of the names of the cases.
          character(len=*), intent(in) :: place
@@ -177,11 +169,9 @@ contains
       function smallest_ratio(kernel, rung, other_kernel, other_rung) result(ratio)
          !> Kernel of the rung.
          character(len=*), intent(in) :: kernel
-         !> The rung.
          character(len=*), intent(in) :: rung
          !> Kernel of the rung that it is compared with.
          character(len=*), intent(in) :: other_kernel
-         !> That rung.
          character(len=*), intent(in) :: other_rung
          real(wp) :: ratio
          integer :: i
@@ -219,7 +209,6 @@ contains
       function fits(i, kernel, rung, place) result(does)
          !> Index of the rung.
          integer, intent(in) :: i
-         !> Kernel.
          character(len=*), intent(in) :: kernel
          !> Name of the rung.
          character(len=*), intent(in) :: rung
@@ -235,13 +224,10 @@ contains
 
       !> Largest error of some quantities of a rung; huge if there are arguments without a result.
       function worst(kernel, rung, place, quantities) result(error)
-         !> Its kernel.
          integer, intent(in) :: kernel
-         !> The rung.
          character(len=*), intent(in) :: rung
          !> Part of the names of the cases.
          character(len=*), intent(in) :: place
-         !> The quantities.
          integer, intent(in) :: quantities(:)
          real(wp) :: error
          integer :: i
@@ -261,7 +247,6 @@ contains
 
    !> Whether a bar is met.
    pure elemental function met(bar)
-      !> The bar.
       type(bar_type), intent(in) :: bar
       logical :: met
 

@@ -20,7 +20,6 @@ contains
 
    !> Errors of all rungs against the reference.
    subroutine check_errors(suite, quick)
-      !> The suite.
       type(suite_type), intent(inout), target :: suite
       !> Whether few arguments are to do.
       logical, intent(in) :: quick
@@ -61,7 +60,6 @@ contains
 
    !> The references of all cases.
    subroutine fill_references(suite, quick)
-      !> The suite.
       type(suite_type), intent(inout) :: suite
       !> Whether few arguments are to do.
       logical, intent(in) :: quick
@@ -108,7 +106,6 @@ contains
 
    !> Number of quantities whose errors are told: as many as `quantities_of` names.
    pure function quantity_count(kernel) result(n)
-      !> Kernel.
       integer, intent(in) :: kernel
       integer :: n
       integer, parameter :: counts(6) = [0, 6, 2, 5, 3, 4]
@@ -118,9 +115,7 @@ contains
 
    !> Results of a rung for one argument.
    subroutine evaluate(rung, c, j, results)
-      !> The rung.
       type(rung_type), intent(in) :: rung
-      !> Its case.
       type(case_type), intent(in) :: c
       !> Number of the argument.
       integer, intent(in) :: j
@@ -157,11 +152,9 @@ contains
 
    !> Errors of the quantities for one argument.
    function errors_of(c, j, results, n_quantities) result(errors)
-      !> The case.
       type(case_type), intent(in) :: c
       !> Number of the argument.
       integer, intent(in) :: j
-      !> Results.
       real(wp), intent(in) :: results(max_results)
       !> Number of quantities.
       integer, intent(in) :: n_quantities

@@ -23,7 +23,6 @@ module contensou_drivers_bench_reference
 
    !> Gauss-Legendre rule on (0, 1).
    type :: rule_type
-      !> Nodes.
       real(qp) :: x(n_nodes) = 0.0_qp
       !> Weights.
       real(qp) :: w(n_nodes) = 0.0_qp

@@ -4,13 +4,13 @@ module contensou_drivers_bench_report
    use contensou_base_build, only : build_compiler, build_flags, git_commit, program_version
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
-   use contensou_base_system, only : host_name, utc_now
+   use contensou_base_operating_system, only : host_name, utc_now
    use contensou_base_text, only : to_text
    use contensou_drivers_bench_bars, only : bar_type, bars_of, met
    use contensou_drivers_bench_baselines, only : boost_version
    use contensou_drivers_bench_suite, only : kernel_elliptic, kernel_hertz, kernel_jacobian, &
       kernel_ke, kernel_log, kernel_names, kernel_wrench, max_quantities, name_length, suite_type
-   use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_series_type, hdf5_version, series_real
+   use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, hdf5_version, series_real
    implicit none(type, external)
    private
 
@@ -32,7 +32,6 @@ module contensou_drivers_bench_report
    type :: layout_type
       !> What it computes.
       character(len=60) :: title = ""
-      !> Quantities.
       character(len=name_length) :: quantities(max_quantities) = ""
       !> Number of them.
       integer :: n = 0
@@ -48,7 +47,6 @@ contains
 
    !> What is told about a kernel.
    pure function layout_of(kernel) result(layout)
-      !> Kernel.
       integer, intent(in) :: kernel
       type(layout_type) :: layout
 
@@ -94,9 +92,7 @@ contains
 
    !> Number of arguments that were compared, as the longest case has.
    pure function checked_text(suite, kernel) result(text)
-      !> The suite.
       type(suite_type), intent(in) :: suite
-      !> Kernel.
       integer, intent(in) :: kernel
       character(len=:), allocatable :: text
       integer :: i
@@ -109,7 +105,6 @@ contains
 
    !> The table.
    function table_text(suite) result(text)
-      !> The suite.
       type(suite_type), intent(in) :: suite
       character(len=:), allocatable :: text
       type(layout_type) :: layout
@@ -163,7 +158,6 @@ contains
 
    !> Largest error of the quantities in a column; NaN if there are no results.
    pure function largest_of(errors, layout, group) result(error)
-      !> Errors of the quantities.
       real(wp), intent(in) :: errors(max_quantities)
       !> What is told about the kernel.
       type(layout_type), intent(in) :: layout
@@ -186,9 +180,7 @@ contains
 
    !> A share in words.
    pure function percentage(part, whole) result(text)
-      !> The part.
       integer, intent(in) :: part
-      !> The whole.
       integer, intent(in) :: whole
       character(len=:), allocatable :: text
 
@@ -236,7 +228,6 @@ contains
 
    !> The bars.
    function bars_text(suite) result(text)
-      !> The suite.
       type(suite_type), intent(in) :: suite
       character(len=:), allocatable :: text
       type(bar_type), allocatable :: bars(:)
@@ -253,7 +244,6 @@ contains
 
    !> All measurements as CSV, a row for each rung of each case and each quantity.
    function csv_text(suite) result(text)
-      !> The suite.
       type(suite_type), intent(in) :: suite
       character(len=:), allocatable :: text
       type(layout_type) :: layout
@@ -283,13 +273,11 @@ contains
 
    !> All measurements and bars as an HDF5 file, complete but still open.
    subroutine write_hdf5(suite, name, rounds, file, error)
-      !> The suite.
       type(suite_type), intent(in) :: suite
       !> Name of the file while it is written.
       character(len=*), intent(in) :: name
       !> Number of rounds of the measurement.
       integer, intent(in) :: rounds
-      !> The file.
       type(hdf5_file_type), intent(inout) :: file
       !> Set when it cannot be written.
       type(error_type), allocatable, intent(out) :: error
@@ -329,11 +317,8 @@ contains
 
    !> What is known about a kernel.
    subroutine put_kernel(suite, kernel, file, error)
-      !> The suite.
       type(suite_type), intent(in) :: suite
-      !> Kernel.
       integer, intent(in) :: kernel
-      !> The file.
       type(hdf5_file_type), intent(inout) :: file
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
@@ -392,9 +377,7 @@ contains
 
       !> Write a table over cases and rungs.
       subroutine table(name, units, long_name)
-         !> Name.
          character(len=*), intent(in) :: name
-         !> Units.
          character(len=*), intent(in) :: units
          !> Description.
          character(len=*), intent(in) :: long_name
@@ -423,7 +406,6 @@ contains
 
       !> Write errors over cases, rungs and quantities.
       subroutine cube(name, long_name)
-         !> Name.
          character(len=*), intent(in) :: name
          !> Description.
          character(len=*), intent(in) :: long_name
@@ -447,9 +429,7 @@ contains
 
    !> The bars.
    subroutine put_bars(suite, file, error)
-      !> The suite.
       type(suite_type), intent(in) :: suite
-      !> The file.
       type(hdf5_file_type), intent(inout) :: file
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error

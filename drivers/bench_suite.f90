@@ -25,7 +25,6 @@ module contensou_drivers_bench_suite
    !> Length of names.
    integer, parameter :: name_length = 20
 
-   !> Kernels.
    integer, parameter :: kernel_log = 1, kernel_elliptic = 2, kernel_ke = 3, kernel_hertz = 4, &
       kernel_wrench = 5, kernel_jacobian = 6
 
@@ -51,9 +50,7 @@ module contensou_drivers_bench_suite
 
    !> A set of arguments for a kernel.
    type :: case_type
-      !> Kernel.
       integer :: kernel = 0
-      !> Name.
       character(len=name_length) :: name = ""
       !> What is in it.
       character(len=80) :: title = ""
@@ -65,7 +62,6 @@ module contensou_drivers_bench_suite
       real(qp), allocatable :: reference(:, :)
       !> Axis ratio of the spot.
       real(wp) :: ratio = 1.0_wp
-      !> Shape of the spot.
       type(spot_shape_type) :: shape
       !> Contacts whose curvatures do not change.
       type(hertz_type), allocatable :: contacts(:)
@@ -73,7 +69,6 @@ module contensou_drivers_bench_suite
 
    !> A way to compute a kernel, on a case.
    type :: rung_type
-      !> Name.
       character(len=name_length) :: name = ""
       !> Case.
       integer :: place = 0
@@ -111,7 +106,6 @@ contains
 
    !> Everything that is measured, with its arguments.
    subroutine new_suite(suite)
-      !> The suite.
       type(suite_type), intent(out) :: suite
       integer(i8) :: state
 
@@ -127,11 +121,8 @@ contains
 
    !> Add a case.
    subroutine add_case(suite, kernel, name, title)
-      !> The suite.
       type(suite_type), intent(inout) :: suite
-      !> Kernel.
       integer, intent(in) :: kernel
-      !> Name.
       character(len=*), intent(in) :: name
       !> What is in it.
       character(len=*), intent(in) :: title
@@ -151,7 +142,6 @@ contains
 
    !> Cases of the elliptic integrals: all of them, and K and E alone.
    subroutine add_elliptic(suite, state)
-      !> The suite.
       type(suite_type), intent(inout) :: suite
       !> State of the random numbers.
       integer(i8), intent(inout) :: state
@@ -175,7 +165,6 @@ contains
 
    !> Cases of Hertz's contact.
    subroutine add_hertz(suite, state)
-      !> The suite.
       type(suite_type), intent(inout) :: suite
       !> State of the random numbers.
       integer(i8), intent(inout) :: state
@@ -205,7 +194,6 @@ contains
 
    !> Cases of the wrench, without and with its Jacobian.
    subroutine add_wrench(suite, state)
-      !> The suite.
       type(suite_type), intent(inout) :: suite
       !> State of the random numbers.
       integer(i8), intent(inout) :: state
@@ -264,7 +252,6 @@ contains
 
    !> The rungs of every case.
    subroutine add_rungs(suite)
-      !> The suite.
       type(suite_type), intent(inout) :: suite
       type(elliptic_model_type), allocatable :: elliptic(:)
       type(hertz_model_type), allocatable :: hertz(:), vilke(:)
@@ -327,7 +314,6 @@ contains
 
       !> Add a rung.
       subroutine add(name, way)
-         !> Name.
          character(len=*), intent(in) :: name
          !> How it is called.
          integer, intent(in) :: way
@@ -347,7 +333,6 @@ contains
 
    !> Next random number, even in (0, 1).
    function uniform(state) result(x)
-      !> State.
       integer(i8), intent(inout) :: state
       real(wp) :: x
 
@@ -360,7 +345,6 @@ contains
 
    !> Random numbers whose logarithms are even.
    function between(state, low, high) result(x)
-      !> State.
       integer(i8), intent(inout) :: state
       !> Smallest.
       real(wp), intent(in) :: low

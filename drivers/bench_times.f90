@@ -6,7 +6,7 @@
 !> returned through arguments of external procedures or kept in a volatile variable.
 module contensou_drivers_bench_times
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : wall_seconds
+   use contensou_base_operating_system, only : wall_seconds
    use contensou_drivers_bench_baselines, only : boost_ke
    use contensou_drivers_bench_suite, only : case_type, n_arguments, rung_type, suite_type, &
       way_boost_ke, way_elliptic, way_fixed_hertz, way_gsl_ke, way_hertz, way_log, &
@@ -37,7 +37,6 @@ contains
 
    !> Time all rungs in turn, again and again; of each the shortest batch counts.
    subroutine measure_times(suite, duration, rounds)
-      !> The suite.
       type(suite_type), intent(inout), target :: suite
       !> Time after which no round begins [s].
       real(wp), intent(in) :: duration
@@ -77,9 +76,7 @@ contains
 
    !> Time a batch.
    subroutine time_batch(rung, c, mode, pass_time)
-      !> The rung.
       type(rung_type), intent(in) :: rung
-      !> Its case.
       type(case_type), intent(in) :: c
       !> 1 for throughput, 2 for a chain.
       integer, intent(in) :: mode
@@ -101,9 +98,7 @@ contains
 
    !> Call a rung for all arguments; no call waits for another.
    subroutine pass_in_throughput(rung, c)
-      !> The rung.
       type(rung_type), intent(in) :: rung
-      !> Its case.
       type(case_type), intent(in) :: c
       real(wp) :: total, r(6), wrench(3), jacobian(3, 3)
       integer :: i
@@ -164,9 +159,7 @@ contains
 
    !> Call a rung for all arguments; each call waits for the results of the one before.
    subroutine pass_in_chain(rung, c)
-      !> The rung.
       type(rung_type), intent(in) :: rung
-      !> Its case.
       type(case_type), intent(in) :: c
       real(wp) :: r(6), wrench(3), jacobian(3, 3)
       integer(i8) :: mask
@@ -231,7 +224,6 @@ contains
       real(wp), intent(in) :: x
       !> The first of the others.
       real(wp), intent(in) :: first
-      !> The second.
       real(wp), intent(in) :: second
       !> Zero.
       integer(i8), intent(in) :: mask

@@ -4,7 +4,7 @@ module contensou_drivers_command_line
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : nearest, quote, read_real, starts_with, string_type
-   use contensou_io_comparison_rules, only : built_in_text, whole_run_text
+   use contensou_compare_rules, only : built_in_text, whole_run_text
    implicit none(type, external)
    private
 
@@ -306,7 +306,6 @@ contains
 
       !> The option of a word, if this sub-command has it.
       function option_of(word) result(option)
-         !> The word.
          character(len=*), intent(in) :: word
          character(len=:), allocatable :: option
          integer :: equals
@@ -425,9 +424,7 @@ contains
 
    !> Add a text to a list.
    subroutine append(list, text)
-      !> The list.
       type(string_type), allocatable, intent(inout) :: list(:)
-      !> The text.
       character(len=*), intent(in) :: text
       type(string_type), allocatable :: longer(:)
       integer :: i
@@ -575,7 +572,6 @@ contains
 
    !> The command line as one text.
    pure function command_text(words) result(text)
-      !> Its words.
       type(string_type), intent(in) :: words(:)
       character(len=:), allocatable :: text
       integer :: i

@@ -4,7 +4,7 @@ module contensou_drivers_cost
    use contensou_base_errors, only : error_type, fatal, status_failed, status_interrupted, &
       status_usage
    use contensou_base_kinds, only : wp
-   use contensou_base_system, only : catch_signals, remove_file, rename_file, &
+   use contensou_base_operating_system, only : catch_signals, remove_file, rename_file, &
       signal_received, write_stdout
    use contensou_base_text, only : string_type, to_text
    use contensou_contact_catalogue, only : model_info_type
@@ -16,15 +16,15 @@ module contensou_drivers_cost
    use contensou_drivers_progress, only : progress_type
    use contensou_drivers_report, only : number_text
    use contensou_dynamics_scene, only : cost_measures, cost_quantities, scene_type
-   use contensou_integrate_work_precision, only : kinds, outcome_done, outcome_failed, &
+   use contensou_study_work_precision, only : kinds, outcome_done, outcome_failed, &
       outcome_slow, &
       outcome_stopped, reference_distance, reference_scales, reference_type, run_reference, &
       run_trial, trial_type
-   use contensou_io_cost_table, only : cheapest, csv_text, judge_runs, kind_names, kind_units, &
+   use contensou_files_cost_table, only : cheapest, csv_text, judge_runs, kind_names, kind_units, &
       model_type, outcome_names, run_type, scaled_error, study_type, write_hdf5
-   use contensou_io_hdf5_file, only : hdf5_file_type
-   use contensou_io_scene_reader, only : read_scene, scene_file_type
-   use contensou_io_trajectory, only : part_suffix
+   use contensou_files_hdf5_file, only : hdf5_file_type
+   use contensou_scene_reader, only : read_scene, scene_file_type
+   use contensou_files_trajectory, only : part_suffix
    implicit none(type, external)
    private
 
@@ -172,7 +172,6 @@ contains
 
    !> A model: the scene with other parts.
    function new_model(scene, friction, normal) result(model)
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> Friction, index into `friction_models`; 0 for that of each contact.
       integer, intent(in) :: friction
@@ -209,7 +208,6 @@ contains
 
    !> Reference of each model, checked by a second method.
    subroutine compute_references(study, references, quiet, stopped)
-      !> The study.
       type(study_type), intent(inout) :: study
       !> The references, one for each model.
       type(reference_type), allocatable, intent(out) :: references(:)
@@ -249,13 +247,10 @@ contains
 
    !> Reference of a model and its check.
    subroutine one_reference(model, rtol, reference, check, stopped)
-      !> The model.
       type(model_type), intent(inout) :: model
       !> Relative tolerance [-].
       real(wp), intent(in) :: rtol
-      !> The reference.
       type(reference_type), intent(out) :: reference
-      !> Its check.
       type(reference_type), intent(out) :: check
       !> Whether a signal came.
       logical, intent(out) :: stopped
@@ -307,9 +302,7 @@ contains
 
    !> All runs, interleaved: each round runs what is short once more.
    subroutine compute_runs(study, references, quiet, stopped)
-      !> The study.
       type(study_type), intent(inout) :: study
-      !> The references.
       type(reference_type), intent(in), target :: references(:)
       !> Whether progress is not shown.
       logical, intent(in) :: quiet
@@ -355,9 +348,7 @@ contains
 
    !> One run of a round.
    subroutine one_run(run, model, round, own, exact)
-      !> The run.
       type(run_type), intent(inout) :: run
-      !> Its model.
       type(model_type), intent(in) :: model
       !> Number of the round.
       integer, intent(in) :: round
@@ -384,9 +375,7 @@ contains
    !> Write the files that are asked for, each under a temporary name that it loses when all are
    !> complete.
    subroutine write_files(study, file, command, line, error)
-      !> The study.
       type(study_type), intent(in) :: study
-      !> The scene.
       type(scene_file_type), intent(in) :: file
       !> What the user asks for.
       type(command_type), intent(in) :: command
@@ -494,7 +483,6 @@ contains
 
       !> Sign of a run on the Pareto front.
       pure function mark(run) result(sign)
-         !> The run.
          type(run_type), intent(in) :: run
          character(len=2) :: sign
 
@@ -551,7 +539,6 @@ contains
 
    !> What is known about the reference of a model.
    function reference_words(study, i) result(text)
-      !> The study.
       type(study_type), intent(in) :: study
       !> Index of the model.
       integer, intent(in) :: i
@@ -645,7 +632,6 @@ contains
 
    !> First line of a text.
    pure function first_line(text) result(line)
-      !> The text.
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: line
       integer :: i
@@ -657,9 +643,7 @@ contains
 
    !> A text with blanks after it.
    pure function left(text, width) result(cell)
-      !> The text.
       character(len=*), intent(in) :: text
-      !> Width.
       integer, intent(in) :: width
       character(len=:), allocatable :: cell
 
@@ -668,9 +652,7 @@ contains
 
    !> A text with blanks before it, at least one.
    pure function right(text, width) result(cell)
-      !> The text.
       character(len=*), intent(in) :: text
-      !> Width.
       integer, intent(in) :: width
       character(len=:), allocatable :: cell
 

@@ -6,11 +6,11 @@ module contensou_drivers_diff
    use contensou_base_errors, only : error_type, fatal, status_failed, status_ok, status_usage
    use contensou_base_guard, only : finish_guard, start_guard, wait_for_worker
    use contensou_base_kinds, only : wp
-   use contensou_base_system, only : write_stderr, write_stdout
+   use contensou_base_operating_system, only : write_stderr, write_stdout
    use contensou_base_text, only : string_type
    use contensou_drivers_command_line, only : command_type
-   use contensou_io_comparison, only : comparison_output_type, comparison_type
-   use contensou_io_comparison_rules, only : built_in_rules, read_rules
+   use contensou_compare_comparison, only : comparison_output_type, comparison_type
+   use contensou_compare_rules, only : built_in_rules, read_rules
    implicit none(type, external)
    private
 

@@ -45,7 +45,6 @@ module contensou_drivers_eval
       procedure(hertz_kernel), pointer, nopass :: hertz => null()
       !> Elliptic integrals for Newton's method; not associated for another model.
       procedure(elliptic_kernel), pointer, nopass :: integrals => null()
-      !> Friction.
       type(friction_type) :: friction
       !> Friction with derivatives; not associated if they are not wanted.
       procedure(wrench_jacobian_kernel), pointer, nopass :: jacobian => null()
@@ -200,7 +199,6 @@ contains
       character(len=*), intent(in) :: what
       !> The name; blank for the default.
       character(len=*), intent(in) :: wanted
-      !> The default.
       character(len=*), intent(in) :: default
       !> The list.
       character(len=*), intent(in) :: names(:)
@@ -229,7 +227,6 @@ contains
 
    !> Evaluate all rows of a table.
    subroutine evaluate(table, names, header, n_outputs, evaluation, error)
-      !> The table.
       type(source_type), intent(in) :: table
       !> Names of the inputs.
       character(len=*), intent(in) :: names(:)

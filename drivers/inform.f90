@@ -3,7 +3,7 @@ module contensou_drivers_inform
    use contensou_base_build, only : build_compiler, git_commit, program_version
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : cpu_seconds, write_stdout
+   use contensou_base_operating_system, only : cpu_seconds, write_stdout
    use contensou_base_text, only : join, lower, nearest, quote, to_text
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_damping, only : damping_model_type, damping_models
@@ -23,12 +23,12 @@ module contensou_drivers_inform
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : begin_rigid, march, observer_type, row_count
    use contensou_integrate_motion, only : motion_type, set_up_motion
-   use contensou_io_hdf5_file, only : hdf5_version
-   use contensou_io_scene_reader, only : read_scene, scene_file_type
-   use contensou_io_schema, only : choices_of, domain_text, group_spec_type, key_spec_type, &
+   use contensou_files_hdf5_file, only : hdf5_version
+   use contensou_scene_reader, only : read_scene, scene_file_type
+   use contensou_scene_schema, only : choices_of, domain_text, group_spec_type, key_spec_type, &
       kind_choice, kind_logical, kind_name, kind_real, kind_reference, schema_groups, schema_keys
-   use contensou_io_sweep_reader, only : is_sweep_file
-   use contensou_io_sweep_schema, only : any_number, kind_any, kind_whole, sweep_domain, &
+   use contensou_sweep_reader, only : is_sweep_file
+   use contensou_sweep_schema, only : any_number, kind_any, kind_whole, sweep_domain, &
       sweep_groups, sweep_keys
    use contensou_special_gsl, only : gsl_version
    implicit none(type, external)
@@ -107,7 +107,6 @@ contains
 
    !> Cost of a scene, measured.
    function cost_text(file, motion) result(text)
-      !> The scene.
       type(scene_file_type), intent(in) :: file
       !> Its motion, assembled.
       type(motion_type), intent(inout), target :: motion
@@ -167,7 +166,6 @@ contains
 
    !> Stop when the time is over.
    subroutine after_step(self, t, stop_now, error)
-      !> The stopwatch.
       class(stopwatch_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(in) :: t
@@ -323,7 +321,6 @@ contains
 
    !> A group in a line.
    pure function group_text(group) result(text)
-      !> The group.
       type(group_spec_type), intent(in) :: group
       character(len=:), allocatable :: text
 
@@ -335,7 +332,6 @@ contains
 
    !> Values and unit of a key in a few words.
    function short_domain(key) result(text)
-      !> The key.
       type(key_spec_type), intent(in) :: key
       character(len=:), allocatable :: text
 
@@ -367,7 +363,6 @@ contains
 
    !> All about a key.
    function key_text(key) result(text)
-      !> The key.
       type(key_spec_type), intent(in) :: key
       character(len=:), allocatable :: text
 

@@ -1,7 +1,7 @@
 !> From the command line to an exit status.
 module contensou_drivers_main
    use contensou_base_errors, only : error_type, status_interrupted, status_ok
-   use contensou_base_system, only : open_standard_streams, write_stderr, write_stdout
+   use contensou_base_operating_system, only : open_standard_streams, write_stderr, write_stdout
    use contensou_base_text, only : string_type
    use contensou_drivers_bench, only : bench_command
    use contensou_drivers_command_line, only : command_line_words, command_type, &

@@ -2,13 +2,13 @@
 module contensou_drivers_merge
    use contensou_base_errors, only : error_type, fatal, status_failed, status_file, status_usage
    use contensou_base_kinds, only : i8
-   use contensou_base_system, only : file_exists, folder_writable, is_folder, list_folder, &
-      write_stderr, write_stdout
+   use contensou_base_operating_system, only : file_exists, folder_writable, is_folder, &
+      list_folder, write_stderr, write_stdout
    use contensou_base_text, only : shorten, starts_with, string_type, to_text
    use contensou_drivers_command_line, only : command_text, command_type
-   use contensou_io_sweep, only : sweep_type
-   use contensou_io_sweep_reader, only : is_sweep_file, read_sweep
-   use contensou_io_sweep_table, only : last_status, read_table_header, status_names, &
+   use contensou_sweep_plan, only : sweep_type
+   use contensou_sweep_reader, only : is_sweep_file, read_sweep
+   use contensou_sweep_table, only : last_status, read_table_header, status_names, &
       sweep_table_type, table_header_type, table_reader_type
    implicit none(type, external)
    private
@@ -27,7 +27,6 @@ module contensou_drivers_merge
       integer(i8) :: row = 0
    end type segment_type
 
-   !> Digits.
    character(len=*), parameter :: digits = "0123456789"
 
    !> Bytes of a list of cases that a message shows.
@@ -194,7 +193,6 @@ contains
    !> Whether a text is what the name of a part has after that of the whole: `_shard_1_of_4`,
    !> `_cases_1_to_9`, or both.
    function is_part(text)
-      !> The text.
       character(len=*), intent(in) :: text
       logical :: is_part
       character(len=:), allocatable :: rest
@@ -287,7 +285,6 @@ contains
       character(len=*), intent(in) :: text
       !> Number of the table.
       integer, intent(in) :: file
-      !> Its rows.
       integer(i8), intent(in) :: n_rows
       !> The cases.
       type(segment_type), allocatable, intent(out) :: segments(:)
@@ -377,7 +374,6 @@ contains
 
       !> Add a range to a list.
       pure subroutine add(list, a, b)
-         !> The list.
          character(len=:), allocatable, intent(inout) :: list
          !> First case.
          integer(i8), intent(in) :: a
@@ -393,7 +389,6 @@ contains
 
    !> Put segments in the order of their first cases.
    recursive subroutine sort(segments)
-      !> The segments.
       type(segment_type), intent(inout) :: segments(:)
       type(segment_type) :: sorted(size(segments))
       integer :: half, i, j, k

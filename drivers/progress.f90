@@ -1,7 +1,8 @@
 !> Progress of a command on stderr: a bar on a terminal, a line for each tenth elsewhere.
 module contensou_drivers_progress
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : is_terminal, terminal_width, wall_seconds, write_stderr
+   use contensou_base_operating_system, only : is_terminal, terminal_width, wall_seconds, &
+      write_stderr
    use contensou_base_text, only : to_text
    implicit none(type, external)
    private
@@ -43,7 +44,6 @@ contains
 
    !> Begin, or begin again where an earlier life has been: the clock runs from here on.
    subroutine begin(self, quiet, share)
-      !> The progress.
       class(progress_type), intent(inout) :: self
       !> Whether nothing is to be written.
       logical, intent(in) :: quiet
@@ -60,7 +60,6 @@ contains
 
    !> Whether there is something to tell: cheap, to be asked before words are made for `tell`.
    function is_due(self, share) result(due)
-      !> The progress.
       class(progress_type), intent(in) :: self
       !> Share of the work that is done, 0 to 1.
       real(wp), intent(in) :: share
@@ -102,7 +101,6 @@ contains
 
    !> Wall time to the end if the work goes on at the pace so far, in words.
    function time_left(self, share) result(text)
-      !> The progress.
       class(progress_type), intent(in) :: self
       !> Share of the work that is done, above that at the beginning.
       real(wp), intent(in) :: share
@@ -119,7 +117,6 @@ contains
 
    !> Write a line of its own.
    subroutine note(self, words)
-      !> The progress.
       class(progress_type), intent(in) :: self
       !> The line.
       character(len=*), intent(in) :: words
@@ -131,7 +128,6 @@ contains
    !> Tell what begins, where nobody knows what share of the work it is: on a terminal in place of
    !> the bar, elsewhere as a line.
    subroutine stage(self, words)
-      !> The progress.
       class(progress_type), intent(in) :: self
       !> What begins.
       character(len=*), intent(in) :: words
@@ -145,7 +141,6 @@ contains
 
    !> Remove the bar from the terminal.
    subroutine clear(self)
-      !> The progress.
       class(progress_type), intent(in) :: self
 
       if (self%shown .and. self%terminal) call write_stderr(clear_line)

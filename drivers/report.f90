@@ -25,9 +25,7 @@ contains
 
    !> The effects that a contact pays for, separated by commas.
    function contact_effects(scene, contact) result(text)
-      !> The scene.
       type(scene_type), intent(in) :: scene
-      !> The contact.
       type(contact_spec_type), intent(in) :: contact
       character(len=:), allocatable :: text
       type(model_info_type), allocatable :: normal(:)
@@ -68,9 +66,7 @@ contains
 
    !> What `auto` chose, and why.
    function choice_words(scene, choice) result(text)
-      !> The scene.
       type(scene_type), intent(in) :: scene
-      !> The choice.
       type(choice_type), intent(in) :: choice
       character(len=:), allocatable :: text
 
@@ -83,7 +79,6 @@ contains
 
    !> How many bodies a scene has, and how they move.
    function bodies_text(scene) result(text)
-      !> The scene.
       type(scene_type), intent(in) :: scene
       character(len=:), allocatable :: text
       integer :: fixed, prescribed, spindle
@@ -104,7 +99,6 @@ contains
 
    !> What drives or loads a body; blank for a free body without applied loads.
    function body_effects(body) result(text)
-      !> The body.
       type(body_spec_type), intent(in) :: body
       character(len=:), allocatable :: text
 
@@ -133,7 +127,6 @@ contains
 
    !> Shape of a surface, and its side if that is the inside.
    pure function shape_words(surface) result(text)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       character(len=:), allocatable :: text
 
@@ -165,7 +158,6 @@ contains
 
    !> What went wrong in an integration, where, and what may help.
    function failure_text(scene, system, y, t, reason) result(text)
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> Its equations of motion.
       type(system_type), intent(inout) :: system

@@ -8,16 +8,16 @@ module contensou_drivers_resume
    use contensou_base_errors, only : error_type, fatal, status_failed, status_file
    use contensou_base_guard, only : finish_guard, start_guard, wait_for_worker
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : file_exists, is_locked, remove_file, rename_file, &
+   use contensou_base_operating_system, only : file_exists, is_locked, remove_file, rename_file, &
       unfinished_suffix, write_stderr
    use contensou_base_text, only : quote, starts_with, string_type
    use contensou_contact_geometry, only : track_type
    use contensou_integrate_march, only : memory_type
    use contensou_integrate_motion, only : motion_type
-   use contensou_io_checkpoint, only : checkpoint_type
-   use contensou_io_hdf5_file, only : hdf5_readable_status
-   use contensou_io_hdf5_reader, only : hdf5_item_type, hdf5_reader_type, max_rank
-   use contensou_io_trajectory, only : check_rows, part_suffix
+   use contensou_files_checkpoint, only : checkpoint_type
+   use contensou_files_hdf5_file, only : hdf5_readable_status
+   use contensou_files_hdf5_reader, only : hdf5_item_type, hdf5_reader_type, max_rank
+   use contensou_files_trajectory, only : check_rows, part_suffix
    implicit none(type, external)
    private
 
@@ -196,7 +196,6 @@ contains
       character(len=*), intent(in) :: expected
       !> All settings of the run.
       character(len=*), intent(in) :: resolved
-      !> Its checkpoint.
       type(checkpoint_type), intent(in) :: checkpoint
       !> Whether to compare its rows with the checkpoint.
       logical, intent(in) :: has_rows
@@ -231,7 +230,6 @@ contains
       character(len=*), intent(in) :: expected
       !> All settings of the run.
       character(len=*), intent(in) :: resolved
-      !> Its checkpoint.
       type(checkpoint_type), intent(in) :: checkpoint
       !> Whether to compare its rows with the checkpoint.
       logical, intent(in) :: has_rows
@@ -325,7 +323,6 @@ contains
 
    !> The next line of a text, without leading blanks; empty after the end.
    function next_line(text, at) result(line)
-      !> The text.
       character(len=*), intent(in) :: text
       !> Where it begins, moved to the line after it.
       integer, intent(inout) :: at
@@ -372,11 +369,9 @@ contains
 
    !> Begin a checkpoint with what march and motion remember.
    subroutine remember(motion, memory, checkpoint)
-      !> The motion.
       class(motion_type), intent(in) :: motion
       !> What the march remembers.
       type(memory_type), intent(in) :: memory
-      !> The checkpoint.
       type(checkpoint_type), intent(inout) :: checkpoint
       real(wp) :: damping(size(motion%system%contacts))
       real(wp) :: tracks(track_size, size(motion%system%contacts))
@@ -423,9 +418,7 @@ contains
 
    !> Give march and motion back what they remembered.
    subroutine recall(checkpoint, motion, memory, error)
-      !> The checkpoint.
       type(checkpoint_type), intent(in) :: checkpoint
-      !> The motion.
       type(motion_type), intent(inout) :: motion
       !> What the march remembers.
       type(memory_type), intent(out) :: memory

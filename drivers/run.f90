@@ -1,10 +1,11 @@
 !> `contensou run`: simulate a scene and write its output file.
 module contensou_drivers_run
-   use contensou_base_crew, only : crew_stopping
+   use contensou_sweep_crew, only : crew_stopping
    use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted
    use contensou_base_kinds, only : i8, pi, wp
-   use contensou_base_system, only : catch_signals, cpu_seconds, file_exists, folder_writable, &
-      is_folder, is_locked, remove_file, signal_received, write_stderr, write_stdout
+   use contensou_base_operating_system, only : catch_signals, cpu_seconds, file_exists, &
+      folder_writable, is_folder, is_locked, remove_file, signal_received, write_stderr, &
+      write_stdout
    use contensou_base_text, only : quote, string_type, to_text
    use contensou_contact_geometry, only : pose_type
    use contensou_drivers_command_line, only : command_text, command_type
@@ -21,10 +22,10 @@ module contensou_drivers_run
    use contensou_integrate_march, only : event_touch, march, memory_type, observer_type
    use contensou_integrate_motion, only : motion_type, set_up_motion
    use contensou_integrate_profile, only : profile_names
-   use contensou_io_checkpoint, only : checkpoint_type
-   use contensou_io_hdf5_file, only : hdf5_readable_status
-   use contensou_io_scene_reader, only : read_scene, scene_file_type
-   use contensou_io_trajectory, only : part_suffix, trajectory_type
+   use contensou_files_checkpoint, only : checkpoint_type
+   use contensou_files_hdf5_file, only : hdf5_readable_status
+   use contensou_scene_reader, only : read_scene, scene_file_type
+   use contensou_files_trajectory, only : part_suffix, trajectory_type
    implicit none(type, external)
    private
 
@@ -36,7 +37,6 @@ module contensou_drivers_run
       type(trajectory_type) :: output
       !> End of time [s].
       real(wp) :: t_end = 0.0_wp
-      !> Progress.
       type(progress_type) :: progress
       !> Steps since the clocks were looked at.
       integer :: steps = 0
@@ -231,9 +231,7 @@ contains
 
    !> Bring the rows to the disk, and then from where the run can go on.
    subroutine keep(self, motion, memory, error)
-      !> The recorder.
       class(recorder_type), intent(inout) :: self
-      !> The motion.
       class(motion_type), intent(in) :: motion
       !> What the march remembers.
       type(memory_type), intent(in) :: memory
@@ -258,7 +256,6 @@ contains
       subroutine put(name, text)
          !> Name of the item.
          character(len=*), intent(in) :: name
-         !> The text.
          character(len=:), allocatable, intent(in) :: text
 
          if (allocated(text)) then
@@ -355,9 +352,7 @@ contains
 
    !> A row is due.
    subroutine sample(self, motion, t, y, error)
-      !> The recorder.
       class(recorder_type), intent(inout) :: self
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -371,7 +366,6 @@ contains
 
    !> A contact touched or lifted off.
    subroutine event(self, t, kind, contact, error)
-      !> The recorder.
       class(recorder_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
@@ -391,7 +385,6 @@ contains
 
    !> A step is done: signals, progress, flushing.
    subroutine after_step(self, t, stop_now, error)
-      !> The recorder.
       class(recorder_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(in) :: t
@@ -413,7 +406,6 @@ contains
 
    !> The method has something to say: at once, and in the summary.
    subroutine advise(self, t, text)
-      !> The recorder.
       class(recorder_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
@@ -426,7 +418,6 @@ contains
 
    !> `auto` goes on with another method.
    subroutine change_method(self, t, method, reason)
-      !> The recorder.
       class(recorder_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
@@ -444,11 +435,9 @@ contains
    !> Print what the run comes down to.
    subroutine print_summary(scene, system, recorder, statistics, y_start, y, seconds, stopped, &
       error)
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> Its equations of motion.
       type(system_type), intent(in) :: system
-      !> The recorder.
       type(recorder_type), intent(in) :: recorder
       !> Counters.
       type(statistics_type), intent(in) :: statistics
@@ -567,9 +556,7 @@ contains
 
       !> Angle between the z axis of a body and the vertical [deg].
       function tilt(state, body) result(angle)
-         !> State.
          real(wp), intent(in) :: state(:)
-         !> Body.
          integer, intent(in) :: body
          character(len=:), allocatable :: angle
          type(pose_type) :: pose

@@ -3,10 +3,10 @@
 !> Rows go into a journal, FILE.part, as cases end, in any order; when there is one for each case
 !> the table is made from it. Whatever ends the program, the next one goes on from the journal.
 module contensou_drivers_sweep
-   use contensou_base_crew, only : available_cores, hold_signals, run_crew
+   use contensou_sweep_crew, only : available_cores, hold_signals, run_crew
    use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : file_exists, folder_writable, is_folder, is_locked, &
+   use contensou_base_operating_system, only : file_exists, folder_writable, is_folder, is_locked, &
       remove_file, wall_seconds, write_stdout
    use contensou_base_text, only : string_type, to_text
    use contensou_drivers_command_line, only : command_type
@@ -16,16 +16,15 @@ module contensou_drivers_sweep
    use contensou_drivers_sweep_summary, only : print_summary, tally_type, write_table
    use contensou_drivers_sweep_trajectories, only : list_trajectories, trajectories_type, &
       write_trajectories
-   use contensou_io_sweep, only : sweep_type
-   use contensou_io_sweep_reader, only : read_sweep
-   use contensou_io_sweep_table, only : read_table_header, table_header_type
-   use contensou_io_trajectory, only : part_suffix
+   use contensou_sweep_plan, only : sweep_type
+   use contensou_sweep_reader, only : read_sweep
+   use contensou_sweep_table, only : read_table_header, table_header_type
+   use contensou_files_trajectory, only : part_suffix
    implicit none(type, external)
    private
 
    public :: sweep_command
 
-   !> Most threads.
    integer, parameter :: most_threads = 1024
 
    !> End of a line.
@@ -134,7 +133,6 @@ contains
    subroutine check_table(name, sweep, selection, command, complete, error)
       !> Name of the table.
       character(len=*), intent(in) :: name
-      !> The sweep.
       type(sweep_type), intent(in) :: sweep
       !> The cases.
       type(selection_type), intent(in) :: selection
@@ -184,7 +182,6 @@ contains
    subroutine stop_here(name, cases, error)
       !> Name of the table.
       character(len=*), intent(in) :: name
-      !> The cases.
       type(cases_type), intent(in) :: cases
       !> What is said.
       type(error_type), allocatable, intent(out) :: error

@@ -4,22 +4,23 @@
 !> rows, the same summary.
 module contensou_drivers_sweep_case
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
-   use contensou_base_crew, only : begin_piece, crew_stopping, lock_texts, unlock_texts
+   use contensou_sweep_crew, only : begin_piece, crew_stopping, lock_texts, unlock_texts
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : wall_seconds
+   use contensou_base_operating_system, only : wall_seconds
    use contensou_drivers_report, only : failure_text, number_text
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_integrate_choice, only : choice_type, choose_method
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : event_touch, march, observer_type
    use contensou_integrate_motion, only : motion_type, set_up_motion
-   use contensou_io_quantities, only : components_of, final_state, n_quantities, row_quantities, &
-      row_type, state_quantities, state_size, summary_quantities, summary_type, summary_values
-   use contensou_io_scene_reader, only : scene_file_type
-   use contensou_io_sweep, only : source_event, source_state, source_summary, source_value, &
+   use contensou_study_quantities, only : components_of, final_state, n_quantities, &
+      row_quantities, row_type, state_quantities, state_size, summary_quantities, summary_type, &
+      summary_values
+   use contensou_scene_reader, only : scene_file_type
+   use contensou_sweep_plan, only : source_event, source_state, source_summary, source_value, &
       sweep_type
-   use contensou_io_sweep_table, only : case_complete, case_failed, case_invalid, case_too_long
+   use contensou_sweep_table, only : case_complete, case_failed, case_invalid, case_too_long
    implicit none(type, external)
    private
 
@@ -82,7 +83,6 @@ contains
 
    !> Where the columns of a sweep come from.
    function outline_of(sweep) result(outline)
-      !> The sweep.
       type(sweep_type), intent(in) :: sweep
       type(outline_type) :: outline
       integer :: i, j, n
@@ -104,7 +104,6 @@ contains
 
    !> Order the values at times by their times.
    subroutine order_times(sweep, outline)
-      !> The sweep.
       type(sweep_type), intent(in) :: sweep
       !> Where its columns come from.
       type(outline_type), intent(inout) :: outline
@@ -135,7 +134,6 @@ contains
 
    !> Run a case.
    subroutine run_case(sweep, outline, number, thread, results, status, message, stopped)
-      !> The sweep.
       type(sweep_type), intent(in) :: sweep
       !> Where its columns come from.
       type(outline_type), intent(in), target :: outline
@@ -205,9 +203,7 @@ contains
 
    !> Make a witness ready.
    subroutine prepare(witness, motion)
-      !> The witness.
       type(witness_type), intent(inout) :: witness
-      !> The motion.
       type(motion_type), intent(in) :: motion
 
       call witness%row%prepare(motion%system)
@@ -223,9 +219,7 @@ contains
 
    !> Fill the columns of a case that is complete.
    subroutine collect(witness, motion, y, statistics, results)
-      !> The witness.
       type(witness_type), intent(in) :: witness
-      !> The motion.
       type(motion_type), intent(in) :: motion
       !> Final state.
       real(wp), intent(in) :: y(:)
@@ -264,9 +258,7 @@ contains
 
    !> A row is due.
    subroutine sample(self, motion, t, y, error)
-      !> The witness.
       class(witness_type), intent(inout) :: self
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -283,9 +275,7 @@ contains
 
    !> A state that is asked for beside the rows.
    subroutine between(self, motion, t, y)
-      !> The witness.
       class(witness_type), intent(inout) :: self
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -299,7 +289,6 @@ contains
 
    !> Take the values at the time of the last row; a later one may come before an earlier one.
    subroutine take_values(self, t)
-      !> The witness.
       type(witness_type), intent(inout) :: self
       !> Time of the row [s].
       real(wp), intent(in) :: t
@@ -328,7 +317,6 @@ contains
 
    !> A contact touched or lifted off.
    subroutine event(self, t, kind, contact, error)
-      !> The witness.
       class(witness_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
@@ -353,7 +341,6 @@ contains
 
    !> A step is done: is there time for another one?
    subroutine after_step(self, t, stop_now, error)
-      !> The witness.
       class(witness_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(in) :: t

@@ -2,16 +2,16 @@
 !> words on stderr tell how far they are.
 module contensou_drivers_sweep_cases
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
-   use contensou_base_crew, only : job_type, piece_stopped
-   use contensou_base_journal, only : journal_type
+   use contensou_sweep_crew, only : job_type, piece_stopped
+   use contensou_sweep_journal, only : journal_type
    use contensou_base_kinds, only : i8, wp
    use contensou_base_text, only : to_text
    use contensou_drivers_progress, only : progress_type
    use contensou_drivers_report, only : number_text
    use contensou_drivers_sweep_case, only : outline_type, run_case
    use contensou_drivers_sweep_selection, only : selection_type
-   use contensou_io_sweep, only : sweep_type
-   use contensou_io_sweep_table, only : case_crashed, case_too_long
+   use contensou_sweep_plan, only : sweep_type
+   use contensou_sweep_table, only : case_crashed, case_too_long
    implicit none(type, external)
    private
 
@@ -19,7 +19,6 @@ module contensou_drivers_sweep_cases
 
    !> The cases as pieces of work for a crew.
    type, extends(job_type) :: cases_type
-      !> The sweep.
       type(sweep_type), pointer :: sweep => null()
       !> Its cases.
       type(selection_type) :: selection
@@ -31,7 +30,6 @@ module contensou_drivers_sweep_cases
       integer(i8) :: total = 0
       !> Cases that were done before.
       integer(i8) :: before = 0
-      !> Progress.
       type(progress_type) :: progress
    contains
       procedure :: work => work_case
@@ -44,7 +42,6 @@ contains
 
    !> What was done before, and the first words.
    subroutine begin_progress(cases, again, quiet, threads, left)
-      !> The cases.
       type(cases_type), intent(inout) :: cases
       !> Whether the journal was there.
       logical, intent(in) :: again
@@ -86,7 +83,6 @@ contains
 
    !> Run a case in a thread of the worker.
    subroutine work_case(self, thread, piece, code)
-      !> The cases.
       class(cases_type), intent(in) :: self
       !> Number of the thread.
       integer, intent(in) :: thread
@@ -108,7 +104,6 @@ contains
 
    !> Whether the row of a case is in the journal.
    function done_case(self, piece) result(answer)
-      !> The cases.
       class(cases_type), intent(in) :: self
       !> Position of the case.
       integer(i8), intent(in) :: piece
@@ -119,7 +114,6 @@ contains
 
    !> Write the row of a case that never ended.
    subroutine lost_case(self, piece, late, reason, code)
-      !> The cases.
       class(cases_type), intent(inout) :: self
       !> Position of the case.
       integer(i8), intent(in) :: piece
@@ -144,7 +138,6 @@ contains
 
    !> Show how far the sweep is.
    subroutine look_cases(self, finished)
-      !> The cases.
       class(cases_type), intent(inout) :: self
       !> Cases that were run by now.
       integer(i8), intent(in) :: finished

@@ -2,7 +2,7 @@
 module contensou_drivers_sweep_check
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : cpu_seconds, write_stdout
+   use contensou_base_operating_system, only : cpu_seconds, write_stdout
    use contensou_base_text, only : join, string_type, to_text
    use contensou_drivers_command_line, only : command_type
    use contensou_drivers_report, only : number_text
@@ -11,11 +11,11 @@ module contensou_drivers_sweep_check
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : march, observer_type
    use contensou_integrate_motion, only : motion_type, set_up_motion
-   use contensou_io_quantities, only : row_type
-   use contensou_io_scene_reader, only : scene_file_type
-   use contensou_io_sweep, only : sweep_type
-   use contensou_io_sweep_reader, only : read_sweep
-   use contensou_io_sweep_sampling, only : sampling_grid, sampling_names
+   use contensou_study_quantities, only : row_type
+   use contensou_scene_reader, only : scene_file_type
+   use contensou_sweep_plan, only : sweep_type
+   use contensou_sweep_reader, only : read_sweep
+   use contensou_sweep_sampling, only : sampling_grid, sampling_names
    implicit none(type, external)
    private
 
@@ -162,7 +162,6 @@ contains
 
    !> Time some cases, spread evenly over their numbers.
    subroutine time_cases(sweep, trial)
-      !> The sweep.
       type(sweep_type), intent(in) :: sweep
       !> What they came to.
       type(trial_type), intent(out) :: trial
@@ -203,7 +202,6 @@ contains
 
    !> Time a case.
    subroutine time_case(sweep, number, seconds, trial)
-      !> The sweep.
       type(sweep_type), intent(in) :: sweep
       !> Number of the case.
       integer(i8), intent(in) :: number
@@ -251,9 +249,7 @@ contains
 
    !> A row is due.
    subroutine sample(self, motion, t, y, error)
-      !> The stopwatch.
       class(stopwatch_type), intent(inout) :: self
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -267,7 +263,6 @@ contains
 
    !> Stop when the time is over.
    subroutine after_step(self, t, stop_now, error)
-      !> The stopwatch.
       class(stopwatch_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(in) :: t

@@ -4,7 +4,7 @@ module contensou_drivers_sweep_selection
    use contensou_base_kinds, only : i8
    use contensou_base_text, only : quote, to_text
    use contensou_drivers_command_line, only : command_type
-   use contensou_io_sweep, only : sweep_type
+   use contensou_sweep_plan, only : sweep_type
    implicit none(type, external)
    private
 
@@ -31,7 +31,6 @@ contains
    subroutine select_cases(command, sweep, selection, error)
       !> What the user asks for.
       type(command_type), intent(in) :: command
-      !> The sweep.
       type(sweep_type), intent(in) :: sweep
       !> Its cases.
       type(selection_type), intent(out) :: selection
@@ -78,7 +77,6 @@ contains
 
    !> Understand ranges such as "1:500,800".
    subroutine parse_ranges(text, n, selection, error)
-      !> The text.
       character(len=*), intent(in) :: text
       !> Number of cases.
       integer(i8), intent(in) :: n
@@ -159,7 +157,6 @@ contains
 
    !> The cases between two positions of a selection.
    subroutine cut(whole, first, last, part)
-      !> The selection.
       type(selection_type), intent(in) :: whole
       !> First position.
       integer(i8), intent(in) :: first
@@ -188,7 +185,6 @@ contains
 
    !> How many cases a selection has.
    pure function count_cases(self) result(count)
-      !> The selection.
       class(selection_type), intent(in) :: self
       integer(i8) :: count
 
@@ -197,7 +193,6 @@ contains
 
    !> Number of the case at a position.
    pure function case_at(self, position) result(number)
-      !> The selection.
       class(selection_type), intent(in) :: self
       !> Position, from 1.
       integer(i8), intent(in) :: position
@@ -219,7 +214,6 @@ contains
 
    !> Position of a case; 0 if it is not there.
    pure function position_of(self, number) result(position)
-      !> The selection.
       class(selection_type), intent(in) :: self
       !> Number of the case.
       integer(i8), intent(in) :: number
@@ -239,7 +233,6 @@ contains
 
    !> The ranges as a text such as "1:500,800".
    pure function selection_text(self) result(text)
-      !> The selection.
       class(selection_type), intent(in) :: self
       character(len=:), allocatable :: text
       integer :: i
@@ -257,7 +250,6 @@ contains
    function table_name(command, sweep, selection) result(name)
       !> What the user asks for.
       type(command_type), intent(in) :: command
-      !> The sweep.
       type(sweep_type), intent(in) :: sweep
       !> The cases.
       type(selection_type), intent(in) :: selection
@@ -276,7 +268,6 @@ contains
 
    !> A file name with some words before its suffix.
    pure function named(name, infix) result(text)
-      !> The name.
       character(len=*), intent(in) :: name
       !> The words.
       character(len=*), intent(in) :: infix

@@ -1,18 +1,18 @@
 !> What a sweep comes to: the table that is made from its journal, and the printed summary.
 module contensou_drivers_sweep_summary
-   use contensou_base_crew, only : stop_requested
+   use contensou_sweep_crew, only : stop_requested
    use contensou_base_errors, only : error_type, fatal, status_failed
-   use contensou_base_journal, only : journal_message_length
+   use contensou_sweep_journal, only : journal_message_length
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : file_exists, write_stdout
+   use contensou_base_operating_system, only : file_exists, write_stdout
    use contensou_base_text, only : string_type, to_text
    use contensou_drivers_command_line, only : command_text, command_type
    use contensou_drivers_report, only : number_text
    use contensou_drivers_sweep_cases, only : cases_type, threads_text
    use contensou_drivers_sweep_trajectories, only : run_words, trajectories_type
-   use contensou_io_sweep, only : sweep_type
-   use contensou_io_sweep_table, only : case_complete, status_names, sweep_table_type
-   use contensou_io_trajectory, only : part_suffix
+   use contensou_sweep_plan, only : sweep_type
+   use contensou_sweep_table, only : case_complete, status_names, sweep_table_type
+   use contensou_files_trajectory, only : part_suffix
    implicit none(type, external)
    private
 
@@ -30,7 +30,6 @@ module contensou_drivers_sweep_summary
       integer(i8) :: counts(0:size(status_names) - 1) = 0
       !> First case of each status; 0 for none.
       integer(i8) :: first(0:size(status_names) - 1) = 0
-      !> Its message.
       type(string_type) :: message(0:size(status_names) - 1)
    end type tally_type
 
@@ -97,13 +96,10 @@ contains
 
    !> Count a case.
    subroutine count_case(tally, number, status, message)
-      !> The tally.
       type(tally_type), intent(inout) :: tally
       !> Number of the case.
       integer(i8), intent(in) :: number
-      !> Its status.
       integer, intent(in) :: status
-      !> Its message.
       character(len=*), intent(in) :: message
 
       tally%counts(status) = tally%counts(status) + 1
@@ -116,11 +112,8 @@ contains
    subroutine print_summary(name, sweep, tally, trajectories, threads, wall, error)
       !> Name of the table.
       character(len=*), intent(in) :: name
-      !> The sweep.
       type(sweep_type), intent(in) :: sweep
-      !> The tally.
       type(tally_type), intent(in) :: tally
-      !> The trajectories.
       type(trajectories_type), intent(in) :: trajectories
       !> Number of threads.
       integer, intent(in) :: threads
@@ -171,7 +164,6 @@ contains
 
       !> A status in words.
       pure function words_of(status) result(name_of_it)
-         !> The status.
          integer, intent(in) :: status
          character(len=:), allocatable :: name_of_it
          integer :: k
@@ -184,7 +176,6 @@ contains
 
       !> A message, its lines after the first one indented as far as it is.
       pure function indented(message) result(lines)
-         !> The message.
          character(len=*), intent(in) :: message
          character(len=:), allocatable :: lines
          integer :: k

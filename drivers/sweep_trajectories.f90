@@ -1,20 +1,20 @@
 !> The trajectories that a sweep writes once its rows are there, as pieces of work for a crew.
 module contensou_drivers_sweep_trajectories
-   use contensou_base_crew, only : job_type, piece_done, piece_stopped, run_crew
+   use contensou_sweep_crew, only : job_type, piece_done, piece_stopped, run_crew
    use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted
-   use contensou_base_journal, only : journal_message_length
+   use contensou_sweep_journal, only : journal_message_length
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : file_exists, remove_file
+   use contensou_base_operating_system, only : file_exists, remove_file
    use contensou_base_text, only : string_type, to_text
    use contensou_drivers_command_line, only : command_text
    use contensou_drivers_resume, only : earlier_type, forget
    use contensou_drivers_run, only : run_scene
    use contensou_drivers_sweep_cases, only : cases_type
    use contensou_drivers_sweep_selection, only : named, selection_type
-   use contensou_io_scene_reader, only : read_scene, scene_file_type
-   use contensou_io_sweep, only : sweep_type
-   use contensou_io_sweep_table, only : case_complete, case_failed
-   use contensou_io_trajectory, only : part_suffix
+   use contensou_scene_reader, only : read_scene, scene_file_type
+   use contensou_sweep_plan, only : sweep_type
+   use contensou_sweep_table, only : case_complete, case_failed
+   use contensou_files_trajectory, only : part_suffix
    implicit none(type, external)
    private
 
@@ -28,7 +28,6 @@ module contensou_drivers_sweep_trajectories
 
    !> Trajectories as pieces of work for a crew.
    type, extends(job_type) :: trajectories_type
-      !> The sweep.
       type(sweep_type), pointer :: sweep => null()
       !> The cases.
       integer(i8), allocatable :: numbers(:)
@@ -45,7 +44,6 @@ contains
 
    !> The trajectories that are wanted of these cases.
    subroutine list_trajectories(sweep, selection, may_exist, force, list, error)
-      !> The sweep.
       type(sweep_type), intent(in), target :: sweep
       !> The cases.
       type(selection_type), intent(in) :: selection
@@ -53,7 +51,6 @@ contains
       logical, intent(in) :: may_exist
       !> Whether to remove these.
       logical, intent(in) :: force
-      !> The trajectories.
       type(trajectories_type), intent(inout) :: list
       !> Set when a file is in the way.
       type(error_type), allocatable, intent(out) :: error
@@ -85,9 +82,7 @@ contains
 
    !> Write the trajectories that are not there, one at a time.
    subroutine write_trajectories(list, cases, stopped, error)
-      !> The trajectories.
       type(trajectories_type), intent(inout) :: list
-      !> The cases.
       type(cases_type), intent(in) :: cases
       !> Whether a signal came.
       logical, intent(out) :: stopped
@@ -126,7 +121,6 @@ contains
 
    !> Run a case as `contensou run` does, in a process of its own.
    subroutine work_trajectory(self, thread, piece, code)
-      !> The trajectories.
       class(trajectories_type), intent(in) :: self
       !> Number of the thread.
       integer, intent(in) :: thread
@@ -166,7 +160,6 @@ contains
       type(string_type), intent(in) :: overrides(:)
       !> Name of the trajectory; blank for the one that the scene says.
       character(len=*), intent(in) :: output
-      !> The words.
       type(string_type), allocatable, intent(out) :: words(:)
       integer :: i, n
 
@@ -185,7 +178,6 @@ contains
 
    !> Whether a trajectory is there.
    function done_trajectory(self, piece) result(answer)
-      !> The trajectories.
       class(trajectories_type), intent(in) :: self
       !> Which one.
       integer(i8), intent(in) :: piece
@@ -196,7 +188,6 @@ contains
 
    !> A trajectory that cannot be written is not there.
    subroutine lost_trajectory(self, piece, late, reason, code)
-      !> The trajectories.
       class(trajectories_type), intent(inout) :: self
       !> Which one.
       integer(i8), intent(in) :: piece
@@ -212,7 +203,6 @@ contains
 
    !> Nothing is shown of trajectories.
    subroutine look_trajectories(self, finished)
-      !> The trajectories.
       class(trajectories_type), intent(inout) :: self
       !> Trajectories that were written by now.
       integer(i8), intent(in) :: finished

@@ -6,7 +6,7 @@ module contensou_drivers_table
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : wp
-   use contensou_base_system, only : file_exists, is_folder, write_stdout
+   use contensou_base_operating_system, only : file_exists, is_folder, write_stdout
    use contensou_base_text, only : lower, quote, read_real, starts_with, string_type, to_text
    implicit none(type, external)
    private
@@ -40,9 +40,7 @@ contains
 
    !> Add a line.
    subroutine put(self, line, error)
-      !> The printer.
       class(printer_type), intent(inout) :: self
-      !> The line.
       character(len=*), intent(in) :: line
       !> Set when the standard output cannot be written.
       type(error_type), allocatable, intent(out) :: error
@@ -61,7 +59,6 @@ contains
 
    !> Write what waits.
    subroutine flush_block(self, error)
-      !> The printer.
       class(printer_type), intent(inout) :: self
       !> Set when the standard output cannot be written.
       type(error_type), allocatable, intent(out) :: error
@@ -72,7 +69,6 @@ contains
 
    !> Whether the header of a table has a column.
    pure function has_column(table, name) result(has)
-      !> The table.
       type(source_type), intent(in) :: table
       !> Name of the column.
       character(len=*), intent(in) :: name
@@ -102,7 +98,6 @@ contains
 
    !> Columns of a table by their names.
    subroutine read_table(table, names, values, lines, diagnostics)
-      !> The table.
       type(source_type), intent(in) :: table
       !> Names of the columns that are wanted.
       character(len=*), intent(in) :: names(:)
@@ -206,7 +201,6 @@ contains
 
    !> Columns where the fields of a line start, and where one after the last would.
    pure function field_starts(line) result(starts)
-      !> The line.
       character(len=*), intent(in) :: line
       integer, allocatable :: starts(:)
       integer :: i, n
@@ -224,7 +218,6 @@ contains
 
    !> Names separated by commas.
    pure function list(names) result(text)
-      !> The names.
       character(len=*), intent(in) :: names(:)
       character(len=:), allocatable :: text
       integer :: i

@@ -2,7 +2,8 @@
 
 A file of the layer <layer> may use modules of its own layer and of those before it:
 
-    base < special < contact < dynamics < integrate < io < capi < drivers
+    base < special < contact < dynamics < integrate < scene < study < files < compare < sweep
+    < contensou (the facade) < capi < drivers
 
 Also checked: a module is named after its path (src/base/kinds.f90 holds contensou_base_kinds), a
 module that is used exists, and SUNDIALS and HDF5 are each named in one file at most.
@@ -16,7 +17,21 @@ import re
 import sys
 from pathlib import Path
 
-LAYERS = ("base", "special", "contact", "dynamics", "integrate", "io", "capi", "drivers")
+LAYERS = (
+    "base",
+    "special",
+    "contact",
+    "dynamics",
+    "integrate",
+    "scene",
+    "study",
+    "files",
+    "compare",
+    "sweep",
+    "contensou",
+    "capi",
+    "drivers",
+)
 SUFFIXES = (".f90", ".F90", ".f90.in", ".F90.in")
 
 USE = re.compile(r"^\s*use\b(?:\s*,\s*(?:non_)?intrinsic)?\s*(?:::)?\s*(\w+)", re.IGNORECASE)
@@ -49,8 +64,8 @@ class Source:
             parts.pop(0)
         parts[-1] = parts[-1].split(".")[0]
         self.module = "_".join(["contensou", *parts]) if parts != ["contensou"] else "contensou"
-        # A file straight in src/ gathers the others and stands above every layer of the library.
-        self.layer = parts[0] if len(parts) > 1 else "capi"
+        # A file straight in src/ gathers the others: it is a layer of its own, named as it is.
+        self.layer = parts[0]
         self.defines: list[tuple[int, str]] = []
         self.uses: list[tuple[int, str]] = []
         self.includes: list[tuple[int, str]] = []

@@ -52,7 +52,6 @@ contains
       character(len=*), intent(in) :: name
       !> The rung.
       procedure(wrench_kernel) :: kernel
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Velocity (vx, vy, a w) [m/s].
       real(wp), intent(in) :: v(3)

@@ -255,7 +255,6 @@ contains
       type(entry_type), intent(in) :: entry
       !> Sources that its place refers to.
       type(source_type), intent(in) :: sources(:)
-      !> The text.
       character(len=:), allocatable :: text
 
       character(len=:), allocatable :: excerpt

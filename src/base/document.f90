@@ -127,7 +127,6 @@ contains
    pure function too_large(path) result(message)
       !> The file.
       character(len=*), intent(in) :: path
-      !> The message.
       character(len=:), allocatable :: message
 
       message = path // ' is too large to be a scene: more than ' // &
@@ -158,7 +157,6 @@ contains
    pure subroutine parse_document(name, text, document, diagnostics)
       !> Name of the text in messages.
       character(len=*), intent(in) :: name
-      !> The text.
       character(len=*), intent(in) :: text
       !> What was read.
       type(document_type), intent(out) :: document
@@ -193,7 +191,6 @@ contains
       character(len=*), intent(in) :: name
       !> The list as it would follow the equals sign.
       character(len=*), intent(in) :: text
-      !> The values.
       type(value_type), allocatable, intent(out) :: values(:)
       !> Document to whose sources the list is appended.
       type(document_type), intent(inout) :: document

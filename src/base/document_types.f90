@@ -13,13 +13,11 @@ module contensou_base_document_types
    !> No value was given: nothing between two commas.
    integer, parameter :: value_null = 0
 
-   !> An integer.
    integer, parameter :: value_integer = 1
 
    !> A real number, possibly infinite or not a number.
    integer, parameter :: value_real = 2
 
-   !> A logical.
    integer, parameter :: value_logical = 3
 
    !> A text in quotes.
@@ -31,9 +29,7 @@ module contensou_base_document_types
       integer :: kind = value_null
       !> The number, for integers too.
       real(wp) :: real = 0.0_wp
-      !> The integer.
       integer(i8) :: integer = 0
-      !> The logical.
       logical :: logical = .false.
       !> The text without its quotes; allocated for texts only.
       character(len=:), allocatable :: text
@@ -87,11 +83,9 @@ contains
 
    !> Copy the values of a buffer.
    pure subroutine copy_values(buffer, n, values)
-      !> The buffer.
       type(value_type), intent(in) :: buffer(:)
       !> Number of values in it.
       integer, intent(in) :: n
-      !> The values.
       type(value_type), allocatable, intent(out) :: values(:)
 
       integer :: i
@@ -104,7 +98,6 @@ contains
 
    !> Change the size of a group's list of assignments.
    pure subroutine resize_assignments(group, n)
-      !> The group.
       type(group_type), intent(inout) :: group
       !> Size, not below the number of assignments.
       integer, intent(in) :: n
@@ -135,7 +128,6 @@ contains
 
    !> Change the size of a document's list of groups.
    pure subroutine resize_groups(document, n)
-      !> The document.
       type(document_type), intent(inout) :: document
       !> Size, not below the number of groups.
       integer, intent(in) :: n

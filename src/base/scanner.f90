@@ -95,7 +95,6 @@ contains
    pure subroutine split_lines(parser, text, diagnostics)
       !> Parser that gets the lines.
       type(parser_type), intent(inout) :: parser
-      !> The text.
       character(len=*), intent(in) :: text
       !> Too many lines are reported here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -161,7 +160,6 @@ contains
    pure function peek(parser) result(c)
       !> State of the reading.
       type(parser_type), intent(in) :: parser
-      !> The character.
       character(len=1) :: c
 
       c = char_at(parser%lines, parser%line, parser%column)
@@ -171,7 +169,6 @@ contains
    pure function peek_next(parser) result(c)
       !> State of the reading.
       type(parser_type), intent(in) :: parser
-      !> The character.
       character(len=1) :: c
 
       c = char_at(parser%lines, parser%line, parser%column + 1)
@@ -183,9 +180,7 @@ contains
       type(string_type), intent(in) :: lines(:)
       !> Line of the character.
       integer, intent(in) :: line
-      !> Its column.
       integer, intent(in) :: column
-      !> The character.
       character(len=1) :: c
 
       c = newline
@@ -198,7 +193,6 @@ contains
    pure function shown_character(parser) result(shown)
       !> State of the reading.
       type(parser_type), intent(in) :: parser
-      !> The character.
       character(len=:), allocatable :: shown
 
       integer :: last
@@ -268,9 +262,7 @@ contains
 
    !> Last column of the word that begins at a column; the column before it if there is none.
    pure function word_end_at(line, column) result(last)
-      !> The line.
       character(len=*), intent(in) :: line
-      !> The column.
       integer, intent(in) :: column
       !> Last column.
       integer :: last

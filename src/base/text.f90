@@ -421,7 +421,6 @@ contains
       character(len=*), intent(in) :: a
       !> Second text.
       character(len=*), intent(in) :: b
-      !> The distance.
       integer :: distance
 
       ! Rows i - 2, i - 1 and i of the table of distances between beginnings of the texts.

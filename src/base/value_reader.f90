@@ -363,7 +363,6 @@ contains
       character(len=1), intent(in) :: delimiter
       !> Number of doubled quotes.
       integer, intent(in) :: n_double
-      !> The text.
       character(len=:), allocatable, intent(out) :: text
 
       integer :: i, n
@@ -379,7 +378,6 @@ contains
 
    !> Value of a word without quotes.
    pure subroutine value_of(word, value, form)
-      !> The word.
       character(len=*), intent(in) :: word
       !> Its value, without origin.
       type(value_type), intent(out) :: value
@@ -470,7 +468,6 @@ contains
    pure subroutine append_value(parser, value, count, buffer, n, diagnostics)
       !> State of the reading.
       type(parser_type), intent(inout) :: parser
-      !> The value.
       type(value_type), intent(in) :: value
       !> Number of times to append it.
       integer, intent(in) :: count

@@ -94,7 +94,6 @@ contains
       class(friction_type), intent(in) :: self
       !> Normal force N [N], >= 0.
       real(wp), intent(in) :: load
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Major semi-axis [m], >= 0.
       real(wp), intent(in) :: a
@@ -154,7 +153,6 @@ contains
       class(friction_type), intent(in) :: self
       !> Normal force N [N], >= 0.
       real(wp), intent(in) :: load
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Major semi-axis [m], >= 0.
       real(wp), intent(in) :: a

@@ -137,7 +137,6 @@ module contensou_contact_geometry
          type(track_type), intent(in) :: track
          !> Gap of these poses, from `gap` [m].
          real(wp), intent(in) :: gap
-         !> The contact.
          type(contact_point_type), intent(out) :: at
       end subroutine locate_interface
 
@@ -156,7 +155,6 @@ module contensou_contact_geometry
          type(track_type), intent(in) :: track
          !> The contact of these poses, from `locate`.
          type(contact_point_type), intent(in) :: at
-         !> Its variation.
          type(contact_variation_type), intent(out) :: variation
       end subroutine vary_interface
 
@@ -178,7 +176,6 @@ contains
    pure function contact_trouble(track, at) result(trouble)
       !> The search that found the contact.
       type(track_type), intent(in) :: track
-      !> The contact.
       type(contact_point_type), intent(in) :: at
       integer :: trouble
 

@@ -59,7 +59,6 @@ module contensou_contact_hertz
    type :: hertz_model_type
       !> What a user reads.
       type(model_info_type) :: info
-      !> The procedure.
       procedure(hertz_kernel), pointer, nopass :: kernel => null()
    end type hertz_model_type
 
@@ -78,7 +77,6 @@ module contensou_contact_hertz
    contains
       !> All of the contact.
       procedure :: contact
-      !> Force.
       procedure :: force
       !> Elastic energy.
       procedure :: energy
@@ -480,7 +478,6 @@ contains
    !> the interval known to hold the root are replaced by its geometric mean.
    pure subroutine hertz_newton_with(integrals, curvature_a, curvature_b, modulus, approach, c1, &
       a, b, force, pressure)
-      !> The elliptic integrals.
       procedure(elliptic_kernel) :: integrals
       !> Half relative curvature A along the major axis [1/m], > 0.
       real(wp), intent(in) :: curvature_a

@@ -27,7 +27,6 @@ contains
    !>
    !> Where several points are closest, as for the centre of a sphere, one of them is taken.
    pure subroutine closest_point(surface, p, x, normal, distance)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       !> Given point, frame of the surface [m].
       real(wp), intent(in) :: p(3)
@@ -130,7 +129,6 @@ contains
 
    !> Normal at a point of a surface, out of the material.
    pure function normal_at(surface, x) result(normal)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       !> Point of the surface [m].
       real(wp), intent(in) :: x(3)
@@ -157,7 +155,6 @@ contains
 
    !> A point near a surface brought back onto it.
    pure function return_to(surface, p) result(x)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       !> The point [m].
       real(wp), intent(in) :: p(3)
@@ -188,7 +185,6 @@ contains
 
    !> A principal direction at a point of a surface; any tangent where none is known beforehand.
    pure function principal_at(surface, x, normal) result(tangent)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       !> Point of the surface [m].
       real(wp), intent(in) :: x(3)
@@ -212,7 +208,6 @@ contains
 
    !> Second fundamental form: components 11, 12, 22 in an orthonormal basis of tangents [1/m].
    pure function form_at(surface, x, normal, t) result(form)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       !> Point of the surface [m].
       real(wp), intent(in) :: x(3)
@@ -251,7 +246,6 @@ contains
    !> Derivative of the second fundamental form along the surface: components 111, 112, 122, 222
    !> [1/m2].
    pure function cubic_at(surface, x, normal, t) result(cubic)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       !> Point of the surface [m].
       real(wp), intent(in) :: x(3)

@@ -59,7 +59,6 @@ contains
 
    !> Load of a closed contact.
    pure subroutine evaluate(self, at, velocity, spin, resolution, load)
-      !> The law.
       class(contact_law_type), intent(in) :: self
       !> Geometry of the contact, its gap < 0.
       type(contact_point_type), intent(in) :: at
@@ -69,7 +68,6 @@ contains
       real(wp), intent(in) :: spin(3)
       !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
       real(wp), intent(in) :: resolution
-      !> The load.
       type(contact_load_type), intent(out) :: load
       real(wp) :: approach, rate, elastic, minor(3), fx, fy, vx, vy
 
@@ -104,7 +102,6 @@ contains
    !> normal, with their derivatives by the approach [m], its rate [m/s], the sliding velocities
    !> along the two axes [m/s] and the spin [rad/s], at constant curvatures.
    pure subroutine linearize(self, approach, rate, vx, vy, w, resolution, values, slopes)
-      !> The law.
       class(contact_law_type), intent(in) :: self
       !> Approach d [m], > 0.
       real(wp), intent(in) :: approach

@@ -86,9 +86,7 @@ contains
 
    !> Geometry of a pair of surfaces; unallocated when the pair cannot touch in a point.
    subroutine new_geometry(a, b, geometry, problem)
-      !> Surface A.
       type(surface_type), intent(in) :: a
-      !> Surface B.
       type(surface_type), intent(in) :: b
       !> The pair.
       class(geometry_type), allocatable, intent(out) :: geometry
@@ -110,7 +108,6 @@ contains
 
    !> Whether a surface is the outside of a sphere.
    pure function is_ball(surface) result(ball)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       logical :: ball
 
@@ -119,9 +116,7 @@ contains
 
    !> Why two surfaces cannot touch in a point; empty when they can.
    pure function refusal(a, b) result(text)
-      !> Surface A.
       type(surface_type), intent(in) :: a
-      !> Surface B.
       type(surface_type), intent(in) :: b
       character(len=:), allocatable :: text
 
@@ -144,9 +139,7 @@ contains
    !>
    !> It has to fit in, and its curvature has to be the stronger one at one place at least.
    pure function misfit(body, hollow) result(text)
-      !> The surface.
       type(surface_type), intent(in) :: body
-      !> The hollow.
       type(surface_type), intent(in) :: hollow
       character(len=:), allocatable :: text
       real(wp) :: width, room, body_axes(3), hollow_axes(3)
@@ -220,9 +213,7 @@ contains
 
    !> Sphere against plane.
    pure function new_sphere_plane(sphere, plane, sphere_first) result(self)
-      !> The sphere.
       type(surface_type), intent(in) :: sphere
-      !> The plane.
       type(surface_type), intent(in) :: plane
       !> Whether the sphere is surface A.
       logical, intent(in) :: sphere_first
@@ -296,7 +287,6 @@ contains
       type(track_type), intent(in) :: track
       !> Gap of these poses [m].
       real(wp), intent(in) :: gap
-      !> The contact.
       type(contact_point_type), intent(out) :: at
 
       at%gap = gap
@@ -336,9 +326,7 @@ contains
       type(pose_type), intent(in) :: b
       !> Not needed.
       type(track_type), intent(in) :: track
-      !> The contact.
       type(contact_point_type), intent(in) :: at
-      !> Its variation.
       type(contact_variation_type), intent(out) :: variation
       real(wp) :: lever(3)
       integer :: i

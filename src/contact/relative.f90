@@ -71,7 +71,6 @@ contains
    pure subroutine set_curvatures(meeting, at)
       !> The two surfaces.
       type(meeting_type), intent(in) :: meeting
-      !> The contact.
       type(contact_point_type), intent(inout) :: at
       real(wp) :: low, high, c, s
 
@@ -96,7 +95,6 @@ contains
       real(wp), intent(in) :: cubic_a(4)
       !> Derivative of the form of B [1/m2].
       real(wp), intent(in) :: cubic_b(4)
-      !> The variation.
       type(contact_variation_type), intent(out) :: variation
       real(wp) :: m(2, 2), inverse(2, 2), determinant, low, high, c, s, offset, turned(2), moved(2)
       real(wp) :: right(2), xi_a(2), xi_b(2), tilt(2), form(3), change(3), about, along, lead

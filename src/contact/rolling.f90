@@ -33,7 +33,6 @@ module contensou_contact_rolling
       !> Rolling velocity below which the torque fades [rad/s], > 0.
       real(wp) :: regularization = 0.0_wp
    contains
-      !> Torque.
       procedure :: torque
    end type rolling_type
 

@@ -29,9 +29,7 @@ module contensou_contact_search
 
    !> Two surfaces to be searched.
    type :: search_type
-      !> Surface A.
       type(surface_type) :: a
-      !> Surface B.
       type(surface_type) :: b
       !> Whether the carrier is A.
       logical :: carrier_first = .true.
@@ -103,9 +101,7 @@ contains
 
    !> Search of a pair of surfaces, one of them at least touched from the outside and no plane.
    pure function new_search(a, b) result(self)
-      !> Surface A.
       type(surface_type), intent(in) :: a
-      !> Surface B.
       type(surface_type), intent(in) :: b
       type(search_type) :: self
 
@@ -118,7 +114,6 @@ contains
 
    !> How well a surface serves as a carrier; 0 for not at all.
    pure function rank_of(surface) result(rank)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       integer :: rank
 
@@ -616,7 +611,6 @@ contains
    pure subroutine leave_out(self, sample, value, taken)
       !> The pair.
       type(search_type), intent(in) :: self
-      !> The sample.
       integer, intent(in) :: sample
       !> Distances of all samples [m].
       real(wp), intent(in) :: value(:)

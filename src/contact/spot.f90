@@ -97,7 +97,6 @@ contains
 
    !> Fill in the constants of a shape.
    pure subroutine fill(shape, k, k2)
-      !> The shape.
       type(spot_shape_type), intent(out) :: shape
       !> Axis ratio.
       real(wp), intent(in) :: k

@@ -89,7 +89,6 @@ contains
 
    !> A surface in words, as "a sphere" or "the inside of a torus".
    pure function surface_text(surface) result(text)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       character(len=:), allocatable :: text
 
@@ -101,7 +100,6 @@ contains
    !> Smallest radius of curvature of a surface, over all of it and without regard to sign [m];
    !> the largest number for a plane.
    pure function smallest_curvature_radius(surface) result(radius)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       real(wp) :: radius
 
@@ -119,7 +117,6 @@ contains
 
    !> Length of the order of a surface [m]; zero for a plane.
    pure function extent(surface) result(length)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       real(wp) :: length
 

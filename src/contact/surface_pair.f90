@@ -30,9 +30,7 @@ module contensou_contact_surface_pair
 
    !> Two surfaces.
    type, extends(geometry_type) :: surface_pair_type
-      !> Surface A.
       type(surface_type), private :: a
-      !> Surface B.
       type(surface_type), private :: b
       !> Way to the closest points.
       integer, private :: way = by_search
@@ -46,7 +44,6 @@ module contensou_contact_surface_pair
       real(wp), private :: curvature_b = 0.0_wp
       !> Whether the major axis is the second tangent where the curvatures are constant.
       logical, private :: major_second = .false.
-      !> The search.
       type(search_type), private :: search
    contains
       procedure :: gap => pair_gap
@@ -59,9 +56,7 @@ contains
 
    !> A pair of surfaces that can touch in a point.
    pure function new_surface_pair(a, b, search) result(self)
-      !> Surface A.
       type(surface_type), intent(in) :: a
-      !> Surface B.
       type(surface_type), intent(in) :: b
       !> Whether to search even where there is a closed form; for comparisons.
       logical, intent(in), optional :: search
@@ -123,7 +118,6 @@ contains
 
    !> Signed distance of the surfaces [m].
    pure subroutine pair_gap(self, a, b, track, gap)
-      !> The pair.
       class(surface_pair_type), intent(in) :: self
       !> Pose of body A.
       type(pose_type), intent(in) :: a
@@ -164,7 +158,6 @@ contains
 
    !> A point of one body in the frame of a surface of another [m].
    pure function seen(surface, pose, point, pose_of_point) result(p)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       !> Pose of its body.
       type(pose_type), intent(in) :: pose
@@ -182,7 +175,6 @@ contains
 
    !> Frame of surface B seen from surface A.
    pure function placing_of(self, a, b) result(placing)
-      !> The pair.
       class(surface_pair_type), intent(in) :: self
       !> Pose of body A.
       type(pose_type), intent(in) :: a
@@ -201,7 +193,6 @@ contains
    pure subroutine support_of(body, plane, pose, pose_of_plane, x, normal, gap)
       !> The ellipsoid or torus.
       type(surface_type), intent(in) :: body
-      !> The plane.
       type(surface_type), intent(in) :: plane
       !> Pose of the body of the former.
       type(pose_type), intent(in) :: pose
@@ -239,7 +230,6 @@ contains
 
    !> Distance of two cylinders.
    pure subroutine axes_gap(self, placing, track, gap)
-      !> The pair.
       class(surface_pair_type), intent(in) :: self
       !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
@@ -278,7 +268,6 @@ contains
 
    !> Contact point of the pair.
    pure subroutine pair_locate(self, a, b, track, gap, at)
-      !> The pair.
       class(surface_pair_type), intent(in) :: self
       !> Pose of body A.
       type(pose_type), intent(in) :: a
@@ -288,7 +277,6 @@ contains
       type(track_type), intent(in) :: track
       !> Gap of these poses [m].
       real(wp), intent(in) :: gap
-      !> The contact.
       type(contact_point_type), intent(out) :: at
       type(meeting_type) :: meeting
       real(wp) :: t(3, 2)
@@ -314,11 +302,8 @@ contains
    !> The two surfaces at their closest points, seen from the base.
    pure subroutine meet(self, base, other, pose, pose_of_other, x, y, normal, gap, curved, &
       meeting, point, t_other)
-      !> The pair.
       class(surface_pair_type), intent(in) :: self
-      !> The base.
       type(surface_type), intent(in) :: base
-      !> The other surface.
       type(surface_type), intent(in) :: other
       !> Pose of the body of the base.
       type(pose_type), intent(in) :: pose
@@ -391,7 +376,6 @@ contains
 
    !> Variation of the contact.
    pure subroutine pair_vary(self, a, b, track, at, variation)
-      !> The pair.
       class(surface_pair_type), intent(in) :: self
       !> Pose of body A.
       type(pose_type), intent(in) :: a
@@ -399,9 +383,7 @@ contains
       type(pose_type), intent(in) :: b
       !> As `gap` left it.
       type(track_type), intent(in) :: track
-      !> The contact.
       type(contact_point_type), intent(in) :: at
-      !> Its variation.
       type(contact_variation_type), intent(out) :: variation
       type(meeting_type) :: meeting
       real(wp) :: t_other(3, 2), point(3), cubic_base(4), cubic_other(4)
@@ -426,9 +408,7 @@ contains
 
       !> Derivatives of the forms of the two surfaces.
       pure subroutine cubics(base, other, pose_of_other, x, y, cubic_base, cubic_other)
-         !> The base.
          type(surface_type), intent(in) :: base
-         !> The other surface.
          type(surface_type), intent(in) :: other
          !> Pose of its body.
          type(pose_type), intent(in) :: pose_of_other
@@ -436,7 +416,6 @@ contains
          real(wp), intent(in) :: x(3)
          !> Closest point of the other surface [m].
          real(wp), intent(in) :: y(3)
-         !> That of the base.
          real(wp), intent(out) :: cubic_base(4)
          !> That of the other surface.
          real(wp), intent(out) :: cubic_other(4)
@@ -464,7 +443,6 @@ contains
    !> spot is the same part of r. At least one hundredth of r is left, where the surfaces conform
    !> somewhere but not everywhere.
    pure function pair_radius(self) result(radius)
-      !> The pair.
       class(surface_pair_type), intent(in) :: self
       real(wp) :: radius
       real(wp) :: radius_a, radius_b
@@ -482,7 +460,6 @@ contains
 
    !> Radius of curvature of a hollow where it is narrowest [m].
    pure function radius_of_hollow(surface) result(radius)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       real(wp) :: radius
 

@@ -31,7 +31,6 @@ module contensou_contact_wrench
       pure subroutine wrench_kernel(shape, vx, vy, spin, delta, with_torque, fx, fy, torque)
          import :: spot_shape_type, wp
          implicit none(type, external)
-         !> Shape of the spot.
          type(spot_shape_type), intent(in) :: shape
          !> Sliding velocity of the centre along the major axis [m/s].
          real(wp), intent(in) :: vx
@@ -55,7 +54,6 @@ module contensou_contact_wrench
       pure subroutine wrench_jacobian_kernel(shape, vx, vy, spin, delta, wrench, jacobian)
          import :: spot_shape_type, wp
          implicit none(type, external)
-         !> Shape of the spot.
          type(spot_shape_type), intent(in) :: shape
          !> Sliding velocity of the centre along the major axis [m/s].
          real(wp), intent(in) :: vx
@@ -77,7 +75,6 @@ contains
 
    !> Regularised Amontons-Coulomb law: force min(|v|/delta, 1) against v, no torque.
    pure subroutine wrench_coulomb(shape, vx, vy, spin, delta, with_torque, fx, fy, torque)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity of the centre along the major axis [m/s].
       real(wp), intent(in) :: vx
@@ -118,7 +115,6 @@ contains
    !> Where u* a |w| < delta, the force is the regularised Coulomb law and the torque fades
    !> linearly to zero with w, so that the wrench is continuous.
    pure subroutine wrench_simplified(shape, vx, vy, spin, delta, with_torque, fx, fy, torque)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity of the centre along the major axis [m/s].
       real(wp), intent(in) :: vx
@@ -169,7 +165,6 @@ contains
    !> there is no derivative; wrench and Jacobian are then zero. Entries that would overflow are the
    !> largest number of the kind.
    pure subroutine wrench_simplified_jacobian(shape, vx, vy, spin, delta, wrench, jacobian)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity of the centre along the major axis [m/s].
       real(wp), intent(in) :: vx
@@ -238,7 +233,6 @@ contains
       real(wp), intent(in) :: d
       !> Slope of the force at rest.
       real(wp), intent(in) :: slope
-      !> The force.
       real(wp), intent(out) :: force
       !> Derivatives by `along`, `across` and `w`.
       real(wp), intent(out) :: slopes(3)
@@ -261,7 +255,6 @@ contains
    !> Pade approximation with one term at rest and one at infinity:
    !> F = k u/(1 + k u), T = k_T T1/(T1 + k_T u).
    pure subroutine wrench_pade11(shape, vx, vy, spin, delta, with_torque, fx, fy, torque)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity of the centre along the major axis [m/s].
       real(wp), intent(in) :: vx
@@ -305,7 +298,6 @@ contains
    !>
    !> At rest the second terms are zero (F is odd and T even in u), at infinity too.
    pure subroutine wrench_pade22(shape, vx, vy, spin, delta, with_torque, fx, fy, torque)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity of the centre along the major axis [m/s].
       real(wp), intent(in) :: vx
@@ -348,7 +340,6 @@ contains
 
    !> Coefficient T1 of the torque T1/u of fast sliding, (cos^2 psi + k^2 sin^2 psi)/5.
    pure function far_torque(shape, x, y, v) result(t1)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity along the major axis.
       real(wp), intent(in) :: x
@@ -379,7 +370,6 @@ contains
 
    !> Regularised Amontons-Coulomb law and its derivatives; zero at rest without regularisation.
    pure subroutine wrench_coulomb_jacobian(shape, vx, vy, spin, delta, wrench, jacobian)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity of the centre along the major axis [m/s].
       real(wp), intent(in) :: vx
@@ -419,7 +409,6 @@ contains
 
    !> The first Pade model and its derivatives; zero at rest without regularisation.
    pure subroutine wrench_pade11_jacobian(shape, vx, vy, spin, delta, wrench, jacobian)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity of the centre along the major axis [m/s].
       real(wp), intent(in) :: vx
@@ -462,7 +451,6 @@ contains
 
    !> The second Pade model and its derivatives; zero at rest without regularisation.
    pure subroutine wrench_pade22_jacobian(shape, vx, vy, spin, delta, wrench, jacobian)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity of the centre along the major axis [m/s].
       real(wp), intent(in) :: vx
@@ -553,7 +541,6 @@ contains
 
    !> Coefficient T1 of the torque of fast sliding, and its derivatives by the sliding velocity.
    pure subroutine far_torque_slopes(shape, x, y, v, t1, slopes)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity along the major axis.
       real(wp), intent(in) :: x

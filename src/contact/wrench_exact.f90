@@ -81,7 +81,6 @@ contains
 
    !> The exact wrench.
    pure subroutine wrench_exact(shape, vx, vy, spin, delta, with_torque, fx, fy, torque)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity of the centre along the major axis [m/s].
       real(wp), intent(in) :: vx
@@ -126,7 +125,6 @@ contains
    !> At rest without regularisation there is no derivative; wrench and Jacobian are then zero.
    !> Entries that would overflow are the largest number of the kind.
    pure subroutine wrench_exact_jacobian(shape, vx, vy, spin, delta, wrench, jacobian)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity of the centre along the major axis [m/s].
       real(wp), intent(in) :: vx
@@ -182,7 +180,6 @@ contains
    !>
    !> Without regularisation it is the power -(F.v + T W). With it, Phi(v, W_e) - k_T d.
    pure function wrench_exact_potential(shape, vx, vy, spin, delta) result(potential)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity of the centre along the major axis [m/s].
       real(wp), intent(in) :: vx
@@ -221,7 +218,6 @@ contains
    !> Wrench for a positive spin with the rotation centre inside the spot; near it, outside, this is
    !> the complete part of the integral.
    pure subroutine centre_inside(shape, ux, uy, with_torque, fx, fy, torque)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity along the major axis over the spin velocity.
       real(wp), intent(in) :: ux
@@ -252,7 +248,6 @@ contains
 
    !> Derivatives by the sliding velocity of the force of `centre_inside`.
    pure subroutine sliding_inside(shape, ux, uy, scale, jacobian)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity along the major axis over the spin velocity.
       real(wp), intent(in) :: ux
@@ -284,7 +279,6 @@ contains
    !>   rho with a fractional linear map that keeps the singularities +-i k away.
    pure subroutine centre_outside(shape, x, y, w, excess, with_torque, fx, fy, torque_rate, &
       jacobian)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity along the major axis.
       real(wp), intent(in) :: x
@@ -390,7 +384,6 @@ contains
       real(wp), intent(in) :: root
       !> Spin velocity.
       real(wp), intent(in) :: w
-      !> The nodes.
       type(nodes_type), intent(out) :: nodes
 
       if (root > far_4*w) then
@@ -412,13 +405,11 @@ contains
       integer, intent(in) :: n
       !> Positive nodes of a Gauss-Legendre rule.
       real(wp), intent(in) :: x(n)
-      !> Weights.
       real(wp), intent(in) :: weights(n)
       !> Square of the axis ratio.
       real(wp), intent(in) :: k2
       !> Upper end of the integral over t.
       real(wp), intent(in) :: tau
-      !> The nodes.
       type(nodes_type), intent(out) :: nodes
       real(wp) :: x2, t2, e2, n2, r2, q, f
       integer :: i
@@ -442,11 +433,9 @@ contains
 
    !> Nodes of the rule from the rim to l.
    pure subroutine rim_nodes(shape, root, nodes)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Square root of l over the spin velocity, at most k.
       real(wp), intent(in) :: root
-      !> The nodes.
       type(nodes_type), intent(out) :: nodes
       real(wp) :: tangent, tau
 
@@ -467,13 +456,10 @@ contains
       integer, intent(in) :: n
       !> Positive nodes of a Gauss-Legendre rule.
       real(wp), intent(in) :: x(n)
-      !> Weights.
       real(wp), intent(in) :: weights(n)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Upper end of the integral over t.
       real(wp), intent(in) :: tau
-      !> The nodes.
       type(nodes_type), intent(out) :: nodes
       real(wp) :: t2, e2, n2, r2, q, f
       integer :: i
@@ -498,7 +484,6 @@ contains
    pure subroutine tail_nodes(k2, nodes)
       !> Square of the axis ratio.
       real(wp), intent(in) :: k2
-      !> The nodes.
       type(nodes_type), intent(out) :: nodes
       real(wp) :: f
       integer :: i
@@ -523,7 +508,6 @@ contains
       real(wp), intent(in) :: low
       !> Upper end.
       real(wp), intent(in) :: high
-      !> The nodes.
       type(nodes_type), intent(out) :: nodes
       real(wp) :: root_low, root_high, slope
 
@@ -545,7 +529,6 @@ contains
       integer, intent(in) :: n
       !> Nodes of a Gauss-Legendre rule on (-1, 1).
       real(wp), intent(in) :: x(n)
-      !> Weights.
       real(wp), intent(in) :: weights(n)
       !> Square of the axis ratio.
       real(wp), intent(in) :: k2
@@ -555,7 +538,6 @@ contains
       real(wp), intent(in) :: factor
       !> Slope of the fractional linear map rho = centre (1 + slope x)/(1 - slope x).
       real(wp), intent(in) :: slope
-      !> The nodes.
       type(nodes_type), intent(out) :: nodes
       real(wp) :: r2, m2, a, b, q
       integer :: i
@@ -578,7 +560,6 @@ contains
 
    !> Add the sums over the nodes of a rule.
    pure subroutine add(nodes, k2, px2, py2, tau2, n_sums, sums)
-      !> The nodes.
       type(nodes_type), intent(in) :: nodes
       !> Square of the axis ratio.
       real(wp), intent(in) :: k2
@@ -590,7 +571,6 @@ contains
       real(wp), intent(in) :: tau2
       !> Number of sums that are wanted.
       integer, intent(in) :: n_sums
-      !> The sums.
       real(wp), intent(inout) :: sums(n_sums)
       real(wp) :: terms(max_nodes, all_sums), p, q, u, g
       integer :: i
@@ -643,9 +623,7 @@ contains
       integer, intent(in) :: n
       !> Number of sums.
       integer, intent(in) :: n_sums
-      !> The terms.
       real(wp), intent(in) :: terms(max_nodes, n_sums)
-      !> The sums.
       real(wp), intent(inout) :: sums(n_sums)
       real(wp) :: pair(2)
       integer :: i, j
@@ -661,7 +639,6 @@ contains
 
    !> Wrench from the sums.
    pure subroutine finish_wrench(sums, px, py, scale, fx, fy, torque_rate)
-      !> The sums.
       real(wp), intent(in) :: sums(wrench_sums)
       !> Scaled sliding velocity along the major axis.
       real(wp), intent(in) :: px
@@ -683,7 +660,6 @@ contains
 
    !> Derivatives of the force by the sliding velocity from the sums.
    pure subroutine finish_sliding(sums, px, py, scale, jacobian)
-      !> The sums.
       real(wp), intent(in) :: sums(sliding_sums)
       !> Scaled sliding velocity along the major axis.
       real(wp), intent(in) :: px
@@ -706,7 +682,6 @@ contains
       real(wp), intent(in) :: ux
       !> Sliding velocity along the minor axis over the spin velocity.
       real(wp), intent(in) :: uy
-      !> The Jacobian.
       real(wp), intent(inout) :: jacobian(3, 3)
 
       jacobian(1, 3) = -(jacobian(1, 1)*ux + jacobian(1, 2)*uy)

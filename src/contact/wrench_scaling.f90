@@ -23,7 +23,6 @@ contains
    !> Take the arguments of a kernel if squares are safe with them; what is not `moving` is left to
    !> `prepare_extreme`. Two procedures, as only a small one is inlined in each kernel.
    pure subroutine prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, rest)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity along the major axis [m/s].
       real(wp), intent(in) :: vx
@@ -65,7 +64,6 @@ contains
    !> Bring other arguments into the range of safe squares, and begin with the wrench of rest,
    !> or NaN outside the domain.
    pure subroutine prepare_extreme(shape, x, y, w, d, shift, moving, rest)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity along the major axis, rescaled by two to the power `shift` on return.
       real(wp), intent(inout) :: x

@@ -60,7 +60,6 @@ contains
    subroutine make_rigid(spec, contact)
       !> Its description.
       type(contact_spec_type), intent(in) :: spec
-      !> The contact.
       type(contact_type), intent(inout) :: contact
       type(damping_model_type), allocatable :: damping(:)
 
@@ -81,7 +80,6 @@ contains
    pure subroutine set_body(spec, body)
       !> Its description.
       type(body_spec_type), intent(in) :: spec
-      !> The body.
       type(body_type), intent(inout) :: body
 
       body%motion = spec%motion
@@ -103,11 +101,8 @@ contains
 
    !> The parts of a contact.
    subroutine set_law(scene, spec, law)
-      !> The scene.
       type(scene_type), intent(in) :: scene
-      !> The contact.
       type(contact_spec_type), intent(in) :: spec
-      !> Its law.
       type(contact_law_type), intent(inout) :: law
       type(damping_model_type), allocatable :: damping(:)
       type(friction_model_type), allocatable :: friction(:)
@@ -179,7 +174,6 @@ contains
    !> Half relative curvatures A and B of a pair at the beginning [1/m]; where it has no point of
    !> contact then, those of a sphere of its smallest radius.
    pure function initial_curvatures(scene, a, b, geometry) result(curvatures)
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> Body of surface A.
       integer, intent(in) :: a
@@ -201,7 +195,6 @@ contains
 
    !> Pose of a body at the beginning.
    pure function initial_pose(scene, body) result(pose)
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> Index of the body; 0 for the ground.
       integer, intent(in) :: body
@@ -217,7 +210,6 @@ contains
    !> Reduced mass of two bodies [kg]; that of the other one if one does not yield: the ground, a
    !> body that is fixed or whose motion is prescribed.
    pure function reduced_mass(scene, a, b) result(mass)
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> First body, 0 for the ground.
       integer, intent(in) :: a
@@ -243,7 +235,6 @@ contains
 
    !> State at the beginning.
    pure function initial_state(scene, n) result(y)
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> Length of the state.
       integer, intent(in) :: n
@@ -268,7 +259,6 @@ contains
    !> A tenth, because a lightly damped contact rings for thousands of periods, and the phase of
    !> the ringing at the next touch decides what follows.
    pure function contact_length(scene, system, speed) result(length)
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> Its equations of motion.
       type(system_type), intent(in) :: system
@@ -304,7 +294,6 @@ contains
    !> 3.218 (m^2/(k_n^2 v))^(1/5), or 2 pi sqrt(m/k) of the spring of a contact under gravity where
    !> that is shorter; 0 without contacts. H. Hertz, J. reine angew. Math. 92 (1881) 156.
    pure function contact_time(scene, system, speed) result(time)
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> Its equations of motion.
       type(system_type), intent(in) :: system

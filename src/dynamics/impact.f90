@@ -81,7 +81,6 @@ contains
 
    !> Largest gap of a rigid contact that counts as zero [m].
    pure function touching_gap(contact) result(gap)
-      !> The contact.
       type(contact_type), intent(in) :: contact
       real(wp) :: gap
 
@@ -90,7 +89,6 @@ contains
 
    !> Coefficient of restitution of a rigid contact at a speed.
    pure function restitution_at(contact, speed) result(e)
-      !> The contact.
       type(contact_type), intent(in) :: contact
       !> Speed of approach [m/s], >= 0.
       real(wp), intent(in) :: speed
@@ -163,7 +161,6 @@ contains
    !> Contacts that impacts at others open, slower than a rebound may be, stay closed: a body that
    !> rocks between two of them comes to rest on both after a finite number of impacts.
    subroutine catch_slow(system, t, y, candidate, velocity_scale, rate, resting, index, trouble)
-      !> The system.
       type(system_type), intent(inout) :: system
       !> Time [s].
       real(wp), intent(in) :: t
@@ -201,7 +198,6 @@ contains
 
    !> Open a rigid contact at the poses that are set.
    subroutine open_contact(system, index)
-      !> The system.
       type(system_type), intent(inout) :: system
       !> Index of the contact.
       integer, intent(in) :: index
@@ -246,7 +242,6 @@ contains
    !> Slowest rebound [m/s]: the flight that follows a slower one is lower than the overlap that
    !> the elastic bodies have at rest, and would not open the contact.
    pure function slowest_rebound(contact, link, press, velocity_scale) result(speed)
-      !> The contact.
       type(contact_type), intent(in) :: contact
       !> Its kinematics.
       type(link_type), intent(in) :: link
@@ -267,7 +262,6 @@ contains
 
    !> Which of the contacts at rest carry a load: without those that would have to pull.
    subroutine choose(system, t, y, resting, y_rate, index, trouble)
-      !> The system.
       type(system_type), intent(inout) :: system
       !> Time [s].
       real(wp), intent(in) :: t
@@ -417,11 +411,9 @@ contains
 
    !> Inverse mass and velocities at a contact.
    pure subroutine prepare(system, link, impact)
-      !> The system.
       type(system_type), intent(in) :: system
       !> Kinematics of the contact.
       type(link_type), intent(in) :: link
-      !> The impact.
       type(impact_type), intent(inout) :: impact
       real(wp) :: force(3, 4), torque(3, 4), turned(3, 4)
       integer :: i, j, k
@@ -455,7 +447,6 @@ contains
 
    !> Give a body its share of the impulse.
    pure subroutine kick(system, link, impulse, side, y, supplied)
-      !> The system.
       type(system_type), intent(in) :: system
       !> Kinematics of the contact.
       type(link_type), intent(in) :: link
@@ -490,9 +481,7 @@ contains
 
    !> Impulses of an impact with friction.
    pure subroutine rub(impact, law, e, trouble)
-      !> The impact.
       type(impact_type), intent(inout) :: impact
-      !> The law of the contact.
       type(contact_law_type), intent(in) :: law
       !> Coefficient of restitution.
       real(wp), intent(in) :: e
@@ -551,7 +540,6 @@ contains
    pure subroutine meet(impact, law, h, phase, work, target, trial, solved)
       !> The impact before the step.
       type(impact_type), intent(in) :: impact
-      !> The law of the contact.
       type(contact_law_type), intent(in) :: law
       !> A step that is too long [N s].
       real(wp), intent(in) :: h
@@ -618,7 +606,6 @@ contains
 
    !> Rate of the gap in an impact [m/s].
    pure function gap_rate(impact) result(rate)
-      !> The impact.
       type(impact_type), intent(in) :: impact
       real(wp) :: rate
 
@@ -627,13 +614,10 @@ contains
 
    !> Go on with an impact by a step of the normal impulse: two implicit stages.
    pure subroutine advance(impact, law, h, after, solved)
-      !> The impact.
       type(impact_type), intent(in) :: impact
-      !> The law of the contact.
       type(contact_law_type), intent(in) :: law
       !> The step [N s].
       real(wp), intent(in) :: h
-      !> The impact after it.
       type(impact_type), intent(out) :: after
       !> Whether the equations of the stages were solved.
       logical, intent(out) :: solved
@@ -653,7 +637,6 @@ contains
    pure subroutine solve_stage(impact, law, h, wrench, solved)
       !> The impact at the beginning of the stage, its normal impulse at the end.
       type(impact_type), intent(in) :: impact
-      !> The law of the contact.
       type(contact_law_type), intent(in) :: law
       !> Length of the stage [N s].
       real(wp), intent(in) :: h

@@ -60,9 +60,7 @@ contains
 
    !> Lay out the entries for a system whose bodies and contacts are set.
    subroutine prepare(self, system)
-      !> The Jacobian.
       class(jacobian_type), intent(inout) :: self
-      !> The system.
       type(system_type), intent(in) :: system
       logical, allocatable :: coupled(:, :)
       integer :: nb, works, i, j, k, c, next, base
@@ -132,7 +130,6 @@ contains
    !> Couple what rigid contacts couple: the normal force on a body depends on all that accelerates
    !> it, and so do those on the bodies that such contacts join to it.
    subroutine couple_joined(system, coupled)
-      !> The system.
       type(system_type), intent(in) :: system
       !> Whether the accelerations of a body (first) depend on the state of a body (second).
       logical, intent(inout) :: coupled(:, :)
@@ -215,7 +212,6 @@ contains
    pure function accelerations(self, system, body) result(acceleration)
       !> The Jacobian, the time derivative of the state known.
       type(jacobian_type), intent(in) :: self
-      !> The system.
       type(system_type), intent(in) :: system
       !> The bodies; 0 is the ground.
       integer, intent(in) :: body(2)
@@ -233,13 +229,10 @@ contains
 
    !> Add what a contact contributes at a given normal force.
    subroutine add_contact(self, system, index, load, y)
-      !> The Jacobian.
       type(jacobian_type), intent(inout) :: self
-      !> The system.
       type(system_type), intent(in) :: system
       !> Index of the contact.
       integer, intent(in) :: index
-      !> Its load.
       type(linear_load_type), intent(in) :: load
       !> State.
       real(wp), intent(in) :: y(:)
@@ -274,9 +267,7 @@ contains
    !> Keep the derivatives of the second derivative of the gap of a rigid contact by the state, at
    !> given accelerations.
    subroutine keep_gap_slopes(self, system, index, load, y)
-      !> The Jacobian.
       type(jacobian_type), intent(inout) :: self
-      !> The system.
       type(system_type), intent(in) :: system
       !> Index of the link.
       integer, intent(in) :: index
@@ -416,9 +407,7 @@ contains
 
    !> Add a load to the acceleration of a body, or to the power that keeps its motion.
    pure subroutine add_rows(self, system, row_body, column_body, force, torque)
-      !> The Jacobian.
       type(jacobian_type), intent(inout) :: self
-      !> The system.
       type(system_type), intent(in) :: system
       !> Body that is acted upon.
       integer, intent(in) :: row_body
@@ -452,7 +441,6 @@ contains
 
    !> Add to the rate of a work.
    pure subroutine add_work(self, column_body, index, power)
-      !> The Jacobian.
       type(jacobian_type), intent(inout) :: self
       !> Body whose state varies.
       integer, intent(in) :: column_body
@@ -472,9 +460,7 @@ contains
 
    !> Add what a body contributes by itself, after its contacts.
    subroutine add_body(self, system, index, t, y)
-      !> The Jacobian.
       type(jacobian_type), intent(inout) :: self
-      !> The system.
       type(system_type), intent(in) :: system
       !> Index of the body.
       integer, intent(in) :: index

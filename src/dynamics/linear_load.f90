@@ -102,11 +102,8 @@ contains
 
    !> Load of a contact with compliance, and its derivatives.
    subroutine linearize(contact, a, b, resolution, load, closed)
-      !> The contact.
       type(contact_type), intent(inout) :: contact
-      !> Pose of A.
       type(pose_type), intent(in) :: a
-      !> Pose of B.
       type(pose_type), intent(in) :: b
       !> What is resolved of the velocities.
       type(resolution_type), intent(in) :: resolution
@@ -141,14 +138,11 @@ contains
       type(contact_type), intent(inout) :: contact
       !> Its state, the normal force known.
       type(link_type), intent(in) :: link
-      !> Pose of A.
       type(pose_type), intent(in) :: a
-      !> Pose of B.
       type(pose_type), intent(in) :: b
       !> Accelerations of the centres of mass (1:3) and angular accelerations (4:6) of A and B,
       !> inertial frame [m/s2, rad/s2].
       real(wp), intent(in) :: acceleration(6, 2)
-      !> The load.
       type(linear_load_type), intent(out) :: load
       type(touch_type) :: touch
       real(wp) :: bias_slopes(freedoms)
@@ -176,7 +170,6 @@ contains
       type(contact_law_type), intent(in) :: law
       !> The contact; of a rigid one the normal force is given.
       type(touch_type), intent(in) :: touch
-      !> The values.
       real(wp), intent(out) :: values(4)
       !> Their derivatives.
       real(wp), intent(out) :: slopes(4, 5)
@@ -206,7 +199,6 @@ contains
 
    !> Approach by which Hertz's theory has a normal force [m]; 0 for none.
    pure function approach_of(law, normal_force) result(approach)
-      !> The law.
       type(contact_law_type), intent(in) :: law
       !> Normal force [N].
       real(wp), intent(in) :: normal_force
@@ -223,11 +215,8 @@ contains
       type(touch_type), intent(inout) :: touch
       !> The contact; it is left as it was.
       type(contact_type), intent(inout) :: contact
-      !> Pose of A.
       type(pose_type), intent(in) :: a
-      !> Pose of B.
       type(pose_type), intent(in) :: b
-      !> The load.
       type(linear_load_type), intent(inout) :: load
       real(wp), parameter :: none(3) = 0.0_wp
       real(wp) :: force(3), torque(3), arm_a(3), arm_b(3), e(3)
@@ -341,13 +330,11 @@ contains
          d_spin, d_arm_a, d_arm_b, d_acceleration)
          !> Which degree of freedom.
          integer, intent(in) :: freedom
-         !> Of the gap.
          real(wp), intent(in) :: d_gap
          !> Of the curvatures A and B.
          real(wp), intent(in) :: d_curvatures(2)
          !> Of force and torque of the elastic energy through the curvatures.
          real(wp), intent(in) :: d_shape(6)
-         !> Of the normal.
          real(wp), intent(in) :: d_normal(3)
          !> Of the major axis.
          real(wp), intent(in) :: d_major(3)
@@ -355,9 +342,7 @@ contains
          real(wp), intent(in) :: d_velocity(3)
          !> Of the angular velocity of B against A.
          real(wp), intent(in) :: d_spin(3)
-         !> Of the arm of A.
          real(wp), intent(in) :: d_arm_a(3)
-         !> Of the arm of B.
          real(wp), intent(in) :: d_arm_b(3)
          !> Of the acceleration of B against A at the contact point, but for what velocities make.
          real(wp), intent(in) :: d_acceleration(3)
@@ -414,7 +399,6 @@ contains
       pure function rolling_torque(normal_force, normal, major, relative) result(moment)
          !> Normal force [N].
          real(wp), intent(in) :: normal_force
-         !> Normal.
          real(wp), intent(in) :: normal(3)
          !> Major axis.
          real(wp), intent(in) :: major(3)
@@ -435,11 +419,9 @@ contains
       !> Variation of the torque of rolling resistance, by differences: it has no sharp scale but
       !> its regularisation.
       pure function vary_rolling(d_gap, d_load, d_normal, d_major, d_spin) result(d_moment)
-         !> Of the gap.
          real(wp), intent(in) :: d_gap
          !> Of the normal force.
          real(wp), intent(in) :: d_load
-         !> Of the normal.
          real(wp), intent(in) :: d_normal(3)
          !> Of the major axis.
          real(wp), intent(in) :: d_major(3)
@@ -472,9 +454,7 @@ contains
    subroutine differ_shape_force(contact, a, b, at, force, by_twist)
       !> The contact; it is left as it was.
       type(contact_type), intent(inout) :: contact
-      !> Pose of A.
       type(pose_type), intent(in) :: a
-      !> Pose of B.
       type(pose_type), intent(in) :: b
       !> Where it touches.
       type(contact_point_type), intent(in) :: at
@@ -553,9 +533,7 @@ contains
       type(contact_type), intent(inout) :: contact
       !> Its state.
       type(link_type), intent(in) :: link
-      !> Pose of A.
       type(pose_type), intent(in) :: a
-      !> Pose of B.
       type(pose_type), intent(in) :: b
       !> Derivatives by the degrees of freedom.
       real(wp), intent(out) :: slopes(freedoms)
@@ -608,7 +586,6 @@ contains
 
    !> Move a pose or its velocities.
    pure subroutine shift_pose(pose, kind, by)
-      !> The pose.
       type(pose_type), intent(inout) :: pose
       !> 1 position [m], 2 rotation about the centre of mass [rad], 3 velocity [m/s], 4 angular
       !> velocity [rad/s].

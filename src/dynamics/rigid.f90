@@ -84,13 +84,10 @@ contains
    pure subroutine set_link(self, law, track, a, b, inverse_inertia)
       !> The contact.
       type(link_type), intent(inout) :: self
-      !> Its law.
       type(contact_law_type), intent(in) :: law
       !> Where the surfaces are closest.
       type(track_type), intent(in) :: track
-      !> Pose of A.
       type(pose_type), intent(in) :: a
-      !> Pose of B.
       type(pose_type), intent(in) :: b
       !> Inverse principal moments of inertia of A and B [1/(kg m2)].
       real(wp), intent(in) :: inverse_inertia(3, 2)
@@ -128,7 +125,6 @@ contains
    pure subroutine set_load(self, law, normal_force)
       !> The contact, its kinematics set.
       type(link_type), intent(inout) :: self
-      !> Its law.
       type(contact_law_type), intent(in) :: law
       !> Normal force [N].
       real(wp), intent(in) :: normal_force

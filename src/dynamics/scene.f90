@@ -40,7 +40,6 @@ module contensou_dynamics_scene
 
    !> Elastic material.
    type :: material_spec_type
-      !> Name.
       character(len=:), allocatable :: name
       !> Young's modulus [Pa].
       real(wp) :: young = 0.0_wp
@@ -50,7 +49,6 @@ module contensou_dynamics_scene
 
    !> Rigid body and its initial state.
    type :: body_spec_type
-      !> Name.
       character(len=:), allocatable :: name
       !> How it moves, one of the `motion_*` codes.
       integer :: motion = motion_free
@@ -82,7 +80,6 @@ module contensou_dynamics_scene
 
    !> Surface on a body.
    type :: surface_spec_type
-      !> Name.
       character(len=:), allocatable :: name
       !> Index of the body; 0 for the ground.
       integer :: body = 0
@@ -94,7 +91,6 @@ module contensou_dynamics_scene
 
    !> Contact of two surfaces.
    type :: contact_spec_type
-      !> Name.
       character(len=:), allocatable :: name
       !> Indices of the surfaces A and B.
       integer :: surfaces(2) = 0
@@ -160,7 +156,6 @@ module contensou_dynamics_scene
       integer, allocatable :: friction(:)
       !> Normal force models, indices into `normal_models`; empty for that of each contact.
       integer, allocatable :: normal(:)
-      !> Methods.
       character(len=11), allocatable :: methods(:)
       !> Relative tolerances [-].
       real(wp), allocatable :: rtol(:)
@@ -180,19 +175,15 @@ module contensou_dynamics_scene
 
    !> A scene.
    type :: scene_type
-      !> Title.
       character(len=:), allocatable :: title
       !> Acceleration of gravity [m/s2], inertial frame.
       real(wp) :: gravity(3) = 0.0_wp
       !> End of the simulated time [s].
       real(wp) :: t_end = 0.0_wp
-      !> Materials.
       type(material_spec_type), allocatable :: materials(:)
       !> Bodies, without the ground.
       type(body_spec_type), allocatable :: bodies(:)
-      !> Surfaces.
       type(surface_spec_type), allocatable :: surfaces(:)
-      !> Contacts.
       type(contact_spec_type), allocatable :: contacts(:)
       !> How to integrate.
       type(integrator_spec_type) :: integrator

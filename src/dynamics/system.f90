@@ -78,7 +78,6 @@ module contensou_dynamics_system
       integer :: a = 0
       !> Body B; 0 is the ground.
       integer :: b = 0
-      !> The law.
       type(contact_law_type) :: law
       !> Where the surfaces were closest last.
       type(track_type) :: track
@@ -143,7 +142,6 @@ module contensou_dynamics_system
       real(wp) :: gravity(3) = 0.0_wp
       !> Bodies, without the ground.
       type(body_type), allocatable :: bodies(:)
-      !> Contacts.
       type(contact_type), allocatable :: contacts(:)
       !> Length of the state.
       integer :: n = 0
@@ -221,7 +219,6 @@ contains
 
    !> Lay out the state and the workspace.
    subroutine prepare(self)
-      !> The system.
       class(system_type), intent(inout) :: self
       integer :: i, nb
 
@@ -308,7 +305,6 @@ contains
 
    !> Add what the closed rigid contacts do to the accelerations.
    subroutine constrain(self, rate, friction_power)
-      !> The system.
       class(system_type), intent(inout) :: self
       !> Time derivative of the state, without rigid contacts on entry.
       real(wp), intent(inout) :: rate(:)
@@ -356,7 +352,6 @@ contains
 
    !> Accelerate a body by the load of a rigid contact.
    subroutine push(self, index, force, torque, rate)
-      !> The system.
       class(system_type), intent(in) :: self
       !> Index of the body.
       integer, intent(in) :: index
@@ -559,7 +554,6 @@ contains
 
    !> Time derivative of the state of a body.
    subroutine accelerate(self, index, t, y, rate)
-      !> The system.
       type(system_type), intent(in) :: self
       !> Index of the body.
       integer, intent(in) :: index
@@ -600,9 +594,7 @@ contains
 
    !> Whether the drive of a body is on its ramp.
    pure logical function ramps(self, body, t)
-      !> The system.
       class(system_type), intent(in) :: self
-      !> The body.
       type(body_type), intent(in) :: body
       !> Time [s].
       real(wp), intent(in) :: t
@@ -612,7 +604,6 @@ contains
 
    !> The first time after another at which the ramp of a drive ends [s]; huge for none.
    pure function next_corner(self, t) result(corner)
-      !> The system.
       class(system_type), intent(in) :: self
       !> The other time [s].
       real(wp), intent(in) :: t
@@ -623,11 +614,8 @@ contains
 
    !> Add the load of a contact to its bodies.
    subroutine add_contact(self, contact, index, friction_power, damping_power)
-      !> The system.
       type(system_type), intent(inout) :: self
-      !> The contact.
       type(contact_type), intent(inout) :: contact
-      !> Its index.
       integer, intent(in) :: index
       !> Power lost in friction so far [W].
       real(wp), intent(inout) :: friction_power
@@ -701,9 +689,7 @@ contains
    pure function resolution_of(self, a, b, point) result(square)
       !> What is resolved.
       class(resolution_type), intent(in) :: self
-      !> Pose of A.
       type(pose_type), intent(in) :: a
-      !> Pose of B.
       type(pose_type), intent(in) :: b
       !> Contact point [m].
       real(wp), intent(in) :: point(3)
@@ -717,7 +703,6 @@ contains
 
       !> Share of a body.
       pure function share(pose) result(s)
-         !> Its pose.
          type(pose_type), intent(in) :: pose
          real(wp) :: s
          real(wp) :: arm(3)
@@ -731,7 +716,6 @@ contains
 
    !> Let the normal part follow the curvatures; trouble where there is no spot.
    subroutine follow(self, at, trouble)
-      !> The contact.
       class(contact_type), intent(inout) :: self
       !> Where it touches.
       type(contact_point_type), intent(in) :: at
@@ -749,9 +733,7 @@ contains
    subroutine shape_force(self, a, b, at, force)
       !> The contact; its normal part has followed.
       class(contact_type), intent(in) :: self
-      !> Pose of A.
       type(pose_type), intent(in) :: a
-      !> Pose of B.
       type(pose_type), intent(in) :: b
       !> Where it touches, closed.
       type(contact_point_type), intent(in) :: at
@@ -767,9 +749,7 @@ contains
 
    !> Velocity of B against A at a point, and angular velocity of B against A.
    pure subroutine relative_motion(a, b, point, velocity, spin)
-      !> Pose of A.
       type(pose_type), intent(in) :: a
-      !> Pose of B.
       type(pose_type), intent(in) :: b
       !> Point [m].
       real(wp), intent(in) :: point(3)
@@ -793,7 +773,6 @@ contains
 
    !> Poses of all bodies.
    subroutine set_poses(self, y)
-      !> The system.
       class(system_type), intent(inout) :: self
       !> State.
       real(wp), intent(in) :: y(self%n)
@@ -852,13 +831,11 @@ contains
 
    !> Pose of a body, and its unit quaternion.
    subroutine pose_of(self, y, body, pose, quaternion)
-      !> The system.
       class(system_type), intent(in) :: self
       !> State.
       real(wp), intent(in) :: y(:)
       !> Index of the body, 1 to the number of bodies.
       integer, intent(in) :: body
-      !> Its pose.
       type(pose_type), intent(out) :: pose
       !> Unit quaternion (w, x, y, z), body to inertial.
       real(wp), intent(out) :: quaternion(4)
@@ -880,7 +857,6 @@ contains
       real(wp), intent(in) :: y(:)
       !> Index of the contact.
       integer, intent(in) :: index
-      !> The report.
       type(contact_report_type), intent(out) :: row
       !> Time [s], for rigid contacts against a body whose motion is prescribed; 0 if not given.
       real(wp), intent(in), optional :: t
@@ -975,7 +951,6 @@ contains
       real(wp), intent(in) :: y(:)
       !> Index of the contact.
       integer, intent(in) :: index
-      !> The report.
       type(contact_report_type), intent(inout) :: row
       real(wp) :: slip(3), torque(3)
       integer :: i
@@ -1006,7 +981,6 @@ contains
    !> Kinetic energy, and potential energy of gravity relative to the origin, of the free bodies
    !> and of the translation of those that only turn by a drive [J].
    pure subroutine energies(self, y, kinetic, potential)
-      !> The system.
       class(system_type), intent(in) :: self
       !> State.
       real(wp), intent(in) :: y(:)
@@ -1032,7 +1006,6 @@ contains
 
    !> Linear momentum [kg m/s] and angular momentum about the origin [kg m2/s].
    pure subroutine momenta(self, y, linear, angular)
-      !> The system.
       class(system_type), intent(in) :: self
       !> State.
       real(wp), intent(in) :: y(:)

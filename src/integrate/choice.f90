@@ -52,7 +52,6 @@ contains
       class(motion_type), intent(inout) :: motion
       !> State at the beginning.
       real(wp), intent(in) :: y(:)
-      !> The choice.
       type(choice_type), intent(out) :: choice
       real(wp) :: gap(motion%n_events), frequency, ratio, friction, decay, followed
       integer :: i
@@ -82,7 +81,6 @@ contains
 
    !> Largest angular velocity of a free body [rad/s].
    pure real(wp) function fastest_spin(system, y) result(spin)
-      !> The system.
       type(system_type), intent(in) :: system
       !> State.
       real(wp), intent(in) :: y(:)
@@ -182,7 +180,6 @@ contains
 
    !> Why a method was chosen, in words.
    function choice_text(choice, contact) result(text)
-      !> The choice.
       type(choice_type), intent(in) :: choice
       !> Name of the contact that decided; blank without contacts.
       character(len=*), intent(in) :: contact

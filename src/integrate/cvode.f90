@@ -43,7 +43,6 @@ module contensou_integrate_cvode
 
    !> What the callbacks get to see.
    type :: handle_type
-      !> The problem.
       class(problem_type), pointer :: problem => null()
       !> Whether the matrix of the Newton iteration is sparse.
       logical :: sparse = .false.
@@ -104,7 +103,6 @@ module contensou_integrate_cvode
       type(N_Vector), pointer :: vector_between => null()
       !> Matrix of the Newton iteration.
       type(SUNMatrix), pointer :: matrix => null()
-      !> Its solver.
       type(SUNLinearSolver), pointer :: linear_solver => null()
       !> Fixed-point iteration.
       type(SUNNonlinearSolver), pointer :: fixed_point => null()
@@ -137,7 +135,6 @@ module contensou_integrate_cvode
       procedure, public :: interpolate
       !> Begin anew at a state, after the right-hand side has changed or to try again.
       procedure, public :: restart
-      !> Bound the step.
       procedure, public :: bound_step
       !> Counters so far.
       procedure, public :: statistics

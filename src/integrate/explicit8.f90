@@ -89,7 +89,6 @@ module contensou_integrate_explicit8
    !> One integration.
    type, extends(integrator_type) :: explicit8_type
       private
-      !> The problem.
       class(problem_type), pointer :: problem => null()
       !> Number of unknowns.
       integer :: n = 0
@@ -137,7 +136,6 @@ module contensou_integrate_explicit8
       integer :: foretold = 0
       !> Whether the advice was given.
       logical :: advised = .false.
-      !> Counters.
       type(statistics_type) :: counters
    contains
       procedure, public :: start
@@ -355,7 +353,6 @@ contains
 
    !> Root of the mean of the squares of weighted values.
    pure function size_of(values, weight) result(norm)
-      !> The values.
       real(wp), intent(in) :: values(:)
       !> Their weights.
       real(wp), intent(in) :: weight(:)

@@ -14,7 +14,6 @@ module contensou_integrate_integrator
       integer(i8) :: steps = 0
       !> Evaluations of the right-hand side, including those for Jacobians.
       integer(i8) :: derivatives = 0
-      !> Jacobians.
       integer(i8) :: jacobians = 0
       !> Failed error tests.
       integer(i8) :: error_test_failures = 0
@@ -53,7 +52,6 @@ module contensou_integrate_integrator
       procedure(interpolate_interface), deferred :: interpolate
       !> Begin anew at a state, after the right-hand side has changed or to try again.
       procedure(restart_interface), deferred :: restart
-      !> Bound the step.
       procedure(bound_interface), deferred :: bound_step
       !> Counters so far.
       procedure(statistics_interface), deferred :: statistics

@@ -151,9 +151,7 @@ contains
 
    !> A row is due; nobody looks at it unless an observer overrides this.
    subroutine sample(self, motion, t, y, error)
-      !> The observer.
       class(observer_type), intent(inout) :: self
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -165,7 +163,6 @@ contains
 
    !> A contact touched or lifted off; nobody takes note unless an observer overrides this.
    subroutine event(self, t, kind, contact, error)
-      !> The observer.
       class(observer_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
@@ -179,7 +176,6 @@ contains
 
    !> A step is done; another one follows unless an observer overrides this.
    subroutine after_step(self, t, stop_now, error)
-      !> The observer.
       class(observer_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(in) :: t
@@ -193,9 +189,7 @@ contains
 
    !> The state at `next_time`; nobody asked for it unless an observer overrides this.
    subroutine between(self, motion, t, y)
-      !> The observer.
       class(observer_type), intent(inout) :: self
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -207,7 +201,6 @@ contains
 
    !> The method has something to say to the user; nobody listens unless an observer overrides this.
    subroutine advise(self, t, text)
-      !> The observer.
       class(observer_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
@@ -217,7 +210,6 @@ contains
 
    !> `auto` goes on with another method; nobody takes note unless an observer overrides this.
    subroutine change_method(self, t, method, reason)
-      !> The observer.
       class(observer_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
@@ -229,9 +221,7 @@ contains
 
    !> The march can be continued from here; forgotten unless an observer overrides this.
    subroutine keep(self, motion, memory, error)
-      !> The observer.
       class(observer_type), intent(inout) :: self
-      !> The motion.
       class(motion_type), intent(in) :: motion
       !> What the march remembers.
       type(memory_type), intent(in) :: memory
@@ -325,7 +315,6 @@ contains
    subroutine set_stop(integrator, motion, t)
       !> The integration, to be started or restarted.
       class(integrator_type), intent(inout) :: integrator
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -341,7 +330,6 @@ contains
       class(integrator_type), allocatable, intent(inout) :: integrator
       !> Which methods are used.
       type(switch_type), intent(inout) :: switch
-      !> The motion.
       class(motion_type), intent(inout), target :: motion
       !> State.
       real(wp), intent(inout) :: y(:)
@@ -510,7 +498,6 @@ contains
    subroutine look_between(integrator, motion, t, observer, unasked)
       !> The integration.
       class(integrator_type), intent(inout) :: integrator
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> End of the step [s].
       real(wp), intent(in) :: t
@@ -554,7 +541,6 @@ contains
       class(integrator_type), allocatable, intent(inout) :: integrator
       !> Which methods are used.
       type(switch_type), intent(inout) :: switch
-      !> The motion.
       class(motion_type), intent(inout), target :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -608,7 +594,6 @@ contains
 
       !> Go on with a method.
       subroutine change(method, reason)
-         !> The method.
          character(len=*), intent(in) :: method
          !> Why.
          character(len=*), intent(in) :: reason
@@ -628,7 +613,6 @@ contains
 
    !> End a march whose steps have become so small that it would not come to its end.
    subroutine watch_pace(motion, step, left, looks, error)
-      !> The motion.
       class(motion_type), intent(in) :: motion
       !> Mean step of late [s].
       real(wp), intent(in) :: step
@@ -692,7 +676,6 @@ contains
    subroutine find_dip(integrator, motion, t_before, t, suspect, resolution, t_dip)
       !> The integration, its last step from `t_before` to `t` or beyond.
       class(integrator_type), intent(inout) :: integrator
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Beginning of the step [s].
       real(wp), intent(in) :: t_before
@@ -735,7 +718,6 @@ contains
    subroutine take_events(integrator, motion, t, y, events, closed, observer, error)
       !> The integration.
       class(integrator_type), intent(inout) :: integrator
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -779,7 +761,6 @@ contains
 
    !> Close the rigid contacts that touch at the beginning.
    subroutine begin_rigid(motion, t, y, error)
-      !> The motion.
       type(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -805,7 +786,6 @@ contains
 
    !> Settle rigid contacts.
    subroutine settle_all(motion, t, y, touching, error)
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -826,7 +806,6 @@ contains
 
    !> What follows from an event of a rigid contact: impacts, and which contacts stay closed.
    subroutine meet(motion, t, y, events, closed, observer, error)
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -865,7 +844,6 @@ contains
 
    !> Note that gaps have become distinct from zero.
    subroutine part(motion, y)
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> State.
       real(wp), intent(in) :: y(:)
@@ -882,7 +860,6 @@ contains
 
    !> Tell a contact the speed of an impact.
    subroutine begin_impact(motion, contact, speed, changed)
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Index of the contact.
       integer, intent(in) :: contact

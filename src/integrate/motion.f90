@@ -1,7 +1,7 @@
 !> The motion of a system of bodies as an initial value problem.
 module contensou_integrate_motion
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : wall_seconds
+   use contensou_base_operating_system, only : wall_seconds
    use contensou_dynamics_assembly, only : contact_time
    use contensou_dynamics_jacobian, only : jacobian_type
    use contensou_dynamics_scene, only : scene_type
@@ -39,11 +39,9 @@ module contensou_integrate_motion
 
    !> Motion of a system.
    type, extends(problem_type) :: motion_type
-      !> The system.
       type(system_type) :: system
       !> What the tolerance refers to.
       type(scales_type) :: scales
-      !> Its Jacobian.
       type(jacobian_type) :: differential
       !> Shortest time that a contact takes [s]; 0 without contacts.
       real(wp) :: contact_time = 0.0_wp
@@ -60,9 +58,7 @@ contains
 
    !> Set sizes and scales of a motion whose system is assembled.
    subroutine set_up_motion(motion, scene, y)
-      !> The motion.
       type(motion_type), intent(inout) :: motion
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> Initial state.
       real(wp), intent(in) :: y(:)
@@ -102,7 +98,6 @@ contains
 
    !> Right-hand side.
    subroutine derivative(self, t, y, rate, outside)
-      !> The motion.
       class(motion_type), intent(inout) :: self
       !> Time [s] .
       real(wp), intent(in) :: t
@@ -136,7 +131,6 @@ contains
 
    !> Jacobian of the right-hand side.
    subroutine jacobian(self, t, y, value)
-      !> The motion.
       class(motion_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
@@ -159,7 +153,6 @@ contains
    !> Gaps of the contacts: zero at touch and lift-off; of closed rigid contacts the normal forces,
    !> reversed, so that these, too, rise through zero at lift-off.
    subroutine events(self, t, y, g)
-      !> The motion.
       class(motion_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
@@ -204,7 +197,6 @@ contains
 
    !> Admissible local error of each unknown.
    subroutine admissible_error(self, y, size_of_error)
-      !> The motion.
       class(motion_type), intent(in) :: self
       !> State.
       real(wp), intent(in) :: y(:)

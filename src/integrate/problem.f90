@@ -35,7 +35,6 @@ module contensou_integrate_problem
       subroutine derivative_interface(self, t, y, rate, outside)
          import :: problem_type, wp
          implicit none(type, external)
-         !> The problem.
          class(problem_type), intent(inout) :: self
          !> Time [s].
          real(wp), intent(in) :: t
@@ -51,7 +50,6 @@ module contensou_integrate_problem
       subroutine events_interface(self, t, y, g)
          import :: problem_type, wp
          implicit none(type, external)
-         !> The problem.
          class(problem_type), intent(inout) :: self
          !> Time [s].
          real(wp), intent(in) :: t
@@ -65,7 +63,6 @@ module contensou_integrate_problem
       subroutine admissible_interface(self, y, size_of_error)
          import :: problem_type, wp
          implicit none(type, external)
-         !> The problem.
          class(problem_type), intent(in) :: self
          !> Unknowns.
          real(wp), intent(in) :: y(:)
@@ -78,7 +75,6 @@ contains
 
    !> Entries of the Jacobian, in the order of `row`; nothing unless a problem says otherwise.
    subroutine jacobian(self, t, y, value)
-      !> The problem.
       class(problem_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t

@@ -4,7 +4,7 @@
 !> What is done again costs about 30 evaluations in 4096, less than 1 % of the run.
 module contensou_integrate_profile
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : wall_seconds
+   use contensou_base_operating_system, only : wall_seconds
    use contensou_contact_geometry, only : contact_point_type, trouble_none
    use contensou_dynamics_system, only : relative_motion, system_type
    implicit none(type, external)
@@ -36,9 +36,7 @@ module contensou_integrate_profile
 
    !> A time that is sampled.
    type :: clock_type
-      !> Calls.
       integer(i8) :: calls = 0
-      !> Samples.
       integer(i8) :: samples = 0
       !> Their sum [s].
       real(wp) :: total = 0.0_wp
@@ -55,9 +53,7 @@ module contensou_integrate_profile
    type :: profile_type
       !> Whether it is taken.
       logical :: active = .false.
-      !> Right-hand side.
       type(clock_type) :: right_hand_side
-      !> Jacobian.
       type(clock_type) :: jacobian
       !> Gaps for events.
       type(clock_type) :: events
@@ -68,7 +64,6 @@ module contensou_integrate_profile
       !> Keeps what is done again from being left out.
       real(wp) :: sink = 0.0_wp
    contains
-      !> Begin.
       procedure :: begin
       !> Whether the next call of a clock is to be timed.
       procedure :: due
@@ -82,7 +77,6 @@ contains
 
    !> Begin: see what a look at the clock costs.
    subroutine begin(self)
-      !> The profile.
       class(profile_type), intent(inout) :: self
       real(wp) :: start
       integer :: i
@@ -97,9 +91,7 @@ contains
 
    !> Whether the next call of a clock is to be timed.
    pure logical function due(self, clock, period)
-      !> The profile.
       class(profile_type), intent(in) :: self
-      !> One of its clocks.
       type(clock_type), intent(in) :: clock
       !> One of so many calls is timed; 0 for that of Jacobians and events.
       integer(i8), intent(in) :: period
@@ -112,7 +104,6 @@ contains
 
    !> Add a sample, unless it was interrupted.
    pure subroutine add(self, seconds)
-      !> The clock.
       class(clock_type), intent(inout) :: self
       !> Time of one call [s].
       real(wp), intent(in) :: seconds
@@ -125,7 +116,6 @@ contains
 
    !> Time of all calls [s].
    pure real(wp) function estimate(self)
-      !> The clock.
       class(clock_type), intent(in) :: self
 
       estimate = 0.0_wp
@@ -134,7 +124,6 @@ contains
 
    !> Note the time of a right-hand side, and do its parts again.
    subroutine take(self, system, seconds)
-      !> The profile.
       class(profile_type), intent(inout) :: self
       !> The equations of motion, their poses those of the evaluation.
       type(system_type), intent(inout) :: system
@@ -230,7 +219,6 @@ contains
 
       !> Add to a part.
       subroutine stop_clock(part)
-         !> The part.
          integer, intent(in) :: part
          real(wp) :: passed
 
@@ -242,7 +230,6 @@ contains
 
    !> CPU time of everything [s], in the order of `profile_names`.
    pure function result(self, cpu, output) result(seconds)
-      !> The profile.
       class(profile_type), intent(in) :: self
       !> CPU time of the whole integration [s].
       real(wp), intent(in) :: cpu

@@ -82,7 +82,6 @@ module contensou_integrate_rk8pd
 
    !> Steps of one problem.
    type :: rk8pd_type
-      !> The problem.
       class(problem_type), pointer :: problem => null()
       !> Stepper of the library.
       type(c_ptr) :: stepper = c_null_ptr
@@ -117,7 +116,6 @@ module contensou_integrate_rk8pd
          bind(c, name="contensou_rk8pd_step")
          import :: c_double, c_funptr, c_int, c_ptr
          implicit none(type, external)
-         !> The stepper.
          type(c_ptr), intent(in), value :: stepper
          !> Time [s].
          real(c_double), intent(in), value :: t
@@ -140,7 +138,6 @@ module contensou_integrate_rk8pd
       subroutine rk8pd_free(stepper) bind(c, name="contensou_rk8pd_free")
          import :: c_ptr
          implicit none(type, external)
-         !> The stepper.
          type(c_ptr), intent(in), value :: stepper
       end subroutine rk8pd_free
    end interface
@@ -166,7 +163,6 @@ contains
    subroutine evaluate(self, stage, t, y, outside)
       !> The steps; `k` of the stage is set.
       type(rk8pd_type), intent(inout) :: self
-      !> The stage.
       integer, intent(in) :: stage
       !> Time [s].
       real(wp), intent(in) :: t

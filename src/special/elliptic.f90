@@ -51,13 +51,11 @@ module contensou_special_elliptic
 
    !> An entry of the table of ways to compute them.
    type :: elliptic_model_type
-      !> Name.
       character(len=24) :: name = ""
       !> One line: what it is.
       character(len=160) :: summary = ""
       !> Where it comes from.
       character(len=120) :: reference = ""
-      !> The procedure.
       procedure(elliptic_kernel), pointer, nopass :: kernel => null()
    end type elliptic_model_type
 

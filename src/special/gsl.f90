@@ -2,7 +2,7 @@
 module contensou_special_gsl
    use, intrinsic :: iso_c_binding, only : c_double, c_int, c_ptr
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : text_from_c
+   use contensou_base_operating_system, only : text_from_c
    implicit none(type, external)
    private
 
@@ -51,9 +51,7 @@ module contensou_special_gsl
       function qrng_get(sequence, point) result(code) bind(c, name="gsl_qrng_get")
          import :: c_double, c_int, c_ptr
          implicit none(type, external)
-         !> The sequence.
          type(c_ptr), intent(in), value :: sequence
-         !> The point.
          real(c_double), intent(out) :: point(*)
          integer(c_int) :: code
       end function qrng_get
@@ -62,7 +60,6 @@ module contensou_special_gsl
       subroutine qrng_free(sequence) bind(c, name="gsl_qrng_free")
          import :: c_ptr
          implicit none(type, external)
-         !> The sequence.
          type(c_ptr), intent(in), value :: sequence
       end subroutine qrng_free
 

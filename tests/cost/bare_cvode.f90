@@ -81,7 +81,7 @@ program bare_cvode
    use contensou_base_text, only : string_type
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_integrate_motion, only : motion_type, set_up_motion
-   use contensou_io_scene_reader, only : read_scene, scene_file_type
+   use contensou_scene_reader, only : read_scene, scene_file_type
    implicit none(type, external)
 
    call simulate()

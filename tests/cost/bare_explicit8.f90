@@ -10,7 +10,7 @@ program bare_explicit8
    use contensou_base_text, only : string_type
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_integrate_motion, only : set_up_motion
-   use contensou_io_scene_reader, only : read_scene, scene_file_type
+   use contensou_scene_reader, only : read_scene, scene_file_type
    use cost_bare_loop, only : integrate_bare
    use cost_problem, only : handle_type, outcome_type
    implicit none(type, external)

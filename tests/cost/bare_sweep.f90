@@ -5,7 +5,7 @@ module bare_sweep_witness
    use contensou_base_kinds, only : wp
    use contensou_integrate_march, only : event_touch, observer_type
    use contensou_integrate_motion, only : motion_type
-   use contensou_io_quantities, only : row_type, summary_type
+   use contensou_study_quantities, only : row_type, summary_type
    implicit none(type, external)
    private
 
@@ -26,9 +26,7 @@ contains
 
    !> A row is due.
    subroutine sample(self, motion, t, y, error)
-      !> The witness.
       class(witness_type), intent(inout) :: self
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -43,7 +41,6 @@ contains
 
    !> A contact touched or lifted off.
    subroutine event(self, t, kind, contact, error)
-      !> The witness.
       class(witness_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
@@ -74,9 +71,9 @@ program bare_sweep
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : march
    use contensou_integrate_motion, only : motion_type, set_up_motion
-   use contensou_io_scene_reader, only : read_scene, scene_file_type
-   use contensou_io_sweep, only : sweep_type
-   use contensou_io_sweep_reader, only : read_sweep
+   use contensou_scene_reader, only : read_scene, scene_file_type
+   use contensou_sweep_plan, only : sweep_type
+   use contensou_sweep_reader, only : read_sweep
    implicit none(type, external)
 
    call run_all()
@@ -116,7 +113,6 @@ contains
 
    !> Right-hand sides of a case.
    function evaluations(scene) result(count)
-      !> Its scene.
       type(scene_type), intent(in) :: scene
       integer(i8) :: count
       type(motion_type), target :: motion

@@ -71,7 +71,6 @@ module library_explicit8_gsl
    type, bind(c) :: system_type
       !> Right-hand side.
       type(c_funptr) :: derivative
-      !> Jacobian.
       type(c_funptr) :: jacobian
       !> Number of unknowns.
       integer(c_size_t) :: dimension
@@ -81,7 +80,6 @@ module library_explicit8_gsl
 
    !> `gsl_odeiv2_control_type`.
    type, bind(c) :: control_kind_type
-      !> Name.
       type(c_ptr) :: name
       !> Make a state.
       type(c_funptr) :: allocate
@@ -101,7 +99,6 @@ module library_explicit8_gsl
    type, bind(c) :: control_type
       !> Its procedures.
       type(c_ptr) :: kind
-      !> Its state.
       type(c_ptr) :: state
    end type control_type
 
@@ -123,7 +120,6 @@ module library_explicit8_gsl
       integer(c_long) :: count
       !> Steps that were rejected.
       integer(c_long) :: failed
-      !> Driver.
       type(c_ptr) :: driver
    end type evolution_type
 
@@ -189,9 +185,7 @@ module library_explicit8_gsl
          bind(c, name="gsl_odeiv2_evolve_apply")
          import :: c_double, c_int, c_ptr, control_type, system_type
          implicit none(type, external)
-         !> The evolution.
          type(c_ptr), intent(in), value :: evolution
-         !> The control.
          type(control_type), intent(in) :: control
          !> The stepper.
          type(c_ptr), intent(in), value :: step
@@ -212,7 +206,6 @@ module library_explicit8_gsl
       subroutine evolve_free(evolution) bind(c, name="gsl_odeiv2_evolve_free")
          import :: c_ptr
          implicit none(type, external)
-         !> The evolution.
          type(c_ptr), intent(in), value :: evolution
       end subroutine evolve_free
 
@@ -396,7 +389,6 @@ module library_explicit8_sundials
    type, bind(c) :: table_type
       !> Order of the method.
       integer(c_int) :: order
-      !> Order of the embedded one.
       integer(c_int) :: order_embedded
       !> Number of stages.
       integer(c_int) :: stages
@@ -506,7 +498,6 @@ contains
    !> end, although here its state is another one: the next step would begin with a right-hand side
    !> that is not its own. A time that is off by more than ERKStep's 1e-10 helps.
    subroutine mend(table)
-      !> The table.
       type(c_ptr), intent(in) :: table
       type(table_type), pointer :: content
       real(c_double), pointer :: c(:)
@@ -630,7 +621,7 @@ program library_explicit8
    use contensou_base_text, only : string_type
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_integrate_motion, only : set_up_motion
-   use contensou_io_scene_reader, only : read_scene, scene_file_type
+   use contensou_scene_reader, only : read_scene, scene_file_type
    use cost_bare_loop, only : integrate_bare
    use library_explicit8_gsl, only : integrate_gsl
    use library_explicit8_own, only : integrate_own
@@ -694,7 +685,6 @@ contains
 
    !> An argument of the command line.
    function argument(number) result(text)
-      !> Its number.
       integer, intent(in) :: number
       character(len=:), allocatable :: text
       integer :: length
@@ -706,7 +696,6 @@ contains
 
    !> End with a message.
    subroutine give_up(message, status)
-      !> The message.
       character(len=*), intent(in) :: message
       !> Exit status.
       integer, intent(in) :: status

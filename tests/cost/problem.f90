@@ -12,7 +12,6 @@ module cost_problem
 
    !> What is integrated; the callbacks get its address.
    type :: handle_type
-      !> The motion.
       type(motion_type) :: motion
       !> Initial state; the bare loop leaves its last one.
       real(wp), allocatable :: y(:)
@@ -84,7 +83,6 @@ contains
    !> Length of a step between those of a bracket, where the gap is expected to be zero: false
    !> position, and now and then the middle, as rounding can keep the former at one side.
    pure function trial(bracket, round) result(h)
-      !> The bracket.
       type(bracket_type), intent(in) :: bracket
       !> Number of the trial.
       integer, intent(in) :: round
@@ -98,7 +96,6 @@ contains
 
    !> Replace an end of a bracket; Illinois' rule halves the gap of an end that stays twice.
    pure subroutine narrow(bracket, h, value)
-      !> The bracket.
       type(bracket_type), intent(inout) :: bracket
       !> Length of a step [s].
       real(wp), intent(in) :: h
@@ -115,7 +112,6 @@ contains
 
    !> Whether a bracket is as narrow as time can be told.
    pure function resolved(bracket, t) result(narrow_enough)
-      !> The bracket.
       type(bracket_type), intent(in) :: bracket
       !> Time at the beginning of the step [s].
       real(wp), intent(in) :: t

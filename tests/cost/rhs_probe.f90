@@ -9,7 +9,7 @@ program rhs_probe
    use contensou_base_text, only : string_type
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_dynamics_system, only : system_type
-   use contensou_io_scene_reader, only : read_scene, scene_file_type
+   use contensou_scene_reader, only : read_scene, scene_file_type
    implicit none(type, external)
    type(scene_file_type) :: file
    type(system_type) :: system

@@ -427,7 +427,6 @@ contains
       integer, intent(in) :: n
       !> Name of the key.
       character(len=*), intent(in) :: key
-      !> Its values.
       real(wp), intent(in) :: values(:)
 
       if (all(values <= no_number)) then
@@ -445,7 +444,6 @@ contains
       integer, intent(in) :: n
       !> Name of the key.
       character(len=*), intent(in) :: key
-      !> Its values.
       character(len=*), intent(in) :: values(:)
       integer :: i
 

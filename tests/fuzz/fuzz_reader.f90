@@ -7,8 +7,8 @@ module fuzz_reader_run
    use contensou_base_errors, only : error_type, status_usage
    use contensou_base_kinds, only : i8
    use contensou_base_text, only : string_type
-   use contensou_io_scene_reader, only : read_scene, scene_file_type
-   use contensou_io_schema, only : key_spec_type, schema_keys
+   use contensou_scene_reader, only : read_scene, scene_file_type
+   use contensou_scene_schema, only : key_spec_type, schema_keys
    implicit none(type, external)
    private
 
@@ -115,7 +115,6 @@ contains
 
    !> Change a text somewhere.
    subroutine mutate(text, corpus, keys)
-      !> The text.
       character(len=:), allocatable, intent(inout) :: text
       !> Texts to take parts of.
       type(string_type), intent(in) :: corpus(:)

@@ -221,7 +221,6 @@ contains
 
    !> A text as one word of a shell command.
    pure function shell_quote(text) result(word)
-      !> The text.
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: word
       integer :: i
@@ -241,7 +240,6 @@ contains
    subroutine read_table(name, table)
       !> Name of the file without folder and ending.
       character(len=*), intent(in) :: name
-      !> The table.
       type(table_type), intent(out) :: table
       character(len=:), allocatable :: path
       character(len=2048) :: line
@@ -277,9 +275,7 @@ contains
 
    !> Split a line at its commas.
    pure subroutine split(line, cells)
-      !> The line.
       character(len=*), intent(in) :: line
-      !> Its cells.
       type(string_type), intent(inout) :: cells(:)
       integer :: first, i, comma
 
@@ -294,7 +290,6 @@ contains
 
    !> Numbers of a column; none if there is no such column.
    function column(self, name) result(numbers)
-      !> The table.
       class(table_type), intent(in) :: self
       !> Name of the column.
       character(len=*), intent(in) :: name
@@ -385,7 +380,6 @@ contains
    subroutine check_below(self, bound, name)
       !> The record.
       class(worst_type), intent(in) :: self
-      !> The bound.
       real(wp), intent(in) :: bound
       !> What was checked.
       character(len=*), intent(in) :: name

@@ -47,7 +47,6 @@ contains
 
    !> A body with a sphere and a body with a plane, both surfaces away from the centres of mass.
    subroutine two_bodies(scene, damping, friction, sphere_first)
-      !> The scene.
       type(scene_type), intent(out) :: scene
       !> Number of the damping law.
       integer, intent(in) :: damping
@@ -94,7 +93,6 @@ contains
 
    !> A steel ball above the ground, and a ceiling if wanted; elastic, without friction and gravity.
    subroutine ball(scene, height, ceiling_height)
-      !> The scene.
       type(scene_type), intent(out) :: scene
       !> Gap below the ball [m].
       real(wp), intent(in) :: height
@@ -135,7 +133,6 @@ contains
    subroutine set_motion(scene, motion, y)
       !> The scene; its length scale is filled in.
       type(scene_type), intent(inout) :: scene
-      !> The motion.
       type(motion_type), intent(out) :: motion
       !> The initial state.
       real(wp), allocatable, intent(out) :: y(:)
@@ -149,7 +146,6 @@ contains
 
    !> A random state of `two_bodies` with a given gap.
    subroutine random_touch(scene, random, gap, y)
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> The generator.
       type(random_type), intent(inout) :: random

@@ -2,8 +2,8 @@
 module test_comparison
    use contensou_base_errors, only : error_type, status_usage
    use contensou_base_kinds, only : i8, wp
-   use contensou_io_comparison_events, only : event_matcher_type
-   use contensou_io_comparison_rules, only : built_in_rules, matches, parse_rules, read_rules, &
+   use contensou_compare_events, only : event_matcher_type
+   use contensou_compare_rules, only : built_in_rules, matches, parse_rules, read_rules, &
       rules_type, verdict_type
    use test_harness, only : check, check_close
    implicit none(type, external)

@@ -20,7 +20,7 @@ module test_contact
    use contensou_contact_wrench, only : wrench_exact
    use contensou_dynamics_scene, only : scene_type
    use contensou_integrate_motion, only : motion_type
-   use contensou_io_schema, only : choices_of, key_spec_type, schema_keys
+   use contensou_scene_schema, only : choices_of, key_spec_type, schema_keys
    use contensou_special_quadrature, only : w_4, w_8, w_16, x_4, x_8, x_16
    use test_harness, only : check, check_close, check_relative, random_type, read_table, &
       table_type, worst_type

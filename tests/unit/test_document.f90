@@ -304,7 +304,6 @@ contains
       type(source_type), intent(in) :: sources(:)
       !> Column of the mistake.
       integer, intent(in) :: column
-      !> The text.
       character(len=:), allocatable :: text
 
       type(diagnostics_type) :: diagnostics
@@ -317,7 +316,6 @@ contains
    pure function marked(text) result(c)
       !> Text of one mistake.
       character(len=*), intent(in) :: text
-      !> The character.
       character(len=1) :: c
 
       integer :: first, i, n
@@ -743,7 +741,6 @@ contains
    pure function fails(error, status, part) result(does)
       !> Error to look at.
       type(error_type), allocatable, intent(in) :: error
-      !> Its status.
       integer, intent(in) :: status
       !> Part of its message.
       character(len=*), intent(in) :: part
@@ -814,7 +811,6 @@ contains
 
    !> Whether a document is consistent and all its origins are inside its sources.
    pure function is_sound(d, g) result(sound)
-      !> The document.
       type(document_type), intent(in) :: d
       !> Mistakes found in it.
       type(diagnostics_type), intent(in) :: g
@@ -841,9 +837,7 @@ contains
 
    !> Whether the origins of all values are inside the lines of their sources.
    pure function all_inside(values, sources) result(inside)
-      !> The values.
       type(value_type), intent(in) :: values(:)
-      !> The sources.
       type(source_type), intent(in) :: sources(:)
       !> The answer.
       logical :: inside
@@ -858,9 +852,7 @@ contains
 
    !> Whether an origin is inside a line of its source.
    pure function is_inside(origin, sources) result(inside)
-      !> The origin.
       type(origin_type), intent(in) :: origin
-      !> The sources.
       type(source_type), intent(in) :: sources(:)
       !> The answer.
       logical :: inside
@@ -936,7 +928,6 @@ contains
 
    !> Parse a text with a fresh list of mistakes.
    subroutine parse(text, d, g)
-      !> The text.
       character(len=*), intent(in) :: text
       !> What was read.
       type(document_type), intent(out) :: d
@@ -950,7 +941,6 @@ contains
    subroutine expect(check, text, line, column, part, name)
       !> Called once.
       procedure(check_interface) :: check
-      !> The text.
       character(len=*), intent(in) :: text
       !> Line of the mistake.
       integer, intent(in) :: line
@@ -978,13 +968,9 @@ contains
 
    !> Whether an origin has a place and a length.
    pure function same(origin, line, column, length) result(is)
-      !> The origin.
       type(origin_type), intent(in) :: origin
-      !> Its line.
       integer, intent(in) :: line
-      !> Its column.
       integer, intent(in) :: column
-      !> Its length.
       integer, intent(in) :: length
       !> The answer.
       logical :: is
@@ -994,7 +980,6 @@ contains
 
    !> A scene without mistakes.
    pure function sample() result(text)
-      !> Its text.
       character(len=:), allocatable :: text
 
       text = '! A small scene' // lf // &

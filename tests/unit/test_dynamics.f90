@@ -128,7 +128,6 @@ contains
 
    !> Integrate a system with Runge-Kutta's method.
    subroutine integrate(system, y, t, steps)
-      !> The system.
       type(system_type), intent(inout) :: system
       !> State.
       real(wp), intent(inout) :: y(:)
@@ -212,11 +211,9 @@ contains
 
    !> Total force, and total torque about the origin, that the contacts exert.
    subroutine rates_of_momenta(scene, y, rate, linear, angular, size_of_torques)
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> State.
       real(wp), intent(in) :: y(:)
-      !> Its rate.
       real(wp), intent(in) :: rate(:)
       !> Rate of the linear momentum.
       real(wp), intent(out) :: linear(3)

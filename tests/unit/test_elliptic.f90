@@ -107,7 +107,6 @@ contains
 
    !> Errors in units in the last place of the expected values.
    function ulps(values, expected) result(errors)
-      !> The values.
       real(wp), intent(in) :: values(6)
       !> What they should be.
       real(qp), intent(in) :: expected(6)
@@ -120,7 +119,6 @@ contains
    subroutine note_all(worst, errors, sample)
       !> The records.
       type(worst_type), intent(inout) :: worst(6)
-      !> Errors.
       real(wp), intent(in) :: errors(6)
       !> Number of the sample.
       integer, intent(in) :: sample
@@ -333,7 +331,6 @@ contains
 
       !> Note the differences across a boundary.
       subroutine compare(boundary, sample)
-         !> The boundary.
          real(wp), intent(in) :: boundary
          !> Number of the sample.
          integer, intent(in) :: sample
@@ -388,7 +385,6 @@ contains
 
       !> Check one of the values.
       subroutine check_values(values, name)
-         !> The values.
          real(wp), intent(in) :: values(6)
          !> Where.
          character(len=*), intent(in) :: name
@@ -418,7 +414,6 @@ contains
 
       !> Check the values at c1 = 0.
       subroutine check_limit(values, name)
-         !> The values.
          real(wp), intent(in) :: values(6)
          !> Where.
          character(len=*), intent(in) :: name
@@ -433,7 +428,6 @@ contains
 
       !> Check that a value is infinite.
       subroutine check_infinite(value, direction, name)
-         !> The value.
          real(wp), intent(in) :: value
          !> Its sign.
          real(wp), intent(in) :: direction
@@ -574,7 +568,6 @@ contains
 
       !> Run a rung.
       subroutine run(name)
-         !> Its name.
          character(len=*), intent(in) :: name
          integer :: i_model
 

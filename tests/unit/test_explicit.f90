@@ -36,7 +36,6 @@ module test_explicit
       real(wp) :: stiffness = 1.0_wp
       !> Latest time of an evaluation.
       real(wp) :: latest = 0.0_wp
-      !> Evaluations.
       integer :: evaluations = 0
       !> Power of time.
       integer :: power = 0
@@ -66,7 +65,6 @@ contains
 
    !> Right-hand side.
    subroutine derivative(self, t, y, rate, outside)
-      !> The problem.
       class(problem_of_test_type), intent(inout) :: self
       !> Time.
       real(wp), intent(in) :: t
@@ -98,7 +96,6 @@ contains
 
    !> Event functions.
    subroutine events(self, t, y, g)
-      !> The problem.
       class(problem_of_test_type), intent(inout) :: self
       !> Time.
       real(wp), intent(in) :: t
@@ -118,7 +115,6 @@ contains
 
    !> Admissible error.
    subroutine admissible_error(self, y, size_of_error)
-      !> The problem.
       class(problem_of_test_type), intent(in) :: self
       !> Unknowns.
       real(wp), intent(in) :: y(:)

@@ -51,13 +51,10 @@ contains
 
    !> Two surfaces of a kind, of random sizes, places on their bodies and order.
    subroutine draw(kind, random, a, b)
-      !> The kind.
       integer, intent(in) :: kind
       !> Source of random numbers.
       type(random_type), intent(inout) :: random
-      !> Surface A.
       type(surface_type), intent(out) :: a
-      !> Surface B.
       type(surface_type), intent(out) :: b
       character(len=24) :: first, second
       integer :: blank
@@ -102,7 +99,6 @@ contains
       real(wp), intent(in) :: scale
       !> Source of random numbers.
       type(random_type), intent(inout) :: random
-      !> The surface.
       type(surface_type), intent(out) :: surface
       integer :: i
 
@@ -138,9 +134,7 @@ contains
 
    !> Bodies at random poses with a given gap between two surfaces.
    subroutine place(a, b, geometry, gap, random, pose_a, pose_b, track, at)
-      !> Surface A.
       type(surface_type), intent(in) :: a
-      !> Surface B.
       type(surface_type), intent(in) :: b
       !> The pair.
       class(geometry_type), intent(in) :: geometry
@@ -154,7 +148,6 @@ contains
       type(pose_type), intent(out) :: pose_b
       !> What the search remembers.
       type(track_type), intent(out) :: track
-      !> The contact.
       type(contact_point_type), intent(out) :: at
       real(wp) :: found, centre_a(3), centre_b(3), offset(3)
       integer :: i
@@ -206,7 +199,6 @@ contains
 
    !> A surface in a word.
    function name_of(surface) result(text)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       character(len=:), allocatable :: text
 
@@ -217,13 +209,11 @@ contains
    !> Value of an implicit function, zero on the surface and positive outside of its shape, and its
    !> gradient: independent of those of the program.
    subroutine implicit(surface, pose, point, value, gradient)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       !> Pose of its body.
       type(pose_type), intent(in) :: pose
       !> Point, inertial frame [m].
       real(wp), intent(in) :: point(3)
-      !> The value.
       real(wp), intent(out) :: value
       !> The gradient, inertial frame.
       real(wp), intent(out) :: gradient(3)
@@ -257,9 +247,7 @@ contains
    function small_gap(random, a, b) result(gap)
       !> Source of random numbers.
       type(random_type), intent(inout) :: random
-      !> Surface A.
       type(surface_type), intent(in) :: a
-      !> Surface B.
       type(surface_type), intent(in) :: b
       real(wp) :: gap
 
@@ -268,7 +256,6 @@ contains
 
    !> A length of a surface.
    pure function scale_of(surface) result(length)
-      !> The surface.
       type(surface_type), intent(in) :: surface
       real(wp) :: length
 
@@ -285,7 +272,6 @@ contains
    !> The closest points lie on the surfaces, with a common normal that points from A into B, and
    !> the contact point lies midway or on the curved surface.
    subroutine test_points(kind)
-      !> The kind.
       integer, intent(in) :: kind
       type(random_type) :: random
       type(surface_type) :: a, b
@@ -325,7 +311,6 @@ contains
    !> Curvatures and major axis against second differences of the separation of the undeformed
    !> surfaces over the tangent plane.
    subroutine test_hessian(kind)
-      !> The kind.
       integer, intent(in) :: kind
       type(random_type) :: random
       type(surface_type) :: a, b
@@ -361,7 +346,6 @@ contains
 
       !> Second derivative of the separation along a tangent.
       function second_difference(tangent) result(d)
-         !> The tangent.
          real(wp), intent(in) :: tangent(3)
          real(wp) :: d
 
@@ -387,7 +371,6 @@ contains
 
       !> Height of a surface over the tangent plane.
       function level(surface, pose, offset) result(z)
-         !> The surface.
          type(surface_type), intent(in) :: surface
          !> Pose of its body.
          type(pose_type), intent(in) :: pose
@@ -408,7 +391,6 @@ contains
 
    !> Variation against differences of the contact.
    subroutine test_variation(kind)
-      !> The kind.
       integer, intent(in) :: kind
       type(random_type) :: random
       type(surface_type) :: a, b
@@ -469,7 +451,6 @@ contains
          integer, intent(in) :: component
          !> Its size [m or rad].
          real(wp), intent(in) :: amount
-         !> The contact.
          type(contact_point_type), intent(out) :: contact
          type(pose_type) :: pose
          type(track_type) :: copy
@@ -493,7 +474,6 @@ contains
 
       !> Derivative from values at -2h, -h, h, 2h.
       pure function difference(values) result(d)
-         !> The values.
          real(wp), intent(in) :: values(4)
          real(wp) :: d
 
@@ -519,7 +499,6 @@ contains
 
    !> The search against closed forms, near contact and far from it.
    subroutine test_search(kind)
-      !> The kind.
       integer, intent(in) :: kind
       type(random_type) :: random
       type(surface_type) :: a, b
@@ -559,7 +538,6 @@ contains
    !> No pair of points of the surfaces is closer than the gap of open surfaces, and a descent over
    !> pairs of points comes close to it.
    subroutine test_brute(kind)
-      !> The kind.
       integer, intent(in) :: kind
       type(random_type) :: random
       type(surface_type) :: a, b
@@ -649,7 +627,6 @@ contains
 
       !> Point of a surface.
       function point_of(surface, pose, v) result(p)
-         !> The surface.
          type(surface_type), intent(in) :: surface
          !> Pose of its body.
          type(pose_type), intent(in) :: pose
@@ -680,7 +657,6 @@ contains
    !> A motion followed from step to step gives what searches from nothing give, as long as the
    !> surfaces are apart or convex, and the major axis turns without jumps.
    subroutine test_tracking(kind)
-      !> The kind.
       integer, intent(in) :: kind
       type(random_type) :: random
       type(surface_type) :: a, b
@@ -785,9 +761,7 @@ contains
 
       !> Check the gap of two surfaces at rest.
       subroutine expect(a, b, value, name, any_value, lost)
-         !> Surface A.
          type(surface_type), intent(in) :: a
-         !> Surface B.
          type(surface_type), intent(in) :: b
          !> Its value [m].
          real(wp), intent(in) :: value
@@ -857,9 +831,7 @@ contains
 
       !> Check what is wrong with a contact.
       subroutine expect(a, b, trouble, name)
-         !> Surface A.
          type(surface_type), intent(in) :: a
-         !> Surface B.
          type(surface_type), intent(in) :: b
          !> What should be wrong.
          integer, intent(in) :: trouble
@@ -935,11 +907,8 @@ contains
 
       !> Check that a pair is refused.
       subroutine refused(a, b, reason)
-         !> Surface A.
          type(surface_type), intent(in) :: a
-         !> Surface B.
          type(surface_type), intent(in) :: b
-         !> The reason.
          character(len=*), intent(in) :: reason
          class(geometry_type), allocatable :: geometry
          character(len=:), allocatable :: problem
@@ -980,9 +949,7 @@ contains
 
       !> Check the scale of a pair.
       subroutine expect(a, b, scale, name)
-         !> Surface A.
          type(surface_type), intent(in) :: a
-         !> Surface B.
          type(surface_type), intent(in) :: b
          !> The scale [m].
          real(wp), intent(in) :: scale

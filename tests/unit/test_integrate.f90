@@ -164,7 +164,6 @@ contains
 
    !> Forget what was shown before.
    subroutine clear(self)
-      !> The recorder.
       class(recorder_type), intent(inout) :: self
 
       if (.not. allocated(self%t_row)) then
@@ -184,9 +183,7 @@ contains
 
    !> Take a row.
    subroutine sample(self, motion, t, y, error)
-      !> The recorder.
       class(recorder_type), intent(inout) :: self
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -204,7 +201,6 @@ contains
 
    !> Take an event.
    subroutine event(self, t, kind, contact, error)
-      !> The recorder.
       class(recorder_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
@@ -226,7 +222,6 @@ contains
 
    !> A step is done.
    subroutine after_step(self, t, stop_now, error)
-      !> The recorder.
       class(recorder_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(in) :: t
@@ -242,7 +237,6 @@ contains
 
    !> An oscillator: solution, events, interpolation, restart, counters.
    subroutine test_oscillator(method)
-      !> The method.
       character(len=*), intent(in) :: method
       type(oscillator_type), target :: problem
       class(integrator_type), allocatable :: integrator
@@ -349,7 +343,6 @@ contains
 
    !> Problems that cannot be integrated end with a message.
    subroutine test_failures(method)
-      !> The method.
       character(len=*), intent(in) :: method
 
       call expect(never_inside, "the initial state is outside the domain of the model", &
@@ -399,7 +392,6 @@ contains
 
    !> March a scene.
    subroutine run(scene, recorder, interval, error, stopped, statistics, t_reached)
-      !> The scene.
       type(scene_type), intent(inout) :: scene
       !> Who looks on.
       type(recorder_type), intent(inout) :: recorder
@@ -473,7 +465,6 @@ contains
 
    !> Without a contact the rows are those of free flight.
    subroutine test_free_fall(method)
-      !> The method.
       character(len=*), intent(in) :: method
       type(scene_type) :: scene
       type(recorder_type) :: recorder
@@ -503,7 +494,6 @@ contains
    !> An elastic ball on the ground against the closed form: flights of 2 v/g, an impact that takes
    !> 2.9432752 (m^2/(k^2 v))^(1/5) (25/16)^(1/5).
    subroutine test_bouncing(method)
-      !> The method.
       character(len=*), intent(in) :: method
       type(scene_type) :: scene
       type(motion_type) :: motion
@@ -658,7 +648,6 @@ contains
 
    !> A touch within a single step of free flight: a ball thrown up just reaches the ceiling.
    subroutine test_dip(method)
-      !> The method.
       character(len=*), intent(in) :: method
       type(scene_type) :: scene
       type(recorder_type) :: recorder
@@ -712,7 +701,6 @@ contains
 
    !> With a restitution of each impact every bounce has it, whatever its speed.
    subroutine test_restitution(method)
-      !> The method.
       character(len=*), intent(in) :: method
       type(scene_type) :: scene
       type(recorder_type) :: recorder
@@ -773,7 +761,6 @@ contains
 
    !> An impact too hard for the contact model ends with a message.
    subroutine test_deep(method)
-      !> The method.
       character(len=*), intent(in) :: method
       type(scene_type) :: scene
       type(recorder_type) :: recorder

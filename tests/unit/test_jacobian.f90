@@ -72,7 +72,6 @@ contains
       subroutine differ(model, shape, v, delta, component, h, column)
          !> Number of the model.
          integer, intent(in) :: model
-         !> Shape of the spot.
          type(spot_shape_type), intent(in) :: shape
          !> Velocities.
          real(wp), intent(in) :: v(3)
@@ -100,7 +99,6 @@ contains
       function smooth(name, shape, v, delta) result(is)
          !> The model.
          character(len=*), intent(in) :: name
-         !> Shape of the spot.
          type(spot_shape_type), intent(in) :: shape
          !> Velocities.
          real(wp), intent(in) :: v(3)
@@ -161,13 +159,11 @@ contains
 
    !> Dense Jacobian of a motion.
    subroutine dense(motion, t, y, matrix)
-      !> The motion.
       type(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
       !> State.
       real(wp), intent(in) :: y(:)
-      !> The matrix.
       real(wp), intent(out) :: matrix(:, :)
       real(wp) :: value(size(motion%row))
       integer :: i, j
@@ -184,7 +180,6 @@ contains
    !> Largest difference of a Jacobian from differences of the right-hand side, each row against its
    !> largest term when every unknown moves by its scale.
    function defect(motion, t, y, scale, reach) result(worst)
-      !> The motion.
       type(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -423,9 +418,7 @@ contains
 
    !> Change the velocity of a body so that a gap stays as it is.
    subroutine stop_gap(motion, contact, first, y, rate)
-      !> The motion.
       type(motion_type), intent(inout) :: motion
-      !> The contact.
       integer, intent(in) :: contact
       !> Index of the state of a body of it.
       integer, intent(in) :: first

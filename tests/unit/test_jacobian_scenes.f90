@@ -8,7 +8,7 @@ module test_jacobian_scenes
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : march, observer_type
    use contensou_integrate_motion, only : motion_type
-   use contensou_io_scene_reader, only : read_scene, scene_file_type
+   use contensou_scene_reader, only : read_scene, scene_file_type
    use test_harness, only : check, worst_type
    use test_scenes, only : set_motion
    implicit none(type, external)
@@ -127,7 +127,6 @@ contains
 
    !> Whether a gap is zero to rounding, where there is no derivative.
    function touches(motion, y) result(does)
-      !> The motion.
       type(motion_type), intent(inout) :: motion
       !> State.
       real(wp), intent(in) :: y(:)
@@ -142,7 +141,6 @@ contains
    !> Compare the Jacobian at a state with differences of the fourth order, of those steps for each
    !> entry between which they change least.
    subroutine compare(motion, t, y, sample_number, worst, consistent, decided, undecided, closed)
-      !> The motion.
       type(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -222,7 +220,6 @@ contains
    !> By how much each unknown may vary: a share of the smallest approach, of what the bodies slide
    !> and of what they turn by.
    subroutine set_scales(motion, t, y, scale, closed)
-      !> The motion.
       type(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -275,9 +272,7 @@ contains
 
    !> Keep a row.
    subroutine sample(self, motion, t, y, error)
-      !> The keeper.
       class(keeper_type), intent(inout) :: self
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -307,11 +302,9 @@ contains
 
    !> Whether a contact is closed.
    pure function is_closed(motion, index, row) result(is)
-      !> The motion.
       class(motion_type), intent(in) :: motion
       !> Index of the contact.
       integer, intent(in) :: index
-      !> Its report.
       type(contact_report_type), intent(in) :: row
       logical :: is
 

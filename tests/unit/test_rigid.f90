@@ -125,7 +125,6 @@ contains
 
       !> Add rolling resistance.
       subroutine roll(model)
-         !> The model.
          integer, intent(in) :: model
 
          scene%contacts(1)%rolling = model
@@ -138,7 +137,6 @@ contains
 
    !> A step of the classical Runge-Kutta method.
    subroutine advance(motion, y, h)
-      !> The motion.
       type(motion_type), intent(inout) :: motion
       !> State.
       real(wp), intent(inout) :: y(:)

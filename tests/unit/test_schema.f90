@@ -4,10 +4,10 @@ module test_schema
    use contensou_base_document, only : document_type, parse_document
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : read_real, string_type
-   use contensou_io_schema, only : admits, choices_of, domain_text, group_spec_type, &
+   use contensou_scene_schema, only : admits, choices_of, domain_text, group_spec_type, &
       key_spec_type, kind_choice, kind_logical, kind_name, kind_real, kind_reference, kind_text, &
       most_values, schema_groups, schema_keys
-   use contensou_io_settings, only : apply_override, resolve, resolved_text, settings_type
+   use contensou_scene_settings, only : apply_override, resolve, resolved_text, settings_type
    use test_harness, only : check, check_close
    implicit none(type, external)
    private
@@ -173,9 +173,7 @@ contains
 
    !> Parse and resolve a text.
    subroutine settle(text, settings, diagnostics)
-      !> The text.
       character(len=*), intent(in) :: text
-      !> Its settings.
       type(settings_type), intent(out) :: settings
       !> Its mistakes.
       type(diagnostics_type), intent(out) :: diagnostics
@@ -237,13 +235,11 @@ contains
 
    !> Check that a text has exactly one mistake.
    subroutine expect(text, message, expected, line, name)
-      !> The text.
       character(len=*), intent(in) :: text
       !> Part of what is wrong.
       character(len=*), intent(in) :: message
       !> Part of what would be right.
       character(len=*), intent(in) :: expected
-      !> Its line.
       integer, intent(in) :: line
       !> What is checked.
       character(len=*), intent(in) :: name
@@ -406,7 +402,6 @@ contains
 
    !> Apply overrides to that scene.
    subroutine override(settings, diagnostics, first, second)
-      !> The settings.
       type(settings_type), intent(out) :: settings
       !> The mistakes.
       type(diagnostics_type), intent(out) :: diagnostics
@@ -424,11 +419,9 @@ contains
 
    !> A number of a setting.
    function number(settings, instance, key, slot) result(x)
-      !> The settings.
       type(settings_type), intent(in) :: settings
       !> Number of the group.
       integer, intent(in) :: instance
-      !> The key.
       character(len=*), intent(in) :: key
       !> Which of its values.
       integer, intent(in) :: slot

@@ -4,15 +4,15 @@ module test_sweep
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
    use contensou_base_text, only : string_type, to_text
-   use contensou_io_scene_reader, only : read_scene, scene_file_type
-   use contensou_io_quantities, only : summary_quantities
-   use contensou_io_schema, only : group_spec_type, key_spec_type, kind_choice
-   use contensou_io_sweep, only : sweep_type
-   use contensou_io_sweep_reader, only : read_sweep
-   use contensou_io_sweep_sampling, only : permuted, sampler_type, sampling_latin, &
+   use contensou_scene_reader, only : read_scene, scene_file_type
+   use contensou_study_quantities, only : summary_quantities
+   use contensou_scene_schema, only : group_spec_type, key_spec_type, kind_choice
+   use contensou_sweep_plan, only : sweep_type
+   use contensou_sweep_reader, only : read_sweep
+   use contensou_sweep_sampling, only : permuted, sampler_type, sampling_latin, &
       sampling_sobol, uniform
-   use contensou_io_sweep_schema, only : sweep_choices, sweep_domain, sweep_groups, sweep_keys
-   use contensou_io_sweep_table, only : case_complete, case_failed, read_table_header, &
+   use contensou_sweep_schema, only : sweep_choices, sweep_domain, sweep_groups, sweep_keys
+   use contensou_sweep_table, only : case_complete, case_failed, read_table_header, &
       sweep_table_type, table_header_type, table_reader_type
    use test_harness, only : check, check_close
    implicit none(type, external)
@@ -470,7 +470,6 @@ contains
    subroutine write_file(path, text)
       !> Name of the file.
       character(len=*), intent(in) :: path
-      !> Its text.
       character(len=*), intent(in) :: text
       integer :: unit
 

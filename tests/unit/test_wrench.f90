@@ -209,7 +209,6 @@ contains
 
       !> Check that a name stands for a rung.
       subroutine check_rung(name, kernel)
-         !> The name.
          character(len=*), intent(in) :: name
          !> The rung.
          procedure(wrench_kernel) :: kernel

@@ -89,7 +89,6 @@ contains
    function wrench_of(kernel, shape, v, delta) result(w)
       !> The rung.
       procedure(wrench_kernel) :: kernel
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Velocity (vx, vy, W).
       real(wp), intent(in) :: v(3)
@@ -102,7 +101,6 @@ contains
 
    !> Exact wrench without regularisation.
    function exact(shape, v) result(w)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Velocity (vx, vy, W).
       real(wp), intent(in) :: v(3)
@@ -113,7 +111,6 @@ contains
 
    !> Potential of the exact wrench.
    function potential(shape, v, delta) result(phi)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Velocity (vx, vy, W).
       real(wp), intent(in) :: v(3)
@@ -145,7 +142,6 @@ contains
    function random_velocity(random, shape) result(v)
       !> The generator.
       class(random_type), intent(inout) :: random
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       real(wp) :: v(3)
       real(wp) :: kind, psi, rho
@@ -174,7 +170,6 @@ contains
 
    !> Velocity with the rotation centre on an ellipse confocal with the spot.
    pure function velocity_at(shape, rho, psi) result(v)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> Ratio sqrt(l)/W; zero is the rim.
       real(wp), intent(in) :: rho
@@ -259,7 +254,6 @@ contains
 
    !> The constants of a shape as a list.
    pure function numbers(shape) result(list)
-      !> The shape.
       type(spot_shape_type), intent(in) :: shape
       real(wp) :: list(13)
 
@@ -408,9 +402,7 @@ contains
 
    !> Gauss-Legendre rule on (-1, 1) in quadruple precision, by Newton's method.
    pure subroutine gauss_rule(nodes, weights)
-      !> Nodes.
       real(qp), intent(out) :: nodes(n_nodes)
-      !> Weights.
       real(qp), intent(out) :: weights(n_nodes)
       real(qp) :: x, p, before, next, slope
       integer :: i, j, k
@@ -441,7 +433,6 @@ contains
       real(qp), intent(in) :: v(3)
       !> Nodes of a rule on (-1, 1).
       real(qp), intent(in) :: nodes(n_nodes)
-      !> Weights.
       real(qp), intent(in) :: weights(n_nodes)
       !> The wrench.
       real(qp), intent(out) :: w(3)
@@ -483,7 +474,6 @@ contains
       subroutine add(r, weight)
          !> The node.
          real(qp), intent(in) :: r
-         !> Its weight.
          real(qp), intent(in) :: weight
          real(qp) :: a, b, u, m
 
@@ -989,7 +979,6 @@ contains
       subroutine derivative_at(v, jacobian)
          !> The velocity.
          real(wp), intent(in) :: v(3)
-         !> Its Jacobian.
          real(wp), intent(out) :: jacobian(3, 3)
          real(wp) :: wrench(3)
 
@@ -1179,7 +1168,6 @@ contains
    !> How far a model leaves the limit surface, for sliding along the major axis with spin: the
    !> largest of -w(V).V'/Phi(V') - 1.
    function excess(shape, kernel) result(largest)
-      !> Shape of the spot.
       type(spot_shape_type), intent(in) :: shape
       !> The rung.
       procedure(wrench_kernel) :: kernel

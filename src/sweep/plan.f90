@@ -3,7 +3,7 @@
 !> A case is a function of its number alone: nothing is kept from case to case, so that any process
 !> may do any of them, and memory does not grow with their number (but with the table of
 !> `sampling = 'file'`).
-module contensou_io_sweep
+module contensou_sweep_plan
    use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_document, only : document_type, value_logical, value_real, value_text, &
       value_type
@@ -11,13 +11,13 @@ module contensou_io_sweep
    use contensou_base_kinds, only : i8, wp
    use contensou_base_text, only : string_type, to_text
    use contensou_dynamics_scene, only : scene_type
-   use contensou_io_scene_reader, only : build_case, loaded_scene_type, scene_file_type, &
+   use contensou_scene_reader, only : build_case, loaded_scene_type, scene_file_type, &
       settle_scene
-   use contensou_io_settings, only : settings_type
-   use contensou_io_sweep_points, only : points_type
-   use contensou_io_sweep_sampling, only : sampler_type, sampling_file, sampling_grid
-   use contensou_io_sweep_schema, only : vary_linear, vary_list, vary_log
-   use contensou_io_sweep_target, only : target_type, value_words
+   use contensou_scene_settings, only : settings_type
+   use contensou_sweep_points, only : points_type
+   use contensou_sweep_sampling, only : sampler_type, sampling_file, sampling_grid
+   use contensou_sweep_schema, only : vary_linear, vary_list, vary_log
+   use contensou_sweep_target, only : target_type, value_words
    implicit none(type, external)
    private
 
@@ -46,7 +46,6 @@ module contensou_io_sweep
 
    !> A column of the parameters of a sweep.
    type :: parameter_column_type
-      !> Name.
       character(len=:), allocatable :: name
       !> Paths that take the value, as `--set` takes them.
       type(string_type), allocatable :: paths(:)
@@ -74,9 +73,7 @@ module contensou_io_sweep
    !> A column of the results of a sweep. All results are handled as reals; those of counts become
    !> integers in the table.
    type :: result_column_type
-      !> Name.
       character(len=:), allocatable :: name
-      !> Units.
       character(len=:), allocatable :: units
       !> Description.
       character(len=:), allocatable :: long_name
@@ -98,11 +95,9 @@ module contensou_io_sweep
    type :: sweep_type
       !> Name of the sweep file.
       character(len=:), allocatable :: path
-      !> Its text.
       character(len=:), allocatable :: text
       !> Name of the base scene's file.
       character(len=:), allocatable :: scene_path
-      !> Its text.
       character(len=:), allocatable :: scene_text
       !> Base scene with all settings, as a namelist text.
       character(len=:), allocatable :: scene_resolved
@@ -119,9 +114,7 @@ module contensou_io_sweep
       integer :: sampling = sampling_grid
       !> Number of cases; they are numbered from 1.
       integer(i8) :: n_cases = 0
-      !> Columns of the parameters.
       type(parameter_column_type), allocatable :: parameters(:)
-      !> Columns of the results.
       type(result_column_type), allocatable :: results(:)
       !> Longest wall time of a case [s]; huge without a limit.
       real(wp) :: time_limit = huge(1.0_wp)
@@ -151,7 +144,6 @@ contains
 
    !> Parameters of a case. Thread-safe.
    subroutine parameters_of(self, case_number, values, words)
-      !> The sweep.
       class(sweep_type), intent(in) :: self
       !> Number of the case, from 1.
       integer(i8), intent(in) :: case_number
@@ -179,13 +171,11 @@ contains
 
    !> A parameter of a case.
    pure subroutine value_of_case(self, p, case_number, value)
-      !> The sweep.
       class(sweep_type), intent(in) :: self
       !> Which parameter.
       integer, intent(in) :: p
       !> Number of the case, from 1.
       integer(i8), intent(in) :: case_number
-      !> Its value.
       type(value_type), intent(inout) :: value
       integer(i8) :: stride, i
       real(wp) :: u
@@ -229,7 +219,6 @@ contains
 
    !> A number between the bounds of a parameter.
    pure function between(parameter, u) result(x)
-      !> The parameter.
       type(parameter_column_type), intent(in) :: parameter
       !> Where between them, 0 to 1 [-].
       real(wp), intent(in) :: u
@@ -245,7 +234,6 @@ contains
 
    !> Scene of a case, checked as a scene file is. Thread-safe.
    subroutine scene_of(self, case_number, file, error)
-      !> The sweep.
       class(sweep_type), intent(in) :: self
       !> Number of the case, from 1.
       integer(i8), intent(in) :: case_number
@@ -289,7 +277,6 @@ contains
    !> Settings of a case, those of all cases first: `contensou run SCENE --set ...` with them is the
    !> run that the case is. Thread-safe.
    subroutine overrides_of(self, case_number, overrides)
-      !> The sweep.
       class(sweep_type), intent(in) :: self
       !> Number of the case, from 1.
       integer(i8), intent(in) :: case_number
@@ -318,7 +305,6 @@ contains
 
    !> How a parameter varies, in words.
    function words(self) result(text)
-      !> The parameter.
       class(parameter_column_type), intent(in) :: self
       character(len=:), allocatable :: text
       integer, parameter :: most_shown = 6
@@ -342,4 +328,4 @@ contains
       end select
    end function words
 
-end module contensou_io_sweep
+end module contensou_sweep_plan

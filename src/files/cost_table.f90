@@ -1,17 +1,17 @@
 !> The results of `contensou cost` as a table: errors, Pareto front, CSV, HDF5. docs/cost.md
 !> describes the columns.
-module contensou_io_cost_table
+module contensou_files_cost_table
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_quiet_nan, ieee_value
    use contensou_base_build, only : git_commit, program_version
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
-   use contensou_base_system, only : utc_now
+   use contensou_base_operating_system, only : utc_now
    use contensou_base_text, only : to_text
    use contensou_dynamics_scene, only : cost_measures, cost_quantities, scene_type
-   use contensou_integrate_work_precision, only : distance_type, kinds, measures, outcome_done, &
+   use contensou_study_work_precision, only : distance_type, kinds, measures, outcome_done, &
       trial_type
-   use contensou_io_hdf5_file, only : hdf5_file_type
-   use contensou_io_provenance, only : put_provenance
+   use contensou_files_hdf5_file, only : hdf5_file_type
+   use contensou_files_provenance, only : put_provenance
    implicit none(type, external)
    private
 
@@ -31,7 +31,6 @@ module contensou_io_cost_table
 
    !> A model of the ladder.
    type :: model_type
-      !> Name.
       character(len=:), allocatable :: name
       !> Whether it is run, and not only a reference.
       logical :: runs = .true.
@@ -61,7 +60,6 @@ module contensou_io_cost_table
    type :: run_type
       !> Index of the model.
       integer :: model = 0
-      !> Method.
       character(len=11) :: method = ""
       !> Relative tolerance [-].
       real(wp) :: rtol = 0.0_wp
@@ -85,7 +83,6 @@ module contensou_io_cost_table
       type(scene_type) :: scene
       !> Models; the first one is the exact one.
       type(model_type), allocatable :: models(:)
-      !> Runs.
       type(run_type), allocatable :: runs(:)
       !> What the errors of the quantities are divided by, in the order of `cost_quantities`.
       real(wp) :: scales(size(cost_quantities)) = 1.0_wp
@@ -93,9 +90,7 @@ module contensou_io_cost_table
 
    !> A column of the table.
    type :: column_type
-      !> Name.
       character(len=40) :: name = ""
-      !> Units.
       character(len=8) :: units = ""
       !> Description.
       character(len=96) :: about = ""
@@ -108,7 +103,6 @@ contains
    !> The one error of a motion: the largest of the scaled errors of the quantities that count; NaN
    !> if the events count and differ.
    pure function scaled_error(study, distance, energy) result(error)
-      !> The study.
       type(study_type), intent(in) :: study
       !> Distance of the motion to its reference.
       type(distance_type), intent(in) :: distance
@@ -201,7 +195,6 @@ contains
 
    !> Numbers of the table.
    function columns_of(study) result(columns)
-      !> The study.
       type(study_type), intent(in) :: study
       type(column_type), allocatable :: columns(:)
       character(len=40) :: name
@@ -261,13 +254,10 @@ contains
 
       !> Add a column.
       subroutine put(column_name, units, about, values)
-         !> Name.
          character(len=*), intent(in) :: column_name
-         !> Units.
          character(len=*), intent(in) :: units
          !> Description.
          character(len=*), intent(in) :: about
-         !> Values.
          real(wp), intent(in) :: values(:)
 
          n = n + 1
@@ -281,7 +271,6 @@ contains
 
    !> Shift of the events, NaN if they differ [s].
    pure real(wp) function shift(distance)
-      !> The distance.
       type(distance_type), intent(in) :: distance
 
       shift = distance%events
@@ -290,7 +279,6 @@ contains
 
    !> The table as CSV: a header, then a row for each run; empty cells for what there is not.
    function csv_text(study) result(text)
-      !> The study.
       type(study_type), intent(in) :: study
       character(len=:), allocatable :: text
       type(column_type), allocatable :: columns(:)
@@ -340,13 +328,11 @@ contains
 
    !> Write everything.
    subroutine write_hdf5(study, namelist, resolved, command_line, name, file, error)
-      !> The study.
       type(study_type), intent(in) :: study
       !> Text of the scene file.
       character(len=*), intent(in) :: namelist
       !> All settings.
       character(len=*), intent(in) :: resolved
-      !> Command line.
       character(len=*), intent(in) :: command_line
       !> Name of the file.
       character(len=*), intent(in) :: name
@@ -447,7 +433,6 @@ contains
 
       !> The runs.
       subroutine put_runs(out, problem)
-         !> The file.
          type(hdf5_file_type), intent(inout) :: out
          !> Set on failure.
          type(error_type), allocatable, intent(out) :: problem
@@ -489,4 +474,4 @@ contains
 
    end subroutine write_hdf5
 
-end module contensou_io_cost_table
+end module contensou_files_cost_table

@@ -1,12 +1,12 @@
 !> A file of results of fixed size, one slot for each of a known number of pieces of work, written
 !> by many threads in any order and readable however the writers ended: what is half written counts
 !> as missing. A process that opens it holds its lock; a process that it starts may go on writing.
-module contensou_base_journal
+module contensou_sweep_journal
    use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_double, c_int, c_int64_t, &
       c_null_char, c_null_ptr, c_ptr
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : text_from_c
+   use contensou_base_operating_system, only : text_from_c
    implicit none(type, external)
    private
 
@@ -35,7 +35,6 @@ module contensou_base_journal
       procedure, public :: read
       !> Bring what is written to the disk.
       procedure, public :: sync
-      !> Close it.
       procedure, public :: close
    end type journal_type
 
@@ -72,11 +71,9 @@ module contensou_base_journal
          integer(c_int64_t), value :: position
          !> Number of the case.
          integer(c_int64_t), value :: number
-         !> Its status.
          integer(c_int), value :: status
          !> Numbers.
          real(c_double), intent(in) :: values(*)
-         !> Message.
          character(kind=c_char), intent(in) :: message(*)
          !> Characters of it.
          integer(c_int64_t), value :: length
@@ -107,7 +104,6 @@ module contensou_base_journal
          integer(c_int64_t), value :: position
          !> Number of the case.
          integer(c_int64_t), intent(out) :: number
-         !> Its status.
          integer(c_int), intent(out) :: status
          !> Numbers.
          real(c_double), intent(out) :: values(*)
@@ -152,7 +148,6 @@ contains
 
    !> Open a journal, or create it.
    subroutine open(self, path, key, count, columns, replace, again, error)
-      !> The journal.
       class(journal_type), intent(inout) :: self
       !> Name of the file.
       character(len=*), intent(in) :: path
@@ -190,17 +185,14 @@ contains
 
    !> Fill a slot. Thread-safe.
    subroutine write(self, position, number, status, values, message, code)
-      !> The journal.
       class(journal_type), intent(in) :: self
       !> Slot, from 1.
       integer(i8), intent(in) :: position
       !> Number of the case.
       integer(i8), intent(in) :: number
-      !> Its status.
       integer, intent(in) :: status
       !> Numbers, as many as there are columns.
       real(wp), intent(in) :: values(:)
-      !> Message.
       character(len=*), intent(in) :: message
       !> 0, or a value of errno.
       integer, intent(out) :: code
@@ -211,7 +203,6 @@ contains
 
    !> Whether a slot is filled. Thread-safe.
    function has(self, position) result(answer)
-      !> The journal.
       class(journal_type), intent(in) :: self
       !> Slot, from 1.
       integer(i8), intent(in) :: position
@@ -222,7 +213,6 @@ contains
 
    !> Content of a slot.
    subroutine read(self, position, found, number, status, values, message, length, error)
-      !> The journal.
       class(journal_type), intent(in) :: self
       !> Slot, from 1.
       integer(i8), intent(in) :: position
@@ -230,11 +220,9 @@ contains
       logical, intent(out) :: found
       !> Number of the case.
       integer(i8), intent(out) :: number
-      !> Its status.
       integer, intent(out) :: status
       !> Numbers, as many as there are columns.
       real(wp), intent(out) :: values(:)
-      !> Message.
       character(len=journal_message_length), intent(out) :: message
       !> Characters of it.
       integer, intent(out) :: length
@@ -256,7 +244,6 @@ contains
 
    !> Bring what is written to the disk.
    subroutine sync(self, error)
-      !> The journal.
       class(journal_type), intent(in) :: self
       !> Set when that fails.
       type(error_type), allocatable, intent(out) :: error
@@ -269,11 +256,10 @@ contains
 
    !> Close it; the lock ends.
    subroutine close(self)
-      !> The journal.
       class(journal_type), intent(inout) :: self
 
       call c_close(self%handle)
       self%handle = c_null_ptr
    end subroutine close
 
-end module contensou_base_journal
+end module contensou_sweep_journal

@@ -1,10 +1,10 @@
 !> What a file was made with.
-module contensou_io_provenance
+module contensou_files_provenance
    use contensou_base_build, only : build_compiler, build_flags
    use contensou_base_errors, only : error_type
-   use contensou_base_system, only : host_name
+   use contensou_base_operating_system, only : host_name
    use contensou_integrate_cvode, only : sundials_version
-   use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_version
+   use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_version
    use contensou_special_gsl, only : gsl_version
    implicit none(type, external)
    private
@@ -15,7 +15,6 @@ contains
 
    !> Write the group `/provenance`.
    subroutine put_provenance(file, error)
-      !> The file.
       type(hdf5_file_type), intent(inout) :: file
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
@@ -29,4 +28,4 @@ contains
       call file%put_text("/provenance/host", host_name(), "host", error)
    end subroutine put_provenance
 
-end module contensou_io_provenance
+end module contensou_files_provenance

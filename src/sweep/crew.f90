@@ -9,12 +9,12 @@
 !>
 !> gfortran keeps the length of a function result of deferred length in static memory. Threads that
 !> handle such texts do so between `lock_texts` and `unlock_texts`.
-module contensou_base_crew
+module contensou_sweep_crew
    use, intrinsic :: iso_c_binding, only : c_char, c_double, c_f_pointer, c_funloc, c_funptr, &
       c_int, c_int64_t, c_loc, c_null_char, c_ptr
    use contensou_base_errors, only : error_type, fatal, status_failed, status_file
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : text_from_c
+   use contensou_base_operating_system, only : text_from_c
    implicit none(type, external)
    private
 
@@ -22,7 +22,6 @@ module contensou_base_crew
    public :: hold_signals, stop_requested, begin_piece, crew_stopping, lock_texts, unlock_texts
    public :: piece_done, piece_stopped
 
-   !> The piece is done.
    integer, parameter :: piece_done = 0
 
    !> The piece was left because all stop.
@@ -46,7 +45,6 @@ module contensou_base_crew
       subroutine work_interface(self, thread, piece, code)
          import :: i8, job_type
          implicit none(type, external)
-         !> The job.
          class(job_type), intent(in) :: self
          !> Number of the thread, from 0.
          integer, intent(in) :: thread
@@ -60,7 +58,6 @@ module contensou_base_crew
       function done_interface(self, piece) result(answer)
          import :: i8, job_type
          implicit none(type, external)
-         !> The job.
          class(job_type), intent(in) :: self
          !> Number of the piece.
          integer(i8), intent(in) :: piece
@@ -71,7 +68,6 @@ module contensou_base_crew
       subroutine lost_interface(self, piece, late, reason, code)
          import :: i8, job_type
          implicit none(type, external)
-         !> The job.
          class(job_type), intent(inout) :: self
          !> Number of the piece.
          integer(i8), intent(in) :: piece
@@ -87,7 +83,6 @@ module contensou_base_crew
       subroutine look_interface(self, finished)
          import :: i8, job_type
          implicit none(type, external)
-         !> The job.
          class(job_type), intent(inout) :: self
          !> Pieces that workers have done.
          integer(i8), intent(in) :: finished
@@ -96,7 +91,6 @@ module contensou_base_crew
 
    !> A job behind an address that C can hold.
    type :: holder_type
-      !> The job.
       class(job_type), pointer :: job => null()
    end type holder_type
 
@@ -190,7 +184,6 @@ contains
 
    !> Do all pieces of a job that are not done.
    subroutine run_crew(job, pieces, threads, time_limit, stopped, error)
-      !> The job.
       class(job_type), intent(inout), target :: job
       !> Number of its pieces.
       integer(i8), intent(in) :: pieces
@@ -304,4 +297,4 @@ contains
       call holder%job%look(finished)
    end subroutine look_callback
 
-end module contensou_base_crew
+end module contensou_sweep_crew

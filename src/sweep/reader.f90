@@ -1,6 +1,6 @@
 !> From a sweep file to a sweep: its base scene, parameters, table of cases and results, with all
 !> mistakes reported at once.
-module contensou_io_sweep_reader
+module contensou_sweep_reader
    use contensou_base_build, only : program_version
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_document, only : document_type, read_document, value_text, value_type
@@ -10,21 +10,21 @@ module contensou_io_sweep_reader
    use contensou_base_text, only : join, lower, nearest, quote, starts_with, string_type, &
       strings, to_text
    use contensou_dynamics_scene, only : turns_by_drive
-   use contensou_io_quantities, only : components_of, q_drive_force, q_drive_torque, &
+   use contensou_study_quantities, only : components_of, q_drive_force, q_drive_torque, &
       quantity_type, row_quantities, state_quantities, summary_quantities
-   use contensou_io_scene_reader, only : load_scene, loaded_scene_type
-   use contensou_io_schema, only : key_spec_type, kind_real
-   use contensou_io_settings, only : settings_type
-   use contensou_io_sweep, only : event_names, parameter_column_type, result_column_type, &
+   use contensou_scene_reader, only : load_scene, loaded_scene_type
+   use contensou_scene_schema, only : key_spec_type, kind_real
+   use contensou_scene_settings, only : settings_type
+   use contensou_sweep_plan, only : event_names, parameter_column_type, result_column_type, &
       source_event, source_state, source_summary, source_value, sweep_type
-   use contensou_io_sweep_entries, only : choice_of, concerns_sweep, entries_type, &
+   use contensou_sweep_entries, only : choice_of, concerns_sweep, entries_type, &
       override_sweep, resolve_document
-   use contensou_io_sweep_points, only : logical_of, points_column_type
-   use contensou_io_sweep_sampling, only : hash_text, hash_values, sampling_file, sampling_grid, &
+   use contensou_sweep_points, only : logical_of, points_column_type
+   use contensou_sweep_sampling, only : hash_text, hash_values, sampling_file, sampling_grid, &
       sampling_latin, sampling_names, sampling_sobol, sobol_bits, sobol_most_dimensions
-   use contensou_io_sweep_schema, only : keep_names, most_cases, sweep_domain, sweep_groups, &
+   use contensou_sweep_schema, only : keep_names, most_cases, sweep_domain, sweep_groups, &
       vary_linear, vary_list, vary_log, vary_names
-   use contensou_io_sweep_target, only : find_target, target_type, value_words
+   use contensou_sweep_target, only : find_target, target_type, value_words
    implicit none(type, external)
    private
 
@@ -61,7 +61,6 @@ contains
 
    !> Whether a name is that of each group of a sweep file.
    pure function sweep_groups_of(name) result(same)
-      !> The name.
       character(len=*), intent(in) :: name
       logical, allocatable :: same(:)
 
@@ -78,7 +77,6 @@ contains
       type(string_type), intent(in) :: overrides(:)
       !> Name of the table from the command line; blank for that of the sweep file.
       character(len=*), intent(in) :: output
-      !> The sweep.
       type(sweep_type), intent(out) :: sweep
       !> Set with all mistakes found; nothing of `sweep` is to be used then.
       type(error_type), allocatable, intent(out) :: error
@@ -142,7 +140,6 @@ contains
       character(len=*), intent(in) :: path
       !> Name of the table from the command line; blank for none.
       character(len=*), intent(in) :: output
-      !> The sweep.
       type(sweep_type), intent(inout) :: sweep
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -166,7 +163,6 @@ contains
       type(entries_type), intent(in) :: main
       !> Texts of the `--set` options.
       type(string_type), intent(in) :: overrides(:)
-      !> The sweep.
       type(sweep_type), intent(inout) :: sweep
       !> Whether there is a scene to look paths up in.
       logical, intent(out) :: good
@@ -254,7 +250,6 @@ contains
       type(entries_type), intent(in) :: main
       !> All groups.
       type(entries_type), intent(in) :: groups(:)
-      !> The sampling.
       integer, intent(in) :: sampling
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -316,7 +311,6 @@ contains
       type(entries_type), intent(in) :: main
       !> All groups.
       type(entries_type), intent(in) :: groups(:)
-      !> The sweep.
       type(sweep_type), intent(inout) :: sweep
       !> Whether the base scene is in order, so that paths can be looked up.
       logical, intent(in) :: scene_good
@@ -386,7 +380,6 @@ contains
    subroutine name_column(group, parameter, diagnostics)
       !> Group `parameter`.
       type(entries_type), intent(in) :: group
-      !> The parameter.
       type(parameter_column_type), intent(inout) :: parameter
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -405,7 +398,6 @@ contains
 
    !> A name of a column has to be one of a data set, too.
    subroutine check_column(name, origin, diagnostics)
-      !> The name.
       character(len=*), intent(in) :: name
       !> Where it stands.
       type(origin_type), intent(in) :: origin
@@ -425,11 +417,9 @@ contains
    subroutine find_targets(group, base, scene_good, parameter, diagnostics)
       !> Group `parameter`.
       type(entries_type), intent(in) :: group
-      !> The base scene.
       type(loaded_scene_type), intent(in) :: base
       !> Whether it is in order.
       logical, intent(in) :: scene_good
-      !> The parameter.
       type(parameter_column_type), intent(inout) :: parameter
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -468,7 +458,6 @@ contains
 
    !> Unit of a key in words.
    pure function unit_words(key) result(text)
-      !> The key.
       type(key_spec_type), intent(in) :: key
       character(len=:), allocatable :: text
 
@@ -479,7 +468,6 @@ contains
 
    !> Give a parameter what takes its values.
    subroutine take_targets(parameter, targets)
-      !> The parameter.
       type(parameter_column_type), intent(inout) :: parameter
       !> What takes its values.
       type(target_type), intent(in) :: targets(:)
@@ -501,9 +489,7 @@ contains
    subroutine read_range(group, sampling, parameter, diagnostics)
       !> Group `parameter`.
       type(entries_type), intent(in) :: group
-      !> The sampling.
       integer, intent(in) :: sampling
-      !> The parameter.
       type(parameter_column_type), intent(inout) :: parameter
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -600,9 +586,7 @@ contains
 
    !> Check values against the domains of all keys that take them; texts become what the key wants.
    subroutine check_values(parameter, values, diagnostics)
-      !> The parameter.
       type(parameter_column_type), intent(in) :: parameter
-      !> The values.
       type(value_type), intent(in) :: values(:)
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -623,7 +607,6 @@ contains
       type(entries_type), intent(in) :: main
       !> All groups.
       type(entries_type), intent(in) :: groups(:)
-      !> The sweep.
       type(sweep_type), intent(inout) :: sweep
       !> The table is added to its sources.
       type(document_type), intent(inout) :: document
@@ -730,7 +713,6 @@ contains
 
       !> Name of the column that a group wants.
       function group_name(group) result(name)
-         !> The group.
          type(entries_type), intent(in) :: group
          character(len=:), allocatable :: name
 
@@ -746,7 +728,6 @@ contains
       type(entries_type), intent(in) :: main
       !> All groups.
       type(entries_type), intent(in) :: groups(:)
-      !> The sweep.
       type(sweep_type), intent(inout) :: sweep
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -811,7 +792,6 @@ contains
       type(entries_type), intent(in) :: main
       !> All groups.
       type(entries_type), intent(in) :: groups(:)
-      !> The sweep.
       type(sweep_type), intent(in) :: sweep
       !> The parameter.
       integer, intent(in) :: p
@@ -846,7 +826,6 @@ contains
       type(entries_type), intent(in) :: main
       !> All groups.
       type(entries_type), intent(in) :: groups(:)
-      !> The sweep.
       type(sweep_type), intent(inout) :: sweep
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -972,9 +951,7 @@ contains
 
       !> Begin the next column. (A structure constructor would leak its texts.)
       subroutine put(name, units, long_name, is_integer)
-         !> Name.
          character(len=*), intent(in) :: name
-         !> Units.
          character(len=*), intent(in) :: units
          !> Description.
          character(len=*), intent(in) :: long_name
@@ -1021,7 +998,6 @@ contains
       type(entries_type), intent(in) :: group
       !> The sweep, with its base scene.
       type(sweep_type), intent(in) :: sweep
-      !> The column.
       type(result_column_type), intent(out) :: column
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -1126,7 +1102,6 @@ contains
    subroutine read_trajectories(main, sweep, diagnostics)
       !> Group `sweep`.
       type(entries_type), intent(in) :: main
-      !> The sweep.
       type(sweep_type), intent(inout) :: sweep
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -1155,7 +1130,6 @@ contains
 
    !> Free the texts that no key has, so that settings are copied fast.
    subroutine trim_texts(settings)
-      !> The settings.
       type(settings_type), intent(inout) :: settings
       integer :: i, k, t
 
@@ -1173,7 +1147,6 @@ contains
 
    !> What tells this sweep from others.
    subroutine set_fingerprint(sweep)
-      !> The sweep.
       type(sweep_type), intent(inout) :: sweep
       character(len=:), allocatable :: text
       character(len=*), parameter :: nl = new_line("a")
@@ -1207,4 +1180,4 @@ contains
       write(sweep%fingerprint, "(z16.16)") hash
    end subroutine set_fingerprint
 
-end module contensou_io_sweep_reader
+end module contensou_sweep_reader

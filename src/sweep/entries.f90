@@ -1,15 +1,15 @@
 !> The groups of a sweep file as they stand in it: every key with its values, checked one by one,
 !> and settings of the command line in their place. What they mean together is for the reader.
-module contensou_io_sweep_entries
+module contensou_sweep_entries
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : assignment_type, document_type, group_type, &
       parse_value_list, value_integer, value_null, value_real, value_text, value_type
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : lower, nearest, starts_with, string_type, to_text
-   use contensou_io_schema, only : admits, group_spec_type, key_spec_type, kind_choice, kind_real
-   use contensou_io_settings, only : find_choice, find_key
-   use contensou_io_sweep_schema, only : any_number, kind_any, kind_whole, sweep_choices, &
+   use contensou_scene_schema, only : admits, group_spec_type, key_spec_type, kind_choice, kind_real
+   use contensou_scene_settings, only : find_choice, find_key
+   use contensou_sweep_schema, only : any_number, kind_any, kind_whole, sweep_choices, &
       sweep_domain, sweep_groups, sweep_keys
    implicit none(type, external)
    private
@@ -19,7 +19,6 @@ module contensou_io_sweep_entries
 
    !> A key of a sweep file with its values.
    type :: entry_type
-      !> The key.
       type(key_spec_type) :: key
       !> Whether it is given.
       logical :: given = .false.
@@ -29,7 +28,6 @@ module contensou_io_sweep_entries
       logical :: good = .false.
       !> Where the key stands, or its group if it is not given.
       type(origin_type) :: origin
-      !> Its values.
       type(value_type), allocatable :: values(:)
    end type entry_type
 
@@ -115,7 +113,6 @@ contains
 
    !> Check all groups and keys of a document.
    subroutine resolve_document(document, groups, head, diagnostics)
-      !> The document.
       type(document_type), intent(in) :: document
       !> The groups that are known.
       type(entries_type), allocatable, intent(out) :: groups(:)
@@ -221,7 +218,6 @@ contains
 
    !> Check the values of a key.
    subroutine take_values(assignment, complete, entry, diagnostics)
-      !> The assignment.
       type(assignment_type), intent(in) :: assignment
       !> Whether its group was read without a mistake of syntax.
       logical, intent(in) :: complete
@@ -259,7 +255,6 @@ contains
 
    !> Check a value of a key.
    subroutine take_value(key, value, good, diagnostics)
-      !> The key.
       type(key_spec_type), intent(in) :: key
       !> The value; texts are put in order.
       type(value_type), intent(inout) :: value
@@ -388,4 +383,4 @@ contains
       end associate
    end function choice_of
 
-end module contensou_io_sweep_entries
+end module contensou_sweep_entries

@@ -9,7 +9,7 @@
 !> of n (I. A. Antonov, V. M. Saleev, USSR Comput. Math. Math. Phys. 19 (1979) 252); the direction
 !> numbers are those of the GNU Scientific Library. A seed shifts all points by the same vector
 !> modulo 1 (R. Cranley, T. N. L. Patterson, SIAM J. Numer. Anal. 13 (1976) 904).
-module contensou_io_sweep_sampling
+module contensou_sweep_sampling
    use contensou_base_kinds, only : i8, wp
    use contensou_special_gsl, only : gsl_sobol_directions, sobol_bits, sobol_most_dimensions
    implicit none(type, external)
@@ -31,7 +31,6 @@ module contensou_io_sweep_sampling
    !> The rows of a table.
    integer, parameter :: sampling_file = 4
 
-   !> Names of the samplings.
    character(len=*), parameter :: sampling_names(*) = [character(len=15) :: "grid", &
       "latin_hypercube", "sobol", "file"]
 
@@ -47,7 +46,6 @@ module contensou_io_sweep_sampling
       integer :: sampling = 0
       !> Number of points.
       integer(i8) :: n = 0
-      !> Seed.
       integer(i8) :: seed = 0
       !> Direction numbers, (bit, dimension).
       integer(i8), allocatable :: directions(:, :)
@@ -83,7 +81,6 @@ contains
 
    !> A coordinate of a point, in [0, 1).
    pure function coordinate(self, i, d) result(u)
-      !> The sampler.
       class(sampler_type), intent(in) :: self
       !> Number of the point, from 1.
       integer(i8), intent(in) :: i
@@ -114,7 +111,6 @@ contains
       integer(i8), intent(in) :: i
       !> How many there are, at most 2^40.
       integer(i8), intent(in) :: n
-      !> Seed.
       integer(i8), intent(in) :: seed
       !> Which permutation.
       integer, intent(in) :: key
@@ -145,7 +141,6 @@ contains
 
    !> A number in [0, 1) that looks random, always the same for the same arguments.
    pure function uniform(seed, key, i) result(u)
-      !> Seed.
       integer(i8), intent(in) :: seed
       !> Which sequence.
       integer, intent(in) :: key
@@ -161,7 +156,6 @@ contains
 
    !> 32 bits that depend on all bits of the arguments.
    pure function hash(seed, key, i) result(h)
-      !> Seed.
       integer(i8), intent(in) :: seed
       !> Which function.
       integer, intent(in) :: key
@@ -178,7 +172,6 @@ contains
 
    !> 64 bits that depend on all of a text.
    pure function hash_text(text) result(h)
-      !> The text.
       character(len=*), intent(in) :: text
       integer(i8) :: h
       integer(i8) :: high, low
@@ -241,4 +234,4 @@ contains
          low32)
    end function times
 
-end module contensou_io_sweep_sampling
+end module contensou_sweep_sampling

@@ -3,16 +3,16 @@
 !> component, contact, case).
 !>
 !> The results go to a `comparison_output_type` line by line as they are found.
-module contensou_io_comparison
+module contensou_compare_comparison
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
    use contensou_base_text, only : shorten, string_type, to_text
-   use contensou_io_comparison_events, only : event_matcher_type, event_note_type
-   use contensou_io_comparison_places, only : place_text, printable, time_text
-   use contensou_io_comparison_rules, only : rules_type, verdict_type
-   use contensou_io_comparison_values, only : block_texts, compare_values, found_type
-   use contensou_io_hdf5_reader, only : class_integer, class_other, class_raw, class_real, &
+   use contensou_compare_events, only : event_matcher_type, event_note_type
+   use contensou_compare_places, only : place_text, printable, time_text
+   use contensou_compare_rules, only : rules_type, verdict_type
+   use contensou_compare_values, only : block_texts, compare_values, found_type
+   use contensou_files_hdf5_reader, only : class_integer, class_other, class_raw, class_real, &
       class_text, class_unsigned, hdf5_entry_type, hdf5_item_type, hdf5_reader_type, link_hard, &
       max_rank, object_dataset, object_group, object_type
    implicit none(type, external)
@@ -38,14 +38,12 @@ module contensou_io_comparison
          implicit none(type, external)
          !> Where it goes.
          class(comparison_output_type), intent(inout) :: self
-         !> The text.
          character(len=*), intent(in) :: text
       end subroutine take_text
    end interface
 
    !> A comparison: what is asked for, and the count of what was found.
    type :: comparison_type
-      !> Rules.
       type(rules_type) :: rules
       !> Whether rows after a time are left out.
       logical :: has_until = .false.
@@ -160,9 +158,7 @@ contains
 
    !> Whether the files differ.
    pure function different(self) result(answer)
-      !> The comparison.
       class(comparison_type), intent(in) :: self
-      !> The answer.
       logical :: answer
 
       answer = self%n_different + self%n_different_attributes + self%n_missing > 0
@@ -170,7 +166,6 @@ contains
 
    !> The last line.
    subroutine summarize(self)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
 
       character(len=:), allocatable :: text
@@ -211,7 +206,6 @@ contains
 
    !> Note that something could not be compared.
    subroutine note_trouble(self, message)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> What and why.
       character(len=*), intent(in) :: message
@@ -229,7 +223,6 @@ contains
 
    !> Write a line about an object, under the head of the table.
    subroutine row(self, path, text)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> Path of the object, or of the object and its attribute.
       character(len=*), intent(in) :: path
@@ -255,7 +248,6 @@ contains
 
    !> Write a line that goes on about an object.
    subroutine detail(self, label, text)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> What it is about, in a word; blank to go on.
       character(len=*), intent(in) :: label
@@ -267,7 +259,6 @@ contains
 
    !> A text in a column.
    pure function column(text, width) result(padded)
-      !> The text.
       character(len=*), intent(in) :: text
       !> Number of characters.
       integer, intent(in) :: width
@@ -281,7 +272,6 @@ contains
    pure function brief(x) result(text)
       !> Difference, not negative.
       real(wp), intent(in) :: x
-      !> Its text.
       character(len=:), allocatable :: text
 
       character(len=16) :: buffer
@@ -320,7 +310,6 @@ contains
 
    !> A text at the right of a column.
    pure function right(text, width) result(padded)
-      !> The text.
       character(len=*), intent(in) :: text
       !> Number of characters.
       integer, intent(in) :: width
@@ -332,7 +321,6 @@ contains
 
    !> Compare what two groups hold.
    recursive subroutine compare_groups(self, path, way)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> Path of the groups.
       character(len=*), intent(in) :: path
@@ -376,7 +364,6 @@ contains
 
    !> Go into a group, unless the way has led through it before or is too long.
    subroutine enter_group(self, path, sides, way, code)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> Path of the group.
       character(len=*), intent(in) :: path
@@ -421,7 +408,6 @@ contains
 
    !> Count a visit to a pair of groups.
    function visits_of(self, addresses) result(n)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> Addresses of the groups.
       integer(i8), intent(in) :: addresses(2)
@@ -473,7 +459,6 @@ contains
 
    !> List what two groups hold.
    subroutine list_members(self, path, sides, a, b, code)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> Path of the groups.
       character(len=*), intent(in) :: path
@@ -543,7 +528,6 @@ contains
 
    !> Compare what two links of the same name lead to.
    recursive subroutine compare_links(self, path, link_a, link_b, way)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> Their path.
       character(len=*), intent(in) :: path
@@ -616,11 +600,9 @@ contains
 
    !> Note an object that one file alone has.
    subroutine note_missing(self, side, path, link, way)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> The file that has it, 1 or 2.
       integer, intent(in) :: side
-      !> Its path.
       character(len=*), intent(in) :: path
       !> Kind of the link.
       integer, intent(in) :: link
@@ -662,7 +644,6 @@ contains
 
    !> Count what a group that one file alone has holds.
    recursive subroutine count_members(self, side, path, way, n_compared, n_ignored)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> The file, 1 or 2.
       integer, intent(in) :: side
@@ -714,7 +695,6 @@ contains
 
    !> Compare the attributes of two objects.
    subroutine compare_attributes(self, path)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> Path of the objects.
       character(len=*), intent(in) :: path
@@ -748,13 +728,11 @@ contains
 
    !> Note an attribute that one file alone has.
    subroutine note_missing_attribute(self, side, path, name)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> The file that has it, 1 or 2.
       integer, intent(in) :: side
       !> Path of its object.
       character(len=*), intent(in) :: path
-      !> Its name.
       character(len=*), intent(in) :: name
 
       type(verdict_type) :: verdict
@@ -771,7 +749,6 @@ contains
 
    !> Compare two attributes.
    subroutine compare_attribute(self, path, name)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> Path of their objects.
       character(len=*), intent(in) :: path
@@ -794,7 +771,6 @@ contains
 
    !> Compare two data sets and their attributes.
    subroutine compare_datasets(self, path, verdict)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> Their path.
       character(len=*), intent(in) :: path
@@ -814,7 +790,6 @@ contains
 
    !> Compare two data sets or attributes.
    subroutine compare_items(self, path, attribute, verdict, is_different, is_within)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> Path of the data sets, or of the objects that have the attributes.
       character(len=*), intent(in) :: path
@@ -890,7 +865,6 @@ contains
 
    !> Compare types and shapes.
    subroutine compare_shapes(self, items, extents, remarks, comparable)
-      !> The comparison.
       class(comparison_type), intent(in) :: self
       !> The two items.
       type(hdf5_item_type), intent(in) :: items(2)
@@ -950,7 +924,6 @@ contains
 
    !> Words for a number of dimensions.
    pure function rank_text(item) result(text)
-      !> The item.
       type(hdf5_item_type), intent(in) :: item
       !> Such as "2 dimensions".
       character(len=:), allocatable :: text
@@ -966,11 +939,9 @@ contains
 
    !> Words for a length.
    function length_text(item, d, length) result(text)
-      !> The item.
       type(hdf5_item_type), intent(in) :: item
       !> Dimension, from 1.
       integer, intent(in) :: d
-      !> Its length.
       integer(i8), intent(in) :: length
       !> Such as "2001 times".
       character(len=:), allocatable :: text
@@ -990,7 +961,6 @@ contains
 
    !> Number of rows up to a time; all where rows are not those of a time.
    subroutine rows_until(item, until, n)
-      !> The item.
       type(hdf5_item_type), intent(in) :: item
       !> The time [s].
       real(wp), intent(in) :: until
@@ -1032,7 +1002,6 @@ contains
 
    !> Say where the differences are.
    subroutine describe_places(self, items, path, attribute, found)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> The two items.
       type(hdf5_item_type), intent(in) :: items(2)
@@ -1103,7 +1072,6 @@ contains
 
    !> Show two texts that differ; of texts with lines the first line that does.
    subroutine say_texts(self, label, values)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> Word that begins the line.
       character(len=*), intent(in) :: label
@@ -1145,7 +1113,6 @@ contains
 
    !> Compare the events as events, if both files have them in the form of a run.
    subroutine compare_events(self)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
 
       type(hdf5_item_type) :: items(3, 2)
@@ -1202,7 +1169,6 @@ contains
 
    !> Hand a block of events to the matcher.
    subroutine push_events(self, items, side, ignore, matcher, done, error)
-      !> The comparison.
       class(comparison_type), intent(in) :: self
       !> Times, kinds and contacts.
       type(hdf5_item_type), intent(in) :: items(3)
@@ -1210,7 +1176,6 @@ contains
       integer, intent(in) :: side
       !> Which of the three the rules leave out.
       logical, intent(in) :: ignore(3)
-      !> The matcher.
       type(event_matcher_type), intent(inout) :: matcher
       !> Events handed over so far.
       integer(i8), intent(inout) :: done
@@ -1248,7 +1213,6 @@ contains
 
    !> Report how the events differ.
    subroutine report_events(self, matcher)
-      !> The comparison.
       class(comparison_type), intent(inout) :: self
       !> The matcher at its end.
       type(event_matcher_type), intent(in) :: matcher
@@ -1287,7 +1251,6 @@ contains
       subroutine say(label, note)
          !> What it is.
          character(len=*), intent(in) :: label
-         !> The event.
          type(event_note_type), intent(in) :: note
 
          call detail(self, label, event_text(note, 1))
@@ -1299,7 +1262,6 @@ contains
 
    !> Words for an event.
    pure function event_text(note, side) result(text)
-      !> The event.
       type(event_note_type), intent(in) :: note
       !> File, 1 or 2.
       integer, intent(in) :: side
@@ -1311,4 +1273,4 @@ contains
       text = text // " at t = " // time_text(note%time(side)) // " s"
    end function event_text
 
-end module contensou_io_comparison
+end module contensou_compare_comparison

@@ -4,11 +4,11 @@
 !> method; the first model is the exact one. The numerical error of a run is the distance to the
 !> reference of its own model, its error that to the reference of the exact model, and the distance
 !> of the two references is the error of the model. docs/cost.md defines the distances.
-module contensou_integrate_work_precision
+module contensou_study_work_precision
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : unit_quaternion
-   use contensou_base_system, only : cpu_seconds, signal_received
+   use contensou_base_operating_system, only : cpu_seconds, signal_received
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_dynamics_scene, only : motion_free, scene_type
    use contensou_dynamics_system, only : body_size, contact_report_type
@@ -47,7 +47,6 @@ module contensou_integrate_work_precision
    type :: reference_type
       !> Whether there is one.
       logical :: known = .false.
-      !> Method.
       character(len=11) :: method = ""
       !> Relative tolerance [-].
       real(wp) :: rtol = 0.0_wp
@@ -133,7 +132,6 @@ contains
    subroutine run_reference(scene, method, rtol, deadline, reference, trial)
       !> The scene with the model in question.
       type(scene_type), intent(in) :: scene
-      !> Method.
       character(len=*), intent(in) :: method
       !> Relative tolerance [-].
       real(wp), intent(in) :: rtol
@@ -157,7 +155,6 @@ contains
    subroutine run_trial(scene, method, rtol, deadline, own, exact, trial)
       !> The scene with the model in question.
       type(scene_type), intent(in) :: scene
-      !> Method.
       character(len=*), intent(in) :: method
       !> Relative tolerance [-].
       real(wp), intent(in) :: rtol
@@ -185,13 +182,11 @@ contains
    subroutine run_gauge(scene, method, rtol, deadline, gauge, trial)
       !> The scene with the model in question.
       type(scene_type), intent(in) :: scene
-      !> Method.
       character(len=*), intent(in) :: method
       !> Relative tolerance [-].
       real(wp), intent(in) :: rtol
       !> CPU time that it may take [s].
       real(wp), intent(in) :: deadline
-      !> The gauge.
       type(gauge_type), intent(inout) :: gauge
       !> What came out.
       type(trial_type), intent(inout) :: trial
@@ -245,7 +240,6 @@ contains
 
    !> Count the time in which explicit8 was in use up to now.
    pure subroutine count_explicit(gauge, t)
-      !> The gauge.
       type(gauge_type), intent(inout) :: gauge
       !> Now [s].
       real(wp), intent(in) :: t
@@ -256,7 +250,6 @@ contains
 
    !> Turn the sums of squares of a distance into root mean squares.
    pure subroutine take_root(distance, samples, free)
-      !> The distance.
       type(distance_type), intent(inout) :: distance
       !> Number of samples after the beginning.
       integer, intent(in) :: samples
@@ -272,7 +265,6 @@ contains
       type(reference_type), intent(in) :: a
       !> The other one.
       type(reference_type), intent(in) :: b
-      !> The scene.
       type(scene_type), intent(in) :: scene
       type(distance_type) :: distance
       logical :: free(size(scene%bodies))
@@ -292,9 +284,7 @@ contains
    !> angular velocity [rad/s], the end of time [s], the largest kinetic energy [J]. None is less
    !> than what the tolerance refers to: a ball that spins in its place moves by rounding errors.
    pure function reference_scales(reference, scene) result(scales)
-      !> The reference.
       type(reference_type), intent(in) :: reference
-      !> The scene.
       type(scene_type), intent(in) :: scene
       real(wp) :: scales(kinds + 2)
       integer :: i, k, j
@@ -322,9 +312,7 @@ contains
 
    !> A row is due.
    subroutine sample(self, motion, t, y, error)
-      !> The gauge.
       class(gauge_type), intent(inout) :: self
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -346,9 +334,7 @@ contains
 
    !> Residual of the energy balance.
    subroutine take_energy(self, motion, y)
-      !> The gauge.
       type(gauge_type), intent(inout) :: self
-      !> The motion.
       class(motion_type), intent(inout) :: motion
       !> State.
       real(wp), intent(in) :: y(:)
@@ -382,7 +368,6 @@ contains
       real(wp), intent(in) :: reference(:)
       !> Whether it counts for the mean: the beginning does not.
       logical, intent(in) :: counts
-      !> The distance.
       type(distance_type), intent(inout) :: distance
       real(wp) :: d(kinds), p(4), q(4)
       integer :: i, k
@@ -410,7 +395,6 @@ contains
       type(reference_type), intent(in) :: a
       !> The other one.
       type(reference_type), intent(in) :: b
-      !> The distance.
       type(distance_type), intent(inout) :: distance
       logical :: taken(b%n_events)
       integer :: i, j
@@ -439,11 +423,9 @@ contains
 
    !> `auto` goes on with another method.
    subroutine change_method(self, t, method, reason)
-      !> The gauge.
       class(gauge_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
-      !> The method.
       character(len=*), intent(in) :: method
       !> Not needed.
       character(len=*), intent(in) :: reason
@@ -454,7 +436,6 @@ contains
 
    !> A contact touched or lifted off.
    subroutine event(self, t, kind, contact, error)
-      !> The gauge.
       class(gauge_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
@@ -483,7 +464,6 @@ contains
 
    !> A step is done.
    subroutine after_step(self, t, stop_now, error)
-      !> The gauge.
       class(gauge_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(in) :: t
@@ -501,4 +481,4 @@ contains
       stop_now = stop_now .or. self%late
    end subroutine after_step
 
-end module contensou_integrate_work_precision
+end module contensou_study_work_precision

@@ -1,13 +1,13 @@
 !> From a namelist document to checked settings: every key of every group with its value or
 !> default, its origin, and every mistake reported.
-module contensou_io_settings
+module contensou_scene_settings
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : assignment_type, document_type, group_type, &
       parse_value_list, value_integer, value_logical, value_null, value_real, value_text, value_type
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : join, lower, nearest, quote, string_type, strings, to_text
-   use contensou_io_schema, only : admits, choices_of, domain_text, group_spec_type, &
+   use contensou_scene_schema, only : admits, choices_of, domain_text, group_spec_type, &
       key_spec_type, kind_choice, kind_logical, kind_name, kind_real, kind_reference, kind_text, &
       most_values, schema_groups, schema_keys
    implicit none(type, external)
@@ -20,7 +20,6 @@ module contensou_io_settings
 
    !> A key with its value.
    type :: setting_type
-      !> The key.
       type(key_spec_type) :: key
       !> Whether the scene gives it.
       logical :: given = .false.
@@ -36,9 +35,7 @@ module contensou_io_settings
       integer :: n = 0
       !> Numbers.
       real(wp) :: real(most_values) = 0.0_wp
-      !> Texts.
       type(string_type) :: text(most_values)
-      !> Logical.
       logical :: logical = .false.
       !> Position of a choice in its table.
       integer :: choice = 0
@@ -306,7 +303,6 @@ contains
 
    !> Name that a group of a document gives itself, in lower case; blank if none.
    pure function name_of(group) result(name)
-      !> The group.
       type(group_type), intent(in) :: group
       character(len=:), allocatable :: name
       integer :: i
@@ -323,7 +319,6 @@ contains
 
    !> Add an empty group to a document.
    subroutine add_group(document, name, origin)
-      !> The document.
       type(document_type), intent(inout) :: document
       !> Name of the group.
       character(len=*), intent(in) :: name
@@ -345,13 +340,10 @@ contains
 
    !> Give a key of a group new values, in place of all that it had, or one of its values a new one.
    recursive subroutine set_key(group, key, element, values, origin)
-      !> The group.
       type(group_type), intent(inout) :: group
-      !> The key.
       character(len=*), intent(in) :: key
       !> Which value is set; 0 for all.
       integer, intent(in) :: element
-      !> Its values.
       type(value_type), intent(in) :: values(:)
       !> Where they come from.
       type(origin_type), intent(in) :: origin
@@ -395,9 +387,7 @@ contains
 
    !> Give a key of a group its default numbers, so that one of them can be set.
    recursive subroutine set_default_of(group, key, origin)
-      !> The group.
       type(group_type), intent(inout) :: group
-      !> The key.
       character(len=*), intent(in) :: key
       !> Where they come from.
       type(origin_type), intent(in) :: origin
@@ -423,7 +413,6 @@ contains
 
    !> Check all groups and keys of a document against the schema.
    subroutine resolve(document, settings, diagnostics)
-      !> The document.
       type(document_type), intent(in) :: document
       !> All groups with all their keys.
       type(settings_type), intent(out) :: settings
@@ -536,7 +525,6 @@ contains
 
    !> Find the key of an assignment among those of its group; one that is unknown is reported.
    subroutine find_key(assignment, group, names, position, near, diagnostics)
-      !> The assignment.
       type(assignment_type), intent(in) :: assignment
       !> Name of the group.
       character(len=*), intent(in) :: group
@@ -610,7 +598,6 @@ contains
 
    !> Take the values of an assignment.
    subroutine take_assignment(assignment, setting, first_given, group, complete, diagnostics)
-      !> The assignment.
       type(assignment_type), intent(in) :: assignment
       !> The key.
       type(setting_type), intent(inout) :: setting
@@ -673,7 +660,6 @@ contains
 
    !> Take one value.
    subroutine take_value(value, setting, slot, group, diagnostics, good)
-      !> The value.
       type(value_type), intent(in) :: value
       !> The key.
       type(setting_type), intent(inout) :: setting
@@ -788,7 +774,6 @@ contains
 
    !> A kind of value in words.
    pure function kind_word(value) result(word)
-      !> The value.
       type(value_type), intent(in) :: value
       character(len=:), allocatable :: word
 
@@ -804,7 +789,6 @@ contains
 
    !> What a key wants, in words.
    function expected_of(key) result(text)
-      !> The key.
       type(key_spec_type), intent(in) :: key
       character(len=:), allocatable :: text
 
@@ -828,7 +812,6 @@ contains
 
    !> The settings as a namelist text: every key that has a value, defaults included.
    function resolved_text(settings) result(text)
-      !> The settings.
       type(settings_type), intent(in) :: settings
       character(len=:), allocatable :: text
       type(group_spec_type), allocatable :: groups(:)
@@ -863,4 +846,4 @@ contains
       end do
    end function resolved_text
 
-end module contensou_io_settings
+end module contensou_scene_settings

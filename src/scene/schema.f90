@@ -1,6 +1,6 @@
 !> The groups and keys of a scene: one table, from which the reader checks, `contensou help`
 !> documents, and the resolved scene in an output file is written.
-module contensou_io_schema
+module contensou_scene_schema
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : string_type, strings, to_text
    use contensou_contact_damping, only : damping_model_type, damping_models
@@ -41,7 +41,6 @@ module contensou_io_schema
    !> The name of something described elsewhere in the scene.
    integer, parameter :: kind_reference = 5
 
-   !> A logical.
    integer, parameter :: kind_logical = 6
 
    !> Largest number of values of a key.
@@ -49,7 +48,6 @@ module contensou_io_schema
 
    !> A group.
    type :: group_spec_type
-      !> Name.
       character(len=12) :: name = ""
       !> Whether it may stand more than once.
       logical :: repeats = .false.
@@ -63,7 +61,6 @@ module contensou_io_schema
    type :: key_spec_type
       !> Group it belongs to.
       character(len=12) :: group = ""
-      !> Name.
       character(len=28) :: name = ""
       !> What its values are, one of the `kind_*` codes.
       integer :: kind = kind_real
@@ -75,7 +72,6 @@ module contensou_io_schema
       logical :: mandatory = .false.
       !> Default in namelist syntax; empty when there is none or it depends on the scene.
       character(len=64) :: default = ""
-      !> Unit.
       character(len=12) :: unit = ""
       !> Smallest number.
       real(wp) :: low = -huge(1.0_wp)
@@ -420,11 +416,8 @@ contains
    !> Add a key.
    subroutine put(self, group, name, kind, doc, values, unit, default, mandatory, above, least, &
       most, target, few)
-      !> The keys.
       class(key_list_type), intent(inout) :: self
-      !> Group.
       character(len=*), intent(in) :: group
-      !> Name.
       character(len=*), intent(in) :: name
       !> What its values are.
       integer, intent(in) :: kind
@@ -432,7 +425,6 @@ contains
       character(len=*), intent(in) :: doc
       !> Number of values.
       integer, intent(in), optional :: values
-      !> Unit.
       character(len=*), intent(in), optional :: unit
       !> Default in namelist syntax.
       character(len=*), intent(in), optional :: default
@@ -470,7 +462,6 @@ contains
 
    !> Names that a key of `kind_choice` admits, from the tables of the program.
    function choices_of(key) result(names)
-      !> The key.
       type(key_spec_type), intent(in) :: key
       type(string_type), allocatable :: names(:)
       type(model_info_type), allocatable :: normal(:)
@@ -532,7 +523,6 @@ contains
 
    !> Whether a finite number is in the domain of a key.
    pure function admits(key, x) result(ok)
-      !> The key.
       type(key_spec_type), intent(in) :: key
       !> The number.
       real(wp), intent(in) :: x
@@ -544,7 +534,6 @@ contains
 
    !> Domain and unit of the numbers of a key in words, as "a number > 0 [kg]".
    pure function domain_text(key) result(text)
-      !> The key.
       type(key_spec_type), intent(in) :: key
       character(len=:), allocatable :: text
 
@@ -567,4 +556,4 @@ contains
       end if
    end function domain_text
 
-end module contensou_io_schema
+end module contensou_scene_schema

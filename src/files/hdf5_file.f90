@@ -13,12 +13,12 @@
 !> if the process is killed or ends without either call. Only a kill during a flush, which takes
 !> about a millisecond, can leave it unreadable; hence it belongs under a temporary name until it
 !> is closed. A first flush after the set-up makes the file worth reading from the start.
-module contensou_io_hdf5_file
+module contensou_files_hdf5_file
    use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_double, c_int, c_int32_t, &
       & c_int64_t, c_int8_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_size_t
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : text_from_c
+   use contensou_base_operating_system, only : text_from_c
    implicit none(type, external)
    private
 
@@ -76,7 +76,6 @@ module contensou_io_hdf5_file
       procedure :: close_as
       !> Give the file up, whatever its state.
       procedure :: abandon
-      !> Create a group.
       procedure :: create_group
       !> Create an attribute or replace its value.
       generic :: put_attribute => put_attribute_text, put_attribute_texts, &
@@ -117,7 +116,6 @@ module contensou_io_hdf5_file
       function c_flush(file) result(code) bind(c, name="contensou_hdf5_flush")
          import :: c_int, c_ptr
          implicit none(type, external)
-         !> The file.
          type(c_ptr), value :: file
          !> 0 on success.
          integer(c_int) :: code
@@ -127,7 +125,6 @@ module contensou_io_hdf5_file
       function c_sync(file) result(code) bind(c, name="contensou_hdf5_sync")
          import :: c_int, c_ptr
          implicit none(type, external)
-         !> The file.
          type(c_ptr), value :: file
          !> 0 on success.
          integer(c_int) :: code
@@ -137,7 +134,6 @@ module contensou_io_hdf5_file
       function c_bound_memory(file) result(code) bind(c, name="contensou_hdf5_bound_memory")
          import :: c_int, c_ptr
          implicit none(type, external)
-         !> The file.
          type(c_ptr), value :: file
          !> 0 on success.
          integer(c_int) :: code
@@ -147,7 +143,6 @@ module contensou_io_hdf5_file
       function c_close(file) result(code) bind(c, name="contensou_hdf5_close")
          import :: c_int, c_ptr
          implicit none(type, external)
-         !> The file.
          type(c_ptr), value :: file
          !> 0 on success.
          integer(c_int) :: code
@@ -157,7 +152,6 @@ module contensou_io_hdf5_file
       function c_close_as(file, name, replace) result(code) bind(c, name="contensou_hdf5_close_as")
          import :: c_char, c_int, c_ptr
          implicit none(type, external)
-         !> The file.
          type(c_ptr), value :: file
          !> New name, null-terminated.
          character(kind=c_char), intent(in) :: name(*)
@@ -171,7 +165,6 @@ module contensou_io_hdf5_file
       subroutine c_abandon(file) bind(c, name="contensou_hdf5_abandon")
          import :: c_ptr
          implicit none(type, external)
-         !> The file.
          type(c_ptr), value :: file
       end subroutine c_abandon
 
@@ -180,7 +173,6 @@ module contensou_io_hdf5_file
          & bind(c, name="contensou_hdf5_create_group")
          import :: c_char, c_int, c_ptr
          implicit none(type, external)
-         !> The file.
          type(c_ptr), value :: file
          !> Path of the group, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
@@ -193,7 +185,6 @@ module contensou_io_hdf5_file
          & result(code) bind(c, name="contensou_hdf5_put_attribute")
          import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
          implicit none(type, external)
-         !> The file.
          type(c_ptr), value :: file
          !> Path of the object, null-terminated.
          character(kind=c_char), intent(in) :: object(*)
@@ -221,7 +212,6 @@ module contensou_io_hdf5_file
          & bind(c, name="contensou_hdf5_put_dataset")
          import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
          implicit none(type, external)
-         !> The file.
          type(c_ptr), value :: file
          !> Path of the data set, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
@@ -259,7 +249,6 @@ module contensou_io_hdf5_file
          & bind(c, name="contensou_hdf5_create_series")
          import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
          implicit none(type, external)
-         !> The file.
          type(c_ptr), value :: file
          !> Path of the data set, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
@@ -269,7 +258,6 @@ module contensou_io_hdf5_file
          integer(c_int), value :: rank
          !> Their extents, outermost first.
          integer(c_int64_t), intent(in) :: extents(*)
-         !> Rows in a chunk.
          integer(c_int64_t), value :: chunk_rows
          !> 1 to compress.
          integer(c_int), value :: compress
@@ -294,7 +282,6 @@ module contensou_io_hdf5_file
          & bind(c, name="contensou_hdf5_append")
          import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
          implicit none(type, external)
-         !> The series.
          type(c_ptr), value :: series
          !> Number of rows.
          integer(c_int64_t), value :: rows
@@ -392,7 +379,6 @@ contains
 
    !> Let memory not grow with the file. A process killed later leaves nothing that can be read.
    subroutine bound_memory(self, error)
-      !> The file.
       class(hdf5_file_type), intent(inout) :: self
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
@@ -462,7 +448,6 @@ contains
       character(len=*), intent(in) :: object
       !> Name of the attribute.
       character(len=*), intent(in) :: name
-      !> Its value.
       character(len=*), intent(in) :: value
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
@@ -479,7 +464,6 @@ contains
       character(len=*), intent(in) :: object
       !> Name of the attribute.
       character(len=*), intent(in) :: name
-      !> Its value.
       character(len=*), intent(in) :: value(:)
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
@@ -496,7 +480,6 @@ contains
       character(len=*), intent(in) :: object
       !> Name of the attribute.
       character(len=*), intent(in) :: name
-      !> Its value.
       integer, intent(in) :: value
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
@@ -516,7 +499,6 @@ contains
       character(len=*), intent(in) :: object
       !> Name of the attribute.
       character(len=*), intent(in) :: name
-      !> Its value.
       integer(i8), intent(in) :: value
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
@@ -556,7 +538,6 @@ contains
       character(len=*), intent(in) :: object
       !> Name of the attribute.
       character(len=*), intent(in) :: name
-      !> Its value.
       real(wp), intent(in) :: value
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
@@ -594,7 +575,6 @@ contains
       class(hdf5_file_type), intent(inout) :: self
       !> Path of the data set.
       character(len=*), intent(in) :: path
-      !> The text.
       character(len=*), intent(in) :: text
       !> Description.
       character(len=*), intent(in) :: long_name
@@ -1059,4 +1039,4 @@ contains
       copy = trim(text)//c_null_char
    end function c_text
 
-end module contensou_io_hdf5_file
+end module contensou_files_hdf5_file

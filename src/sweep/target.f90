@@ -1,16 +1,17 @@
 !> What a path such as `top.position(3)` of a sweep stands for in its base scene: found once, set
 !> in each case without a look at the path.
-module contensou_io_sweep_target
+module contensou_sweep_target
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : value_logical, value_real, value_text, value_type
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : lower, nearest, quote, string_type, to_text
-   use contensou_io_bearing, only : concerns_bearings, has_bearings
-   use contensou_io_scene_reader, only : loaded_scene_type
-   use contensou_io_schema, only : choices_of, domain_text, group_spec_type, key_spec_type, &
+   use contensou_scene_bearing, only : concerns_bearings, has_bearings
+   use contensou_scene_reader, only : loaded_scene_type
+   use contensou_scene_schema, only : choices_of, domain_text, group_spec_type, key_spec_type, &
       kind_choice, kind_logical, kind_name, kind_real, kind_reference, kind_text, schema_groups, &
       schema_keys
-   use contensou_io_settings, only : find_path, path_type, setting_type, settings_type, take_value
+   use contensou_scene_settings, only : find_path, path_type, setting_type, settings_type, &
+      take_value
    implicit none(type, external)
    private
 
@@ -20,7 +21,6 @@ module contensou_io_sweep_target
    type :: target_type
       !> The path, in lower case.
       character(len=:), allocatable :: path
-      !> Its key.
       type(key_spec_type) :: key
       !> Which value of the key; 1 if it has one.
       integer :: slot = 1
@@ -154,7 +154,6 @@ contains
    subroutine collect_names(scene, target)
       !> The base scene.
       type(loaded_scene_type), intent(in) :: scene
-      !> The target.
       type(target_type), intent(inout) :: target
       integer :: i, n
 
@@ -173,7 +172,6 @@ contains
 
    !> Whether the values of a target are texts.
    pure function is_text(self)
-      !> The target.
       class(target_type), intent(in) :: self
       logical :: is_text
 
@@ -182,9 +180,7 @@ contains
 
    !> Check a value against the domain of the key.
    subroutine check(self, value, diagnostics, good)
-      !> The target.
       class(target_type), intent(in) :: self
-      !> The value.
       type(value_type), intent(in) :: value
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -212,9 +208,7 @@ contains
 
    !> Give the key a value that was checked.
    subroutine set(self, value, settings)
-      !> The target.
       class(target_type), intent(in) :: self
-      !> The value.
       type(value_type), intent(in) :: value
       !> Settings of the base scene.
       type(settings_type), intent(inout) :: settings
@@ -249,7 +243,6 @@ contains
 
    !> Whether two targets have a value in common.
    pure function overlaps(self, other)
-      !> A target.
       class(target_type), intent(in) :: self
       !> Another target.
       class(target_type), intent(in) :: other
@@ -269,7 +262,6 @@ contains
 
    !> Name in the path of a target: what stands before the key, without the name of a group.
    pure function object_of(target) result(object)
-      !> The target.
       type(target_type), intent(in) :: target
       character(len=:), allocatable :: object
 
@@ -279,7 +271,6 @@ contains
 
    !> A value as `--set` takes it.
    pure function value_words(value) result(text)
-      !> The value.
       type(value_type), intent(in) :: value
       character(len=:), allocatable :: text
 
@@ -293,4 +284,4 @@ contains
       end select
    end function value_words
 
-end module contensou_io_sweep_target
+end module contensou_sweep_target

@@ -1,6 +1,6 @@
 !> What the program asks of the operating system beyond standard Fortran: files and their safe
 !> replacement, signals, clocks, the terminal.
-module contensou_base_system
+module contensou_base_operating_system
    use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_double, c_f_pointer, c_int, &
       & c_int64_t, c_loc, c_null_char, c_ptr, c_size_t
    use contensou_base_errors, only : error_type, fatal, status_file
@@ -309,7 +309,6 @@ contains
    function checksum_of_reals(sum, values) result(next)
       !> Checksum so far, 0 at the beginning.
       integer(i8), intent(in) :: sum
-      !> The reals.
       real(wp), intent(in), contiguous, target :: values(:)
       !> The checksum with them.
       integer(i8) :: next
@@ -323,7 +322,6 @@ contains
    function checksum_of_text(sum, text) result(next)
       !> Checksum so far, 0 at the beginning.
       integer(i8), intent(in) :: sum
-      !> The text.
       character(len=*), intent(in), target :: text
       !> The checksum with it.
       integer(i8) :: next
@@ -433,7 +431,6 @@ contains
    subroutine list_folder(folder, names)
       !> Name of the folder.
       character(len=*), intent(in) :: folder
-      !> The names.
       type(string_type), allocatable, intent(out) :: names(:)
       type(c_ptr) :: pointer
       character(len=:), allocatable :: text
@@ -481,4 +478,4 @@ contains
       text = text_from_c(c_reason(code))
    end function reason
 
-end module contensou_base_system
+end module contensou_base_operating_system

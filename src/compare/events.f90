@@ -3,7 +3,7 @@
 !> The events of each contact are matched in their order. Where two do not fit, in kind or in time,
 !> the nearest fitting one among those that follow tells whether one list has events that the other
 !> has not. Events are taken in as they come; only those that wait for a partner are kept.
-module contensou_io_comparison_events
+module contensou_compare_events
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_kinds, only : i8, wp
    use contensou_base_text, only : string_type
@@ -34,7 +34,6 @@ module contensou_io_comparison_events
 
    !> Events of one contact in one list, from `head` to `tail`.
    type :: queue_type
-      !> The events.
       type(event_type), allocatable :: events(:)
       !> First one.
       integer :: head = 1
@@ -56,7 +55,6 @@ module contensou_io_comparison_events
       real(wp) :: rtol = 0.0_wp
       !> Events of the two lists.
       integer(i8) :: n(2) = 0_i8
-      !> Pairs.
       integer(i8) :: n_pairs = 0_i8
       !> Pairs of equal kind whose times differ at all.
       integer(i8) :: n_shifted = 0_i8
@@ -78,13 +76,11 @@ module contensou_io_comparison_events
       type(event_note_type) :: first_kind
       !> Earliest event that one list alone has.
       type(event_note_type) :: first_only(2)
-      !> Contacts.
       type(string_type), allocatable, private :: contacts(:)
       !> Events that wait, by contact.
       type(lane_type), allocatable, private :: lanes(:)
       !> Number of contacts.
       integer, private :: n_contacts = 0
-      !> Kinds.
       type(string_type), allocatable, private :: kinds(:)
       !> Number of kinds.
       integer, private :: n_kinds = 0
@@ -164,7 +160,6 @@ contains
       type(string_type), intent(inout) :: names(:)
       !> Number of names in it.
       integer, intent(inout) :: n
-      !> The name.
       character(len=*), intent(in) :: name
       !> Its index.
       integer, intent(out) :: i
@@ -209,7 +204,6 @@ contains
    pure function differ(self) result(answer)
       !> The comparison.
       class(event_matcher_type), intent(in) :: self
-      !> The answer.
       logical :: answer
 
       answer = self%n_beyond + self%n_kind + sum(self%n_only) > 0_i8
@@ -320,7 +314,6 @@ contains
       integer, intent(in) :: side
       !> 0 for the first one.
       integer, intent(in) :: offset
-      !> The event.
       type(event_type) :: event
 
       associate (queue => self%lanes(lane)%queue(side))
@@ -441,11 +434,10 @@ contains
       real(wp), intent(in) :: a
       !> Another time [s].
       real(wp), intent(in) :: b
-      !> The answer.
       logical :: answer
 
       answer = .false.
       if (ieee_is_finite(a) .and. ieee_is_finite(b)) answer = a < b
    end function earlier
 
-end module contensou_io_comparison_events
+end module contensou_compare_events

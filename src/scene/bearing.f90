@@ -9,7 +9,7 @@
 !> r_i + r_o - 2 r, and with Q = K_i d_i^(3/2) = K_o d_o^(3/2) an axial load is Z Q sin alpha.
 !> A. Palmgren, Ball and Roller Bearing Engineering (1959); T. A. Harris, Rolling Bearing Analysis
 !> (2001), chapters 6 and 7.
-module contensou_io_bearing
+module contensou_scene_bearing
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : assignment_type, document_type, group_type, value_logical, &
       value_real, value_text
@@ -20,14 +20,13 @@ module contensou_io_bearing
    use contensou_contact_hertz, only : effective_modulus, hertz_model_type
    use contensou_contact_normal, only : new_normal, normal_type, normal_vilke
    use contensou_contact_vilke, only : vilke_models, vilke_power_index
-   use contensou_io_schema, only : kind_logical, kind_real, key_spec_type, schema_keys
-   use contensou_io_settings, only : instance_type, name_of, resolve, settings_type
+   use contensou_scene_schema, only : kind_logical, kind_real, key_spec_type, schema_keys
+   use contensou_scene_settings, only : instance_type, name_of, resolve, settings_type
    implicit none(type, external)
    private
 
    public :: expand_bearings, has_bearings, concerns_bearings
 
-   !> Name of the group.
    character(len=*), parameter :: group_name = "bearing"
 
    !> Largest contact angle of a ball under an axial load [rad]: a groove ends.
@@ -38,7 +37,6 @@ module contensou_io_bearing
 
    !> What a group `bearing` says, in numbers.
    type :: bearing_type
-      !> Name.
       character(len=:), allocatable :: name
       !> Number of balls.
       integer :: balls = 0
@@ -85,7 +83,6 @@ contains
 
    !> Whether a document has groups `bearing`.
    pure function has_bearings(document) result(has)
-      !> The document.
       type(document_type), intent(in) :: document
       logical :: has
       integer :: i
@@ -99,7 +96,6 @@ contains
    !> Whether `--set PATH=VALUE` changes what bearings are made from: a bearing or a material. All
    !> else is to be set after the expansion, so that it finds the parts, too.
    pure function concerns_bearings(document, override) result(concerns)
-      !> The document.
       type(document_type), intent(in) :: document
       !> Text after `--set`.
       character(len=*), intent(in) :: override
@@ -174,7 +170,6 @@ contains
 
    !> The groups of one name of a document.
    function selection(document, name) result(part)
-      !> The document.
       type(document_type), intent(in) :: document
       !> Name of the groups.
       character(len=*), intent(in) :: name
@@ -208,7 +203,6 @@ contains
       type(instance_type), intent(in) :: instance
       !> The materials of the scene.
       type(settings_type), intent(in) :: materials
-      !> The bearing.
       type(bearing_type), intent(out) :: bearing
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -257,7 +251,6 @@ contains
 
       !> Report a mistake at a key.
       subroutine wrong(key, message, expected)
-         !> The key.
          character(len=*), intent(in) :: key
          !> What is wrong.
          character(len=*), intent(in) :: message
@@ -269,7 +262,6 @@ contains
 
       !> Whether a key is given.
       pure logical function has(key)
-         !> The key.
          character(len=*), intent(in) :: key
 
          has = instance%settings(instance%at(key))%given
@@ -600,9 +592,7 @@ contains
    subroutine make_parts(instance, bearing, parts, n)
       !> The group.
       type(instance_type), intent(in) :: instance
-      !> The bearing.
       type(bearing_type), intent(in) :: bearing
-      !> The groups.
       type(group_type), intent(inout) :: parts(:)
       !> How many.
       integer, intent(out) :: n
@@ -693,7 +683,6 @@ contains
 
       !> Begin an assignment.
       subroutine next(key, origin_key, size_of_values)
-         !> The key.
          character(len=*), intent(in) :: key
          !> Key of the bearing that it comes from.
          character(len=*), intent(in) :: origin_key
@@ -711,9 +700,7 @@ contains
 
       !> Give numbers.
       subroutine put_numbers(key, values, origin_key)
-         !> The key.
          character(len=*), intent(in) :: key
-         !> Its values.
          real(wp), intent(in) :: values(:)
          !> Key of the bearing that they come from.
          character(len=*), intent(in) :: origin_key
@@ -728,7 +715,6 @@ contains
 
       !> Give a text.
       subroutine put_text(key, text, origin_key)
-         !> The key.
          character(len=*), intent(in) :: key
          !> Its value.
          character(len=*), intent(in) :: text
@@ -744,7 +730,6 @@ contains
 
       !> Give the name of a part.
       subroutine put_name(key, name, origin_key)
-         !> The key.
          character(len=*), intent(in) :: key
          !> Name of the part.
          character(len=*), intent(in) :: name
@@ -853,7 +838,6 @@ contains
 
       !> Take a key as the bearing gives it.
       subroutine copy(key)
-         !> The key.
          character(len=*), intent(in) :: key
 
          associate (setting => instance%settings(instance%at(key)))
@@ -892,11 +876,10 @@ contains
    pure function place_of(instance, key) result(place)
       !> The group.
       type(instance_type), intent(in) :: instance
-      !> The key.
       character(len=*), intent(in) :: key
       type(origin_type) :: place
 
       place = instance%settings(instance%at(key))%places(1)
    end function place_of
 
-end module contensou_io_bearing
+end module contensou_scene_bearing

@@ -1,13 +1,13 @@
 !> Comparison of the values of two data sets or attributes, block by block.
 !>
 !> Blocks hold at most 262144 numbers, so memory does not grow with the data sets.
-module contensou_io_comparison_values
+module contensou_compare_values
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
    use contensou_base_text, only : string_type, to_text
-   use contensou_io_comparison_rules, only : verdict_type
-   use contensou_io_hdf5_reader, only : class_raw, class_real, class_text, class_unsigned, &
+   use contensou_compare_rules, only : verdict_type
+   use contensou_files_hdf5_reader, only : class_raw, class_real, class_text, class_unsigned, &
       hdf5_item_type, max_rank
    implicit none(type, external)
    private
@@ -42,10 +42,8 @@ module contensou_io_comparison_values
       type(string_type) :: values_first(2)
    end type found_type
 
-   !> Numbers in a block.
    integer, parameter :: block_numbers = 262144
 
-   !> Texts in a block.
    integer, parameter :: block_texts = 64
 
    !> Bytes of a block of other values, and of the largest attribute.
@@ -219,7 +217,6 @@ contains
    !> Choose the extents of blocks: multiples of those of the chunks where there are any, so that no
    !> chunk is read twice.
    pure subroutine choose_tile(item, extents, rank, limit, tile)
-      !> The item.
       type(hdf5_item_type), intent(in) :: item
       !> Extents to read.
       integer(i8), intent(in) :: extents(max_rank)
@@ -251,11 +248,9 @@ contains
 
    !> Decimal text of an integer.
    pure function integer_text(k, is_unsigned) result(text)
-      !> The integer.
       integer(i8), intent(in) :: k
       !> Whether its bits are those of an unsigned one.
       logical, intent(in) :: is_unsigned
-      !> Its text.
       character(len=:), allocatable :: text
 
       integer(i8) :: half
@@ -466,4 +461,4 @@ contains
       end do
    end subroutine compare_bytes
 
-end module contensou_io_comparison_values
+end module contensou_compare_values

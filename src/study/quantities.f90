@@ -1,6 +1,6 @@
 !> What an output file says of a motion: the quantities of a row, and the summary of a run. Files
 !> and tables of sweeps hold the same numbers because both take them from here.
-module contensou_io_quantities
+module contensou_study_quantities
    use contensou_base_kinds, only : i8, wp
    use contensou_contact_geometry, only : pose_type
    use contensou_dynamics_scene, only : turns_by_drive
@@ -15,11 +15,9 @@ module contensou_io_quantities
 
    !> A quantity of a row, of the summary or of the final state.
    type :: quantity_type
-      !> Name.
       character(len=21) :: name
       !> Dimensions after time, separated by a blank.
       character(len=12) :: dims
-      !> Units.
       character(len=7) :: units
       !> Description.
       character(len=103) :: long_name
@@ -37,7 +35,6 @@ module contensou_io_quantities
    !> Number of the quantities of a row.
    integer, parameter :: n_quantities = 21
 
-   !> Quantities of a row.
    type(quantity_type), parameter :: row_quantities(n_quantities) = [ &
       quantity_type("time", "", "s", "time"), &
       quantity_type("position", "body xyz", "m", "centre of mass"), &
@@ -121,7 +118,6 @@ module contensou_io_quantities
       real(wp) :: time = 0.0_wp
       !> Rows written.
       integer(i8) :: rows = 0
-      !> Touches.
       integer(i8) :: touches = 0
       !> Lift-offs.
       integer(i8) :: lifts = 0
@@ -144,11 +140,9 @@ module contensou_io_quantities
       !> Largest energy supplied or taken by loads and drives so far [J].
       real(wp) :: largest_supply = 0.0_wp
    contains
-      !> Add a row.
       procedure :: add_row
       !> Set the energy error of a row that is not added.
       procedure :: complete_row
-      !> Add an event.
       procedure :: add_event
    end type summary_type
 
@@ -156,7 +150,6 @@ contains
 
    !> Components of a quantity per body or contact.
    pure function components_of(quantity) result(components)
-      !> The quantity.
       type(quantity_type), intent(in) :: quantity
       integer :: components
 
@@ -168,7 +161,6 @@ contains
 
    !> Make room for the rows of a system.
    subroutine prepare_row(self, system)
-      !> The row.
       class(row_type), intent(inout) :: self
       !> The equations of motion.
       type(system_type), intent(in) :: system
@@ -259,7 +251,6 @@ contains
 
    !> Energy of a row less what was supplied, plus what was lost [J].
    pure function balance(row) result(energy)
-      !> The row.
       type(row_type), intent(in) :: row
       real(wp) :: energy
 
@@ -271,9 +262,7 @@ contains
 
    !> Set the energy error of a row that is not added.
    pure subroutine complete_row(self, row)
-      !> The summary.
       class(summary_type), intent(in) :: self
-      !> The row.
       type(row_type), intent(inout) :: row
 
       row%values(row%start(q_error) + 1) = balance(row) - self%initial_energy
@@ -281,11 +270,9 @@ contains
 
    !> Add a row, and set its energy error.
    pure subroutine add_row(self, system, row)
-      !> The summary.
       class(summary_type), intent(inout) :: self
       !> The equations of motion.
       type(system_type), intent(in) :: system
-      !> The row.
       type(row_type), intent(inout) :: row
 
       if (self%rows == 0) self%initial_energy = balance(row)
@@ -314,7 +301,6 @@ contains
 
    !> Add an event.
    pure subroutine add_event(self, is_touch)
-      !> The summary.
       class(summary_type), intent(inout) :: self
       !> Whether a contact touched, not lifted off.
       logical, intent(in) :: is_touch
@@ -328,7 +314,6 @@ contains
 
    !> The scalars of the summary, in the order of `summary_quantities`.
    pure function summary_values(summary, statistics) result(values)
-      !> The summary.
       type(summary_type), intent(in) :: summary
       !> Counters of the integrator.
       type(statistics_type), intent(in) :: statistics
@@ -361,4 +346,4 @@ contains
       end do
    end subroutine final_state
 
-end module contensou_io_quantities
+end module contensou_study_quantities

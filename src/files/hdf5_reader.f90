@@ -6,12 +6,12 @@
 !> has bytes is refused. HDF5 itself may crash over a damaged file: see contensou_base_guard.
 !>
 !> Dimensions, starts and counts are in the order of the file, outermost first, indices from 0.
-module contensou_io_hdf5_reader
+module contensou_files_hdf5_reader
    use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_int, c_int64_t, c_loc, &
       & c_null_char, c_null_ptr, c_ptr
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : text_from_c
+   use contensou_base_operating_system, only : text_from_c
    use contensou_base_text, only : string_type
    implicit none(type, external)
    private
@@ -49,7 +49,6 @@ module contensou_io_hdf5_reader
    !> Link to another file.
    integer, parameter :: link_other = 3
 
-   !> A group.
    integer, parameter :: object_group = 1
 
    !> A data set.
@@ -66,7 +65,6 @@ module contensou_io_hdf5_reader
 
    !> A name in a group, or of an attribute.
    type :: hdf5_entry_type
-      !> The name.
       character(len=:), allocatable :: name
       !> What kind of link it is, one of the `link_*` parameters.
       integer :: link = link_hard
@@ -80,7 +78,6 @@ module contensou_io_hdf5_reader
    contains
       !> Open a file.
       procedure :: open => open_reader
-      !> Close it.
       procedure :: close => close_reader
       !> Names in a group, or of the attributes of an object, in the order of their bytes.
       procedure :: list
@@ -102,7 +99,6 @@ module contensou_io_hdf5_reader
       integer :: rank = 0
       !> Whether there are no values at all (null data space).
       logical :: is_null = .false.
-      !> Extents.
       integer(i8) :: extents(max_rank) = 0_i8
       !> Extents of a chunk; 0 if the values are stored in one piece.
       integer(i8) :: chunk(max_rank) = 0_i8
@@ -111,7 +107,6 @@ module contensou_io_hdf5_reader
       !> Address of what C keeps about it.
       type(c_ptr), private :: handle = c_null_ptr
    contains
-      !> Close it.
       procedure :: close => close_item
       !> Whether it is open.
       procedure :: is_open => item_is_open
@@ -121,11 +116,9 @@ module contensou_io_hdf5_reader
       procedure :: same_type
       !> Read reals, or integers as reals.
       procedure :: read_reals
-      !> Read integers.
       procedure :: read_integers
       !> Read values as bytes.
       procedure :: read_bytes
-      !> Read texts.
       procedure :: read_texts
       !> Open the scale of a dimension.
       procedure :: open_scale
@@ -173,7 +166,6 @@ module contensou_io_hdf5_reader
       function c_listed_count(names) result(count) bind(c, name="contensou_hdf5_listed_count")
          import :: c_int, c_ptr
          implicit none(type, external)
-         !> The names.
          type(c_ptr), value :: names
          !> Their number.
          integer(c_int) :: count
@@ -183,7 +175,6 @@ module contensou_io_hdf5_reader
       function c_listed(names, i, link) result(text) bind(c, name="contensou_hdf5_listed")
          import :: c_int, c_ptr
          implicit none(type, external)
-         !> The names.
          type(c_ptr), value :: names
          !> Index, from 0.
          integer(c_int), value :: i
@@ -197,7 +188,6 @@ module contensou_io_hdf5_reader
       subroutine c_free_list(names) bind(c, name="contensou_hdf5_free_list")
          import :: c_ptr
          implicit none(type, external)
-         !> The names.
          type(c_ptr), value :: names
       end subroutine c_free_list
 
@@ -272,7 +262,6 @@ module contensou_io_hdf5_reader
       subroutine c_close_item(item) bind(c, name="contensou_hdf5_close_item")
          import :: c_ptr
          implicit none(type, external)
-         !> The item.
          type(c_ptr), value :: item
       end subroutine c_close_item
 
@@ -281,13 +270,11 @@ module contensou_io_hdf5_reader
          & bind(c, name="contensou_hdf5_describe")
          import :: c_int, c_int64_t, c_ptr
          implicit none(type, external)
-         !> The item.
          type(c_ptr), value :: item
          !> Bytes of a value.
          integer(c_int64_t), intent(out) :: size
          !> Number of dimensions.
          integer(c_int), intent(out) :: rank
-         !> Extents.
          integer(c_int64_t), intent(inout) :: extents(*)
          !> Extents of a chunk.
          integer(c_int64_t), intent(inout) :: chunk(*)
@@ -301,7 +288,6 @@ module contensou_io_hdf5_reader
       function c_type_text(item) result(text) bind(c, name="contensou_hdf5_type_text")
          import :: c_ptr
          implicit none(type, external)
-         !> The item.
          type(c_ptr), value :: item
          !> Null-terminated text.
          type(c_ptr) :: text
@@ -324,7 +310,6 @@ module contensou_io_hdf5_reader
          & bind(c, name="contensou_hdf5_read")
          import :: c_int, c_int64_t, c_ptr
          implicit none(type, external)
-         !> The item.
          type(c_ptr), value :: item
          !> First indices.
          integer(c_int64_t), intent(in) :: start(*)
@@ -343,7 +328,6 @@ module contensou_io_hdf5_reader
          & bind(c, name="contensou_hdf5_read_texts")
          import :: c_int, c_int64_t, c_ptr
          implicit none(type, external)
-         !> The item.
          type(c_ptr), value :: item
          !> First indices.
          integer(c_int64_t), intent(in) :: start(*)
@@ -357,11 +341,9 @@ module contensou_io_hdf5_reader
       function c_text_of(item, i) result(text) bind(c, name="contensou_hdf5_text")
          import :: c_int64_t, c_ptr
          implicit none(type, external)
-         !> The item.
          type(c_ptr), value :: item
          !> Index in the block, from 0.
          integer(c_int64_t), value :: i
-         !> The text.
          type(c_ptr) :: text
       end function c_text_of
 
@@ -369,7 +351,6 @@ module contensou_io_hdf5_reader
       function c_scale_name(item) result(text) bind(c, name="contensou_hdf5_item_name")
          import :: c_ptr
          implicit none(type, external)
-         !> The item.
          type(c_ptr), value :: item
          !> Null-terminated text.
          type(c_ptr) :: text
@@ -511,7 +492,6 @@ contains
 
    !> Take over what C knows about an item.
    subroutine describe(item)
-      !> The item.
       class(hdf5_item_type), intent(inout) :: item
 
       integer(c_int) :: rank, is_null
@@ -532,9 +512,7 @@ contains
 
    !> Whether an item is open.
    pure function item_is_open(self) result(answer)
-      !> The item.
       class(hdf5_item_type), intent(in) :: self
-      !> The answer.
       logical :: answer
 
       answer = c_associated(self%handle)
@@ -542,7 +520,6 @@ contains
 
    !> Words for the type of an item's values.
    function type_text(self) result(text)
-      !> The item.
       class(hdf5_item_type), intent(in) :: self
       !> Such as "64-bit reals".
       character(len=:), allocatable :: text
@@ -552,7 +529,6 @@ contains
 
    !> Whether the values of two items are of the same type, bit for bit.
    function same_type(self, other) result(same)
-      !> An item.
       class(hdf5_item_type), intent(in) :: self
       !> Another item.
       class(hdf5_item_type), intent(in) :: other
@@ -564,7 +540,6 @@ contains
 
    !> Read a block of reals, or of integers as reals.
    subroutine read_reals(self, start, count, buffer, error)
-      !> The item.
       class(hdf5_item_type), intent(in) :: self
       !> First indices, of size `max_rank`; not used for attributes, which are read whole.
       integer(i8), intent(in) :: start(:)
@@ -580,7 +555,6 @@ contains
 
    !> Read a block of integers; unsigned ones as their bits.
    subroutine read_integers(self, start, count, buffer, error)
-      !> The item.
       class(hdf5_item_type), intent(in) :: self
       !> First indices, of size `max_rank`; not used for attributes, which are read whole.
       integer(i8), intent(in) :: start(:)
@@ -596,7 +570,6 @@ contains
 
    !> Read a block of values of class `class_raw` as bytes.
    subroutine read_bytes(self, start, count, buffer, error)
-      !> The item.
       class(hdf5_item_type), intent(in) :: self
       !> First indices, of size `max_rank`; not used for attributes, which are read whole.
       integer(i8), intent(in) :: start(:)
@@ -612,7 +585,6 @@ contains
 
    !> Read a block of texts.
    subroutine read_texts(self, start, count, n, texts, error)
-      !> The item.
       class(hdf5_item_type), intent(in) :: self
       !> First indices, of size `max_rank`; not used for attributes, which are read whole.
       integer(i8), intent(in) :: start(:)
@@ -620,7 +592,6 @@ contains
       integer(i8), intent(in) :: count(:)
       !> Number of texts in the block.
       integer, intent(in) :: n
-      !> The texts.
       type(string_type), allocatable, intent(inout) :: texts(:)
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
@@ -686,4 +657,4 @@ contains
       call fatal(error, text_from_c(c_message()), status_file)
    end subroutine report
 
-end module contensou_io_hdf5_reader
+end module contensou_files_hdf5_reader

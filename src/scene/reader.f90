@@ -1,5 +1,5 @@
 !> Reads a scene: document, settings, cross references; every mistake is reported at once.
-module contensou_io_scene_reader
+module contensou_scene_reader
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : document_type, read_document
@@ -28,9 +28,9 @@ module contensou_io_scene_reader
       frame_names, motion_fixed, motion_free, motion_names, motion_prescribed, motion_spindle, &
       moves_freely, scene_type, turns_by_drive
    use contensou_dynamics_system, only : system_type
-   use contensou_io_bearing, only : concerns_bearings, expand_bearings, has_bearings
-   use contensou_io_schema, only : domain_text, group_spec_type, schema_groups
-   use contensou_io_settings, only : apply_override, instance_type, largest_number, resolve, &
+   use contensou_scene_bearing, only : concerns_bearings, expand_bearings, has_bearings
+   use contensou_scene_schema, only : domain_text, group_spec_type, schema_groups
+   use contensou_scene_settings, only : apply_override, instance_type, largest_number, resolve, &
       resolved_text, &
       settings_type
    implicit none(type, external)
@@ -41,7 +41,6 @@ module contensou_io_scene_reader
 
    !> A scene with the texts it came from.
    type :: scene_file_type
-      !> The scene.
       type(scene_type) :: scene
       !> Text of the file as read.
       character(len=:), allocatable :: text
@@ -60,7 +59,6 @@ module contensou_io_scene_reader
       !> All groups with all keys, also those that may be left out: the groups of `document` first,
       !> in their order, if it has no mistake. Nothing is derived yet.
       type(settings_type) :: settings
-      !> The scene.
       type(scene_file_type) :: file
    end type loaded_scene_type
 
@@ -77,7 +75,6 @@ contains
       type(string_type), intent(in) :: overrides(:)
       !> Name of the output file from the command line; blank for that of the scene.
       character(len=*), intent(in) :: output_file
-      !> The scene.
       type(scene_file_type), intent(out) :: file
       !> Set with all mistakes found; nothing of `file` is to be used then.
       type(error_type), allocatable, intent(out) :: error
@@ -156,7 +153,6 @@ contains
       type(settings_type), intent(inout) :: settings
       !> Name of the scene file.
       character(len=*), intent(in) :: path
-      !> The scene.
       type(scene_type), intent(out) :: scene
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -167,7 +163,6 @@ contains
    !> Apply overrides and expand bearings: first what the bearings are made from, then the rest,
    !> which may concern their parts.
    subroutine expand(document, overrides, diagnostics)
-      !> The document.
       type(document_type), intent(inout) :: document
       !> Texts of the `--set` options.
       type(string_type), intent(in) :: overrides(:)
@@ -197,7 +192,6 @@ contains
       character(len=*), intent(in) :: path
       !> Name of the output file from the command line; blank for that of the scene.
       character(len=*), intent(in) :: output_file
-      !> The scene.
       type(scene_type), intent(out) :: scene
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -252,7 +246,6 @@ contains
 
    !> Add the groups that may be left out, with their defaults.
    subroutine add_missing(settings)
-      !> The settings.
       type(settings_type), intent(inout) :: settings
       type(document_type) :: document
       type(settings_type) :: extra
@@ -288,7 +281,6 @@ contains
 
    !> Names must be unique among groups of one kind.
    subroutine check_names(settings, groups, diagnostics)
-      !> The settings.
       type(settings_type), intent(in) :: settings
       !> Groups of the schema.
       type(group_spec_type), intent(in) :: groups(:)
@@ -323,7 +315,6 @@ contains
    subroutine build_scene(instance, scene)
       !> The group.
       type(instance_type), intent(in) :: instance
-      !> The scene.
       type(scene_type), intent(inout) :: scene
 
       scene%title = instance%settings(instance%at("title"))%text(1)%s
@@ -335,7 +326,6 @@ contains
    subroutine build_body(instance, body, diagnostics)
       !> The group.
       type(instance_type), intent(inout) :: instance
-      !> The body.
       type(body_spec_type), intent(inout) :: body
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -485,7 +475,6 @@ contains
       type(settings_type), intent(in) :: settings
       !> The group.
       type(instance_type), intent(in) :: instance
-      !> The scene.
       type(scene_type), intent(inout) :: scene
       !> Number of the surface.
       integer, intent(in) :: index
@@ -542,7 +531,6 @@ contains
 
       !> Keys that the shape does not have, and those that it needs.
       subroutine check_keys(shape, name)
-         !> The shape.
          integer, intent(in) :: shape
          !> Name of the surface.
          character(len=*), intent(in) :: name
@@ -630,7 +618,6 @@ contains
       type(settings_type), intent(in) :: settings
       !> The group.
       type(instance_type), intent(in) :: instance
-      !> The contact.
       type(contact_spec_type), intent(inout) :: contact
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -753,7 +740,6 @@ contains
    subroutine build_rolling(instance, contact, diagnostics)
       !> The group.
       type(instance_type), intent(in) :: instance
-      !> The contact.
       type(contact_spec_type), intent(inout) :: contact
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -787,7 +773,6 @@ contains
    subroutine build_integrator(instance, scene, diagnostics)
       !> The group.
       type(instance_type), intent(in) :: instance
-      !> The scene.
       type(scene_type), intent(inout) :: scene
       !> Mistakes so far.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -815,7 +800,6 @@ contains
       character(len=*), intent(in) :: path
       !> Name of the output file from the command line; blank for that of the scene.
       character(len=*), intent(in) :: output_file
-      !> The scene.
       type(scene_type), intent(inout) :: scene
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -921,9 +905,7 @@ contains
 
    !> Contacts need two different bodies and a pair of shapes that is supported.
    subroutine check_contacts(settings, scene, diagnostics)
-      !> The settings.
       type(settings_type), intent(in) :: settings
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -1003,7 +985,6 @@ contains
 
    !> Where the interval of the output is given.
    pure function interval_place(settings) result(place)
-      !> The settings.
       type(settings_type), intent(in) :: settings
       type(origin_type) :: place
       integer :: i
@@ -1017,7 +998,6 @@ contains
 
    !> Where the surfaces of a contact are named.
    pure function contact_place(settings, contact) result(place)
-      !> The settings.
       type(settings_type), intent(in) :: settings
       !> Number of the contact.
       integer, intent(in) :: contact
@@ -1036,9 +1016,7 @@ contains
 
    !> Derive the settings that depend on the scene.
    subroutine fill_in(settings, scene, system)
-      !> The settings.
       type(settings_type), intent(inout) :: settings
-      !> The scene.
       type(scene_type), intent(inout) :: scene
       !> Its equations of motion.
       type(system_type), intent(in) :: system
@@ -1085,9 +1063,7 @@ contains
 
    !> Surfaces that overlap too much or conform at the beginning.
    subroutine check_overlaps(settings, scene, system, diagnostics)
-      !> The settings.
       type(settings_type), intent(in) :: settings
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> Its equations of motion.
       type(system_type), intent(in) :: system
@@ -1172,7 +1148,6 @@ contains
 
       !> What reduces that bound.
       pure function less_in_hollow(contact) result(text)
-         !> The contact.
          type(contact_spec_type), intent(in) :: contact
          character(len=:), allocatable :: text
 
@@ -1260,4 +1235,4 @@ contains
       end do
    end function count_of
 
-end module contensou_io_scene_reader
+end module contensou_scene_reader

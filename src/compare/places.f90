@@ -1,11 +1,11 @@
 !> Words for places in a data set, by the scales of its dimensions: time, body, component, contact,
 !> case.
-module contensou_io_comparison_places
+module contensou_compare_places
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
    use contensou_base_text, only : shorten, string_type, to_text
-   use contensou_io_comparison_values, only : integer_text
-   use contensou_io_hdf5_reader, only : class_integer, class_real, class_text, class_unsigned, &
+   use contensou_compare_values, only : integer_text
+   use contensou_files_hdf5_reader, only : class_integer, class_real, class_text, class_unsigned, &
       hdf5_item_type, max_rank
    implicit none(type, external)
    private
@@ -18,7 +18,6 @@ contains
    function place_text(item, path, place) result(text)
       !> The data set or attribute.
       type(hdf5_item_type), intent(in) :: item
-      !> Its path.
       character(len=*), intent(in) :: path
       !> Indices.
       integer(i8), intent(in) :: place(max_rank)
@@ -47,7 +46,6 @@ contains
 
    !> Words for a place on a scale.
    subroutine scale_text(scale, path, i, text)
-      !> The scale.
       type(hdf5_item_type), intent(in) :: scale
       !> Path of the data set that it belongs to.
       character(len=*), intent(in) :: path
@@ -111,7 +109,6 @@ contains
    pure function time_text(x) result(text)
       !> The number.
       real(wp), intent(in) :: x
-      !> Its text.
       character(len=:), allocatable :: text
 
       character(len=24) :: buffer
@@ -134,7 +131,6 @@ contains
 
    !> A text without control characters.
    pure function printable(text) result(clean)
-      !> The text.
       character(len=*), intent(in) :: text
       !> The same with '?' in their place; line ends of messages stay.
       character(len=len(text)) :: clean
@@ -147,4 +143,4 @@ contains
       end do
    end function printable
 
-end module contensou_io_comparison_places
+end module contensou_compare_places

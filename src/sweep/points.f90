@@ -1,16 +1,16 @@
 !> The table of cases of a sweep with `sampling = 'file'`: CSV with a header, or HDF5 with a
 !> one-dimensional data set for each parameter.
-module contensou_io_sweep_points
+module contensou_sweep_points
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_document, only : value_logical, value_null, value_real, value_text, value_type
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : file_exists, is_folder
+   use contensou_base_operating_system, only : file_exists, is_folder
    use contensou_base_text, only : lower, quote, read_real, starts_with, string_type, to_text
-   use contensou_io_hdf5_reader, only : class_integer, class_real, class_text, class_unsigned, &
+   use contensou_files_hdf5_reader, only : class_integer, class_real, class_text, class_unsigned, &
       hdf5_entry_type, hdf5_item_type, hdf5_reader_type, max_rank, object_dataset, object_group
-   use contensou_io_schema, only : kind_logical
-   use contensou_io_sweep_target, only : target_type
+   use contensou_scene_schema, only : kind_logical
+   use contensou_sweep_target, only : target_type
    implicit none(type, external)
    private
 
@@ -42,7 +42,6 @@ module contensou_io_sweep_points
       logical, private :: is_hdf5 = .false.
       !> Path of the group with the columns.
       character(len=:), allocatable, private :: folder
-      !> Line of the header.
       integer, private :: header_line = 0
    contains
       !> Find the columns.
@@ -382,9 +381,7 @@ contains
 
    !> What a cell says: a number where one is wanted and there is one, else a text.
    subroutine understand(cell, column, value)
-      !> The cell.
       character(len=*), intent(in) :: cell
-      !> Its column.
       type(points_column_type), intent(in) :: column
       !> What it says; its origin is kept.
       type(value_type), intent(inout) :: value
@@ -407,7 +404,6 @@ contains
 
    !> A logical in one of the forms that Fortran reads, if a text is one.
    subroutine logical_of(text, value)
-      !> The text.
       character(len=*), intent(in) :: text
       !> Its value; unchanged if it is no logical.
       type(value_type), intent(inout) :: value
@@ -428,7 +424,6 @@ contains
    subroutine take(column, value, kept, diagnostics, good)
       !> Its column; a new text is added to its words.
       type(points_column_type), intent(inout) :: column
-      !> The value.
       type(value_type), intent(in) :: value
       !> The number, or the position of the text.
       real(wp), intent(out) :: kept
@@ -471,7 +466,6 @@ contains
       type(source_type), intent(inout) :: lines
       !> Number of the line.
       integer, intent(in) :: number
-      !> The line.
       character(len=*), intent(in) :: line
       type(string_type), allocatable :: more(:)
       integer :: i
@@ -491,7 +485,6 @@ contains
    subroutine next_line(unit, line, number, stat)
       !> The file.
       integer, intent(in) :: unit
-      !> The line.
       character(len=:), allocatable, intent(out) :: line
       !> Number of the line; the one before on entry.
       integer, intent(inout) :: number
@@ -520,7 +513,6 @@ contains
 
    !> Cut a line into cells at its commas; quotes around a cell are removed.
    subroutine split(line, cells, places)
-      !> The line.
       character(len=*), intent(in) :: line
       !> The cells, without blanks around them.
       type(string_type), allocatable, intent(out) :: cells(:)
@@ -562,4 +554,4 @@ contains
       end do
    end subroutine split
 
-end module contensou_io_sweep_points
+end module contensou_sweep_points

@@ -3,20 +3,20 @@
 !>
 !> Rows wait until a chunk is full, so that each chunk is compressed and written once. Memory does
 !> not grow with the number of rows.
-module contensou_io_sweep_table
+module contensou_sweep_table
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use, intrinsic :: iso_c_binding, only : c_int8_t
    use contensou_base_build, only : git_commit, program_version
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : file_exists, remove_file, utc_now
+   use contensou_base_operating_system, only : file_exists, remove_file, utc_now
    use contensou_base_text, only : string_type, to_text
-   use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_byte, &
+   use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_byte, &
       series_long, series_real, series_text
-   use contensou_io_hdf5_reader, only : class_integer, class_text, hdf5_entry_type, &
+   use contensou_files_hdf5_reader, only : class_integer, class_text, hdf5_entry_type, &
       hdf5_item_type, hdf5_reader_type, max_rank
-   use contensou_io_provenance, only : put_provenance
-   use contensou_io_sweep, only : sweep_type
+   use contensou_files_provenance, only : put_provenance
+   use contensou_sweep_plan, only : sweep_type
    implicit none(type, external)
    private
 
@@ -56,7 +56,6 @@ module contensou_io_sweep_table
    !> What stands for a count that is not known; readers that follow CF make it NaN.
    integer(i8), parameter :: no_count = -1_i8
 
-   !> Rows in a chunk.
    integer, parameter :: chunk_rows = 8192
 
    !> Bytes of padded texts that are handed over at a time.
@@ -81,7 +80,6 @@ module contensou_io_sweep_table
    type :: column_type
       !> Path of the data set.
       character(len=:), allocatable :: path
-      !> Name.
       character(len=:), allocatable :: name
       !> Units; empty for none.
       character(len=:), allocatable :: units
@@ -132,7 +130,6 @@ module contensou_io_sweep_table
    contains
       !> Open a table.
       procedure :: open => open_reader
-      !> Close it.
       procedure :: close => close_reader
       !> Numbers of some cases.
       procedure :: numbers
@@ -148,7 +145,6 @@ module contensou_io_sweep_table
       logical :: replace = .false.
       !> Number of cases of each status so far.
       integer(i8) :: counts(0:last_status) = 0
-      !> The file.
       type(hdf5_file_type), private :: file
       !> Columns of parameters, then of results.
       type(column_type), allocatable, private :: columns(:)
@@ -183,17 +179,14 @@ contains
 
    !> Create the table of a sweep with everything but its rows.
    subroutine open_table(self, name, replace, sweep, cases, command_line, error)
-      !> The table.
       class(sweep_table_type), intent(inout) :: self
       !> Name of the complete file.
       character(len=*), intent(in) :: name
       !> Whether it may replace an existing file.
       logical, intent(in) :: replace
-      !> The sweep.
       type(sweep_type), intent(in) :: sweep
       !> The cases it is to hold, as ranges such as "1:500,800"; each ascending.
       character(len=*), intent(in) :: cases
-      !> Command line.
       character(len=*), intent(in) :: command_line
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
@@ -230,17 +223,14 @@ contains
 
    !> Create a table with the columns and texts of another one.
    subroutine open_like(self, name, replace, other, cases, command_line, error)
-      !> The table.
       class(sweep_table_type), intent(inout) :: self
       !> Name of the complete file.
       character(len=*), intent(in) :: name
       !> Whether it may replace an existing file.
       logical, intent(in) :: replace
-      !> The other table.
       type(table_reader_type), intent(in) :: other
       !> The cases it is to hold.
       character(len=*), intent(in) :: cases
-      !> Command line.
       character(len=*), intent(in) :: command_line
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
@@ -271,7 +261,6 @@ contains
       type(table_header_type), intent(in) :: header
       !> Texts that it carries.
       type(origins_type), intent(in) :: origins
-      !> Command line.
       character(len=*), intent(in) :: command_line
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
@@ -349,7 +338,6 @@ contains
       subroutine put_order(group, columns)
          !> Path of the group.
          character(len=*), intent(in) :: group
-         !> Its columns.
          type(column_type), intent(in) :: columns(:)
          character(len=:), allocatable :: names(:)
          integer :: k, longest
@@ -381,9 +369,7 @@ contains
    !> Append rows; the parameters are computed from the numbers of the cases. Best some thousands
    !> at a time.
    subroutine append(self, sweep, cases, status, messages, results, error)
-      !> The table.
       class(sweep_table_type), intent(inout) :: self
-      !> The sweep.
       type(sweep_type), intent(in) :: sweep
       !> Numbers of the cases, ascending.
       integer(i8), intent(in) :: cases(:)
@@ -432,9 +418,7 @@ contains
 
    !> Append rows of another table with the same columns.
    subroutine append_from(self, other, first, last, error)
-      !> The table.
       class(sweep_table_type), intent(inout) :: self
-      !> The other table.
       type(table_reader_type), intent(in) :: other
       !> First row, from 1.
       integer(i8), intent(in) :: first
@@ -486,7 +470,6 @@ contains
 
    !> Write the rows that wait.
    subroutine write_waiting(self, error)
-      !> The table.
       class(sweep_table_type), intent(inout) :: self
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
@@ -521,11 +504,8 @@ contains
 
    !> Append texts to a series, in pieces whose padded length is bounded.
    subroutine write_texts(file, series, texts, error)
-      !> The file.
       type(hdf5_file_type), intent(inout) :: file
-      !> The series.
       type(hdf5_series_type), intent(in) :: series
-      !> The texts.
       type(string_type), intent(in) :: texts(:)
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
@@ -551,7 +531,6 @@ contains
 
    !> Close the table and give it its final name.
    subroutine finish(self, error)
-      !> The table.
       class(sweep_table_type), intent(inout) :: self
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
@@ -564,7 +543,6 @@ contains
 
    !> Give up and remove what there is.
    subroutine abandon(self)
-      !> The table.
       class(sweep_table_type), intent(inout) :: self
       type(error_type), allocatable :: ignored
       logical :: exists
@@ -593,7 +571,6 @@ contains
 
    !> Open a table for reading.
    subroutine open_reader(self, path, error)
-      !> The table.
       class(table_reader_type), intent(inout) :: self
       !> Name of the file.
       character(len=*), intent(in) :: path
@@ -716,7 +693,6 @@ contains
 
    !> Open the columns of a table.
    subroutine open_columns(self, error)
-      !> The table.
       class(table_reader_type), intent(inout) :: self
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
@@ -757,9 +733,7 @@ contains
    subroutine list_names(reader, group, names, error)
       !> The file.
       type(hdf5_reader_type), intent(in) :: reader
-      !> The group.
       character(len=*), intent(in) :: group
-      !> The names.
       type(string_type), allocatable, intent(out) :: names(:)
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
@@ -785,7 +759,6 @@ contains
 
    !> Close a table.
    subroutine close_reader(self)
-      !> The table.
       class(table_reader_type), intent(inout) :: self
       integer :: i
 
@@ -802,7 +775,6 @@ contains
 
    !> Numbers of the cases in some rows.
    subroutine numbers(self, first, cases, error)
-      !> The table.
       class(table_reader_type), intent(in) :: self
       !> First row, from 1.
       integer(i8), intent(in) :: first
@@ -821,7 +793,6 @@ contains
 
    !> Why rows of two tables cannot stand in one; empty if they can.
    function difference(self, other) result(why)
-      !> A table.
       class(table_reader_type), intent(in) :: self
       !> Another table.
       class(table_reader_type), intent(in) :: other
@@ -848,4 +819,4 @@ contains
       end if
    end function difference
 
-end module contensou_io_sweep_table
+end module contensou_sweep_table

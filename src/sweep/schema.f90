@@ -1,12 +1,12 @@
 !> The groups and keys of a sweep file: one table, from which it is checked and `contensou help`
 !> documents it.
-module contensou_io_sweep_schema
+module contensou_sweep_schema
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : join, string_type, strings, to_text
-   use contensou_io_quantities, only : row_quantities
-   use contensou_io_schema, only : domain_text, group_spec_type, key_list_type, key_spec_type, &
+   use contensou_study_quantities, only : row_quantities
+   use contensou_scene_schema, only : domain_text, group_spec_type, key_list_type, key_spec_type, &
       kind_choice, kind_real, kind_text
-   use contensou_io_sweep_sampling, only : sampling_names
+   use contensou_sweep_sampling, only : sampling_names
    implicit none(type, external)
    private
 
@@ -128,7 +128,6 @@ contains
 
    !> Names that a key of `kind_choice` admits.
    pure function sweep_choices(key) result(names)
-      !> The key.
       type(key_spec_type), intent(in) :: key
       type(string_type), allocatable :: names(:)
 
@@ -146,7 +145,6 @@ contains
 
    !> What a key wants, in words.
    function sweep_domain(key) result(text)
-      !> The key.
       type(key_spec_type), intent(in) :: key
       character(len=:), allocatable :: text
 
@@ -166,4 +164,4 @@ contains
       if (key%values == any_number .and. key%kind /= kind_any) text = text // ", any number of them"
    end function sweep_domain
 
-end module contensou_io_sweep_schema
+end module contensou_sweep_schema

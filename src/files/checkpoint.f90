@@ -3,11 +3,11 @@
 !> A text file: a line that says what it is, a line for each item, and a line with the checksum of
 !> all before. Reals stand as the 16 hexadecimal digits of their bits. It is replaced as a whole,
 !> so that a run killed at any moment leaves the last one or the one before.
-module contensou_io_checkpoint
+module contensou_files_checkpoint
    use contensou_base_document, only : read_file
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : checksum, save_file
+   use contensou_base_operating_system, only : checksum, save_file
    use contensou_base_text, only : quote, starts_with, to_text
    implicit none(type, external)
    private
@@ -51,7 +51,6 @@ contains
 
    !> Begin an empty one.
    subroutine begin(self)
-      !> The checkpoint.
       class(checkpoint_type), intent(inout) :: self
 
       self%length = 0
@@ -61,9 +60,7 @@ contains
 
    !> Add some text.
    subroutine add(self, text)
-      !> The checkpoint.
       class(checkpoint_type), intent(inout) :: self
-      !> The text.
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: longer
 
@@ -78,11 +75,9 @@ contains
 
    !> Add reals.
    subroutine put_reals(self, name, values)
-      !> The checkpoint.
       class(checkpoint_type), intent(inout) :: self
       !> Name of the item, without blanks.
       character(len=*), intent(in) :: name
-      !> Its values.
       real(wp), intent(in) :: values(:)
       character(len=16) :: digits
       integer :: i
@@ -97,11 +92,9 @@ contains
 
    !> Add integers.
    subroutine put_integers(self, name, values)
-      !> The checkpoint.
       class(checkpoint_type), intent(inout) :: self
       !> Name of the item, without blanks.
       character(len=*), intent(in) :: name
-      !> Its values.
       integer(i8), intent(in) :: values(:)
       integer :: i
 
@@ -114,11 +107,9 @@ contains
 
    !> Add truth values.
    subroutine put_logicals(self, name, values)
-      !> The checkpoint.
       class(checkpoint_type), intent(inout) :: self
       !> Name of the item, without blanks.
       character(len=*), intent(in) :: name
-      !> Its values.
       logical, intent(in) :: values(:)
 
       call self%put_integers(name, merge(1_i8, 0_i8, values))
@@ -126,7 +117,6 @@ contains
 
    !> Add a text of one line.
    subroutine put_text(self, name, value)
-      !> The checkpoint.
       class(checkpoint_type), intent(inout) :: self
       !> Name of the item, without blanks.
       character(len=*), intent(in) :: name
@@ -139,11 +129,9 @@ contains
 
    !> Find an item; the place of its first value.
    subroutine find(self, kind, name, first, last, count, error)
-      !> The checkpoint.
       class(checkpoint_type), intent(in) :: self
       !> Kind of the item.
       character(len=*), intent(in) :: kind
-      !> Its name.
       character(len=*), intent(in) :: name
       !> Where its values begin in the lines.
       integer, intent(out) :: first
@@ -174,11 +162,9 @@ contains
 
    !> Read reals.
    subroutine get_reals(self, name, values, error)
-      !> The checkpoint.
       class(checkpoint_type), intent(in) :: self
       !> Name of the item.
       character(len=*), intent(in) :: name
-      !> Its values.
       real(wp), intent(inout) :: values(:)
       !> Set when there is no such item, or one of another size.
       type(error_type), allocatable, intent(out) :: error
@@ -198,11 +184,9 @@ contains
 
    !> Read integers.
    subroutine get_integers(self, name, values, error)
-      !> The checkpoint.
       class(checkpoint_type), intent(in) :: self
       !> Name of the item.
       character(len=*), intent(in) :: name
-      !> Its values.
       integer(i8), intent(inout) :: values(:)
       !> Set when there is no such item, or one of another size.
       type(error_type), allocatable, intent(out) :: error
@@ -217,11 +201,9 @@ contains
 
    !> Read truth values.
    subroutine get_logicals(self, name, values, error)
-      !> The checkpoint.
       class(checkpoint_type), intent(in) :: self
       !> Name of the item.
       character(len=*), intent(in) :: name
-      !> Its values.
       logical, intent(inout) :: values(:)
       !> Set when there is no such item, or one of another size.
       type(error_type), allocatable, intent(out) :: error
@@ -233,7 +215,6 @@ contains
 
    !> Read a text.
    subroutine get_text(self, name, value, error)
-      !> The checkpoint.
       class(checkpoint_type), intent(in) :: self
       !> Name of the item.
       character(len=*), intent(in) :: name
@@ -265,7 +246,6 @@ contains
 
    !> Replace the file.
    subroutine save(self, path, error)
-      !> The checkpoint.
       class(checkpoint_type), intent(inout) :: self
       !> Name of the file.
       character(len=*), intent(in) :: path
@@ -278,7 +258,6 @@ contains
 
    !> Read the file.
    subroutine load(self, path, error)
-      !> The checkpoint.
       class(checkpoint_type), intent(inout) :: self
       !> Name of the file.
       character(len=*), intent(in) :: path
@@ -314,4 +293,4 @@ contains
       line = "checksum " // digits // new_line("a")
    end function checksum_line
 
-end module contensou_io_checkpoint
+end module contensou_files_checkpoint

@@ -9,7 +9,7 @@
 !> Patterns stand for paths: `*` for any characters, `/` included, `?` for one, `[a-z]` or `[!abc]`
 !> for one of a set. A pattern with `@` stands for attributes, as in `/trajectory/time@units`; one
 !> without stands for objects and all of their attributes.
-module contensou_io_comparison_rules
+module contensou_compare_rules
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_document, only : read_file
@@ -80,7 +80,6 @@ contains
    subroutine built_in_rules(part_of_run, rules)
       !> Whether only a part of the run is compared.
       logical, intent(in) :: part_of_run
-      !> The rules.
       type(rules_type), intent(out) :: rules
 
       type(error_type), allocatable :: error
@@ -157,11 +156,8 @@ contains
 
    !> Understand a line.
    subroutine parse_line(line, number, rule, found, diagnostics)
-      !> The line.
       character(len=*), intent(in) :: line
-      !> Its number.
       integer, intent(in) :: number
-      !> The rule.
       type(rule_type), intent(out) :: rule
       !> Whether there is a rule, without mistake.
       logical, intent(out) :: found
@@ -237,7 +233,6 @@ contains
 
    !> Words of a line; a comment begins with '#' where a word would.
    pure subroutine split(line, starts, ends, n)
-      !> The line.
       character(len=*), intent(in) :: line
       !> First characters of the first four words.
       integer, intent(out) :: starts(4)
@@ -272,7 +267,6 @@ contains
 
    !> Whether every set of a pattern has its end.
    pure function sets_closed(pattern) result(closed)
-      !> The pattern.
       character(len=*), intent(in) :: pattern
       !> The answer.
       logical :: closed
@@ -293,7 +287,6 @@ contains
 
    !> Where the set that begins at a place ends; 0 if it does not. A first ']' belongs to it.
    pure function set_end(pattern, first) result(last)
-      !> The pattern.
       character(len=*), intent(in) :: pattern
       !> Place of '['.
       integer, intent(in) :: first
@@ -319,7 +312,6 @@ contains
    subroutine append(rules, rule)
       !> Rules to append to.
       type(rules_type), intent(inout) :: rules
-      !> The rule.
       type(rule_type), intent(in) :: rule
 
       type(rule_type), allocatable :: longer(:)
@@ -343,7 +335,6 @@ contains
 
    !> Number of rules.
    pure function count_rules(self) result(n)
-      !> The rules.
       class(rules_type), intent(in) :: self
       !> Their number.
       integer :: n
@@ -353,7 +344,6 @@ contains
 
    !> What the rules say about an object or attribute: the last one that matches.
    pure function find_verdict(self, path, attribute) result(verdict)
-      !> The rules.
       class(rules_type), intent(in) :: self
       !> Path of the object.
       character(len=*), intent(in) :: path
@@ -385,7 +375,6 @@ contains
 
    !> Whether a pattern stands for an object or attribute.
    pure function stands_for(pattern, path, attribute) result(does)
-      !> The pattern.
       character(len=*), intent(in) :: pattern
       !> Path of the object.
       character(len=*), intent(in) :: path
@@ -401,9 +390,7 @@ contains
 
    !> Whether a pattern stands for a text.
    pure function matches(pattern, text) result(does)
-      !> The pattern.
       character(len=*), intent(in) :: pattern
-      !> The text.
       character(len=*), intent(in) :: text
       !> The answer.
       logical :: does
@@ -444,11 +431,9 @@ contains
 
    !> Match one character.
    pure subroutine match_one(pattern, p, c, width)
-      !> The pattern.
       character(len=*), intent(in) :: pattern
       !> Place in it.
       integer, intent(in) :: p
-      !> The character.
       character(len=1), intent(in) :: c
       !> Characters of the pattern that stand for it, 0 if they do not.
       integer, intent(out) :: width
@@ -483,4 +468,4 @@ contains
       end select
    end subroutine match_one
 
-end module contensou_io_comparison_rules
+end module contensou_compare_rules

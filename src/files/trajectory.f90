@@ -3,11 +3,11 @@
 !> Rows are collected and appended in chunks, handed to the system every few seconds, so that a
 !> killed run leaves what it had. The file is written under the name NAME.part and renamed when it
 !> is complete: a file under its final name is a complete result.
-module contensou_io_trajectory
+module contensou_files_trajectory
    use contensou_base_build, only : git_commit, program_version
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_system, only : checksum, cpu_seconds, file_exists, remove_file, &
+   use contensou_base_operating_system, only : checksum, cpu_seconds, file_exists, remove_file, &
       utc_now, wall_seconds
    use contensou_base_text, only : string_type
    use contensou_contact_damping, only : damping_model_type, damping_models
@@ -19,12 +19,12 @@ module contensou_io_trajectory
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : event_touch
    use contensou_integrate_profile, only : profile_names
-   use contensou_io_checkpoint, only : checkpoint_type
-   use contensou_io_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_real, series_text
-   use contensou_io_hdf5_reader, only : class_real, class_text, hdf5_item_type, hdf5_reader_type, &
-      max_rank
-   use contensou_io_provenance, only : put_provenance
-   use contensou_io_quantities, only : components_of, final_state, n_quantities, q_drive_force, &
+   use contensou_files_checkpoint, only : checkpoint_type
+   use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_real, series_text
+   use contensou_files_hdf5_reader, only : class_real, class_text, hdf5_item_type, &
+      hdf5_reader_type, max_rank
+   use contensou_files_provenance, only : put_provenance
+   use contensou_study_quantities, only : components_of, final_state, n_quantities, q_drive_force, &
       q_drive_torque, row_quantities, row_type, state_quantities, state_size, &
       summary_quantities, summary_type, summary_values
    implicit none(type, external)
@@ -42,15 +42,12 @@ module contensou_io_trajectory
    !> Suffix of a file that is not complete.
    character(len=*), parameter :: part_suffix = ".part"
 
-   !> Rows in a chunk.
    integer, parameter :: chunk_rows = 512
 
-   !> Events in a chunk.
    integer, parameter :: chunk_events = 64
 
    !> A series with the rows that wait to be appended.
    type :: column_type
-      !> The series.
       type(hdf5_series_type) :: series
       !> Rows that wait, (numbers of a row, chunk_rows).
       real(wp), allocatable :: rows(:, :)
@@ -66,11 +63,9 @@ module contensou_io_trajectory
       character(len=:), allocatable :: name
       !> Whether it may replace an existing file.
       logical :: replace = .false.
-      !> The file.
       type(hdf5_file_type), private :: file
       !> Columns of the trajectory.
       type(column_type), private :: columns(n_quantities)
-      !> The last row.
       type(row_type), private :: last
       !> Rows that wait.
       integer, private :: waiting = 0
@@ -82,7 +77,6 @@ module contensou_io_trajectory
       integer, private :: event_contact(chunk_events)
       !> Events that wait.
       integer, private :: events_waiting = 0
-      !> Series of the events.
       type(hdf5_series_type), private :: event_series(3)
       !> Checksums of the events appended so far, of each series.
       integer(i8), private :: event_sum(3) = 0
@@ -149,13 +143,11 @@ contains
       character(len=*), intent(in) :: name
       !> Whether it may replace an existing file.
       logical, intent(in) :: replace
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> Text of the scene file.
       character(len=*), intent(in) :: namelist
       !> All settings.
       character(len=*), intent(in) :: resolved
-      !> Command line.
       character(len=*), intent(in) :: command_line
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
@@ -205,7 +197,6 @@ contains
    subroutine collect_names(self, scene)
       !> The file.
       type(trajectory_type), intent(inout) :: self
-      !> The scene.
       type(scene_type), intent(in) :: scene
       integer :: i, longest
 
@@ -231,7 +222,6 @@ contains
    subroutine put_bodies(self, scene, error)
       !> The file.
       type(trajectory_type), intent(inout) :: self
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
@@ -256,7 +246,6 @@ contains
    subroutine put_contacts(self, scene, error)
       !> The file.
       type(trajectory_type), intent(inout) :: self
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
@@ -298,7 +287,6 @@ contains
    subroutine create_columns(self, scene, error)
       !> The file.
       type(trajectory_type), intent(inout) :: self
-      !> The scene.
       type(scene_type), intent(in) :: scene
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
@@ -526,7 +514,6 @@ contains
    subroutine remember(self, checkpoint)
       !> The file.
       class(trajectory_type), intent(in) :: self
-      !> The checkpoint.
       type(checkpoint_type), intent(inout) :: checkpoint
       character(len=:), allocatable :: methods
       integer :: i
@@ -559,7 +546,6 @@ contains
    subroutine check_rows(path, checkpoint, error)
       !> Name of the file.
       character(len=*), intent(in) :: path
-      !> The checkpoint.
       type(checkpoint_type), intent(in) :: checkpoint
       !> Set when it has others.
       type(error_type), allocatable, intent(out) :: error
@@ -579,7 +565,6 @@ contains
       class(trajectory_type), intent(inout) :: self
       !> Name of the file that the earlier life wrote.
       character(len=*), intent(in) :: path
-      !> The checkpoint.
       type(checkpoint_type), intent(in) :: checkpoint
       !> Set when one of the files cannot be read or written.
       type(error_type), allocatable, intent(out) :: error
@@ -630,7 +615,6 @@ contains
       type(trajectory_type), intent(inout) :: self
       !> Name of the file to read.
       character(len=*), intent(in) :: path
-      !> The checkpoint.
       type(checkpoint_type), intent(in) :: checkpoint
       !> Whether to append.
       logical, intent(in) :: append
@@ -786,7 +770,6 @@ contains
       class(trajectory_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
-      !> The method.
       character(len=*), intent(in) :: method
       !> Why `auto` begins with it; not present without `auto` or later on.
       character(len=*), intent(in), optional :: choice
@@ -943,4 +926,4 @@ contains
       call self%file%abandon()
    end subroutine abandon
 
-end module contensou_io_trajectory
+end module contensou_files_trajectory

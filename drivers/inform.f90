@@ -4,6 +4,8 @@ module contensou_drivers_inform
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : cpu_seconds, write_stdout
+   use contensou_base_settings, only : domain_text, key_type, kind_choice, kind_logical, &
+      kind_name, kind_real, kind_reference
    use contensou_base_text, only : join, lower, nearest, quote, to_text
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_damping, only : damping_model_type, damping_models
@@ -15,8 +17,8 @@ module contensou_drivers_inform
    use contensou_contact_vilke, only : vilke_models
    use contensou_drivers_command_line, only : command_type, commands, usage_text
    use contensou_drivers_sweep_check, only : check_sweep
-   use contensou_drivers_report, only : bodies_text, body_effects, choice_words, &
-      contact_effects, number_text
+   use contensou_drivers_report, only : bodies_text, body_effects, choice_words, contact_effects, &
+      number_text
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_integrate_choice, only : choice_type, choose_method
    use contensou_integrate_cvode, only : sundials_version
@@ -25,8 +27,7 @@ module contensou_drivers_inform
    use contensou_integrate_motion, only : motion_type, set_up_motion
    use contensou_files_hdf5_file, only : hdf5_version
    use contensou_scene_reader, only : read_scene, scene_file_type
-   use contensou_scene_schema, only : choices_of, domain_text, group_spec_type, key_spec_type, &
-      kind_choice, kind_logical, kind_name, kind_real, kind_reference, schema_groups, schema_keys
+   use contensou_scene_schema, only : choices_of, group_spec_type, schema_groups, schema_keys
    use contensou_sweep_reader, only : is_sweep_file
    use contensou_sweep_schema, only : any_number, kind_any, kind_whole, sweep_domain, &
       sweep_groups, sweep_keys
@@ -249,7 +250,7 @@ contains
       !> Set when there is no such group or key.
       type(error_type), allocatable, intent(out) :: error
       type(group_spec_type), allocatable :: groups(:)
-      type(key_spec_type), allocatable :: keys(:), own(:)
+      type(key_type), allocatable :: keys(:), own(:)
       character(len=:), allocatable :: text, group, key
       integer :: g, k, dot
 
@@ -332,7 +333,7 @@ contains
 
    !> Values and unit of a key in a few words.
    function short_domain(key) result(text)
-      type(key_spec_type), intent(in) :: key
+      type(key_type), intent(in) :: key
       character(len=:), allocatable :: text
 
       select case (key%kind)
@@ -363,7 +364,7 @@ contains
 
    !> All about a key.
    function key_text(key) result(text)
-      type(key_spec_type), intent(in) :: key
+      type(key_type), intent(in) :: key
       character(len=:), allocatable :: text
 
       text = trim(key%group) // "." // trim(key%name) // nl // "    " // trim(key%doc) // nl // &

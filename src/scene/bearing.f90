@@ -15,13 +15,14 @@ module contensou_scene_bearing
       value_real, value_text
    use contensou_base_kinds, only : pi, wp
    use contensou_base_rotations, only : rotation_matrix, unit_quaternion
+   use contensou_base_settings, only : group_settings_type, key_type, kind_logical, kind_real
    use contensou_base_text, only : lower, to_text
    use contensou_base_vectors, only : cross, unit_vector
    use contensou_contact_hertz, only : effective_modulus, hertz_model_type
    use contensou_contact_normal, only : new_normal, normal_type, normal_vilke
    use contensou_contact_vilke, only : vilke_models, vilke_power_index
-   use contensou_scene_schema, only : kind_logical, kind_real, key_spec_type, schema_keys
-   use contensou_scene_settings, only : instance_type, name_of, resolve, settings_type
+   use contensou_scene_schema, only : schema_keys
+   use contensou_scene_settings, only : name_of, resolve, settings_type
    implicit none(type, external)
    private
 
@@ -191,7 +192,7 @@ contains
    !> Largest number of groups that a bearing stands for.
    pure function size_of(instance) result(n)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       integer :: n
 
       n = 5 + 6*nint(max(instance%settings(instance%at("ball_count"))%real(1), 1.0_wp))
@@ -200,7 +201,7 @@ contains
    !> Read and check a bearing.
    subroutine read_bearing(instance, materials, bearing, diagnostics, good)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       !> The materials of the scene.
       type(settings_type), intent(in) :: materials
       type(bearing_type), intent(out) :: bearing
@@ -307,7 +308,7 @@ contains
    !> Radii of the grooves.
    subroutine read_grooves(instance, bearing, diagnostics)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       !> The bearing; the radii of its grooves are set.
       type(bearing_type), intent(inout) :: bearing
       !> Mistakes are appended here.
@@ -343,7 +344,7 @@ contains
    !> Axis and radial direction.
    subroutine read_axes(instance, bearing, diagnostics)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       !> The bearing; its attitude is set.
       type(bearing_type), intent(inout) :: bearing
       !> Mistakes are appended here.
@@ -386,7 +387,7 @@ contains
    !> Whether the parts find room.
    subroutine check_room(instance, bearing, diagnostics)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       !> The bearing; the radii of the centre circles of its grooves are set.
       type(bearing_type), intent(inout) :: bearing
       !> Mistakes are appended here.
@@ -439,7 +440,7 @@ contains
    !> beyond that.
    subroutine settle(instance, materials, bearing, diagnostics)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       !> The materials of the scene.
       type(settings_type), intent(in) :: materials
       !> The bearing; its contact angle, shift and approaches are set.
@@ -522,7 +523,7 @@ contains
    !> Effective modulus of a ball on a ring [Pa]; 0 if a material is not there.
    function contact_modulus(instance, materials) result(modulus)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       !> The materials of the scene.
       type(settings_type), intent(in) :: materials
       real(wp) :: modulus
@@ -553,7 +554,7 @@ contains
    !> Normal part of a ball on a ring.
    function normal_of(instance, modulus, across, along) result(normal)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       !> Effective modulus [Pa].
       real(wp), intent(in) :: modulus
       !> Half relative curvature across the groove [1/m].
@@ -591,7 +592,7 @@ contains
    !> The bodies, surfaces and contacts.
    subroutine make_parts(instance, bearing, parts, n)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       type(bearing_type), intent(in) :: bearing
       type(group_type), intent(inout) :: parts(:)
       !> How many.
@@ -815,7 +816,7 @@ contains
       subroutine put_laws(friction_key)
          !> Key that takes the place of friction_coefficient if it is given; blank for none.
          character(len=*), intent(in) :: friction_key
-         type(key_spec_type), allocatable :: keys(:)
+         type(key_type), allocatable :: keys(:)
          integer :: m
 
          keys = schema_keys()
@@ -861,7 +862,7 @@ contains
    !> Material of a part: its own, or that of the rings.
    function material_of(instance, key) result(name)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       !> Key of the material.
       character(len=*), intent(in) :: key
       character(len=:), allocatable :: name
@@ -875,7 +876,7 @@ contains
    !> Where a key of a bearing has its value, or where the group begins.
    pure function place_of(instance, key) result(place)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       character(len=*), intent(in) :: key
       type(origin_type) :: place
 

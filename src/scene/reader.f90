@@ -6,15 +6,15 @@ module contensou_scene_reader
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : quaternion_from_axis_angle, rotation_matrix, unit_quaternion
+   use contensou_base_settings, only : domain_text, group_settings_type
    use contensou_base_vectors, only : frame_along
    use contensou_base_text, only : lower, nearest, quote, string_type, to_text
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_damping, only : damping_model_type, damping_models, restitution_at_speed, &
       restitution_none
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_geometry, only : contact_point_type, contact_trouble, &
-      geometry_type, pose_type, track_type, trouble_lost, trouble_no_spot, trouble_none, &
-      trouble_text
+   use contensou_contact_geometry, only : contact_point_type, contact_trouble, geometry_type, &
+      pose_type, track_type, trouble_lost, trouble_no_spot, trouble_none, trouble_text
    use contensou_contact_normal, only : normal_rigid, normal_vilke
    use contensou_contact_pairs, only : geometry_models, new_geometry
    use contensou_contact_rolling, only : rolling_models, rolling_none
@@ -29,9 +29,8 @@ module contensou_scene_reader
       moves_freely, scene_type, turns_by_drive
    use contensou_dynamics_system, only : system_type
    use contensou_scene_bearing, only : concerns_bearings, expand_bearings, has_bearings
-   use contensou_scene_schema, only : domain_text, group_spec_type, schema_groups
-   use contensou_scene_settings, only : apply_override, instance_type, largest_number, resolve, &
-      resolved_text, &
+   use contensou_scene_schema, only : group_spec_type, schema_groups
+   use contensou_scene_settings, only : apply_override, largest_number, resolve, resolved_text, &
       settings_type
    implicit none(type, external)
    private
@@ -251,7 +250,7 @@ contains
       type(settings_type) :: extra
       type(diagnostics_type) :: ignored
       type(group_spec_type), allocatable :: groups(:)
-      type(instance_type), allocatable :: all(:)
+      type(group_settings_type), allocatable :: all(:)
       integer :: g, i, n, last
 
       groups = schema_groups()
@@ -314,7 +313,7 @@ contains
    !> Values of the group `scene`.
    subroutine build_scene(instance, scene)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       type(scene_type), intent(inout) :: scene
 
       scene%title = instance%settings(instance%at("title"))%text(1)%s
@@ -325,7 +324,7 @@ contains
    !> A body.
    subroutine build_body(instance, body, diagnostics)
       !> The group.
-      type(instance_type), intent(inout) :: instance
+      type(group_settings_type), intent(inout) :: instance
       type(body_spec_type), intent(inout) :: body
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -367,7 +366,7 @@ contains
    !> How a body moves, and what is applied to it.
    subroutine build_drive(instance, body, diagnostics)
       !> The group.
-      type(instance_type), intent(inout) :: instance
+      type(group_settings_type), intent(inout) :: instance
       !> The body; its initial state is set.
       type(body_spec_type), intent(inout) :: body
       !> Mistakes are appended here.
@@ -462,7 +461,7 @@ contains
    !> Name of a group for a message, as " 'top'", or nothing.
    function named(instance) result(text)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       character(len=:), allocatable :: text
 
       text = ""
@@ -474,7 +473,7 @@ contains
       !> All settings.
       type(settings_type), intent(in) :: settings
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       type(scene_type), intent(inout) :: scene
       !> Number of the surface.
       integer, intent(in) :: index
@@ -561,7 +560,7 @@ contains
    !> Rotation of an ellipsoid on its body.
    subroutine turn(instance, frame, diagnostics)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       !> Rotation matrix; unchanged if no rotation is given.
       real(wp), intent(inout) :: frame(3, 3)
       !> Mistakes are appended here.
@@ -576,7 +575,7 @@ contains
    !> Attitude by axis and angle or by a quaternion.
    subroutine read_attitude(instance, attitude, diagnostics)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       !> Unit quaternion; unchanged if none is given.
       real(wp), intent(inout) :: attitude(4)
       !> Mistakes are appended here.
@@ -617,7 +616,7 @@ contains
       !> All settings.
       type(settings_type), intent(in) :: settings
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       type(contact_spec_type), intent(inout) :: contact
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -739,7 +738,7 @@ contains
    !> Rolling resistance of a contact.
    subroutine build_rolling(instance, contact, diagnostics)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       type(contact_spec_type), intent(inout) :: contact
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -772,7 +771,7 @@ contains
    !> Values of the group `integrator`.
    subroutine build_integrator(instance, scene, diagnostics)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       type(scene_type), intent(inout) :: scene
       !> Mistakes so far.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -795,7 +794,7 @@ contains
    !> Values of the group `output`.
    subroutine build_output(instance, path, output_file, scene, diagnostics)
       !> The group.
-      type(instance_type), intent(inout) :: instance
+      type(group_settings_type), intent(inout) :: instance
       !> Name of the scene file.
       character(len=*), intent(in) :: path
       !> Name of the output file from the command line; blank for that of the scene.
@@ -825,7 +824,7 @@ contains
    !> Values of the group `cost`.
    subroutine build_cost(instance, cost, diagnostics)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       !> What is run.
       type(cost_spec_type), intent(inout) :: cost
       !> Mistakes are appended here.
@@ -1047,7 +1046,7 @@ contains
       !> Record a derived number.
       subroutine derive(instance, name, x)
          !> The group.
-         type(instance_type), intent(inout) :: instance
+         type(group_settings_type), intent(inout) :: instance
          !> The key.
          character(len=*), intent(in) :: name
          !> The number.
@@ -1175,7 +1174,7 @@ contains
       !> All settings.
       type(settings_type), intent(in) :: settings
       !> The group that refers.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       !> The key that refers.
       character(len=*), intent(in) :: key
       !> Which of its values.

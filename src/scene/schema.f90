@@ -2,7 +2,9 @@
 !> documents, and the resolved scene in an output file is written.
 module contensou_scene_schema
    use contensou_base_kinds, only : wp
-   use contensou_base_text, only : string_type, strings, to_text
+   use contensou_base_settings, only : key_list_type, key_type, kind_choice, kind_logical, &
+      kind_name, kind_real, kind_reference, kind_text, most_values
+   use contensou_base_text, only : string_type, strings
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_catalogue, only : model_info_type
@@ -16,35 +18,13 @@ module contensou_scene_schema
    implicit none(type, external)
    private
 
-   public :: group_spec_type, key_spec_type, key_list_type, schema_groups, schema_keys, choices_of
-   public :: kind_real, kind_text, kind_name, kind_choice, kind_reference, kind_logical
-   public :: admits, domain_text, most_values, start_names, ring_names
+   public :: group_spec_type, schema_groups, schema_keys, choices_of, start_names, ring_names
 
    !> How a bearing can begin.
    character(len=*), parameter :: start_names(*) = [character(len=7) :: "rest", "rolling"]
 
    !> The rings of a bearing.
    character(len=*), parameter :: ring_names(*) = [character(len=5) :: "inner", "outer"]
-
-   !> Real numbers.
-   integer, parameter :: kind_real = 1
-
-   !> Any text.
-   integer, parameter :: kind_text = 2
-
-   !> The name of what the group describes.
-   integer, parameter :: kind_name = 3
-
-   !> One of the names in a table of the program.
-   integer, parameter :: kind_choice = 4
-
-   !> The name of something described elsewhere in the scene.
-   integer, parameter :: kind_reference = 5
-
-   integer, parameter :: kind_logical = 6
-
-   !> Largest number of values of a key.
-   integer, parameter :: most_values = 12
 
    !> A group.
    type :: group_spec_type
@@ -56,45 +36,6 @@ module contensou_scene_schema
       !> What it describes.
       character(len=160) :: doc = ""
    end type group_spec_type
-
-   !> A key.
-   type :: key_spec_type
-      !> Group it belongs to.
-      character(len=12) :: group = ""
-      character(len=28) :: name = ""
-      !> What its values are, one of the `kind_*` codes.
-      integer :: kind = kind_real
-      !> Number of values.
-      integer :: values = 1
-      !> Whether fewer values will do.
-      logical :: few = .false.
-      !> Whether it must be given.
-      logical :: mandatory = .false.
-      !> Default in namelist syntax; empty when there is none or it depends on the scene.
-      character(len=64) :: default = ""
-      character(len=12) :: unit = ""
-      !> Smallest number.
-      real(wp) :: low = -huge(1.0_wp)
-      !> Largest number.
-      real(wp) :: high = huge(1.0_wp)
-      !> Whether `low` itself is excluded.
-      logical :: above_low = .false.
-      !> For a reference, the group it refers to.
-      character(len=12) :: target = ""
-      !> What it means.
-      character(len=400) :: doc = ""
-   end type key_spec_type
-
-   !> Keys in the making of a table.
-   type :: key_list_type
-      !> Number of keys.
-      integer :: n = 0
-      !> The keys, the first `n` of them; to be allocated with room for all before the first.
-      type(key_spec_type), allocatable :: keys(:)
-   contains
-      !> Add a key.
-      procedure :: put
-   end type key_list_type
 
 contains
 
@@ -122,7 +63,7 @@ contains
 
    !> The keys of all groups, in the order of the documentation.
    function schema_keys() result(keys)
-      type(key_spec_type), allocatable :: keys(:)
+      type(key_type), allocatable :: keys(:)
       type(key_list_type) :: list
 
       allocate(list%keys(200))
@@ -413,56 +354,9 @@ contains
 
    end function schema_keys
 
-   !> Add a key.
-   subroutine put(self, group, name, kind, doc, values, unit, default, mandatory, above, least, &
-      most, target, few)
-      class(key_list_type), intent(inout) :: self
-      character(len=*), intent(in) :: group
-      character(len=*), intent(in) :: name
-      !> What its values are.
-      integer, intent(in) :: kind
-      !> What it means.
-      character(len=*), intent(in) :: doc
-      !> Number of values.
-      integer, intent(in), optional :: values
-      character(len=*), intent(in), optional :: unit
-      !> Default in namelist syntax.
-      character(len=*), intent(in), optional :: default
-      !> Whether it must be given.
-      logical, intent(in), optional :: mandatory
-      !> Numbers are larger than this.
-      real(wp), intent(in), optional :: above
-      !> Numbers are at least this.
-      real(wp), intent(in), optional :: least
-      !> Numbers are at most this.
-      real(wp), intent(in), optional :: most
-      !> Group that a reference refers to.
-      character(len=*), intent(in), optional :: target
-      !> Whether fewer values will do.
-      logical, intent(in), optional :: few
-
-      self%n = self%n + 1
-      associate (key => self%keys(self%n))
-         key%group = group
-         key%name = name
-         key%kind = kind
-         key%doc = doc
-         if (present(values)) key%values = values
-         if (present(unit)) key%unit = unit
-         if (present(default)) key%default = default
-         if (present(mandatory)) key%mandatory = mandatory
-         if (present(above)) key%low = above
-         key%above_low = present(above)
-         if (present(least)) key%low = least
-         if (present(most)) key%high = most
-         if (present(target)) key%target = target
-         if (present(few)) key%few = few
-      end associate
-   end subroutine put
-
    !> Names that a key of `kind_choice` admits, from the tables of the program.
    function choices_of(key) result(names)
-      type(key_spec_type), intent(in) :: key
+      type(key_type), intent(in) :: key
       type(string_type), allocatable :: names(:)
       type(model_info_type), allocatable :: normal(:)
       type(damping_model_type), allocatable :: damping(:)
@@ -520,40 +414,5 @@ contains
          allocate(names(0))
       end select
    end function choices_of
-
-   !> Whether a finite number is in the domain of a key.
-   pure function admits(key, x) result(ok)
-      type(key_spec_type), intent(in) :: key
-      !> The number.
-      real(wp), intent(in) :: x
-      logical :: ok
-
-      ok = x >= key%low .and. x <= key%high
-      if (key%above_low) ok = ok .and. x > key%low
-   end function admits
-
-   !> Domain and unit of the numbers of a key in words, as "a number > 0 [kg]".
-   pure function domain_text(key) result(text)
-      type(key_spec_type), intent(in) :: key
-      character(len=:), allocatable :: text
-
-      text = "a number"
-      if (key%values > 1) text = to_text(key%values) // " numbers"
-      if (key%few) text = "up to " // text
-      if (key%low > -huge(key%low)) then
-         text = text // trim(merge(" > ", " >=", key%above_low)) // " " // to_text(key%low)
-      end if
-      if (key%high < huge(key%high)) then
-         if (key%low > -huge(key%low)) text = text // " and"
-         text = text // " <= " // to_text(key%high)
-      end if
-      if (key%unit == "model") then
-         text = text // " [unit of the law]"
-      else if (key%unit == "1") then
-         text = text // " [-]"
-      else if (key%unit /= "") then
-         text = text // " [" // trim(key%unit) // "]"
-      end if
-   end function domain_text
 
 end module contensou_scene_schema

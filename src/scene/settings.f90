@@ -6,68 +6,23 @@ module contensou_scene_settings
    use contensou_base_document, only : assignment_type, document_type, group_type, &
       parse_value_list, value_integer, value_logical, value_null, value_real, value_text, value_type
    use contensou_base_kinds, only : wp
+   use contensou_base_settings, only : admits, domain_text, group_settings_type, key_type, &
+      kind_choice, kind_logical, kind_name, kind_real, kind_reference, kind_text, most_values, &
+      setting_type
    use contensou_base_text, only : join, lower, nearest, quote, string_type, strings, to_text
-   use contensou_scene_schema, only : admits, choices_of, domain_text, group_spec_type, &
-      key_spec_type, kind_choice, kind_logical, kind_name, kind_real, kind_reference, kind_text, &
-      most_values, schema_groups, schema_keys
+   use contensou_scene_schema, only : choices_of, group_spec_type, schema_groups, schema_keys
    implicit none(type, external)
    private
 
-   public :: setting_type, instance_type, settings_type
+   public :: settings_type
    public :: path_type
    public :: resolve, apply_override, find_path, resolved_text, name_of, largest_number
    public :: expected_of, take_value, find_key, find_choice
 
-   !> A key with its value.
-   type :: setting_type
-      type(key_spec_type) :: key
-      !> Whether the scene gives it.
-      logical :: given = .false.
-      !> Whether it is likely given under a misspelt name.
-      logical :: meant = .false.
-      !> Whether it has a usable value, given or default.
-      logical :: set = .false.
-      !> Where the key stands, or the group if it is not given.
-      type(origin_type) :: origin
-      !> Where each value stands.
-      type(origin_type) :: places(most_values)
-      !> Number of values.
-      integer :: n = 0
-      !> Numbers.
-      real(wp) :: real(most_values) = 0.0_wp
-      type(string_type) :: text(most_values)
-      logical :: logical = .false.
-      !> Position of a choice in its table.
-      integer :: choice = 0
-      !> Positions of several choices.
-      integer :: choices(most_values) = 0
-   end type setting_type
-
-   !> A group of the scene.
-   type :: instance_type
-      !> Index in `schema_groups`.
-      integer :: group = 0
-      !> Where it stands.
-      type(origin_type) :: origin
-      !> Whether it was read without a mistake of syntax.
-      logical :: complete = .true.
-      !> Its keys, all that the schema has for it.
-      type(setting_type), allocatable :: settings(:)
-   contains
-      !> Position of a key in `settings`.
-      procedure :: at
-      !> Number of a key.
-      procedure :: number
-      !> Three numbers of a key.
-      procedure :: numbers
-      !> Value of the key `name`, or blank.
-      procedure :: label
-   end type instance_type
-
    !> All groups.
    type :: settings_type
       !> The groups in the order of the file.
-      type(instance_type), allocatable :: instances(:)
+      type(group_settings_type), allocatable :: instances(:)
       !> For each group of the schema, whether some may be missing because of a mistake of syntax
       !> or because their name is misspelt.
       logical, allocatable :: lost(:)
@@ -92,57 +47,6 @@ module contensou_scene_settings
    real(wp), parameter :: largest_number = 1.0e40_wp
 
 contains
-
-   !> Position of a key in the settings of a group; the key must exist.
-   pure function at(self, name) result(i)
-      !> The group.
-      class(instance_type), intent(in) :: self
-      !> Name of the key.
-      character(len=*), intent(in) :: name
-      integer :: i
-
-      do i = 1, size(self%settings)
-         if (self%settings(i)%key%name == name) return
-      end do
-      error stop "a key is asked for that the schema does not have"
-   end function at
-
-   !> Number of a key; zero if it has none.
-   pure function number(self, name) result(x)
-      !> The group.
-      class(instance_type), intent(in) :: self
-      !> The key.
-      character(len=*), intent(in) :: name
-      real(wp) :: x
-
-      x = self%settings(self%at(name))%real(1)
-   end function number
-
-   !> Three numbers of a key.
-   pure function numbers(self, name) result(x)
-      !> The group.
-      class(instance_type), intent(in) :: self
-      !> The key.
-      character(len=*), intent(in) :: name
-      real(wp) :: x(3)
-
-      x = self%settings(self%at(name))%real(:3)
-   end function numbers
-
-   !> Value of the key `name` of a group; blank if it has none.
-   pure function label(self) result(name)
-      !> The group.
-      class(instance_type), intent(in) :: self
-      character(len=:), allocatable :: name
-      integer :: i
-
-      name = ""
-      do i = 1, size(self%settings)
-         if (self%settings(i)%key%kind == kind_name .and. self%settings(i)%set) then
-            name = self%settings(i)%text(1)%s
-         end if
-      end do
-   end function label
 
    !> Replace or add values in a document, from `--set PATH=VALUE`.
    !>
@@ -211,7 +115,7 @@ contains
       logical, intent(out) :: found
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      type(key_spec_type), allocatable :: keys(:)
+      type(key_type), allocatable :: keys(:)
       type(group_spec_type), allocatable :: groups(:)
       type(string_type), allocatable :: names(:)
       character(len=:), allocatable :: whole, names_found
@@ -391,7 +295,7 @@ contains
       character(len=*), intent(in) :: key
       !> Where they come from.
       type(origin_type), intent(in) :: origin
-      type(key_spec_type), allocatable :: keys(:)
+      type(key_type), allocatable :: keys(:)
       type(setting_type) :: setting
       type(value_type), allocatable :: values(:)
       integer :: i, k
@@ -419,8 +323,8 @@ contains
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(group_spec_type), allocatable :: groups(:)
-      type(key_spec_type), allocatable :: keys(:)
-      type(instance_type), allocatable :: instances(:)
+      type(key_type), allocatable :: keys(:)
+      type(group_settings_type), allocatable :: instances(:)
       integer, allocatable :: first(:)
       integer :: i, g, n, near
 
@@ -475,12 +379,12 @@ contains
       !> The group as read.
       type(group_type), intent(in) :: group
       !> All keys of the schema.
-      type(key_spec_type), intent(in) :: keys(:)
+      type(key_type), intent(in) :: keys(:)
       !> The group with all its keys.
-      type(instance_type), intent(inout) :: instance
+      type(group_settings_type), intent(inout) :: instance
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      type(key_spec_type), allocatable :: own(:)
+      type(key_type), allocatable :: own(:)
       integer, allocatable :: first_given(:, :)
       integer :: i, k, near
 
@@ -553,7 +457,7 @@ contains
    !> " 'name'" for messages, if the group has a name.
    pure function named(instance) result(text)
       !> The group.
-      type(instance_type), intent(in) :: instance
+      type(group_settings_type), intent(in) :: instance
       character(len=:), allocatable :: text
 
       text = instance%label()
@@ -789,7 +693,7 @@ contains
 
    !> What a key wants, in words.
    function expected_of(key) result(text)
-      type(key_spec_type), intent(in) :: key
+      type(key_type), intent(in) :: key
       character(len=:), allocatable :: text
 
       select case (key%kind)

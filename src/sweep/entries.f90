@@ -6,8 +6,9 @@ module contensou_sweep_entries
    use contensou_base_document, only : assignment_type, document_type, group_type, &
       parse_value_list, value_integer, value_null, value_real, value_text, value_type
    use contensou_base_kinds, only : wp
+   use contensou_base_settings, only : admits, key_type, kind_choice, kind_real
    use contensou_base_text, only : lower, nearest, starts_with, string_type, to_text
-   use contensou_scene_schema, only : admits, group_spec_type, key_spec_type, kind_choice, kind_real
+   use contensou_scene_schema, only : group_spec_type
    use contensou_scene_settings, only : find_choice, find_key
    use contensou_sweep_schema, only : any_number, kind_any, kind_whole, sweep_choices, &
       sweep_domain, sweep_groups, sweep_keys
@@ -19,7 +20,7 @@ module contensou_sweep_entries
 
    !> A key of a sweep file with its values.
    type :: entry_type
-      type(key_spec_type) :: key
+      type(key_type) :: key
       !> Whether it is given.
       logical :: given = .false.
       !> Whether it is likely given under a misspelt name.
@@ -121,7 +122,7 @@ contains
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(group_spec_type), allocatable :: specs(:)
-      type(key_spec_type), allocatable :: keys(:)
+      type(key_type), allocatable :: keys(:)
       type(entries_type), allocatable :: all(:)
       integer :: i, n, near
       logical :: lost
@@ -169,12 +170,12 @@ contains
       !> The group as read.
       type(group_type), intent(in) :: group
       !> All keys of sweep files.
-      type(key_spec_type), intent(in) :: keys(:)
+      type(key_type), intent(in) :: keys(:)
       !> The group with all its keys.
       type(entries_type), intent(inout) :: entries
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      type(key_spec_type), allocatable :: own(:)
+      type(key_type), allocatable :: own(:)
       integer :: i, k, near
 
       own = pack(keys, keys%group == group%name)
@@ -255,7 +256,7 @@ contains
 
    !> Check a value of a key.
    subroutine take_value(key, value, good, diagnostics)
-      type(key_spec_type), intent(in) :: key
+      type(key_type), intent(in) :: key
       !> The value; texts are put in order.
       type(value_type), intent(inout) :: value
       !> Whether it is in order.

@@ -7,18 +7,18 @@ module contensou_sweep_reader
    use contensou_base_document_types, only : append_source
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_text, only : join, lower, nearest, quote, starts_with, string_type, &
-      strings, to_text
+   use contensou_base_settings, only : key_type, kind_real
+   use contensou_base_text, only : join, lower, nearest, quote, starts_with, string_type, strings, &
+      to_text
    use contensou_dynamics_scene, only : turns_by_drive
    use contensou_study_quantities, only : components_of, q_drive_force, q_drive_torque, &
       quantity_type, row_quantities, state_quantities, summary_quantities
    use contensou_scene_reader, only : load_scene, loaded_scene_type
-   use contensou_scene_schema, only : key_spec_type, kind_real
    use contensou_scene_settings, only : settings_type
    use contensou_sweep_plan, only : event_names, parameter_column_type, result_column_type, &
       source_event, source_state, source_summary, source_value, sweep_type
-   use contensou_sweep_entries, only : choice_of, concerns_sweep, entries_type, &
-      override_sweep, resolve_document
+   use contensou_sweep_entries, only : choice_of, concerns_sweep, entries_type, override_sweep, &
+      resolve_document
    use contensou_sweep_points, only : logical_of, points_column_type
    use contensou_sweep_sampling, only : hash_text, hash_values, sampling_file, sampling_grid, &
       sampling_latin, sampling_names, sampling_sobol, sobol_bits, sobol_most_dimensions
@@ -458,7 +458,7 @@ contains
 
    !> Unit of a key in words.
    pure function unit_words(key) result(text)
-      type(key_spec_type), intent(in) :: key
+      type(key_type), intent(in) :: key
       character(len=:), allocatable :: text
 
       text = trim(key%unit)

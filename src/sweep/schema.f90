@@ -2,10 +2,11 @@
 !> documents it.
 module contensou_sweep_schema
    use contensou_base_kinds, only : wp
+   use contensou_base_settings, only : domain_text, key_list_type, key_type, kind_choice, &
+      kind_real, kind_text
    use contensou_base_text, only : join, string_type, strings, to_text
    use contensou_study_quantities, only : row_quantities
-   use contensou_scene_schema, only : domain_text, group_spec_type, key_list_type, key_spec_type, &
-      kind_choice, kind_real, kind_text
+   use contensou_scene_schema, only : group_spec_type
    use contensou_sweep_sampling, only : sampling_names
    implicit none(type, external)
    private
@@ -60,7 +61,7 @@ contains
 
    !> The keys of all groups, in the order of the documentation.
    function sweep_keys() result(keys)
-      type(key_spec_type), allocatable :: keys(:)
+      type(key_type), allocatable :: keys(:)
       type(key_list_type) :: list
 
       allocate(list%keys(40))
@@ -128,7 +129,7 @@ contains
 
    !> Names that a key of `kind_choice` admits.
    pure function sweep_choices(key) result(names)
-      type(key_spec_type), intent(in) :: key
+      type(key_type), intent(in) :: key
       type(string_type), allocatable :: names(:)
 
       select case (key%name)
@@ -145,7 +146,7 @@ contains
 
    !> What a key wants, in words.
    function sweep_domain(key) result(text)
-      type(key_spec_type), intent(in) :: key
+      type(key_type), intent(in) :: key
       character(len=:), allocatable :: text
 
       select case (key%kind)

@@ -4,14 +4,13 @@ module contensou_sweep_target
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : value_logical, value_real, value_text, value_type
    use contensou_base_kinds, only : wp
+   use contensou_base_settings, only : domain_text, key_type, kind_choice, kind_logical, &
+      kind_name, kind_real, kind_reference, kind_text, setting_type
    use contensou_base_text, only : lower, nearest, quote, string_type, to_text
    use contensou_scene_bearing, only : concerns_bearings, has_bearings
    use contensou_scene_reader, only : loaded_scene_type
-   use contensou_scene_schema, only : choices_of, domain_text, group_spec_type, key_spec_type, &
-      kind_choice, kind_logical, kind_name, kind_real, kind_reference, kind_text, schema_groups, &
-      schema_keys
-   use contensou_scene_settings, only : find_path, path_type, setting_type, settings_type, &
-      take_value
+   use contensou_scene_schema, only : choices_of, group_spec_type, schema_groups, schema_keys
+   use contensou_scene_settings, only : find_path, path_type, settings_type, take_value
    implicit none(type, external)
    private
 
@@ -21,7 +20,7 @@ module contensou_sweep_target
    type :: target_type
       !> The path, in lower case.
       character(len=:), allocatable :: path
-      type(key_spec_type) :: key
+      type(key_type) :: key
       !> Which value of the key; 1 if it has one.
       integer :: slot = 1
       !> Groups of the base scene's settings that have it.
@@ -60,7 +59,7 @@ contains
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(path_type) :: path
-      type(key_spec_type), allocatable :: keys(:), own(:)
+      type(key_type), allocatable :: keys(:), own(:)
       type(group_spec_type), allocatable :: groups(:)
       character(len=:), allocatable :: group
       logical :: given

@@ -6,9 +6,10 @@
 module fuzz_reader_run
    use contensou_base_errors, only : error_type, status_usage
    use contensou_base_kinds, only : i8
+   use contensou_base_settings, only : key_type
    use contensou_base_text, only : string_type
    use contensou_scene_reader, only : read_scene, scene_file_type
-   use contensou_scene_schema, only : key_spec_type, schema_keys
+   use contensou_scene_schema, only : schema_keys
    implicit none(type, external)
    private
 
@@ -38,7 +39,7 @@ contains
       !> Exit status.
       integer, intent(out) :: status
       type(string_type), allocatable :: corpus(:)
-      type(key_spec_type), allocatable :: keys(:)
+      type(key_type), allocatable :: keys(:)
       character(len=:), allocatable :: scratch, text
       integer(i8) :: count, i
       integer :: seen(2), j, length
@@ -119,7 +120,7 @@ contains
       !> Texts to take parts of.
       type(string_type), intent(in) :: corpus(:)
       !> Keys of the scene file.
-      type(key_spec_type), intent(in) :: keys(:)
+      type(key_type), intent(in) :: keys(:)
       integer :: first, last, other, from, to
 
       first = below(len(text) + 1) + 1

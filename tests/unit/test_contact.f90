@@ -3,6 +3,7 @@ module test_contact
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
    use contensou_base_kinds, only : pi, wp
    use contensou_base_rotations, only : rotation_matrix
+   use contensou_base_settings, only : key_type
    use contensou_base_text, only : string_type
    use contensou_base_vectors, only : cross, frame_along
    use contensou_contact_catalogue, only : model_info_type
@@ -20,8 +21,8 @@ module test_contact
    use contensou_contact_wrench, only : wrench_exact
    use contensou_dynamics_scene, only : scene_type
    use contensou_integrate_motion, only : motion_type
-   use contensou_scene_schema, only : choices_of, key_spec_type, schema_keys
-   use contensou_special_quadrature, only : w_4, w_8, w_16, x_4, x_8, x_16
+   use contensou_scene_schema, only : choices_of, schema_keys
+   use contensou_special_quadrature, only : w_16, w_4, w_8, x_16, x_4, x_8
    use test_harness, only : check, check_close, check_relative, random_type, read_table, &
       table_type, worst_type
    use test_scenes, only : damping_index, friction_index, random_touch, set_motion, two_bodies
@@ -653,7 +654,7 @@ contains
       character(len=*), intent(in) :: group
       !> Key that takes the names.
       character(len=*), intent(in) :: key
-      type(key_spec_type), allocatable :: keys(:)
+      type(key_type), allocatable :: keys(:)
       type(string_type), allocatable :: choices(:)
       logical :: same
       integer :: i

@@ -3,8 +3,8 @@ module test_hdf5_file
    use contensou_base_errors, only : error_type, status_file
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : catch_signals, cpu_seconds, file_exists, &
-      folder_writable, & host_name, is_folder, is_locked, remove_file, rename_file, &
-      signal_received, & terminal_width, utc_now, wall_seconds
+      folder_writable, host_name, is_folder, is_locked, remove_file, rename_file, &
+      signal_received, terminal_width, utc_now, wall_seconds
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_readable_status, hdf5_series_type, &
       & hdf5_version, series_integer, series_real, series_text
    use test_harness, only : shell_quote

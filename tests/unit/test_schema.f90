@@ -3,10 +3,10 @@ module test_schema
    use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_document, only : document_type, parse_document
    use contensou_base_kinds, only : wp
+   use contensou_base_settings, only : admits, domain_text, key_type, kind_choice, kind_logical, &
+      kind_name, kind_real, kind_reference, kind_text, most_values
    use contensou_base_text, only : read_real, string_type
-   use contensou_scene_schema, only : admits, choices_of, domain_text, group_spec_type, &
-      key_spec_type, kind_choice, kind_logical, kind_name, kind_real, kind_reference, kind_text, &
-      most_values, schema_groups, schema_keys
+   use contensou_scene_schema, only : choices_of, group_spec_type, schema_groups, schema_keys
    use contensou_scene_settings, only : apply_override, resolve, resolved_text, settings_type
    use test_harness, only : check, check_close
    implicit none(type, external)
@@ -41,7 +41,7 @@ contains
    !> Groups are documented, their names are unique.
    subroutine test_groups()
       type(group_spec_type), allocatable :: groups(:)
-      type(key_spec_type), allocatable :: keys(:)
+      type(key_type), allocatable :: keys(:)
       integer :: i
 
       groups = schema_groups()
@@ -58,7 +58,7 @@ contains
    !> Keys are documented, their names unique, their choices and targets there.
    subroutine test_keys()
       type(group_spec_type), allocatable :: groups(:)
-      type(key_spec_type), allocatable :: keys(:)
+      type(key_type), allocatable :: keys(:)
       type(string_type), allocatable :: choices(:)
       character(len=:), allocatable :: name
       integer :: i, k, same
@@ -100,7 +100,7 @@ contains
 
    !> Defaults can be read and are admitted.
    subroutine test_defaults()
-      type(key_spec_type), allocatable :: keys(:)
+      type(key_type), allocatable :: keys(:)
       type(string_type), allocatable :: choices(:)
       character(len=:), allocatable :: name, rest
       real(wp) :: x
@@ -151,7 +151,7 @@ contains
 
    !> Bounds of numbers, and their words.
    subroutine test_domain()
-      type(key_spec_type) :: key
+      type(key_type) :: key
 
       key%kind = kind_real
       key%unit = "kg"

@@ -3,14 +3,15 @@ module test_sweep
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_settings, only : key_type, kind_choice
    use contensou_base_text, only : string_type, to_text
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_study_quantities, only : summary_quantities
-   use contensou_scene_schema, only : group_spec_type, key_spec_type, kind_choice
+   use contensou_scene_schema, only : group_spec_type
    use contensou_sweep_plan, only : sweep_type
    use contensou_sweep_reader, only : read_sweep
-   use contensou_sweep_sampling, only : permuted, sampler_type, sampling_latin, &
-      sampling_sobol, uniform
+   use contensou_sweep_sampling, only : permuted, sampler_type, sampling_latin, sampling_sobol, &
+      uniform
    use contensou_sweep_schema, only : sweep_choices, sweep_domain, sweep_groups, sweep_keys
    use contensou_sweep_table, only : case_complete, case_failed, read_table_header, &
       sweep_table_type, table_header_type, table_reader_type
@@ -70,7 +71,7 @@ contains
    !> Groups and keys are documented, and defaults are values.
    subroutine test_keys()
       type(group_spec_type), allocatable :: groups(:)
-      type(key_spec_type), allocatable :: keys(:)
+      type(key_type), allocatable :: keys(:)
       type(string_type), allocatable :: names(:)
       integer :: i, k
       logical :: found

@@ -11,17 +11,14 @@ module contensou_drivers_resume
    use contensou_base_operating_system, only : file_exists, is_locked, remove_file, rename_file, &
       unfinished_suffix, write_stderr
    use contensou_base_text, only : quote, starts_with, string_type
-   use contensou_contact_geometry, only : track_type
-   use contensou_integrate_march, only : memory_type
-   use contensou_integrate_motion, only : motion_type
-   use contensou_files_checkpoint, only : checkpoint_type
+   use contensou_base_checkpoint, only : checkpoint_type
    use contensou_files_hdf5_file, only : hdf5_readable_status
    use contensou_files_hdf5_reader, only : hdf5_item_type, hdf5_reader_type, max_rank
    use contensou_files_trajectory, only : check_rows, part_suffix
    implicit none(type, external)
    private
 
-   public :: earlier_type, find_earlier, put_aside, forget, remember, recall, is_resumable
+   public :: earlier_type, find_earlier, put_aside, forget, exchange_program, is_resumable
    public :: checkpoint_suffix, old_suffix
 
    !> Suffix of the file from which a run goes on.
@@ -57,9 +54,6 @@ module contensou_drivers_resume
    !> Its run failed, or is not complete.
    integer, parameter :: found_status = 5
 
-   !> Reals of a track.
-   integer, parameter :: track_size = 22
-
 contains
 
    !> Whether an earlier life left something from which to go on.
@@ -84,7 +78,8 @@ contains
       type(earlier_type), intent(out) :: earlier
       !> Set when the run must not begin.
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: message, version
+      character(len=:), allocatable :: message
+      character(len=64) :: version, commit
       type(error_type), allocatable :: unremoved
       logical :: is
       integer :: found
@@ -128,19 +123,19 @@ contains
          return
       end if
       call earlier%checkpoint%load(name // checkpoint_suffix, error)
-      if (.not. allocated(error)) call earlier%checkpoint%get("program_version", version, error)
+      call exchange_program(earlier%checkpoint, version, commit)
+      if (.not. allocated(error)) call earlier%checkpoint%result(error)
       if (.not. allocated(error)) then
          if (version /= program_version) call fatal(error, earlier%source // &
-            " was written by version " // version // ", this is " // program_version, status_file)
+            " was written by version " // trim(version) // ", this is " // program_version, &
+            status_file)
       end if
       if (allocated(error)) then
          error%message = error%message // new_line("a") // &
             "it cannot be resumed; --force begins from the start, -o FILE writes another file"
          return
       end if
-      call earlier%checkpoint%get("git_commit", version, error)
-      if (allocated(error)) return
-      if (version /= git_commit()) call notice("resuming a run of another build, " // version)
+      if (commit /= git_commit()) call notice("resuming a run of another build, " // trim(commit))
       call look_into(earlier%source, "", resolved, earlier%checkpoint, .true., found, message, &
          error)
       if (allocated(error)) return
@@ -196,7 +191,7 @@ contains
       character(len=*), intent(in) :: expected
       !> All settings of the run.
       character(len=*), intent(in) :: resolved
-      type(checkpoint_type), intent(in) :: checkpoint
+      type(checkpoint_type), intent(inout) :: checkpoint
       !> Whether to compare its rows with the checkpoint.
       logical, intent(in) :: has_rows
       !> One of the `found_*` codes.
@@ -230,7 +225,7 @@ contains
       character(len=*), intent(in) :: expected
       !> All settings of the run.
       character(len=*), intent(in) :: resolved
-      type(checkpoint_type), intent(in) :: checkpoint
+      type(checkpoint_type), intent(inout) :: checkpoint
       !> Whether to compare its rows with the checkpoint.
       logical, intent(in) :: has_rows
       !> One of the `found_*` codes.
@@ -367,117 +362,16 @@ contains
       if (.not. allocated(error)) call remove_file(name // old_suffix, error)
    end subroutine forget
 
-   !> Begin a checkpoint with what march and motion remember.
-   subroutine remember(motion, memory, checkpoint)
-      class(motion_type), intent(in) :: motion
-      !> What the march remembers.
-      type(memory_type), intent(in) :: memory
+   !> Write the program to a checkpoint, or read which one wrote it.
+   subroutine exchange_program(checkpoint, version, commit)
       type(checkpoint_type), intent(inout) :: checkpoint
-      real(wp) :: damping(size(motion%system%contacts))
-      real(wp) :: tracks(track_size, size(motion%system%contacts))
-      logical :: known(size(motion%system%contacts))
-      integer :: i
+      !> Version of the program.
+      character(len=*), intent(inout) :: version
+      !> Its commit.
+      character(len=*), intent(inout) :: commit
 
-      call checkpoint%begin()
-      call checkpoint%put("program_version", program_version)
-      call checkpoint%put("git_commit", git_commit())
-      call checkpoint%put("times", [memory%t, memory%bounded_until])
-      call checkpoint%put("state", memory%y)
-      call checkpoint%put("row", [memory%row])
-      call checkpoint%put("closed", memory%closed)
-      call checkpoint%put("undecided", memory%undecided)
-      associate (s => memory%statistics)
-         call checkpoint%put("statistics", [s%steps, s%derivatives, s%jacobians, &
-            s%error_test_failures, s%convergence_failures])
-         call checkpoint%put("last_step", [s%last_step])
-      end associate
-      associate (switch => memory%switch)
-         call checkpoint%put("method", trim(switch%method))
-         call checkpoint%put("patience", [switch%patience, switch%to_go])
-         call checkpoint%put("explicit_step", [switch%explicit_step])
-      end associate
-      associate (contacts => motion%system%contacts)
-         call checkpoint%put("rigid_closed", contacts%closed)
-         call checkpoint%put("rigid_leaving", contacts%leaving)
-         call checkpoint%put("rigid_threshold", contacts%threshold)
-         call checkpoint%put("rigid_force", contacts%normal_force)
-      end associate
-      do i = 1, size(motion%system%contacts)
-         associate (contact => motion%system%contacts(i))
-            damping(i) = 0.0_wp
-            if (allocated(contact%law%damping)) damping(i) = contact%law%damping%coefficient
-            known(i) = contact%track%known
-            tracks(:, i) = [contact%track%first, contact%track%second, contact%track%normal, &
-               contact%track%elsewhere, reshape(contact%track%rotation, [9]), contact%track%origin]
-         end associate
-      end do
-      call checkpoint%put("damping", damping)
-      call checkpoint%put("known", known)
-      call checkpoint%put("tracks", reshape(tracks, [size(tracks)]))
-   end subroutine remember
-
-   !> Give march and motion back what they remembered.
-   subroutine recall(checkpoint, motion, memory, error)
-      type(checkpoint_type), intent(in) :: checkpoint
-      type(motion_type), intent(inout) :: motion
-      !> What the march remembers.
-      type(memory_type), intent(out) :: memory
-      !> Set when the checkpoint is that of another motion.
-      type(error_type), allocatable, intent(out) :: error
-      real(wp) :: damping(size(motion%system%contacts)), times(2), last_step(1)
-      real(wp) :: tracks(track_size*size(motion%system%contacts))
-      logical :: known(size(motion%system%contacts))
-      real(wp) :: explicit_step(1)
-      character(len=:), allocatable :: method
-      integer(i8) :: row(1), counts(5), patience(2)
-      integer :: i, k
-
-      allocate(memory%y(motion%n), memory%closed(size(known)), memory%undecided(size(known)))
-      call checkpoint%get("times", times, error)
-      if (.not. allocated(error)) call checkpoint%get("state", memory%y, error)
-      if (.not. allocated(error)) call checkpoint%get("row", row, error)
-      if (.not. allocated(error)) call checkpoint%get("closed", memory%closed, error)
-      if (.not. allocated(error)) call checkpoint%get("undecided", memory%undecided, error)
-      if (.not. allocated(error)) call checkpoint%get("statistics", counts, error)
-      if (.not. allocated(error)) call checkpoint%get("last_step", last_step, error)
-      if (.not. allocated(error)) call checkpoint%get("method", method, error)
-      if (.not. allocated(error)) call checkpoint%get("patience", patience, error)
-      if (.not. allocated(error)) call checkpoint%get("explicit_step", explicit_step, error)
-      associate (contacts => motion%system%contacts)
-         if (.not. allocated(error)) call checkpoint%get("rigid_closed", contacts%closed, error)
-         if (.not. allocated(error)) call checkpoint%get("rigid_leaving", contacts%leaving, error)
-         if (.not. allocated(error)) call checkpoint%get("rigid_threshold", contacts%threshold, &
-            error)
-         if (.not. allocated(error)) call checkpoint%get("rigid_force", contacts%normal_force, &
-            error)
-      end associate
-      if (.not. allocated(error)) call checkpoint%get("damping", damping, error)
-      if (.not. allocated(error)) call checkpoint%get("known", known, error)
-      if (.not. allocated(error)) call checkpoint%get("tracks", tracks, error)
-      if (allocated(error)) return
-      memory%t = times(1)
-      memory%bounded_until = times(2)
-      memory%row = row(1)
-      memory%statistics%steps = counts(1)
-      memory%statistics%derivatives = counts(2)
-      memory%statistics%jacobians = counts(3)
-      memory%statistics%error_test_failures = counts(4)
-      memory%statistics%convergence_failures = counts(5)
-      memory%statistics%last_step = last_step(1)
-      memory%switch%method = method
-      memory%switch%patience = patience(1)
-      memory%switch%to_go = patience(2)
-      memory%switch%explicit_step = explicit_step(1)
-      do i = 1, size(known)
-         k = track_size*(i - 1)
-         associate (contact => motion%system%contacts(i))
-            if (allocated(contact%law%damping)) contact%law%damping%coefficient = damping(i)
-            contact%track = track_type(known=known(i), first=tracks(k + 1:k + 3), &
-               second=tracks(k + 4:k + 6), normal=tracks(k + 7:k + 9), &
-               elsewhere=tracks(k + 10), rotation=reshape(tracks(k + 11:k + 19), [3, 3]), &
-               origin=tracks(k + 20:k + 22))
-         end associate
-      end do
-   end subroutine recall
+      call checkpoint%exchange("program_version", version)
+      call checkpoint%exchange("git_commit", commit)
+   end subroutine exchange_program
 
 end module contensou_drivers_resume

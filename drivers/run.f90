@@ -2,7 +2,7 @@
 module contensou_drivers_run
    use contensou_sweep_crew, only : crew_stopping
    use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted
-   use contensou_base_kinds, only : i8, pi, wp
+   use contensou_base_kinds, only : pi, wp
    use contensou_base_operating_system, only : catch_signals, cpu_seconds, file_exists, &
       folder_writable, is_folder, is_locked, remove_file, signal_received, write_stderr, &
       write_stdout
@@ -12,8 +12,8 @@ module contensou_drivers_run
    use contensou_drivers_progress, only : progress_type
    use contensou_drivers_report, only : body_effects, choice_words, contact_effects, &
       failure_text, number_text
-   use contensou_drivers_resume, only : checkpoint_suffix, earlier_type, find_earlier, forget, &
-      is_resumable, old_suffix, put_aside, recall, remember
+   use contensou_drivers_resume, only : checkpoint_suffix, earlier_type, exchange_program, &
+      find_earlier, forget, is_resumable, old_suffix, put_aside
    use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_system, only : system_type
@@ -22,7 +22,8 @@ module contensou_drivers_run
    use contensou_integrate_march, only : event_touch, march, memory_type, observer_type
    use contensou_integrate_motion, only : motion_type, set_up_motion
    use contensou_integrate_profile, only : profile_names
-   use contensou_files_checkpoint, only : checkpoint_type
+   use contensou_base_build, only : git_commit, program_version
+   use contensou_base_checkpoint, only : checkpoint_type
    use contensou_files_hdf5_file, only : hdf5_readable_status
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_files_trajectory, only : part_suffix, trajectory_type
@@ -54,6 +55,7 @@ module contensou_drivers_run
       type(checkpoint_type) :: checkpoint
    contains
       procedure :: keep
+      procedure :: exchange
       procedure :: sample
       procedure :: event
       procedure :: after_step
@@ -190,7 +192,7 @@ contains
       !> The recorder, its file open.
       type(recorder_type), intent(inout) :: recorder
       !> The earlier life.
-      type(earlier_type), intent(in) :: earlier
+      type(earlier_type), intent(inout) :: earlier
       !> The motion, whose contacts get their memory back.
       type(motion_type), intent(inout) :: motion
       !> What the march remembers.
@@ -199,30 +201,18 @@ contains
       logical, intent(in) :: quiet
       !> Set when a file cannot be read or written.
       type(error_type), allocatable, intent(out) :: error
-      integer(i8) :: contact(1), changes(1)
-      real(wp) :: touch(1)
 
       if (earlier%resumable) then
-         associate (checkpoint => earlier%checkpoint)
-            call recorder%output%restore(earlier%source, checkpoint, error)
-            if (.not. allocated(error)) call recall(checkpoint, motion, memory, error)
-            if (.not. allocated(error)) call checkpoint%get("first_contact", contact, error)
-            if (.not. allocated(error)) call checkpoint%get("first_touch", touch, error)
-            if (.not. allocated(error)) call checkpoint%get("advice", recorder%advice, error)
-            if (.not. allocated(error)) call checkpoint%get("changes", changes, error)
-            if (.not. allocated(error)) call checkpoint%get("first_change", &
-               recorder%first_change, error)
-         end associate
+         call recorder%output%restore(earlier%source, earlier%checkpoint, error)
+         call memory%exchange(motion, earlier%checkpoint)
+         call recorder%exchange(earlier%checkpoint)
+         if (.not. allocated(error)) call earlier%checkpoint%result(error)
          if (allocated(error)) then
             error%status = status_file
             error%message = error%message // new_line("a") // "the rows written before are in " // &
                earlier%source
             return
          end if
-         recorder%first_contact = int(contact(1))
-         recorder%first_touch = touch(1)
-         recorder%changes = int(changes(1))
-         if (recorder%advice == "") deallocate(recorder%advice)
          call recorder%progress%begin(quiet, min(memory%t/recorder%t_end, 1.0_wp))
          call recorder%progress%note("resuming at t = " // number_text(memory%t, 8) // " s")
       end if
@@ -232,40 +222,37 @@ contains
    !> Bring the rows to the disk, and then from where the run can go on.
    subroutine keep(self, motion, memory, error)
       class(recorder_type), intent(inout) :: self
-      class(motion_type), intent(in) :: motion
+      class(motion_type), intent(inout) :: motion
       !> What the march remembers.
-      type(memory_type), intent(in) :: memory
+      type(memory_type), intent(inout) :: memory
       !> Set when a file cannot be written.
       type(error_type), allocatable, intent(out) :: error
+      character(len=64) :: version, commit
 
       self%keep_due = .false.
       call self%output%flush(error)
       if (allocated(error)) return
-      call remember(motion, memory, self%checkpoint)
-      call self%output%remember(self%checkpoint)
-      call self%checkpoint%put("first_contact", [int(self%first_contact, i8)])
-      call self%checkpoint%put("first_touch", [self%first_touch])
-      call self%checkpoint%put("changes", [int(self%changes, i8)])
-      call put("advice", self%advice)
-      call put("first_change", self%first_change)
+      version = program_version
+      commit = git_commit()
+      call self%checkpoint%begin()
+      call exchange_program(self%checkpoint, version, commit)
+      call self%output%exchange(self%checkpoint)
+      call memory%exchange(motion, self%checkpoint)
+      call self%exchange(self%checkpoint)
       call self%checkpoint%save(self%output%name // checkpoint_suffix, error)
-
-   contains
-
-      !> Put a text that may not be there.
-      subroutine put(name, text)
-         !> Name of the item.
-         character(len=*), intent(in) :: name
-         character(len=:), allocatable, intent(in) :: text
-
-         if (allocated(text)) then
-            call self%checkpoint%put(name, text)
-         else
-            call self%checkpoint%put(name, "")
-         end if
-      end subroutine put
-
    end subroutine keep
+
+   !> Write to a checkpoint what the summary of a run tells besides, or read it back.
+   subroutine exchange(self, checkpoint)
+      class(recorder_type), intent(inout) :: self
+      type(checkpoint_type), intent(inout) :: checkpoint
+
+      call checkpoint%exchange("first_contact", self%first_contact)
+      call checkpoint%exchange("first_touch", self%first_touch)
+      call checkpoint%exchange("changes", self%changes)
+      call checkpoint%exchange_allocatable("advice", self%advice)
+      call checkpoint%exchange_allocatable("first_change", self%first_change)
+   end subroutine exchange
 
    !> See that the output file can be written and that nothing is lost by it.
    subroutine check_output(name, force, resume, quiet, error)

@@ -5,6 +5,7 @@
 !> points, against a plane the one of the curved surface.
 !> A new pair of surfaces is a new extension of `geometry_type` and a line in `new_geometry`.
 module contensou_contact_geometry
+   use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_kinds, only : wp
    implicit none(type, external)
    private
@@ -89,6 +90,8 @@ module contensou_contact_geometry
       real(wp) :: rotation(3, 3) = 0.0_wp
       !> Its origin [m].
       real(wp) :: origin(3) = 0.0_wp
+   contains
+      procedure :: exchange => exchange_track
    end type track_type
 
    !> A pair of surfaces.
@@ -169,6 +172,20 @@ module contensou_contact_geometry
    end interface
 
 contains
+
+   !> Write a track to a checkpoint or read it back.
+   subroutine exchange_track(self, checkpoint)
+      class(track_type), intent(inout) :: self
+      type(checkpoint_type), intent(inout) :: checkpoint
+
+      call checkpoint%exchange("track_known", self%known)
+      call checkpoint%exchange("track_first", self%first)
+      call checkpoint%exchange("track_second", self%second)
+      call checkpoint%exchange("track_normal", self%normal)
+      call checkpoint%exchange("track_elsewhere", self%elsewhere)
+      call checkpoint%exchange("track_rotation", self%rotation)
+      call checkpoint%exchange("track_origin", self%origin)
+   end subroutine exchange_track
 
    !> What is wrong with a contact, one of the `trouble_*` codes.
    !>

@@ -16,6 +16,7 @@
 !> gives.
 module contensou_dynamics_system
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
+   use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : quaternion_rate, rotation_matrix, to_body, to_inertial, &
       unit_quaternion
@@ -101,6 +102,7 @@ module contensou_dynamics_system
       procedure :: follow
       !> Force of the elastic energy through the curvatures.
       procedure :: shape_force
+      procedure :: exchange => exchange_contact
    end type contact_type
 
    !> What an integrator resolves of the velocities at a contact.
@@ -250,6 +252,20 @@ contains
       allocate(self%links(self%n_rigid), self%matrix(self%n_rigid, self%n_rigid))
       allocate(self%right(self%n_rigid), self%scratch(self%n))
    end subroutine prepare
+
+   !> Write what a contact remembers to a checkpoint or read it back.
+   subroutine exchange_contact(self, checkpoint)
+      class(contact_type), intent(inout) :: self
+      type(checkpoint_type), intent(inout) :: checkpoint
+
+      call self%track%exchange(checkpoint)
+      call checkpoint%exchange("closed", self%closed)
+      call checkpoint%exchange("leaving", self%leaving)
+      call checkpoint%exchange("threshold", self%threshold)
+      call checkpoint%exchange("normal_force", self%normal_force)
+      if (allocated(self%law%damping)) call checkpoint%exchange("damping", &
+         self%law%damping%coefficient)
+   end subroutine exchange_contact
 
    !> Time derivative of the state. Allocates nothing.
    subroutine derivative(self, t, y, rate)

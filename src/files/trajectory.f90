@@ -9,7 +9,7 @@ module contensou_files_trajectory
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : checksum, cpu_seconds, file_exists, remove_file, &
       utc_now, wall_seconds
-   use contensou_base_text, only : string_type
+   use contensou_base_text, only : string_type, to_text
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_catalogue, only : model_info_type
@@ -19,7 +19,7 @@ module contensou_files_trajectory
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : event_touch
    use contensou_integrate_profile, only : profile_names
-   use contensou_files_checkpoint, only : checkpoint_type
+   use contensou_base_checkpoint, only : checkpoint_type
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_real, series_text
    use contensou_files_hdf5_reader, only : class_real, class_text, hdf5_item_type, &
       hdf5_reader_type, max_rank
@@ -119,8 +119,8 @@ module contensou_files_trajectory
       procedure, private :: has_column
       !> Append what waits and bring the file to the disk.
       procedure :: flush
-      !> Tell a checkpoint of a flushed file.
-      procedure :: remember
+      !> Write a flushed file to a checkpoint, or read it back.
+      procedure :: exchange
       !> Take over what an earlier life wrote.
       procedure :: restore
       !> Wall and CPU time of the run so far, earlier lives included.
@@ -509,36 +509,41 @@ contains
       seconds = [wall_seconds(), cpu_seconds()] - self%clocks
    end function elapsed
 
-   !> Tell a checkpoint what the file holds, and what is known of the run besides; to be called
-   !> after a flush.
-   subroutine remember(self, checkpoint)
-      !> The file.
-      class(trajectory_type), intent(in) :: self
+   !> Write to a checkpoint what a flushed file holds and what is known of the run besides, or read
+   !> it back.
+   subroutine exchange(self, checkpoint)
+      class(trajectory_type), intent(inout) :: self
       type(checkpoint_type), intent(inout) :: checkpoint
-      character(len=:), allocatable :: methods
-      integer :: i
+      real(wp) :: seconds(2)
+      integer :: n, i
 
-      associate (s => self%summary)
-         call checkpoint%put("counts", [s%rows, s%touches, s%lifts, self%lives])
-         call checkpoint%put("summary", [s%time, s%initial_energy, s%largest_error, &
-            s%relative_error, s%work_friction, s%work_damping, s%work_applied, &
-            s%largest_kinetic, s%largest_supply, self%cpu_output, self%elapsed()])
-      end associate
-      call checkpoint%put("row_sums", self%columns%sum)
-      call checkpoint%put("event_sums", self%event_sum)
-      call checkpoint%put("driven", [self%driven])
-      methods = ""
-      do i = 1, size(self%methods)
-         methods = methods // self%methods(i)
+      call exchange_sums(self, checkpoint)
+      call checkpoint%exchange("lives", self%lives)
+      call checkpoint%exchange("cpu_output", self%cpu_output)
+      seconds = self%elapsed()
+      call checkpoint%exchange("seconds", seconds)
+      if (checkpoint%is_reading()) self%clocks = self%clocks - seconds
+      call checkpoint%exchange_allocatable("choice", self%choice)
+      n = 0
+      if (allocated(self%methods)) n = size(self%methods)
+      call checkpoint%exchange("methods", n)
+      if (checkpoint%is_reading()) allocate(self%methods(n), self%method_times(n))
+      do i = 1, n
+         call checkpoint%exchange("method_" // to_text(i), self%methods(i))
       end do
-      call checkpoint%put("methods", methods)
-      call checkpoint%put("method_times", self%method_times)
-      if (allocated(self%choice)) then
-         call checkpoint%put("choice", self%choice)
-      else
-         call checkpoint%put("choice", "")
-      end if
-   end subroutine remember
+      call checkpoint%exchange("method_times", self%method_times)
+   end subroutine exchange
+
+   !> Write to a checkpoint what rows and events a flushed file holds, or read it back.
+   subroutine exchange_sums(self, checkpoint)
+      class(trajectory_type), intent(inout) :: self
+      type(checkpoint_type), intent(inout) :: checkpoint
+
+      call self%summary%exchange(checkpoint)
+      call checkpoint%exchange("driven", self%driven)
+      call checkpoint%exchange("row_sums", self%columns%sum)
+      call checkpoint%exchange("event_sums", self%event_sum)
+   end subroutine exchange_sums
 
    !> See that a file has the rows and events that a checkpoint speaks of.
    !>
@@ -546,16 +551,14 @@ contains
    subroutine check_rows(path, checkpoint, error)
       !> Name of the file.
       character(len=*), intent(in) :: path
-      type(checkpoint_type), intent(in) :: checkpoint
+      type(checkpoint_type), intent(inout) :: checkpoint
       !> Set when it has others.
       type(error_type), allocatable, intent(out) :: error
       type(trajectory_type) :: nobody
-      logical :: driven(1)
 
-      call checkpoint%get("driven", driven, error)
-      if (allocated(error)) return
-      nobody%driven = driven(1)
-      call copy_rows(nobody, path, checkpoint, .false., error)
+      call exchange_sums(nobody, checkpoint)
+      call checkpoint%result(error)
+      if (.not. allocated(error)) call copy_rows(nobody, path, .false., error)
    end subroutine check_rows
 
    !> Take over what an earlier life wrote: its rows and events up to a checkpoint, and what is
@@ -565,105 +568,64 @@ contains
       class(trajectory_type), intent(inout) :: self
       !> Name of the file that the earlier life wrote.
       character(len=*), intent(in) :: path
-      type(checkpoint_type), intent(in) :: checkpoint
+      type(checkpoint_type), intent(inout) :: checkpoint
       !> Set when one of the files cannot be read or written.
       type(error_type), allocatable, intent(out) :: error
-      integer(i8) :: counts(4)
-      real(wp) :: values(12)
-      character(len=:), allocatable :: methods
-      integer :: i, width
 
-      call copy_rows(self, path, checkpoint, .true., error)
+      call self%exchange(checkpoint)
+      call checkpoint%result(error)
+      if (.not. allocated(error)) call copy_rows(self, path, .true., error)
       if (.not. allocated(error)) call self%file%flush(error)
       if (.not. allocated(error)) call self%file%sync(error)
-      if (.not. allocated(error)) call checkpoint%get("counts", counts, error)
-      if (.not. allocated(error)) call checkpoint%get("summary", values, error)
-      if (.not. allocated(error)) call checkpoint%get("methods", methods, error)
-      if (allocated(error)) return
-      width = len(self%methods)
-      allocate(self%methods(len(methods)/width), self%method_times(len(methods)/width))
-      do i = 1, size(self%methods)
-         self%methods(i) = methods(width*(i - 1) + 1:width*i)
-      end do
-      call checkpoint%get("method_times", self%method_times, error)
-      if (.not. allocated(error)) call checkpoint%get("choice", self%choice, error)
-      if (allocated(error)) return
-      if (self%choice == "") deallocate(self%choice)
-      associate (s => self%summary)
-         s%rows = counts(1)
-         s%touches = counts(2)
-         s%lifts = counts(3)
-         self%lives = counts(4) + 1
-         s%time = values(1)
-         s%initial_energy = values(2)
-         s%largest_error = values(3)
-         s%relative_error = values(4)
-         s%work_friction = values(5)
-         s%work_damping = values(6)
-         s%work_applied = values(7)
-         s%largest_kinetic = values(8)
-         s%largest_supply = values(9)
-         self%cpu_output = values(10)
-         self%clocks = self%clocks - values(11:12)
-      end associate
+      self%lives = self%lives + 1
    end subroutine restore
 
-   !> Read rows and events of a file, compare them with the checksums of a checkpoint, and append
-   !> them to another one.
-   subroutine copy_rows(self, path, checkpoint, append, error)
-      !> The other file; unless appended to, its columns need not be set.
+   !> Read the rows and events of a file up to its summary, compare them with their checksums, and
+   !> append them to another one.
+   subroutine copy_rows(self, path, append, error)
+      !> The other file, with the summary and the checksums; unless appended to, its columns need
+      !> not be set.
       type(trajectory_type), intent(inout) :: self
       !> Name of the file to read.
       character(len=*), intent(in) :: path
-      type(checkpoint_type), intent(in) :: checkpoint
       !> Whether to append.
       logical, intent(in) :: append
       !> Set when one of the files cannot be read or written, or has other rows.
       type(error_type), allocatable, intent(out) :: error
       type(hdf5_reader_type) :: reader
-      integer(i8) :: counts(4), sums(n_quantities), event_sums(3)
       integer :: i
 
-      call checkpoint%get("counts", counts, error)
-      if (.not. allocated(error)) call checkpoint%get("row_sums", sums, error)
-      if (.not. allocated(error)) call checkpoint%get("event_sums", event_sums, error)
-      if (allocated(error)) return
       call reader%open(path, error)
       if (allocated(error)) return
       do i = 1, n_quantities
          if (.not. self%has_column(i)) cycle
-         if (.not. allocated(error)) call copy_column(self, reader, i, counts(1), sums(i), append, &
-            error)
+         if (.not. allocated(error)) call copy_column(self, reader, i, append, error)
       end do
-      if (.not. allocated(error)) call copy_events(self, reader, counts(2) + counts(3), &
-         event_sums, append, error)
+      if (.not. allocated(error)) call copy_events(self, reader, append, error)
       call reader%close()
       if (allocated(error)) error%message = path // ": " // error%message
    end subroutine copy_rows
 
    !> Read a column of a file, compare it with its checksum, and append it to another one.
-   subroutine copy_column(self, reader, index, rows, expected, append, error)
+   subroutine copy_column(self, reader, index, append, error)
       !> The other file.
       type(trajectory_type), intent(inout) :: self
       !> The file to read.
       type(hdf5_reader_type), intent(in) :: reader
       !> Index of the column.
       integer, intent(in) :: index
-      !> Number of rows.
-      integer(i8), intent(in) :: rows
-      !> Checksum of these rows.
-      integer(i8), intent(in) :: expected
       !> Whether to append.
       logical, intent(in) :: append
       !> Set when one of the files cannot be read or written, or has other rows.
       type(error_type), allocatable, intent(out) :: error
       type(hdf5_item_type) :: item
-      integer(i8) :: done, start(max_rank), count(max_rank), sum
+      integer(i8) :: rows, done, start(max_rank), count(max_rank), sum
       real(wp), allocatable :: values(:)
       integer :: width, n
 
       call reader%open_item("/trajectory/" // trim(row_quantities(index)%name), "", item, error)
       if (allocated(error)) return
+      rows = self%summary%rows
       sum = 0
       width = int(product(item%extents(2:item%rank)))
       if (item%class /= class_real .or. item%rank < 1 .or. item%extents(1) < rows) then
@@ -686,23 +648,19 @@ contains
             if (allocated(error)) exit
             done = done + n
          end do
-         if (.not. allocated(error) .and. sum /= expected) call fatal(error, "the rows of " // &
-            trim(row_quantities(index)%name) // " are not those of its checkpoint", status_file)
+         if (.not. allocated(error) .and. sum /= self%columns(index)%sum) call fatal(error, &
+            "the rows of " // trim(row_quantities(index)%name) // &
+            " are not those of its checkpoint", status_file)
       end if
       call item%close()
-      if (append) self%columns(index)%sum = sum
    end subroutine copy_column
 
    !> Read the events of a file, compare them with their checksums, and append them to another one.
-   subroutine copy_events(self, reader, events, expected, append, error)
+   subroutine copy_events(self, reader, append, error)
       !> The other file.
       type(trajectory_type), intent(inout) :: self
       !> The file to read.
       type(hdf5_reader_type), intent(in) :: reader
-      !> Number of events.
-      integer(i8), intent(in) :: events
-      !> Checksums of these events, of each series.
-      integer(i8), intent(in) :: expected(3)
       !> Whether to append.
       logical, intent(in) :: append
       !> Set when one of the files cannot be read or written, or has other events.
@@ -712,10 +670,11 @@ contains
       type(hdf5_item_type) :: item
       type(string_type), allocatable :: texts(:)
       character(len=:), allocatable :: padded(:)
-      integer(i8) :: done, start(max_rank), count(max_rank), sum
+      integer(i8) :: events, done, start(max_rank), count(max_rank), sum
       real(wp) :: times(chunk_events)
       integer :: i, k, n, longest
 
+      events = self%summary%touches + self%summary%lifts
       do i = 1, 3
          call reader%open_item(trim(names(i)), "", item, error)
          if (allocated(error)) return
@@ -755,12 +714,11 @@ contains
                if (allocated(error)) exit
                done = done + n
             end do
-            if (.not. allocated(error) .and. sum /= expected(i)) call fatal(error, &
+            if (.not. allocated(error) .and. sum /= self%event_sum(i)) call fatal(error, &
                trim(names(i)) // " are not those of its checkpoint", status_file)
          end if
          call item%close()
          if (allocated(error)) return
-         if (append) self%event_sum(i) = sum
       end do
    end subroutine copy_events
 

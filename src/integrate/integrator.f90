@@ -1,5 +1,6 @@
 !> An integration of an initial value problem, one step at a time, whatever the method.
 module contensou_integrate_integrator
+   use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
    use contensou_integrate_problem, only : problem_type
@@ -24,6 +25,7 @@ module contensou_integrate_integrator
    contains
       !> Counters of two integrations together.
       procedure, private :: plus
+      procedure :: exchange => exchange_statistics
       generic :: operator(+) => plus
    end type statistics_type
 
@@ -169,5 +171,18 @@ contains
       sum%convergence_failures = self%convergence_failures + later%convergence_failures
       sum%last_step = later%last_step
    end function plus
+
+   !> Write them to a checkpoint or read them back.
+   subroutine exchange_statistics(self, checkpoint)
+      class(statistics_type), intent(inout) :: self
+      type(checkpoint_type), intent(inout) :: checkpoint
+
+      call checkpoint%exchange("steps", self%steps)
+      call checkpoint%exchange("derivatives", self%derivatives)
+      call checkpoint%exchange("jacobians", self%jacobians)
+      call checkpoint%exchange("error_test_failures", self%error_test_failures)
+      call checkpoint%exchange("convergence_failures", self%convergence_failures)
+      call checkpoint%exchange("last_step", self%last_step)
+   end subroutine exchange_statistics
 
 end module contensou_integrate_integrator

@@ -1,6 +1,7 @@
 !> March a motion from its initial state to the end: rows at fixed intervals, touch and lift-off
 !> as events, a chance to stop after every step.
 module contensou_integrate_march
+   use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : i8, wp
    use contensou_contact_geometry, only : track_type
@@ -78,6 +79,8 @@ module contensou_integrate_march
       type(switch_type) :: switch
       !> Counters so far.
       type(statistics_type) :: statistics
+   contains
+      procedure :: exchange => exchange_memory
    end type memory_type
 
    !> Who looks on.
@@ -222,14 +225,40 @@ contains
    !> The march can be continued from here; forgotten unless an observer overrides this.
    subroutine keep(self, motion, memory, error)
       class(observer_type), intent(inout) :: self
-      class(motion_type), intent(in) :: motion
+      class(motion_type), intent(inout) :: motion
       !> What the march remembers.
-      type(memory_type), intent(in) :: memory
+      type(memory_type), intent(inout) :: memory
       !> Set to end the march.
       type(error_type), allocatable, intent(out) :: error
 
       self%keep_due = .false.
    end subroutine keep
+
+   !> Write what a march needs to go on, and what the contacts of its motion remember, to a
+   !> checkpoint, or read it back.
+   subroutine exchange_memory(self, motion, checkpoint)
+      class(memory_type), intent(inout) :: self
+      class(motion_type), intent(inout) :: motion
+      type(checkpoint_type), intent(inout) :: checkpoint
+      integer :: i
+
+      if (.not. allocated(self%y)) allocate(self%y(motion%n), self%closed(motion%n_events), &
+         self%undecided(motion%n_events))
+      call checkpoint%exchange("t", self%t)
+      call checkpoint%exchange("state", self%y)
+      call checkpoint%exchange("row", self%row)
+      call checkpoint%exchange("contacts_closed", self%closed)
+      call checkpoint%exchange("contacts_undecided", self%undecided)
+      call checkpoint%exchange("bounded_until", self%bounded_until)
+      call self%statistics%exchange(checkpoint)
+      call checkpoint%exchange("method", self%switch%method)
+      call checkpoint%exchange("patience", self%switch%patience)
+      call checkpoint%exchange("to_go", self%switch%to_go)
+      call checkpoint%exchange("explicit_step", self%switch%explicit_step)
+      do i = 1, size(motion%system%contacts)
+         call motion%system%contacts(i)%exchange(checkpoint)
+      end do
+   end subroutine exchange_memory
 
    !> March to the end.
    subroutine march(motion, method, y, t_end, interval, max_step, observer, t, statistics, &

@@ -1,6 +1,7 @@
 !> What an output file says of a motion: the quantities of a row, and the summary of a run. Files
 !> and tables of sweeps hold the same numbers because both take them from here.
 module contensou_study_quantities
+   use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_kinds, only : i8, wp
    use contensou_contact_geometry, only : pose_type
    use contensou_dynamics_scene, only : turns_by_drive
@@ -144,6 +145,7 @@ module contensou_study_quantities
       !> Set the energy error of a row that is not added.
       procedure :: complete_row
       procedure :: add_event
+      procedure :: exchange => exchange_summary
    end type summary_type
 
 contains
@@ -311,6 +313,25 @@ contains
          self%lifts = self%lifts + 1
       end if
    end subroutine add_event
+
+   !> Write a summary to a checkpoint or read it back.
+   subroutine exchange_summary(self, checkpoint)
+      class(summary_type), intent(inout) :: self
+      type(checkpoint_type), intent(inout) :: checkpoint
+
+      call checkpoint%exchange("time", self%time)
+      call checkpoint%exchange("rows", self%rows)
+      call checkpoint%exchange("touches", self%touches)
+      call checkpoint%exchange("lifts", self%lifts)
+      call checkpoint%exchange("initial_energy", self%initial_energy)
+      call checkpoint%exchange("largest_error", self%largest_error)
+      call checkpoint%exchange("relative_error", self%relative_error)
+      call checkpoint%exchange("work_friction", self%work_friction)
+      call checkpoint%exchange("work_damping", self%work_damping)
+      call checkpoint%exchange("work_applied", self%work_applied)
+      call checkpoint%exchange("largest_kinetic", self%largest_kinetic)
+      call checkpoint%exchange("largest_supply", self%largest_supply)
+   end subroutine exchange_summary
 
    !> The scalars of the summary, in the order of `summary_quantities`.
    pure function summary_values(summary, statistics) result(values)

@@ -1,0 +1,230 @@
+"""The patches of tests/extension: how few places a new part takes, and that it works.
+
+All patches are applied to one copy of the sources, which is built without optimization. Each of
+them adds one file, one row to a table and one line to a meson.build. With the release build only:
+what is built does not depend on the build under test.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "tests" / "extension"
+NAMES = ("law", "law_with_state", "shape", "quantity", "command")
+# What a build needs of the tree.
+SOURCES = ("meson.build", "meson_options.txt", "src", "drivers", "include", "scripts")
+OPTIONS = (
+    *("--buildtype=debug", "-Doptimization=0", "-Ddebug=false"),
+    *("-Dtests=false", "-Dlink_time_optimization=false"),
+)
+
+pytestmark = pytest.mark.xdist_group("extension")
+
+
+@dataclass
+class Change:
+    """What a patch does to a file: lines added, each after so many of the old lines."""
+
+    path: str
+    new: bool
+    added: list[tuple[int, str]] = field(default_factory=list)
+
+    @property
+    def lines(self) -> list[str]:
+        return [line for _, line in self.added]
+
+    @property
+    def uses(self) -> list[str]:
+        """The added lines that make names of a module known."""
+        return [line for line in self.lines if re.match(r"\s*use \w+, only : ", line)]
+
+
+def changes_of(patch: str) -> list[Change]:
+    """What a patch does; it must add lines and nothing else."""
+    changes: list[Change] = []
+    old = 0
+    for line in patch.splitlines():
+        if line.startswith("diff --git "):
+            changes.append(Change(line.rpartition(" b/")[2], new=False))
+        elif line.startswith("new file mode "):
+            changes[-1].new = True
+        elif line.startswith("@@ "):
+            start, count = re.match(r"@@ -(\d+)(?:,(\d+))? ", line).groups()
+            # A hunk without old lines names the line before it.
+            old = int(start) - (count != "0")
+        elif line.startswith(("index ", "--- ", "+++ ")):
+            continue
+        elif line.startswith("+"):
+            changes[-1].added.append((old, line[1:]))
+        elif line.startswith(" ") or line == "":
+            old += 1
+        else:
+            raise AssertionError(f"a patch only adds lines: {line!r}")
+    return changes
+
+
+def too_many_places(changes: list[Change]) -> str:
+    """What a patch touches beyond one new file, one row and one line; empty if nothing."""
+    new = [change for change in changes if change.new]
+    builds = [change for change in changes if Path(change.path).name == "meson.build"]
+    tables = [change for change in changes if change not in new and change not in builds]
+    if [len(new), len(tables), len(builds)] != [1, 1, 1]:
+        return f"{len(new)} new files, {len(tables)} tables, {len(builds)} meson.build"
+    if len(builds[0].added) != 1 or Path(new[0].path).name not in builds[0].lines[0]:
+        return f"not the one line of {new[0].path} in {builds[0].path}: {builds[0].lines}"
+    if len(tables[0].added) - len(tables[0].uses) != 1 or len(tables[0].uses) > 1:
+        return f"not one row in {tables[0].path}: {tables[0].lines}"
+    return ""
+
+
+def patch_of(name: str) -> str:
+    path = FOLDER / f"{name}.patch"
+    if not path.is_file():
+        pytest.skip(f"there is no {path.name} yet")
+    return path.read_text(encoding="utf-8")
+
+
+def apply(patches: list[str], folder: Path) -> None:
+    """Add what patches add, each as if it were alone, to the sources in a folder."""
+    added: dict[str, list[tuple[int, str]]] = {}
+    for patch in patches:
+        for change in changes_of(patch):
+            assert (folder / change.path).exists() != change.new, change.path
+            added.setdefault(change.path, []).extend(change.added)
+    for path, insertions in added.items():
+        file = folder / path
+        lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
+        for place, line in reversed(sorted(insertions, key=lambda one: one[0])):
+            lines.insert(place, line)
+        file.parent.mkdir(exist_ok=True)
+        file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def copy_sources(folder: Path) -> None:
+    for name in SOURCES:
+        if (ROOT / name).is_dir():
+            shutil.copytree(ROOT / name, folder / name)
+        else:
+            shutil.copy(ROOT / name, folder / name)
+
+
+@pytest.fixture(scope="module")
+def extended_program(build_kind, tmp_path_factory) -> Path:
+    """The program with all patches."""
+    if build_kind != "release":
+        pytest.skip("with the release build only")
+    tree = tmp_path_factory.mktemp("extended")
+    copy_sources(tree)
+    patches = [path.read_text(encoding="utf-8") for path in sorted(FOLDER.glob("*.patch"))]
+    apply(patches, tree)
+    for words in (["meson", "setup", *OPTIONS, "build"], ["ninja", "-C", "build"]):
+        done = subprocess.run(
+            words, cwd=tree, capture_output=True, text=True, timeout=600, check=False
+        )
+        assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-2000:]
+    return tree / "build" / "drivers" / "contensou"
+
+
+@pytest.fixture
+def extended(extended_program, tmp_path):
+    """Run the extended program in tmp_path: its standard output; it must succeed."""
+
+    def run_it(*words) -> str:
+        done = subprocess.run(
+            [extended_program, *map(str, words)],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    return run_it
+
+
+def test_there_is_no_patch_without_a_test():
+    assert {path.stem for path in FOLDER.glob("*.patch")} <= set(NAMES)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_patch_adds_one_file_one_row_and_one_line(name):
+    assert too_many_places(changes_of(patch_of(name))) == ""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_patch_applies_to_the_sources_as_they_are(name, tmp_path):
+    """By the program that a user would take, in a folder that is no repository."""
+    patch = patch_of(name)
+    copy_sources(tmp_path)
+    done = subprocess.run(
+        ["git", "apply", "--check", "--whitespace=error", "-"],
+        input=patch,
+        cwd=tmp_path,
+        env={"PATH": "/usr/bin:/bin", "GIT_CEILING_DIRECTORIES": str(tmp_path.parent)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+EXAMPLE = """\
+diff --git a/src/a.f90 b/src/a.f90
+new file mode 100644
+--- /dev/null
++++ b/src/a.f90
+@@ -0,0 +1,2 @@
++module contensou_a
++end module contensou_a
+diff --git a/src/table.f90 b/src/table.f90
+--- a/src/table.f90
++++ b/src/table.f90
+@@ -1,2 +1,3 @@
+ module contensou_table
++   use contensou_a, only : a
+    use contensou_b, only : b
+@@ -8,2 +9,3 @@
+    row(b)
++   row(a)
+ end
+diff --git a/src/meson.build b/src/meson.build
+--- a/src/meson.build
++++ b/src/meson.build
+@@ -3,2 +3,3 @@
+   'z.f90',
++  'a.f90',
+   'b.f90',
+"""
+
+
+def test_places_are_counted():
+    assert too_many_places(changes_of(EXAMPLE)) == ""
+    twice = EXAMPLE.replace("+   row(a)\n", "+   row(a)\n+   row(c)\n")
+    assert "not one row in src/table.f90" in too_many_places(changes_of(twice))
+    other = EXAMPLE + EXAMPLE[: EXAMPLE.index("diff --git a/src/table")].replace("a.f90", "c.f90")
+    assert "2 new files" in too_many_places(changes_of(other))
+    with pytest.raises(AssertionError, match="only adds"):
+        changes_of(EXAMPLE.replace("    row(b)\n", "-   row(b)\n"))
+
+
+def test_lines_are_added_where_a_patch_says(tmp_path):
+    (tmp_path / "src").mkdir()
+    (tmp_path / "src" / "table.f90").write_text("module contensou_table\n" + "2\n" * 6 + "b\nend\n")
+    (tmp_path / "src" / "meson.build").write_text("1\n2\n'z.f90',\n'b.f90',\n")
+    apply([EXAMPLE, EXAMPLE.replace("a.f90", "c.f90").replace("table.c", "table.f")], tmp_path)
+    assert (tmp_path / "src" / "meson.build").read_text().splitlines()[2:] == [
+        *("'z.f90',", "  'a.f90',", "  'c.f90',", "'b.f90',")
+    ]
+    table = (tmp_path / "src" / "table.f90").read_text().splitlines()
+    assert table[1:3] == ["   use contensou_a, only : a"] * 2
+    assert table[-3:] == ["   row(a)", "   row(a)", "end"]

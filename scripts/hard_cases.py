@@ -5,11 +5,17 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import textwrap
 
 from lib import program
 
 PAGE = program.ROOT / "docs" / "hard-cases.md"
 FIRST, LAST = "<!-- The list: scripts/hard_cases writes it -->", "<!-- End of the list -->"
+
+
+def wrapped(prose: str) -> str:
+    """A paragraph in lines of at most 100 columns."""
+    return textwrap.fill(prose, 100, break_long_words=False, break_on_hyphens=False)
 
 
 def main() -> int:
@@ -20,7 +26,7 @@ def main() -> int:
     import test_hard_cases
 
     listed = [
-        f"## {name}\n\n{done}\n\n{passes}\n\n![{name}](hard-cases/{name}.png)\n"
+        f"## {name}\n\n{wrapped(done)}\n\n{wrapped(passes)}\n\n![{name}](hard-cases/{name}.png)\n"
         for name, done, passes in test_hard_cases.cases()
     ]
     before, _, rest = PAGE.read_text().partition(FIRST)

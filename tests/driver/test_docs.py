@@ -19,6 +19,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+GUIDES = [ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted(ROOT.glob("tests/*/README.md"))]
 EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.f90"))
 SUNDIALS = (
     "fcvode_mod",
@@ -265,3 +266,40 @@ def test_the_mistake_that_the_readme_shows(executable, tmp_path):
     )
     assert done.returncode == 2
     assert done.stderr == shown
+
+
+def prose_of(page: Path) -> list[str]:
+    """The lines of a page that are neither code nor table nor picture."""
+    lines = page.read_text(encoding="utf-8").splitlines()
+    for block in blocks_of(page):
+        length = block.text.count("\n") + 2 * lines[block.line].startswith("```")
+        lines[block.line : block.line + length] = [""] * length
+    return [line for line in lines if not re.match(r" *\||!\[", line)]
+
+
+@pytest.mark.parametrize("page", PAGES + GUIDES, ids=lambda page: page.stem)
+def test_prose_is_wrapped(page):
+    assert [line for line in prose_of(page) if len(line) > 100] == []
+
+
+def test_the_index_lists_every_page():
+    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^\| \[[^]]+\]\(([\w-]+\.md)\) \|", index, re.MULTILINE)
+    there = {page.name for page in (ROOT / "docs").glob("*.md")} - {"index.md"}
+    assert set(listed) == there
+    assert len(listed) == len(there)
+
+
+@pytest.mark.parametrize("page", PAGES + GUIDES, ids=lambda page: page.stem)
+def test_links_lead_somewhere(page):
+    """Links to files of the tree, and to headings of pages."""
+    for link in re.findall(r"\]\(([^)\s]+)\)", "\n".join(prose_of(page))):
+        if link.startswith("http"):
+            continue
+        name, _, heading = link.partition("#")
+        target = page.parent / name if name else page
+        assert target.exists(), link
+        if heading:
+            titles = re.findall(r"^#+ (.+)$", target.read_text(encoding="utf-8"), re.MULTILINE)
+            anchors = [re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles]
+            assert heading in anchors, link

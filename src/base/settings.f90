@@ -11,7 +11,7 @@ module contensou_base_settings
 
    public :: key_type, key_list_type, setting_type, group_settings_type
    public :: kind_real, kind_text, kind_name, kind_choice, kind_reference, kind_logical
-   public :: admits, domain_text, most_values
+   public :: admits, choice_names, domain_text, most_values
 
    !> Real numbers.
    integer, parameter :: kind_real = 1
@@ -32,6 +32,15 @@ module contensou_base_settings
 
    !> Largest number of values of a key.
    integer, parameter :: most_values = 12
+
+   abstract interface
+      !> Names that a choice admits.
+      function choice_names() result(names)
+         import :: string_type
+         implicit none(type, external)
+         type(string_type), allocatable :: names(:)
+      end function choice_names
+   end interface
 
    !> A key.
    type :: key_type
@@ -57,6 +66,8 @@ module contensou_base_settings
       logical :: above_low = .false.
       !> For a reference, the group it refers to.
       character(len=12) :: target = ""
+      !> For a choice, the names that it admits; not associated where the schema of the group knows.
+      procedure(choice_names), pointer, nopass :: choices => null()
       !> What it means.
       character(len=400) :: doc = ""
    end type key_type
@@ -141,7 +152,7 @@ contains
 
    !> Add a key.
    subroutine put(self, group, name, kind, doc, values, unit, default, mandatory, above, least, &
-      most, target, few)
+      most, target, few, choices)
       class(key_list_type), intent(inout) :: self
       character(len=*), intent(in) :: group
       character(len=*), intent(in) :: name
@@ -166,6 +177,8 @@ contains
       character(len=*), intent(in), optional :: target
       !> Whether fewer values will do.
       logical, intent(in), optional :: few
+      !> Names that a choice admits.
+      procedure(choice_names), optional :: choices
 
       self%n = self%n + 1
       associate (key => self%keys(self%n))
@@ -183,6 +196,7 @@ contains
          if (present(most)) key%high = most
          if (present(target)) key%target = target
          if (present(few)) key%few = few
+         if (present(choices)) key%choices => choices
       end associate
    end subroutine put
 

@@ -6,7 +6,7 @@ module contensou_drivers_cost
    use contensou_base_kinds, only : wp
    use contensou_base_operating_system, only : catch_signals, remove_file, rename_file, &
       signal_received, write_stdout
-   use contensou_base_text, only : string_type, to_text
+   use contensou_base_text, only : number_text, string_type, to_text
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_normal, only : normal_hertz, normal_models, normal_vilke
@@ -14,10 +14,8 @@ module contensou_drivers_cost
    use contensou_drivers_bench, only : check_output, write_text
    use contensou_drivers_command_line, only : command_text, command_type
    use contensou_drivers_progress, only : progress_type
-   use contensou_drivers_report, only : number_text
    use contensou_dynamics_scene, only : cost_measures, cost_quantities, scene_type
-   use contensou_study_work_precision, only : kinds, outcome_done, outcome_failed, &
-      outcome_slow, &
+   use contensou_study_work_precision, only : kinds, outcome_done, outcome_failed, outcome_slow, &
       outcome_stopped, reference_distance, reference_scales, reference_type, run_reference, &
       run_trial, trial_type
    use contensou_files_cost_table, only : cheapest, csv_text, judge_runs, kind_names, kind_units, &

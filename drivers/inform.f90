@@ -6,7 +6,7 @@ module contensou_drivers_inform
    use contensou_base_operating_system, only : cpu_seconds, write_stdout
    use contensou_base_settings, only : domain_text, key_type, kind_choice, kind_logical, &
       kind_name, kind_real, kind_reference
-   use contensou_base_text, only : join, lower, nearest, quote, to_text
+   use contensou_base_text, only : join, lower, nearest, number_text, quote, to_text
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
@@ -17,14 +17,9 @@ module contensou_drivers_inform
    use contensou_contact_vilke, only : vilke_models
    use contensou_drivers_command_line, only : command_type, commands, usage_text
    use contensou_drivers_sweep_check, only : check_sweep
-   use contensou_drivers_report, only : bodies_text, body_effects, choice_words, contact_effects, &
-      number_text
-   use contensou_dynamics_assembly, only : assemble, initial_state
-   use contensou_integrate_choice, only : choice_type, choose_method
+   use contensou_drivers_report, only : bodies_text, body_effects, contact_effects
    use contensou_integrate_cvode, only : sundials_version
-   use contensou_integrate_integrator, only : statistics_type
-   use contensou_integrate_march, only : begin_rigid, march, observer_type, row_count
-   use contensou_integrate_motion, only : motion_type, set_up_motion
+   use contensou_integrate_march, only : observer_type, row_count
    use contensou_files_hdf5_file, only : hdf5_version
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_scene_schema, only : choices_of, group_spec_type, schema_groups, schema_keys
@@ -32,6 +27,7 @@ module contensou_drivers_inform
    use contensou_sweep_schema, only : any_number, kind_any, kind_whole, sweep_domain, &
       sweep_groups, sweep_keys
    use contensou_special_gsl, only : gsl_version
+   use contensou_study_simulation, only : new_simulation, simulate, simulation_type
    implicit none(type, external)
    private
 
@@ -60,7 +56,6 @@ contains
       !> Set when the scene has a mistake.
       type(error_type), allocatable, intent(out) :: error
       type(scene_file_type) :: file
-      type(motion_type), target :: motion
       character(len=:), allocatable :: text
       integer :: i, nb
       logical :: of_sweep
@@ -78,8 +73,7 @@ contains
          call write_stdout(file%resolved, error)
          return
       end if
-      call assemble(file%scene, motion%system)
-      associate (scene => file%scene, system => motion%system)
+      associate (scene => file%scene, system => file%system)
          nb = size(scene%bodies)
          text = command%subject // " is in order" // nl
          if (scene%title /= "") text = text // "  " // scene%title // nl
@@ -100,41 +94,35 @@ contains
          if (system%friction_index > 0) text = text // ", work of friction"
          if (system%damping_index > 0) text = text // ", work of damping"
          if (system%applied_index > 0) text = text // ", work supplied"
-         text = text // nl // "cost" // nl // cost_text(file, motion)
+         text = text // nl // "cost" // nl // cost_text(file)
          text = text // "settings" // nl // indented(file%resolved)
       end associate
       call write_stdout(text, error)
    end subroutine check_command
 
    !> Cost of a scene, measured.
-   function cost_text(file, motion) result(text)
+   function cost_text(file) result(text)
       type(scene_file_type), intent(in) :: file
-      !> Its motion, assembled.
-      type(motion_type), intent(inout), target :: motion
       character(len=:), allocatable :: text
+      type(simulation_type) :: simulation
       type(stopwatch_type) :: stopwatch
-      type(choice_type) :: choice
-      type(statistics_type) :: statistics
       type(error_type), allocatable :: error
       real(wp), allocatable :: y(:), rate(:)
-      real(wp) :: t, start, elapsed
+      real(wp) :: start, elapsed
       integer :: i, n
-      logical :: stopped, outside
+      logical :: outside
 
-      y = initial_state(file%scene, motion%system%n)
-      allocate(rate(size(y)))
-      call set_up_motion(motion, file%scene, y)
       text = ""
-      if (motion%system%n_rigid > 0) call begin_rigid(motion, 0.0_wp, y, error)
-      if (file%scene%integrator%method == "auto") then
-         call choose_method(motion, y, choice)
-         text = "  auto             " // choice_words(file%scene, choice) // nl
-      end if
+      call new_simulation(file, simulation, error)
+      if (file%scene%integrator%method == "auto") text = "  auto             " // &
+         simulation%reason() // nl
+      y = simulation%state()
+      allocate(rate(size(y)))
       n = 0
       start = cpu_seconds()
       do
          do i = 1, 1000
-            call motion%derivative(0.0_wp, y, rate, outside)
+            call simulation%motion%derivative(0.0_wp, y, rate, outside)
          end do
          n = n + 1000
          elapsed = cpu_seconds() - start
@@ -142,21 +130,19 @@ contains
       end do
       text = text // "  right-hand side  " // number_text(elapsed/n*1.0e9_wp, 3) // &
          " ns in the initial state" // nl
-      associate (scene => file%scene)
-         start = cpu_seconds()
-         stopwatch%deadline = start + trial_cpu
-         call march(motion, scene%integrator%method, y, scene%t_end, scene%output%interval, &
-            scene%integrator%max_step, stopwatch, t, statistics, stopped, error)
-         elapsed = cpu_seconds() - start
+      associate (scene => file%scene, statistics => simulation%memory%statistics, &
+         t => simulation%memory%t)
+         stopwatch%deadline = cpu_seconds() + trial_cpu
+         if (.not. allocated(error)) call simulate(simulation, stopwatch, error)
          if (allocated(error)) then
             text = text // "  a trial failed at t = " // number_text(t, 6) // " s: " // &
-               error%message // nl
+               simulation%failure // nl
          else if (t > 0.0_wp) then
             text = text // "  trial            " // to_text(statistics%steps) // " steps and " // &
                to_text(statistics%derivatives) // " right-hand sides to t = " // &
-               number_text(t, 4) // " s in " // number_text(elapsed, 3) // " s of CPU" // nl
-            text = text // "  whole run        about " // number_text(elapsed*scene%t_end/t, 2) // &
-               " s of CPU at this rate" // nl
+               number_text(t, 4) // " s in " // number_text(simulation%cpu, 3) // " s of CPU" // nl
+            text = text // "  whole run        about " // &
+               number_text(simulation%cpu*scene%t_end/t, 2) // " s of CPU at this rate" // nl
          end if
          text = text // "  output           " // to_text(row_count(scene%t_end, &
             scene%output%interval) + 1_i8) // " rows, " // number_text(8.0e-6_wp*row_count( &

@@ -1,11 +1,10 @@
 !> Texts about a scene that several sub-commands print.
 module contensou_drivers_report
    use contensou_base_kinds, only : wp
-   use contensou_base_text, only : quote, to_text
+   use contensou_base_text, only : number_text, quote, to_text
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_geometry, only : trouble_text
    use contensou_contact_surface, only : shape_names, surface_type
    use contensou_contact_hertz, only : hertz_model_type
    use contensou_contact_normal, only : normal_models, normal_vilke
@@ -13,13 +12,10 @@ module contensou_drivers_report
    use contensou_contact_vilke, only : vilke_models
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, motion_fixed, &
       motion_free, motion_prescribed, motion_spindle, scene_type
-   use contensou_dynamics_system, only : system_type
-   use contensou_integrate_choice, only : choice_text, choice_type
    implicit none(type, external)
    private
 
-   public :: bodies_text, body_effects, choice_words, contact_effects, failure_text, &
-      number_text
+   public :: bodies_text, body_effects, contact_effects
 
 contains
 
@@ -63,19 +59,6 @@ contains
       end if
       if (contact%regularization_velocity > 0.0_wp) text = text // ", regularised"
    end function contact_effects
-
-   !> What `auto` chose, and why.
-   function choice_words(scene, choice) result(text)
-      type(scene_type), intent(in) :: scene
-      type(choice_type), intent(in) :: choice
-      character(len=:), allocatable :: text
-
-      if (choice%contact > 0) then
-         text = choice_text(choice, scene%contacts(choice%contact)%name)
-      else
-         text = choice_text(choice, "")
-      end if
-   end function choice_words
 
    !> How many bodies a scene has, and how they move.
    function bodies_text(scene) result(text)
@@ -133,80 +116,5 @@ contains
       text = trim(shape_names(surface%shape))
       if (surface%inside) text = text // " (inside)"
    end function shape_words
-
-   !> A number with a given count of significant digits, without superfluous blanks.
-   pure function number_text(x, digits) result(text)
-      !> The number.
-      real(wp), intent(in) :: x
-      !> Significant digits, 1 to 17.
-      integer, intent(in) :: digits
-      character(len=:), allocatable :: text
-      character(len=32) :: buffer, form
-      integer :: before
-
-      before = 0
-      if (abs(x) > 0.0_wp) before = floor(log10(abs(x))) + 1
-      if (before < -2 .or. before > 6) then
-         write(form, "('(es32.', i0, ')')") max(digits - 1, 1)
-      else
-         write(form, "('(f32.', i0, ')')") max(digits - before, 0)
-      end if
-      write(buffer, form) x
-      text = trim(adjustl(buffer))
-      if (text(len(text):) == ".") text = text(:len(text) - 1)
-   end function number_text
-
-   !> What went wrong in an integration, where, and what may help.
-   function failure_text(scene, system, y, t, reason) result(text)
-      type(scene_type), intent(in) :: scene
-      !> Its equations of motion.
-      type(system_type), intent(inout) :: system
-      !> Last state.
-      real(wp), intent(in) :: y(:)
-      !> Time of it [s].
-      real(wp), intent(in) :: t
-      !> What the integrator says.
-      character(len=*), intent(in) :: reason
-      character(len=:), allocatable :: text
-      real(wp) :: gap(size(system%contacts)), rate(size(system%contacts))
-      integer :: i, deep
-
-      deep = system%too_deep
-      text = "the run failed at t = " // number_text(t, 10) // " s: " // reason
-      if (size(gap) > 0) then
-         call system%gaps(y, gap)
-         call system%gap_rates(y, rate)
-      end if
-      do i = 1, size(gap)
-         text = text // new_line("a") // "  contact " // quote(scene%contacts(i)%name) // &
-            ": gap " // number_text(gap(i), 4) // " m, changing at " // &
-            number_text(rate(i), 4) // " m/s"
-      end do
-      if (system%trouble > 0) then
-         text = text // new_line("a") // "  contact " // &
-            quote(scene%contacts(system%trouble)%name) // ", surfaces " // &
-            quote(scene%surfaces(scene%contacts(system%trouble)%surfaces(1))%name) // " and " // &
-            quote(scene%surfaces(scene%contacts(system%trouble)%surfaces(2))%name) // ": " // &
-            trouble_text(system%trouble_code)
-         if (deep == 0) return
-      end if
-      if (deep > 0) then
-         ! A trial of the integrator may have been too deep, too.
-         if (-gap(deep) < 0.5_wp*system%contacts(deep)%law%largest_approach) deep = 0
-      end if
-      if (deep > 0) then
-         text = text // new_line("a") // "  contact " // quote(scene%contacts(deep)%name) // &
-            " is pressed deeper than " // &
-            number_text(system%contacts(deep)%law%largest_approach, 3) // " m, a tenth of " // &
-            "its radius, beyond Hertz's theory: a stiffer material, a slower " // &
-            "impact or a smaller mass keeps it inside"
-      else
-         if (scene%integrator%method /= "cvode_bdf") text = text // new_line("a") // &
-            "  friction that sticks and strong damping are stiff: integrator.method = " // &
-            "'cvode_bdf' takes them in large steps"
-         text = text // new_line("a") // "  a larger integrator.rtol or a larger " // &
-            "regularization_velocity may help"
-      end if
-   end function failure_text
 
 end module contensou_drivers_report

@@ -3,30 +3,28 @@ module contensou_drivers_run
    use contensou_sweep_crew, only : crew_stopping
    use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted
    use contensou_base_kinds, only : pi, wp
-   use contensou_base_operating_system, only : catch_signals, cpu_seconds, file_exists, &
+   use contensou_base_operating_system, only : catch_signals, file_exists, &
       folder_writable, is_folder, is_locked, remove_file, signal_received, write_stderr, &
       write_stdout
-   use contensou_base_text, only : quote, string_type, to_text
+   use contensou_base_text, only : number_text, quote, string_type, to_text
    use contensou_contact_geometry, only : pose_type
    use contensou_drivers_command_line, only : command_text, command_type
    use contensou_drivers_progress, only : progress_type
-   use contensou_drivers_report, only : body_effects, choice_words, contact_effects, &
-      failure_text, number_text
+   use contensou_drivers_report, only : body_effects, contact_effects
    use contensou_drivers_resume, only : checkpoint_suffix, earlier_type, exchange_program, &
       find_earlier, forget, is_resumable, old_suffix, put_aside
-   use contensou_dynamics_assembly, only : assemble, initial_state
+   use contensou_dynamics_assembly, only : initial_state
    use contensou_dynamics_scene, only : scene_type
-   use contensou_dynamics_system, only : system_type
-   use contensou_integrate_choice, only : choice_type, choose_method
-   use contensou_integrate_integrator, only : statistics_type
-   use contensou_integrate_march, only : event_touch, march, memory_type, observer_type
-   use contensou_integrate_motion, only : motion_type, set_up_motion
+   use contensou_integrate_march, only : event_touch, memory_type, observer_type
+   use contensou_integrate_motion, only : motion_type
    use contensou_integrate_profile, only : profile_names
    use contensou_base_build, only : git_commit, program_version
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_files_hdf5_file, only : hdf5_readable_status
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_files_trajectory, only : part_suffix, trajectory_type
+   use contensou_study_simulation, only : new_simulation, simulate, simulation_options_type, &
+      simulation_type
    implicit none(type, external)
    private
 
@@ -112,21 +110,14 @@ contains
       type(earlier_type), intent(inout) :: earlier
       !> Set when the run did not complete.
       type(error_type), allocatable, intent(out) :: error
-      type(motion_type), target :: motion
+      type(simulation_type) :: simulation
+      type(simulation_options_type) :: options
       type(recorder_type) :: recorder
-      type(statistics_type) :: statistics
-      type(choice_type) :: choice
       type(error_type), allocatable :: write_error
-      type(memory_type) :: memory
-      real(wp), allocatable :: y(:), y_start(:)
-      real(wp) :: t, cpu_march
-      logical :: stopped
 
-      call assemble(file%scene, motion%system)
-      y = initial_state(file%scene, motion%system%n)
-      y_start = y
-      call set_up_motion(motion, file%scene, y)
-
+      options%profile = profile
+      call new_simulation(file, simulation, error, options)
+      if (allocated(error)) return
       recorder%t_end = file%scene%t_end
       call recorder%progress%begin(quiet, 0.0_wp)
       recorder%output%flush_interval = checkpoint_interval
@@ -135,23 +126,12 @@ contains
       call recorder%output%open(file%scene%output%file, force, file%scene, file%text, &
          file%resolved, command_line, error)
       if (allocated(error) .and. .not. recorder%output%is_open()) return
-      if (.not. allocated(error)) call go_on(recorder, earlier, motion, memory, quiet, error)
-      if (.not. earlier%resumable) then
-         if (file%scene%integrator%method == "auto") then
-            call choose_method(motion, y, choice)
-            call recorder%output%use_method(0.0_wp, trim(choice%method), &
-               choice_words(file%scene, choice))
-         else
-            call recorder%output%use_method(0.0_wp, file%scene%integrator%method)
-         end if
-      end if
-      if (profile) call motion%profile%begin()
-      cpu_march = cpu_seconds()
-      if (.not. allocated(error)) call march(motion, file%scene%integrator%method, y, &
-         file%scene%t_end, file%scene%output%interval, file%scene%integrator%max_step, recorder, &
-         t, statistics, stopped, error, memory)
-      if (profile) recorder%output%cpu_by_effect = motion%profile%result( &
-         cpu_seconds() - cpu_march, recorder%output%cpu_output)
+      if (.not. allocated(error)) call go_on(recorder, earlier, simulation, quiet, error)
+      if (.not. earlier%resumable) call recorder%output%use_method(0.0_wp, &
+         trim(simulation%choice%method), simulation%reason())
+      if (.not. allocated(error)) call simulate(simulation, recorder, error)
+      if (profile) recorder%output%cpu_by_effect = simulation%motion%profile%result( &
+         simulation%cpu, recorder%output%cpu_output)
       call recorder%progress%clear()
       if (allocated(error)) then
          if (error%status == status_file) then
@@ -159,8 +139,7 @@ contains
             call discard_unreadable(file%scene%output%file, error)
             return
          end if
-         error%message = failure_text(file%scene, motion%system, y, t, error%message)
-         call recorder%output%finish(motion%system, y, statistics, "failed", write_error)
+         call finish("failed", write_error)
          if (.not. allocated(write_error)) call forget(file%scene%output%file, .true., write_error)
          if (allocated(write_error)) then
             error%message = error%message // new_line("a") // write_error%message
@@ -170,33 +149,44 @@ contains
          end if
          return
       end if
-      call recorder%output%finish(motion%system, y, statistics, &
-         trim(merge("interrupted", "complete   ", stopped)), error)
+      call finish(trim(merge("interrupted", "complete   ", simulation%stopped)), error)
       if (allocated(error)) then
          call recorder%output%abandon()
          call discard_unreadable(file%scene%output%file, error)
          return
       end if
-      if (.not. stopped) call forget(file%scene%output%file, .true., error)
+      if (.not. simulation%stopped) call forget(file%scene%output%file, .true., error)
       if (allocated(error)) return
-      if (tell) call print_summary(file%scene, motion%system, recorder, statistics, y_start, y, &
-         recorder%output%elapsed(), stopped, error)
+      if (tell) call print_summary(file%scene, simulation, recorder, error)
       if (allocated(error)) return
-      if (stopped) call fatal(error, "interrupted at t = " // number_text(t, 8) // &
-         " s; the rows so far are in " // file%scene%output%file // part_suffix // &
-         ", --resume continues the run", status_interrupted)
+      if (simulation%stopped) call fatal(error, "interrupted at t = " // &
+         number_text(simulation%time(), 8) // " s; the rows so far are in " // &
+         file%scene%output%file // part_suffix // ", --resume continues the run", &
+         status_interrupted)
+
+   contains
+
+      !> Close the output file.
+      subroutine finish(status, error)
+         !> How the run ended.
+         character(len=*), intent(in) :: status
+         !> Set when the file cannot be written.
+         type(error_type), allocatable, intent(out) :: error
+
+         call recorder%output%finish(simulation%motion%system, simulation%memory%y, &
+            simulation%memory%statistics, status, error)
+      end subroutine finish
+
    end subroutine run_scene
 
    !> Take up an earlier life, if there is one, and remove what is left of others.
-   subroutine go_on(recorder, earlier, motion, memory, quiet, error)
+   subroutine go_on(recorder, earlier, simulation, quiet, error)
       !> The recorder, its file open.
       type(recorder_type), intent(inout) :: recorder
       !> The earlier life.
       type(earlier_type), intent(inout) :: earlier
-      !> The motion, whose contacts get their memory back.
-      type(motion_type), intent(inout) :: motion
-      !> What the march remembers.
-      type(memory_type), intent(inout) :: memory
+      !> The simulation, which gets its memory back.
+      type(simulation_type), intent(inout) :: simulation
       !> Whether notices are suppressed.
       logical, intent(in) :: quiet
       !> Set when a file cannot be read or written.
@@ -204,7 +194,7 @@ contains
 
       if (earlier%resumable) then
          call recorder%output%restore(earlier%source, earlier%checkpoint, error)
-         call memory%exchange(motion, earlier%checkpoint)
+         call simulation%exchange(earlier%checkpoint)
          call recorder%exchange(earlier%checkpoint)
          if (.not. allocated(error)) call earlier%checkpoint%result(error)
          if (allocated(error)) then
@@ -213,8 +203,10 @@ contains
                earlier%source
             return
          end if
-         call recorder%progress%begin(quiet, min(memory%t/recorder%t_end, 1.0_wp))
-         call recorder%progress%note("resuming at t = " // number_text(memory%t, 8) // " s")
+         call recorder%progress%begin(quiet, min(simulation%time()/recorder%t_end, &
+            1.0_wp))
+         call recorder%progress%note("resuming at t = " // number_text(simulation%time(), 8) // &
+            " s")
       end if
       call forget(recorder%output%name, .not. earlier%resumable, error)
    end subroutine go_on
@@ -420,30 +412,23 @@ contains
    end subroutine change_method
 
    !> Print what the run comes down to.
-   subroutine print_summary(scene, system, recorder, statistics, y_start, y, seconds, stopped, &
-      error)
+   subroutine print_summary(scene, simulation, recorder, error)
       type(scene_type), intent(in) :: scene
-      !> Its equations of motion.
-      type(system_type), intent(in) :: system
+      !> At its end, or where it was interrupted.
+      type(simulation_type), intent(in) :: simulation
       type(recorder_type), intent(in) :: recorder
-      !> Counters.
-      type(statistics_type), intent(in) :: statistics
-      !> Initial state.
-      real(wp), intent(in) :: y_start(:)
-      !> Final state.
-      real(wp), intent(in) :: y(:)
-      !> Wall and CPU time [s].
-      real(wp), intent(in) :: seconds(2)
-      !> Whether the run was interrupted.
-      logical, intent(in) :: stopped
       !> Set when the standard output cannot be written.
       type(error_type), allocatable, intent(out) :: error
+      real(wp) :: y_start(simulation%motion%n), seconds(2)
       character(len=:), allocatable :: text
       integer :: i
 
       text = ""
+      y_start = initial_state(scene, simulation%motion%n)
+      seconds = recorder%output%elapsed()
       if (scene%title /= "") call line(scene%title)
-      associate (s => recorder%output%summary)
+      associate (s => recorder%output%summary, system => simulation%motion%system, &
+         y => simulation%memory%y, statistics => simulation%memory%statistics)
          call line("  simulated  " // number_text(s%time, 8) // " s with " // &
             scene%integrator%method // " at rtol " // to_text(scene%integrator%rtol))
          if (allocated(recorder%output%choice)) call line("  auto       " // &
@@ -484,7 +469,7 @@ contains
             " s CPU, " // number_text(seconds(1), 3) // " s wall")
          if (allocated(recorder%output%cpu_by_effect)) call shares()
          if (allocated(recorder%advice)) call line("  advice     " // recorder%advice)
-         if (stopped) then
+         if (simulation%stopped) then
             call line("  output     " // scene%output%file // part_suffix // " (interrupted), " // &
                to_text(s%rows) // " rows")
          else
@@ -515,7 +500,7 @@ contains
          character(len=:), allocatable :: words
 
          words = ""
-         if (system%applied_index > 0) words = ", " // &
+         if (simulation%motion%system%applied_index > 0) words = ", " // &
             number_text(recorder%output%summary%work_applied, 5) // " J supplied"
       end function supplied
 
@@ -549,7 +534,7 @@ contains
          type(pose_type) :: pose
          real(wp) :: quaternion(4)
 
-         call system%pose_of(state, body, pose, quaternion)
+         call simulation%motion%system%pose_of(state, body, pose, quaternion)
          associate (axis => pose%rotation(:, 3))
             angle = number_text(atan2(hypot(axis(1), axis(2)), axis(3))*180.0_wp/pi, 5)
          end associate

@@ -4,16 +4,15 @@
 !> rows, the same summary.
 module contensou_drivers_sweep_case
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
-   use contensou_sweep_crew, only : begin_piece, crew_stopping, lock_texts, unlock_texts
+   use contensou_sweep_crew, only : begin_piece, crew_stopping
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : wall_seconds
-   use contensou_drivers_report, only : failure_text, number_text
-   use contensou_dynamics_assembly, only : assemble, initial_state
-   use contensou_integrate_choice, only : choice_type, choose_method
-   use contensou_integrate_integrator, only : statistics_type
-   use contensou_integrate_march, only : event_touch, march, observer_type
-   use contensou_integrate_motion, only : motion_type, set_up_motion
+   use contensou_base_text, only : number_text
+   use contensou_base_text_lock, only : lock_texts, unlock_texts
+   use contensou_integrate_march, only : event_touch, observer_type
+   use contensou_integrate_motion, only : motion_type
+   use contensou_study_simulation, only : new_simulation, simulate, simulation_type
    use contensou_study_quantities, only : components_of, final_state, n_quantities, &
       row_quantities, row_type, state_quantities, state_size, summary_quantities, summary_type, &
       summary_values
@@ -150,13 +149,9 @@ contains
       !> Whether the case was left because all stop; then there is no row.
       logical, intent(out) :: stopped
       type(scene_file_type) :: file
-      type(motion_type), target :: motion
+      type(simulation_type) :: simulation
       type(witness_type) :: witness
-      type(statistics_type) :: statistics
-      type(choice_type) :: choice
       type(error_type), allocatable :: error
-      real(wp), allocatable :: y(:)
-      real(wp) :: t
 
       results = ieee_value(results, ieee_quiet_nan)
       message = ""
@@ -164,40 +159,36 @@ contains
       status = case_invalid
       call lock_texts()
       call begin_piece(thread)
-      if (sweep%time_limit < huge(t)) witness%deadline = wall_seconds() + sweep%time_limit
+      if (sweep%time_limit < huge(sweep%time_limit)) witness%deadline = wall_seconds() + &
+         sweep%time_limit
       call sweep%scene_of(number, file, error)
+      if (.not. allocated(error)) then
+         status = case_failed
+         call new_simulation(file, simulation, error)
+      end if
       if (allocated(error)) then
          message = error%message
          call unlock_texts()
          return
       end if
-      call assemble(file%scene, motion%system)
-      y = initial_state(file%scene, motion%system%n)
-      call set_up_motion(motion, file%scene, y)
       call unlock_texts()
 
       witness%outline => outline
-      call prepare(witness, motion)
-      ! A run chooses, too, before its march does.
-      if (file%scene%integrator%method == "auto") call choose_method(motion, y, choice)
-      call march(motion, file%scene%integrator%method, y, file%scene%t_end, &
-         file%scene%output%interval, file%scene%integrator%max_step, witness, t, statistics, &
-         stopped, error)
+      call prepare(witness, simulation%motion)
+      call simulate(simulation, witness, error)
       if (witness%late) then
-         stopped = .false.
          status = case_too_long
          call lock_texts()
-         message = "given up at t = " // number_text(t, 6) // " s after " // &
+         message = "given up at t = " // number_text(simulation%time(), 6) // " s after " // &
             number_text(sweep%time_limit, 4) // " s of wall time"
          call unlock_texts()
       else if (allocated(error)) then
-         status = case_failed
-         call lock_texts()
-         message = failure_text(file%scene, motion%system, y, t, error%message)
-         call unlock_texts()
-      else if (.not. stopped) then
+         message = error%message
+      else if (simulation%stopped) then
+         stopped = .true.
+      else
          status = case_complete
-         call collect(witness, motion, y, statistics, results)
+         call collect(witness, simulation, results)
       end if
    end subroutine run_case
 
@@ -218,21 +209,18 @@ contains
    end subroutine prepare
 
    !> Fill the columns of a case that is complete.
-   subroutine collect(witness, motion, y, statistics, results)
+   subroutine collect(witness, simulation, results)
       type(witness_type), intent(in) :: witness
-      type(motion_type), intent(in) :: motion
-      !> Final state.
-      real(wp), intent(in) :: y(:)
-      !> Counters of the integrator.
-      type(statistics_type), intent(in) :: statistics
+      !> At its end.
+      type(simulation_type), intent(in) :: simulation
       !> The columns.
       real(wp), intent(inout) :: results(:)
       real(wp) :: summary(size(summary_quantities))
-      real(wp) :: state(state_size, size(motion%system%bodies))
+      real(wp) :: state(state_size, size(simulation%motion%system%bodies))
       integer :: i
 
-      summary = summary_values(witness%summary, statistics)
-      call final_state(motion%system, y, state)
+      summary = summary_values(witness%summary, simulation%memory%statistics)
+      call final_state(simulation%motion%system, simulation%memory%y, state)
       associate (o => witness%outline)
          do i = 1, size(results)
             select case (o%source(i))

@@ -5,9 +5,8 @@ module contensou_drivers_sweep_cases
    use contensou_sweep_crew, only : job_type, piece_stopped
    use contensou_sweep_journal, only : journal_type
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_text, only : to_text
+   use contensou_base_text, only : number_text, to_text
    use contensou_drivers_progress, only : progress_type
-   use contensou_drivers_report, only : number_text
    use contensou_drivers_sweep_case, only : outline_type, run_case
    use contensou_drivers_sweep_selection, only : selection_type
    use contensou_sweep_plan, only : sweep_type

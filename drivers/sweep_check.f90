@@ -3,14 +3,11 @@ module contensou_drivers_sweep_check
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : cpu_seconds, write_stdout
-   use contensou_base_text, only : join, string_type, to_text
+   use contensou_base_text, only : join, number_text, string_type, to_text
    use contensou_drivers_command_line, only : command_type
-   use contensou_drivers_report, only : number_text
-   use contensou_dynamics_assembly, only : assemble, initial_state
-   use contensou_integrate_choice, only : choice_type, choose_method
-   use contensou_integrate_integrator, only : statistics_type
-   use contensou_integrate_march, only : march, observer_type
-   use contensou_integrate_motion, only : motion_type, set_up_motion
+   use contensou_integrate_march, only : observer_type
+   use contensou_integrate_motion, only : motion_type
+   use contensou_study_simulation, only : new_simulation, simulate, simulation_type
    use contensou_study_quantities, only : row_type
    use contensou_scene_reader, only : scene_file_type
    use contensou_sweep_plan, only : sweep_type
@@ -210,14 +207,10 @@ contains
       !> What is known of the cases so far.
       type(trial_type), intent(inout) :: trial
       type(scene_file_type) :: file
-      type(motion_type), target :: motion
+      type(simulation_type) :: simulation
       type(stopwatch_type) :: stopwatch
-      type(choice_type) :: choice
-      type(statistics_type) :: statistics
       type(error_type), allocatable :: error
-      real(wp), allocatable :: y(:)
-      real(wp) :: start, t
-      logical :: stopped
+      real(wp) :: start
 
       start = cpu_seconds()
       call sweep%scene_of(number, file, error)
@@ -227,22 +220,18 @@ contains
          trial%spent = trial%spent + seconds
          return
       end if
-      call assemble(file%scene, motion%system)
-      y = initial_state(file%scene, motion%system%n)
-      call set_up_motion(motion, file%scene, y)
-      call stopwatch%row%prepare(motion%system)
-      if (file%scene%integrator%method == "auto") call choose_method(motion, y, choice)
+      call new_simulation(file, simulation, error)
+      call stopwatch%row%prepare(simulation%motion%system)
       stopwatch%deadline = start + longest_trial
-      call march(motion, file%scene%integrator%method, y, file%scene%t_end, &
-         file%scene%output%interval, file%scene%integrator%max_step, stopwatch, t, statistics, &
-         stopped, error)
+      if (.not. allocated(error)) call simulate(simulation, stopwatch, error)
       seconds = cpu_seconds() - start
       trial%spent = trial%spent + seconds
       if (allocated(error)) then
          trial%failed = trial%failed + 1
-      else if (stopped) then
+      else if (simulation%stopped) then
          trial%unfinished = trial%unfinished + 1
-         if (t > 0.0_wp) seconds = seconds*max(1.0_wp, file%scene%t_end/t)
+         if (simulation%time() > 0.0_wp) seconds = seconds*max(1.0_wp, &
+            file%scene%t_end/simulation%time())
       end if
       seconds = min(seconds, sweep%time_limit)
    end subroutine time_case

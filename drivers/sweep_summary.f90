@@ -5,9 +5,8 @@ module contensou_drivers_sweep_summary
    use contensou_sweep_journal, only : journal_message_length
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : file_exists, write_stdout
-   use contensou_base_text, only : string_type, to_text
+   use contensou_base_text, only : number_text, string_type, to_text
    use contensou_drivers_command_line, only : command_text, command_type
-   use contensou_drivers_report, only : number_text
    use contensou_drivers_sweep_cases, only : cases_type, threads_text
    use contensou_drivers_sweep_trajectories, only : run_words, trajectories_type
    use contensou_sweep_plan, only : sweep_type

@@ -6,7 +6,7 @@ module contensou_base_text
    private
 
    public :: string_type
-   public :: lower, to_text, read_real, quote, strings, join, shorten, starts_with
+   public :: lower, number_text, to_text, read_real, quote, strings, join, shorten, starts_with
    public :: edit_distance, nearest
 
    !> A text of its own length, for lists of texts.
@@ -60,6 +60,28 @@ contains
          end if
       end do
    end function lower
+
+   !> A number with a given count of significant digits, without superfluous blanks.
+   pure function number_text(x, digits) result(text)
+      !> The number.
+      real(wp), intent(in) :: x
+      !> Significant digits, 1 to 17.
+      integer, intent(in) :: digits
+      character(len=:), allocatable :: text
+      character(len=32) :: buffer, form
+      integer :: before
+
+      before = 0
+      if (abs(x) > 0.0_wp) before = floor(log10(abs(x))) + 1
+      if (before < -2 .or. before > 6) then
+         write(form, "('(es32.', i0, ')')") max(digits - 1, 1)
+      else
+         write(form, "('(f32.', i0, ')')") max(digits - before, 0)
+      end if
+      write(buffer, form) x
+      text = trim(adjustl(buffer))
+      if (text(len(text):) == ".") text = text(:len(text) - 1)
+   end function number_text
 
    !> Decimal text of an integer.
    pure function integer_to_text(x) result(s)

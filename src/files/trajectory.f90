@@ -729,11 +729,13 @@ contains
       !> Time [s].
       real(wp), intent(in) :: t
       character(len=*), intent(in) :: method
-      !> Why `auto` begins with it; not present without `auto` or later on.
+      !> Why `auto` begins with it; empty without `auto`, not present later on.
       character(len=*), intent(in), optional :: choice
       character(len=len(self%methods)), allocatable :: methods(:)
 
-      if (present(choice)) self%choice = choice
+      if (present(choice)) then
+         if (choice /= "") self%choice = choice
+      end if
       if (.not. allocated(self%methods)) then
          allocate(self%methods(0), self%method_times(0))
       end if

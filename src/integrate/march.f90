@@ -15,8 +15,8 @@ module contensou_integrate_march
    implicit none(type, external)
    private
 
-   public :: observer_type, march, event_touch, event_lift, integrator_methods, jacobian_kinds, &
-      new_integrator, begin_rigid, row_count, memory_type, switch_type
+   public :: observer_type, begin_march, march, event_touch, event_lift, integrator_methods, &
+      jacobian_kinds, new_integrator, row_count, memory_type, plan_type, switch_type
 
    !> Methods of integration, as named in a scene.
    character(len=*), parameter :: integrator_methods(*) = [character(len=11) :: &
@@ -59,6 +59,18 @@ module contensou_integrate_march
       real(wp) :: explicit_step = 0.0_wp
    end type switch_type
 
+   !> What a march is to do.
+   type :: plan_type
+      !> One of `integrator_methods`.
+      character(len=11) :: method = ""
+      !> End of time [s].
+      real(wp) :: t_end = 0.0_wp
+      !> Interval of the rows [s].
+      real(wp) :: interval = 0.0_wp
+      !> Largest step [s], 0 for no bound.
+      real(wp) :: max_step = 0.0_wp
+   end type plan_type
+
    !> What a march needs to go on later where it stopped, besides what the contacts of its motion
    !> remember.
    type :: memory_type
@@ -83,8 +95,8 @@ module contensou_integrate_march
       procedure :: exchange => exchange_memory
    end type memory_type
 
-   !> Who looks on.
-   type, abstract :: observer_type
+   !> Who looks on; this one does nothing.
+   type :: observer_type
       !> Whether `keep` is to be called after this step; `after_step` may set it.
       logical :: keep_due = .false.
       !> Time of a state that is asked for beside the rows [s]; a march hands it to `between` when
@@ -242,7 +254,8 @@ contains
       type(checkpoint_type), intent(inout) :: checkpoint
       integer :: i
 
-      if (.not. allocated(self%y)) allocate(self%y(motion%n), self%closed(motion%n_events), &
+      if (.not. allocated(self%y)) allocate(self%y(motion%n))
+      if (.not. allocated(self%closed)) allocate(self%closed(motion%n_events), &
          self%undecided(motion%n_events))
       call checkpoint%exchange("t", self%t)
       call checkpoint%exchange("state", self%y)
@@ -260,69 +273,64 @@ contains
       end do
    end subroutine exchange_memory
 
-   !> March to the end.
-   subroutine march(motion, method, y, t_end, interval, max_step, observer, t, statistics, &
-      stopped, error, earlier)
-      !> The motion; its contacts remember their impacts.
-      class(motion_type), intent(inout), target :: motion
+   !> Make ready for a march: settle rigid contacts that touch at once, choose a method.
+   subroutine begin_march(motion, method, memory, choice, error)
+      !> The motion, set up.
+      class(motion_type), intent(inout) :: motion
       !> One of `integrator_methods`.
       character(len=*), intent(in) :: method
-      !> State, initial on entry, final on return.
-      real(wp), intent(inout) :: y(:)
-      !> End of time [s].
-      real(wp), intent(in) :: t_end
-      !> Interval of the rows [s].
-      real(wp), intent(in) :: interval
-      !> Largest step [s], 0 for no bound.
-      real(wp), intent(in) :: max_step
+      !> Where the march begins: time and state are set.
+      type(memory_type), intent(inout) :: memory
+      !> What `auto` chose; only the method without it.
+      type(choice_type), intent(out) :: choice
+      !> Set when the rigid contacts cannot be settled.
+      type(error_type), allocatable, intent(out) :: error
+
+      if (motion%system%n_rigid > 0) call begin_rigid(motion, memory%t, memory%y, error)
+      if (allocated(error)) return
+      choice%method = method
+      if (method == "auto") then
+         call choose_method(motion, memory%y, choice)
+         if (choice%method /= "explicit8") memory%switch%explicit_step = &
+            explicit_reach/choice%fastest
+      end if
+      memory%switch%method = choice%method
+   end subroutine begin_march
+
+   !> March to the end, or until the observer stops it; then another call goes on.
+   subroutine march(motion, plan, memory, observer, stopped, error)
+      !> The motion; its contacts remember their impacts.
+      class(motion_type), intent(inout), target :: motion
+      type(plan_type), intent(in) :: plan
+      !> From where it goes on, as `begin_march` or a march left it.
+      type(memory_type), intent(inout) :: memory
       !> Who looks on.
       class(observer_type), intent(inout) :: observer
-      !> Time reached [s].
-      real(wp), intent(out) :: t
-      !> Counters.
-      type(statistics_type), intent(out) :: statistics
       !> Whether the observer asked to stop.
       logical, intent(out) :: stopped
       !> Set when the integration or the observer failed.
       type(error_type), allocatable, intent(out) :: error
-      !> What a march remembers that this one continues; the motion has its own memory back.
-      type(memory_type), intent(in), optional :: earlier
       class(integrator_type), allocatable :: integrator
-      type(memory_type) :: memory
-      type(switch_type) :: switch
-      type(choice_type) :: choice
       integer(i8) :: unasked
 
-      if (present(earlier)) memory = earlier
-      t = memory%t
-      if (memory%row > 0) y = memory%y
       stopped = .false.
-      switch = memory%switch
-      switch%before = memory%statistics
-      statistics = switch%before
       ! All rows were written when it stopped.
-      if (memory%row > row_count(t_end, interval)) return
-      switch%may = method == "auto"
-      if (memory%row == 0) then
-         if (motion%system%n_rigid > 0) call begin_rigid(motion, t, y, error)
-         if (allocated(error)) return
-         switch%method = method
-         if (switch%may) then
-            call choose_method(motion, y, choice)
-            switch%method = choice%method
-            if (choice%method /= "explicit8") switch%explicit_step = &
-               explicit_reach/choice%fastest
-         end if
-      end if
-      switch%t_look = t
-      call new_integrator(trim(switch%method), integrator)
-      integrator%alert = switch%may
-      call set_stop(integrator, motion, t)
-      call integrator%start(motion, trim(switch%method), t, y, t_end, max_step, error)
-      unasked = 0
-      if (.not. allocated(error)) call advance(integrator, switch, motion, y, t_end, interval, &
-         max_step, observer, t, unasked, stopped, error, memory)
-      statistics = counters(switch, integrator, unasked)
+      if (memory%row > row_count(plan%t_end, plan%interval)) return
+      associate (switch => memory%switch)
+         switch%before = memory%statistics
+         switch%may = plan%method == "auto"
+         switch%t_look = memory%t
+         switch%steps = 0
+         call new_integrator(trim(switch%method), integrator)
+         integrator%alert = switch%may
+         call set_stop(integrator, motion, memory%t)
+         call integrator%start(motion, trim(switch%method), memory%t, memory%y, plan%t_end, &
+            plan%max_step, error)
+         unasked = 0
+         if (.not. allocated(error)) call advance(integrator, motion, plan, memory, observer, &
+            unasked, stopped, error)
+         memory%statistics = counters(switch, integrator, unasked)
+      end associate
       call integrator%free()
    end subroutine march
 
@@ -353,36 +361,25 @@ contains
    end subroutine set_stop
 
    !> The loop of `march`.
-   subroutine advance(integrator, switch, motion, y, t_end, interval, max_step, observer, t, &
-      unasked, stopped, error, memory)
+   subroutine advance(integrator, motion, plan, memory, observer, unasked, stopped, error)
       !> The integration, started.
       class(integrator_type), allocatable, intent(inout) :: integrator
-      !> Which methods are used.
-      type(switch_type), intent(inout) :: switch
       class(motion_type), intent(inout), target :: motion
-      !> State.
-      real(wp), intent(inout) :: y(:)
-      !> End of time [s].
-      real(wp), intent(in) :: t_end
-      !> Interval of the rows [s].
-      real(wp), intent(in) :: interval
-      !> Largest step [s], 0 for no bound.
-      real(wp), intent(in) :: max_step
+      type(plan_type), intent(in) :: plan
+      !> Where it is: time and state always, the rest when it is kept or at the end.
+      type(memory_type), intent(inout), target :: memory
       !> Who looks on.
       class(observer_type), intent(inout) :: observer
-      !> Time [s].
-      real(wp), intent(inout) :: t
       !> Right-hand sides that were evaluated for states that the observer asked for.
       integer(i8), intent(inout) :: unasked
       !> Whether the observer asked to stop.
       logical, intent(inout) :: stopped
       !> Set when the integration or the observer failed.
       type(error_type), allocatable, intent(out) :: error
-      !> What an earlier march left.
-      type(memory_type), intent(in) :: memory
-      type(memory_type) :: present_memory
       integer(i8) :: row, rows
-      real(wp) :: t_row, row_state(size(y)), t_before, y_before(size(y)), t_dip, bounded_until
+      real(wp), pointer, contiguous :: y(:)
+      real(wp), pointer :: t
+      real(wp) :: t_row, row_state(motion%n), t_before, y_before(motion%n), t_dip, bounded_until
       real(wp) :: gap(motion%n_events), rate(motion%n_events), rate_before(motion%n_events)
       real(wp) :: resolution
       real(wp) :: t_watch
@@ -391,11 +388,13 @@ contains
       logical :: changed, too_deep
       integer :: events(motion%n_events), i
 
+      t => memory%t
+      y => memory%y
       call motion%system%gaps(y, gap)
       call motion%system%gap_rates(y, rate)
       ! A gap that is zero to rounding is a contact from the start, not a touch.
       resolution = 64.0_wp*epsilon(gap)*(1.0_wp + maxval(abs(y)))
-      rows = row_count(t_end, interval)
+      rows = row_count(plan%t_end, plan%interval)
       if (memory%row > 0) then
          undecided = memory%undecided
          closed = memory%closed
@@ -423,7 +422,7 @@ contains
       do while (row <= rows)
          steps = steps + 1
          if (steps >= watched_steps) then
-            call watch_pace(motion, (t - t_watch)/steps, t_end - t, looks, error)
+            call watch_pace(motion, (t - t_watch)/steps, plan%t_end - t, looks, error)
             if (allocated(error)) return
             t_watch = t
             steps = 0
@@ -455,13 +454,13 @@ contains
                cycle
             end if
             if (bounded_until > 0.0_wp .and. t > bounded_until) then
-               call integrator%bound_step(max_step)
+               call integrator%bound_step(plan%max_step)
                bounded_until = 0.0_wp
             end if
          end if
          do while (row <= rows)
-            t_row = min(row*interval, t_end)
-            if (row == rows) t_row = t_end
+            t_row = min(row*plan%interval, plan%t_end)
+            if (row == rows) t_row = plan%t_end
             if (t_row > t) exit
             call integrator%interpolate(t_row, row_state)
             call observer%sample(motion, t_row, row_state, error)
@@ -498,9 +497,9 @@ contains
             call integrator%restart(t, y, error)
             if (allocated(error)) return
          end if
-         if (switch%may .and. bounded_until <= 0.0_wp .and. row <= rows) then
-            call switch_if_due(integrator, switch, motion, t, y, t_end, max_step, &
-               all(events == 0), observer, error)
+         if (memory%switch%may .and. bounded_until <= 0.0_wp .and. row <= rows) then
+            call switch_if_due(integrator, memory%switch, motion, plan, t, y, all(events == 0), &
+               observer, error)
             if (allocated(error)) return
          else if (allocated(integrator%advice)) then
             call observer%advise(t, integrator%advice)
@@ -509,18 +508,24 @@ contains
          call observer%after_step(t, stopped, error)
          if (allocated(error)) return
          if (stopped .or. observer%keep_due) then
-            present_memory%t = t
-            present_memory%y = y
-            present_memory%row = row
-            present_memory%closed = closed
-            present_memory%undecided = undecided
-            present_memory%bounded_until = bounded_until
-            present_memory%switch = switch
-            present_memory%statistics = counters(switch, integrator, unasked)
-            call observer%keep(motion, present_memory, error)
+            call take_stock()
+            call observer%keep(motion, memory, error)
             if (allocated(error) .or. stopped) return
          end if
       end do
+      call take_stock()
+
+   contains
+
+      !> Bring up to date from where the march goes on.
+      subroutine take_stock()
+         memory%row = row
+         memory%closed = closed
+         memory%undecided = undecided
+         memory%bounded_until = bounded_until
+         memory%statistics = counters(memory%switch, integrator, unasked)
+      end subroutine take_stock
+
    end subroutine advance
 
    !> States that are asked for beside the rows, so that nothing that follows depends on it.
@@ -564,21 +569,17 @@ contains
    end subroutine look_between
 
    !> Go on with another method where the steps of this one are too short.
-   subroutine switch_if_due(integrator, switch, motion, t, y, t_end, max_step, quiet, observer, &
-      error)
+   subroutine switch_if_due(integrator, switch, motion, plan, t, y, quiet, observer, error)
       !> The integration.
       class(integrator_type), allocatable, intent(inout) :: integrator
       !> Which methods are used.
       type(switch_type), intent(inout) :: switch
       class(motion_type), intent(inout), target :: motion
+      type(plan_type), intent(in) :: plan
       !> Time [s].
       real(wp), intent(in) :: t
       !> State.
       real(wp), intent(in) :: y(:)
-      !> End of time [s].
-      real(wp), intent(in) :: t_end
-      !> Largest step [s], 0 for no bound.
-      real(wp), intent(in) :: max_step
       !> Whether no contact has just opened or closed.
       logical, intent(in) :: quiet
       !> Who looks on.
@@ -632,7 +633,8 @@ contains
          call new_integrator(method, integrator)
          integrator%alert = .true.
          call set_stop(integrator, motion, t)
-         call integrator%start(motion, method, t, y, t_end, max_step, error)
+         call integrator%start(motion, method, t, y, plan%t_end, plan%max_step, &
+            error)
          switch%method = method
          call look()
          call observer%change_method(t, method, reason)
@@ -790,7 +792,7 @@ contains
 
    !> Close the rigid contacts that touch at the beginning.
    subroutine begin_rigid(motion, t, y, error)
-      type(motion_type), intent(inout) :: motion
+      class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
       !> State; velocities change if surfaces touch at once and approach.

@@ -9,6 +9,7 @@ module contensou_scene_reader
    use contensou_base_settings, only : domain_text, group_settings_type
    use contensou_base_vectors, only : frame_along
    use contensou_base_text, only : lower, nearest, quote, string_type, to_text
+   use contensou_base_text_lock, only : lock_texts, unlock_texts
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_damping, only : damping_model_type, damping_models, restitution_at_speed, &
       restitution_none
@@ -41,6 +42,8 @@ module contensou_scene_reader
    !> A scene with the texts it came from.
    type :: scene_file_type
       type(scene_type) :: scene
+      !> Its equations of motion, as assembled when it was checked.
+      type(system_type), allocatable :: system
       !> Text of the file as read.
       character(len=:), allocatable :: text
       !> All settings with defaults and overrides, as a namelist text.
@@ -66,7 +69,7 @@ module contensou_scene_reader
 
 contains
 
-   !> Read a scene file, apply overrides, check everything.
+   !> Read a scene file, apply overrides, check everything. Thread-safe.
    subroutine read_scene(path, overrides, output_file, file, error)
       !> Name of the scene file.
       character(len=*), intent(in) :: path
@@ -81,16 +84,16 @@ contains
       type(diagnostics_type) :: diagnostics
       character(len=:), allocatable :: count_text
 
+      call lock_texts()
       call load_scene(path, overrides, output_file, loaded, diagnostics, error)
-      if (allocated(error)) return
-      if (diagnostics%count() > 0) then
+      if (.not. allocated(error) .and. diagnostics%count() > 0) then
          count_text = to_text(diagnostics%count()) // " errors"
          if (diagnostics%count() == 1) count_text = "1 error"
          call fatal(error, diagnostics%render(loaded%document%sources) // count_text // " in " // &
             path // "; nothing was run", status_usage)
-         return
       end if
-      file = loaded%file
+      if (.not. allocated(error)) file = loaded%file
+      call unlock_texts()
    end subroutine read_scene
 
    !> Read a scene file, apply overrides, check everything, and keep what other scenes can be made
@@ -116,7 +119,7 @@ contains
       loaded%file%text = loaded%raw%bytes
       call settle_scene(loaded%raw, overrides, loaded%document, loaded%settings, diagnostics)
       settings = loaded%settings
-      call build(settings, path, output_file, loaded%file%scene, diagnostics)
+      call build(settings, path, output_file, loaded%file%scene, loaded%file%system, diagnostics)
       if (diagnostics%count() == 0) loaded%file%resolved = resolved_text(settings)
    end subroutine load_scene
 
@@ -147,16 +150,17 @@ contains
    end subroutine settle_scene
 
    !> Build a scene from settings in which values were changed. Thread-safe.
-   subroutine build_case(settings, path, scene, diagnostics)
+   subroutine build_case(settings, path, file, diagnostics)
       !> The settings, as `settle_scene` makes them; derived values are filled in.
       type(settings_type), intent(inout) :: settings
       !> Name of the scene file.
       character(len=*), intent(in) :: path
-      type(scene_type), intent(out) :: scene
+      !> The scene; its texts are not set.
+      type(scene_file_type), intent(out) :: file
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
-      call build(settings, path, "", scene, diagnostics)
+      call build(settings, path, "", file%scene, file%system, diagnostics)
    end subroutine build_case
 
    !> Apply overrides and expand bearings: first what the bearings are made from, then the rest,
@@ -184,7 +188,7 @@ contains
 
    !> Build the scene from its settings; references and everything that concerns several keys are
    !> checked here.
-   subroutine build(settings, path, output_file, scene, diagnostics)
+   subroutine build(settings, path, output_file, scene, system, diagnostics)
       !> The settings; derived values are filled in.
       type(settings_type), intent(inout) :: settings
       !> Name of the scene file.
@@ -192,10 +196,11 @@ contains
       !> Name of the output file from the command line; blank for that of the scene.
       character(len=*), intent(in) :: output_file
       type(scene_type), intent(out) :: scene
+      !> Its equations of motion; not allocated after a mistake.
+      type(system_type), allocatable, intent(out) :: system
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(group_spec_type), allocatable :: groups(:)
-      type(system_type) :: system
       integer, allocatable :: n(:)
       integer :: i
 
@@ -238,6 +243,7 @@ contains
       if (diagnostics%count() > 0) return
       call check_contacts(settings, scene, diagnostics)
       if (diagnostics%count() > 0) return
+      allocate(system)
       call assemble(scene, system)
       call fill_in(settings, scene, system)
       call check_overlaps(settings, scene, system, diagnostics)

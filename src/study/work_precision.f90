@@ -9,13 +9,13 @@ module contensou_study_work_precision
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : unit_quaternion
    use contensou_base_operating_system, only : cpu_seconds, signal_received
-   use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_dynamics_scene, only : motion_free, scene_type
    use contensou_dynamics_system, only : body_size, contact_report_type
-   use contensou_integrate_choice, only : choice_type, choose_method
    use contensou_integrate_integrator, only : statistics_type
-   use contensou_integrate_march, only : event_touch, march, observer_type
-   use contensou_integrate_motion, only : motion_type, set_up_motion
+   use contensou_integrate_march, only : event_touch, observer_type
+   use contensou_integrate_motion, only : motion_type
+   use contensou_study_simulation, only : new_simulation, simulate, simulation_options_type, &
+      simulation_type
    implicit none(type, external)
    private
 
@@ -190,51 +190,40 @@ contains
       type(gauge_type), intent(inout) :: gauge
       !> What came out.
       type(trial_type), intent(inout) :: trial
-      type(motion_type), target :: motion
-      type(scene_type) :: own_scene
-      type(statistics_type) :: statistics
-      type(choice_type) :: choice
+      type(simulation_type) :: simulation
+      type(simulation_options_type) :: options
       type(error_type), allocatable :: error
-      real(wp), allocatable :: y(:)
-      real(wp) :: t, start
-      logical :: stopped
       integer :: samples, k
 
       samples = scene%cost%samples
-      own_scene = scene
-      own_scene%integrator%rtol = rtol
-      call assemble(own_scene, motion%system)
-      y = initial_state(own_scene, motion%system%n)
-      call set_up_motion(motion, own_scene, y)
+      options%method = method
+      options%rtol = rtol
+      options%interval = scene%t_end/samples
+      call new_simulation(scene, simulation, error, options)
       allocate(gauge%kept%event_time(64), gauge%kept%event_code(64))
       if (gauge%keep_states) allocate(gauge%kept%y(body_size*size(scene%bodies), 0:samples))
       gauge%free = scene%bodies%motion == motion_free
-      choice%method = method
-      if (method == "auto") call choose_method(motion, y, choice)
-      if (choice%method == "explicit8") gauge%explicit_since = 0.0_wp
-      start = cpu_seconds()
-      gauge%deadline = start + deadline
-      call march(motion, method, y, scene%t_end, scene%t_end/samples, scene%integrator%max_step, &
-         gauge, t, statistics, stopped, error)
-      start = cpu_seconds() - start
-      trial%statistics = statistics
+      if (simulation%choice%method == "explicit8") gauge%explicit_since = 0.0_wp
+      gauge%deadline = cpu_seconds() + deadline
+      if (.not. allocated(error)) call simulate(simulation, gauge, error)
+      trial%statistics = simulation%memory%statistics
       trial%n_events = gauge%kept%n_events
       trial%energy = gauge%energy
-      trial%cpu = min(trial%cpu, start)
+      trial%cpu = min(trial%cpu, simulation%cpu)
       trial%outcome = outcome_done
       trial%message = ""
       if (allocated(error)) then
          trial%outcome = outcome_failed
-         trial%message = error%message
+         trial%message = simulation%failure
       else if (gauge%interrupted) then
          trial%outcome = outcome_stopped
-      else if (stopped) then
+      else if (simulation%stopped) then
          trial%outcome = outcome_slow
       end if
       do k = 1, 2
          call take_root(gauge%distance(k), samples, gauge%free)
       end do
-      if (gauge%explicit_since >= 0.0_wp) call count_explicit(gauge, t)
+      if (gauge%explicit_since >= 0.0_wp) call count_explicit(gauge, simulation%time())
       gauge%kept%explicit_share = gauge%explicit_time/scene%t_end
    end subroutine run_gauge
 

@@ -46,8 +46,6 @@ int contensou_crew_run(void *context, int64_t pieces, int threads, double time_l
    char *reason);
 void contensou_crew_begin(int thread);
 int contensou_crew_stopping(void);
-void contensou_crew_lock(void);
-void contensou_crew_unlock(void);
 void contensou_system_leave(int status);
 
 enum { most_threads = 1024, reason_size = 512, stack_size = 16 << 20 };
@@ -115,7 +113,6 @@ struct ending {
 static struct board *board = NULL;
 static struct crew *crew = NULL;
 static int stop_seen = 0;
-static pthread_mutex_t one_at_a_time = PTHREAD_MUTEX_INITIALIZER;
 
 static int64_t now(void)
 {
@@ -159,16 +156,6 @@ int contensou_crew_stop_requested(void)
    requests(&set);
    if (sigtimedwait(&set, NULL, &none) > 0) stop_seen = 1;
    return stop_seen;
-}
-
-void contensou_crew_lock(void)
-{
-   pthread_mutex_lock(&one_at_a_time);
-}
-
-void contensou_crew_unlock(void)
-{
-   pthread_mutex_unlock(&one_at_a_time);
 }
 
 void contensou_crew_begin(int thread)

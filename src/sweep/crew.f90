@@ -7,8 +7,7 @@
 !> on. If the program is killed the worker ends with it. What a piece leaves must be in a file: the
 !> memory of the worker is not that of the caller.
 !>
-!> gfortran keeps the length of a function result of deferred length in static memory. Threads that
-!> handle such texts do so between `lock_texts` and `unlock_texts`.
+!> Threads that handle texts do so between `lock_texts` and `unlock_texts` of base.
 module contensou_sweep_crew
    use, intrinsic :: iso_c_binding, only : c_char, c_double, c_f_pointer, c_funloc, c_funptr, &
       c_int, c_int64_t, c_loc, c_null_char, c_ptr
@@ -19,7 +18,7 @@ module contensou_sweep_crew
    private
 
    public :: job_type, run_crew, available_cores
-   public :: hold_signals, stop_requested, begin_piece, crew_stopping, lock_texts, unlock_texts
+   public :: hold_signals, stop_requested, begin_piece, crew_stopping
    public :: piece_done, piece_stopped
 
    integer, parameter :: piece_done = 0
@@ -131,16 +130,6 @@ module contensou_sweep_crew
          !> 1 or 0.
          integer(c_int) :: answer
       end function c_stop_requested
-
-      !> Begin to handle texts in a thread; one thread at a time.
-      subroutine lock_texts() bind(c, name="contensou_crew_lock")
-         implicit none(type, external)
-      end subroutine lock_texts
-
-      !> End to handle texts in a thread.
-      subroutine unlock_texts() bind(c, name="contensou_crew_unlock")
-         implicit none(type, external)
-      end subroutine unlock_texts
 
       !> Do all pieces.
       function c_run(context, pieces, threads, time_limit, work, done, lost, look, reason) &

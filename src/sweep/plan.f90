@@ -261,7 +261,7 @@ contains
             end do
          end do
       end if
-      if (diagnostics%count() == 0) call build_case(settings, self%scene_path, file%scene, &
+      if (diagnostics%count() == 0) call build_case(settings, self%scene_path, file, &
          diagnostics)
       if (diagnostics%count() == 0) return
       text = ""

@@ -79,9 +79,8 @@ program bare_cvode
    use bare_cvode_problem, only : derivative, weights
    use contensou_base_errors, only : error_type
    use contensou_base_text, only : string_type
-   use contensou_dynamics_assembly, only : assemble, initial_state
-   use contensou_integrate_motion, only : motion_type, set_up_motion
    use contensou_scene_reader, only : read_scene, scene_file_type
+   use contensou_study_simulation, only : new_simulation, simulation_type
    implicit none(type, external)
 
    call simulate()
@@ -91,7 +90,7 @@ contains
    !> From the scene to the end of its time.
    subroutine simulate()
       type(scene_file_type) :: file
-      type(motion_type), target :: motion
+      type(simulation_type), target :: simulation
       type(error_type), allocatable :: error
       type(string_type) :: overrides(0)
       type(c_ptr) :: context, memory
@@ -112,13 +111,12 @@ contains
       allocate(character(len=length) :: path)
       call get_command_argument(1, path)
       call read_scene(path, overrides, "", file, error)
+      if (.not. allocated(error)) call new_simulation(file, simulation, error)
       if (allocated(error)) then
          write(error_unit, "(a)") error%message
          stop 2, quiet=.true.
       end if
-      call assemble(file%scene, motion%system)
-      y = initial_state(file%scene, motion%system%n)
-      call set_up_motion(motion, file%scene, y)
+      y = simulation%state()
       n = size(y, kind=int64)
       adams = file%scene%integrator%method == "cvode_adams"
 
@@ -126,7 +124,7 @@ contains
       vector => FN_VMake_Serial(n, y, context)
       memory = FCVodeCreate(merge(CV_ADAMS, CV_BDF, adams), context)
       flag = min(flag, FCVodeInit(memory, c_funloc(derivative), 0.0_c_double, vector))
-      flag = min(flag, FCVodeSetUserData(memory, c_loc(motion)))
+      flag = min(flag, FCVodeSetUserData(memory, c_loc(simulation%motion)))
       flag = min(flag, FCVodeWFtolerances(memory, c_funloc(weights)))
       if (adams) then
          fixed_point => FSUNNonlinSol_FixedPoint(vector, 0, context)

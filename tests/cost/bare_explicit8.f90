@@ -8,9 +8,8 @@ program bare_explicit8
    use, intrinsic :: iso_fortran_env, only : error_unit, output_unit
    use contensou_base_errors, only : error_type
    use contensou_base_text, only : string_type
-   use contensou_dynamics_assembly, only : assemble, initial_state
-   use contensou_integrate_motion, only : set_up_motion
    use contensou_scene_reader, only : read_scene, scene_file_type
+   use contensou_study_simulation, only : new_simulation, simulation_type
    use cost_bare_loop, only : integrate_bare
    use cost_problem, only : handle_type, outcome_type
    implicit none(type, external)
@@ -22,6 +21,7 @@ contains
    !> From the scene to the end of its time.
    subroutine simulate()
       type(scene_file_type) :: file
+      type(simulation_type) :: simulation
       type(handle_type), target :: handle
       type(outcome_type) :: outcome
       type(error_type), allocatable :: error
@@ -33,13 +33,13 @@ contains
       allocate(character(len=length) :: path)
       call get_command_argument(1, path)
       call read_scene(path, overrides, "", file, error)
+      if (.not. allocated(error)) call new_simulation(file, simulation, error)
       if (allocated(error)) then
          write(error_unit, "(a)") error%message
          stop 2, quiet=.true.
       end if
-      call assemble(file%scene, handle%motion%system)
-      handle%y = initial_state(file%scene, handle%motion%system%n)
-      call set_up_motion(handle%motion, file%scene, handle%y)
+      handle%motion = simulation%motion
+      handle%y = simulation%state()
       handle%t_end = file%scene%t_end
       call integrate_bare(handle, outcome)
       write(output_unit, "(i0, 2es25.16)") outcome%steps, handle%y(3), outcome%cpu

@@ -66,12 +66,9 @@ program bare_sweep
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
    use contensou_base_text, only : string_type
-   use contensou_dynamics_assembly, only : assemble, initial_state
    use contensou_dynamics_scene, only : scene_type
-   use contensou_integrate_integrator, only : statistics_type
-   use contensou_integrate_march, only : march
-   use contensou_integrate_motion, only : motion_type, set_up_motion
    use contensou_scene_reader, only : read_scene, scene_file_type
+   use contensou_study_simulation, only : new_simulation, simulate, simulation_type
    use contensou_sweep_plan, only : sweep_type
    use contensou_sweep_reader, only : read_sweep
    implicit none(type, external)
@@ -115,25 +112,18 @@ contains
    function evaluations(scene) result(count)
       type(scene_type), intent(in) :: scene
       integer(i8) :: count
-      type(motion_type), target :: motion
+      type(simulation_type) :: simulation
       type(witness_type) :: witness
-      type(statistics_type) :: statistics
       type(error_type), allocatable :: error
-      real(wp), allocatable :: y(:)
-      real(wp) :: t
-      logical :: stopped
 
-      call assemble(scene, motion%system)
-      y = initial_state(scene, motion%system%n)
-      call set_up_motion(motion, scene, y)
-      call witness%row%prepare(motion%system)
-      call march(motion, scene%integrator%method, y, scene%t_end, scene%output%interval, &
-         scene%integrator%max_step, witness, t, statistics, stopped, error)
+      call new_simulation(scene, simulation, error)
+      call witness%row%prepare(simulation%motion%system)
+      if (.not. allocated(error)) call simulate(simulation, witness, error)
       if (allocated(error)) then
          write(error_unit, "(a)") error%message
          stop 1, quiet=.true.
       end if
-      count = statistics%derivatives
+      count = simulation%memory%statistics%derivatives
    end function evaluations
 
 end program bare_sweep

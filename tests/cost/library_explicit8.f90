@@ -619,9 +619,8 @@ program library_explicit8
    use, intrinsic :: iso_fortran_env, only : error_unit, output_unit
    use contensou_base_errors, only : error_type
    use contensou_base_text, only : string_type
-   use contensou_dynamics_assembly, only : assemble, initial_state
-   use contensou_integrate_motion, only : set_up_motion
    use contensou_scene_reader, only : read_scene, scene_file_type
+   use contensou_study_simulation, only : new_simulation, simulation_type
    use cost_bare_loop, only : integrate_bare
    use library_explicit8_gsl, only : integrate_gsl
    use library_explicit8_own, only : integrate_own
@@ -636,6 +635,7 @@ contains
    !> From the scene to the touch.
    subroutine simulate()
       type(scene_file_type) :: file
+      type(simulation_type) :: simulation
       type(handle_type), target :: handle
       type(outcome_type) :: outcome
       type(error_type), allocatable :: error
@@ -651,12 +651,12 @@ contains
       settings(size(settings) - 1)%s = "integrator.method=explicit8"
       settings(size(settings))%s = "integrator.rtol=" // argument(3)
       call read_scene(argument(1), settings, "", file, error)
+      if (.not. allocated(error)) call new_simulation(file, simulation, error)
       if (allocated(error)) call give_up(error%message, 2)
       method = argument(2)
       contact = argument(4)
-      call assemble(file%scene, handle%motion%system)
-      handle%y = initial_state(file%scene, handle%motion%system%n)
-      call set_up_motion(handle%motion, file%scene, handle%y)
+      handle%motion = simulation%motion
+      handle%y = simulation%state()
       handle%t_end = file%scene%t_end
       allocate(handle%gaps(size(file%scene%contacts)))
       do i = 1, size(file%scene%contacts)

@@ -7,12 +7,11 @@ program rhs_probe
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : string_type
-   use contensou_dynamics_assembly, only : assemble, initial_state
-   use contensou_dynamics_system, only : system_type
    use contensou_scene_reader, only : read_scene, scene_file_type
+   use contensou_study_simulation, only : new_simulation, simulation_type
    implicit none(type, external)
    type(scene_file_type) :: file
-   type(system_type) :: system
+   type(simulation_type) :: simulation
    type(error_type), allocatable :: error
    type(string_type) :: overrides(0)
    real(wp), allocatable :: y(:), rate(:)
@@ -30,17 +29,19 @@ program rhs_probe
       stop 2, quiet=.true.
    end if
    call read_scene(path, overrides, "", file, error)
+   if (.not. allocated(error)) call new_simulation(file, simulation, error)
    if (allocated(error)) then
       write(error_unit, "(a)") error%message
       stop 2, quiet=.true.
    end if
-   call assemble(file%scene, system)
-   y = initial_state(file%scene, system%n)
-   allocate(rate(system%n))
+   y = simulation%state()
+   allocate(rate(size(y)))
    rate = 0.0_wp
-   where (system%contacts%rigid) system%contacts%closed = .true.
-   do i = 1, count
-      call system%derivative(0.0_wp, y, rate)
-   end do
+   associate (system => simulation%motion%system)
+      where (system%contacts%rigid) system%contacts%closed = .true.
+      do i = 1, count
+         call system%derivative(0.0_wp, y, rate)
+      end do
+   end associate
    write(output_unit, "(*(es24.16))") rate
 end program rhs_probe

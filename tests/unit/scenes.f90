@@ -1,14 +1,15 @@
 !> Small scenes for the tests, made without a file.
 module test_scenes
+   use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : rotation_matrix
    use contensou_base_vectors, only : cross, frame_along
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_surface, only : shape_plane, shape_sphere
-   use contensou_dynamics_assembly, only : assemble, contact_length, initial_state
    use contensou_dynamics_scene, only : scene_type
-   use contensou_integrate_motion, only : motion_type, set_up_motion
+   use contensou_integrate_motion, only : motion_type
+   use contensou_study_simulation, only : new_simulation, simulation_type
    use test_harness, only : random_type
    implicit none(type, external)
    private
@@ -137,11 +138,14 @@ contains
       !> The initial state.
       real(wp), allocatable, intent(out) :: y(:)
 
-      call assemble(scene, motion%system)
-      if (scene%integrator%length_scale <= 0.0_wp) scene%integrator%length_scale = &
-         contact_length(scene, motion%system, scene%integrator%velocity_scale)
-      y = initial_state(scene, motion%system%n)
-      call set_up_motion(motion, scene, y)
+      type(simulation_type) :: simulation
+      type(error_type), allocatable :: error
+
+      call new_simulation(scene, simulation, error)
+      if (allocated(error)) error stop "a scene of the tests cannot be simulated"
+      scene%integrator%length_scale = simulation%scene%integrator%length_scale
+      motion = simulation%motion
+      y = simulation%state()
    end subroutine set_motion
 
    !> A random state of `two_bodies` with a given gap.

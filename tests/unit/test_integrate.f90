@@ -7,10 +7,12 @@ module test_integrate
    use contensou_dynamics_scene, only : scene_type
    use contensou_integrate_cvode, only : sundials_version
    use contensou_integrate_integrator, only : integrator_type, statistics_type
-   use contensou_integrate_march, only : event_lift, event_touch, integrator_methods, march, &
+   use contensou_integrate_march, only : event_lift, event_touch, integrator_methods, &
       new_integrator, observer_type, row_count
    use contensou_integrate_motion, only : motion_type
    use contensou_integrate_problem, only : problem_type
+   use contensou_study_simulation, only : new_simulation, simulate, simulation_options_type, &
+      simulation_type
    use test_contact, only : impact_coefficient, new_damping, rebound
    use test_harness, only : check, check_close, worst_type
    use test_scenes, only : ball, damping_index, friction_index, set_motion
@@ -405,19 +407,17 @@ contains
       type(statistics_type), intent(out), optional :: statistics
       !> Time reached [s].
       real(wp), intent(out), optional :: t_reached
-      type(motion_type), target :: motion
-      type(statistics_type) :: counters
-      real(wp), allocatable :: y(:)
-      real(wp) :: t
-      logical :: halted
+      type(simulation_type) :: simulation
+      type(simulation_options_type) :: options
 
       call recorder%clear()
-      call set_motion(scene, motion, y)
-      call march(motion, scene%integrator%method, y, scene%t_end, interval, &
-         scene%integrator%max_step, recorder, t, counters, halted, error)
-      if (present(stopped)) stopped = halted
-      if (present(statistics)) statistics = counters
-      if (present(t_reached)) t_reached = t
+      options%interval = interval
+      call new_simulation(scene, simulation, error, options)
+      if (.not. allocated(error)) call simulate(simulation, recorder, error)
+      if (allocated(simulation%failure)) error%message = simulation%failure
+      if (present(stopped)) stopped = simulation%stopped
+      if (present(statistics)) statistics = simulation%memory%statistics
+      if (present(t_reached)) t_reached = simulation%time()
    end subroutine run
 
    !> Number of rows.

@@ -5,12 +5,12 @@ module test_jacobian_scenes
    use contensou_base_text, only : string_type, to_text
    use contensou_contact_geometry, only : pose_type
    use contensou_dynamics_system, only : body_size, contact_report_type
-   use contensou_integrate_integrator, only : statistics_type
-   use contensou_integrate_march, only : march, observer_type
+   use contensou_integrate_march, only : observer_type
    use contensou_integrate_motion, only : motion_type
+   use contensou_study_simulation, only : new_simulation, simulate, simulation_options_type, &
+      simulation_type
    use contensou_scene_reader, only : read_scene, scene_file_type
    use test_harness, only : check, worst_type
-   use test_scenes, only : set_motion
    implicit none(type, external)
    private
 
@@ -84,38 +84,35 @@ contains
       !> Its file.
       character(len=*), intent(in) :: name
       type(scene_file_type) :: file
-      type(motion_type), target :: motion
+      type(simulation_type) :: simulation
+      type(simulation_options_type) :: options
       type(keeper_type) :: keeper
       type(error_type), allocatable :: error
       type(string_type) :: overrides(0)
       type(worst_type) :: worst, consistent
-      type(statistics_type) :: statistics
-      real(wp), allocatable :: start(:), y(:)
-      real(wp) :: t, t_end
-      logical :: stopped
       integer :: i, undecided, decided, closed
 
       call read_scene(name, overrides, "", file, error)
       call check(.not. allocated(error), name // ": is read")
       if (allocated(error)) return
-      call set_motion(file%scene, motion, start)
-      allocate(keeper%t(most), keeper%y(motion%n, most))
-      allocate(keeper%shut(size(motion%system%contacts), most))
-      allocate(y, source=start)
-      t_end = min(file%scene%t_end, longest_time)
-      keeper%part = rows_of_contact/size(motion%system%contacts)/parts
-      call march(motion, file%scene%integrator%method, y, t_end, t_end/(parts*keeper%part), &
-         0.0_wp, keeper, t, statistics, stopped, error)
+      keeper%part = rows_of_contact/size(file%scene%contacts)/parts
+      options%t_end = min(file%scene%t_end, longest_time)
+      options%interval = options%t_end/(parts*keeper%part)
+      options%max_step = 0.0_wp
+      call new_simulation(file, simulation, error, options)
+      allocate(keeper%t(most), keeper%y(simulation%motion%n, most))
+      allocate(keeper%shut(size(file%scene%contacts), most))
+      if (.not. allocated(error)) call simulate(simulation, keeper, error)
       call check(.not. allocated(error), name // ": runs")
       if (allocated(error)) return
       undecided = 0
       decided = 0
       closed = 0
       do i = 1, keeper%n
-         motion%system%contacts%closed = keeper%shut(:, i)
-         if (touches(motion, keeper%y(:, i))) cycle
-         call compare(motion, keeper%t(i), keeper%y(:, i), i, worst, consistent, decided, &
-            undecided, closed)
+         simulation%motion%system%contacts%closed = keeper%shut(:, i)
+         if (touches(simulation%motion, keeper%y(:, i))) cycle
+         call compare(simulation%motion, keeper%t(i), keeper%y(:, i), i, worst, consistent, &
+            decided, undecided, closed)
       end do
       call check(closed > 0, name // ": contacts are closed at some of the states")
       call worst%check_below(bound, name // ": Jacobian against differences")

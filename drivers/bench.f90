@@ -11,7 +11,7 @@ module contensou_drivers_bench
    use contensou_drivers_bench_report, only : bars_text, csv_text, table_text, write_hdf5
    use contensou_drivers_bench_suite, only : new_suite, suite_type
    use contensou_drivers_bench_times, only : measure_times
-   use contensou_drivers_command_line, only : command_type
+   use contensou_drivers_command_line, only : command_line_type, command_type, option_type
    use contensou_drivers_progress, only : progress_type
    use contensou_files_hdf5_file, only : hdf5_file_type
    use contensou_files_trajectory, only : part_suffix
@@ -19,6 +19,25 @@ module contensou_drivers_bench
    private
 
    public :: bench_command, check_output, write_text
+
+   !> What `contensou bench` takes.
+   type(option_type), parameter :: options(*) = [ &
+      option_type("kernels", "", "what is measured", needs="a benchmark"), &
+      option_type("--output", "NAME", "write NAME.csv and NAME.h5", "-o", "the name of a file"), &
+      option_type("--force", "", "replace existing files"), &
+      option_type("--quick", "", "2 s, fewer arguments: rough times")]
+
+   !> What the user asks for.
+   type :: bench_config_type
+      !> What is measured.
+      character(len=:), allocatable :: benchmark
+      !> Output files without their ending; blank for none.
+      character(len=:), allocatable :: name
+      !> Whether existing files are replaced.
+      logical :: force = .false.
+      !> Whether to measure for a short time only.
+      logical :: quick = .false.
+   end type bench_config_type
 
    !> Things that can be measured.
    character(len=*), parameter :: benchmarks(1) = ["kernels"]
@@ -31,37 +50,48 @@ module contensou_drivers_bench
 
 contains
 
+   !> `contensou bench` in the table of commands.
+   function bench_command() result(command)
+      type(command_type) :: command
+
+      command = command_type("bench", "measure error and cost of the kernels", options, &
+         "measures error and cost of every way to compute every kernel, in 8 s", execute=bench)
+   end function bench_command
+
    !> Measure, print, and write files if they are asked for.
-   subroutine bench_command(command, error)
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
+   subroutine bench(line, error)
+      type(command_line_type), intent(in) :: line
       !> Set when there is a mistake or a file cannot be written.
       type(error_type), allocatable, intent(out) :: error
       type(suite_type) :: suite
-      character(len=:), allocatable :: name, text
+      type(bench_config_type) :: config
+      character(len=:), allocatable :: text
       integer :: rounds
       type(progress_type) :: progress
 
-      if (.not. any(benchmarks == lower(command%subject))) then
-         text = "unknown benchmark " // quote(command%subject)
-         if (nearest(command%subject, benchmarks) > 0) then
+      config%benchmark = line%text("kernels")
+      config%name = base_name(line%text("--output"))
+      config%force = line%has("--force")
+      config%quick = line%has("--quick")
+      if (.not. any(benchmarks == lower(config%benchmark))) then
+         text = "unknown benchmark " // quote(config%benchmark)
+         if (nearest(config%benchmark, benchmarks) > 0) then
             call fatal(error, text // "; did you mean 'kernels'?", status_usage)
          else
             call fatal(error, text // "; possible is kernels", status_usage)
          end if
          return
       end if
-      name = base_name(command%output)
-      if (name /= "") then
-         call check_output(name // ".csv", command%force, error)
-         if (.not. allocated(error)) call check_output(name // ".h5", command%force, error)
+      if (config%name /= "") then
+         call check_output(config%name // ".csv", config%force, error)
+         if (.not. allocated(error)) call check_output(config%name // ".h5", config%force, error)
          if (allocated(error)) return
       end if
       call progress%begin(.not. is_terminal(2), 0.0_wp)
-      call progress%stage("measuring for about " // trim(merge("2", "8", command%quick)) // " s")
+      call progress%stage("measuring for about " // trim(merge("2", "8", config%quick)) // " s")
       call new_suite(suite)
-      call check_errors(suite, command%quick)
-      call measure_times(suite, merge(quick_time, full_time, command%quick), rounds)
+      call check_errors(suite, config%quick)
+      call measure_times(suite, merge(quick_time, full_time, config%quick), rounds)
       call progress%clear()
 
       text = "contensou " // program_version // ", commit " // git_commit() // ", " // &
@@ -75,9 +105,9 @@ contains
       text = text // "; times are the least of " // to_text(rounds) // " interleaved rounds" // nl
       text = text // table_text(suite) // nl // bars_text(suite)
       ! Files first: a reader of the output that goes away does not cost the measurement.
-      if (name /= "") call write_files(suite, name, rounds, command%force, error)
+      if (config%name /= "") call write_files(suite, config%name, rounds, config%force, error)
       if (.not. allocated(error)) call write_stdout(text, error)
-   end subroutine bench_command
+   end subroutine bench
 
    !> A name without the ending .csv or .h5.
    pure function base_name(output) result(name)

@@ -1,94 +1,145 @@
-!> Command line of the executable: from words to one plain configuration per sub-command.
+!> Command lines: a table of options makes the parser, the usage and the suggestions.
+!>
+!> A command is a file of its own. It has a table of what it takes and a plain configuration type,
+!> which it fills from the parsed line; `contensou_drivers_commands` lists the commands.
 module contensou_drivers_command_line
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : nearest, quote, read_real, starts_with, string_type
-   use contensou_compare_rules, only : built_in_text, whole_run_text
    implicit none(type, external)
    private
 
-   public :: command_type, parse_command_line, command_line_words, command_text, usage_text, &
-      commands
+   public :: option_type, command_type, command_line_type, set_option, quiet_option
+   public :: command_line_words, command_text, parse_command_line, usage_text, program_usage
+   public :: takes_text, takes_number, takes_non_negative, takes_positive, takes_count
 
-   !> What the user asks for; a sub-command uses the fields that its usage names.
+   !> Any text; an empty one only if the option does not say what it needs.
+   integer, parameter :: takes_text = 0
+
+   !> A finite number.
+   integer, parameter :: takes_number = 1
+
+   !> A finite number >= 0.
+   integer, parameter :: takes_non_negative = 2
+
+   !> A finite number > 0.
+   integer, parameter :: takes_positive = 3
+
+   !> A whole number from 1 to 999999.
+   integer, parameter :: takes_count = 4
+
+   !> What a command takes: an option, whose name begins with `-`, or an operand.
+   type :: option_type
+      !> Name in full, such as `--output` or `SCENE`.
+      character(len=16) :: name = ""
+      !> Word for the value of an option, such as `FILE`; blank for a flag.
+      character(len=12) :: value = ""
+      !> What it is or does.
+      character(len=160) :: text = ""
+      !> Short name, such as `-o`; blank for none.
+      character(len=2) :: short = ""
+      !> What a value needs to be, such as "a time >= 0 [s]"; blank if an empty text will do. An
+      !> operand that is needed says what the command needs, such as "a scene".
+      character(len=40) :: needs = ""
+      !> What kind of value it takes, one of the `takes_*` codes.
+      integer :: takes = takes_text
+      !> Whether it may be given many times; of others the last one counts.
+      logical :: repeats = .false.
+   contains
+      procedure :: is_option
+      procedure :: is_flag
+   end type option_type
+
+   !> Option that replaces a value of a scene.
+   type(option_type), parameter :: set_option = option_type("--set", "PATH=VALUE", &
+      "replace a value: PATH is group.key, name.key or group.name.key", repeats=.true.)
+
+   !> Option that keeps a command from showing its progress.
+   type(option_type), parameter :: quiet_option = option_type("--quiet", "", &
+      "no progress on stderr", "-q")
+
+   !> A command.
    type :: command_type
-      !> Sub-command: run, check, models, eval, bench, cost, diff, sweep, merge, help, version.
-      character(len=:), allocatable :: name
-      !> Scene (run, check), model (models), kernel (eval), what to measure (bench), first file
-      !> (diff, merge), sweep (sweep) or topic (help); may be blank.
-      character(len=:), allocatable :: subject
-      !> Texts of the `--set` options.
-      type(string_type), allocatable :: overrides(:)
-      !> Output file (run); blank for that of the scene. Output files without ending (bench).
-      character(len=:), allocatable :: output
-      !> Whether to replace existing output files.
-      logical :: force = .false.
-      !> Whether to print the scene with all settings and patterns expanded, no more (check).
-      logical :: expand = .false.
-      !> Whether to continue an interrupted run (run).
-      logical :: resume = .false.
-      !> Seconds between two checkpoints (run) [s].
-      real(wp) :: checkpoint = 5.0_wp
-      !> Whether to measure for a short time only (bench).
-      logical :: quick = .false.
-      !> Whether the wrench comes with its derivatives (eval).
-      logical :: jacobian = .false.
-      !> Whether to be silent on stderr unless something is wrong.
-      logical :: quiet = .false.
-      !> Model of a kernel (eval); blank for the default.
-      character(len=:), allocatable :: model
-      !> Input file (eval); blank for the standard input. Second file (diff).
-      character(len=:), allocatable :: input
-      !> Regularisation velocity (eval wrench) [m/s].
-      real(wp) :: delta = 0.0_wp
-      !> File of rules (diff); blank for none.
-      character(len=:), allocatable :: rules
-      !> Whether only a part of the run is compared (diff).
-      logical :: has_until = .false.
-      !> End of that part (diff) [s].
-      real(wp) :: until = 0.0_wp
-      !> CSV file (cost); blank for none.
-      character(len=:), allocatable :: csv
-      !> Whether the cheapest choice for an error is asked for (cost).
-      logical :: has_error = .false.
-      !> That error, scaled (cost) [-].
-      real(wp) :: largest_error = 0.0_wp
-      !> Whether the CPU time is told by effect (run).
-      logical :: profile = .false.
-      !> Number of threads (sweep); 0 for as many as there are cores.
-      integer :: jobs = 0
-      !> Which part of the cases is done (sweep), and of how many; 0 for all.
-      integer :: shard = 0, shards = 0
-      !> Ranges of cases that are done (sweep), such as "1:500,800"; blank for all.
-      character(len=:), allocatable :: cases
-      !> Files that are joined (merge).
-      type(string_type), allocatable :: files(:)
-      !> Whether cases may be missing (merge).
-      logical :: partial = .false.
+      !> Its name.
+      character(len=16) :: name = ""
+      !> What it does, in a line.
+      character(len=80) :: summary = ""
+      !> What it takes: operands in their order, and options.
+      type(option_type), allocatable :: options(:)
+      !> What its usage says before the options, in place of the summary; may be left out.
+      character(len=:), allocatable :: description
+      !> What its usage says after them; may be left out.
+      character(len=:), allocatable :: notes
+      !> Option of the program that means this command, such as `--version`; blank for none.
+      character(len=16) :: alias = ""
+      !> Does it.
+      procedure(execute_interface), pointer, nopass :: execute => null()
    end type command_type
 
-   !> Sub-commands.
-   character(len=*), parameter :: commands(*) = [character(len=8) :: &
-      "run", "check", "models", "eval", "bench", "cost", "diff", "sweep", "merge", "help", &
-      "version"]
+   !> An option or operand as it was given.
+   type :: given_type
+      !> Index into the options of the command.
+      integer :: option = 0
+      !> Its value; empty for a flag.
+      character(len=:), allocatable :: value
+   end type given_type
 
-   !> What a sub-command needs.
-   type :: operand_type
-      !> Sub-command.
-      character(len=8) :: command
-      !> Its first operand, in words.
-      character(len=12) :: operand
-   end type operand_type
+   !> A parsed command line.
+   type :: command_line_type
+      !> The words after the name of the program.
+      type(string_type), allocatable :: words(:)
+      !> All commands of the program.
+      type(command_type), allocatable :: commands(:)
+      !> Which one of them is asked for.
+      integer :: command = 0
+      !> Usage, if it is asked for instead of the command; otherwise not allocated.
+      character(len=:), allocatable :: usage
+      !> What was given.
+      type(given_type), allocatable, private :: given(:)
+   contains
+      procedure :: has
+      procedure :: text => text_of
+      procedure :: texts => texts_of
+      procedure :: number => number_of
+      procedure :: count => count_of
+   end type command_line_type
 
-   !> Sub-commands that need an operand.
-   type(operand_type), parameter :: operands(*) = [operand_type("run", "scene"), &
-      operand_type("check", "scene"), operand_type("eval", "kernel"), &
-      operand_type("bench", "benchmark"), operand_type("cost", "scene"), &
-      operand_type("diff", "file"), operand_type("sweep", "sweep file"), &
-      operand_type("merge", "file")]
+   abstract interface
+      !> Do what a command line asks for.
+      subroutine execute_interface(line, error)
+         import :: command_line_type, error_type
+         implicit none(type, external)
+         !> The parsed line.
+         type(command_line_type), intent(in) :: line
+         !> Set when it could not be done. A message that is empty is not shown: only the exit
+         !> status counts.
+         type(error_type), allocatable, intent(out) :: error
+      end subroutine execute_interface
+   end interface
+
+   !> Largest width of a usage.
+   integer, parameter :: width = 100
+
+   character(len=*), parameter :: digits = "0123456789", nl = new_line("a")
 
 contains
+
+   !> Whether this is an option, not an operand.
+   elemental function is_option(self)
+      class(option_type), intent(in) :: self
+      logical :: is_option
+
+      is_option = self%name(1:1) == "-"
+   end function is_option
+
+   !> Whether this is an option without a value.
+   elemental function is_flag(self)
+      class(option_type), intent(in) :: self
+      logical :: is_flag
+
+      is_flag = self%is_option() .and. self%value == ""
+   end function is_flag
 
    !> The words of the command line after the program's name.
    function command_line_words() result(words)
@@ -103,472 +154,389 @@ contains
       end do
    end function command_line_words
 
-   !> Understand the command line.
-   subroutine parse_command_line(words, command, error)
+   !> Understand a command line.
+   subroutine parse_command_line(words, commands, line, error)
       !> Words after the program's name.
       type(string_type), intent(in) :: words(:)
-      !> What the user asks for.
-      type(command_type), intent(out) :: command
+      !> Commands of the program.
+      type(command_type), intent(in) :: commands(:)
+      type(command_line_type), intent(out) :: line
       !> Set when it cannot be understood.
       type(error_type), allocatable, intent(out) :: error
-      integer :: i, first
+      integer :: i
 
-      command%name = ""
-      command%subject = ""
-      command%output = ""
-      command%model = ""
-      command%input = ""
-      command%rules = ""
-      command%csv = ""
-      command%cases = ""
-      allocate(command%overrides(0), command%files(0))
+      line%words = words
+      line%commands = commands
+      allocate(line%given(0))
       if (size(words) == 0) then
-         call fatal(error, "no command is given" // new_line("a") // usage_text(""), status_usage)
+         call fatal(error, "no command is given" // nl // program_usage(commands), status_usage)
          return
       end if
-      first = 2
-      select case (words(1)%s)
-      case ("--version", "-V")
-         command%name = "version"
-      case ("--help", "-h")
-         command%name = "usage"
-         return
-      case default
-         command%name = words(1)%s
-         if (.not. any(commands == command%name)) then
-            i = nearest(command%name, commands)
+      associate (word => words(1)%s)
+         if (word == "--help" .or. word == "-h") then
+            line%usage = program_usage(commands)
+            return
+         end if
+         line%command = findloc(commands%name == word, .true., dim=1)
+         if (line%command == 0 .and. starts_with(word, "--")) line%command = &
+            findloc(commands%alias == word, .true., dim=1)
+         if (line%command == 0 .and. word == "-V") line%command = &
+            findloc(commands%name == "version", .true., dim=1)
+         if (line%command == 0 .or. word == "") then
+            i = nearest(word, commands%name)
             if (i > 0) then
-               call fatal(error, "unknown command " // quote(command%name) // "; did you mean " // &
-                  quote(trim(commands(i))) // "?", status_usage)
+               call fatal(error, "unknown command " // quote(word) // "; did you mean " // &
+                  quote(trim(commands(i)%name)) // "?", status_usage)
             else
-               call fatal(error, "unknown command " // quote(command%name) // new_line("a") // &
-                  usage_text(""), status_usage)
+               call fatal(error, "unknown command " // quote(word) // nl // &
+                  program_usage(commands), status_usage)
             end if
             return
          end if
-      end select
-      do i = first, size(words)
-         if (words(i)%s == "--help" .or. words(i)%s == "-h") then
-            command%subject = command%name
-            command%name = "usage"
-            return
-         end if
+      end associate
+      do i = 2, size(words)
+         if (words(i)%s /= "--help" .and. words(i)%s /= "-h") cycle
+         line%usage = usage_text(commands(line%command))
+         return
       end do
-      call parse_options(words, first, command, error)
-      if (allocated(error)) return
-      if (command%subject == "" .and. any(command%name == operands%command)) then
-         i = findloc(operands%command == command%name, .true., dim=1)
-         call fatal(error, command%name // " needs a " // trim(operands(i)%operand) // &
-            new_line("a") // usage_text(command%name), status_usage)
-      else if (command%name == "diff" .and. command%input == "") then
-         call fatal(error, "diff needs two files" // new_line("a") // usage_text("diff"), &
-            status_usage)
-      else if (command%resume .and. command%force) then
-         call fatal(error, "--resume continues what there is, --force replaces it: only one " // &
-            "of them can be meant", status_usage)
-      end if
+      call parse_words(commands(line%command), line, error)
    end subroutine parse_command_line
 
-   !> Options and operands of a sub-command.
-   subroutine parse_options(words, first, command, error)
-      !> Words of the command line.
-      type(string_type), intent(in) :: words(:)
-      !> First one to look at.
-      integer, intent(in) :: first
-      !> What the user asks for.
-      type(command_type), intent(inout) :: command
-      !> Set when it cannot be understood.
+   !> Understand the words after the name of a command.
+   subroutine parse_words(command, line, error)
+      type(command_type), intent(in) :: command
+      !> The line; what is given is set.
+      type(command_line_type), intent(inout) :: line
+      !> Set when they cannot be understood.
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: word, value
-      logical :: valid, only_operands
-      integer :: i, n_operands
+      type(option_type), allocatable :: operands(:)
+      character(len=:), allocatable :: name, value
+      integer :: i, k, n_operands
+      logical :: only_operands, attached
 
-      i = first
+      operands = pack(command%options, .not. command%options%is_option())
       n_operands = 0
       only_operands = .false.
-      do while (i <= size(words))
-         word = words(i)%s
-         value = ""
-         if (only_operands .or. .not. starts_with(word, "-") .or. word == "-") then
-            call operand()
-         else if (word == "--") then
-            only_operands = .true.
-         else
-            select case (option_of(word))
-            case ("--set")
-               call take_value()
-               if (.not. allocated(error)) call append(command%overrides, value)
-            case ("-o", "--output")
-               call take_value()
-               command%output = value
-               if (.not. allocated(error) .and. value == "") call fatal(error, &
-                  "-o needs the name of a file", status_usage)
-            case ("--model")
-               call take_value()
-               command%model = value
-            case ("--delta")
-               call take_value()
-               if (.not. allocated(error)) then
-                  call read_real(value, command%delta, valid)
-                  if (valid) valid = ieee_is_finite(command%delta)
-                  if (valid) valid = command%delta >= 0.0_wp
-                  if (.not. valid) call fatal(error, "--delta needs a velocity " // &
-                     ">= 0 [m/s], not " // quote(value), status_usage)
-               end if
-            case ("--csv")
-               call take_value()
-               command%csv = value
-               if (.not. allocated(error) .and. value == "") call fatal(error, &
-                  "--csv needs the name of a file", status_usage)
-            case ("--error")
-               call take_value()
-               if (.not. allocated(error)) then
-                  command%has_error = .true.
-                  call read_real(value, command%largest_error, valid)
-                  if (valid) valid = ieee_is_finite(command%largest_error)
-                  if (valid) valid = command%largest_error > 0.0_wp
-                  if (.not. valid) call fatal(error, "--error needs a number > 0 [-], not " // &
-                     quote(value), status_usage)
-               end if
-            case ("--profile")
-               command%profile = .true.
-            case ("-j", "--jobs")
-               call take_value()
-               if (.not. allocated(error)) call read_jobs()
-            case ("--shard")
-               call take_value()
-               if (.not. allocated(error)) call read_shard()
-            case ("--cases")
-               call take_value()
-               command%cases = value
-               if (.not. allocated(error) .and. value == "") call fatal(error, &
-                  "--cases needs ranges such as 1:500,800", status_usage)
-            case ("--partial")
-               command%partial = .true.
-            case ("--rules")
-               call take_value()
-               command%rules = value
-               if (.not. allocated(error) .and. value == "") call fatal(error, &
-                  "--rules needs the name of a file", status_usage)
-            case ("--until")
-               call take_value()
-               if (.not. allocated(error)) then
-                  command%has_until = .true.
-                  call read_real(value, command%until, valid)
-                  if (valid) valid = ieee_is_finite(command%until)
-                  if (.not. valid) call fatal(error, "--until needs a time [s], not " // &
-                     quote(value), status_usage)
-               end if
-            case ("--force")
-               command%force = .true.
-            case ("--resume")
-               command%resume = .true.
-            case ("--checkpoint")
-               call take_value()
-               if (.not. allocated(error)) then
-                  call read_real(value, command%checkpoint, valid)
-                  if (valid) valid = ieee_is_finite(command%checkpoint)
-                  if (valid) valid = command%checkpoint >= 0.0_wp
-                  if (.not. valid) call fatal(error, "--checkpoint needs a time >= 0 [s], not " // &
-                     quote(value), status_usage)
-               end if
-            case ("-q", "--quiet")
-               command%quiet = .true.
-            case ("--quick")
-               command%quick = .true.
-            case ("--expand")
-               command%expand = .true.
-            case ("--jacobian")
-               command%jacobian = .true.
-            case default
-               call unknown()
-            end select
-         end if
-         if (allocated(error)) return
+      i = 1
+      do while (i < size(line%words))
          i = i + 1
+         associate (word => line%words(i)%s)
+            if (only_operands .or. .not. starts_with(word, "-") .or. word == "-") then
+               n_operands = n_operands + 1
+               k = min(n_operands, size(operands))
+               if (k > 0) then
+                  if (k < n_operands .and. .not. operands(k)%repeats) k = 0
+               end if
+               if (k == 0) then
+                  call fatal(error, "unexpected word " // quote(word) // nl // &
+                     usage_text(command), status_usage)
+                  return
+               end if
+               call give(line, findloc(command%options%name == operands(k)%name, .true., dim=1), &
+                  word)
+               cycle
+            else if (word == "--") then
+               only_operands = .true.
+               cycle
+            end if
+            call split(command%options, word, k, name, value, attached)
+            if (k == 0) then
+               call unknown_option(command, word, error)
+               return
+            end if
+            if (.not. command%options(k)%is_flag() .and. .not. attached) then
+               if (i == size(line%words)) then
+                  call fatal(error, word // " needs a value" // nl // usage_text(command), &
+                     status_usage)
+                  return
+               end if
+               i = i + 1
+               value = line%words(i)%s
+            end if
+         end associate
+         if (.not. fits(command%options(k), value)) then
+            name = name // " needs " // trim(command%options(k)%needs)
+            if (command%options(k)%takes /= takes_text) name = name // ", not " // quote(value)
+            call fatal(error, name, status_usage)
+            return
+         end if
+         call give(line, k, value)
       end do
+      if (n_operands >= size(operands)) return
+      if (operands(n_operands + 1)%needs /= "") call fatal(error, trim(command%name) // &
+         " needs " // trim(operands(n_operands + 1)%needs) // nl // usage_text(command), &
+         status_usage)
+   end subroutine parse_words
 
-   contains
+   !> Find the option that a word names.
+   pure subroutine split(options, word, found, name, value, attached)
+      type(option_type), intent(in) :: options(:)
+      character(len=*), intent(in) :: word
+      !> Index of the option; 0 if there is none.
+      integer, intent(out) :: found
+      !> Its name as it was written.
+      character(len=:), allocatable, intent(out) :: name
+      !> Its value, if that is a part of the word.
+      character(len=:), allocatable, intent(out) :: value
+      !> Whether it is.
+      logical, intent(out) :: attached
+      integer :: equals
 
-      !> Take an operand.
-      subroutine operand()
-         n_operands = n_operands + 1
-         if (command%name == "merge") call append(command%files, word)
-         if (n_operands == 1 .and. command%name /= "version") then
-            command%subject = word
-         else if (n_operands == 2 .and. any(command%name == ["eval", "diff"])) then
-            command%input = word
-         else if (command%name /= "merge") then
-            call fatal(error, "unexpected word " // quote(word) // new_line("a") // &
-               usage_text(command%name), status_usage)
-         end if
-      end subroutine operand
+      name = word
+      value = ""
+      equals = 0
+      if (starts_with(word, "--")) equals = index(word, "=")
+      if (equals > 0) then
+         name = word(:equals - 1)
+         value = word(equals + 1:)
+      end if
+      attached = equals > 0
+      found = findloc(options%is_option() .and. (options%name == name .or. &
+         options%short == name), .true., dim=1)
+      if (found == 0 .and. len(word) > 2) then
+         ! As in -j4.
+         found = findloc(options%takes == takes_count .and. options%short == word(:2), .true., &
+            dim=1)
+         if (found == 0) return
+         attached = .true.
+         name = word(:2)
+         value = word(3:)
+      end if
+      if (found == 0) return
+      if (attached .and. options(found)%is_flag()) found = 0
+   end subroutine split
 
-      !> The option of a word, if this sub-command has it.
-      function option_of(word) result(option)
-         character(len=*), intent(in) :: word
-         character(len=:), allocatable :: option
-         integer :: equals
+   !> Whether an option takes a value.
+   pure function fits(option, value)
+      type(option_type), intent(in) :: option
+      character(len=*), intent(in) :: value
+      logical :: fits
+      real(wp) :: x
 
-         equals = index(word, "=")
-         option = word
-         if (starts_with(word, "--") .and. equals > 0) option = word(:equals - 1)
-         if (starts_with(word, "-j") .and. len(word) > 2) option = "-j"
-         select case (option)
-         case ("--set")
-            if (all(command%name /= ["run  ", "check", "cost ", "sweep", "merge"])) option = ""
-         case ("-o", "--output", "--force")
-            if (all(command%name /= ["run  ", "bench", "cost ", "sweep", "merge"])) option = ""
-         case ("-q", "--quiet")
-            if (all(command%name /= ["run  ", "diff ", "cost ", "sweep", "merge"])) option = ""
-         case ("--csv", "--error")
-            if (command%name /= "cost") option = ""
-         case ("--profile")
-            if (command%name /= "run") option = ""
-         case ("-j", "--jobs", "--shard", "--cases")
-            if (command%name /= "sweep") option = ""
-         case ("--partial")
-            if (command%name /= "merge") option = ""
-         case ("--rules", "--until")
-            if (command%name /= "diff") option = ""
-         case ("--resume", "--checkpoint")
-            if (command%name /= "run") option = ""
-         case ("--quick")
-            if (command%name /= "bench") option = ""
-         case ("--expand")
-            if (command%name /= "check") option = ""
-         case ("--model", "--delta", "--jacobian")
-            if (command%name /= "eval") option = ""
-         case default
-            option = ""
-         end select
-         ! Flags take no value.
-         if (any(option == ["--force   ", "--quiet   ", "--quick   ", &
-            "--jacobian", "--expand  ", "--profile ", "--resume  ", "--partial "]) .and. &
-            equals > 0) option = ""
-      end function option_of
-
-      !> The value of an option: after '=', or the next word.
-      subroutine take_value()
-         integer :: equals
-
-         equals = index(word, "=")
-         if (starts_with(word, "--") .and. equals > 0) then
-            value = word(equals + 1:)
-         else if (starts_with(word, "-j") .and. len(word) > 2) then
-            value = word(3:)
-         else if (i < size(words)) then
-            i = i + 1
-            value = words(i)%s
-         else
-            call fatal(error, word // " needs a value" // new_line("a") // &
-               usage_text(command%name), status_usage)
-         end if
-      end subroutine take_value
-
-      !> The number of threads.
-      subroutine read_jobs()
-         integer :: io
-
-         io = 1
-         if (verify(value, "0123456789") == 0 .and. len(value) <= 6) read(value, *, iostat=io) &
-            command%jobs
-         if (io /= 0 .or. command%jobs < 1) call fatal(error, &
-            "-j needs a number of threads >= 1, not " // quote(value), status_usage)
-      end subroutine read_jobs
-
-      !> Which shard of how many.
-      subroutine read_shard()
-         integer :: slash, io
-         logical :: valid
-
-         slash = index(value, "/")
-         valid = slash > 1 .and. slash < len(value) .and. slash <= 9 .and. len(value) - slash <= 8
-         if (valid) valid = verify(value(:slash - 1), "0123456789") == 0 .and. &
-            verify(value(slash + 1:), "0123456789") == 0
-         if (valid) then
-            read(value(:slash - 1), *, iostat=io) command%shard
-            valid = io == 0
-            read(value(slash + 1:), *, iostat=io) command%shards
-            valid = valid .and. io == 0
-         end if
-         if (valid) valid = command%shard >= 1 .and. command%shard <= command%shards
-         if (.not. valid) call fatal(error, "--shard needs K/M with 1 <= K <= M, not " // &
-            quote(value), status_usage)
-      end subroutine read_shard
-
-      !> Report an unknown option.
-      subroutine unknown()
-         character(len=12), parameter :: options(*) = [character(len=12) :: "--set", "--output", &
-            "--force", "--quiet", "--quick", "--model", "--delta", "--jacobian", "--rules", &
-            "--until", "--expand", "--csv", "--error", "--profile", "--resume", "--checkpoint", &
-            "--jobs", "--shard", "--cases", "--partial"]
-         integer :: near, i_option
-         logical :: known(size(options))
-
-         ! Only those that this sub-command has: --quiet and --quick are near each other.
-         do i_option = 1, size(options)
-            known(i_option) = option_of(trim(options(i_option))) /= ""
-         end do
-         near = nearest(word, merge(options, repeat(" ", len(options)), known))
-         if (near > 0) then
-            call fatal(error, "unknown option " // quote(word) // "; did you mean " // &
-               quote(trim(options(near))) // "?", status_usage)
-         else
-            call fatal(error, "unknown option " // quote(word) // new_line("a") // &
-               usage_text(command%name), status_usage)
-         end if
-      end subroutine unknown
-
-   end subroutine parse_options
-
-   !> Add a text to a list.
-   subroutine append(list, text)
-      type(string_type), allocatable, intent(inout) :: list(:)
-      character(len=*), intent(in) :: text
-      type(string_type), allocatable :: longer(:)
-      integer :: i
-
-      allocate(longer(size(list) + 1))
-      do i = 1, size(list)
-         longer(i)%s = list(i)%s
-      end do
-      longer(i)%s = text
-      call move_alloc(longer, list)
-   end subroutine append
-
-   !> Usage of a sub-command, or of the program.
-   pure function usage_text(command) result(text)
-      !> Sub-command; blank for the program.
-      character(len=*), intent(in) :: command
-      character(len=:), allocatable :: text
-      character(len=*), parameter :: nl = new_line("a")
-
-      select case (command)
-      case ("run")
-         text = "usage: contensou run SCENE [--set PATH=VALUE]... [-o FILE] " // &
-            "[--force | --resume] [--checkpoint S] [-q]" // nl // &
-            "  SCENE            namelist file" // nl // &
-            "  --set PATH=VALUE replace a value: PATH is group.key, name.key or group.name.key" // &
-            nl // "  -o FILE          output file, instead of that of the scene" // nl // &
-            "  --force          replace an existing output file" // nl // &
-            "  --resume         continue an interrupted or killed run; begin it if there is " // &
-            "none," // nl // "                   do nothing if it is complete" // nl // &
-            "  --checkpoint S   wall time between two checkpoints [s], default 5" // nl // &
-            "  -q               no progress on stderr" // nl // &
-            "  --profile        tell the CPU time by effect"
-      case ("cost")
-         text = "usage: contensou cost SCENE [--error E] [-o FILE] [--csv FILE] [--force] " // &
-            "[-q] [--set PATH=VALUE]..." // nl // &
-            "  runs the scene over models, methods and tolerances, those of its group &cost," // &
-            nl // "  and reports errors against CPU time" // nl // &
-            "  --error E        name the cheapest choice with an error of at most E" // nl // &
-            "  -o FILE          write an HDF5 file, for scripts/plot" // nl // &
-            "  --csv FILE       write the table" // nl // &
-            "  --force          replace existing files" // nl // &
-            "  -q               no progress on stderr" // nl // &
-            "  --set PATH=VALUE replace a value, as in run: --set cost.rtol=1e-4,1e-6"
-      case ("check")
-         text = "usage: contensou check SCENE [--set PATH=VALUE]... [--expand]" // nl // &
-            "  reads and resolves the scene, reports its effects and their cost, " // &
-            "writes nothing" // nl // &
-            "  --expand         print only the scene that is run, with all settings and " // &
-            "every bearing" // nl // &
-            "                   expanded; it is legal and gives the same run"
-      case ("models")
-         text = "usage: contensou models [NAME]"
-      case ("eval")
-         text = "usage: contensou eval KERNEL [--model NAME] [--delta VELOCITY] [FILE]" // nl // &
-            "  FILE             CSV with a header; standard input if not given" // nl // &
-            "  --delta VELOCITY regularisation velocity of the wrench [m/s], default 0" // nl // &
-            "  --jacobian       the wrench's derivatives, too: dFxdvx ... dTzdw" // nl // &
-            "  KERNEL    inputs             outputs              models, the default first" // nl &
-            // "  elliptic  c1 (or c)          K,E,B,D,dKdc,dEdc    tables, theta, agm, gsl" // nl &
-            // "  hertz     A,B,Estar,delta    c,c1,a,b,N,p0        hertz (= tables), newton, " // &
-            "brewe_hamrock," // nl // &
-            "                                                    greenwood, vilke (= " // &
-            "vilke_chord)," // nl // &
-            "                                                    vilke_power, vilke_exact, " // &
-            "newton_agm," // nl // &
-            "                                                    newton_gsl, newton_theta" // &
-            nl // "  wrench    N,a,b,f,vx,vy,w    Fx,Fy,Tz             contensou_exact, " // &
-            "coulomb, pade11," // nl // &
-            "                                                    pade22, contensou_simplified"
-      case ("bench")
-         text = "usage: contensou bench kernels [-o NAME] [--force] [--quick]" // nl // &
-            "  measures error and cost of every way to compute every kernel, in 8 s" // nl // &
-            "  -o NAME          write NAME.csv and NAME.h5" // nl // &
-            "  --force          replace existing files" // nl // &
-            "  --quick          2 s, fewer arguments: rough times"
-      case ("diff")
-         text = diff_usage()
-      case ("sweep")
-         text = "usage: contensou sweep SWEEP [-j N] [--shard K/M] [--cases A:B[,C]] " // &
-            "[-o FILE] [--force] [-q]" // nl // &
-            "                       [--set PATH=VALUE]..." // nl // &
-            "  runs a scene over its parameters, as a sweep file says, into one table" // nl // &
-            "  -j N             threads; without it OMP_NUM_THREADS, SLURM_CPUS_PER_TASK or " // &
-            "all cores" // nl // &
-            "  --shard K/M      only part K of M, into FILE_shard_K_of_M" // nl // &
-            "  --cases A:B,C    only these cases, into FILE_cases_A_to_C" // nl // &
-            "  -o FILE          table, instead of that of the sweep file" // nl // &
-            "  --force          begin anew, replace existing files" // nl // &
-            "  -q               no progress on stderr" // nl // &
-            "  --set PATH=VALUE replace a value of the scene in all cases, as in run" // nl // &
-            "  a sweep that was stopped goes on when it is started again; exit status 75 if a " // &
-            "signal stopped it"
-      case ("merge")
-         text = "usage: contensou merge FILE... -o TABLE [--force] [--partial] [-q]" // nl // &
-            "       contensou merge SWEEP [-o TABLE] [--force] [--partial] [-q] " // &
-            "[--set PATH=VALUE]..." // nl // &
-            "  joins the tables of shards, or all of those of a sweep file" // nl // &
-            "  -o TABLE         table" // nl // &
-            "  --force          replace an existing table" // nl // &
-            "  --partial        also if cases are missing" // nl // &
-            "  -q               no progress on stderr" // nl // &
-            "  --set PATH=VALUE as it was given to sweep"
-      case ("help")
-         text = "usage: contensou help [GROUP[.KEY] | COMMAND]"
+      select case (option%takes)
+      case (takes_text)
+         fits = value /= "" .or. option%needs == "" .or. option%is_flag()
+      case (takes_count)
+         fits = verify(value, digits) == 0 .and. len(value) >= 1 .and. len(value) <= 6
+         if (fits) fits = verify(value, "0") > 0
       case default
-         text = "usage: contensou COMMAND ..." // nl // &
-            "  run SCENE        simulate a scene" // nl // &
-            "  check SCENE      read a scene or sweep, report its effects and their cost" // nl // &
-            "  models [NAME]    the models that a scene can name" // nl // &
-            "  eval KERNEL      evaluate a kernel on a table of inputs" // nl // &
-            "  cost SCENE       errors and CPU times over models, methods, tolerances" // nl // &
-            "  bench kernels    measure error and cost of the kernels" // nl // &
-            "  diff A.h5 B.h5   compare two output files" // nl // &
-            "  sweep SWEEP      run a scene over parameters, many cases at a time" // nl // &
-            "  merge FILE...    join the tables of parts of a sweep" // nl // &
-            "  help GROUP.KEY   what a key of a scene means" // nl // &
-            "  --version        version of the program" // nl // &
-            "contensou COMMAND --help tells more"
+         call read_real(value, x, fits)
+         if (fits) fits = ieee_is_finite(x)
+         if (fits .and. option%takes == takes_non_negative) fits = x >= 0.0_wp
+         if (fits .and. option%takes == takes_positive) fits = x > 0.0_wp
       end select
+   end function fits
+
+   !> Report an unknown option, with the nearest one of those that the command has.
+   subroutine unknown_option(command, word, error)
+      type(command_type), intent(in) :: command
+      character(len=*), intent(in) :: word
+      type(error_type), allocatable, intent(out) :: error
+      integer :: near
+
+      near = nearest(word, merge(command%options%name, repeat(" ", len(command%options%name)), &
+         command%options%is_option()))
+      if (near > 0) then
+         call fatal(error, "unknown option " // quote(word) // "; did you mean " // &
+            quote(trim(command%options(near)%name)) // "?", status_usage)
+      else
+         call fatal(error, "unknown option " // quote(word) // nl // usage_text(command), &
+            status_usage)
+      end if
+   end subroutine unknown_option
+
+   !> Add what is given.
+   subroutine give(line, option, value)
+      type(command_line_type), intent(inout) :: line
+      !> Index of the option.
+      integer, intent(in) :: option
+      character(len=*), intent(in) :: value
+      type(given_type), allocatable :: longer(:)
+      integer :: n
+
+      n = size(line%given)
+      allocate(longer(n + 1))
+      longer(:n) = line%given
+      longer(n + 1)%option = option
+      longer(n + 1)%value = value
+      call move_alloc(longer, line%given)
+   end subroutine give
+
+   !> Whether an option or operand is given.
+   pure function has(self, name)
+      class(command_line_type), intent(in) :: self
+      !> Its name in full.
+      character(len=*), intent(in) :: name
+      logical :: has
+
+      has = size(self%texts(name)) > 0
+   end function has
+
+   !> Value of an option or operand; empty if it is not given.
+   pure function text_of(self, name) result(text)
+      class(command_line_type), intent(in) :: self
+      !> Its name in full.
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: text
+      type(string_type), allocatable :: texts(:)
+
+      texts = self%texts(name)
+      text = ""
+      if (size(texts) > 0) text = texts(size(texts))%s
+   end function text_of
+
+   !> All values of an option or operand.
+   pure function texts_of(self, name) result(texts)
+      class(command_line_type), intent(in) :: self
+      !> Its name in full.
+      character(len=*), intent(in) :: name
+      type(string_type), allocatable :: texts(:)
+      integer :: i, n, option
+
+      option = findloc(self%commands(self%command)%options%name == name, .true., dim=1)
+      allocate(texts(count(self%given%option == option)))
+      n = 0
+      do i = 1, size(self%given)
+         if (self%given(i)%option /= option) cycle
+         n = n + 1
+         texts(n)%s = self%given(i)%value
+      end do
+   end function texts_of
+
+   !> Number that an option gives.
+   pure function number_of(self, name, default) result(number)
+      class(command_line_type), intent(in) :: self
+      !> Its name in full.
+      character(len=*), intent(in) :: name
+      !> Number without the option.
+      real(wp), intent(in) :: default
+      real(wp) :: number
+      logical :: valid
+
+      number = default
+      if (self%has(name)) call read_real(self%text(name), number, valid)
+   end function number_of
+
+   !> Whole number that an option gives; 0 without it.
+   pure function count_of(self, name) result(number)
+      class(command_line_type), intent(in) :: self
+      !> Its name in full.
+      character(len=*), intent(in) :: name
+      integer :: number
+      character(len=:), allocatable :: text
+
+      number = 0
+      text = self%text(name)
+      if (text /= "") read(text, *) number
+   end function count_of
+
+   !> Usage of the program.
+   function program_usage(commands) result(text)
+      type(command_type), intent(in) :: commands(:)
+      character(len=:), allocatable :: text
+      type(string_type) :: headings(size(commands)), texts(size(commands))
+      integer :: i, k
+
+      do i = 1, size(commands)
+         headings(i)%s = trim(commands(i)%name)
+         if (commands(i)%alias /= "") headings(i)%s = trim(commands(i)%alias)
+         do k = 1, size(commands(i)%options)
+            if (.not. commands(i)%options(k)%is_option()) headings(i)%s = headings(i)%s // " " // &
+               short_form(commands(i)%options(k))
+         end do
+         texts(i)%s = trim(commands(i)%summary)
+      end do
+      text = "usage: contensou COMMAND ..." // nl // table_text(headings, texts) // &
+         "contensou COMMAND --help tells more"
+   end function program_usage
+
+   !> Usage of a command.
+   function usage_text(command) result(text)
+      type(command_type), intent(in) :: command
+      character(len=:), allocatable :: text
+      character(len=:), allocatable :: form
+      type(string_type) :: headings(size(command%options)), texts(size(command%options))
+      integer :: i, column
+
+      text = "usage: contensou " // trim(command%name)
+      column = len(text)
+      do i = 1, size(command%options)
+         form = short_form(command%options(i))
+         associate (option => command%options(i))
+            headings(i)%s = trim(option%name)
+            if (option%is_option()) then
+               if (option%short /= "") headings(i)%s = option%short // ", " // headings(i)%s
+               if (.not. option%is_flag()) headings(i)%s = headings(i)%s // " " // &
+                  trim(option%value)
+            end if
+            texts(i)%s = trim(option%text)
+            if (len(text) - index(text, nl, back=.true.) + 1 + len(form) > width) text = text // &
+               nl // repeat(" ", column)
+            text = text // " " // form
+         end associate
+      end do
+      text = text // nl
+      if (allocated(command%description)) then
+         text = text // paragraph(command%description, 2)
+      else
+         text = text // "  " // trim(command%summary) // nl
+      end if
+      text = text // table_text(headings, texts)
+      if (allocated(command%notes)) text = text // paragraph(command%notes, 2)
+      text = text(:len(text) - 1)
    end function usage_text
 
-   !> Usage of `diff`.
-   pure function diff_usage() result(text)
+   !> An option or operand in the first line of a usage, such as `[-o FILE]`.
+   pure function short_form(option) result(text)
+      type(option_type), intent(in) :: option
       character(len=:), allocatable :: text
-      character(len=*), parameter :: nl = new_line("a")
-      integer :: i
 
-      text = "usage: contensou diff A.h5 B.h5 [--rules FILE] [--until T] [-q]" // nl // &
-         "  compares all data sets and attributes, exactly unless a rule says otherwise;" // nl // &
-         "  exit status 0 same, 1 different, 2 trouble" // nl // &
-         "  --rules FILE     lines PATTERN ATOL RTOL or PATTERN ignore, # for comments;" // nl // &
-         "                   the last that matches wins;" // nl // &
-         "                   |a - b| <= ATOL + RTOL max(|a|, |b|)" // nl // &
-         "  --until T        leave out rows and events after the time T [s]" // nl // &
-         "  -q               no results on stdout" // nl // &
-         "  built-in rules, which only a rule without * ? [ outdoes:"
-      do i = 1, size(built_in_text)
-         text = text // nl // "    " // trim(built_in_text(i))
+      text = trim(option%name)
+      if (option%short /= "") text = trim(option%short)
+      if (option%is_option() .and. .not. option%is_flag()) text = text // " " // trim(option%value)
+      if (option%is_option() .or. option%needs == "") text = "[" // text // "]"
+      if (option%repeats) text = text // "..."
+   end function short_form
+
+   !> Texts beside their headings, in lines.
+   pure function table_text(headings, texts) result(text)
+      type(string_type), intent(in) :: headings(:), texts(:)
+      character(len=:), allocatable :: text
+      character(len=:), allocatable :: lines
+      integer :: i, column
+
+      column = 0
+      do i = 1, size(headings)
+         column = max(column, len(headings(i)%s) + 4)
       end do
-      text = text // nl // "  and with --until, which none outdoes:"
-      do i = 1, size(whole_run_text)
-         text = text // nl // "    " // trim(whole_run_text(i))
+      text = ""
+      do i = 1, size(headings)
+         lines = paragraph(texts(i)%s, column)
+         text = text // "  " // headings(i)%s // lines(len(headings(i)%s) + 3:)
       end do
-   end function diff_usage
+   end function table_text
+
+   !> The lines of a text, indented and broken where they are too wide.
+   pure function paragraph(text, indent) result(lines)
+      character(len=*), intent(in) :: text
+      !> Blanks before each line.
+      integer, intent(in) :: indent
+      character(len=:), allocatable :: lines
+      integer :: start, length, stop
+
+      lines = ""
+      start = 1
+      do while (start <= len(text))
+         length = index(text(start:) // nl, nl) - 1
+         stop = start + length + 1
+         if (length > width - indent) then
+            length = index(text(start:start + width - indent), " ", back=.true.) - 1
+            stop = start + length + 1
+         end if
+         lines = lines // repeat(" ", indent) // text(start:start + length - 1) // nl
+         start = stop
+      end do
+   end function paragraph
 
    !> The command line as one text.
    pure function command_text(words) result(text)

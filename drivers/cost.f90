@@ -12,7 +12,8 @@ module contensou_drivers_cost
    use contensou_contact_normal, only : normal_hertz, normal_models, normal_vilke
    use contensou_contact_vilke, only : vilke_power_index
    use contensou_drivers_bench, only : check_output, write_text
-   use contensou_drivers_command_line, only : command_text, command_type
+   use contensou_drivers_command_line, only : command_line_type, command_text, command_type, &
+      option_type, quiet_option, takes_positive
    use contensou_drivers_progress, only : progress_type
    use contensou_dynamics_scene, only : cost_measures, cost_quantities, scene_type
    use contensou_study_work_precision, only : kinds, outcome_done, outcome_failed, outcome_slow, &
@@ -27,6 +28,35 @@ module contensou_drivers_cost
    private
 
    public :: cost_command
+
+   !> What `contensou cost` takes.
+   type(option_type), parameter :: options(*) = [ &
+      option_type("SCENE", "", "namelist file", needs="a scene"), &
+      option_type("--error", "E", "name the cheapest choice with an error of at most E", &
+      needs="a number > 0 [-]", takes=takes_positive), &
+      option_type("--output", "FILE", "write an HDF5 file, for scripts/plot", "-o", &
+      "the name of a file"), &
+      option_type("--csv", "FILE", "write the table", needs="the name of a file"), &
+      option_type("--force", "", "replace existing files"), &
+      quiet_option, &
+      option_type("--set", "PATH=VALUE", "replace a value, as in run: --set cost.rtol=1e-4,1e-6", &
+      repeats=.true.)]
+
+   !> What the user asks for.
+   type :: cost_config_type
+      !> Name of the scene.
+      character(len=:), allocatable :: scene
+      !> Settings that replace those of the scene.
+      type(string_type), allocatable :: overrides(:)
+      !> HDF5 file and table; blank for none.
+      character(len=:), allocatable :: output, csv
+      !> Whether existing files are replaced.
+      logical :: force = .false.
+      !> Whether there is no progress on stderr.
+      logical :: quiet = .false.
+      !> Largest error of the choice that is asked for, scaled [-]; 0 if none is.
+      real(wp) :: largest_error = 0.0_wp
+   end type cost_config_type
 
    !> Methods of a reference, in the order in which they are tried: two must come to the end. Where
    !> a body comes to rest explicit8 may not; then `auto` is a second method up to there.
@@ -58,47 +88,71 @@ module contensou_drivers_cost
 
 contains
 
+   !> `contensou cost` in the table of commands.
+   function cost_command() result(command)
+      type(command_type) :: command
+
+      command = command_type("cost", "errors and CPU times over models, methods, tolerances", &
+         options, "runs the scene over models, methods and tolerances, those of its group " // &
+         "&cost, and reports errors against CPU time", execute=report_cost)
+   end function cost_command
+
+   !> What a command line asks for.
+   subroutine configure(line, config, error)
+      type(command_line_type), intent(in) :: line
+      type(cost_config_type), intent(out) :: config
+      !> Set when options contradict each other.
+      type(error_type), allocatable, intent(out) :: error
+
+      config%scene = line%text("SCENE")
+      config%overrides = line%texts("--set")
+      config%output = line%text("--output")
+      config%csv = line%text("--csv")
+      config%force = line%has("--force")
+      config%quiet = line%has("--quiet")
+      config%largest_error = line%number("--error", config%largest_error)
+      if (config%csv /= "" .and. config%csv == config%output) call fatal(error, &
+         "-o and --csv name the same file", status_usage)
+   end subroutine configure
+
    !> Run everything, print, and write files if they are asked for.
-   subroutine cost_command(command, words, error)
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
-      !> Words of the command line.
-      type(string_type), intent(in) :: words(:)
+   subroutine report_cost(line, error)
+      type(command_line_type), intent(in) :: line
       !> Set when there is a mistake, a file cannot be written, no run is accurate enough, or a
       !> signal came.
       type(error_type), allocatable, intent(out) :: error
+      type(cost_config_type) :: config
       type(scene_file_type) :: file
       type(study_type) :: study
       type(reference_type), allocatable :: references(:)
       logical :: stopped
 
-      call read_scene(command%subject, command%overrides, "", file, error)
+      call configure(line, config, error)
       if (allocated(error)) return
-      if (command%output /= "") call check_output(command%output, command%force, error)
-      if (.not. allocated(error) .and. command%csv /= "") call check_output(command%csv, &
-         command%force, error)
-      if (.not. allocated(error) .and. command%csv /= "" .and. command%csv == command%output) then
-         call fatal(error, "-o and --csv name the same file", status_usage)
-      end if
+      call read_scene(config%scene, config%overrides, "", file, error)
+      if (allocated(error)) return
+      if (config%output /= "") call check_output(config%output, config%force, error)
+      if (.not. allocated(error) .and. config%csv /= "") call check_output(config%csv, &
+         config%force, error)
       if (allocated(error)) return
       call catch_signals()
       study%scene = file%scene
       call plan_models(study, error)
       if (allocated(error)) return
-      call compute_references(study, references, command%quiet, stopped)
-      if (.not. stopped) call compute_runs(study, references, command%quiet, stopped)
+      call compute_references(study, references, config%quiet, stopped)
+      if (.not. stopped) call compute_runs(study, references, config%quiet, stopped)
       if (stopped) then
          call fatal(error, "interrupted; nothing was written", status_interrupted)
          return
       end if
       call judge_runs(study)
       ! Files first: a reader of the output that goes away does not cost the measurement.
-      call write_files(study, file, command, command_text(words), error)
+      call write_files(study, file, config, command_text(line%words), error)
       if (allocated(error)) return
       call write_stdout(report_text(study), error)
-      if (allocated(error) .or. .not. command%has_error) return
-      call answer(study, command%largest_error, error)
-   end subroutine cost_command
+      if (allocated(error) .or. config%largest_error <= 0.0_wp) return
+      call answer(study, config%largest_error, error)
+   end subroutine report_cost
 
    !> The models that are compared, the exact one first.
    subroutine plan_models(study, error)
@@ -372,11 +426,11 @@ contains
 
    !> Write the files that are asked for, each under a temporary name that it loses when all are
    !> complete.
-   subroutine write_files(study, file, command, line, error)
+   subroutine write_files(study, file, config, line, error)
       type(study_type), intent(in) :: study
       type(scene_file_type), intent(in) :: file
       !> What the user asks for.
-      type(command_type), intent(in) :: command
+      type(cost_config_type), intent(in) :: config
       !> Command line.
       character(len=*), intent(in) :: line
       !> Set on failure.
@@ -386,19 +440,19 @@ contains
       logical :: ours
 
       ours = .false.
-      if (command%csv /= "") call write_text(command%csv // part_suffix, csv_text(study), error)
-      if (.not. allocated(error) .and. command%output /= "") then
-         call write_hdf5(study, file%text, file%resolved, line, command%output // part_suffix, &
+      if (config%csv /= "") call write_text(config%csv // part_suffix, csv_text(study), error)
+      if (.not. allocated(error) .and. config%output /= "") then
+         call write_hdf5(study, file%text, file%resolved, line, config%output // part_suffix, &
             output, error)
          ours = output%is_open()
-         if (.not. allocated(error)) call output%close_as(command%output, command%force, error)
+         if (.not. allocated(error)) call output%close_as(config%output, config%force, error)
       end if
-      if (.not. allocated(error) .and. command%csv /= "") call rename_file(command%csv // &
-         part_suffix, command%csv, error)
+      if (.not. allocated(error) .and. config%csv /= "") call rename_file(config%csv // &
+         part_suffix, config%csv, error)
       if (.not. allocated(error)) return
       call output%abandon()
-      if (command%csv /= "") call remove_file(command%csv // part_suffix, ignored)
-      if (ours) call remove_file(command%output // part_suffix, ignored)
+      if (config%csv /= "") call remove_file(config%csv // part_suffix, ignored)
+      if (ours) call remove_file(config%output // part_suffix, ignored)
    end subroutine write_files
 
    !> Everything in words.

@@ -7,14 +7,40 @@ module contensou_drivers_diff
    use contensou_base_guard, only : finish_guard, start_guard, wait_for_worker
    use contensou_base_kinds, only : wp
    use contensou_base_operating_system, only : write_stderr, write_stdout
-   use contensou_base_text, only : string_type
-   use contensou_drivers_command_line, only : command_type
+   use contensou_base_text, only : join, string_type, strings
+   use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
+      takes_number
    use contensou_compare_comparison, only : comparison_output_type, comparison_type
-   use contensou_compare_rules, only : built_in_rules, read_rules
+   use contensou_compare_rules, only : built_in_rules, built_in_text, read_rules, &
+      whole_run_text
    implicit none(type, external)
    private
 
    public :: diff_command
+
+   !> What `contensou diff` takes.
+   type(option_type), parameter :: options(*) = [ &
+      option_type("A.h5", "", "output file", needs="a file"), &
+      option_type("B.h5", "", "output file", needs="two files"), &
+      option_type("--rules", "FILE", "lines PATTERN ATOL RTOL or PATTERN ignore, # for " // &
+      "comments; the last that matches wins; |a - b| <= ATOL + RTOL max(|a|, |b|)", &
+      needs="the name of a file"), &
+      option_type("--until", "T", "leave out rows and events after the time T [s]", &
+      needs="a time [s]", takes=takes_number), &
+      option_type("--quiet", "", "no results on stdout", "-q")]
+
+   !> What the user asks for.
+   type :: diff_config_type
+      !> The two files.
+      type(string_type) :: paths(2)
+      !> File of rules; blank for none.
+      character(len=:), allocatable :: rules
+      !> Whether only a part of the run is compared, and its end [s].
+      logical :: has_until = .false.
+      real(wp) :: until = 0.0_wp
+      !> Whether results are not wanted.
+      logical :: quiet = .false.
+   end type diff_config_type
 
    !> Results on stdout, trouble on stderr.
    type, extends(comparison_output_type) :: terminal_output_type
@@ -32,34 +58,53 @@ module contensou_drivers_diff
 
 contains
 
+   !> `contensou diff` in the table of commands.
+   function diff_command() result(command)
+      type(command_type) :: command
+      character(len=*), parameter :: nl = new_line("a"), before = nl // "  "
+
+      command = command_type("diff", "compare two output files", options, &
+         "compares all data sets and attributes, exactly unless a rule says otherwise;" // nl // &
+         "exit status 0 same, 1 different, 2 trouble", &
+         "built-in rules, which only a rule without * ? [ outdoes:" // before // &
+         join(strings(built_in_text), before) // nl // &
+         "and with --until, which none outdoes:" // before // &
+         join(strings(whole_run_text), before), execute=diff)
+   end function diff_command
+
    !> Compare two files.
-   subroutine diff_command(command, status, error)
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
-      !> Exit status when no error is set.
-      integer, intent(out) :: status
-      !> Set when there is trouble.
+   subroutine diff(line, error)
+      type(command_line_type), intent(in) :: line
+      !> Set when there is trouble, or without words when they differ.
       type(error_type), allocatable, intent(out) :: error
 
+      type(diff_config_type) :: config
       type(comparison_type) :: comparison
       character(len=:), allocatable :: place, reason, output
+      integer :: status
       logical :: is_worker, finished, inside
 
-      status = status_ok
-      call built_in_rules(command%has_until, comparison%rules)
-      if (command%rules /= "") call read_rules(command%rules, comparison%rules, error)
+      config%paths(1)%s = line%text("A.h5")
+      config%paths(2)%s = line%text("B.h5")
+      config%rules = line%text("--rules")
+      config%has_until = line%has("--until")
+      config%until = line%number("--until", config%until)
+      config%quiet = line%has("--quiet")
+      call built_in_rules(config%has_until, comparison%rules)
+      if (config%rules /= "") call read_rules(config%rules, comparison%rules, error)
       if (.not. allocated(error)) call start_guard(memory, is_worker, error)
       if (allocated(error)) then
          error%status = status_usage
          return
       end if
       if (is_worker) then
-         call compare(command, comparison, status)
+         call compare(config, comparison, status)
          call finish_guard(status)
       end if
       call wait_for_worker(finished, status, inside, place, reason, output)
       if (finished) then
          call write_stderr(output)
+         if (status /= status_ok) call fatal(error, "", status)
       else if (inside) then
          call fatal(error, "cannot read " // place // ": the HDF5 library failed (" // reason // &
             "); this file or the other one is damaged", status_usage)
@@ -68,12 +113,11 @@ contains
          call fatal(error, "the comparison failed after reading " // place // " (" // reason // &
             "): the file is damaged, or this is a mistake in the program", status_usage)
       end if
-   end subroutine diff_command
+   end subroutine diff
 
    !> Compare two files in the worker.
-   subroutine compare(command, comparison, status)
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
+   subroutine compare(config, comparison, status)
+      type(diff_config_type), intent(in) :: config
       !> The comparison with its rules.
       type(comparison_type), intent(inout) :: comparison
       !> Exit status.
@@ -81,14 +125,11 @@ contains
 
       type(terminal_output_type), target :: output
       type(error_type), allocatable :: error
-      type(string_type) :: paths(2)
 
-      paths(1)%s = command%subject
-      paths(2)%s = command%input
-      output%quiet = command%quiet
-      comparison%has_until = command%has_until
-      comparison%until = command%until
-      call comparison%run(paths, output, error)
+      output%quiet = config%quiet
+      comparison%has_until = config%has_until
+      comparison%until = config%until
+      call comparison%run(config%paths, output, error)
       if (.not. allocated(error) .and. allocated(output%error)) then
          call move_alloc(output%error, error)
       end if

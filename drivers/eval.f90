@@ -16,7 +16,8 @@ module contensou_drivers_eval
    use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
    use contensou_contact_vilke, only : vilke_models
    use contensou_contact_wrench, only : wrench_jacobian_kernel
-   use contensou_drivers_command_line, only : command_type
+   use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
+      takes_non_negative
    use contensou_drivers_table, only : digits17, has_column, printer_type, read_lines, read_table
    use contensou_special_elliptic, only : elliptic_kernel, elliptic_model_type, elliptic_models
    implicit none(type, external)
@@ -24,8 +25,33 @@ module contensou_drivers_eval
 
    public :: eval_command
 
+   !> What `contensou eval` takes.
+   type(option_type), parameter :: options(*) = [ &
+      option_type("KERNEL", "", "elliptic, hertz or wrench", needs="a kernel"), &
+      option_type("FILE", "", "CSV with a header; standard input if not given"), &
+      option_type("--model", "NAME", "how the kernel is computed"), &
+      option_type("--delta", "VELOCITY", &
+      "regularisation velocity of the wrench [m/s], default 0", needs="a velocity >= 0 [m/s]", &
+      takes=takes_non_negative), &
+      option_type("--jacobian", "", "the wrench's derivatives, too: dFxdvx ... dTzdw")]
+
+   !> What the user asks for.
+   type :: eval_config_type
+      character(len=:), allocatable :: kernel
+      !> Input file; blank for the standard input.
+      character(len=:), allocatable :: input
+      !> Blank for the default.
+      character(len=:), allocatable :: model
+      !> Regularisation velocity of the wrench [m/s].
+      real(wp) :: delta = 0.0_wp
+      !> Whether the wrench comes with its derivatives.
+      logical :: jacobian = .false.
+   end type eval_config_type
+
    !> Names of the kernels.
    character(len=*), parameter :: kernels(*) = [character(len=8) :: "elliptic", "hertz", "wrench"]
+
+   character(len=*), parameter :: nl = new_line("a")
 
    !> Inputs of the kernel `hertz`.
    character(len=*), parameter :: hertz_inputs(*) = [character(len=5) :: &
@@ -52,42 +78,67 @@ module contensou_drivers_eval
 
 contains
 
+   !> `contensou eval` in the table of commands.
+   function eval_command() result(command)
+      type(command_type) :: command
+
+      command = command_type("eval", "evaluate a kernel on a table of inputs", options, notes= &
+         "KERNEL    inputs             outputs              models, the default first" // nl // &
+         "elliptic  c1 (or c)          K,E,B,D,dKdc,dEdc    tables, theta, agm, gsl" // nl // &
+         "hertz     A,B,Estar,delta    c,c1,a,b,N,p0        hertz (= tables), newton, " // &
+         "brewe_hamrock," // nl // &
+         "                                                  greenwood, vilke (= vilke_chord)," // &
+         nl // &
+         "                                                  vilke_power, vilke_exact, newton_agm," &
+         // nl // &
+         "                                                  newton_gsl, newton_theta" // nl // &
+         "wrench    N,a,b,f,vx,vy,w    Fx,Fy,Tz             contensou_exact, coulomb, pade11," // &
+         nl // "                                                  pade22, contensou_simplified", &
+         execute=evaluate_kernel)
+   end function eval_command
+
    !> Evaluate a kernel.
-   subroutine eval_command(command, error)
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
+   subroutine evaluate_kernel(line, error)
+      type(command_line_type), intent(in) :: line
       !> Set when there is a mistake in the input.
       type(error_type), allocatable, intent(out) :: error
+      type(eval_config_type) :: config
       type(evaluation_type) :: evaluation
       type(source_type) :: table
       integer :: i
 
-      i = findloc(kernels == lower(command%subject), .true., dim=1)
+      config%kernel = line%text("KERNEL")
+      config%input = line%text("FILE")
+      config%model = line%text("--model")
+      config%delta = line%number("--delta", config%delta)
+      config%jacobian = line%has("--jacobian")
+
+      i = findloc(kernels == lower(config%kernel), .true., dim=1)
       if (i == 0) then
-         i = nearest(command%subject, kernels)
+         i = nearest(config%kernel, kernels)
          if (i > 0) then
-            call fatal(error, "unknown kernel " // quote(command%subject) // "; did you mean " // &
+            call fatal(error, "unknown kernel " // quote(config%kernel) // "; did you mean " // &
                quote(trim(kernels(i))) // "?", status_usage)
          else
-            call fatal(error, "unknown kernel " // quote(command%subject) // &
+            call fatal(error, "unknown kernel " // quote(config%kernel) // &
                "; possible are elliptic, hertz, wrench", status_usage)
          end if
          return
       end if
-      if (kernels(i) /= "wrench" .and. (command%delta > 0.0_wp .or. command%jacobian)) then
+      if (kernels(i) /= "wrench" .and. (config%delta > 0.0_wp .or. config%jacobian)) then
          call fatal(error, "--delta and --jacobian go with the kernel wrench", status_usage)
          return
       end if
       select case (kernels(i))
       case ("elliptic")
-         call choose_elliptic(command, evaluation, error)
+         call choose_elliptic(config, evaluation, error)
       case ("hertz")
-         call choose_hertz(command, evaluation, error)
+         call choose_hertz(config, evaluation, error)
       case default
-         call choose_wrench(command, evaluation, error)
+         call choose_wrench(config, evaluation, error)
       end select
       if (allocated(error)) return
-      call read_lines(command%input, table, error)
+      call read_lines(config%input, table, error)
       if (allocated(error)) return
       select case (kernels(i))
       case ("elliptic")
@@ -100,19 +151,19 @@ contains
       case ("hertz")
          call evaluate(table, hertz_inputs, "c,c1,a,b,N,p0", 6, evaluation, error)
       case default
-         if (command%jacobian) then
+         if (config%jacobian) then
             call evaluate(table, wrench_inputs, "Fx,Fy,Tz,dFxdvx,dFxdvy,dFxdw,dFydvx,dFydvy," // &
                "dFydw,dTzdvx,dTzdvy,dTzdw", 12, evaluation, error)
          else
             call evaluate(table, wrench_inputs, "Fx,Fy,Tz", 3, evaluation, error)
          end if
       end select
-   end subroutine eval_command
+   end subroutine evaluate_kernel
 
    !> Choose a way to compute the elliptic integrals.
-   subroutine choose_elliptic(command, evaluation, error)
+   subroutine choose_elliptic(config, evaluation, error)
       !> What the user asks for.
-      type(command_type), intent(in) :: command
+      type(eval_config_type), intent(in) :: config
       !> What is evaluated.
       type(evaluation_type), intent(inout) :: evaluation
       !> Set when there is no such way.
@@ -121,15 +172,15 @@ contains
       integer :: i
 
       models = elliptic_models()
-      call choose("elliptic integrals", command%model, "tables", models%name, i, error)
+      call choose("elliptic integrals", config%model, "tables", models%name, i, error)
       if (allocated(error)) return
       evaluation%elliptic => models(i)%kernel
    end subroutine choose_elliptic
 
    !> Choose a model of the normal contact.
-   subroutine choose_hertz(command, evaluation, error)
+   subroutine choose_hertz(config, evaluation, error)
       !> What the user asks for.
-      type(command_type), intent(in) :: command
+      type(eval_config_type), intent(in) :: config
       !> What is evaluated.
       type(evaluation_type), intent(inout) :: evaluation
       !> Set when there is no such model.
@@ -155,7 +206,7 @@ contains
       ! The default of each family: the exact tables, and the chord that the paper uses.
       names(size(names) - 1) = "hertz"
       names(size(names)) = "vilke"
-      call choose("normal model", command%model, "hertz", names, i, error)
+      call choose("normal model", config%model, "hertz", names, i, error)
       if (allocated(error)) return
       if (names(i) == "hertz") i = findloc(names == "tables", .true., dim=1)
       if (names(i) == "vilke") i = findloc(names == "vilke_chord", .true., dim=1)
@@ -170,9 +221,9 @@ contains
    end subroutine choose_hertz
 
    !> Choose a friction model.
-   subroutine choose_wrench(command, evaluation, error)
+   subroutine choose_wrench(config, evaluation, error)
       !> What the user asks for.
-      type(command_type), intent(in) :: command
+      type(eval_config_type), intent(in) :: config
       !> What is evaluated.
       type(evaluation_type), intent(inout) :: evaluation
       !> Set when there is no such model.
@@ -182,13 +233,13 @@ contains
 
       models = friction_models()
       ! The first entry, none, has nothing to evaluate.
-      call choose("friction model", command%model, "contensou_exact", models(2:)%info%name, i, &
+      call choose("friction model", config%model, "contensou_exact", models(2:)%info%name, i, &
          error)
       if (allocated(error)) return
       evaluation%friction%kernel => models(i + 1)%kernel
-      evaluation%friction%delta = command%delta
-      if (command%jacobian) evaluation%jacobian => models(i + 1)%jacobian
-      if (models(i + 1)%needs_delta .and. command%delta <= 0.0_wp) call fatal(error, &
+      evaluation%friction%delta = config%delta
+      if (config%jacobian) evaluation%jacobian => models(i + 1)%jacobian
+      if (models(i + 1)%needs_delta .and. config%delta <= 0.0_wp) call fatal(error, &
          "friction model " // quote(trim(models(i + 1)%info%name)) // &
          " needs --delta VELOCITY, a number > 0 [m/s]", status_usage)
    end subroutine choose_wrench

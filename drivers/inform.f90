@@ -6,7 +6,7 @@ module contensou_drivers_inform
    use contensou_base_operating_system, only : cpu_seconds, write_stdout
    use contensou_base_settings, only : domain_text, key_type, kind_choice, kind_logical, &
       kind_name, kind_real, kind_reference
-   use contensou_base_text, only : join, lower, nearest, number_text, quote, to_text
+   use contensou_base_text, only : join, lower, nearest, number_text, quote, string_type, to_text
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
@@ -15,7 +15,8 @@ module contensou_drivers_inform
    use contensou_contact_normal, only : normal_models
    use contensou_contact_rolling, only : rolling_models
    use contensou_contact_vilke, only : vilke_models
-   use contensou_drivers_command_line, only : command_type, commands, usage_text
+   use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
+      set_option, usage_text
    use contensou_drivers_sweep_check, only : check_sweep
    use contensou_drivers_report, only : bodies_text, body_effects, contact_effects
    use contensou_integrate_cvode, only : sundials_version
@@ -31,7 +32,32 @@ module contensou_drivers_inform
    implicit none(type, external)
    private
 
-   public :: check_command, models_command, help_command, print_version
+   public :: check_command, models_command, help_command, version_command
+
+   !> What `contensou check` takes.
+   type(option_type), parameter :: check_options(*) = [ &
+      option_type("SCENE", "", "namelist file of a scene or a sweep", needs="a scene"), &
+      set_option, &
+      option_type("--expand", "", "print only the scene that is run, with all settings and " // &
+      "every bearing expanded; it is legal and gives the same run")]
+
+   !> What `contensou models` takes.
+   type(option_type), parameter :: models_options(*) = [ &
+      option_type("NAME", "", "only this model")]
+
+   !> What `contensou help` takes.
+   type(option_type), parameter :: help_options(*) = [ &
+      option_type("TOPIC", "", "GROUP or GROUP.KEY of a scene or a sweep, or a command")]
+
+   !> What the user asks of `check`.
+   type :: check_config_type
+      !> Name of the scene or sweep.
+      character(len=:), allocatable :: scene
+      !> Settings that replace those of the scene.
+      type(string_type), allocatable :: overrides(:)
+      !> Whether to print the scene with all settings and patterns expanded, no more.
+      logical :: expand = .false.
+   end type check_config_type
 
    !> Observer that lets a march run for a given CPU time.
    type, extends(observer_type) :: stopwatch_type
@@ -49,33 +75,45 @@ module contensou_drivers_inform
 
 contains
 
+   !> `contensou check` in the table of commands.
+   function check_command() result(command)
+      type(command_type) :: command
+
+      command = command_type("check", "read a scene or sweep, report its effects and their cost", &
+         check_options, "reads and resolves the scene, reports its effects and their cost, " // &
+         "writes nothing", execute=check)
+   end function check_command
+
    !> Read a scene or a sweep and report what it does and what that costs.
-   subroutine check_command(command, error)
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
+   subroutine check(line, error)
+      type(command_line_type), intent(in) :: line
       !> Set when the scene has a mistake.
       type(error_type), allocatable, intent(out) :: error
+      type(check_config_type) :: config
       type(scene_file_type) :: file
       character(len=:), allocatable :: text
       integer :: i, nb
       logical :: of_sweep
 
-      of_sweep = is_sweep_file(command%subject)
-      if (of_sweep .and. command%expand) then
+      config%scene = line%text("SCENE")
+      config%overrides = line%texts("--set")
+      config%expand = line%has("--expand")
+      of_sweep = is_sweep_file(config%scene)
+      if (of_sweep .and. config%expand) then
          call fatal(error, "--expand goes with a scene, not with a sweep", status_usage)
       else if (of_sweep) then
-         call check_sweep(command, error)
+         call check_sweep(config%scene, config%overrides, error)
       end if
       if (of_sweep) return
-      call read_scene(command%subject, command%overrides, command%output, file, error)
+      call read_scene(config%scene, config%overrides, "", file, error)
       if (allocated(error)) return
-      if (command%expand) then
+      if (config%expand) then
          call write_stdout(file%resolved, error)
          return
       end if
       associate (scene => file%scene, system => file%system)
          nb = size(scene%bodies)
-         text = command%subject // " is in order" // nl
+         text = config%scene // " is in order" // nl
          if (scene%title /= "") text = text // "  " // scene%title // nl
          text = text // "effects" // nl
          if (norm2(scene%gravity) > 0.0_wp) text = text // "  gravity    " // &
@@ -98,7 +136,7 @@ contains
          text = text // "settings" // nl // indented(file%resolved)
       end associate
       call write_stdout(text, error)
-   end subroutine check_command
+   end subroutine check
 
    !> Cost of a scene, measured.
    function cost_text(file) result(text)
@@ -164,19 +202,27 @@ contains
       stop_now = cpu_seconds() > self%deadline
    end subroutine after_step
 
+   !> `contensou models` in the table of commands.
+   function models_command() result(command)
+      type(command_type) :: command
+
+      command = command_type("models", "the models that a scene can name", models_options, &
+         execute=list_models)
+   end function models_command
+
    !> List the models.
-   subroutine models_command(command, error)
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
+   subroutine list_models(line, error)
+      type(command_line_type), intent(in) :: line
       !> Set when there is no such model.
       type(error_type), allocatable, intent(out) :: error
       type(damping_model_type), allocatable :: damping(:)
       type(friction_model_type), allocatable :: friction(:)
       type(hertz_model_type), allocatable :: vilke(:)
-      character(len=:), allocatable :: text
+      character(len=:), allocatable :: name, text
       character(len=24) :: names(64)
       integer :: near, n
 
+      name = line%text("NAME")
       damping = damping_models()
       friction = friction_models()
       vilke = vilke_models()
@@ -189,12 +235,12 @@ contains
       call list("friction (contact.friction)", friction%info)
       call list("rolling resistance (contact.rolling)", rolling_models())
       if (text == "") then
-         near = nearest(command%subject, names(:n))
+         near = nearest(name, names(:n))
          if (near > 0) then
-            call fatal(error, "there is no model " // quote(command%subject) // &
+            call fatal(error, "there is no model " // quote(name) // &
                "; did you mean " // quote(trim(names(near))) // "?", status_usage)
          else
-            call fatal(error, "there is no model " // quote(command%subject) // &
+            call fatal(error, "there is no model " // quote(name) // &
                "; contensou models lists them", status_usage)
          end if
          return
@@ -216,7 +262,7 @@ contains
          do i = 1, size(info)
             n = n + 1
             names(n) = info(i)%name
-            if (command%subject /= "" .and. lower(command%subject) /= info(i)%name) cycle
+            if (name /= "" .and. lower(name) /= info(i)%name) cycle
             if (first) text = text // title // nl
             first = .false.
             text = text // "  " // trim(info(i)%name) // nl
@@ -227,30 +273,39 @@ contains
          end do
       end subroutine list
 
-   end subroutine models_command
+   end subroutine list_models
 
-   !> Explain a group or key of a scene or a sweep.
-   subroutine help_command(command, error)
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
+   !> `contensou help` in the table of commands.
+   function help_command() result(command)
+      type(command_type) :: command
+
+      command = command_type("help", "what a key of a scene or a sweep means", help_options, &
+         execute=explain)
+   end function help_command
+
+   !> Explain a group or key of a scene or a sweep, or a command.
+   subroutine explain(line, error)
+      type(command_line_type), intent(in) :: line
       !> Set when there is no such group or key.
       type(error_type), allocatable, intent(out) :: error
       type(group_spec_type), allocatable :: groups(:)
       type(key_type), allocatable :: keys(:), own(:)
-      character(len=:), allocatable :: text, group, key
-      integer :: g, k, dot
+      character(len=:), allocatable :: topic, text, group, key
+      integer :: c, g, k, dot
 
+      topic = line%text("TOPIC")
       groups = [schema_groups(), sweep_groups()]
+      c = findloc(line%commands%name == topic, .true., dim=1)
       ! What is a group, too, is explained as that.
-      if (any(commands == command%subject) .and. all(groups%name /= command%subject)) then
-         call write_stdout(usage_text(command%subject) // nl, error)
+      if (topic /= "" .and. c > 0 .and. all(groups%name /= topic)) then
+         call write_stdout(usage_text(line%commands(c)) // nl, error)
          return
       end if
       keys = [schema_keys(), sweep_keys()]
-      dot = index(command%subject, ".")
-      if (dot == 0) dot = len(command%subject) + 1
-      group = lower(command%subject(:dot - 1))
-      key = lower(command%subject(min(dot + 1, len(command%subject) + 1):))
+      dot = index(topic, ".")
+      if (dot == 0) dot = len(topic) + 1
+      group = lower(topic(:dot - 1))
+      key = lower(topic(min(dot + 1, len(topic) + 1):))
       if (group == "") then
          text = "A scene is a Fortran namelist file: groups &name key = value ... /, SI units." // &
             nl
@@ -286,7 +341,7 @@ contains
          do k = 1, size(own)
             text = text // nl // key_text(own(k))
          end do
-         if (any(commands == group)) text = text // nl // "contensou " // group // &
+         if (any(line%commands%name == group)) text = text // nl // "contensou " // group // &
             " --help tells about the command." // nl
       else
          k = findloc(own%name == key, .true., dim=1)
@@ -304,7 +359,7 @@ contains
          text = key_text(own(k))
       end if
       call write_stdout(text, error)
-   end subroutine help_command
+   end subroutine explain
 
    !> A group in a line.
    pure function group_text(group) result(text)
@@ -357,8 +412,17 @@ contains
          "    " // short_domain(key) // nl
    end function key_text
 
+   !> `contensou version` in the table of commands.
+   function version_command() result(command)
+      type(command_type) :: command
+
+      command = command_type("version", "version of the program", [option_type ::], &
+         alias="--version", execute=print_version)
+   end function version_command
+
    !> Version of the program and of what it is built with.
-   subroutine print_version(error)
+   subroutine print_version(line, error)
+      type(command_line_type), intent(in) :: line
       !> Set when the standard output cannot be written.
       type(error_type), allocatable, intent(out) :: error
 

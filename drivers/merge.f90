@@ -5,7 +5,8 @@ module contensou_drivers_merge
    use contensou_base_operating_system, only : file_exists, folder_writable, is_folder, &
       list_folder, write_stderr, write_stdout
    use contensou_base_text, only : shorten, starts_with, string_type, to_text
-   use contensou_drivers_command_line, only : command_text, command_type
+   use contensou_drivers_command_line, only : command_line_type, command_text, command_type, &
+      option_type, quiet_option
    use contensou_sweep_plan, only : sweep_type
    use contensou_sweep_reader, only : is_sweep_file, read_sweep
    use contensou_sweep_table, only : last_status, read_table_header, status_names, &
@@ -14,6 +15,34 @@ module contensou_drivers_merge
    private
 
    public :: merge_command
+
+   !> What `contensou merge` takes.
+   type(option_type), parameter :: options(*) = [ &
+      option_type("FILE", "", "tables of shards, or a sweep file, which means all of its shards", &
+      needs="a file", repeats=.true.), &
+      option_type("--output", "TABLE", "table; that of the sweep file if not given", "-o", &
+      "the name of a file"), &
+      option_type("--force", "", "replace an existing table"), &
+      option_type("--partial", "", "also if cases are missing"), &
+      quiet_option, &
+      option_type("--set", "PATH=VALUE", "as it was given to sweep, with a sweep file", &
+      repeats=.true.)]
+
+   !> What the user asks for.
+   type :: merge_config_type
+      !> Names of the tables, or of the sweep file.
+      type(string_type), allocatable :: files(:)
+      !> Settings that the sweep was given.
+      type(string_type), allocatable :: overrides(:)
+      !> Name of the table; blank for that of the sweep file.
+      character(len=:), allocatable :: output
+      !> Whether an existing table is replaced.
+      logical :: force = .false.
+      !> Whether cases may be missing.
+      logical :: partial = .false.
+      !> Whether there is no progress on stderr.
+      logical :: quiet = .false.
+   end type merge_config_type
 
    !> Neighbouring cases in neighbouring rows of a table.
    type :: segment_type
@@ -37,12 +66,17 @@ module contensou_drivers_merge
 
 contains
 
+   !> `contensou merge` in the table of commands.
+   function merge_command() result(command)
+      type(command_type) :: command
+
+      command = command_type("merge", "join the tables of parts of a sweep", options, &
+         execute=merge_tables)
+   end function merge_command
+
    !> Join the tables of shards into one.
-   subroutine merge_command(command, words, error)
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
-      !> Words of the command line.
-      type(string_type), intent(in) :: words(:)
+   subroutine merge_tables(line, error)
+      type(command_line_type), intent(in) :: line
       !> Set when cases are missing or a file is in the way.
       type(error_type), allocatable, intent(out) :: error
       type(string_type), allocatable :: files(:)
@@ -51,35 +85,42 @@ contains
       type(sweep_type) :: sweep
       character(len=:), allocatable :: output, fingerprint, name, present_cases, missing_cases
       integer(i8) :: missing
+      type(merge_config_type) :: config
       logical :: of_sweep, done
 
-      output = command%output
+      config%files = line%texts("FILE")
+      config%overrides = line%texts("--set")
+      config%output = line%text("--output")
+      config%force = line%has("--force")
+      config%partial = line%has("--partial")
+      config%quiet = line%has("--quiet")
+      output = config%output
       fingerprint = ""
       name = "SWEEP"
       of_sweep = .false.
-      if (size(command%files) == 1) of_sweep = is_sweep_file(command%files(1)%s)
-      if (of_sweep) name = command%files(1)%s
+      if (size(config%files) == 1) of_sweep = is_sweep_file(config%files(1)%s)
+      if (of_sweep) name = config%files(1)%s
       if (of_sweep) then
-         call read_sweep(command%files(1)%s, command%overrides, command%output, sweep, error)
+         call read_sweep(config%files(1)%s, config%overrides, config%output, sweep, error)
          if (allocated(error)) return
          output = sweep%output
          fingerprint = sweep%fingerprint
          header%n_cases = sweep%n_cases
       else
-         if (size(command%overrides) > 0) then
+         if (size(config%overrides) > 0) then
             call fatal(error, "--set goes with a sweep file, not with tables", status_usage)
          else if (output == "") then
             call fatal(error, "merge needs -o TABLE", status_usage)
          end if
          if (allocated(error)) return
-         files = command%files
+         files = config%files
       end if
       if (of_sweep) then
-         call check_output(output, command%force, fingerprint, done, error)
+         call check_output(output, config%force, fingerprint, done, error)
          if (allocated(error) .or. done) return
          call find_shards(output, files)
          if (size(files) == 0) then
-            call read_sweep(command%files(1)%s, command%overrides, "", sweep, error)
+            call read_sweep(config%files(1)%s, config%overrides, "", sweep, error)
             if (allocated(error)) return
             call find_shards(sweep%output, files)
          end if
@@ -87,23 +128,23 @@ contains
       call read_headers(files, fingerprint, of_sweep, header, segments, error)
       if (allocated(error)) return
       if (.not. of_sweep) then
-         call check_output(output, command%force, header%fingerprint, done, error)
+         call check_output(output, config%force, header%fingerprint, done, error)
          if (allocated(error) .or. done) return
       end if
       call make_plan(segments, header%n_cases, plan, present_cases, missing_cases, missing)
-      if (missing > 0 .and. .not. (command%partial .and. size(plan) > 0)) then
+      if (missing > 0 .and. .not. (config%partial .and. size(plan) > 0)) then
          call fatal(error, to_text(missing) // " of " // to_text(header%n_cases) // &
             " cases are missing" // nl // "  contensou sweep " // name // " --cases " // &
             shorten(missing_cases, longest_list) // nl // "runs them; --partial joins what " // &
             "there is", status_failed)
          return
       end if
-      call join_tables(command, words, files, plan, output, present_cases, error)
+      call join_tables(config, line%words, files, plan, output, present_cases, error)
       if (allocated(error)) return
       if (missing > 0) call fatal(error, to_text(missing) // " of " // to_text(header%n_cases) // &
          " cases are missing in " // output // nl // "  contensou sweep " // name // &
          " --cases " // shorten(missing_cases, longest_list) // nl // "runs them", status_failed)
-   end subroutine merge_command
+   end subroutine merge_tables
 
    !> See that the table can be written, and whether it is there already.
    subroutine check_output(output, force, fingerprint, done, error)
@@ -418,9 +459,9 @@ contains
    end subroutine sort
 
    !> Write the table.
-   subroutine join_tables(command, words, files, plan, output, cases, error)
+   subroutine join_tables(config, words, files, plan, output, cases, error)
       !> What the user asks for.
-      type(command_type), intent(in) :: command
+      type(merge_config_type), intent(in) :: config
       !> Words of the command line.
       type(string_type), intent(in) :: words(:)
       !> Names of the tables.
@@ -447,12 +488,12 @@ contains
             if (allocated(error)) exit
             opened = plan(i)%file
          end if
-         if (i == 1) call table%open_like(output, command%force, reader, cases, &
+         if (i == 1) call table%open_like(output, config%force, reader, cases, &
             command_text(words), error)
          if (.not. allocated(error)) call table%append_from(reader, plan(i)%row, plan(i)%row + &
             plan(i)%last - plan(i)%first, error)
          if (allocated(error)) exit
-         if (.not. command%quiet .and. mod(i, 100) == 0) call write_stderr("contensou: " // &
+         if (.not. config%quiet .and. mod(i, 100) == 0) call write_stderr("contensou: " // &
             to_text(i) // " of " // to_text(size(plan)) // " pieces" // nl)
       end do
       if (opened > 0) call reader%close()

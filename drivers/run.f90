@@ -1,14 +1,16 @@
 !> `contensou run`: simulate a scene and write its output file.
 module contensou_drivers_run
    use contensou_sweep_crew, only : crew_stopping
-   use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted
+   use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted, &
+      status_usage
    use contensou_base_kinds, only : pi, wp
    use contensou_base_operating_system, only : catch_signals, file_exists, &
       folder_writable, is_folder, is_locked, remove_file, signal_received, write_stderr, &
       write_stdout
    use contensou_base_text, only : number_text, quote, string_type, to_text
    use contensou_contact_geometry, only : pose_type
-   use contensou_drivers_command_line, only : command_text, command_type
+   use contensou_drivers_command_line, only : command_line_type, command_text, command_type, &
+      option_type, quiet_option, set_option, takes_non_negative
    use contensou_drivers_progress, only : progress_type
    use contensou_drivers_report, only : body_effects, contact_effects
    use contensou_drivers_resume, only : checkpoint_suffix, earlier_type, exchange_program, &
@@ -29,6 +31,40 @@ module contensou_drivers_run
    private
 
    public :: run_command, run_scene
+
+   !> What `contensou run` takes.
+   type(option_type), parameter :: options(*) = [ &
+      option_type("SCENE", "", "namelist file", needs="a scene"), &
+      set_option, &
+      option_type("--output", "FILE", "output file, instead of that of the scene", "-o", &
+      "the name of a file"), &
+      option_type("--force", "", "replace an existing output file"), &
+      option_type("--resume", "", "continue an interrupted or killed run; begin it if there " // &
+      "is none, do nothing if it is complete"), &
+      option_type("--checkpoint", "S", "wall time between two checkpoints [s], default 5", &
+      needs="a time >= 0 [s]", takes=takes_non_negative), &
+      quiet_option, &
+      option_type("--profile", "", "tell the CPU time by effect")]
+
+   !> What the user asks for.
+   type :: run_config_type
+      !> Name of the scene.
+      character(len=:), allocatable :: scene
+      !> Settings that replace those of the scene.
+      type(string_type), allocatable :: overrides(:)
+      !> Output file; blank for that of the scene.
+      character(len=:), allocatable :: output
+      !> Whether an existing output file is replaced.
+      logical :: force = .false.
+      !> Whether an interrupted run is continued.
+      logical :: resume = .false.
+      !> Wall time between two checkpoints [s].
+      real(wp) :: checkpoint = 5.0_wp
+      !> Whether there is no progress on stderr.
+      logical :: quiet = .false.
+      !> Whether the CPU time is told by effect.
+      logical :: profile = .false.
+   end type run_config_type
 
    !> Observer that writes the output file and shows progress.
    type, extends(observer_type) :: recorder_type
@@ -66,28 +102,55 @@ module contensou_drivers_run
 
 contains
 
+   !> `contensou run` in the table of commands.
+   function run_command() result(command)
+      type(command_type) :: command
+
+      command = command_type("run", "simulate a scene", options, execute=run)
+   end function run_command
+
+   !> What a command line asks for.
+   subroutine configure(line, config, error)
+      type(command_line_type), intent(in) :: line
+      type(run_config_type), intent(out) :: config
+      !> Set when options contradict each other.
+      type(error_type), allocatable, intent(out) :: error
+
+      config%scene = line%text("SCENE")
+      config%overrides = line%texts("--set")
+      config%output = line%text("--output")
+      config%force = line%has("--force")
+      config%resume = line%has("--resume")
+      config%checkpoint = line%number("--checkpoint", config%checkpoint)
+      config%quiet = line%has("--quiet")
+      config%profile = line%has("--profile")
+      if (config%resume .and. config%force) call fatal(error, &
+         "--resume continues what there is, --force replaces it: only one of them can be meant", &
+         status_usage)
+   end subroutine configure
+
    !> Simulate a scene.
-   subroutine run_command(command, words, error)
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
-      !> Words of the command line.
-      type(string_type), intent(in) :: words(:)
+   subroutine run(line, error)
+      type(command_line_type), intent(in) :: line
       !> Set when the run did not complete.
       type(error_type), allocatable, intent(out) :: error
+      type(run_config_type) :: config
       type(scene_file_type) :: file
       type(earlier_type) :: earlier
 
-      call read_scene(command%subject, command%overrides, command%output, file, error)
+      call configure(line, config, error)
       if (allocated(error)) return
-      call check_output(file%scene%output%file, command%force, command%resume, command%quiet, error)
+      call read_scene(config%scene, config%overrides, config%output, file, error)
       if (allocated(error)) return
-      if (command%resume) call find_earlier(file%scene%output%file, file%resolved, &
-         command%quiet, earlier, error)
+      call check_output(file%scene%output%file, config%force, config%resume, config%quiet, error)
+      if (allocated(error)) return
+      if (config%resume) call find_earlier(file%scene%output%file, file%resolved, &
+         config%quiet, earlier, error)
       if (allocated(error) .or. earlier%complete) return
       call catch_signals()
-      call run_scene(file, command_text(words), command%force, command%quiet, command%profile, &
-         .true., command%checkpoint, earlier, error)
-   end subroutine run_command
+      call run_scene(file, command_text(line%words), config%force, config%quiet, config%profile, &
+         .true., config%checkpoint, earlier, error)
+   end subroutine run
 
    !> Simulate a scene and write its output file.
    subroutine run_scene(file, command_line, force, quiet, profile, tell, checkpoint_interval, &

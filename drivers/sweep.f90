@@ -4,12 +4,14 @@
 !> the table is made from it. Whatever ends the program, the next one goes on from the journal.
 module contensou_drivers_sweep
    use contensou_sweep_crew, only : available_cores, hold_signals, run_crew
-   use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted
+   use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted, &
+      status_usage
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : file_exists, folder_writable, is_folder, is_locked, &
       remove_file, wall_seconds, write_stdout
-   use contensou_base_text, only : string_type, to_text
-   use contensou_drivers_command_line, only : command_type
+   use contensou_base_text, only : quote, string_type, to_text
+   use contensou_drivers_command_line, only : command_line_type, command_text, command_type, &
+      option_type, quiet_option, set_option, takes_count
    use contensou_drivers_sweep_case, only : outline_of
    use contensou_drivers_sweep_cases, only : begin_progress, cases_type
    use contensou_drivers_sweep_selection, only : select_cases, selection_type, table_name
@@ -25,6 +27,39 @@ module contensou_drivers_sweep
 
    public :: sweep_command
 
+   !> What `contensou sweep` takes.
+   type(option_type), parameter :: options(*) = [ &
+      option_type("SWEEP", "", "sweep file", needs="a sweep file"), &
+      option_type("--jobs", "N", "threads; without it OMP_NUM_THREADS, SLURM_CPUS_PER_TASK or " // &
+      "all cores", "-j", "a number of threads >= 1", takes_count), &
+      option_type("--shard", "K/M", "only part K of M, into FILE_shard_K_of_M"), &
+      option_type("--cases", "A:B,C", "only these cases, into FILE_cases_A_to_C", &
+      needs="ranges such as 1:500,800"), &
+      option_type("--output", "FILE", "table, instead of that of the sweep file", "-o", &
+      "the name of a file"), &
+      option_type("--force", "", "begin anew, replace existing files"), &
+      quiet_option, set_option]
+
+   !> What the user asks for.
+   type :: sweep_config_type
+      !> Name of the sweep file.
+      character(len=:), allocatable :: sweep
+      !> Settings that replace those of the scene in all cases.
+      type(string_type), allocatable :: overrides(:)
+      !> Number of threads; 0 for as many as there are cores.
+      integer :: jobs = 0
+      !> Which part of the cases is done, and of how many; 0 for all.
+      integer :: shard(2) = 0
+      !> Ranges of cases that are done, such as "1:500,800"; blank for all.
+      character(len=:), allocatable :: cases
+      !> Name of the table; blank for that of the sweep file.
+      character(len=:), allocatable :: output
+      !> Whether to begin anew and replace existing files.
+      logical :: force = .false.
+      !> Whether there is no progress on stderr.
+      logical :: quiet = .false.
+   end type sweep_config_type
+
    integer, parameter :: most_threads = 1024
 
    !> End of a line.
@@ -32,14 +67,64 @@ module contensou_drivers_sweep
 
 contains
 
+   !> `contensou sweep` in the table of commands.
+   function sweep_command() result(command)
+      type(command_type) :: command
+
+      command = command_type("sweep", "run a scene over parameters, many cases at a time", &
+         options, "runs a scene over its parameters, as a sweep file says, into one table", &
+         "a sweep that was stopped goes on when it is started again; exit status 75 if a " // &
+         "signal stopped it", execute=run_sweep)
+   end function sweep_command
+
+   !> What a command line asks for.
+   subroutine configure(line, config, error)
+      type(command_line_type), intent(in) :: line
+      type(sweep_config_type), intent(out) :: config
+      !> Set when there is no such shard.
+      type(error_type), allocatable, intent(out) :: error
+
+      config%sweep = line%text("SWEEP")
+      config%overrides = line%texts("--set")
+      config%jobs = line%count("--jobs")
+      config%cases = line%text("--cases")
+      config%output = line%text("--output")
+      config%force = line%has("--force")
+      config%quiet = line%has("--quiet")
+      if (line%has("--shard")) call read_shard(line%text("--shard"), config%shard, error)
+   end subroutine configure
+
+   !> Understand which shard of how many.
+   subroutine read_shard(text, shard, error)
+      !> Such as "1/4".
+      character(len=*), intent(in) :: text
+      !> The shard, and their number.
+      integer, intent(out) :: shard(2)
+      !> Set when it cannot be understood.
+      type(error_type), allocatable, intent(out) :: error
+      integer :: slash
+      logical :: valid
+
+      shard = 0
+      slash = index(text, "/")
+      valid = slash > 1 .and. slash < len(text) .and. slash <= 9 .and. len(text) - slash <= 8
+      if (valid) valid = verify(text(:slash - 1), "0123456789") == 0 .and. &
+         verify(text(slash + 1:), "0123456789") == 0
+      if (valid) then
+         read(text(:slash - 1), *) shard(1)
+         read(text(slash + 1:), *) shard(2)
+         valid = shard(1) >= 1 .and. shard(1) <= shard(2)
+      end if
+      if (.not. valid) call fatal(error, "--shard needs K/M with 1 <= K <= M, not " // &
+         quote(text), status_usage)
+   end subroutine read_shard
+
    !> Run a sweep.
-   subroutine sweep_command(command, words, error)
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
-      !> Words of the command line.
-      type(string_type), intent(in) :: words(:)
+   subroutine run_sweep(line, error)
+      type(command_line_type), intent(in) :: line
       !> Set when it did not come to its end.
       type(error_type), allocatable, intent(out) :: error
+      type(sweep_config_type) :: config
       type(sweep_type), target :: sweep
       type(cases_type), target :: cases
       type(trajectories_type) :: trajectories
@@ -50,27 +135,30 @@ contains
       integer :: threads
       logical :: complete, again, stopped
 
+      call configure(line, config, error)
+      if (allocated(error)) return
       call hold_signals()
       wall = wall_seconds()
-      call read_sweep(command%subject, command%overrides, command%output, sweep, error)
+      call read_sweep(config%sweep, config%overrides, config%output, sweep, error)
       if (allocated(error)) return
-      call select_cases(command, sweep, cases%selection, error)
+      call select_cases(config%cases, config%shard, sweep, cases%selection, error)
       if (allocated(error)) return
-      name = table_name(command, sweep, cases%selection)
-      call check_table(name, sweep, cases%selection, command, complete, error)
+      name = table_name(sweep%output, cases%selection, config%cases /= "" .and. &
+         config%output == "", config%shard)
+      call check_table(name, config%force, sweep, cases%selection, complete, error)
       if (allocated(error) .or. complete) return
       again = file_exists(name // part_suffix)
-      call list_trajectories(sweep, cases%selection, again .or. command%force, command%force, &
+      call list_trajectories(sweep, cases%selection, again .or. config%force, config%force, &
          trajectories, error)
       if (allocated(error)) return
       cases%sweep => sweep
       cases%outline = outline_of(sweep)
       call cases%journal%open(name // part_suffix, sweep%fingerprint // " " // &
-         cases%selection%text(), cases%selection%count(), size(sweep%results), command%force, &
+         cases%selection%text(), cases%selection%count(), size(sweep%results), config%force, &
          again, error)
       if (allocated(error)) return
-      threads = thread_count(command)
-      call begin_progress(cases, again, command%quiet, threads, left)
+      threads = thread_count(config%jobs)
+      call begin_progress(cases, again, config%quiet, threads, left)
       stopped = .false.
       if (left > 0) then
          call run_crew(cases, cases%selection%count(), int(min(int(threads, i8), left)), &
@@ -85,7 +173,8 @@ contains
          call write_trajectories(trajectories, cases, stopped, error)
       end if
       if (.not. allocated(error) .and. .not. stopped) then
-         call write_table(name, cases, command, words, tally, stopped, error)
+         call write_table(name, config%force, cases, command_text(line%words), tally, &
+            stopped, error)
       end if
       if (stopped .and. .not. allocated(error)) call stop_here(name, cases, error)
       call cases%journal%close()
@@ -93,15 +182,15 @@ contains
       call remove_file(name // part_suffix, error)
       if (allocated(error)) return
       call print_summary(name, sweep, tally, trajectories, threads, wall_seconds() - wall, error)
-   end subroutine sweep_command
+   end subroutine run_sweep
 
    !> Number of threads: as asked for, as the environment says, or one per core.
-   function thread_count(command) result(threads)
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
+   function thread_count(jobs) result(threads)
+      !> What the user asks for; 0 for nothing.
+      integer, intent(in) :: jobs
       integer :: threads
 
-      threads = command%jobs
+      threads = jobs
       if (threads < 1) threads = from_environment("OMP_NUM_THREADS")
       if (threads < 1) threads = from_environment("SLURM_CPUS_PER_TASK")
       if (threads < 1) threads = int(available_cores())
@@ -130,14 +219,14 @@ contains
    end function thread_count
 
    !> See that the table can be written, and whether it is there already.
-   subroutine check_table(name, sweep, selection, command, complete, error)
+   subroutine check_table(name, force, sweep, selection, complete, error)
       !> Name of the table.
       character(len=*), intent(in) :: name
+      !> Whether it may replace an existing file.
+      logical, intent(in) :: force
       type(sweep_type), intent(in) :: sweep
       !> The cases.
       type(selection_type), intent(in) :: selection
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
       !> Whether the table is complete.
       logical, intent(out) :: complete
       !> Set when the sweep must not begin.
@@ -158,7 +247,7 @@ contains
          return
       end if
       is = file_exists(name)
-      if (.not. is .or. command%force) return
+      if (.not. is .or. force) return
       call read_table_header(name, header, error)
       if (allocated(error)) then
          error%message = name // " exists and is not a table of this sweep; --force replaces " // &

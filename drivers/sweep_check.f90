@@ -4,7 +4,6 @@ module contensou_drivers_sweep_check
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : cpu_seconds, write_stdout
    use contensou_base_text, only : join, number_text, string_type, to_text
-   use contensou_drivers_command_line, only : command_type
    use contensou_integrate_march, only : observer_type
    use contensou_integrate_motion, only : motion_type
    use contensou_study_simulation, only : new_simulation, simulate, simulation_type
@@ -71,9 +70,11 @@ module contensou_drivers_sweep_check
 contains
 
    !> Read a sweep and report what it will cost.
-   subroutine check_sweep(command, error)
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
+   subroutine check_sweep(name, overrides, error)
+      !> Name of the sweep file.
+      character(len=*), intent(in) :: name
+      !> Settings that replace those of the scene in all cases.
+      type(string_type), intent(in) :: overrides(:)
       !> Set when the sweep has a mistake.
       type(error_type), allocatable, intent(out) :: error
       type(sweep_type) :: sweep
@@ -84,9 +85,9 @@ contains
       real(wp) :: hours
       integer :: i
 
-      call read_sweep(command%subject, command%overrides, "", sweep, error)
+      call read_sweep(name, overrides, "", sweep, error)
       if (allocated(error)) return
-      text = command%subject // " is in order" // nl // "  scene       " // sweep%scene_path // nl
+      text = name // " is in order" // nl // "  scene       " // sweep%scene_path // nl
       if (sweep%scene%title /= "") text = text // "              " // sweep%scene%title // nl
       do i = 1, size(sweep%overrides)
          text = text // "  set         " // sweep%overrides(i)%s // nl

@@ -3,7 +3,6 @@ module contensou_drivers_sweep_selection
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8
    use contensou_base_text, only : quote, to_text
-   use contensou_drivers_command_line, only : command_type
    use contensou_sweep_plan, only : sweep_type
    implicit none(type, external)
    private
@@ -28,9 +27,11 @@ module contensou_drivers_sweep_selection
 contains
 
    !> The cases that are asked for.
-   subroutine select_cases(command, sweep, selection, error)
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
+   subroutine select_cases(ranges, shard, sweep, selection, error)
+      !> Ranges such as "1:500,800"; blank for all cases.
+      character(len=*), intent(in) :: ranges
+      !> Which part of these, and of how many; 0 for all.
+      integer, intent(in) :: shard(2)
       type(sweep_type), intent(in) :: sweep
       !> Its cases.
       type(selection_type), intent(out) :: selection
@@ -38,18 +39,18 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(selection_type) :: all_of_them
 
-      if (command%cases == "") then
+      if (ranges == "") then
          allocate(all_of_them%ranges(2, 1))
          all_of_them%ranges(:, 1) = [1_i8, sweep%n_cases]
       else
-         call parse_ranges(command%cases, sweep%n_cases, all_of_them, error)
+         call parse_ranges(ranges, sweep%n_cases, all_of_them, error)
          if (allocated(error)) return
       end if
-      if (command%shards == 0) then
+      if (shard(2) == 0) then
          selection = all_of_them
          return
       end if
-      associate (n => all_of_them%count(), k => int(command%shard, i8), m => command%shards)
+      associate (n => all_of_them%count(), k => int(shard(1), i8), m => shard(2))
          if (m > n) then
             call fatal(error, "there are " // to_text(n) // " cases for " // to_text(m) // &
                " shards", status_usage)
@@ -247,23 +248,26 @@ contains
    end function selection_text
 
    !> Name of the table.
-   function table_name(command, sweep, selection) result(name)
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
-      type(sweep_type), intent(in) :: sweep
+   function table_name(output, selection, of_ranges, shard) result(name)
+      !> Name of the table of the whole sweep.
+      character(len=*), intent(in) :: output
       !> The cases.
       type(selection_type), intent(in) :: selection
+      !> Whether the name tells the ranges of cases.
+      logical, intent(in) :: of_ranges
+      !> Which part of these, and of how many; 0 for all.
+      integer, intent(in) :: shard(2)
       character(len=:), allocatable :: name
       integer(i8) :: last
 
-      name = sweep%output
-      if (command%cases /= "" .and. command%output == "") then
+      name = output
+      if (of_ranges) then
          last = selection%ranges(2, size(selection%ranges, 2))
          name = named(name, "_cases_" // to_text(selection%ranges(1, 1)) // "_to_" // &
             to_text(last))
       end if
-      if (command%shards > 0) name = named(name, "_shard_" // to_text(command%shard) // "_of_" // &
-         to_text(command%shards))
+      if (shard(2) > 0) name = named(name, "_shard_" // to_text(shard(1)) // "_of_" // &
+         to_text(shard(2)))
    end function table_name
 
    !> A file name with some words before its suffix.

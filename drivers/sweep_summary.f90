@@ -6,7 +6,7 @@ module contensou_drivers_sweep_summary
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : file_exists, write_stdout
    use contensou_base_text, only : number_text, string_type, to_text
-   use contensou_drivers_command_line, only : command_text, command_type
+   use contensou_drivers_command_line, only : command_text
    use contensou_drivers_sweep_cases, only : cases_type, threads_text
    use contensou_drivers_sweep_trajectories, only : run_words, trajectories_type
    use contensou_sweep_plan, only : sweep_type
@@ -35,15 +35,15 @@ module contensou_drivers_sweep_summary
 contains
 
    !> Make the table from the journal.
-   subroutine write_table(name, cases, command, words, tally, stopped, error)
+   subroutine write_table(name, force, cases, command_line, tally, stopped, error)
       !> Name of the table.
       character(len=*), intent(in) :: name
+      !> Whether it may replace an existing file.
+      logical, intent(in) :: force
       !> The cases, all done.
       type(cases_type), intent(in) :: cases
-      !> What the user asks for.
-      type(command_type), intent(in) :: command
-      !> Words of the command line.
-      type(string_type), intent(in) :: words(:)
+      !> Command line, for the table.
+      character(len=*), intent(in) :: command_line
       !> What they come to.
       type(tally_type), intent(out) :: tally
       !> Whether a signal came.
@@ -64,8 +64,7 @@ contains
       stopped = .false.
       allocate(numbers(rows_at_a_time), status(rows_at_a_time), messages(rows_at_a_time))
       allocate(results(size(cases%sweep%results), rows_at_a_time))
-      call table%open(name, command%force, cases%sweep, cases%selection%text(), &
-         command_text(words), error)
+      call table%open(name, force, cases%sweep, cases%selection%text(), command_line, error)
       if (allocated(error)) return
       n = 0
       do position = 1, cases%selection%count()

@@ -1,0 +1,50 @@
+!> The commands of the program: a row for each.
+module contensou_drivers_commands
+   use contensou_drivers_bench, only : bench_command
+   use contensou_drivers_command_line, only : command_type
+   use contensou_drivers_cost, only : cost_command
+   use contensou_drivers_diff, only : diff_command
+   use contensou_drivers_eval, only : eval_command
+   use contensou_drivers_inform, only : check_command, help_command, models_command, version_command
+   use contensou_drivers_merge, only : merge_command
+   use contensou_drivers_run, only : run_command
+   use contensou_drivers_sweep, only : sweep_command
+   implicit none(type, external)
+   private
+
+   public :: all_commands
+
+contains
+
+   !> The commands, in the order of the usage.
+   subroutine all_commands(commands)
+      type(command_type), allocatable, intent(out) :: commands(:)
+
+      allocate(commands(0))
+      call add(commands, run_command())
+      call add(commands, check_command())
+      call add(commands, models_command())
+      call add(commands, eval_command())
+      call add(commands, cost_command())
+      call add(commands, bench_command())
+      call add(commands, diff_command())
+      call add(commands, sweep_command())
+      call add(commands, merge_command())
+      call add(commands, help_command())
+      call add(commands, version_command())
+   end subroutine all_commands
+
+   !> Add a command.
+   subroutine add(commands, command)
+      type(command_type), allocatable, intent(inout) :: commands(:)
+      type(command_type), intent(in) :: command
+      type(command_type), allocatable :: longer(:)
+
+      ! Not an array constructor: gfortran 12 frees the components of its elements twice.
+      allocate(longer(size(commands) + 1))
+      longer(:size(commands)) = commands
+      longer(size(longer)) = command
+      call move_alloc(longer, commands)
+   end subroutine add
+
+end module contensou_drivers_commands

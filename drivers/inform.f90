@@ -128,10 +128,10 @@ contains
                contact_effects(scene, scene%contacts(i)) // nl
          end do
          if (size(scene%contacts) == 0) text = text // "  contact    none" // nl
-         text = text // "  unknowns   " // to_text(system%n) // ": 13 for each body"
-         if (system%friction_index > 0) text = text // ", work of friction"
-         if (system%damping_index > 0) text = text // ", work of damping"
-         if (system%applied_index > 0) text = text // ", work supplied"
+         text = text // "  unknowns   " // to_text(system%layout%n) // ": 13 for each body"
+         if (system%layout%friction > 0) text = text // ", work of friction"
+         if (system%layout%damping > 0) text = text // ", work of damping"
+         if (system%layout%applied > 0) text = text // ", work supplied"
          text = text // nl // "cost" // nl // cost_text(file)
          text = text // "settings" // nl // indented(file%resolved)
       end associate

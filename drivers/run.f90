@@ -522,8 +522,8 @@ contains
                " lift-offs")
          end if
          call line("  energy     " // number_text(s%initial_energy, 6) // " J at the start" // &
-            lost(system%friction_index, s%work_friction, "friction") // &
-            lost(system%damping_index, s%work_damping, &
+            lost(system%layout%friction, s%work_friction, "friction") // &
+            lost(system%layout%damping, s%work_damping, &
             "damping") // supplied() // "; balance closed to " // &
             number_text(s%relative_error, 2))
          call line("  work       " // to_text(statistics%steps) // " steps, " // &
@@ -563,7 +563,7 @@ contains
          character(len=:), allocatable :: words
 
          words = ""
-         if (simulation%motion%system%applied_index > 0) words = ", " // &
+         if (simulation%motion%system%layout%applied > 0) words = ", " // &
             number_text(recorder%output%summary%work_applied, 5) // " J supplied"
       end function supplied
 

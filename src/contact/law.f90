@@ -43,10 +43,6 @@ module contensou_contact_law
       real(wp) :: friction_force(3) = 0.0_wp
       !> Friction torque on B about the normal [N m].
       real(wp) :: friction_torque = 0.0_wp
-      !> Slip velocity of B against A in the tangent plane [m/s], inertial frame.
-      real(wp) :: slip(3) = 0.0_wp
-      !> Spin of B against A about the normal [rad/s].
-      real(wp) :: spin = 0.0_wp
       !> Torque of rolling resistance on B [N m], inertial frame, in the tangent plane.
       real(wp) :: rolling_torque(3) = 0.0_wp
       !> Power lost in friction and rolling resistance [W], >= 0.
@@ -69,7 +65,7 @@ contains
       !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
       real(wp), intent(in) :: resolution
       type(contact_load_type), intent(out) :: load
-      real(wp) :: approach, rate, elastic, minor(3), fx, fy, vx, vy
+      real(wp) :: approach, rate, elastic, minor(3), fx, fy, vx, vy, w
 
       approach = -at%gap
       elastic = self%normal%force(approach)
@@ -83,13 +79,12 @@ contains
          minor = cross(at%normal, at%major)
          vx = dot_product(velocity, at%major)
          vy = dot_product(velocity, minor)
-         load%slip = vx*at%major + vy*minor
-         load%spin = dot_product(spin, at%normal)
+         w = dot_product(spin, at%normal)
          call self%friction%wrench(load%normal_force, self%normal%shape, &
-            self%normal%major_axis(approach), vx, vy, load%spin, resolution, fx, fy, &
+            self%normal%major_axis(approach), vx, vy, w, resolution, fx, fy, &
             load%friction_torque)
          load%friction_force = fx*at%major + fy*minor
-         load%friction_power = -(fx*vx + fy*vy + load%friction_torque*load%spin)
+         load%friction_power = -(fx*vx + fy*vy + load%friction_torque*w)
       end if
       if (allocated(self%rolling)) then
          load%rolling_torque = self%rolling%torque(load%normal_force, at%normal, at%major, &

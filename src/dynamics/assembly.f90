@@ -14,9 +14,11 @@ module contensou_dynamics_assembly
    use contensou_contact_pairs, only : new_geometry
    use contensou_contact_rolling, only : rolling_none
    use contensou_contact_vilke, only : vilke_models
+   use contensou_dynamics_equations, only : system_type
+   use contensou_dynamics_mechanism, only : body_type, contact_type
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, moves_freely, &
       scene_type, turns_by_drive
-   use contensou_dynamics_system, only : body_size, body_type, contact_type, system_type
+   use contensou_dynamics_state, only : put_body
    implicit none(type, external)
    private
 
@@ -239,16 +241,12 @@ contains
       !> Length of the state.
       integer, intent(in) :: n
       real(wp) :: y(n)
-      integer :: i, k
+      integer :: i
 
       y = 0.0_wp
       do i = 1, size(scene%bodies)
-         k = body_size*(i - 1)
          associate (body => scene%bodies(i))
-            y(k + 1:k + 3) = body%position
-            y(k + 4:k + 7) = body%quaternion
-            y(k + 8:k + 10) = body%velocity
-            y(k + 11:k + 13) = body%spin
+            call put_body(y, i, body%position, body%quaternion, body%velocity, body%spin)
          end associate
       end do
    end function initial_state

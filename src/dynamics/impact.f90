@@ -17,9 +17,13 @@ module contensou_dynamics_impact
    use contensou_contact_damping, only : hunt_crossley_restitution
    use contensou_contact_geometry, only : trouble_jammed, trouble_none
    use contensou_contact_law, only : contact_law_type
-   use contensou_dynamics_rigid, only : link_type, response, solve_linear, turned_by
+   use contensou_dynamics_constraints, only : find_link, link_type, response, solve_linear, &
+      turned_by
+   use contensou_dynamics_equations, only : system_type
+   use contensou_dynamics_mechanism, only : contact_type
+   use contensou_dynamics_reports, only : energies
    use contensou_dynamics_scene, only : motion_free, motion_prescribed
-   use contensou_dynamics_system, only : body_size, contact_type, system_type
+   use contensou_dynamics_state, only : add_to_motion
    implicit none(type, external)
    private
 
@@ -204,8 +208,7 @@ contains
       real(wp) :: gap
 
       associate (contact => system%contacts(index))
-         call contact%law%geometry%gap(system%pose(contact%a), system%pose(contact%b), &
-            contact%track, gap)
+         call contact%find_gap(system%pose(contact%a), system%pose(contact%b), gap)
          contact%closed = .false.
          contact%leaving = .true.
          contact%threshold = min(gap, 0.0_wp) - margin*touching_gap(contact)
@@ -235,7 +238,7 @@ contains
       call system%derivative(t, y, y_rate)
       trouble = system%trouble_code
       if (system%outside) return
-      call system%make_link(index, y_rate, link, trouble)
+      call find_link(system%mechanism_type, index, y_rate, link, trouble)
       press = -link%free
    end subroutine pressing
 
@@ -306,7 +309,7 @@ contains
          ! One that was dropped may be needed after another one was.
          do i = 1, size(resting)
             if (.not. resting(i) .or. closed(i)) cycle
-            call system%make_link(i, y_rate, link, trouble)
+            call find_link(system%mechanism_type, i, y_rate, link, trouble)
             if (trouble /= trouble_none) then
                index = i
                return
@@ -335,13 +338,13 @@ contains
       real(wp) :: rate(size(system%contacts)), kinetic(2), potential, supplied
       integer :: i, j, k
 
-      if (system%n_links == 0) return
-      call system%energies(y, kinetic(1), potential)
+      if (system%constraints%n_links == 0) return
+      call energies(system, y, kinetic(1), potential)
       supplied = 0.0_wp
       do k = 1, most_turns
-         do i = 1, system%n_links
+         do i = 1, system%constraints%n_links
             call system%gap_rates(y, rate)
-            associate (link => system%links(i))
+            associate (link => system%constraints%links(i))
                impact = impact_type()
                call prepare(system, link, impact)
                impact%impulse(4) = -rate(link%contact)/impact%inverse_mass(4, 4)
@@ -351,11 +354,13 @@ contains
             end associate
          end do
          call system%gap_rates(y, rate)
-         if (maxval(abs(rate(system%links(:system%n_links)%contact))) <= limit) exit
+         associate (n => system%constraints%n_links, links => system%constraints%links)
+            if (maxval(abs(rate(links(:n)%contact))) <= limit) exit
+         end associate
       end do
-      call system%energies(y, kinetic(2), potential)
-      y(system%damping_index) = y(system%damping_index) + kinetic(1) - kinetic(2) + supplied
-      if (system%applied_index > 0) y(system%applied_index) = y(system%applied_index) + supplied
+      call energies(system, y, kinetic(2), potential)
+      y(system%layout%damping) = y(system%layout%damping) + kinetic(1) - kinetic(2) + supplied
+      if (system%layout%applied > 0) y(system%layout%applied) = y(system%layout%applied) + supplied
    end subroutine halt
 
    !> An impact at one contact.
@@ -391,21 +396,23 @@ contains
                impact%impulse(4) = -(1.0_wp + e)*speed/c
             end if
          end associate
-         call system%energies(y, kinetic(1), potential)
+         call energies(system, y, kinetic(1), potential)
          supplied = 0.0_wp
          do j = 1, 2
             if (link%body(j) > 0) call kick(system, link, impact%impulse, j, y, supplied)
          end do
-         call system%energies(y, kinetic(2), potential)
+         call energies(system, y, kinetic(2), potential)
          loss = kinetic(1) - kinetic(2) + supplied
          normal_loss = loss
          if (allocated(law%friction)) then
             ! The work of friction is what tangential and spinning motion take; the rest is damping.
             normal_loss = min(impact%normal_loss, loss)
-            y(system%friction_index) = y(system%friction_index) + loss - normal_loss
+            y(system%layout%friction) = y(system%layout%friction) + loss - normal_loss
          end if
-         y(system%damping_index) = y(system%damping_index) + normal_loss
-         if (system%applied_index > 0) y(system%applied_index) = y(system%applied_index) + supplied
+         y(system%layout%damping) = y(system%layout%damping) + normal_loss
+         if (system%layout%applied > 0) then
+            y(system%layout%applied) = y(system%layout%applied) + supplied
+         end if
       end associate
    end subroutine strike
 
@@ -459,7 +466,6 @@ contains
       !> Energy that a prescribed motion supplies [J], added to.
       real(wp), intent(inout) :: supplied
       real(wp) :: force(3), torque(3), moment(3)
-      integer :: k
 
       force = impulse(1)*link%at%major + impulse(2)*link%minor + impulse(4)*link%at%normal
       torque = cross(link%arm(:, side), force) + impulse(3)*link%at%normal
@@ -467,12 +473,10 @@ contains
          force = -force
          torque = -torque
       end if
-      k = body_size*(link%body(side) - 1)
       associate (body => system%bodies(link%body(side)), pose => system%pose(link%body(side)))
          if (body%motion == motion_free) then
             moment = matmul(torque, pose%rotation)
-            y(k + 8:k + 10) = y(k + 8:k + 10) + force/body%mass
-            y(k + 11:k + 13) = y(k + 11:k + 13) + moment/body%inertia
+            call add_to_motion(y, link%body(side), force/body%mass, moment/body%inertia)
          else if (body%motion == motion_prescribed) then
             supplied = supplied - dot_product(force, pose%velocity) - dot_product(torque, pose%spin)
          end if

@@ -12,10 +12,11 @@ module contensou_dynamics_jacobian
    use contensou_base_vectors, only : cross
    use contensou_contact_geometry, only : pose_type
    use contensou_dynamics_linear_load, only : linear_load_type, linearize, linearize_link, outcomes
-   use contensou_dynamics_rigid, only : response, solve_linear
+   use contensou_dynamics_constraints, only : response, solve_linear
+   use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
       moves_freely, turns_by_drive
-   use contensou_dynamics_system, only : body_size, system_type
+   use contensou_dynamics_state, only : body_size, quaternion_of, spin_of, velocity_of
    implicit none(type, external)
    private
 
@@ -66,8 +67,8 @@ contains
       integer :: nb, works, i, j, k, c, next, base
 
       nb = size(system%bodies)
-      works = system%n - body_size*nb
-      self%n = system%n
+      works = system%layout%n - body_size*nb
+      self%n = system%layout%n
       ! Row body first: whose velocities depend on the state of which body.
       allocate(coupled(nb, nb), source=.false.)
       do i = 1, size(system%contacts)
@@ -79,7 +80,7 @@ contains
                system%bodies(a)%motion /= motion_fixed
          end associate
       end do
-      if (system%n_rigid > 0) call couple_joined(system, coupled)
+      if (system%constraints%n_rigid > 0) call couple_joined(system, coupled)
       next = 0
       do j = 1, nb
          next = next + body_size*(body_size + acted_rows*count(coupled(:, j)) + works)
@@ -91,9 +92,9 @@ contains
       allocate(self%row(next), self%value(next), self%column_start(self%n + 1))
       allocate(self%own(nb), self%torque(3, nb), self%force(3, nb))
       allocate(self%place(nb, nb), source=-1)
-      allocate(self%rate(merge(self%n, 0, system%n_rigid > 0)))
-      allocate(self%gap_slopes(self%n, system%n_rigid))
-      associate (n => system%n_rigid)
+      allocate(self%rate(merge(self%n, 0, system%constraints%n_rigid > 0)))
+      allocate(self%gap_slopes(self%n, system%constraints%n_rigid))
+      associate (n => system%constraints%n_rigid)
          allocate(self%responses(n, n), self%inverse(n, n), self%matrix(n, n))
       end associate
       next = 0
@@ -178,7 +179,7 @@ contains
       self%value = 0.0_wp
       self%torque = 0.0_wp
       self%force = 0.0_wp
-      if (system%n_rigid > 0) then
+      if (system%constraints%n_rigid > 0) then
          call system%derivative(t, y, self%rate)
          if (system%outside) return
       else
@@ -193,8 +194,8 @@ contains
             call add_contact(self, system, i, load, y)
          end associate
       end do
-      do i = 1, system%n_links
-         associate (link => system%links(i))
+      do i = 1, system%constraints%n_links
+         associate (link => system%constraints%links(i))
             call linearize_link(system%contacts(link%contact), link, system%pose(link%body(1)), &
                system%pose(link%body(2)), accelerations(self, system, link%body), load)
             call add_contact(self, system, link%contact, load, y)
@@ -204,7 +205,7 @@ contains
       do i = 1, size(system%bodies)
          call add_body(self, system, i, t, y(body_size*(i - 1) + 1:body_size*i))
       end do
-      if (system%n_links > 0) call add_normal_forces(self, system)
+      if (system%constraints%n_links > 0) call add_normal_forces(self, system)
    end subroutine evaluate
 
    !> Accelerations of the centres of mass (1:3) and angular accelerations (4:6) of two bodies,
@@ -216,14 +217,13 @@ contains
       !> The bodies; 0 is the ground.
       integer, intent(in) :: body(2)
       real(wp) :: acceleration(6, 2)
-      integer :: i, k
+      integer :: i
 
       acceleration = 0.0_wp
       do i = 1, 2
          if (body(i) == 0) cycle
-         k = body_size*(body(i) - 1)
-         acceleration(1:3, i) = self%rate(k + 8:k + 10)
-         acceleration(4:6, i) = matmul(system%pose(body(i))%rotation, self%rate(k + 11:k + 13))
+         acceleration(1:3, i) = velocity_of(self%rate, body(i))
+         acceleration(4:6, i) = matmul(system%pose(body(i))%rotation, spin_of(self%rate, body(i)))
       end do
    end function accelerations
 
@@ -253,13 +253,13 @@ contains
             if (column_body == 0) cycle
             if (system%bodies(column_body)%motion == motion_fixed) cycle
             call to_state(load%slopes(:, 12*side - 11:12*side), system%pose(column_body), &
-               y(body_size*(column_body - 1) + 4:body_size*(column_body - 1) + 7), columns)
+               quaternion_of(y, column_body), columns)
             if (a > 0) call add_rows(self, system, a, column_body, -columns(1:3, :), &
                columns(4:6, :))
             if (b > 0) call add_rows(self, system, b, column_body, columns(1:3, :), &
                columns(7:9, :))
-            call add_work(self, column_body, system%friction_index, columns(10, :))
-            call add_work(self, column_body, system%damping_index, columns(11, :))
+            call add_work(self, column_body, system%layout%friction, columns(10, :))
+            call add_work(self, column_body, system%layout%damping, columns(11, :))
          end do
       end associate
    end subroutine add_contact
@@ -280,12 +280,12 @@ contains
 
       self%gap_slopes(:, index) = 0.0_wp
       do side = 1, 2
-         associate (body => system%links(index)%body(side))
+         associate (body => system%constraints%links(index)%body(side))
             if (body == 0) cycle
             if (system%bodies(body)%motion == motion_fixed) cycle
             k = body_size*(body - 1)
             call to_state(load%gap_slopes(:, 12*side - 11:12*side), system%pose(body), &
-               y(k + 4:k + 7), columns)
+               quaternion_of(y, body), columns)
             self%gap_slopes(k + 1:k + body_size, index) = columns(1, :)
          end associate
       end do
@@ -302,10 +302,10 @@ contains
       logical :: singular
       integer :: n, i, j, c, k, m, side, row
 
-      n = system%n_links
+      n = system%constraints%n_links
       ! The response of the gap by all that accelerates the bodies of its contact.
       do i = 1, n
-         associate (link => system%links(i))
+         associate (link => system%constraints%links(i))
             do side = 1, 2
                row = link%body(side)
                if (row == 0) cycle
@@ -325,7 +325,9 @@ contains
       end do
       do j = 1, n
          do k = 1, n
-            self%responses(k, j) = response(system%links(k), system%links(j), system%links(j)%slope)
+            associate (link => system%constraints%links(j))
+               self%responses(k, j) = response(system%constraints%links(k), link, link%slope)
+            end associate
          end do
       end do
       do i = 1, n
@@ -335,7 +337,7 @@ contains
          call solve_linear(n, self%matrix, self%inverse(:, i), singular)
       end do
       do i = 1, n
-         associate (link => system%links(i))
+         associate (link => system%constraints%links(i))
             do side = 1, 2
                moment(:, side) = cross(link%arm(:, side), link%slope(1:3)) + link%slope(4:6)
             end do
@@ -359,8 +361,8 @@ contains
                      call add_rows(self, system, row, j, force, torque)
                   end if
                end do
-               call add_work(self, j, system%friction_index, -change*(dot_product( &
-                  link%slope(1:3), link%motion(1)*link%at%major + link%motion(2)*link%minor) &
+               call add_work(self, j, system%layout%friction, -change*(dot_product( &
+                  link%slope(1:3), link%slip()) &
                   + dot_product(link%slope(4:6), link%spin)))
             end do
          end associate
@@ -432,9 +434,9 @@ contains
             end do
          end if
          if (.not. turns_by_drive(body%motion)) return
-         call add_work(self, column_body, system%applied_index, -matmul(pose%spin, torque))
+         call add_work(self, column_body, system%layout%applied, -matmul(pose%spin, torque))
          if (body%motion == motion_prescribed) then
-            call add_work(self, column_body, system%applied_index, -matmul(pose%velocity, force))
+            call add_work(self, column_body, system%layout%applied, -matmul(pose%velocity, force))
          end if
       end associate
    end subroutine add_rows
@@ -533,7 +535,7 @@ contains
             self%value(k:k + body_size - 1) = self%value(k:k + body_size - 1) + block(:, i)
          end do
       end associate
-      call add_work(self, index, system%applied_index, power)
+      call add_work(self, index, system%layout%applied, power)
    end subroutine add_body
 
    !> Derivatives of the rate of a quaternion, see `quaternion_rate`.

@@ -18,8 +18,8 @@ module contensou_dynamics_linear_load
    use contensou_contact_law, only : contact_law_type
    use contensou_contact_normal, only : normal_type
    use contensou_contact_rolling, only : rolling_hysteresis
-   use contensou_dynamics_rigid, only : link_type, set_link
-   use contensou_dynamics_system, only : contact_type, relative_motion, resolution_type
+   use contensou_dynamics_constraints, only : link_type, set_kinematics
+   use contensou_dynamics_mechanism, only : contact_type, relative_motion, resolution_type
    implicit none(type, external)
    private
 
@@ -115,17 +115,15 @@ contains
       real(wp) :: gap
       integer :: trouble
 
-      call contact%law%geometry%gap(a, b, contact%track, gap)
+      call contact%find_gap(a, b, gap)
       closed = gap < 0.0_wp .and. .not. contact%track%lost
       if (.not. closed) return
-      call contact%law%geometry%locate(a, b, contact%track, gap, touch%at)
+      call contact%locate(a, b, gap, touch%at)
       touch%rigid = .false.
       touch%varies = .not. contact%law%geometry%constant_curvatures
-      if (touch%varies) then
-         call contact%follow(touch%at, trouble)
-         closed = trouble == trouble_none
-         if (.not. closed) return
-      end if
+      call contact%follow(touch%at, trouble)
+      closed = trouble == trouble_none
+      if (.not. closed) return
       touch%approach = -gap
       touch%resolution = resolution%of(a, b, touch%at%point)
       call vary_touch(touch, contact, a, b, load)
@@ -482,8 +480,8 @@ contains
          do k = 1, 3
             moved%rotation(:, k) = b%rotation(:, k) + cross(twist(4:6), b%rotation(:, k))
          end do
-         call contact%law%geometry%gap(a, moved, contact%track, gap)
-         call contact%law%geometry%locate(a, moved, contact%track, gap, there)
+         call contact%find_gap(a, moved, gap)
+         call contact%locate(a, moved, gap, there)
          call contact%follow(there, trouble)
          if (trouble == trouble_none) then
             call contact%shape_force(a, moved, there, varied)
@@ -541,7 +539,7 @@ contains
       type(track_type) :: track
       type(link_type) :: there
       real(wp), parameter :: unmoved(3, 2) = 0.0_wp
-      real(wp) :: e(3), h, ends(2), length, speed, spin
+      real(wp) :: e(3), h, ends(2), length, speed, spin, gap
       integer :: i, k, side, kind
 
       track = contact%track
@@ -570,10 +568,9 @@ contains
                do k = 1, 2
                   moved = [a, b]
                   call shift_pose(moved(side), kind, merge(h, -h, k == 1)*e)
-                  call contact%law%geometry%gap(moved(1), moved(2), contact%track, there%at%gap)
-                  call contact%law%geometry%locate(moved(1), moved(2), contact%track, &
-                     there%at%gap, there%at)
-                  call set_link(there, contact%law, contact%track, moved(1), moved(2), &
+                  call contact%find_gap(moved(1), moved(2), gap)
+                  call contact%locate(moved(1), moved(2), gap, there%at)
+                  call set_kinematics(there, contact%law, contact%track, moved(1), moved(2), &
                      unmoved)
                   ends(k) = there%bias
                   contact%track = track

@@ -15,7 +15,7 @@ module contensou_files_trajectory
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_normal, only : normal_models
    use contensou_dynamics_scene, only : scene_type, turns_by_drive
-   use contensou_dynamics_system, only : system_type
+   use contensou_dynamics_equations, only : system_type
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : event_touch
    use contensou_integrate_profile, only : profile_names

@@ -9,8 +9,10 @@ module contensou_integrate_choice
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : to_text
    use contensou_contact_geometry, only : contact_point_type
+   use contensou_dynamics_equations, only : system_type
+   use contensou_dynamics_mechanism, only : relative_motion, slip_velocity
    use contensou_dynamics_scene, only : motion_free
-   use contensou_dynamics_system, only : body_size, relative_motion, system_type
+   use contensou_dynamics_state, only : spin_of
    use contensou_integrate_motion, only : motion_type
    implicit none(type, external)
    private
@@ -84,12 +86,11 @@ contains
       type(system_type), intent(in) :: system
       !> State.
       real(wp), intent(in) :: y(:)
-      integer :: i, k
+      integer :: i
 
       spin = 0.0_wp
       do i = 1, size(system%bodies)
-         k = body_size*(i - 1)
-         if (system%bodies(i)%motion == motion_free) spin = max(spin, norm2(y(k + 11:k + 13)))
+         if (system%bodies(i)%motion == motion_free) spin = max(spin, norm2(spin_of(y, i)))
       end do
    end function fastest_spin
 
@@ -130,9 +131,9 @@ contains
          if (.not. allocated(c%law%friction)) return
          associate (a => system%pose(c%a), b => system%pose(c%b))
             if (c%track%lost) return
-            call c%law%geometry%locate(a, b, c%track, gap, at)
+            call c%locate(a, b, gap, at)
             call relative_motion(a, b, at%point, velocity, spin)
-            slip = norm2(velocity - dot_product(velocity, at%normal)*at%normal)
+            slip = norm2(slip_velocity(velocity, at%normal))
             slip = max(slip, c%law%friction%delta, &
                sqrt(system%resolution%of(a, b, at%point)), &
                c%law%normal%major_axis(approach)*abs(dot_product(spin, at%normal)))

@@ -286,7 +286,7 @@ contains
       !> Set when the rigid contacts cannot be settled.
       type(error_type), allocatable, intent(out) :: error
 
-      if (motion%system%n_rigid > 0) call begin_rigid(motion, memory%t, memory%y, error)
+      if (motion%system%constraints%n_rigid > 0) call begin_rigid(motion, memory%t, memory%y, error)
       if (allocated(error)) return
       choice%method = method
       if (method == "auto") then
@@ -489,7 +489,7 @@ contains
             ! While all contacts were closed the rates were not kept; impacts change velocities.
             call motion%system%gap_rates(y, rate)
          end if
-         if (motion%system%n_rigid > 0) then
+         if (motion%system%constraints%n_rigid > 0) then
             if (any(motion%system%contacts%leaving)) call part(motion, y)
          end if
          if (t >= integrator%t_stop) then

@@ -3,9 +3,11 @@ module contensou_integrate_motion
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : wall_seconds
    use contensou_dynamics_assembly, only : contact_time
+   use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_jacobian, only : jacobian_type
+   use contensou_dynamics_reports, only : energies
    use contensou_dynamics_scene, only : scene_type
-   use contensou_dynamics_system, only : body_size, system_type
+   use contensou_dynamics_state, only : body_size, position_of, put_body, spin_of, velocity_of
    use contensou_integrate_problem, only : problem_type
    use contensou_integrate_profile, only : profile_period, profile_type
    implicit none(type, external)
@@ -65,7 +67,7 @@ contains
       real(wp) :: kinetic, potential
       integer :: i
 
-      motion%n = motion%system%n
+      motion%n = motion%system%layout%n
       motion%n_events = size(motion%system%contacts)
       ! Not by assignment, before which gfortran looks at the bounds of what is not allocated.
       if (allocated(motion%row)) deallocate(motion%column_start, motion%row)
@@ -79,12 +81,14 @@ contains
          s%rtol = scene%integrator%rtol
          ! No ringing holds the steps of a rigid scene below what the tolerance admits, and the
          ! errors of a multistep method add up over them.
-         if (motion%system%n_rigid > 0 .and. scene%integrator%method /= "explicit8") s%rtol = &
-            max(0.1_wp*s%rtol, min(s%rtol, 1.0e-13_wp))
+         associate (n_rigid => motion%system%constraints%n_rigid)
+            if (n_rigid > 0 .and. scene%integrator%method /= "explicit8") s%rtol = &
+               max(0.1_wp*s%rtol, min(s%rtol, 1.0e-13_wp))
+         end associate
          s%length = scene%integrator%length_scale
          s%velocity = scene%integrator%velocity_scale
          s%angular_velocity = scene%integrator%angular_velocity_scale
-         call motion%system%energies(y, kinetic, potential)
+         call energies(motion%system, y, kinetic, potential)
          motion%system%resolution%square = motion%n*(resolved*s%rtol)**2
          motion%system%resolution%velocity = s%velocity**2
          motion%system%resolution%angular_velocity = s%angular_velocity**2
@@ -168,7 +172,7 @@ contains
       timed = self%profile%due(self%profile%events, 0_i8)
       if (timed) start = wall_seconds()
       call self%system%gaps(y, g)
-      if (self%system%n_rigid > 0) call rigid_events()
+      if (self%system%constraints%n_rigid > 0) call rigid_events()
       if (timed) call self%profile%events%add(wall_seconds() - start - self%profile%overhead)
       ! A gap is a difference of larger numbers and can stay exactly zero over a short time, which
       ! CVODE refuses as two roots in one place.
@@ -202,19 +206,19 @@ contains
       real(wp), intent(in) :: y(:)
       !> Admissible error.
       real(wp), intent(out) :: size_of_error(:)
-      integer :: k, i
+      real(wp) :: position(3), rotation(4), velocity(3), spin(3)
+      integer :: i, k
 
       associate (s => self%scales)
          do i = 1, size(self%system%bodies)
-            k = body_size*(i - 1)
             ! No finer than the rounding of the position itself.
-            size_of_error(k + 1:k + 3) = max(s%rtol*s%length, &
-               64.0_wp*epsilon(s%rtol)*abs(y(k + 1:k + 3)))
-            size_of_error(k + 4:k + 7) = s%rtol*s%rotation
-            size_of_error(k + 8:k + 10) = s%rtol*max(s%velocity, norm2(y(k + 8:k + 10)))
-            size_of_error(k + 11:k + 13) = s%rtol*max(s%angular_velocity, norm2(y(k + 11:k + 13)))
+            position = max(s%rtol*s%length, 64.0_wp*epsilon(s%rtol)*abs(position_of(y, i)))
+            rotation = s%rtol*s%rotation
+            velocity = s%rtol*max(s%velocity, norm2(velocity_of(y, i)))
+            spin = s%rtol*max(s%angular_velocity, norm2(spin_of(y, i)))
+            call put_body(size_of_error, i, position, rotation, velocity, spin)
          end do
-         do k = body_size*size(self%system%bodies) + 1, self%n
+         do k = body_size*self%system%layout%bodies + 1, self%n
             size_of_error(k) = s%rtol*max(s%energy, abs(y(k)))
          end do
       end associate

@@ -6,7 +6,8 @@ module contensou_integrate_profile
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : wall_seconds
    use contensou_contact_geometry, only : contact_point_type, trouble_none
-   use contensou_dynamics_system, only : relative_motion, system_type
+   use contensou_dynamics_equations, only : system_type
+   use contensou_dynamics_mechanism, only : relative_motion
    implicit none(type, external)
    private
 
@@ -140,9 +141,9 @@ contains
             b => system%pose(system%contacts(i)%b))
             call start_clock()
             do r = 1, repeats
-               call c%law%geometry%gap(a, b, c%track, gap)
+               call c%find_gap(a, b, gap)
                if (gap >= 0.0_wp .or. c%track%lost) cycle
-               call c%law%geometry%locate(a, b, c%track, gap, at)
+               call c%locate(a, b, gap, at)
                call relative_motion(a, b, at%point, velocity, spin)
                self%sink = self%sink + velocity(1)
             end do

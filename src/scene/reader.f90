@@ -28,7 +28,7 @@ module contensou_scene_reader
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, cost_spec_type, &
       frame_names, motion_fixed, motion_free, motion_names, motion_prescribed, motion_spindle, &
       moves_freely, scene_type, turns_by_drive
-   use contensou_dynamics_system, only : system_type
+   use contensou_dynamics_equations, only : system_type
    use contensou_scene_bearing, only : concerns_bearings, expand_bearings, has_bearings
    use contensou_scene_schema, only : group_spec_type, schema_groups
    use contensou_scene_settings, only : apply_override, largest_number, resolve, resolved_text, &

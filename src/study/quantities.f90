@@ -5,7 +5,9 @@ module contensou_study_quantities
    use contensou_base_kinds, only : i8, wp
    use contensou_contact_geometry, only : pose_type
    use contensou_dynamics_scene, only : turns_by_drive
-   use contensou_dynamics_system, only : contact_report_type, system_type
+   use contensou_dynamics_equations, only : system_type
+   use contensou_dynamics_reports, only : begin_report, contact_report_type, drive_loads, &
+      energies, report_contact
    use contensou_integrate_integrator, only : statistics_type
    implicit none(type, external)
    private
@@ -210,31 +212,32 @@ contains
             v(s(q_quaternion) + 4*i - 3:s(q_quaternion) + 4*i) = quaternion
          end do
          elastic = 0.0_wp
+         call begin_report(system, t, y)
          do i = 1, size(system%contacts)
-            call system%report(y, i, report, t)
+            call report_contact(system, i, report)
             elastic = elastic + report%elastic_energy
             v(s(q_gap) + i) = report%at%gap
             v(s(q_normal) + i) = report%load%normal_force
             v(s(q_force) + 3*i - 2:s(q_force) + 3*i) = report%load%friction_force
             v(s(q_torque) + i) = report%load%friction_torque
-            v(s(q_slip) + 3*i - 2:s(q_slip) + 3*i) = report%load%slip
-            v(s(q_spin) + i) = report%load%spin
+            v(s(q_slip) + 3*i - 2:s(q_slip) + 3*i) = report%slip
+            v(s(q_spin) + i) = report%spin
             v(s(q_axes) + 2*i - 1:s(q_axes) + 2*i) = report%semi_axes
          end do
          if (self%width(q_drive_force) > 0) then
-            call system%drives(t, y, force, torque)
+            call drive_loads(system, force, torque)
             do i = 1, size(system%bodies)
                v(s(q_drive_force) + 3*i - 2:s(q_drive_force) + 3*i) = force(:, i)
                v(s(q_drive_torque) + 3*i - 2:s(q_drive_torque) + 3*i) = torque(:, i)
             end do
          end if
-         call system%energies(y, kinetic, potential)
+         call energies(system, y, kinetic, potential)
          v(s(q_kinetic) + 1) = kinetic
          v(s(q_potential) + 1) = potential
          v(s(q_elastic) + 1) = elastic
-         v(s(q_friction) + 1) = work(system%friction_index)
-         v(s(q_damping) + 1) = work(system%damping_index)
-         v(s(q_applied) + 1) = work(system%applied_index)
+         v(s(q_friction) + 1) = work(system%layout%friction)
+         v(s(q_damping) + 1) = work(system%layout%damping)
+         v(s(q_applied) + 1) = work(system%layout%applied)
          v(s(q_error) + 1) = 0.0_wp
       end associate
 
@@ -289,7 +292,7 @@ contains
          self%work_applied = v(s(q_applied) + 1)
       end associate
       self%relative_error = self%largest_error
-      if (system%applied_index > 0) then
+      if (system%layout%applied > 0) then
          ! What is supplied may be far more than what was there at the beginning.
          self%largest_supply = max(self%largest_supply, abs(self%work_applied))
          self%relative_error = self%largest_error/max(abs(self%initial_energy), &

@@ -17,7 +17,7 @@ module contensou_study_simulation
    use contensou_contact_geometry, only : trouble_text
    use contensou_dynamics_assembly, only : assemble, contact_length, initial_state
    use contensou_dynamics_scene, only : scene_type
-   use contensou_dynamics_system, only : system_type
+   use contensou_dynamics_equations, only : system_type
    use contensou_integrate_choice, only : choice_text, choice_type
    use contensou_integrate_march, only : begin_march, integrator_methods, march, memory_type, &
       observer_type, plan_type
@@ -168,7 +168,7 @@ contains
             if (least%length_scale <= 0.0_wp) least%length_scale = &
                contact_length(scene, motion%system, least%velocity_scale)
          end associate
-         memory%y = initial_state(scene, motion%system%n)
+         memory%y = initial_state(scene, motion%system%layout%n)
          call set_up_motion(motion, scene, memory%y)
          call begin_march(motion, simulation%plan%method, memory, simulation%choice, error)
       end associate

@@ -10,7 +10,9 @@ module contensou_study_work_precision
    use contensou_base_rotations, only : unit_quaternion
    use contensou_base_operating_system, only : cpu_seconds, signal_received
    use contensou_dynamics_scene, only : motion_free, scene_type
-   use contensou_dynamics_system, only : body_size, contact_report_type
+   use contensou_dynamics_reports, only : begin_report, contact_report_type, energies, &
+      report_contact
+   use contensou_dynamics_state, only : body_size, position_of, quaternion_of, spin_of, velocity_of
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : event_touch, observer_type
    use contensou_integrate_motion, only : motion_type
@@ -276,7 +278,7 @@ contains
       type(reference_type), intent(in) :: reference
       type(scene_type), intent(in) :: scene
       real(wp) :: scales(kinds + 2)
-      integer :: i, k, j
+      integer :: i, j
 
       associate (least => scene%integrator)
          scales = [least%length_scale, 1.0_wp, least%velocity_scale, &
@@ -284,13 +286,12 @@ contains
             sum(scene%bodies%mass, mask=scene%bodies%motion == motion_free)]
       end associate
       do i = 1, size(scene%bodies)
-         k = body_size*(i - 1)
          if (scene%bodies(i)%motion /= motion_free) cycle
          do j = lbound(reference%y, 2), ubound(reference%y, 2)
             associate (y => reference%y(:, j), y0 => reference%y(:, 0))
-               scales(1) = max(scales(1), norm2(y(k + 1:k + 3) - y0(k + 1:k + 3)))
-               scales(3) = max(scales(3), norm2(y(k + 8:k + 10)))
-               scales(4) = max(scales(4), norm2(y(k + 11:k + 13)))
+               scales(1) = max(scales(1), norm2(position_of(y, i) - position_of(y0, i)))
+               scales(3) = max(scales(3), norm2(velocity_of(y, i)))
+               scales(4) = max(scales(4), norm2(spin_of(y, i)))
             end associate
          end do
       end do
@@ -331,17 +332,18 @@ contains
       real(wp) :: kinetic, potential, balance
       integer :: i
 
-      call motion%system%energies(y, kinetic, potential)
+      call energies(motion%system, y, kinetic, potential)
       balance = kinetic + potential
       self%kept%largest_kinetic = max(self%kept%largest_kinetic, kinetic)
+      call begin_report(motion%system, 0.0_wp, y)
       do i = 1, size(motion%system%contacts)
-         call motion%system%report(y, i, row)
+         call report_contact(motion%system, i, row)
          balance = balance + row%elastic_energy
       end do
       associate (s => motion%system)
-         if (s%friction_index > 0) balance = balance + y(s%friction_index)
-         if (s%damping_index > 0) balance = balance + y(s%damping_index)
-         if (s%applied_index > 0) balance = balance - y(s%applied_index)
+         if (s%layout%friction > 0) balance = balance + y(s%layout%friction)
+         if (s%layout%damping > 0) balance = balance + y(s%layout%damping)
+         if (s%layout%applied > 0) balance = balance - y(s%layout%applied)
       end associate
       if (self%row == 0) self%balance = balance
       self%energy = max(self%energy, abs(balance - self%balance))
@@ -359,19 +361,18 @@ contains
       logical, intent(in) :: counts
       type(distance_type), intent(inout) :: distance
       real(wp) :: d(kinds), p(4), q(4)
-      integer :: i, k
+      integer :: i
 
       distance%value(1, :) = 0.0_wp
       do i = 1, size(free)
          if (.not. free(i)) cycle
-         k = body_size*(i - 1)
-         p = unit_quaternion(y(k + 4:k + 7))
-         q = unit_quaternion(reference(k + 4:k + 7))
-         d(1) = norm2(y(k + 1:k + 3) - reference(k + 1:k + 3))
+         p = unit_quaternion(quaternion_of(y, i))
+         q = unit_quaternion(quaternion_of(reference, i))
+         d(1) = norm2(position_of(y, i) - position_of(reference, i))
          ! Angle of the rotation between two attitudes; q and -q are the same one.
          d(2) = 4.0_wp*asin(min(1.0_wp, 0.5_wp*min(norm2(p - q), norm2(p + q))))
-         d(3) = norm2(y(k + 8:k + 10) - reference(k + 8:k + 10))
-         d(4) = norm2(y(k + 11:k + 13) - reference(k + 11:k + 13))
+         d(3) = norm2(velocity_of(y, i) - velocity_of(reference, i))
+         d(4) = norm2(spin_of(y, i) - spin_of(reference, i))
          distance%value(1, :) = max(distance%value(1, :), d)
          distance%value(2, :) = max(distance%value(2, :), d)
          if (counts) distance%value(3, :) = distance%value(3, :) + d**2

@@ -20,7 +20,7 @@ import pytest
 MODELS = ("coulomb", "contensou_simplified", "pade11", "pade22", "contensou_exact")
 DAMPINGS = ("hunt_crossley", "viscous", "tsuji")
 ALLOCATORS = {"malloc", "calloc", "realloc", "free", "posix_memalign", "aligned_alloc", "memalign"}
-RIGHT_HAND_SIDE = "__contensou_dynamics_system_MOD_derivative"
+RIGHT_HAND_SIDE = "__contensou_dynamics_equations_MOD_derivative"
 
 # A ball pressed 0.1 um into the floor; it slides, spins, and rebounds. No group or key is here that
 # a case below does not name itself.
@@ -295,7 +295,7 @@ def test_rigid_contact_allocates_nothing(count, build_kind, table):
         {name: case.instructions for name, case in cases.items()},
     )
     for name, case in cases.items():
-        assert case.of_module("contensou_dynamics_rigid"), name
+        assert case.of_module("contensou_dynamics_constraints"), name
         assert build_kind == "checked" or not case.allocations(), name
 
 

@@ -23,27 +23,27 @@ import pytest
 # File, line, wrong line, what is wrong.
 FAULTS = {
     "torque not turned into the body": (
-        "dynamics/system.f90",
+        "dynamics/equations.f90",
         "moment = to_body(self%pose(index)%rotation, self%load(index)%torque)",
         "moment = to_inertial(self%pose(index)%rotation, self%load(index)%torque)",
     ),
     "sign of the gyroscopic term": (
-        "dynamics/system.f90",
-        "rate(11:13) = (moment - cross(w, body%inertia*w))/body%inertia",
-        "rate(11:13) = (moment + cross(w, body%inertia*w))/body%inertia",
+        "dynamics/equations.f90",
+        "turning = (moment - cross(w, body%inertia*w))/body%inertia",
+        "turning = (moment + cross(w, body%inertia*w))/body%inertia",
     ),
     "sign of the drilling torque": (
-        "dynamics/system.f90",
+        "dynamics/equations.f90",
         "torque = load%friction_torque*at%normal",
         "torque = -load%friction_torque*at%normal",
     ),
     "sign of a lever arm": (
-        "dynamics/system.f90",
+        "dynamics/equations.f90",
         "+ cross(at%point - b%position, force)",
         "- cross(at%point - b%position, force)",
     ),
     "slip without the rotation of A": (
-        "dynamics/system.f90",
+        "dynamics/mechanism.f90",
         "- a%velocity - cross(a%spin, point - a%position)",
         "- a%velocity",
     ),
@@ -74,8 +74,8 @@ FAULTS = {
     ),
     "power of friction": (
         "contact/law.f90",
-        "load%friction_power = -(fx*vx + fy*vy + load%friction_torque*load%spin)",
-        "load%friction_power = -(fx*vx + fy*vy - load%friction_torque*load%spin)",
+        "load%friction_power = -(fx*vx + fy*vy + load%friction_torque*w)",
+        "load%friction_power = -(fx*vx + fy*vy - load%friction_torque*w)",
     ),
     "sign in the rate of a quaternion": (
         "base/rotations.f90",

@@ -9,7 +9,10 @@ module test_dynamics
    use contensou_contact_geometry, only : pose_type
    use contensou_dynamics_assembly, only : contact_length
    use contensou_dynamics_scene, only : scene_type
-   use contensou_dynamics_system, only : contact_report_type, system_type
+   use contensou_dynamics_equations, only : system_type
+   use contensou_dynamics_reports, only : begin_report, contact_report_type, energies, momenta, &
+      report_contact
+   use contensou_dynamics_state, only : position_of, quaternion_of, spin_of, velocity_of
    use contensou_integrate_motion, only : motion_type
    use test_harness, only : check, check_close, check_relative, random_type, worst_type
    use test_scenes, only : ball, damping_index, friction_index, random_touch, set_motion, two_bodies
@@ -203,7 +206,7 @@ contains
       call check_close(norm2(rate(11:13) - expected), 0.0_wp, 1.0e-13_wp, "Euler's equations")
       call check_close(norm2(rate(8:10) - scene%gravity), 0.0_wp, 1.0e-15_wp, "free fall")
       call check_close(norm2(rate(1:3) - y(8:10)), 0.0_wp, 0.0_wp, "rate of the position")
-      call motion%system%energies(y, kinetic, potential)
+      call energies(motion%system, y, kinetic, potential)
       call check_relative(kinetic, 0.05_wp*0.14_wp + 0.5e-5_wp*(50.0_wp + 147.0_wp + 484.0_wp), &
          1.0e-14_wp, "kinetic energy")
       call check_relative(potential, 0.1_wp*9.81_wp*1.02_wp, 1.0e-14_wp, "potential energy")
@@ -228,13 +231,12 @@ contains
       angular = 0.0_wp
       size_of_torques = 0.0_wp
       do i = 1, size(scene%bodies)
-         k = 13*(i - 1)
          associate (body => scene%bodies(i))
-            w = y(k + 11:k + 13)
-            torque = matmul(rotation_matrix(y(k + 4:k + 7)), body%inertia*rate(k + 11:k + 13) &
+            w = spin_of(y, i)
+            torque = matmul(rotation_matrix(quaternion_of(y, i)), body%inertia*spin_of(rate, i) &
                + cross(w, body%inertia*w))
-            orbital = body%mass*cross(y(k + 1:k + 3), rate(k + 8:k + 10))
-            linear = linear + body%mass*rate(k + 8:k + 10)
+            orbital = body%mass*cross(position_of(y, i), velocity_of(rate, i))
+            linear = linear + body%mass*velocity_of(rate, i)
             angular = angular + orbital + torque
             size_of_torques = size_of_torques + norm2(orbital) + norm2(torque)
          end associate
@@ -271,8 +273,8 @@ contains
                if (push <= 0.0_wp) cycle
                call force%note(norm2(linear)/push, k)
                call torque%note(norm2(angular)/size_of_torques, k)
-               call motion%system%momenta(y + h*rate, linear, angular)
-               call motion%system%momenta(y - h*rate, other, given)
+               call momenta(motion%system, y + h*rate, linear, angular)
+               call momenta(motion%system, y - h*rate, other, given)
                call reported%note(norm2(angular - given)/(2.0_wp*h*size_of_torques), k)
             end do
             deallocate(rate)
@@ -285,7 +287,7 @@ contains
       call two_bodies(scene, 1, 1, .true.)
       call set_motion(scene, motion, y)
       call random_touch(scene, random, 1.0_wp, y)
-      call motion%system%momenta(y, linear, angular)
+      call momenta(motion%system, y, linear, angular)
       given = 0.2_wp*y(8:10) + 0.5_wp*y(21:23)
       call check_close(norm2(linear - given), 0.0_wp, 1.0e-15_wp, "linear momentum")
       given = 0.2_wp*cross(y(1:3), y(8:10)) + 0.5_wp*cross(y(14:16), y(21:23)) &
@@ -330,16 +332,15 @@ contains
                call motion%system%gap_rates(y, gap_rate)
                terms = 0.0_wp
                do b = 1, 2
-                  at = 13*(b - 1)
-                  terms(3*b - 2) = scene%bodies(b)%mass*dot_product(y(at + 8:at + 10), &
-                     rate(at + 8:at + 10))
-                  terms(3*b - 1) = dot_product(y(at + 11:at + 13), scene%bodies(b)%inertia &
-                     *rate(at + 11:at + 13))
-                  terms(3*b) = -scene%bodies(b)%mass*dot_product(scene%gravity, y(at + 8:at + 10))
+                  terms(3*b - 2) = scene%bodies(b)%mass*dot_product(velocity_of(y, b), &
+                     velocity_of(rate, b))
+                  terms(3*b - 1) = dot_product(spin_of(y, b), scene%bodies(b)%inertia &
+                     *spin_of(rate, b))
+                  terms(3*b) = -scene%bodies(b)%mass*dot_product(scene%gravity, velocity_of(y, b))
                end do
                terms(7) = -motion%system%contacts(1)%law%normal%force(-gap(1))*gap_rate(1)
-               if (j > 1) terms(8) = rate(motion%system%friction_index)
-               if (i > 1) terms(9) = rate(motion%system%damping_index)
+               if (j > 1) terms(8) = rate(motion%system%layout%friction)
+               if (i > 1) terms(9) = rate(motion%system%layout%damping)
                call balance%note(abs(sum(terms))/sum(abs(terms)), k)
                call loss%note(-minval(terms(8:9)), k)
                deallocate(rate)
@@ -366,8 +367,8 @@ contains
       scene%bodies(2)%velocity = [4.0_wp, 5.0_wp, 6.0_wp]
       scene%bodies(2)%spin = [7.0_wp, 8.0_wp, 9.0_wp]
       call set_motion(scene, motion, y)
-      call check(motion%n == 26 .and. motion%system%friction_index == 0 .and. &
-         motion%system%damping_index == 0, "state without friction and damping")
+      call check(motion%n == 26 .and. motion%system%layout%friction == 0 .and. &
+         motion%system%layout%damping == 0, "state without friction and damping")
       call check(all(abs(y(14:26) - [1.0_wp, 2.0_wp, 3.0_wp, scene%bodies(2)%quaternion, 4.0_wp, &
          5.0_wp, 6.0_wp, 7.0_wp, 8.0_wp, 9.0_wp]) <= 0.0_wp), "initial state of the second body")
       y(17:20) = 3.0_wp*y(17:20)
@@ -379,18 +380,19 @@ contains
          "pose: position and motion")
       call two_bodies(scene, damping_index("viscous"), 1, .true.)
       call set_motion(scene, motion, y)
-      call check(motion%n == 27 .and. motion%system%friction_index == 0 .and. &
-         motion%system%damping_index == 27, "state with damping")
+      call check(motion%n == 27 .and. motion%system%layout%friction == 0 .and. &
+         motion%system%layout%damping == 27, "state with damping")
       call two_bodies(scene, 1, friction_index("coulomb"), .true.)
       call set_motion(scene, motion, y)
-      call check(motion%n == 27 .and. motion%system%friction_index == 27 .and. &
-         motion%system%damping_index == 0, "state with friction")
+      call check(motion%n == 27 .and. motion%system%layout%friction == 27 .and. &
+         motion%system%layout%damping == 0, "state with friction")
       call check(.not. motion%system%contacts(1)%law%friction%drilling, &
          "a model without torque has no drilling")
       call two_bodies(scene, damping_index("viscous"), friction_index("pade11"), .true.)
       call set_motion(scene, motion, y)
-      call check(motion%n == 28 .and. size(y) == 28 .and. motion%system%friction_index == 27 .and. &
-         motion%system%damping_index == 28, "state with friction and damping")
+      call check(motion%n == 28 .and. size(y) == 28 .and. &
+         motion%system%layout%friction == 27 .and. motion%system%layout%damping == 28, &
+         "state with friction and damping")
    end subroutine test_layout
 
    !> An approach beyond the domain of the contact model.
@@ -436,7 +438,8 @@ contains
       call two_bodies(scene, 1, 1, .true.)
       call set_motion(scene, motion, y)
       call random_touch(scene, random, -1.0e-5_wp, y)
-      call motion%system%report(y, 1, row)
+      call begin_report(motion%system, 0.0_wp, y)
+      call report_contact(motion%system, 1, row)
       call motion%system%gaps(y, gap)
       call motion%system%gap_rates(y, rate)
       associate (normal => motion%system%contacts(1)%law%normal)
@@ -447,10 +450,11 @@ contains
             "report: semi-axis")
          call check_close(row%semi_axes(2), row%semi_axes(1), 0.0_wp, "report: circular spot")
       end associate
-      call check_close(dot_product(row%load%slip, row%at%normal), 0.0_wp, 1.0e-15_wp, &
+      call check_close(dot_product(row%slip, row%at%normal), 0.0_wp, 1.0e-15_wp, &
          "report: the slip is tangential without friction too")
       call random_touch(scene, random, 1.0e-5_wp, y)
-      call motion%system%report(y, 1, row)
+      call begin_report(motion%system, 0.0_wp, y)
+      call report_contact(motion%system, 1, row)
       call check(row%at%gap > 0.0_wp .and. abs(row%load%normal_force) <= 0.0_wp .and. &
          norm2(row%semi_axes) <= 0.0_wp .and. abs(row%elastic_energy) <= 0.0_wp, &
          "report: an open contact")

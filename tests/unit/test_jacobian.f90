@@ -4,14 +4,14 @@ module test_jacobian
    use contensou_base_rotations, only : rotation_matrix
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_geometry, only : contact_point_type
    use contensou_contact_normal, only : normal_hertz, normal_rigid
    use contensou_contact_rolling, only : rolling_constant, rolling_hysteresis, rolling_none
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
    use contensou_contact_surface, only : shape_ellipsoid, shape_sphere
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
       motion_spindle, moves_freely, scene_type
-   use contensou_dynamics_system, only : contact_report_type
+   use contensou_dynamics_mechanism, only : contact_motion_type
+   use contensou_dynamics_reports, only : begin_report, contact_report_type, report_contact
    use contensou_integrate_motion, only : motion_type
    use test_harness, only : check, random_type, worst_type
    use test_scenes, only : friction_index, random_touch, set_motion, two_bodies
@@ -323,7 +323,8 @@ contains
          call random_touch(scene, random, 0.0_wp, y)
          ! Not by the distance of the spheres' centres: the surfaces themselves touch.
          do k = 1, 20
-            call motion%system%report(y, 1, row)
+            call begin_report(motion%system, 0.0_wp, y)
+            call report_contact(motion%system, 1, row)
             e = row%at%gap*row%at%normal
             if (scene%contacts(1)%surfaces(2) == 1) e = -e
             y(1:3) = y(1:3) + e
@@ -426,15 +427,13 @@ contains
       real(wp), intent(inout) :: y(:)
       !> Rates of the gaps [m/s].
       real(wp), intent(inout) :: rate(:)
-      type(contact_point_type) :: at
-      real(wp) :: gap, normal(3)
+      type(contact_motion_type) :: now
+      real(wp) :: normal(3)
 
       associate (c => motion%system%contacts(contact))
          call motion%system%gap_rates(y, rate)
-         call c%law%geometry%gap(motion%system%pose(c%a), motion%system%pose(c%b), c%track, gap)
-         call c%law%geometry%locate(motion%system%pose(c%a), motion%system%pose(c%b), c%track, &
-            gap, at)
-         normal = merge(-1.0_wp, 1.0_wp, 13*(c%a - 1) + 1 == first)*at%normal
+         call motion%system%observe(contact, now)
+         normal = merge(-1.0_wp, 1.0_wp, 13*(c%a - 1) + 1 == first)*now%at%normal
          y(first + 7:first + 9) = y(first + 7:first + 9) - rate(contact)*normal
       end associate
    end subroutine stop_gap
@@ -444,7 +443,7 @@ contains
       !> The motion, its system prepared.
       type(motion_type), intent(inout) :: motion
 
-      motion%n = motion%system%n
+      motion%n = motion%system%layout%n
       call motion%differential%prepare(motion%system)
       motion%column_start = motion%differential%column_start
       motion%row = motion%differential%row

@@ -4,7 +4,8 @@ module test_jacobian_scenes
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : string_type, to_text
    use contensou_contact_geometry, only : pose_type
-   use contensou_dynamics_system, only : body_size, contact_report_type
+   use contensou_dynamics_reports, only : begin_report, contact_report_type, report_contact
+   use contensou_dynamics_state, only : body_size, spin_of
    use contensou_integrate_march, only : observer_type
    use contensou_integrate_motion, only : motion_type
    use contensou_study_simulation, only : new_simulation, simulate, simulation_options_type, &
@@ -234,8 +235,9 @@ contains
       approach = 1.0e-3_wp
       speed = 1.0_wp
       arm = 0.0_wp
+      call begin_report(motion%system, t, y)
       do i = 1, size(motion%system%contacts)
-         call motion%system%report(y, i, row, t)
+         call report_contact(motion%system, i, row)
          if (.not. is_closed(motion, i, row)) cycle
          closed = closed + 1
          if (.not. motion%system%contacts(i)%rigid) approach = min(approach, -row%at%gap)
@@ -243,7 +245,7 @@ contains
             unresolved = motion%system%resolution%of(motion%system%pose(contact%a), &
                motion%system%pose(contact%b), row%at%point)
          end associate
-         speed = min(speed, max(norm2(row%load%slip), row%semi_axes(1)*abs(row%load%spin), &
+         speed = min(speed, max(norm2(row%slip), row%semi_axes(1)*abs(row%spin), &
             sqrt(unresolved)))
          do k = 1, 2
             associate (body => merge(motion%system%contacts(i)%a, motion%system%contacts(i)%b, &
@@ -261,7 +263,7 @@ contains
          scale(k + 1:k + 3) = approach
          ! The angular velocity turns with the body.
          scale(k + 4:k + 7) = 0.5_wp*min(approach/arm, &
-            speed/(arm*max(norm2(y(k + 11:k + 13)), 1.0e-3_wp)))
+            speed/(arm*max(norm2(spin_of(y, i)), 1.0e-3_wp)))
          scale(k + 8:k + 10) = speed
          scale(k + 11:k + 13) = speed/arm
       end do
@@ -282,8 +284,9 @@ contains
       logical :: wanted
 
       closed = 0
+      call begin_report(motion%system, t, y)
       do i = 1, size(motion%system%contacts)
-         call motion%system%report(y, i, row, t)
+         call report_contact(motion%system, i, row)
          if (is_closed(motion, i, row)) closed = closed + 1
       end do
       wanted = modulo(self%row, self%part) == 0 .or. (closed /= self%closed .and. &

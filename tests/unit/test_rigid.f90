@@ -8,9 +8,10 @@ module test_rigid
    use contensou_contact_rolling, only : rolling_constant, rolling_hysteresis
    use contensou_contact_surface, only : shape_ellipsoid
    use contensou_dynamics_impact, only : settle
-   use contensou_dynamics_rigid, only : solve_linear
+   use contensou_dynamics_constraints, only : solve_linear
    use contensou_dynamics_scene, only : scene_type
-   use contensou_dynamics_system, only : contact_report_type
+   use contensou_dynamics_reports, only : begin_report, contact_report_type, energies, momenta, &
+      report_contact
    use contensou_integrate_motion, only : motion_type
    use test_harness, only : check, check_close, check_relative, random_type, worst_type
    use test_scenes, only : ball, friction_index, random_touch, set_motion, two_bodies
@@ -98,7 +99,7 @@ contains
          allocate(rate(size(y)))
          call motion%system%derivative(0.0_wp, y, rate)
          if (motion%system%outside) cycle
-         target = -motion%system%links(1)%stabilisation
+         target = -motion%system%constraints%links(1)%stabilisation
          forward = y
          call advance(motion, forward, h)
          backward = y
@@ -106,14 +107,16 @@ contains
          call motion%system%gap_rates(forward, after)
          call motion%system%gap_rates(backward, before)
          call worst%note(abs((after(1) - before(1))/(2.0_wp*h) - target) &
-            /(1.0_wp + abs(motion%system%links(1)%free)), i)
+            /(1.0_wp + abs(motion%system%constraints%links(1)%free)), i)
          ! The energy changes by the friction and by what holds the gap.
-         call motion%system%energies(forward, kinetic(1), potential)
-         call motion%system%energies(backward, kinetic(2), potential)
+         call energies(motion%system, forward, kinetic(1), potential)
+         call energies(motion%system, backward, kinetic(2), potential)
          call motion%system%derivative(0.0_wp, y, rate)
-         kinetic(3) = motion%system%links(1)%normal_force*motion%system%links(1)%rate
-         if (motion%system%friction_index > 0) kinetic(3) = kinetic(3) &
-            - rate(motion%system%friction_index)
+         associate (link => motion%system%constraints%links(1))
+            kinetic(3) = link%normal_force*link%rate
+         end associate
+         if (motion%system%layout%friction > 0) kinetic(3) = kinetic(3) &
+            - rate(motion%system%layout%friction)
          call worst_power%note(abs((kinetic(1) - kinetic(2))/(2.0_wp*h) - kinetic(3)) &
             /(1.0_wp + abs(kinetic(3))), i)
       end do
@@ -180,7 +183,8 @@ contains
          end if
          call set_motion(scene, motion, y)
          motion%system%contacts(1)%closed = .true.
-         call motion%system%report(y, 1, row)
+         call begin_report(motion%system, 0.0_wp, y)
+         call report_contact(motion%system, 1, row)
          ! Friction pulls back at the bottom, a torque that tips the top forwards.
          expected = mass*(g - l*cos(theta)*omega**2)/(1.0_wp + mass*l*sin(theta)/inertia &
             *(l*sin(theta) + with*f*(r + l*cos(theta))))
@@ -221,19 +225,19 @@ contains
          y(27:) = 0.0_wp
          call motion%system%gap_rates(y, rate)
          if (rate(1) >= 0.0_wp) cycle
-         call motion%system%momenta(y, linear(:, 1), angular(:, 1))
-         call motion%system%energies(y, kinetic(1), potential)
+         call momenta(motion%system, y, linear(:, 1), angular(:, 1))
+         call energies(motion%system, y, kinetic(1), potential)
          call settle(motion%system, 0.0_wp, y, [.true.], 1.0e-2_wp, index, trouble)
          if (trouble /= trouble_none) cycle
          solved = solved + 1
          call motion%system%gap_rates(y, later)
-         call motion%system%momenta(y, linear(:, 2), angular(:, 2))
-         call motion%system%energies(y, kinetic(2), potential)
+         call momenta(motion%system, y, linear(:, 2), angular(:, 2))
+         call energies(motion%system, y, kinetic(2), potential)
          call momentum%note(maxval(abs(linear(:, 2) - linear(:, 1))), i)
          call momentum%note(maxval(abs(angular(:, 2) - angular(:, 1))), i)
          call balance%note(abs(kinetic(2) + sum(y(27:)) - kinetic(1))/kinetic(1), i)
-         call damping%note(-y(motion%system%damping_index), i)
-         if (rubs) call friction%note(-y(motion%system%friction_index)/kinetic(1), i)
+         call damping%note(-y(motion%system%layout%damping), i)
+         if (rubs) call friction%note(-y(motion%system%layout%friction)/kinetic(1), i)
          call approach%note(-later(1)/abs(rate(1)), i)
          if (.not. rubs) call newton%note(abs(later(1)/rate(1) + scene%contacts(1)%restitution), i)
       end do

@@ -1,0 +1,524 @@
+!> Rigid contacts: the contact as a constraint without compliance, whose normal force follows from
+!> the equations of motion.
+!>
+!> With u the velocity of B against A at the contact point p and n the normal, the gap changes by
+!> n.u and its second derivative is
+!>    n.(a_B + alpha_B x r_B - a_A - alpha_A x r_A) + n'.u
+!>       + n.(w_B x (p' - v_B) - w_A x (p' - v_A)),
+!> r the arms from the centres of mass to p. It is linear in the wrench of the contact, and this in
+!> the normal force N but for the size of the spot, a ~ N^(1/3) after Hertz.
+!> A closed contact has the N at which the second derivative is -2 beta gap' - beta^2 gap: the last
+!> two terms hold what rounding and the errors of the integration make of the gap (J. Baumgarte,
+!> Comput. Methods Appl. Mech. Eng. 1 (1972) 1).
+module contensou_dynamics_constraints
+   use contensou_base_kinds, only : wp
+   use contensou_base_vectors, only : cross
+   use contensou_contact_geometry, only : contact_point_type, contact_variation_type, pose_type, &
+      track_type, trouble_jammed, trouble_lost, trouble_none, trouble_redundant
+   use contensou_contact_law, only : contact_law_type
+   use contensou_contact_rolling, only : rolling_hysteresis
+   use contensou_dynamics_mechanism, only : mechanism_type, relative_motion
+   use contensou_dynamics_scene, only : motion_free, motion_prescribed
+   use contensou_dynamics_state, only : add_to_motion, spin_of, velocity_of
+   implicit none(type, external)
+   private
+
+   public :: constraints_type, link_type, find_link, set_kinematics, response, turned_by
+   public :: solve_linear
+
+   !> Iterations for the normal forces, which converge quadratically.
+   integer, parameter :: most_iterations = 50
+
+   !> Relative change of a normal force whose square is below rounding.
+   real(wp), parameter :: converged = 3.0e-9_wp
+
+   !> Closed contacts for which there is room from the start, if there are so many rigid ones.
+   integer, parameter :: first_room = 64
+
+   !> A closed rigid contact at a state, inertial frame.
+   type :: link_type
+      !> Index of the contact.
+      integer :: contact = 0
+      !> Bodies A and B; 0 is the ground.
+      integer :: body(2) = 0
+      !> Geometry.
+      type(contact_point_type) :: at
+      !> Unit tangent along the minor axis of the spot.
+      real(wp) :: minor(3) = 0.0_wp
+      !> From the centres of mass of A and B to the contact point [m].
+      real(wp) :: arm(3, 2) = 0.0_wp
+      !> Inverse masses [1/kg]; 0 for a body that does not yield.
+      real(wp) :: inverse_mass(2) = 0.0_wp
+      !> Angular acceleration by a unit normal force on the body [1/(kg m)].
+      real(wp) :: tilt(3, 2) = 0.0_wp
+      !> Sliding along the major and the minor axis [m/s], spin about the normal [rad/s].
+      real(wp) :: motion(3) = 0.0_wp
+      !> Angular velocity of B against A [rad/s].
+      real(wp) :: spin(3) = 0.0_wp
+      !> Square of the velocity below which sliding is not resolved [m2/s2].
+      real(wp) :: resolution = 0.0_wp
+      !> Rate of the gap [m/s].
+      real(wp) :: rate = 0.0_wp
+      !> Second derivative of the gap that no acceleration makes [m/s2].
+      real(wp) :: bias = 0.0_wp
+      !> Second derivative of the gap without rigid contacts [m/s2].
+      real(wp) :: free = 0.0_wp
+      !> Square of the rate beta at which an error of the gap decays [1/s2].
+      real(wp) :: pace = 0.0_wp
+      !> Stabilisation 2 beta gap' + beta^2 gap [m/s2].
+      real(wp) :: stabilisation = 0.0_wp
+      !> Normal force [N].
+      real(wp) :: normal_force = 0.0_wp
+      !> Force (1:3) and torque (4:6) on B at the contact point [N, N m].
+      real(wp) :: wrench(6) = 0.0_wp
+      !> Their derivatives by the normal force [-, m].
+      real(wp) :: slope(6) = 0.0_wp
+   contains
+      !> Slip of B against A.
+      procedure :: slip
+      !> Force and torque on a body.
+      procedure :: load_on
+   end type link_type
+
+   !> The rigid contacts of a mechanism.
+   type :: constraints_type
+      !> Number of rigid contacts.
+      integer :: n_rigid = 0
+      !> Number of those that were closed in the last right-hand side.
+      integer :: n_links = 0
+      !> These contacts, with room for more.
+      type(link_type), allocatable :: links(:)
+      !> Equations for their normal forces.
+      real(wp), allocatable, private :: matrix(:, :), right(:)
+   contains
+      !> Make room for the contacts of a mechanism.
+      procedure :: prepare
+      !> What the closed contacts do to the accelerations.
+      procedure :: apply
+      procedure, private :: reserve
+      procedure, private :: find_forces
+   end type constraints_type
+
+contains
+
+   !> Slip of B against A at the contact [m/s].
+   pure function slip(self)
+      class(link_type), intent(in) :: self
+      real(wp) :: slip(3)
+
+      slip = self%motion(1)*self%at%major + self%motion(2)*self%minor
+   end function slip
+
+   !> Force and torque of the contact on one of its bodies, inertial frame.
+   pure subroutine load_on(self, side, force, torque)
+      class(link_type), intent(in) :: self
+      !> 1 for body A, 2 for body B.
+      integer, intent(in) :: side
+      !> Force [N].
+      real(wp), intent(out) :: force(3)
+      !> Torque about the centre of mass [N m].
+      real(wp), intent(out) :: torque(3)
+
+      force = self%wrench(1:3)
+      torque = cross(self%arm(:, side), force) + self%wrench(4:6)
+      if (side == 2) return
+      force = -force
+      torque = -torque
+   end subroutine load_on
+
+   !> Make room for the contacts of a mechanism, none of them closed yet.
+   subroutine prepare(self, mechanism)
+      class(constraints_type), intent(inout) :: self
+      type(mechanism_type), intent(in) :: mechanism
+
+      self%n_rigid = count(mechanism%contacts%rigid)
+      self%n_links = 0
+      call self%reserve(min(self%n_rigid, first_room))
+   end subroutine prepare
+
+   !> Make room for a number of closed contacts; what was known of others is lost.
+   subroutine reserve(self, n)
+      class(constraints_type), intent(inout) :: self
+      !> The number.
+      integer, intent(in) :: n
+
+      if (allocated(self%links)) deallocate(self%links, self%matrix, self%right)
+      allocate(self%links(n), self%matrix(n, n), self%right(n))
+   end subroutine reserve
+
+   !> Add what the closed rigid contacts do to the accelerations.
+   subroutine apply(self, mechanism, rate, friction_power, index, trouble, outside)
+      class(constraints_type), intent(inout) :: self
+      !> The mechanism at the poses that are set; the normal forces of its contacts are kept there.
+      type(mechanism_type), intent(inout) :: mechanism
+      !> Time derivative of the state, without rigid contacts on entry.
+      real(wp), intent(inout) :: rate(:)
+      !> Power lost in friction so far [W].
+      real(wp), intent(inout) :: friction_power
+      !> Contact in trouble; unchanged if none is.
+      integer, intent(inout) :: index
+      !> One of the `trouble_*` codes; unchanged if no contact is in trouble.
+      integer, intent(inout) :: trouble
+      !> Whether there are no accelerations: trouble, or a gap of a step that is far too large.
+      logical, intent(out) :: outside
+      integer :: i, j, n, failure
+
+      outside = .false.
+      self%n_links = 0
+      n = count(mechanism%contacts%closed)
+      if (n == 0) return
+      ! Contacts close at impacts; elsewhere there is room.
+      if (n > size(self%links)) call self%reserve(min(2*n, self%n_rigid))
+      failure = trouble_none
+      do i = 1, size(mechanism%contacts)
+         if (.not. mechanism%contacts(i)%closed) cycle
+         self%n_links = self%n_links + 1
+         call find_link(mechanism, i, rate, self%links(self%n_links), failure)
+         if (failure /= trouble_none) exit
+         outside = abs(self%links(self%n_links)%at%gap) > &
+            mechanism%contacts(i)%law%largest_approach
+         if (outside) return
+      end do
+      if (failure == trouble_none) call self%find_forces(mechanism, i, failure)
+      outside = failure /= trouble_none
+      if (outside) then
+         index = i
+         trouble = failure
+         return
+      end if
+      do i = 1, self%n_links
+         associate (link => self%links(i))
+            mechanism%contacts(link%contact)%normal_force = link%normal_force
+            friction_power = friction_power - dot_product(link%wrench(1:3), link%slip()) &
+               - dot_product(link%wrench(4:6), link%spin)
+            do j = 1, 2
+               if (link%body(j) > 0) call accelerate(mechanism, link, j, rate)
+            end do
+         end associate
+      end do
+   end subroutine apply
+
+   !> Accelerate a body by the load of a closed contact.
+   subroutine accelerate(mechanism, link, side, rate)
+      type(mechanism_type), intent(in) :: mechanism
+      !> The contact.
+      type(link_type), intent(in) :: link
+      !> 1 for body A, 2 for body B.
+      integer, intent(in) :: side
+      !> Time derivative of the state.
+      real(wp), intent(inout) :: rate(:)
+      real(wp) :: force(3), torque(3), moment(3)
+
+      call link%load_on(side, force, torque)
+      associate (body => mechanism%bodies(link%body(side)), &
+         pose => mechanism%pose(link%body(side)), power => mechanism%layout%applied)
+         if (body%motion == motion_free) then
+            moment = matmul(torque, pose%rotation)
+            call add_to_motion(rate, link%body(side), force/body%mass, moment/body%inertia)
+         else if (body%motion == motion_prescribed) then
+            rate(power) = rate(power) - dot_product(force, pose%velocity) &
+               - dot_product(torque, pose%spin)
+         end if
+      end associate
+   end subroutine accelerate
+
+   !> Kinematics of a rigid contact at the poses that are set, closed or not.
+   subroutine find_link(mechanism, index, rate, link, trouble)
+      !> The mechanism; the track of the contact is changed, and its normal part.
+      type(mechanism_type), intent(inout) :: mechanism
+      !> Index of the contact.
+      integer, intent(in) :: index
+      !> Time derivative of the state without rigid contacts.
+      real(wp), intent(in) :: rate(:)
+      !> The contact.
+      type(link_type), intent(inout) :: link
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      real(wp) :: inverse_inertia(3, 2), acceleration(3), turned(3), gap
+      integer :: j
+
+      trouble = trouble_none
+      associate (contact => mechanism%contacts(index), &
+         a => mechanism%pose(mechanism%contacts(index)%a), &
+         b => mechanism%pose(mechanism%contacts(index)%b))
+         link%contact = index
+         link%body(1) = contact%a
+         link%body(2) = contact%b
+         call contact%find_gap(a, b, gap)
+         if (contact%track%lost) then
+            trouble = trouble_lost
+            return
+         end if
+         call contact%locate(a, b, gap, link%at)
+         call contact%follow(link%at, trouble)
+         if (trouble /= trouble_none) return
+         link%inverse_mass = 0.0_wp
+         inverse_inertia = 0.0_wp
+         do j = 1, 2
+            if (link%body(j) == 0) cycle
+            associate (body => mechanism%bodies(link%body(j)))
+               if (body%motion /= motion_free) cycle
+               link%inverse_mass(j) = 1.0_wp/body%mass
+               inverse_inertia(:, j) = 1.0_wp/body%inertia
+            end associate
+         end do
+         link%resolution = mechanism%resolution%of(a, b, link%at%point)
+         call set_kinematics(link, contact%law, contact%track, a, b, inverse_inertia)
+         link%free = link%bias
+         do j = 1, 2
+            if (link%body(j) == 0) cycle
+            ! Copies: gfortran takes memory for the product with a part of an assumed-shape array.
+            acceleration = spin_of(rate, link%body(j))
+            turned = matmul(mechanism%pose(link%body(j))%rotation, acceleration)
+            acceleration = velocity_of(rate, link%body(j)) + cross(turned, link%arm(:, j))
+            link%free = link%free + merge(-1.0_wp, 1.0_wp, j == 1) &
+               *dot_product(link%at%normal, acceleration)
+         end do
+         ! The gap returns within about a radian of the motion, which steps resolve anyway.
+         link%pace = dot_product(a%spin, a%spin) + dot_product(b%spin, b%spin) &
+            + (link%motion(1)**2 + link%motion(2)**2)*(2.0_wp*link%at%curvature_b)**2 &
+            + abs(link%free)*2.0_wp*link%at%curvature_b
+         link%stabilisation = 2.0_wp*sqrt(link%pace)*link%rate + link%pace*link%at%gap
+      end associate
+   end subroutine find_link
+
+   !> Normal forces of the closed rigid contacts by Newton's method.
+   subroutine find_forces(self, mechanism, index, trouble)
+      !> The constraints; their links are set.
+      class(constraints_type), intent(inout) :: self
+      type(mechanism_type), intent(in) :: mechanism
+      !> Index of the contact that is in trouble, if one is.
+      integer, intent(inout) :: index
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      real(wp) :: change, largest
+      integer :: i, j, k, n
+      logical :: singular
+
+      trouble = trouble_none
+      n = self%n_links
+      do i = 1, n
+         associate (link => self%links(i))
+            ! The last force is a guess.
+            link%normal_force = mechanism%contacts(link%contact)%normal_force
+            if (.not. link%normal_force > 0.0_wp) then
+               link%slope = 0.0_wp
+               link%slope(1:3) = link%at%normal
+               link%normal_force = max(-link%free/response(link, link, link%slope), 0.0_wp)
+            end if
+         end associate
+      end do
+      do k = 1, most_iterations
+         do i = 1, n
+            call set_load(self%links(i), mechanism%contacts(self%links(i)%contact)%law, &
+               self%links(i)%normal_force)
+         end do
+         do i = 1, n
+            self%right(i) = -self%links(i)%free - self%links(i)%stabilisation
+            do j = 1, n
+               self%matrix(i, j) = response(self%links(i), self%links(j), self%links(j)%slope)
+               self%right(i) = self%right(i) &
+                  - response(self%links(i), self%links(j), self%links(j)%wrench)
+            end do
+            if (.not. self%matrix(i, i) > 0.0_wp) then
+               ! A larger normal force would press the bodies together.
+               index = self%links(i)%contact
+               trouble = trouble_jammed
+               return
+            end if
+         end do
+         call solve_linear(n, self%matrix, self%right, singular)
+         if (singular) then
+            index = self%links(n)%contact
+            trouble = trouble_redundant
+            return
+         end if
+         change = 0.0_wp
+         largest = 0.0_wp
+         do i = 1, n
+            associate (link => self%links(i))
+               link%normal_force = link%normal_force + self%right(i)
+               link%wrench = link%wrench + self%right(i)*link%slope
+               change = max(change, abs(self%right(i)))
+               largest = max(largest, abs(link%normal_force))
+            end associate
+         end do
+         if (change <= converged*largest .or. largest <= 0.0_wp) return
+      end do
+      index = self%links(n)%contact
+      trouble = trouble_jammed
+   end subroutine find_forces
+
+   !> Angular acceleration of a body by a torque, without gyroscopic terms [rad/s2].
+   pure function turned_by(torque, inverse_inertia, pose) result(rate)
+      !> Torque about the centre of mass [N m], inertial frame.
+      real(wp), intent(in) :: torque(3)
+      !> Inverse principal moments of inertia [1/(kg m2)]; 0 for a body that does not yield.
+      real(wp), intent(in) :: inverse_inertia(3)
+      !> Pose of the body.
+      type(pose_type), intent(in) :: pose
+      real(wp) :: rate(3)
+      real(wp) :: moment(3)
+
+      moment = matmul(torque, pose%rotation)
+      moment = inverse_inertia*moment
+      rate = matmul(pose%rotation, moment)
+   end function turned_by
+
+   !> Kinematics of a closed contact; `at`, `body`, `inverse_mass` and `resolution` are set.
+   pure subroutine set_kinematics(self, law, track, a, b, inverse_inertia)
+      !> The contact.
+      type(link_type), intent(inout) :: self
+      type(contact_law_type), intent(in) :: law
+      !> Where the surfaces are closest.
+      type(track_type), intent(in) :: track
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      !> Inverse principal moments of inertia of A and B [1/(kg m2)].
+      real(wp), intent(in) :: inverse_inertia(3, 2)
+      type(contact_variation_type) :: variation
+      real(wp) :: velocity(3), twist(6), point_rate(3), normal_rate(3)
+
+      associate (n => self%at%normal)
+         self%minor = cross(n, self%at%major)
+         self%arm(:, 1) = self%at%point - a%position
+         self%arm(:, 2) = self%at%point - b%position
+         self%tilt(:, 1) = turned_by(cross(self%arm(:, 1), n), inverse_inertia(:, 1), a)
+         self%tilt(:, 2) = turned_by(cross(self%arm(:, 2), n), inverse_inertia(:, 2), b)
+         call relative_motion(a, b, self%at%point, velocity, self%spin)
+         self%motion = [dot_product(velocity, self%at%major), dot_product(velocity, self%minor), &
+            dot_product(self%spin, n)]
+         self%rate = dot_product(velocity, n)
+         call law%geometry%vary(a, b, track, self%at, variation)
+         twist(1:3) = velocity
+         twist(4:6) = self%spin
+         point_rate = matmul(variation%point, twist)
+         point_rate = point_rate + a%velocity + cross(a%spin, self%arm(:, 1))
+         normal_rate = matmul(variation%normal, twist)
+         normal_rate = normal_rate + cross(a%spin, n)
+         self%bias = dot_product(normal_rate, velocity) &
+            + dot_product(n, cross(b%spin, point_rate - b%velocity)) &
+            - dot_product(n, cross(a%spin, point_rate - a%velocity))
+      end associate
+   end subroutine set_kinematics
+
+   !> Wrench of a contact at a normal force, and its derivative.
+   !>
+   !> Below N = 0, where an integrator looks for lift-off, the wrench of a point goes on linearly.
+   pure subroutine set_load(self, law, normal_force)
+      !> The contact, its kinematics set.
+      type(link_type), intent(inout) :: self
+      type(contact_law_type), intent(in) :: law
+      !> Normal force [N].
+      real(wp), intent(in) :: normal_force
+      real(wp) :: root, a, wrench(3), slopes(3, 5), torque(3)
+
+      self%normal_force = normal_force
+      self%wrench(1:3) = normal_force*self%at%normal
+      self%wrench(4:6) = 0.0_wp
+      self%slope(1:3) = self%at%normal
+      self%slope(4:6) = 0.0_wp
+      root = 0.0_wp
+      if (normal_force > 0.0_wp) root = sqrt(law%normal%approach(normal_force))
+      a = law%normal%axis_a*root
+      if (allocated(law%friction)) then
+         call law%friction%linearize(normal_force, law%normal%shape, a, self%motion(1), &
+            self%motion(2), self%motion(3), self%resolution, wrench, slopes)
+         if (normal_force > 0.0_wp) slopes(:, 1) = slopes(:, 1) &
+            + slopes(:, 2)*(a/(3.0_wp*normal_force))
+         self%wrench(1:3) = self%wrench(1:3) + wrench(1)*self%at%major + wrench(2)*self%minor
+         self%wrench(4:6) = wrench(3)*self%at%normal
+         self%slope(1:3) = self%slope(1:3) + slopes(1, 1)*self%at%major + slopes(2, 1)*self%minor
+         self%slope(4:6) = slopes(3, 1)*self%at%normal
+      end if
+      if (.not. allocated(law%rolling)) return
+      if (law%rolling%model /= rolling_hysteresis) then
+         torque = law%rolling%torque(1.0_wp, self%at%normal, self%at%major, a, &
+            law%normal%axis_b*root, self%spin)
+         self%slope(4:6) = self%slope(4:6) + torque
+         self%wrench(4:6) = self%wrench(4:6) + normal_force*torque
+      else if (normal_force > 0.0_wp) then
+         ! The lever arm follows the spot.
+         torque = law%rolling%torque(normal_force, self%at%normal, self%at%major, a, &
+            law%normal%axis_b*root, self%spin)
+         self%wrench(4:6) = self%wrench(4:6) + torque
+         self%slope(4:6) = self%slope(4:6) + (4.0_wp/(3.0_wp*normal_force))*torque
+      end if
+   end subroutine set_load
+
+   !> Second derivative of the gap of one contact by a wrench at another one, or at itself [m/s2].
+   pure function response(self, other, wrench) result(acceleration)
+      !> The contact.
+      type(link_type), intent(in) :: self
+      !> Where the wrench acts.
+      type(link_type), intent(in) :: other
+      !> Force (1:3) and torque (4:6) on body B there [N, N m].
+      real(wp), intent(in) :: wrench(6)
+      real(wp) :: acceleration
+      real(wp) :: part
+      integer :: i, j
+
+      acceleration = 0.0_wp
+      do i = 1, 2
+         if (self%body(i) == 0) cycle
+         do j = 1, 2
+            if (other%body(j) /= self%body(i)) cycle
+            part = self%inverse_mass(i)*dot_product(self%at%normal, wrench(1:3)) &
+               + dot_product(self%tilt(:, i), cross(other%arm(:, j), wrench(1:3)) + wrench(4:6))
+            if (i == j) then
+               acceleration = acceleration + part
+            else
+               acceleration = acceleration - part
+            end if
+         end do
+      end do
+   end function response
+
+   !> Solve a small system of linear equations by elimination with row pivots.
+   pure subroutine solve_linear(n, matrix, right, singular)
+      !> Number of unknowns.
+      integer, intent(in) :: n
+      !> The matrix; overwritten.
+      real(wp), intent(inout) :: matrix(:, :)
+      !> Right-hand side; the solution on return.
+      real(wp), intent(inout) :: right(:)
+      !> Whether the matrix is singular to rounding.
+      logical, intent(out) :: singular
+      real(wp) :: factor, held, largest
+      integer :: i, j, k, pivot
+
+      singular = .false.
+      largest = maxval(abs(matrix(:n, :n)))
+      do k = 1, n
+         pivot = k - 1 + maxloc(abs(matrix(k:n, k)), dim=1)
+         if (.not. abs(matrix(pivot, k)) > 64.0_wp*epsilon(largest)*n*largest) then
+            singular = .true.
+            return
+         end if
+         if (pivot /= k) then
+            do j = k, n
+               held = matrix(k, j)
+               matrix(k, j) = matrix(pivot, j)
+               matrix(pivot, j) = held
+            end do
+            held = right(k)
+            right(k) = right(pivot)
+            right(pivot) = held
+         end if
+         do i = k + 1, n
+            factor = matrix(i, k)/matrix(k, k)
+            do j = k + 1, n
+               matrix(i, j) = matrix(i, j) - factor*matrix(k, j)
+            end do
+            right(i) = right(i) - factor*right(k)
+         end do
+      end do
+      do k = n, 1, -1
+         do j = k + 1, n
+            right(k) = right(k) - matrix(k, j)*right(j)
+         end do
+         right(k) = right(k)/matrix(k, k)
+      end do
+   end subroutine solve_linear
+
+end module contensou_dynamics_constraints

@@ -1,0 +1,364 @@
+!> The equations of motion of bodies with contacts.
+!>
+!> Newton-Euler: m v' = m g + F, I w' = T - w x (I w) about the principal axes.
+!>
+!> Where the curvatures of a pair change with its pose, the elastic energy U(d, A, B) of a contact
+!> acts on the pose through them, too: the generalised forces -dU/dA and -dU/dB are part of the
+!> load, so that the contact conserves energy. They are smaller than the normal force by the
+!> approach over the radii.
+!>
+!> Rigid contacts come last: their normal forces follow from the accelerations that all the rest
+!> gives.
+module contensou_dynamics_equations
+   use contensou_base_kinds, only : wp
+   use contensou_base_rotations, only : quaternion_rate, to_body, to_inertial
+   use contensou_base_vectors, only : cross
+   use contensou_contact_geometry, only : contact_point_type, trouble_lost, trouble_none
+   use contensou_contact_law, only : contact_load_type
+   use contensou_dynamics_constraints, only : constraints_type
+   use contensou_dynamics_mechanism, only : body_type, contact_type, mechanism_type, relative_motion
+   use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
+      motion_spindle, moves_freely, turns_by_drive
+   use contensou_dynamics_state, only : put_body, quaternion_of, spin_of, velocity_of
+   implicit none(type, external)
+   private
+
+   public :: system_type, add_contacts
+
+   !> Multiple of the largest approach up to which a right-hand side is evaluated.
+   real(wp), parameter :: far_beyond = 4.0_wp
+
+   !> Unknowns beyond this (in SI units) are those of a trial state that ran away.
+   real(wp), parameter :: runaway = 1.0e50_wp
+
+   !> What acts on a body.
+   type :: body_load_type
+      !> Force [N], inertial frame.
+      real(wp) :: force(3) = 0.0_wp
+      !> Torque about the centre of mass [N m], inertial frame.
+      real(wp) :: torque(3) = 0.0_wp
+   end type body_load_type
+
+   !> The equations of motion, with the space they need; one instance per thread.
+   type, extends(mechanism_type) :: system_type
+      !> Contact whose approach was beyond what Hertz's theory admits in the last call of
+      !> `derivative`; 0 for none.
+      integer :: too_deep = 0
+      !> Contact whose geometry failed in the last call of `derivative`, for the reason in its
+      !> track; 0 for none.
+      integer :: trouble = 0
+      !> What failed there, one of the `trouble_*` codes.
+      integer :: trouble_code = trouble_none
+      !> Whether it was so far beyond, as in a step that is too large, that nothing was evaluated.
+      !> Up to that an integrator comes to the limit in a step and not in ever smaller ones.
+      logical :: outside = .false.
+      !> End of a ramp of a drive to which that very time still belongs, as an integration goes up
+      !> to it [s]; negative for none.
+      real(wp) :: corner = -1.0_wp
+      !> The rigid contacts.
+      type(constraints_type) :: constraints
+      !> What acts on the bodies.
+      type(body_load_type), allocatable :: load(:)
+      !> Room for a right-hand side that is evaluated for the sake of the normal forces.
+      real(wp), allocatable, private :: scratch(:)
+      !> Whether there is gravity.
+      logical, private :: has_gravity = .false.
+   contains
+      !> Make ready after bodies and contacts are set.
+      procedure :: prepare
+      !> Time derivative of the state.
+      procedure :: derivative
+      !> Normal forces of the closed rigid contacts.
+      procedure :: constraint_forces
+      !> What the closed rigid contacts do; bound, as inlining it would slow all scenes down.
+      procedure, private :: constrain
+      !> When the next ramp of a drive ends.
+      procedure :: next_corner
+      procedure, private :: ramps
+   end type system_type
+
+contains
+
+   !> Lay out the state and the workspace.
+   subroutine prepare(self)
+      class(system_type), intent(inout) :: self
+      logical :: rubs, damps, supplied
+      integer :: i, nb
+
+      nb = size(self%bodies)
+      self%has_gravity = norm2(self%gravity) > 0.0_wp
+      rubs = .false.
+      damps = any(self%contacts%rigid)
+      do i = 1, size(self%contacts)
+         associate (law => self%contacts(i)%law)
+            rubs = rubs .or. allocated(law%friction) .or. allocated(law%rolling)
+            damps = damps .or. allocated(law%damping)
+         end associate
+      end do
+      supplied = .false.
+      do i = 1, nb
+         supplied = supplied .or. self%bodies(i)%loaded .or. turns_by_drive(self%bodies(i)%motion)
+      end do
+      call self%layout%lay_out(nb, rubs, damps, supplied)
+      if (allocated(self%pose)) deallocate(self%pose, self%load, self%scratch)
+      allocate(self%pose(0:nb), self%load(nb), self%scratch(self%layout%n))
+      self%pose(0)%ground = .true.
+      call self%constraints%prepare(self%mechanism_type)
+   end subroutine prepare
+
+   !> Time derivative of the state. Allocates nothing.
+   subroutine derivative(self, t, y, rate)
+      !> The system; its workspace is changed, `too_deep`, `trouble` and `outside`.
+      class(system_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(self%layout%n)
+      !> Its time derivative; not set when `outside`.
+      real(wp), intent(out) :: rate(self%layout%n)
+      integer :: i
+      real(wp) :: friction_power, damping_power
+
+      self%too_deep = 0
+      ! The stage of a step that is far too long can be anywhere, also where its squares overflow.
+      ! Counted, as that is done for several at a time.
+      self%outside = count(abs(y) < runaway) < self%layout%n
+      if (self%outside) return
+      call self%set_poses(y)
+      do i = 1, size(self%bodies)
+         self%load(i) = body_load_type()
+      end do
+      if (self%has_gravity) then
+         do i = 1, size(self%bodies)
+            if (moves_freely(self%bodies(i)%motion)) then
+               self%load(i)%force = self%bodies(i)%mass*self%gravity
+            end if
+         end do
+      end if
+      friction_power = 0.0_wp
+      damping_power = 0.0_wp
+      call add_contacts(self, friction_power, damping_power)
+      if (self%outside) return
+      if (self%layout%applied > 0) then
+         rate(self%layout%applied) = 0.0_wp
+         call apply_loads(self, rate(self%layout%applied))
+      end if
+      do i = 1, size(self%bodies)
+         call accelerate(self, i, t, y, rate)
+      end do
+      if (self%constraints%n_rigid > 0) then
+         call self%constrain(rate, friction_power)
+         if (self%outside) return
+      end if
+      if (self%layout%friction > 0) rate(self%layout%friction) = friction_power
+      if (self%layout%damping > 0) rate(self%layout%damping) = damping_power
+   end subroutine derivative
+
+   !> Add what the closed rigid contacts do to the accelerations.
+   subroutine constrain(self, rate, friction_power)
+      class(system_type), intent(inout) :: self
+      !> Time derivative of the state, without rigid contacts on entry.
+      real(wp), intent(inout) :: rate(:)
+      !> Power lost in friction so far [W].
+      real(wp), intent(inout) :: friction_power
+
+      call self%constraints%apply(self%mechanism_type, rate, friction_power, self%trouble, &
+         self%trouble_code, self%outside)
+   end subroutine constrain
+
+   !> Normal forces of the closed rigid contacts at a state, in their components `normal_force`.
+   subroutine constraint_forces(self, t, y)
+      !> The system; as after a right-hand side, which is only evaluated if one is closed.
+      class(system_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+
+      self%constraints%n_links = 0
+      self%outside = .false.
+      if (any(self%contacts%closed)) call self%derivative(t, y, self%scratch)
+   end subroutine constraint_forces
+
+   !> Add the loads of all compliant contacts to the bodies; `outside` if one is out of bounds.
+   subroutine add_contacts(self, friction_power, damping_power)
+      !> The system at the poses that are set.
+      type(system_type), intent(inout) :: self
+      !> Power lost in friction [W], added to.
+      real(wp), intent(inout) :: friction_power
+      !> Power lost in damping [W], added to.
+      real(wp), intent(inout) :: damping_power
+      integer :: i
+
+      do i = 1, size(self%contacts)
+         if (self%contacts(i)%rigid) cycle
+         call add_contact(self, self%contacts(i), i, friction_power, damping_power)
+         if (self%outside) return
+      end do
+   end subroutine add_contacts
+
+   !> Add the applied loads to the bodies; power supplied by them and by the drives.
+   subroutine apply_loads(self, power)
+      !> The system; forces and torques hold those of the contacts.
+      type(system_type), intent(inout) :: self
+      !> Power [W], increased by what is supplied.
+      real(wp), intent(inout) :: power
+      real(wp) :: force(3), torque(3)
+      integer :: i
+
+      do i = 1, size(self%bodies)
+         associate (body => self%bodies(i), pose => self%pose(i))
+            if (body%motion == motion_prescribed) then
+               ! What keeps the motion against the contacts; its own inertia is not counted.
+               power = power - dot_product(self%load(i)%force, pose%velocity) &
+                  - dot_product(self%load(i)%torque, pose%spin)
+            else if (body%motion == motion_spindle) then
+               power = power - dot_product(self%load(i)%torque, pose%spin)
+            end if
+            if (body%loaded) then
+               force = body%force
+               torque = body%torque
+               if (body%load_follows) then
+                  force = matmul(pose%rotation, force)
+                  torque = matmul(pose%rotation, torque)
+               end if
+               self%load(i)%force = self%load(i)%force + force
+               self%load(i)%torque = self%load(i)%torque + torque
+               power = power + dot_product(force, pose%velocity) + dot_product(torque, pose%spin)
+            end if
+         end associate
+      end do
+   end subroutine apply_loads
+
+   !> Time derivative of the state of a body.
+   subroutine accelerate(self, index, t, y, rate)
+      type(system_type), intent(in) :: self
+      !> Index of the body.
+      integer, intent(in) :: index
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Time derivative of the state; that of the body is set.
+      real(wp), intent(inout) :: rate(:)
+      real(wp) :: w(3), moment(3), acceleration(3), turning(3)
+
+      associate (body => self%bodies(index))
+         if (body%motion == motion_fixed) then
+            call put_body(rate, index, [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], &
+               [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+            return
+         end if
+         w = spin_of(y, index)
+         if (moves_freely(body%motion)) then
+            acceleration = self%load(index)%force/body%mass
+         else if (self%ramps(body, t)) then
+            acceleration = body%acceleration
+         else
+            acceleration = 0.0_wp
+         end if
+         if (body%motion == motion_free) then
+            ! In two statements: gfortran takes memory for the sum of a product and a function.
+            moment = to_body(self%pose(index)%rotation, self%load(index)%torque)
+            turning = (moment - cross(w, body%inertia*w))/body%inertia
+         else if (self%ramps(body, t)) then
+            turning = matmul(body%angular_acceleration, self%pose(index)%rotation)
+         else
+            turning = 0.0_wp
+         end if
+         call put_body(rate, index, velocity_of(y, index), &
+            quaternion_rate(quaternion_of(y, index), w), acceleration, turning)
+      end associate
+   end subroutine accelerate
+
+   !> Whether the drive of a body is on its ramp.
+   pure logical function ramps(self, body, t)
+      class(system_type), intent(in) :: self
+      type(body_type), intent(in) :: body
+      !> Time [s].
+      real(wp), intent(in) :: t
+
+      ramps = t < body%ramp .or. (t <= self%corner .and. self%corner <= body%ramp)
+   end function ramps
+
+   !> The first time after another at which the ramp of a drive ends [s]; huge for none.
+   pure function next_corner(self, t) result(corner)
+      class(system_type), intent(in) :: self
+      !> The other time [s].
+      real(wp), intent(in) :: t
+      real(wp) :: corner
+
+      corner = minval(self%bodies%ramp, mask=self%bodies%ramp > t)
+   end function next_corner
+
+   !> Add the load of a contact to its bodies.
+   subroutine add_contact(self, contact, index, friction_power, damping_power)
+      type(system_type), intent(inout) :: self
+      type(contact_type), intent(inout) :: contact
+      integer, intent(in) :: index
+      !> Power lost in friction so far [W].
+      real(wp), intent(inout) :: friction_power
+      !> Power lost in damping so far [W].
+      real(wp), intent(inout) :: damping_power
+      type(contact_point_type) :: at
+      type(contact_load_type) :: load
+      real(wp) :: gap, force(3), torque(3), velocity(3), spin(3), shape_force(6)
+      integer :: trouble
+
+      associate (a => self%pose(contact%a), b => self%pose(contact%b))
+         call contact%find_gap(a, b, gap)
+         if (contact%track%lost) then
+            self%outside = .true.
+            self%trouble = index
+            self%trouble_code = trouble_lost
+            return
+         end if
+         if (gap >= 0.0_wp) return
+         if (-gap > contact%law%largest_approach) then
+            self%too_deep = index
+            self%outside = -gap > far_beyond*contact%law%largest_approach
+            if (self%outside) return
+         end if
+         call contact%locate(a, b, gap, at)
+         call contact%follow(at, trouble)
+         if (trouble /= trouble_none) then
+            self%outside = .true.
+            self%trouble = index
+            self%trouble_code = trouble
+            return
+         end if
+         call relative_motion(a, b, at%point, velocity, spin)
+         call contact%law%evaluate(at, velocity, spin, self%resolution%of(a, b, at%point), load)
+         force = load%normal_force*at%normal
+         torque = 0.0_wp
+         if (allocated(contact%law%friction)) then
+            force = force + load%friction_force
+            torque = load%friction_torque*at%normal
+            friction_power = friction_power + load%friction_power
+         end if
+         if (allocated(contact%law%rolling)) then
+            torque = torque + load%rolling_torque
+            if (.not. allocated(contact%law%friction)) then
+               friction_power = friction_power + load%friction_power
+            end if
+         end if
+         if (.not. contact%law%geometry%constant_curvatures) then
+            call contact%shape_force(a, b, at, shape_force)
+            force = force + shape_force(1:3)
+            torque = torque + shape_force(4:6)
+         end if
+         damping_power = damping_power + load%damping_power
+         if (contact%a > 0) then
+            self%load(contact%a)%force = self%load(contact%a)%force - force
+            self%load(contact%a)%torque = self%load(contact%a)%torque - torque &
+               - cross(at%point - a%position, force)
+         end if
+         if (contact%b > 0) then
+            self%load(contact%b)%force = self%load(contact%b)%force + force
+            self%load(contact%b)%torque = self%load(contact%b)%torque + torque &
+               + cross(at%point - b%position, force)
+         end if
+      end associate
+   end subroutine add_contact
+
+end module contensou_dynamics_equations

@@ -1,0 +1,361 @@
+!> Bodies and contacts at a state: what they are, where they are, and how the surfaces of a contact
+!> lie and move against each other.
+!>
+!> All that asks for gap, contact point, curvatures or relative motion of a contact does so here:
+!> `find_gap`, and where the surfaces overlap `locate`, `follow` and `relative_motion`, or the
+!> kinematics of any contact at once by `observe`.
+module contensou_dynamics_mechanism
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
+   use contensou_base_checkpoint, only : checkpoint_type
+   use contensou_base_kinds, only : wp
+   use contensou_base_rotations, only : rotation_matrix, to_inertial, unit_quaternion
+   use contensou_base_vectors, only : cross
+   use contensou_contact_geometry, only : contact_point_type, contact_trouble, &
+      contact_variation_type, pose_type, track_type, trouble_no_spot, trouble_none
+   use contensou_contact_law, only : contact_law_type
+   use contensou_dynamics_scene, only : motion_free
+   use contensou_dynamics_state, only : layout_type, position_of, quaternion_of, spin_of, &
+      velocity_of
+   implicit none(type, external)
+   private
+
+   public :: mechanism_type, body_type, contact_type, contact_motion_type, resolution_type
+   public :: relative_motion, slip_velocity
+
+   !> Inertia of a rigid body, and what drives it.
+   type :: body_type
+      !> One of the `motion_*` codes.
+      integer :: motion = motion_free
+      !> Mass [kg].
+      real(wp) :: mass = 0.0_wp
+      !> Principal moments of inertia [kg m2].
+      real(wp) :: inertia(3) = 0.0_wp
+      !> Whether a force or a torque is applied to a body that moves freely.
+      logical :: loaded = .false.
+      !> Whether it turns with the body.
+      logical :: load_follows = .false.
+      !> Force applied at the centre of mass [N].
+      real(wp) :: force(3) = 0.0_wp
+      !> Torque applied [N m].
+      real(wp) :: torque(3) = 0.0_wp
+      !> Duration of the ramp of a prescribed motion or rotation [s].
+      real(wp) :: ramp = 0.0_wp
+      !> Acceleration during the ramp [m/s2], inertial frame.
+      real(wp) :: acceleration(3) = 0.0_wp
+      !> Angular acceleration during the ramp [rad/s2], inertial frame.
+      real(wp) :: angular_acceleration(3) = 0.0_wp
+   end type body_type
+
+   !> Two bodies and the law between them.
+   type :: contact_type
+      !> Body A; 0 is the ground.
+      integer :: a = 0
+      !> Body B; 0 is the ground.
+      integer :: b = 0
+      type(contact_law_type) :: law
+      !> Where the surfaces were closest last.
+      type(track_type) :: track
+      !> Whether the contact is rigid.
+      logical :: rigid = .false.
+      !> Whether a rigid contact is closed.
+      logical :: closed = .false.
+      !> Whether a rigid contact has opened and its gap is not yet distinct from zero.
+      logical :: leaving = .false.
+      !> Gap below which such a contact closes again [m]: just below that at which it opened.
+      real(wp) :: threshold = 0.0_wp
+      !> Normal force of a closed rigid contact in the last right-hand side [N].
+      real(wp) :: normal_force = 0.0_wp
+      !> Restitution of a rigid contact [-], unless it depends on the speed.
+      real(wp) :: restitution = 1.0_wp
+      !> Hunt-Crossley coefficient alpha by which restitution depends on the speed [s/m]; 0 if it
+      !> does not.
+      real(wp) :: restitution_slope = 0.0_wp
+   contains
+      !> Gap, from where the surfaces were closest last.
+      procedure :: find_gap
+      !> Contact point, normal and curvatures at that gap.
+      procedure :: locate
+      !> Let the normal part follow curvatures that vary.
+      procedure :: follow
+      !> Force of the elastic energy through the curvatures.
+      procedure :: shape_force
+      procedure :: exchange => exchange_contact
+   end type contact_type
+
+   !> Where a contact is and how it moves, inertial frame.
+   type :: contact_motion_type
+      type(contact_point_type) :: at
+      !> Velocity of B against A at the contact point [m/s].
+      real(wp) :: velocity(3)
+      !> Angular velocity of B against A [rad/s].
+      real(wp) :: spin(3)
+   end type contact_motion_type
+
+   !> What an integrator resolves of the velocities at a contact.
+   type :: resolution_type
+      !> Relative resolution squared [-]; 0 if everything is resolved.
+      real(wp) :: square = 0.0_wp
+      !> Square of the velocity below which it is absolute [m2/s2].
+      real(wp) :: velocity = 0.0_wp
+      !> Square of the angular velocity below which it is absolute [rad2/s2].
+      real(wp) :: angular_velocity = 0.0_wp
+   contains
+      !> Square of the velocity below which sliding is not resolved.
+      procedure :: of => resolution_of
+   end type resolution_type
+
+   !> Bodies and contacts, with what they remember of the last state.
+   type :: mechanism_type
+      !> Acceleration of gravity [m/s2].
+      real(wp) :: gravity(3) = 0.0_wp
+      !> Bodies, without the ground.
+      type(body_type), allocatable :: bodies(:)
+      type(contact_type), allocatable :: contacts(:)
+      !> Which number of the state is where.
+      type(layout_type) :: layout
+      !> What an integrator resolves of the velocities at a contact.
+      type(resolution_type) :: resolution
+      !> Poses of the ground (0) and the bodies.
+      type(pose_type), allocatable :: pose(:)
+   contains
+      !> Poses of all bodies at a state.
+      procedure :: set_poses
+      !> Pose of a body.
+      procedure :: pose_of
+      !> Kinematics of a contact at the poses that are set.
+      procedure :: observe
+      !> Gaps of all contacts.
+      procedure :: gaps
+      !> Rates of all gaps.
+      procedure :: gap_rates
+   end type mechanism_type
+
+contains
+
+   !> Write what a contact remembers to a checkpoint or read it back.
+   subroutine exchange_contact(self, checkpoint)
+      class(contact_type), intent(inout) :: self
+      type(checkpoint_type), intent(inout) :: checkpoint
+
+      call self%track%exchange(checkpoint)
+      call checkpoint%exchange("closed", self%closed)
+      call checkpoint%exchange("leaving", self%leaving)
+      call checkpoint%exchange("threshold", self%threshold)
+      call checkpoint%exchange("normal_force", self%normal_force)
+      if (allocated(self%law%damping)) call checkpoint%exchange("damping", &
+         self%law%damping%coefficient)
+   end subroutine exchange_contact
+
+   !> Gap of a contact.
+   subroutine find_gap(self, a, b, gap)
+      !> The contact; its track is changed, and says whether the search has failed.
+      class(contact_type), intent(inout) :: self
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      !> Gap, negative for overlap [m].
+      real(wp), intent(out) :: gap
+
+      call self%law%geometry%gap(a, b, self%track, gap)
+   end subroutine find_gap
+
+   !> Contact point, normal and curvatures.
+   subroutine locate(self, a, b, gap, at)
+      !> The contact, as `find_gap` left it.
+      class(contact_type), intent(in) :: self
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      !> Gap of these poses [m].
+      real(wp), intent(in) :: gap
+      type(contact_point_type), intent(out) :: at
+
+      call self%law%geometry%locate(a, b, self%track, gap, at)
+   end subroutine locate
+
+   !> Let the normal part follow the curvatures if they vary; trouble where there is no spot.
+   subroutine follow(self, at, trouble)
+      class(contact_type), intent(inout) :: self
+      !> Where it touches.
+      type(contact_point_type), intent(in) :: at
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+
+      trouble = trouble_none
+      if (self%law%geometry%constant_curvatures) return
+      trouble = contact_trouble(self%track, at)
+      if (trouble /= trouble_none) return
+      call self%law%normal%follow(at%curvature_a, at%curvature_b)
+      if (ieee_is_nan(self%law%normal%axis_a)) trouble = trouble_no_spot
+   end subroutine follow
+
+   !> Force and torque on B about the contact point by which the elastic energy resists a change of
+   !> the curvatures [N, N m].
+   subroutine shape_force(self, a, b, at, force)
+      !> The contact; its normal part has followed.
+      class(contact_type), intent(in) :: self
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      !> Where it touches, closed.
+      type(contact_point_type), intent(in) :: at
+      !> Force (1:3) and torque (4:6), inertial frame.
+      real(wp), intent(out) :: force(6)
+      type(contact_variation_type) :: variation
+      real(wp) :: force_a, force_b
+
+      call self%law%geometry%vary(a, b, self%track, at, variation)
+      call self%law%normal%curvature_forces(-at%gap, force_a, force_b)
+      force = force_a*variation%curvature_a + force_b*variation%curvature_b
+   end subroutine shape_force
+
+   !> Velocity of B against A at a point, and angular velocity of B against A.
+   pure subroutine relative_motion(a, b, point, velocity, spin)
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      !> Point [m].
+      real(wp), intent(in) :: point(3)
+      !> Velocity [m/s].
+      real(wp), intent(out) :: velocity(3)
+      !> Angular velocity [rad/s].
+      real(wp), intent(out) :: spin(3)
+
+      if (b%ground) then
+         velocity = 0.0_wp
+         spin = 0.0_wp
+      else
+         velocity = b%velocity + cross(b%spin, point - b%position)
+         spin = b%spin
+      end if
+      if (.not. a%ground) then
+         velocity = velocity - a%velocity - cross(a%spin, point - a%position)
+         spin = spin - a%spin
+      end if
+   end subroutine relative_motion
+
+   !> Slip: the part of the velocity of B against A in the tangent plane [m/s].
+   pure function slip_velocity(velocity, normal) result(slip)
+      !> Velocity of B against A at the contact point [m/s].
+      real(wp), intent(in) :: velocity(3)
+      !> Unit normal.
+      real(wp), intent(in) :: normal(3)
+      real(wp) :: slip(3)
+
+      slip = velocity - dot_product(velocity, normal)*normal
+   end function slip_velocity
+
+   !> Square of the velocity below which sliding at a contact is not resolved [m2/s2]: that of the
+   !> velocities and angular velocities of the two bodies together.
+   pure function resolution_of(self, a, b, point) result(square)
+      !> What is resolved.
+      class(resolution_type), intent(in) :: self
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      !> Contact point [m].
+      real(wp), intent(in) :: point(3)
+      real(wp) :: square
+
+      square = 0.0_wp
+      if (self%square <= 0.0_wp) return
+      square = self%square*(share(a) + share(b))
+
+   contains
+
+      !> Share of a body.
+      pure function share(pose) result(s)
+         type(pose_type), intent(in) :: pose
+         real(wp) :: s
+         real(wp) :: arm(3)
+
+         arm = point - pose%position
+         s = max(self%velocity, dot_product(pose%velocity, pose%velocity)) &
+            + max(self%angular_velocity, dot_product(pose%spin, pose%spin))*dot_product(arm, arm)
+      end function share
+
+   end function resolution_of
+
+   !> Poses of all bodies.
+   subroutine set_poses(self, y)
+      class(mechanism_type), intent(inout) :: self
+      !> State.
+      real(wp), intent(in) :: y(self%layout%n)
+      integer :: i
+
+      do i = 1, size(self%bodies)
+         self%pose(i)%position = position_of(y, i)
+         self%pose(i)%rotation = rotation_matrix(quaternion_of(y, i))
+         self%pose(i)%velocity = velocity_of(y, i)
+         self%pose(i)%spin = to_inertial(self%pose(i)%rotation, spin_of(y, i))
+      end do
+   end subroutine set_poses
+
+   !> Pose of a body, and its unit quaternion.
+   subroutine pose_of(self, y, body, pose, quaternion)
+      class(mechanism_type), intent(in) :: self
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Index of the body, 1 to the number of bodies.
+      integer, intent(in) :: body
+      type(pose_type), intent(out) :: pose
+      !> Unit quaternion (w, x, y, z), body to inertial.
+      real(wp), intent(out) :: quaternion(4)
+
+      quaternion = unit_quaternion(quaternion_of(y, body))
+      pose%position = position_of(y, body)
+      pose%rotation = rotation_matrix(quaternion)
+      pose%velocity = velocity_of(y, body)
+      pose%spin = matmul(pose%rotation, spin_of(y, body))
+   end subroutine pose_of
+
+   !> Where a contact is and how it moves at the poses that are set, whether open or closed.
+   subroutine observe(self, index, now)
+      !> The mechanism; the track of the contact is changed, and says whether the search has failed.
+      class(mechanism_type), intent(inout) :: self
+      !> Index of the contact.
+      integer, intent(in) :: index
+      !> Its kinematics.
+      type(contact_motion_type), intent(out) :: now
+      real(wp) :: gap
+
+      associate (contact => self%contacts(index), a => self%pose(self%contacts(index)%a), &
+         b => self%pose(self%contacts(index)%b))
+         call contact%find_gap(a, b, gap)
+         call contact%locate(a, b, gap, now%at)
+         call relative_motion(a, b, now%at%point, now%velocity, now%spin)
+      end associate
+   end subroutine observe
+
+   !> Gaps of all contacts [m].
+   subroutine gaps(self, y, gap)
+      !> The mechanism; its workspace is changed.
+      class(mechanism_type), intent(inout) :: self
+      !> State.
+      real(wp), intent(in) :: y(self%layout%n)
+      !> Gap of each contact, negative for overlap [m].
+      real(wp), intent(out) :: gap(:)
+      integer :: i
+
+      call self%set_poses(y)
+      do i = 1, size(self%contacts)
+         associate (contact => self%contacts(i))
+            call contact%find_gap(self%pose(contact%a), self%pose(contact%b), gap(i))
+         end associate
+      end do
+   end subroutine gaps
+
+   !> Rates of all gaps [m/s].
+   subroutine gap_rates(self, y, rate)
+      !> The mechanism; its workspace is changed.
+      class(mechanism_type), intent(inout) :: self
+      !> State.
+      real(wp), intent(in) :: y(self%layout%n)
+      !> Rate of each gap, negative for approach [m/s].
+      real(wp), intent(out) :: rate(:)
+      type(contact_motion_type) :: now
+      integer :: i
+
+      call self%set_poses(y)
+      do i = 1, size(self%contacts)
+         call self%observe(i, now)
+         rate(i) = dot_product(now%velocity, now%at%normal)
+      end do
+   end subroutine gap_rates
+
+end module contensou_dynamics_mechanism

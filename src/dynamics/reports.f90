@@ -1,0 +1,203 @@
+!> What is asked of the equations of motion beside their right-hand side: the state of a contact,
+!> the forces of the drives, energies and momenta.
+!>
+!> `begin_report` sets poses and the normal forces of rigid contacts once for all that is told of a
+!> state.
+module contensou_dynamics_reports
+   use contensou_base_kinds, only : wp
+   use contensou_base_rotations, only : rotation_matrix
+   use contensou_base_vectors, only : cross
+   use contensou_contact_geometry, only : contact_point_type, trouble_none
+   use contensou_contact_law, only : contact_load_type
+   use contensou_dynamics_equations, only : add_contacts, system_type
+   use contensou_dynamics_mechanism, only : contact_motion_type, mechanism_type, slip_velocity
+   use contensou_dynamics_scene, only : motion_free, motion_prescribed, moves_freely, turns_by_drive
+   use contensou_dynamics_state, only : position_of, quaternion_of, spin_of, velocity_of
+   implicit none(type, external)
+   private
+
+   public :: contact_report_type, begin_report, report_contact, drive_loads, energies, momenta
+
+   !> What an output row says of a contact.
+   type :: contact_report_type
+      !> Geometry.
+      type(contact_point_type) :: at
+      !> Load, zero when open.
+      type(contact_load_type) :: load
+      !> Slip velocity of B against A in the tangent plane [m/s], inertial frame; zero when open.
+      real(wp) :: slip(3) = 0.0_wp
+      !> Spin of B against A about the normal [rad/s], zero when open.
+      real(wp) :: spin = 0.0_wp
+      !> Semi-axes of the spot [m], zero when open.
+      real(wp) :: semi_axes(2) = 0.0_wp
+      !> Elastic energy [J].
+      real(wp) :: elastic_energy = 0.0_wp
+   end type contact_report_type
+
+contains
+
+   !> Set poses, and normal forces of the closed rigid contacts, for reports on a state.
+   subroutine begin_report(system, t, y)
+      type(system_type), intent(inout) :: system
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+
+      call system%constraint_forces(t, y)
+      call system%set_poses(y)
+   end subroutine begin_report
+
+   !> All that an output row says of a contact, after `begin_report`.
+   subroutine report_contact(system, index, row)
+      !> The system; its workspace is changed.
+      type(system_type), intent(inout) :: system
+      !> Index of the contact.
+      integer, intent(in) :: index
+      type(contact_report_type), intent(out) :: row
+      type(contact_motion_type) :: now
+      real(wp) :: resolution
+      integer :: trouble
+
+      call system%observe(index, now)
+      row%at = now%at
+      associate (contact => system%contacts(index), law => system%contacts(index)%law)
+         if (contact%track%lost) return
+         if (contact%rigid) then
+            if (contact%closed .and. .not. system%outside) call report_rigid(system, index, row)
+            return
+         end if
+         if (row%at%gap >= 0.0_wp) return
+         call contact%follow(row%at, trouble)
+         if (trouble /= trouble_none) return
+         resolution = system%resolution%of(system%pose(contact%a), system%pose(contact%b), &
+            row%at%point)
+         call law%evaluate(row%at, now%velocity, now%spin, resolution, row%load)
+         row%slip = slip_velocity(now%velocity, row%at%normal)
+         row%spin = dot_product(now%spin, row%at%normal)
+         row%semi_axes(1) = law%normal%major_axis(-row%at%gap)
+         row%semi_axes(2) = law%normal%shape%k*row%semi_axes(1)
+         row%elastic_energy = law%normal%energy(-row%at%gap)
+      end associate
+   end subroutine report_contact
+
+   !> Report on a closed rigid contact.
+   subroutine report_rigid(system, index, row)
+      !> The system, its normal forces those of the state.
+      type(system_type), intent(in) :: system
+      !> Index of the contact.
+      integer, intent(in) :: index
+      type(contact_report_type), intent(inout) :: row
+      integer :: i
+
+      do i = 1, system%constraints%n_links
+         if (system%constraints%links(i)%contact /= index) cycle
+         associate (link => system%constraints%links(i), law => system%contacts(index)%law)
+            ! A row at lift-off may be late by the resolution of time.
+            row%load%normal_force = max(link%normal_force, 0.0_wp)
+            row%load%friction_force = link%wrench(1:3) - link%normal_force*link%at%normal
+            row%load%friction_torque = dot_product(link%wrench(4:6), link%at%normal)
+            row%load%rolling_torque = link%wrench(4:6) - row%load%friction_torque*link%at%normal
+            row%slip = link%slip()
+            row%spin = link%motion(3)
+            row%load%friction_power = -dot_product(link%wrench(1:3), row%slip) &
+               - dot_product(link%wrench(4:6), link%spin)
+            row%semi_axes(1) = law%normal%major_axis( &
+               law%normal%approach(row%load%normal_force))
+            row%semi_axes(2) = law%normal%shape%k*row%semi_axes(1)
+         end associate
+      end do
+   end subroutine report_rigid
+
+   !> What the drives supply against the contacts, after `begin_report`: the force on a body whose
+   !> motion is prescribed, the torque about the centre of mass of any body whose rotation is
+   !> prescribed; zero for others. The inertia of the driven bodies is not counted.
+   subroutine drive_loads(system, force, torque)
+      !> The system; its workspace is changed.
+      type(system_type), intent(inout) :: system
+      !> Force on each body [N], inertial frame.
+      real(wp), intent(out) :: force(:, :)
+      !> Torque on each body [N m], inertial frame.
+      real(wp), intent(out) :: torque(:, :)
+      real(wp) :: friction_power, damping_power, on_body(3), about_body(3)
+      integer :: i, j
+
+      do i = 1, size(system%bodies)
+         system%load(i)%force = 0.0_wp
+         system%load(i)%torque = 0.0_wp
+      end do
+      friction_power = 0.0_wp
+      damping_power = 0.0_wp
+      system%outside = .false.
+      call add_contacts(system, friction_power, damping_power)
+      do i = 1, system%constraints%n_links
+         associate (link => system%constraints%links(i))
+            do j = 1, 2
+               if (link%body(j) == 0) cycle
+               call link%load_on(j, on_body, about_body)
+               associate (load => system%load(link%body(j)))
+                  load%force = load%force + on_body
+                  load%torque = load%torque + about_body
+               end associate
+            end do
+         end associate
+      end do
+      force = 0.0_wp
+      torque = 0.0_wp
+      do i = 1, size(system%bodies)
+         if (system%bodies(i)%motion == motion_prescribed) force(:, i) = -system%load(i)%force
+         if (turns_by_drive(system%bodies(i)%motion)) torque(:, i) = -system%load(i)%torque
+      end do
+   end subroutine drive_loads
+
+   !> Kinetic energy, and potential energy of gravity relative to the origin, of the free bodies
+   !> and of the translation of those that only turn by a drive [J].
+   pure subroutine energies(mechanism, y, kinetic, potential)
+      class(mechanism_type), intent(in) :: mechanism
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Kinetic energy [J].
+      real(wp), intent(out) :: kinetic
+      !> Potential energy [J].
+      real(wp), intent(out) :: potential
+      real(wp) :: v(3), w(3)
+      integer :: i
+
+      kinetic = 0.0_wp
+      potential = 0.0_wp
+      do i = 1, size(mechanism%bodies)
+         associate (body => mechanism%bodies(i))
+            if (.not. moves_freely(body%motion)) cycle
+            v = velocity_of(y, i)
+            w = spin_of(y, i)
+            kinetic = kinetic + 0.5_wp*body%mass*dot_product(v, v)
+            if (body%motion == motion_free) kinetic = kinetic &
+               + 0.5_wp*dot_product(body%inertia*w, w)
+            potential = potential - body%mass*dot_product(mechanism%gravity, position_of(y, i))
+         end associate
+      end do
+   end subroutine energies
+
+   !> Linear momentum [kg m/s] and angular momentum about the origin [kg m2/s].
+   pure subroutine momenta(mechanism, y, linear, angular)
+      class(mechanism_type), intent(in) :: mechanism
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Linear momentum [kg m/s].
+      real(wp), intent(out) :: linear(3)
+      !> Angular momentum about the origin [kg m2/s].
+      real(wp), intent(out) :: angular(3)
+      integer :: i
+
+      linear = 0.0_wp
+      angular = 0.0_wp
+      do i = 1, size(mechanism%bodies)
+         associate (body => mechanism%bodies(i))
+            linear = linear + body%mass*velocity_of(y, i)
+            angular = angular + body%mass*cross(position_of(y, i), velocity_of(y, i)) &
+               + matmul(rotation_matrix(quaternion_of(y, i)), body%inertia*spin_of(y, i))
+         end associate
+      end do
+   end subroutine momenta
+
+end module contensou_dynamics_reports

@@ -5,7 +5,7 @@ module contensou_drivers_bench
    use contensou_base_kinds, only : wp
    use contensou_base_operating_system, only : file_exists, folder_writable, is_folder, is_locked, &
       is_terminal, remove_file, rename_file, write_stdout
-   use contensou_base_text, only : lower, nearest, quote, to_text
+   use contensou_base_text, only : did_you_mean, lower, quote, to_text
    use contensou_drivers_bench_baselines, only : boost_version
    use contensou_drivers_bench_errors, only : check_errors
    use contensou_drivers_bench_report, only : bars_text, csv_text, table_text, write_hdf5
@@ -27,16 +27,11 @@ module contensou_drivers_bench
       option_type("--force", "", "replace existing files"), &
       option_type("--quick", "", "2 s, fewer arguments: rough times")]
 
-   !> What the user asks for.
+   !> What the user asks for, in the words of the options.
    type :: bench_config_type
-      !> What is measured.
-      character(len=:), allocatable :: benchmark
-      !> Output files without their ending; blank for none.
-      character(len=:), allocatable :: name
-      !> Whether existing files are replaced.
-      logical :: force = .false.
-      !> Whether to measure for a short time only.
-      logical :: quick = .false.
+      !> The name is that of the output files without their ending; blank for none.
+      character(len=:), allocatable :: benchmark, name
+      logical :: force = .false., quick = .false.
    end type bench_config_type
 
    !> Things that can be measured.
@@ -74,12 +69,8 @@ contains
       config%force = line%has("--force")
       config%quick = line%has("--quick")
       if (.not. any(benchmarks == lower(config%benchmark))) then
-         text = "unknown benchmark " // quote(config%benchmark)
-         if (nearest(config%benchmark, benchmarks) > 0) then
-            call fatal(error, text // "; did you mean 'kernels'?", status_usage)
-         else
-            call fatal(error, text // "; possible is kernels", status_usage)
-         end if
+         call fatal(error, "unknown benchmark " // quote(config%benchmark) // &
+            did_you_mean(config%benchmark, benchmarks, "possible is kernels"), status_usage)
          return
       end if
       if (config%name /= "") then

@@ -6,7 +6,7 @@ module contensou_drivers_command_line
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
-   use contensou_base_text, only : nearest, quote, read_real, starts_with, string_type
+   use contensou_base_text, only : did_you_mean, quote, read_real, starts_with, string_type
    implicit none(type, external)
    private
 
@@ -163,6 +163,7 @@ contains
       type(command_line_type), intent(out) :: line
       !> Set when it cannot be understood.
       type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
       integer :: i
 
       line%words = words
@@ -183,14 +184,9 @@ contains
          if (line%command == 0 .and. word == "-V") line%command = &
             findloc(commands%name == "version", .true., dim=1)
          if (line%command == 0 .or. word == "") then
-            i = nearest(word, commands%name)
-            if (i > 0) then
-               call fatal(error, "unknown command " // quote(word) // "; did you mean " // &
-                  quote(trim(commands(i)%name)) // "?", status_usage)
-            else
-               call fatal(error, "unknown command " // quote(word) // nl // &
-                  program_usage(commands), status_usage)
-            end if
+            text = did_you_mean(word, commands%name, "")
+            if (text == "; ") text = nl // program_usage(commands)
+            call fatal(error, "unknown command " // quote(word) // text, status_usage)
             return
          end if
       end associate
@@ -332,17 +328,11 @@ contains
       type(command_type), intent(in) :: command
       character(len=*), intent(in) :: word
       type(error_type), allocatable, intent(out) :: error
-      integer :: near
+      character(len=:), allocatable :: text
 
-      near = nearest(word, merge(command%options%name, repeat(" ", len(command%options%name)), &
-         command%options%is_option()))
-      if (near > 0) then
-         call fatal(error, "unknown option " // quote(word) // "; did you mean " // &
-            quote(trim(command%options(near)%name)) // "?", status_usage)
-      else
-         call fatal(error, "unknown option " // quote(word) // nl // usage_text(command), &
-            status_usage)
-      end if
+      text = did_you_mean(word, pack(command%options%name, command%options%is_option()), "")
+      if (text == "; ") text = nl // usage_text(command)
+      call fatal(error, "unknown option " // quote(word) // text, status_usage)
    end subroutine unknown_option
 
    !> Add what is given.

@@ -1,14 +1,17 @@
 !> The commands of the program: a row for each.
 module contensou_drivers_commands
    use contensou_drivers_bench, only : bench_command
+   use contensou_drivers_check, only : check_command
    use contensou_drivers_command_line, only : command_type
    use contensou_drivers_cost, only : cost_command
    use contensou_drivers_diff, only : diff_command
    use contensou_drivers_eval, only : eval_command
-   use contensou_drivers_inform, only : check_command, help_command, models_command, version_command
+   use contensou_drivers_help, only : help_command
    use contensou_drivers_merge, only : merge_command
+   use contensou_drivers_models, only : models_command
    use contensou_drivers_run, only : run_command
    use contensou_drivers_sweep, only : sweep_command
+   use contensou_drivers_version, only : version_command
    implicit none(type, external)
    private
 

@@ -42,19 +42,12 @@ module contensou_drivers_cost
       option_type("--set", "PATH=VALUE", "replace a value, as in run: --set cost.rtol=1e-4,1e-6", &
       repeats=.true.)]
 
-   !> What the user asks for.
+   !> What the user asks for, in the words of the options; texts blank for nothing.
    type :: cost_config_type
-      !> Name of the scene.
-      character(len=:), allocatable :: scene
-      !> Settings that replace those of the scene.
+      character(len=:), allocatable :: scene, output, csv
       type(string_type), allocatable :: overrides(:)
-      !> HDF5 file and table; blank for none.
-      character(len=:), allocatable :: output, csv
-      !> Whether existing files are replaced.
-      logical :: force = .false.
-      !> Whether there is no progress on stderr.
-      logical :: quiet = .false.
-      !> Largest error of the choice that is asked for, scaled [-]; 0 if none is.
+      logical :: force = .false., quiet = .false.
+      !> 0 if no choice is asked for.
       real(wp) :: largest_error = 0.0_wp
    end type cost_config_type
 
@@ -429,7 +422,6 @@ contains
    subroutine write_files(study, file, config, line, error)
       type(study_type), intent(in) :: study
       type(scene_file_type), intent(in) :: file
-      !> What the user asks for.
       type(cost_config_type), intent(in) :: config
       !> Command line.
       character(len=*), intent(in) :: line

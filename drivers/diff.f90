@@ -29,17 +29,12 @@ module contensou_drivers_diff
       needs="a time [s]", takes=takes_number), &
       option_type("--quiet", "", "no results on stdout", "-q")]
 
-   !> What the user asks for.
+   !> What the user asks for, in the words of the options.
    type :: diff_config_type
-      !> The two files.
-      type(string_type) :: paths(2)
-      !> File of rules; blank for none.
+      type(string_type) :: files(2)
       character(len=:), allocatable :: rules
-      !> Whether only a part of the run is compared, and its end [s].
-      logical :: has_until = .false.
+      logical :: has_until = .false., quiet = .false.
       real(wp) :: until = 0.0_wp
-      !> Whether results are not wanted.
-      logical :: quiet = .false.
    end type diff_config_type
 
    !> Results on stdout, trouble on stderr.
@@ -84,8 +79,8 @@ contains
       integer :: status
       logical :: is_worker, finished, inside
 
-      config%paths(1)%s = line%text("A.h5")
-      config%paths(2)%s = line%text("B.h5")
+      config%files(1)%s = line%text("A.h5")
+      config%files(2)%s = line%text("B.h5")
       config%rules = line%text("--rules")
       config%has_until = line%has("--until")
       config%until = line%number("--until", config%until)
@@ -129,7 +124,7 @@ contains
       output%quiet = config%quiet
       comparison%has_until = config%has_until
       comparison%until = config%until
-      call comparison%run(config%paths, output, error)
+      call comparison%run(config%files, output, error)
       if (.not. allocated(error) .and. allocated(output%error)) then
          call move_alloc(output%error, error)
       end if

@@ -9,7 +9,7 @@ module contensou_drivers_eval
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
-   use contensou_base_text, only : join, lower, nearest, quote, string_type
+   use contensou_base_text, only : did_you_mean, join, lower, quote, strings
    use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
    use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_models, &
       hertz_newton_with
@@ -35,16 +35,10 @@ module contensou_drivers_eval
       takes=takes_non_negative), &
       option_type("--jacobian", "", "the wrench's derivatives, too: dFxdvx ... dTzdw")]
 
-   !> What the user asks for.
+   !> What the user asks for, in the words of the options; texts blank for the default.
    type :: eval_config_type
-      character(len=:), allocatable :: kernel
-      !> Input file; blank for the standard input.
-      character(len=:), allocatable :: input
-      !> Blank for the default.
-      character(len=:), allocatable :: model
-      !> Regularisation velocity of the wrench [m/s].
+      character(len=:), allocatable :: kernel, file, model
       real(wp) :: delta = 0.0_wp
-      !> Whether the wrench comes with its derivatives.
       logical :: jacobian = .false.
    end type eval_config_type
 
@@ -108,21 +102,15 @@ contains
       integer :: i
 
       config%kernel = line%text("KERNEL")
-      config%input = line%text("FILE")
+      config%file = line%text("FILE")
       config%model = line%text("--model")
       config%delta = line%number("--delta", config%delta)
       config%jacobian = line%has("--jacobian")
 
       i = findloc(kernels == lower(config%kernel), .true., dim=1)
       if (i == 0) then
-         i = nearest(config%kernel, kernels)
-         if (i > 0) then
-            call fatal(error, "unknown kernel " // quote(config%kernel) // "; did you mean " // &
-               quote(trim(kernels(i))) // "?", status_usage)
-         else
-            call fatal(error, "unknown kernel " // quote(config%kernel) // &
-               "; possible are elliptic, hertz, wrench", status_usage)
-         end if
+         call fatal(error, "unknown kernel " // quote(config%kernel) // did_you_mean( &
+            config%kernel, kernels, "possible are elliptic, hertz, wrench"), status_usage)
          return
       end if
       if (kernels(i) /= "wrench" .and. (config%delta > 0.0_wp .or. config%jacobian)) then
@@ -138,7 +126,7 @@ contains
          call choose_wrench(config, evaluation, error)
       end select
       if (allocated(error)) return
-      call read_lines(config%input, table, error)
+      call read_lines(config%file, table, error)
       if (allocated(error)) return
       select case (kernels(i))
       case ("elliptic")
@@ -162,7 +150,6 @@ contains
 
    !> Choose a way to compute the elliptic integrals.
    subroutine choose_elliptic(config, evaluation, error)
-      !> What the user asks for.
       type(eval_config_type), intent(in) :: config
       !> What is evaluated.
       type(evaluation_type), intent(inout) :: evaluation
@@ -179,7 +166,6 @@ contains
 
    !> Choose a model of the normal contact.
    subroutine choose_hertz(config, evaluation, error)
-      !> What the user asks for.
       type(eval_config_type), intent(in) :: config
       !> What is evaluated.
       type(evaluation_type), intent(inout) :: evaluation
@@ -222,7 +208,6 @@ contains
 
    !> Choose a friction model.
    subroutine choose_wrench(config, evaluation, error)
-      !> What the user asks for.
       type(eval_config_type), intent(in) :: config
       !> What is evaluated.
       type(evaluation_type), intent(inout) :: evaluation
@@ -257,23 +242,11 @@ contains
       integer, intent(out) :: index
       !> Set when it is not there.
       type(error_type), allocatable, intent(out) :: error
-      type(string_type) :: list(size(names))
-      integer :: i
 
       index = findloc(names == lower(wanted), .true., dim=1)
       if (wanted == "") index = findloc(names == default, .true., dim=1)
-      if (index > 0) return
-      do i = 1, size(names)
-         list(i)%s = trim(names(i))
-      end do
-      i = nearest(wanted, list)
-      if (i > 0) then
-         call fatal(error, "unknown " // what // " " // quote(wanted) // "; did you mean " // &
-            quote(list(i)%s) // "?", status_usage)
-      else
-         call fatal(error, "unknown " // what // " " // quote(wanted) // "; possible are " // &
-            join(list, ", "), status_usage)
-      end if
+      if (index == 0) call fatal(error, "unknown " // what // " " // quote(wanted) // &
+         did_you_mean(wanted, names, "possible are " // join(strings(names), ", ")), status_usage)
    end subroutine choose
 
    !> Evaluate all rows of a table.

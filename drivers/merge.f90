@@ -28,20 +28,11 @@ module contensou_drivers_merge
       option_type("--set", "PATH=VALUE", "as it was given to sweep, with a sweep file", &
       repeats=.true.)]
 
-   !> What the user asks for.
+   !> What the user asks for, in the words of the options.
    type :: merge_config_type
-      !> Names of the tables, or of the sweep file.
-      type(string_type), allocatable :: files(:)
-      !> Settings that the sweep was given.
-      type(string_type), allocatable :: overrides(:)
-      !> Name of the table; blank for that of the sweep file.
+      type(string_type), allocatable :: files(:), overrides(:)
       character(len=:), allocatable :: output
-      !> Whether an existing table is replaced.
-      logical :: force = .false.
-      !> Whether cases may be missing.
-      logical :: partial = .false.
-      !> Whether there is no progress on stderr.
-      logical :: quiet = .false.
+      logical :: force = .false., partial = .false., quiet = .false.
    end type merge_config_type
 
    !> Neighbouring cases in neighbouring rows of a table.
@@ -460,7 +451,6 @@ contains
 
    !> Write the table.
    subroutine join_tables(config, words, files, plan, output, cases, error)
-      !> What the user asks for.
       type(merge_config_type), intent(in) :: config
       !> Words of the command line.
       type(string_type), intent(in) :: words(:)

@@ -46,24 +46,12 @@ module contensou_drivers_run
       quiet_option, &
       option_type("--profile", "", "tell the CPU time by effect")]
 
-   !> What the user asks for.
+   !> What the user asks for, in the words of the options.
    type :: run_config_type
-      !> Name of the scene.
-      character(len=:), allocatable :: scene
-      !> Settings that replace those of the scene.
+      character(len=:), allocatable :: scene, output
       type(string_type), allocatable :: overrides(:)
-      !> Output file; blank for that of the scene.
-      character(len=:), allocatable :: output
-      !> Whether an existing output file is replaced.
-      logical :: force = .false.
-      !> Whether an interrupted run is continued.
-      logical :: resume = .false.
-      !> Wall time between two checkpoints [s].
+      logical :: force = .false., resume = .false., quiet = .false., profile = .false.
       real(wp) :: checkpoint = 5.0_wp
-      !> Whether there is no progress on stderr.
-      logical :: quiet = .false.
-      !> Whether the CPU time is told by effect.
-      logical :: profile = .false.
    end type run_config_type
 
    !> Observer that writes the output file and shows progress.

@@ -40,24 +40,14 @@ module contensou_drivers_sweep
       option_type("--force", "", "begin anew, replace existing files"), &
       quiet_option, set_option]
 
-   !> What the user asks for.
+   !> What the user asks for, in the words of the options; texts blank, numbers 0 for the default.
    type :: sweep_config_type
-      !> Name of the sweep file.
-      character(len=:), allocatable :: sweep
-      !> Settings that replace those of the scene in all cases.
+      character(len=:), allocatable :: sweep, cases, output
       type(string_type), allocatable :: overrides(:)
-      !> Number of threads; 0 for as many as there are cores.
-      integer :: jobs = 0
-      !> Which part of the cases is done, and of how many; 0 for all.
+      !> Which shard, and of how many.
       integer :: shard(2) = 0
-      !> Ranges of cases that are done, such as "1:500,800"; blank for all.
-      character(len=:), allocatable :: cases
-      !> Name of the table; blank for that of the sweep file.
-      character(len=:), allocatable :: output
-      !> Whether to begin anew and replace existing files.
-      logical :: force = .false.
-      !> Whether there is no progress on stderr.
-      logical :: quiet = .false.
+      integer :: jobs = 0
+      logical :: force = .false., quiet = .false.
    end type sweep_config_type
 
    integer, parameter :: most_threads = 1024

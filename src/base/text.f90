@@ -7,7 +7,7 @@ module contensou_base_text
 
    public :: string_type
    public :: lower, number_text, to_text, read_real, quote, strings, join, shorten, starts_with
-   public :: edit_distance, nearest
+   public :: edit_distance, nearest, did_you_mean
 
    !> A text of its own length, for lists of texts.
    type :: string_type
@@ -472,6 +472,22 @@ contains
       end do
       distance = current(len(b))
    end function edit_distance
+
+   !> End of a message about an unknown word: `; did you mean 'x'?` if a candidate is near.
+   pure function did_you_mean(word, candidates, otherwise) result(text)
+      !> Word as the user wrote it.
+      character(len=*), intent(in) :: word
+      !> Known words; trailing blanks do not count.
+      character(len=*), intent(in) :: candidates(:)
+      !> What follows the semicolon if none is near.
+      character(len=*), intent(in) :: otherwise
+      character(len=:), allocatable :: text
+      integer :: i
+
+      i = nearest(word, candidates)
+      text = "; " // otherwise
+      if (i > 0) text = "; did you mean " // quote(trim(candidates(i))) // "?"
+   end function did_you_mean
 
    !> Index of the candidate nearest to a word, 0 if none is near.
    pure function nearest_character(word, candidates) result(best)

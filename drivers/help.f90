@@ -1,0 +1,150 @@
+!> `contensou help`: what a group or a key of a scene or a sweep means.
+module contensou_drivers_help
+   use contensou_base_errors, only : error_type, fatal, status_usage
+   use contensou_base_operating_system, only : write_stdout
+   use contensou_base_settings, only : domain_text, key_type, kind_choice, kind_logical, &
+      kind_name, kind_real, kind_reference
+   use contensou_base_text, only : did_you_mean, join, lower, quote
+   use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
+      usage_text
+   use contensou_scene_schema, only : choices_of, group_spec_type, schema_groups, schema_keys
+   use contensou_sweep_schema, only : any_number, kind_any, kind_whole, sweep_domain, &
+      sweep_groups, sweep_keys
+   implicit none(type, external)
+   private
+
+   public :: help_command
+
+   !> What `contensou help` takes.
+   type(option_type), parameter :: options(*) = [ &
+      option_type("TOPIC", "", "GROUP or GROUP.KEY of a scene or a sweep, or a command")]
+
+   !> End of a line.
+   character(len=*), parameter :: nl = new_line("a")
+
+contains
+
+   !> `contensou help` in the table of commands.
+   function help_command() result(command)
+      type(command_type) :: command
+
+      command = command_type("help", "what a key of a scene or a sweep means", options, &
+         execute=explain)
+   end function help_command
+
+   !> Explain a group or key of a scene or a sweep, or a command.
+   subroutine explain(line, error)
+      type(command_line_type), intent(in) :: line
+      !> Set when there is no such group or key.
+      type(error_type), allocatable, intent(out) :: error
+      type(group_spec_type), allocatable :: groups(:)
+      type(key_type), allocatable :: keys(:), own(:)
+      character(len=:), allocatable :: topic, text, group, key
+      integer :: c, g, k, dot
+
+      topic = line%text("TOPIC")
+      groups = [schema_groups(), sweep_groups()]
+      c = findloc(line%commands%name == topic, .true., dim=1)
+      keys = [schema_keys(), sweep_keys()]
+      dot = index(topic // ".", ".")
+      group = lower(topic(:dot - 1))
+      key = lower(topic(dot + 1:))
+      g = findloc(groups%name == group, .true., dim=1)
+      own = pack(keys, keys%group == group)
+      k = findloc(own%name == key, .true., dim=1)
+      if (group == "") then
+         text = overview(groups, keys)
+      else if (c > 0 .and. all(groups%name /= topic)) then
+         ! What is a group, too, is explained as that.
+         text = usage_text(line%commands(c)) // nl
+      else if (g == 0) then
+         call fatal(error, "a scene or sweep has no group " // quote(group) // &
+            did_you_mean(group, groups%name, "contensou help lists them"), status_usage)
+      else if (key == "") then
+         text = group_text(groups(g))
+         do k = 1, size(own)
+            text = text // nl // key_text(own(k))
+         end do
+         if (any(line%commands%name == group)) text = text // nl // "contensou " // group // &
+            " --help tells about the command." // nl
+      else if (k == 0) then
+         call fatal(error, "group " // quote(group) // " has no key " // quote(key) // &
+            did_you_mean(key, own%name, "contensou help " // group // " lists them"), status_usage)
+      else
+         text = key_text(own(k))
+      end if
+      if (.not. allocated(error)) call write_stdout(text, error)
+   end subroutine explain
+
+   !> All groups and their keys.
+   function overview(groups, keys) result(text)
+      type(group_spec_type), intent(in) :: groups(:)
+      type(key_type), intent(in) :: keys(:)
+      character(len=:), allocatable :: text
+      integer :: g, k
+
+      text = "A scene is a Fortran namelist file: groups &name key = value ... /, SI units." // nl
+      do g = 1, size(groups)
+         if (groups(g)%name == "sweep") text = text // nl // &
+            "A sweep is a file of its own, with these groups." // nl
+         text = text // nl // group_text(groups(g))
+         do k = 1, size(keys)
+            if (keys(k)%group == groups(g)%name) text = text // "    " // keys(k)%name // &
+               short_domain(keys(k)) // nl
+         end do
+      end do
+      text = text // nl // "contensou help GROUP.KEY tells more." // nl
+   end function overview
+
+   !> A group in a line.
+   pure function group_text(group) result(text)
+      type(group_spec_type), intent(in) :: group
+      character(len=:), allocatable :: text
+
+      text = "&" // trim(group%name) // ": " // trim(group%doc)
+      if (group%repeats) text = text // "; repeats"
+      if (.not. group%repeats .and. .not. group%mandatory) text = text // "; may be left out"
+      text = text // nl
+   end function group_text
+
+   !> Values and unit of a key in a few words.
+   function short_domain(key) result(text)
+      type(key_type), intent(in) :: key
+      character(len=:), allocatable :: text
+
+      select case (key%kind)
+      case (kind_whole, kind_any)
+         text = sweep_domain(key)
+      case (kind_real)
+         text = domain_text(key)
+      case (kind_choice)
+         text = join(choices_of(key), " | ")
+         if (text == "") text = sweep_domain(key)
+      case (kind_logical)
+         text = ".true. | .false."
+      case (kind_reference)
+         text = "name of a " // trim(key%target)
+         if (key%values == 2) text = "names of two " // trim(key%target) // "s"
+      case (kind_name)
+         text = "a name"
+      case default
+         text = "a text"
+         if (key%values == any_number) text = sweep_domain(key)
+      end select
+      if (key%mandatory) then
+         text = text // ", mandatory"
+      else if (key%default /= "") then
+         text = text // ", default " // trim(key%default)
+      end if
+   end function short_domain
+
+   !> All about a key.
+   function key_text(key) result(text)
+      type(key_type), intent(in) :: key
+      character(len=:), allocatable :: text
+
+      text = trim(key%group) // "." // trim(key%name) // nl // "    " // trim(key%doc) // nl // &
+         "    " // short_domain(key) // nl
+   end function key_text
+
+end module contensou_drivers_help

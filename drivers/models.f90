@@ -1,0 +1,96 @@
+!> `contensou models`: the models that a scene can name.
+module contensou_drivers_models
+   use contensou_base_errors, only : error_type, fatal, status_usage
+   use contensou_base_operating_system, only : write_stdout
+   use contensou_base_text, only : did_you_mean, lower, quote
+   use contensou_contact_catalogue, only : model_info_type
+   use contensou_contact_damping, only : damping_model_type, damping_models
+   use contensou_contact_friction, only : friction_model_type, friction_models
+   use contensou_contact_hertz, only : hertz_model_type
+   use contensou_contact_normal, only : normal_models
+   use contensou_contact_pairs, only : geometry_models
+   use contensou_contact_rolling, only : rolling_models
+   use contensou_contact_vilke, only : vilke_models
+   use contensou_drivers_command_line, only : command_line_type, command_type, option_type
+   implicit none(type, external)
+   private
+
+   public :: models_command
+
+   !> What `contensou models` takes.
+   type(option_type), parameter :: options(*) = [ &
+      option_type("NAME", "", "only this model")]
+
+   !> End of a line.
+   character(len=*), parameter :: nl = new_line("a")
+
+contains
+
+   !> `contensou models` in the table of commands.
+   function models_command() result(command)
+      type(command_type) :: command
+
+      command = command_type("models", "the models that a scene can name", options, &
+         execute=list_models)
+   end function models_command
+
+   !> List the models.
+   subroutine list_models(line, error)
+      type(command_line_type), intent(in) :: line
+      !> Set when there is no such model.
+      type(error_type), allocatable, intent(out) :: error
+      type(damping_model_type), allocatable :: damping(:)
+      type(friction_model_type), allocatable :: friction(:)
+      type(hertz_model_type), allocatable :: vilke(:)
+      character(len=:), allocatable :: name, text
+      character(len=24) :: names(64)
+      integer :: n
+
+      name = line%text("NAME")
+      damping = damping_models()
+      friction = friction_models()
+      vilke = vilke_models()
+      text = ""
+      n = 0
+      call list("surfaces (contact.surfaces)", geometry_models())
+      call list("normal force (contact.normal)", normal_models())
+      call list("damping (contact.damping)", damping%info)
+      call list("spot of vilke (contact.ellipse)", vilke%info)
+      call list("friction (contact.friction)", friction%info)
+      call list("rolling resistance (contact.rolling)", rolling_models())
+      if (text == "") then
+         call fatal(error, "there is no model " // quote(name) // &
+            did_you_mean(name, names(:n), "contensou models lists them"), status_usage)
+         return
+      end if
+      call write_stdout(text, error)
+
+   contains
+
+      !> Add a table, or the entry that is asked for.
+      subroutine list(title, info)
+         !> Title of the table.
+         character(len=*), intent(in) :: title
+         !> Its entries.
+         type(model_info_type), intent(in) :: info(:)
+         integer :: i
+         logical :: first
+
+         first = .true.
+         do i = 1, size(info)
+            n = n + 1
+            names(n) = info(i)%name
+            if (name /= "" .and. lower(name) /= info(i)%name) cycle
+            if (first) text = text // title // nl
+            first = .false.
+            text = text // "  " // trim(info(i)%name) // nl
+            text = text // "      " // trim(info(i)%summary) // nl
+            if (info(i)%keys /= "") text = text // "      keys: " // trim(info(i)%keys) // nl
+            if (info(i)%reference /= "") text = text // "      reference: " // &
+               trim(info(i)%reference) // nl
+         end do
+      end subroutine list
+
+   end subroutine list_models
+
+end module contensou_drivers_models

@@ -5,7 +5,6 @@ module contensou_drivers_report
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_surface, only : shape_names, surface_type
    use contensou_contact_hertz, only : hertz_model_type
    use contensou_contact_normal, only : normal_models, normal_vilke
    use contensou_contact_rolling, only : rolling_models, rolling_none
@@ -35,7 +34,7 @@ contains
       friction = friction_models()
       associate (a => scene%surfaces(contact%surfaces(1))%surface, &
          b => scene%surfaces(contact%surfaces(2))%surface)
-         text = shape_words(a) // " on " // shape_words(b) // ", " // &
+         text = a%label() // " on " // b%label() // ", " // &
             trim(normal(contact%normal)%name)
          if (contact%normal == normal_vilke) then
             vilke = vilke_models()
@@ -107,14 +106,5 @@ contains
          if (text /= "" .and. body%load_follows) text = text // ", turning with the body"
       end select
    end function body_effects
-
-   !> Shape of a surface, and its side if that is the inside.
-   pure function shape_words(surface) result(text)
-      type(surface_type), intent(in) :: surface
-      character(len=:), allocatable :: text
-
-      text = trim(shape_names(surface%shape))
-      if (surface%inside) text = text // " (inside)"
-   end function shape_words
 
 end module contensou_drivers_report

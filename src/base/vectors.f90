@@ -4,7 +4,7 @@ module contensou_base_vectors
    implicit none(type, external)
    private
 
-   public :: cross, any_perpendicular, frame_along, unit_vector
+   public :: cross, any_perpendicular, any_tangent, frame_along, unit_vector
 
 contains
 
@@ -33,6 +33,21 @@ contains
       e = cross(cross(n, axis), n)
       e = e/norm2(e)
    end function any_perpendicular
+
+   !> A unit vector perpendicular to a given one, without a root or a choice of axes (T. Duff et
+   !> al., J. Computer Graphics Techniques 6 (2017) 1).
+   pure function any_tangent(normal) result(tangent)
+      !> Unit vector.
+      real(wp), intent(in) :: normal(3)
+      real(wp) :: tangent(3)
+      real(wp) :: up, a
+
+      up = sign(1.0_wp, normal(3))
+      a = -1.0_wp/(up + normal(3))
+      tangent(1) = 1.0_wp + up*normal(1)**2*a
+      tangent(2) = up*normal(1)*normal(2)*a
+      tangent(3) = -up*normal(1)
+   end function any_tangent
 
    !> Rotation matrix whose third column points along a vector.
    pure function frame_along(n) result(frame)

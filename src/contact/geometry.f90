@@ -3,7 +3,7 @@
 !> Conventions: the normal points from A into B; the gap is negative when the surfaces overlap; the
 !> contact point is where the undeformed surfaces are closest: midway between the two closest
 !> points, against a plane the one of the curved surface.
-!> A new pair of surfaces is a new extension of `geometry_type` and a line in `new_geometry`.
+!> A closed form for a pair of shapes is an extension of `geometry_type` and a row in `pairs`.
 module contensou_contact_geometry
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_kinds, only : wp

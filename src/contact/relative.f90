@@ -8,12 +8,14 @@ module contensou_contact_relative
    implicit none(type, external)
    private
 
-   public :: meeting_type, set_curvatures, set_variation, principal_of
+   public :: contact_frame_type, set_curvatures, set_variation, principal_of
 
    !> Two surfaces at their closest points, inertial frame.
-   type :: meeting_type
+   type :: contact_frame_type
       !> Signed distance [m].
       real(wp) :: gap
+      !> Contact point [m].
+      real(wp) :: point(3)
       !> Common unit normal from A into B.
       real(wp) :: normal(3)
       !> Orthonormal tangents; tangent 2 is normal x tangent 1.
@@ -24,7 +26,7 @@ module contensou_contact_relative
       real(wp) :: second(3)
       !> Where between the closest points the contact point lies: 0 on A, 1 on B.
       real(wp) :: share
-   end type meeting_type
+   end type contact_frame_type
 
    !> Relative difference of the curvatures up to which a spot is a circle.
    real(wp), parameter :: circle = 16.0_wp*epsilon(1.0_wp)
@@ -68,16 +70,15 @@ contains
    end subroutine principal_of
 
    !> Curvatures A, B and the major axis.
-   pure subroutine set_curvatures(meeting, at)
-      !> The two surfaces.
-      type(meeting_type), intent(in) :: meeting
+   pure subroutine set_curvatures(frame, at)
+      type(contact_frame_type), intent(in) :: frame
       type(contact_point_type), intent(inout) :: at
       real(wp) :: low, high, c, s
 
-      call principal_of(meeting%first + meeting%second, low, high, c, s)
+      call principal_of(frame%first + frame%second, low, high, c, s)
       at%curvature_a = 0.5_wp*low
       at%curvature_b = 0.5_wp*high
-      at%major = c*meeting%tangent(:, 1) + s*meeting%tangent(:, 2)
+      at%major = c*frame%tangent(:, 1) + s*frame%tangent(:, 2)
    end subroutine set_curvatures
 
    !> First-order response to a twist of B, A at rest.
@@ -88,9 +89,8 @@ contains
    !> (L_A + L_B + g L_B L_A) xi_A = theta x n + L_B (u + e theta x n) in the tangent plane and
    !> xi_B = (1 + g L_A) xi_A - u - e theta x n. The form changes by the cubic forms along the
    !> shifts and by the turn of B about the normal.
-   pure subroutine set_variation(meeting, cubic_a, cubic_b, variation)
-      !> The two surfaces.
-      type(meeting_type), intent(in) :: meeting
+   pure subroutine set_variation(frame, cubic_a, cubic_b, variation)
+      type(contact_frame_type), intent(in) :: frame
       !> Derivative of the form of A: components 111, 112, 122, 222 [1/m2].
       real(wp), intent(in) :: cubic_a(4)
       !> Derivative of the form of B [1/m2].
@@ -101,8 +101,8 @@ contains
       real(wp) :: d_low, d_high, d_mixed
       integer :: j
 
-      associate (g => meeting%gap, la => meeting%first, lb => meeting%second, &
-         t => meeting%tangent, n => meeting%normal)
+      associate (g => frame%gap, la => frame%first, lb => frame%second, &
+         t => frame%tangent, n => frame%normal)
          form = la + lb
          call principal_of(form, low, high, c, s)
          m(1, 1) = form(1) + g*(lb(1)*la(1) + lb(2)*la(2))
@@ -114,7 +114,7 @@ contains
          inverse(1, 2) = -m(1, 2)/determinant
          inverse(2, 1) = -m(2, 1)/determinant
          inverse(2, 2) = m(1, 1)/determinant
-         offset = (1.0_wp - meeting%share)*g
+         offset = (1.0_wp - frame%share)*g
          do j = 1, 6
             if (j <= 3) then
                turned = 0.0_wp
@@ -135,8 +135,8 @@ contains
             tilt = apply(la, xi_a)
             xi_b = xi_a + g*tilt - moved
             variation%normal(:, j) = tilt(1)*t(:, 1) + tilt(2)*t(:, 2)
-            moved = xi_a + meeting%share*g*tilt
-            lead = meeting%share*along
+            moved = xi_a + frame%share*g*tilt
+            lead = frame%share*along
             variation%point(:, j) = moved(1)*t(:, 1) + moved(2)*t(:, 2) + lead*n
             change(1) = cubic_a(1)*xi_a(1) + cubic_a(2)*xi_a(2) + cubic_b(1)*xi_b(1) &
                + cubic_b(2)*xi_b(2) - 2.0_wp*about*lb(2)

@@ -16,16 +16,14 @@
 module contensou_contact_search
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_kinds, only : pi, wp
-   use contensou_base_vectors, only : cross
+   use contensou_base_vectors, only : any_tangent, cross
    use contensou_contact_geometry, only : track_type
-   use contensou_contact_implicit_surface, only : any_tangent, closest_point, form_at, &
-      normal_at, return_to
-   use contensou_contact_surface, only : extent, shape_cylinder, shape_ellipsoid, shape_sphere, &
-      shape_torus, surface_type
+   use contensou_contact_shapes_shape, only : angles, samples_line, shape_info_type
+   use contensou_contact_surface, only : closest_point, form_at, normal_at, surface_type
    implicit none(type, external)
    private
 
-   public :: search_type, new_search, placing_type
+   public :: search_type, set_search, carrier_rank, placing_type
 
    !> Two surfaces to be searched.
    type :: search_type
@@ -37,6 +35,12 @@ module contensou_contact_search
       logical :: several = .false.
       !> Length of the order of the surfaces [m].
       real(wp) :: size = 0.0_wp
+      !> Whether the carrier is swept along a line, so that its samples have one parameter.
+      logical :: line = .false.
+      !> Semi-axes of a carrier whose samples have two parameters [m].
+      real(wp) :: axes(3) = 0.0_wp
+      !> Length of the order of the carrier [m], the largest number if it has no end.
+      real(wp) :: far = 0.0_wp
    contains
       !> Closest points.
       procedure :: find
@@ -50,20 +54,28 @@ module contensou_contact_search
       real(wp) :: origin(3)
    end type placing_type
 
+   !> A place of a carrier: a sphere that sweeps it, or a point, which is one without a radius.
+   type :: swept_type
+      !> Its centre in the frame of the carrier [m].
+      real(wp) :: centre(3)
+      !> Its radius [m].
+      real(wp) :: radius
+   end type swept_type
+
    !> Most steps of Newton's method.
    integer, parameter :: most_steps = 20
 
    !> Most steps of a descent.
    integer, parameter :: most_descents = 60
 
-   !> Samples of a carrier with one parameter, and of one with two.
-   integer, parameter :: samples_line = 48, samples_area = 96
+   !> Samples of a carrier with two parameters.
+   integer, parameter :: samples_area = 96
 
    !> Best samples that are refined.
    integer, parameter :: most_starts = 6
 
-   !> Cosines of the angles up to which samples belong to one place.
-   real(wp), parameter :: nearby_line = 0.95_wp, nearby_area = 0.8_wp
+   !> Cosine of the angle up to which samples of two parameters belong to one place.
+   real(wp), parameter :: nearby_area = 0.8_wp
 
    !> Rounding of a distance of samples in units of the size of the surfaces.
    real(wp), parameter :: tolerance = 1.0e-9_wp
@@ -73,16 +85,6 @@ module contensou_contact_search
    real(wp), parameter :: depth_area = 0.05_wp
 
    integer :: counter
-
-   !> Sampled angles.
-   real(wp), parameter :: angles(samples_line) = &
-      [((real(counter, wp) - 0.5_wp)*2.0_wp*pi/samples_line - pi, counter=1, samples_line)]
-
-   !> Their cosines and sines.
-   real(wp), parameter :: cosines(samples_line) = cos(angles), sines(samples_line) = sin(angles)
-
-   !> Tangents of half of them.
-   real(wp), parameter :: half_tangents(samples_line) = tan(0.5_wp*angles)
 
    !> Sampled directions: heights, and the golden angle.
    real(wp), parameter :: heights(samples_area) = &
@@ -99,43 +101,54 @@ module contensou_contact_search
 
 contains
 
-   !> Search of a pair of surfaces, one of them at least touched from the outside and no plane.
-   pure function new_search(a, b) result(self)
+   !> Search of a pair of surfaces, one of them at least a carrier.
+   subroutine set_search(self, a, b)
+      type(search_type), intent(out) :: self
       type(surface_type), intent(in) :: a
       type(surface_type), intent(in) :: b
-      type(search_type) :: self
+      type(shape_info_type) :: info_a, info_b
 
       self%a = a
       self%b = b
-      self%carrier_first = rank_of(a) >= rank_of(b)
-      self%several = a%shape == shape_torus .or. b%shape == shape_torus .or. a%inside .or. b%inside
-      self%size = max(extent(a), extent(b))
-   end function new_search
+      info_a = a%shape%info()
+      info_b = b%shape%info()
+      self%carrier_first = carrier_rank(a) >= carrier_rank(b)
+      self%several = .not. (info_a%convex .and. info_b%convex) .or. a%inside .or. b%inside
+      self%size = max(a%shape%extent(), b%shape%extent())
+      if (self%carrier_first) then
+         call set_carrier(a, info_a)
+      else
+         call set_carrier(b, info_b)
+      end if
+
+   contains
+
+      !> What carries the samples.
+      subroutine set_carrier(surface, info)
+         type(surface_type), intent(in) :: surface
+         !> That of its shape.
+         type(shape_info_type), intent(in) :: info
+
+         self%line = info%swept
+         self%axes = surface%shape%axes()
+         self%far = surface%shape%extent()
+         if (.not. info%bounded) self%far = 1.0e100_wp
+      end subroutine set_carrier
+
+   end subroutine set_search
 
    !> How well a surface serves as a carrier; 0 for not at all.
-   pure function rank_of(surface) result(rank)
+   pure function carrier_rank(surface) result(rank)
       type(surface_type), intent(in) :: surface
       integer :: rank
+      type(shape_info_type) :: info
 
-      rank = 0
-      if (surface%inside) return
-      select case (surface%shape)
-      case (shape_torus)
-         rank = 4
-      case (shape_ellipsoid)
-         rank = 3
-      case (shape_sphere)
-         rank = 2
-      case (shape_cylinder)
-         rank = 1
-      case default
-         ! A plane has no end.
-      end select
-   end function rank_of
+      info = surface%shape%info()
+      rank = merge(0, info%rank, surface%inside)
+   end function carrier_rank
 
    !> Closest points of the surfaces, and their distance.
    pure subroutine find(self, placing, track, gap)
-      !> The pair.
       class(search_type), intent(in) :: self
       !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
@@ -162,7 +175,6 @@ contains
 
    !> Newton's method on the equations of the common normal.
    pure subroutine polish(self, placing, first, second, normal, gap, found)
-      !> The pair.
       type(search_type), intent(in) :: self
       !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
@@ -221,8 +233,8 @@ contains
             ! The step was too long: half of it.
             scale = 0.5_wp*scale
             if (scale < 0.01_wp) return
-            x = return_to(self%a, x_last + scale*move_a)
-            y = return_to(self%b, y_last + scale*move_b)
+            x = self%a%shape%restore(x_last + scale*move_a)
+            y = self%b%shape%restore(y_last + scale*move_b)
             cycle
          end if
          last = residual
@@ -247,8 +259,8 @@ contains
          y_last = y
          move_a = xi_a(1)*t(:, 1) + xi_a(2)*t(:, 2)
          move_b = xi_b(1)*tb(:, 1) + xi_b(2)*tb(:, 2)
-         x = return_to(self%a, x + move_a)
-         y = return_to(self%b, y + move_b)
+         x = self%a%shape%restore(x + move_a)
+         y = self%b%shape%restore(y + move_b)
          ! The error after a step is of the order of its square over the radius of curvature.
          closing = step <= max(1.0e-8_wp*length, 4.0_wp*epsilon(step)*self%size)
       end do
@@ -257,31 +269,27 @@ contains
    !> How far any point of the carrier has moved against the other surface at most, since all of it
    !> was looked at [m]: distances have changed by no more.
    pure function moved(self, placing, track) result(length)
-      !> The pair.
       type(search_type), intent(in) :: self
       !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       !> Where it was.
       type(track_type), intent(in) :: track
       real(wp) :: length
-      real(wp) :: turned(3, 3), shifted(3), far
+      real(wp) :: turned(3, 3), shifted(3)
 
       if (self%carrier_first) then
-         far = extent(self%a)
          ! Seen from B, that of A has the origin -origin.rotation.
          turned = transpose(placing%rotation - track%rotation)
          shifted = matmul(placing%origin, placing%rotation) - matmul(track%origin, track%rotation)
       else
-         far = extent(self%b)
          turned = placing%rotation - track%rotation
          shifted = placing%origin - track%origin
       end if
-      length = sqrt(sum(shifted**2)) + far*sqrt(sum(turned**2))
+      length = sqrt(sum(shifted**2)) + self%far*sqrt(sum(turned**2))
    end function moved
 
    !> Leave a place for one that is closer, if there is any, and note how far all others are.
    pure subroutine look_elsewhere(self, placing, track, gap)
-      !> The pair.
       type(search_type), intent(in) :: self
       !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
@@ -304,10 +312,9 @@ contains
       track%rotation = placing%rotation
       track%origin = placing%origin
       here = merge(track%first, track%second, self%carrier_first)
-      if (is_line(self)) then
-         here(1:2) = here(1:2)/sqrt(here(1)**2 + here(2)**2)
+      if (self%line) then
          do i = 1, count
-            if (here(1)*cosines(i) + here(2)*sines(i) > nearby_line) cycle
+            if (is_alongside(self, here, i)) cycle
             track%elsewhere = min(track%elsewhere, value(i))
             low = lowest_between(value(:count), i)
             if (low >= value(i) .and. value(i) >= gap) cycle
@@ -315,8 +322,8 @@ contains
             track%elsewhere = min(track%elsewhere, low)
          end do
       else
-         here = here/axes_of(self)
-         bound = gap + depth_area*maxval(axes_of(self))
+         here = here/self%axes
+         bound = gap + depth_area*maxval(self%axes)
          do i = 1, count
             if (sum(here*directions(i, :)) > nearby_area) cycle
             taken(i) = value(i) >= bound
@@ -370,83 +377,66 @@ contains
       end do
    end function lowest_between
 
-   !> Semi-axes of a carrier with two parameters [m].
-   pure function axes_of(self) result(axes)
-      !> The pair.
+   !> Whether a place lies where a sample of a line is.
+   pure logical function is_alongside(self, place, i)
       type(search_type), intent(in) :: self
-      real(wp) :: axes(3)
+      !> Point of the carrier [m].
+      real(wp), intent(in) :: place(3)
+      !> Number of the sample.
+      integer, intent(in) :: i
 
       if (self%carrier_first) then
-         axes = self%a%semi_axes
-         if (self%a%shape == shape_sphere) axes = self%a%radius
+         is_alongside = self%a%shape%alongside(place, i)
       else
-         axes = self%b%semi_axes
-         if (self%b%shape == shape_sphere) axes = self%b%radius
+         is_alongside = self%b%shape%alongside(place, i)
       end if
-   end function axes_of
+   end function is_alongside
 
    !> Number of samples of the carrier.
    pure function samples_of(self) result(n)
-      !> The pair.
       type(search_type), intent(in) :: self
       integer :: n
 
       n = samples_area
-      if (is_line(self)) n = samples_line
+      if (self%line) n = samples_line
    end function samples_of
 
-   !> Whether the carrier has one parameter.
-   pure function is_line(self) result(line)
-      !> The pair.
-      type(search_type), intent(in) :: self
-      logical :: line
-      integer :: shape
-
-      shape = merge(self%a%shape, self%b%shape, self%carrier_first)
-      line = shape == shape_torus .or. shape == shape_cylinder
-   end function is_line
-
-   !> A sampled point of the carrier, or of the line that a sphere sweeps it along, in its frame.
-   pure function sample_of(self, placing, i) result(p)
-      !> The pair.
+   !> A sample of the carrier.
+   pure function sample_of(self, placing, i) result(swept)
       type(search_type), intent(in) :: self
       !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       !> Number of the sample.
       integer, intent(in) :: i
-      real(wp) :: p(3)
+      type(swept_type) :: swept
+
+      if (self%line) then
+         swept = on_line(self, placing, angles(i), i)
+      else
+         swept = swept_type(self%axes*directions(i, :), 0.0_wp)
+      end if
+   end function sample_of
+
+   !> Place of a carrier with one parameter.
+   pure function on_line(self, placing, u, i) result(swept)
+      type(search_type), intent(in) :: self
+      !> Frame of B seen from A.
+      type(placing_type), intent(in) :: placing
+      !> Its parameter.
+      real(wp), intent(in) :: u
+      !> Number of the sample that it is; 0 for none.
+      integer, intent(in) :: i
+      type(swept_type) :: swept
 
       if (self%carrier_first) then
-         p = point_of(self%a)
+         call self%a%shape%spine(u, i, reach(self, placing), swept%centre, swept%radius)
       else
-         p = point_of(self%b)
+         call self%b%shape%spine(u, i, reach(self, placing), swept%centre, swept%radius)
       end if
-
-   contains
-
-      !> The point.
-      pure function point_of(surface) result(q)
-         !> The carrier.
-         type(surface_type), intent(in) :: surface
-         real(wp) :: q(3)
-
-         select case (surface%shape)
-         case (shape_torus)
-            q = surface%major_radius*[cosines(i), sines(i), 0.0_wp]
-         case (shape_cylinder)
-            q = [0.0_wp, 0.0_wp, reach(self, placing)*half_tangents(i)]
-         case (shape_ellipsoid)
-            q = surface%semi_axes*directions(i, :)
-         case default
-            q = surface%radius*directions(i, :)
-         end select
-      end function point_of
-
-   end function sample_of
+   end function on_line
 
    !> Length of the order of where the other surface may be closest to the axis of a cylinder [m].
    pure function reach(self, placing) result(length)
-      !> The pair.
       type(search_type), intent(in) :: self
       !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
@@ -457,7 +447,6 @@ contains
 
    !> A point of the frame of the carrier in the frame of the other surface.
    pure function carried(self, placing, p) result(q)
-      !> The pair.
       type(search_type), intent(in) :: self
       !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
@@ -472,29 +461,26 @@ contains
       end if
    end function carried
 
-   !> Distance of the other surface from a point of the carrier, less the radius of what sweeps it.
-   pure function distance_of(self, placing, p) result(distance)
-      !> The pair.
+   !> Distance of the other surface from a place of the carrier.
+   pure function distance_of(self, placing, swept) result(distance)
       type(search_type), intent(in) :: self
       !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
-      !> The point, frame of the carrier [m].
-      real(wp), intent(in) :: p(3)
+      !> The place.
+      type(swept_type), intent(in) :: swept
       real(wp) :: distance
       real(wp) :: foot(3), normal(3)
 
       if (self%carrier_first) then
-         call closest_point(self%b, carried(self, placing, p), foot, normal, distance)
-         if (is_line(self)) distance = distance - self%a%radius
+         call closest_point(self%b, carried(self, placing, swept%centre), foot, normal, distance)
       else
-         call closest_point(self%a, carried(self, placing, p), foot, normal, distance)
-         if (is_line(self)) distance = distance - self%b%radius
+         call closest_point(self%a, carried(self, placing, swept%centre), foot, normal, distance)
       end if
+      distance = distance - swept%radius
    end function distance_of
 
    !> Search without a point to begin with.
    pure subroutine find_cold(self, placing, track, gap)
-      !> The pair.
       type(search_type), intent(in) :: self
       !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
@@ -560,7 +546,6 @@ contains
 
    !> Closest points near a sample.
    pure subroutine refine(self, placing, k, x, y, n, gap, low, found)
-      !> The pair.
       type(search_type), intent(in) :: self
       !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
@@ -579,26 +564,27 @@ contains
       real(wp), intent(out) :: low
       !> Whether they were found; if not, `x`, `y` and `n` belong to `low`.
       logical, intent(out) :: found
-      real(wp) :: p(3), q(3), foot(3), normal(3), distance
+      type(swept_type) :: p
+      real(wp) :: q(3), foot(3), normal(3), distance
 
-      if (is_line(self)) then
+      if (self%line) then
          p = lowest_on_line(self, placing, angles(k))
       else
          p = lowest_on_area(self, placing, sample_of(self, placing, k))
       end if
-      q = carried(self, placing, p)
+      q = carried(self, placing, p%centre)
       if (self%carrier_first) then
          call closest_point(self%b, q, foot, normal, distance)
-         x = p
-         if (is_line(self)) x = p - self%a%radius*matmul(placing%rotation, normal)
+         x = p%centre
+         if (self%line) x = p%centre - p%radius*matmul(placing%rotation, normal)
          y = foot
       else
          call closest_point(self%a, q, foot, normal, distance)
-         y = p
-         if (is_line(self)) y = p - self%b%radius*matmul(normal, placing%rotation)
+         y = p%centre
+         if (self%line) y = p%centre - p%radius*matmul(normal, placing%rotation)
          x = foot
       end if
-      low = distance_of(self, placing, p)
+      low = distance - p%radius
       n = normal_at(self%a, x)
       ! Normals in one direction: this is the far side of a surface, or one lies within the other.
       normal = normal_at(self%b, y)
@@ -609,7 +595,6 @@ contains
 
    !> Do not start again from a sample, nor from those uphill of it on a line, or near it.
    pure subroutine leave_out(self, sample, value, taken)
-      !> The pair.
       type(search_type), intent(in) :: self
       integer, intent(in) :: sample
       !> Distances of all samples [m].
@@ -618,7 +603,7 @@ contains
       logical, intent(inout) :: taken(:)
       integer :: j, next, down
 
-      if (is_line(self)) then
+      if (self%line) then
          taken(sample) = .true.
          do down = -1, 1, 2
             j = sample
@@ -636,15 +621,14 @@ contains
       end if
    end subroutine leave_out
 
-   !> Point of a carrier with one parameter where the distance is smallest, near a sample.
+   !> Place of a carrier with one parameter where the distance is smallest, near a sample.
    pure function lowest_on_line(self, placing, angle) result(p)
-      !> The pair.
       type(search_type), intent(in) :: self
       !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       !> Angle of the sample.
       real(wp), intent(in) :: angle
-      real(wp) :: p(3)
+      type(swept_type) :: p
       real(wp), parameter :: golden = 0.6180339887498949_wp
       integer, parameter :: finer = 6
       real(wp) :: low, high, left, right, at_left, at_right, width, best, at_best
@@ -686,24 +670,13 @@ contains
 
    contains
 
-      !> Point of the carrier.
-      pure function point_at(u) result(q)
+      !> Place of the carrier.
+      pure function point_at(u) result(swept)
          !> Its parameter.
          real(wp), intent(in) :: u
-         real(wp) :: q(3)
-         real(wp) :: big
+         type(swept_type) :: swept
 
-         if (self%carrier_first) then
-            big = self%a%major_radius
-         else
-            big = self%b%major_radius
-         end if
-         if (big > 0.0_wp) then
-            q = big*[cos(u), sin(u), 0.0_wp]
-         else
-            ! Short of the end of the axis, which lies at infinity.
-            q = [0.0_wp, 0.0_wp, reach(self, placing)*tan(0.5_wp*min(max(u, -3.14_wp), 3.14_wp))]
-         end if
+         swept = on_line(self, placing, u, 0)
       end function point_at
 
    end function lowest_on_line
@@ -712,30 +685,27 @@ contains
    !> method in the unit sphere that an affine map makes of the ellipsoid, on the distance as a
    !> function of the point, each step downhill.
    pure function lowest_on_area(self, placing, sample) result(p)
-      !> The pair.
       type(search_type), intent(in) :: self
       !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
-      !> The sample [m].
-      real(wp), intent(in) :: sample(3)
-      real(wp) :: p(3)
-      real(wp) :: axes(3), u(3), t(3, 2), image(3), value, next, slope(3), hesse(3), g(2), h(3)
+      type(swept_type), intent(in) :: sample
+      type(swept_type) :: p
+      real(wp) :: u(3), t(3, 2), image(3), value, next, slope(3), hesse(3), g(2), h(3)
       real(wp) :: determinant, low, shift, step(2), length, trial(3)
       integer :: i, j
 
-      axes = axes_of(self)
-      u = sample/axes
+      u = sample%centre/self%axes
       u = u/sqrt(sum(u**2))
       t(:, 1) = any_tangent(u)
       t(:, 2) = cross(u, t(:, 1))
-      call slopes(axes*u, t, value, slope, hesse)
+      call slopes(self%axes*u, t, value, slope, hesse)
       do i = 1, most_descents
-         image = axes*slope
+         image = self%axes*slope
          g = [dot_product(image, t(:, 1)), dot_product(image, t(:, 2))]
          h = hesse - dot_product(image, u)*[1.0_wp, 0.0_wp, 1.0_wp]
          low = 0.5_wp*(h(1) + h(3)) - sqrt((0.5_wp*(h(1) - h(3)))**2 + h(2)**2)
          ! Raised so that the step is downhill.
-         shift = max(0.0_wp, 1.0e-3_wp*maxval(axes) - low)
+         shift = max(0.0_wp, 1.0e-3_wp*maxval(self%axes) - low)
          if (low > 0.0_wp) shift = 0.0_wp
          h(1) = h(1) + shift
          h(3) = h(3) + shift
@@ -748,7 +718,7 @@ contains
          do j = 1, 30
             trial = u + step(1)*t(:, 1) + step(2)*t(:, 2)
             trial = trial/sqrt(sum(trial**2))
-            next = distance_of(self, placing, axes*trial)
+            next = distance_of(self, placing, swept_type(self%axes*trial, 0.0_wp))
             if (next < value) exit
             step = 0.5_wp*step
          end do
@@ -756,9 +726,9 @@ contains
          u = trial
          t(:, 1) = any_tangent(u)
          t(:, 2) = cross(u, t(:, 1))
-         call slopes(axes*u, t, value, slope, hesse)
+         call slopes(self%axes*u, t, value, slope, hesse)
       end do
-      p = axes*u
+      p = swept_type(self%axes*u, 0.0_wp)
 
    contains
 
@@ -795,8 +765,8 @@ contains
          d = (1.0_wp + distance*form(1))*(1.0_wp + distance*form(3)) - (distance*form(2))**2
          m = form + distance*(form(1)*form(3) - form(2)**2)*[1.0_wp, 0.0_wp, 1.0_wp]
          if (abs(d) > 1.0e-10_wp) m = m/d
-         v(:, 1) = matmul(axes*tangent(:, 1), turned)
-         v(:, 2) = matmul(axes*tangent(:, 2), turned)
+         v(:, 1) = matmul(self%axes*tangent(:, 1), turned)
+         v(:, 2) = matmul(self%axes*tangent(:, 2), turned)
          second(1) = quadratic(m, v(:, 1), v(:, 1))
          second(2) = quadratic(m, v(:, 1), v(:, 2))
          second(3) = quadratic(m, v(:, 2), v(:, 2))

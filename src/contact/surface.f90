@@ -1,126 +1,186 @@
-!> Surfaces of bodies: their shapes, and where they sit on their body.
+!> Surfaces of bodies: shapes, and where they sit on their body.
 !>
-!> A surface is the boundary of a solid of the named shape. With `inside` the material is outside
-!> of that solid: a socket, a bore, a groove, touched from within.
+!> A surface is the boundary of a solid of its shape. With `inside` the material is outside of that
+!> solid: a socket, a bore, a groove, touched from within. The normal points out of the material.
 module contensou_contact_surface
+   use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_kinds, only : wp
+   use contensou_base_settings, only : domain_text, group_settings_type, key_list_type
+   use contensou_base_text, only : quote
+   use contensou_contact_shapes_shape, only : shape_info_type, shape_type
+   use contensou_contact_shapes_table, only : all_shapes, shape_list_type
    implicit none(type, external)
    private
 
-   public :: surface_type, shape_names, shape_has, shape_needs, shape_keys, shape_hints
-   public :: surface_text
-   public :: shape_sphere, shape_plane, shape_cylinder, shape_ellipsoid, shape_torus
-   public :: side_names, smallest_curvature_radius, extent
-
-   !> Shapes of a surface.
-   integer, parameter :: shape_sphere = 1, shape_plane = 2, shape_cylinder = 3, &
-      shape_ellipsoid = 4, shape_torus = 5
-
-   !> Their names in a scene, in the order of the codes.
-   character(len=*), parameter :: shape_names(*) = [character(len=9) :: "sphere", "plane", &
-      "cylinder", "ellipsoid", "torus"]
-
-   !> Keys of a scene that a shape must have, in the order of the codes, each between blanks.
-   character(len=*), parameter :: needed_keys(*) = [character(len=30) :: " radius ", " ", &
-      " radius ", " semi_axes ", " major_radius minor_radius "]
-
-   !> Keys of a scene that a shape may have besides.
-   character(len=*), parameter :: further_keys(*) = [character(len=30) :: " side ", " normal ", &
-      " direction side ", " axis angle quaternion side ", " direction side "]
-
-   !> Keys of a scene that not all shapes have.
-   character(len=*), parameter :: shape_keys(*) = [character(len=12) :: "radius", "normal", &
-      "direction", "semi_axes", "axis", "angle", "quaternion", "major_radius", "minor_radius", &
-      "side"]
-
-   !> What describes a shape, in the order of the codes.
-   character(len=*), parameter :: shape_hints(*) = [character(len=72) :: "centre and radius", &
-      "centre (any point of it) and normal", &
-      "centre (any point of its axis), radius and direction", &
-      "centre, semi_axes, and axis and angle or quaternion", &
-      "centre, major_radius, minor_radius and direction"]
+   public :: surface_type, side_names, read_surface
+   public :: closest_point, normal_at, form_at, cubic_at
 
    !> Sides of a surface that can be touched.
    character(len=*), parameter :: side_names(*) = [character(len=7) :: "outside", "inside"]
 
+   !> Keys of a surface that are not those of its shape.
+   character(len=*), parameter :: common_keys(*) = [character(len=8) :: "name", "body", "shape", &
+      "material"]
+
    !> A surface in the frame of its body.
    type :: surface_type
-      !> Shape, one of the `shape_*` codes.
-      integer :: shape = shape_sphere
+      class(shape_type), allocatable :: shape
       !> Whether it is touched from the inside of its shape.
       logical :: inside = .false.
-      !> Centre, or a point of a plane, or of the axis of a cylinder [m].
+      !> Origin of the frame of its shape [m].
       real(wp) :: centre(3) = 0.0_wp
-      !> Rotation matrix, frame of the surface to frame of the body; its third column is the outward
+      !> Rotation matrix, frame of the shape to frame of the body; its third column is the outward
       !> normal of a plane and the axis of what has an axis of revolution.
       real(wp) :: frame(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
          0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
-      !> Radius of a sphere, of a cylinder, of the tube of a torus [m].
-      real(wp) :: radius = 0.0_wp
-      !> Radius of the centre circle of a torus [m], larger than that of the tube.
-      real(wp) :: major_radius = 0.0_wp
-      !> Semi-axes of an ellipsoid along the axes of its frame [m].
-      real(wp) :: semi_axes(3) = 0.0_wp
+   contains
+      !> "a sphere", "the inside of a torus".
+      procedure :: words
+      !> "sphere", "torus (inside)".
+      procedure :: label
+      !> Whether it is the outside of a given shape.
+      procedure :: is_outside_of
    end type surface_type
 
 contains
 
-   !> Whether a shape has a key.
-   pure function shape_has(shape, key) result(has)
-      !> Shape code.
-      integer, intent(in) :: shape
-      !> Name of the key.
-      character(len=*), intent(in) :: key
-      logical :: has
+   !> Read a surface from the settings of its group.
+   subroutine read_surface(group, surface, diagnostics)
+      type(group_settings_type), intent(in) :: group
+      !> The surface; without a shape if that is unknown.
+      type(surface_type), intent(inout) :: surface
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(shape_list_type) :: list
 
-      has = shape_needs(shape, key) .or. index(further_keys(shape), " " // key // " ") > 0
-   end function shape_has
+      if (group%choice("shape") < 1) return
+      call all_shapes(list)
+      call move_alloc(list%items(group%choice("shape"))%shape, surface%shape)
+      surface%centre = group%numbers("centre")
+      surface%inside = group%choice("side") == 2
+      call surface%shape%read(group, surface%frame, diagnostics)
+      call check_keys(group, surface%shape, diagnostics)
+   end subroutine read_surface
 
-   !> Whether a shape cannot do without a key.
-   pure function shape_needs(shape, key) result(needs)
-      !> Shape code.
-      integer, intent(in) :: shape
-      !> Name of the key.
-      character(len=*), intent(in) :: key
-      logical :: needs
+   !> Keys that the shape of a surface does not have, and those that it needs.
+   subroutine check_keys(group, shape, diagnostics)
+      type(group_settings_type), intent(in) :: group
+      class(shape_type), intent(in) :: shape
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(key_list_type) :: own
+      type(shape_info_type) :: info
+      character(len=:), allocatable :: name
+      integer :: i
 
-      needs = index(needed_keys(shape), " " // key // " ") > 0
-   end function shape_needs
+      info = shape%info()
+      allocate(own%keys(16))
+      call shape%put_keys(own)
+      do i = 1, size(group%settings)
+         if (.not. group%settings(i)%given) cycle
+         name = trim(group%settings(i)%key%name)
+         if (any(common_keys == name) .or. any(own%keys(:own%n)%name == name)) cycle
+         if (name == "side" .and. info%hollow /= "") cycle
+         call group%refuse(name, shape%words() // " has no " // quote(name), trim(info%hint), &
+            diagnostics)
+      end do
+      do i = 1, own%n
+         if (own%keys(i)%mandatory) call group%require(trim(own%keys(i)%name), group%origin, &
+            quote(trim(own%keys(i)%name)) // " is missing for the " // trim(info%name) // " " // &
+            quote(group%label()), trim(own%keys(i)%name) // " = " // domain_text(own%keys(i)), &
+            diagnostics)
+      end do
+   end subroutine check_keys
 
    !> A surface in words, as "a sphere" or "the inside of a torus".
-   pure function surface_text(surface) result(text)
-      type(surface_type), intent(in) :: surface
+   pure function words(self) result(text)
+      class(surface_type), intent(in) :: self
       character(len=:), allocatable :: text
 
-      text = "a " // trim(shape_names(surface%shape))
-      if (surface%shape == shape_ellipsoid) text = "an " // trim(shape_names(surface%shape))
-      if (surface%inside) text = "the inside of " // text
-   end function surface_text
+      text = self%shape%words()
+      if (self%inside) text = "the inside of " // text
+   end function words
 
-   !> Smallest radius of curvature of a surface, over all of it and without regard to sign [m];
-   !> the largest number for a plane.
-   pure function smallest_curvature_radius(surface) result(radius)
+   !> Shape of a surface, and its side if that is the inside.
+   pure function label(self) result(text)
+      class(surface_type), intent(in) :: self
+      character(len=:), allocatable :: text
+      type(shape_info_type) :: info
+
+      info = self%shape%info()
+      text = trim(info%name)
+      if (self%inside) text = text // " (inside)"
+   end function label
+
+   !> Whether it is the outside of a given shape.
+   pure logical function is_outside_of(self, name)
+      class(surface_type), intent(in) :: self
+      !> Name of the shape.
+      character(len=*), intent(in) :: name
+      type(shape_info_type) :: info
+
+      info = self%shape%info()
+      is_outside_of = info%name == name .and. .not. self%inside
+   end function is_outside_of
+
+   !> Point of a surface closest to a given point, in its frame.
+   pure subroutine closest_point(surface, p, x, normal, distance)
       type(surface_type), intent(in) :: surface
-      real(wp) :: radius
+      !> Given point [m].
+      real(wp), intent(in) :: p(3)
+      !> Closest point of the surface [m].
+      real(wp), intent(out) :: x(3)
+      !> Normal there.
+      real(wp), intent(out) :: normal(3)
+      !> Distance, negative within the material [m].
+      real(wp), intent(out) :: distance
 
-      select case (surface%shape)
-      case (shape_plane)
-         radius = huge(radius)
-      case (shape_ellipsoid)
-         radius = minval(surface%semi_axes)**2/maxval(surface%semi_axes)
-      case (shape_torus)
-         radius = min(surface%radius, surface%major_radius - surface%radius)
-      case default
-         radius = surface%radius
-      end select
-   end function smallest_curvature_radius
+      call surface%shape%closest(p, x, normal, distance)
+      if (surface%inside) then
+         normal = -normal
+         distance = -distance
+      end if
+   end subroutine closest_point
 
-   !> Length of the order of a surface [m]; zero for a plane.
-   pure function extent(surface) result(length)
+   !> Normal at a point of a surface.
+   pure function normal_at(surface, x) result(normal)
       type(surface_type), intent(in) :: surface
-      real(wp) :: length
+      !> Point of the surface [m].
+      real(wp), intent(in) :: x(3)
+      real(wp) :: normal(3)
 
-      length = max(surface%radius + surface%major_radius, maxval(surface%semi_axes))
-   end function extent
+      normal = surface%shape%normal(x)
+      if (surface%inside) normal = -normal
+   end function normal_at
+
+   !> Second fundamental form: components 11, 12, 22 in an orthonormal basis of tangents [1/m].
+   pure function form_at(surface, x, normal, t) result(form)
+      type(surface_type), intent(in) :: surface
+      !> Point of the surface [m].
+      real(wp), intent(in) :: x(3)
+      !> Normal there.
+      real(wp), intent(in) :: normal(3)
+      !> The two tangents.
+      real(wp), intent(in) :: t(3, 2)
+      real(wp) :: form(3)
+
+      form = surface%shape%form(x, normal, t)
+      if (surface%inside) form = -form
+   end function form_at
+
+   !> Its derivative along the surface: components 111, 112, 122, 222 [1/m2].
+   pure function cubic_at(surface, x, normal, t) result(cubic)
+      type(surface_type), intent(in) :: surface
+      !> Point of the surface [m].
+      real(wp), intent(in) :: x(3)
+      !> Normal there.
+      real(wp), intent(in) :: normal(3)
+      !> The two tangents.
+      real(wp), intent(in) :: t(3, 2)
+      real(wp) :: cubic(4)
+
+      cubic = surface%shape%cubic(x, merge(-normal, normal, surface%inside), t)
+      if (surface%inside) cubic = -cubic
+   end function cubic_at
 
 end module contensou_contact_surface

@@ -1,5 +1,5 @@
-!> Two surfaces of any shape: closed forms for a sphere against anything, a plane against an
-!> ellipsoid or a torus, and two cylinders; the search for all others.
+!> Two surfaces of any shape: closed forms for a sphere against anything, a plane against what has a
+!> lowest point, and two cylinders; the search for all others.
 !>
 !> One of the two surfaces, the base, holds the point and the normal from which the contact is
 !> built: the one that is not a sphere or a plane, else surface A.
@@ -8,19 +8,13 @@ module contensou_contact_surface_pair
    use contensou_base_vectors, only : cross
    use contensou_contact_geometry, only : contact_point_type, contact_variation_type, &
       geometry_type, pose_type, track_type
-   use contensou_contact_implicit_surface, only : closest_point, cubic_at, form_at, principal_at
-   use contensou_contact_relative, only : meeting_type, set_curvatures, set_variation
-   use contensou_contact_search, only : new_search, placing_type, search_type
-   use contensou_contact_surface, only : shape_cylinder, shape_ellipsoid, shape_plane, &
-      shape_sphere, shape_torus, smallest_curvature_radius, surface_type
+   use contensou_contact_relative, only : contact_frame_type, set_curvatures, set_variation
+   use contensou_contact_search, only : placing_type, search_type, set_search
+   use contensou_contact_surface, only : closest_point, cubic_at, form_at, surface_type
    implicit none(type, external)
    private
 
-   public :: surface_pair_type, new_surface_pair
-
-   !> Ways to the closest points: distance from the centre of a sphere, support of a plane, distance
-   !> of two axes, search.
-   integer, parameter :: by_centre = 1, by_support = 2, by_axes = 3, by_search = 4
+   public :: new_ball_pair, new_support_pair, new_axes_pair, new_searched_pair
 
    !> Sine of the angle of two axes below which they are parallel.
    real(wp), parameter :: parallel = 1.0e-9_wp
@@ -29,132 +23,236 @@ module contensou_contact_surface_pair
    real(wp), parameter :: least_part = 0.01_wp
 
    !> Two surfaces.
-   type, extends(geometry_type) :: surface_pair_type
-      type(surface_type), private :: a
-      type(surface_type), private :: b
-      !> Way to the closest points.
-      integer, private :: way = by_search
+   type, abstract, extends(geometry_type) :: surface_pair_type
+      type(surface_type) :: a
+      type(surface_type) :: b
       !> Whether the base is surface A.
-      logical, private :: base_first = .true.
+      logical :: base_first = .true.
       !> Where between the closest points the contact point lies: 0 on A, 1 on B.
-      real(wp), private :: share = 0.5_wp
+      real(wp) :: share = 0.5_wp
+      !> Whether the curvatures of the other surface are the same everywhere.
+      logical :: even = .false.
+      !> Whether they are so in all directions.
+      logical :: isotropic = .false.
       !> Curvature A where it is constant [1/m].
-      real(wp), private :: curvature_a = 0.0_wp
+      real(wp) :: curvature_a = 0.0_wp
       !> Curvature B where it is constant [1/m].
-      real(wp), private :: curvature_b = 0.0_wp
+      real(wp) :: curvature_b = 0.0_wp
       !> Whether the major axis is the second tangent where the curvatures are constant.
-      logical, private :: major_second = .false.
-      type(search_type), private :: search
+      logical :: major_second = .false.
    contains
-      procedure :: gap => pair_gap
       procedure :: locate => pair_locate
       procedure :: vary => pair_vary
       procedure :: smallest_radius => pair_radius
    end type surface_pair_type
 
+   !> A ball on or in the base, by the distance of its centre.
+   type, extends(surface_pair_type) :: ball_pair_type
+      real(wp) :: radius = 0.0_wp
+   contains
+      procedure :: gap => ball_gap
+   end type ball_pair_type
+
+   !> The base on a plane, by its lowest point.
+   type, extends(surface_pair_type) :: support_pair_type
+   contains
+      procedure :: gap => support_gap
+   end type support_pair_type
+
+   !> Two cylinders, by the distance of their axes.
+   type, extends(surface_pair_type) :: axes_pair_type
+      real(wp) :: radius_a = 0.0_wp
+      real(wp) :: radius_b = 0.0_wp
+   contains
+      procedure :: gap => axes_gap
+   end type axes_pair_type
+
+   !> Any two surfaces.
+   type, extends(surface_pair_type) :: searched_pair_type
+      type(search_type) :: search
+   contains
+      procedure :: gap => searched_gap
+   end type searched_pair_type
+
 contains
 
-   !> A pair of surfaces that can touch in a point.
-   pure function new_surface_pair(a, b, search) result(self)
+   !> What all pairs of surfaces hold.
+   subroutine set_pair(self, a, b, base_first)
+      class(surface_pair_type), intent(inout) :: self
       type(surface_type), intent(in) :: a
       type(surface_type), intent(in) :: b
-      !> Whether to search even where there is a closed form; for comparisons.
-      logical, intent(in), optional :: search
-      type(surface_pair_type) :: self
-      logical :: ball_a, ball_b
-      real(wp) :: low, high, ball, other
+      !> Whether the base is surface A.
+      logical, intent(in) :: base_first
+      real(wp) :: k_a(2), k_b(2)
+      logical :: even_a, even_b
 
       self%a = a
       self%b = b
-      if (b%shape == shape_plane) self%share = 0.0_wp
-      if (a%shape == shape_plane) self%share = 1.0_wp
-      self%search = new_search(a, b)
-      ball_a = a%shape == shape_sphere .and. .not. a%inside
-      ball_b = b%shape == shape_sphere .and. .not. b%inside
-      if (ball_a .or. ball_b) then
-         self%way = by_centre
-         ! Of two spheres the second is the base unless it is the ball in a socket.
-         self%base_first = .not. ball_a
-      else if (a%shape == shape_plane .or. b%shape == shape_plane) then
-         self%way = by_support
-         self%base_first = b%shape == shape_plane
-      else if (a%shape == shape_cylinder .and. b%shape == shape_cylinder) then
-         self%way = by_axes
-      end if
+      self%base_first = base_first
       self%constant_curvatures = .false.
-      if (self%way == by_centre) then
-         ball = 1.0_wp/merge(b%radius, a%radius, self%base_first)
-         associate (base_shape => merge(a%shape, b%shape, self%base_first), &
-            base_radius => merge(a%radius, b%radius, self%base_first), &
-            base_inside => merge(a%inside, b%inside, self%base_first))
-            select case (base_shape)
-            case (shape_plane)
-               self%constant_curvatures = .true.
-               low = ball
-               high = ball
-            case (shape_sphere, shape_cylinder)
-               self%constant_curvatures = .true.
-               other = ball + merge(-1.0_wp, 1.0_wp, base_inside)/base_radius
-               if (base_shape == shape_sphere) ball = other
-               low = min(ball, other)
-               high = max(ball, other)
-               self%major_second = base_shape == shape_cylinder .and. base_inside
-            case default
-               low = 0.0_wp
-               high = 0.0_wp
-            end select
-         end associate
-         self%curvature_a = 0.5_wp*low
-         self%curvature_b = 0.5_wp*high
-      end if
-      if (present(search)) then
-         if (search) then
-            self%way = by_search
-            self%base_first = .true.
-            self%constant_curvatures = .false.
-         end if
-      end if
-   end function new_surface_pair
+      call a%shape%constant_curvatures(even_a, k_a)
+      call b%shape%constant_curvatures(even_b, k_b)
+      if (is_flat(even_b, k_b)) self%share = 0.0_wp
+      if (is_flat(even_a, k_a)) self%share = 1.0_wp
+      self%even = merge(even_b, even_a, base_first)
+      if (base_first) k_a = k_b
+      self%isotropic = self%even .and. abs(k_a(1) - k_a(2)) <= 0.0_wp
 
-   !> Signed distance of the surfaces [m].
-   pure subroutine pair_gap(self, a, b, track, gap)
-      class(surface_pair_type), intent(in) :: self
+   contains
+
+      !> Whether a surface is a plane.
+      pure logical function is_flat(even, k)
+         !> Whether its curvatures are the same everywhere.
+         logical, intent(in) :: even
+         !> The curvatures [1/m].
+         real(wp), intent(in) :: k(2)
+
+         is_flat = even .and. all(abs(k) <= 0.0_wp)
+      end function is_flat
+
+   end subroutine set_pair
+
+   !> A ball on or in a surface.
+   subroutine new_ball_pair(a, b, ball_first, geometry)
+      type(surface_type), intent(in) :: a
+      type(surface_type), intent(in) :: b
+      !> Whether the ball is surface A.
+      logical, intent(in) :: ball_first
+      class(geometry_type), allocatable, intent(out) :: geometry
+      type(ball_pair_type), allocatable :: self
+
+      allocate(self)
+      call set_pair(self, a, b, .not. ball_first)
+      if (ball_first) then
+         self%radius = a%shape%smallest_radius()
+         call set_constants(b)
+      else
+         self%radius = b%shape%smallest_radius()
+         call set_constants(a)
+      end if
+      call move_alloc(self, geometry)
+
+   contains
+
+      !> Curvatures that never change.
+      subroutine set_constants(base)
+         type(surface_type), intent(in) :: base
+         real(wp) :: k(2)
+
+         call base%shape%constant_curvatures(self%constant_curvatures, k)
+         if (.not. self%constant_curvatures) return
+         if (base%inside) k = -k
+         k = 1.0_wp/self%radius + k
+         self%major_second = k(2) < k(1)
+         self%curvature_a = 0.5_wp*minval(k)
+         self%curvature_b = 0.5_wp*maxval(k)
+      end subroutine set_constants
+
+   end subroutine new_ball_pair
+
+   !> A surface with a lowest point on a plane.
+   subroutine new_support_pair(a, b, body_first, geometry)
+      type(surface_type), intent(in) :: a
+      type(surface_type), intent(in) :: b
+      !> Whether the plane is surface B.
+      logical, intent(in) :: body_first
+      class(geometry_type), allocatable, intent(out) :: geometry
+      type(support_pair_type), allocatable :: self
+
+      allocate(self)
+      call set_pair(self, a, b, body_first)
+      call move_alloc(self, geometry)
+   end subroutine new_support_pair
+
+   !> Two cylinders.
+   subroutine new_axes_pair(a, b, first_is_a, geometry)
+      type(surface_type), intent(in) :: a
+      type(surface_type), intent(in) :: b
+      !> Of no importance.
+      logical, intent(in) :: first_is_a
+      class(geometry_type), allocatable, intent(out) :: geometry
+      type(axes_pair_type), allocatable :: self
+
+      allocate(self)
+      call set_pair(self, a, b, .true.)
+      self%radius_a = a%shape%smallest_radius()
+      self%radius_b = b%shape%smallest_radius()
+      call move_alloc(self, geometry)
+   end subroutine new_axes_pair
+
+   !> Two surfaces, one of them at least a carrier of a search.
+   subroutine new_searched_pair(a, b, first_is_a, geometry)
+      type(surface_type), intent(in) :: a
+      type(surface_type), intent(in) :: b
+      !> Of no importance.
+      logical, intent(in) :: first_is_a
+      class(geometry_type), allocatable, intent(out) :: geometry
+      type(searched_pair_type), allocatable :: self
+
+      allocate(self)
+      call set_pair(self, a, b, .true.)
+      call set_search(self%search, a, b)
+      call move_alloc(self, geometry)
+   end subroutine new_searched_pair
+
+   !> Signed distance of a ball and another surface [m].
+   pure subroutine ball_gap(self, a, b, track, gap)
+      class(ball_pair_type), intent(in) :: self
       !> Pose of body A.
       type(pose_type), intent(in) :: a
       !> Pose of body B.
       type(pose_type), intent(in) :: b
-      !> Where a search begins, and what it found; `lost` when it failed.
+      !> Receives the closest point.
       type(track_type), intent(inout) :: track
       !> Gap [m].
       real(wp), intent(out) :: gap
       real(wp) :: at_base(3)
 
-      select case (self%way)
-      case (by_centre)
-         if (self%base_first) then
-            at_base = seen(self%a, a, self%b%centre, b)
-            call closest_point(self%a, at_base, track%first, track%normal, gap)
-            gap = gap - self%b%radius
-         else
-            at_base = seen(self%b, b, self%a%centre, a)
-            call closest_point(self%b, at_base, track%second, track%normal, gap)
-            gap = gap - self%a%radius
-         end if
-         track%known = .true.
-      case (by_support)
-         if (self%base_first) then
-            call support_of(self%a, self%b, a, b, track%first, track%normal, gap)
-         else
-            call support_of(self%b, self%a, b, a, track%second, track%normal, gap)
-         end if
-         track%known = .true.
-      case (by_axes)
-         call axes_gap(self, placing_of(self, a, b), track, gap)
-         track%known = .true.
-      case default
-         call self%search%find(placing_of(self, a, b), track, gap)
-      end select
-   end subroutine pair_gap
+      if (self%base_first) then
+         at_base = seen(self%a, a, self%b%centre, b)
+         call closest_point(self%a, at_base, track%first, track%normal, gap)
+      else
+         at_base = seen(self%b, b, self%a%centre, a)
+         call closest_point(self%b, at_base, track%second, track%normal, gap)
+      end if
+      gap = gap - self%radius
+      track%known = .true.
+   end subroutine ball_gap
+
+   !> Signed distance of a surface and a plane [m].
+   pure subroutine support_gap(self, a, b, track, gap)
+      class(support_pair_type), intent(in) :: self
+      !> Pose of body A.
+      type(pose_type), intent(in) :: a
+      !> Pose of body B.
+      type(pose_type), intent(in) :: b
+      !> Receives the closest point.
+      type(track_type), intent(inout) :: track
+      !> Gap [m].
+      real(wp), intent(out) :: gap
+
+      if (self%base_first) then
+         call support_of(self%a, self%b, a, b, track%first, track%normal, gap, track%known)
+      else
+         call support_of(self%b, self%a, b, a, track%second, track%normal, gap, track%known)
+      end if
+      track%lost = .not. track%known
+   end subroutine support_gap
+
+   !> Signed distance of two surfaces by search [m].
+   pure subroutine searched_gap(self, a, b, track, gap)
+      class(searched_pair_type), intent(in) :: self
+      !> Pose of body A.
+      type(pose_type), intent(in) :: a
+      !> Pose of body B.
+      type(pose_type), intent(in) :: b
+      !> Where the search begins, and what it finds; `lost` when it fails.
+      type(track_type), intent(inout) :: track
+      !> Gap [m].
+      real(wp), intent(out) :: gap
+
+      call self%search%find(placing_of(self, a, b), track, gap)
+   end subroutine searched_gap
 
    !> A point of one body in the frame of a surface of another [m].
    pure function seen(surface, pose, point, pose_of_point) result(p)
@@ -189,9 +287,8 @@ contains
       placing%origin = seen(self%a, a, self%b%centre, b)
    end function placing_of
 
-   !> Lowest point of an ellipsoid or a torus above a plane.
-   pure subroutine support_of(body, plane, pose, pose_of_plane, x, normal, gap)
-      !> The ellipsoid or torus.
+   !> Lowest point of a surface above a plane.
+   pure subroutine support_of(body, plane, pose, pose_of_plane, x, normal, gap, found)
       type(surface_type), intent(in) :: body
       type(surface_type), intent(in) :: plane
       !> Pose of the body of the former.
@@ -204,7 +301,9 @@ contains
       real(wp), intent(out) :: normal(3)
       !> Its height above the plane [m].
       real(wp), intent(out) :: gap
-      real(wp) :: up(3), k(3), offset(3), across, height
+      !> Whether there is one.
+      logical, intent(out) :: found
+      real(wp) :: up(3), k(3), offset(3), height
 
       up = matmul(pose_of_plane%rotation, plane%frame(:, 3))
       offset = pose%position - pose_of_plane%position + matmul(pose%rotation, body%centre)
@@ -212,33 +311,24 @@ contains
       k = matmul(up, pose%rotation)
       k = matmul(k, body%frame)
       normal = -k
-      if (body%shape == shape_torus) then
-         across = sqrt(k(1)**2 + k(2)**2)
-         x = -body%radius*k
-         if (across > 0.0_wp) then
-            x(1:2) = x(1:2) - body%major_radius/across*k(1:2)
-         else
-            x(1) = x(1) - body%major_radius
-         end if
-         gap = height - body%major_radius*across - body%radius
-      else
-         across = sqrt(sum((body%semi_axes*k)**2))
-         x = -body%semi_axes**2*k/across
-         gap = height - across
-      end if
+      call body%shape%support(k, height, x, gap, found)
    end subroutine support_of
 
    !> Distance of two cylinders.
-   pure subroutine axes_gap(self, placing, track, gap)
-      class(surface_pair_type), intent(in) :: self
-      !> Frame of B seen from A.
-      type(placing_type), intent(in) :: placing
-      !> Its closest points are set.
+   pure subroutine axes_gap(self, a, b, track, gap)
+      class(axes_pair_type), intent(in) :: self
+      !> Pose of body A.
+      type(pose_type), intent(in) :: a
+      !> Pose of body B.
+      type(pose_type), intent(in) :: b
+      !> Receives the closest points.
       type(track_type), intent(inout) :: track
       !> Gap [m].
       real(wp), intent(out) :: gap
+      type(placing_type) :: placing
       real(wp) :: n(3), sine, along_a, along_b, distance
 
+      placing = placing_of(self, a, b)
       associate (w => placing%origin, z => placing%rotation(:, 3))
          n = [-z(2), z(1), 0.0_wp]
          sine = sqrt(z(1)**2 + z(2)**2)
@@ -257,13 +347,14 @@ contains
             along_b = -0.5_wp*w(3)*z(3)
             along_a = 0.5_wp*w(3)
          end if
-         gap = distance - (self%a%radius + self%b%radius)
+         gap = distance - (self%radius_a + self%radius_b)
          track%normal = n
-         track%first = self%a%radius*n
+         track%first = self%radius_a*n
          track%first(3) = track%first(3) + along_a
-         track%second = -self%b%radius*matmul(n, placing%rotation)
+         track%second = -self%radius_b*matmul(n, placing%rotation)
          track%second(3) = track%second(3) + along_b
       end associate
+      track%known = .true.
    end subroutine axes_gap
 
    !> Contact point of the pair.
@@ -278,30 +369,31 @@ contains
       !> Gap of these poses [m].
       real(wp), intent(in) :: gap
       type(contact_point_type), intent(out) :: at
-      type(meeting_type) :: meeting
+      type(contact_frame_type) :: spot
       real(wp) :: t(3, 2)
 
       at%gap = gap
       if (self%base_first) then
-         call meet(self, self%a, self%b, a, b, track%first, track%second, track%normal, gap, &
-            .not. self%constant_curvatures, meeting, at%point, t)
+         call set_frame(self, self%a, self%b, a, b, track, gap, .not. self%constant_curvatures, &
+            spot, t)
       else
-         call meet(self, self%b, self%a, b, a, track%second, track%first, track%normal, gap, &
-            .not. self%constant_curvatures, meeting, at%point, t)
+         call set_frame(self, self%b, self%a, b, a, track, gap, .not. self%constant_curvatures, &
+            spot, t)
       end if
-      at%normal = meeting%normal
+      at%point = spot%point
+      at%normal = spot%normal
       if (self%constant_curvatures) then
          at%curvature_a = self%curvature_a
          at%curvature_b = self%curvature_b
-         at%major = meeting%tangent(:, merge(2, 1, self%major_second))
+         at%major = spot%tangent(:, merge(2, 1, self%major_second))
       else
-         call set_curvatures(meeting, at)
+         call set_curvatures(spot, at)
       end if
    end subroutine pair_locate
 
    !> The two surfaces at their closest points, seen from the base.
-   pure subroutine meet(self, base, other, pose, pose_of_other, x, y, normal, gap, curved, &
-      meeting, point, t_other)
+   pure subroutine set_frame(self, base, other, pose, pose_of_other, track, gap, curved, spot, &
+      t_other)
       class(surface_pair_type), intent(in) :: self
       type(surface_type), intent(in) :: base
       type(surface_type), intent(in) :: other
@@ -309,70 +401,61 @@ contains
       type(pose_type), intent(in) :: pose
       !> Pose of the other body.
       type(pose_type), intent(in) :: pose_of_other
-      !> Closest point of the base in its frame [m].
-      real(wp), intent(in) :: x(3)
-      !> Closest point of the other surface in its frame [m]; not used for a sphere or a plane.
-      real(wp), intent(in) :: y(3)
-      !> Normal of the base, in its frame.
-      real(wp), intent(in) :: normal(3)
+      !> The closest points, and the normal of the base.
+      type(track_type), intent(in) :: track
       !> Gap [m].
       real(wp), intent(in) :: gap
       !> Whether the forms are wanted.
       logical, intent(in) :: curved
-      !> The surfaces where they meet.
-      type(meeting_type), intent(out) :: meeting
-      !> Contact point, inertial frame [m].
-      real(wp), intent(out) :: point(3)
-      !> The tangents in the frame of the other surface, if `curved` and it is no ball or plane.
+      !> The surfaces where they are closest.
+      type(contact_frame_type), intent(out) :: spot
+      !> The tangents in the frame of the other surface, if `curved` and its form depends on them.
       real(wp), intent(out) :: t_other(3, 2)
-      real(wp) :: frame(3, 3), t(3, 2), n(3), lead, form_base(3), form_other(3), frame_other(3, 3)
+      real(wp) :: frame(3, 3), t(3, 2), n(3), x(3), y(3), m(3), lead, form_base(3), form_other(3)
+      real(wp) :: frame_other(3, 3)
 
       frame = matmul(pose%rotation, base%frame)
-      meeting%gap = gap
-      meeting%share = self%share
-      n = normal
-      if (.not. self%base_first) n = -normal
-      t(:, 1) = principal_at(base, x, normal)
-      t(:, 2) = cross(n, t(:, 1))
-      meeting%normal = matmul(frame, n)
-      meeting%tangent = matmul(frame, t)
+      spot%gap = gap
+      spot%share = self%share
       lead = self%share*gap
-      if (.not. self%base_first) lead = lead - gap
-      point = pose%position + matmul(pose%rotation, base%centre)
-      point = point + matmul(frame, x + lead*n)
-      t_other = 0.0_wp
-      meeting%first = 0.0_wp
-      meeting%second = 0.0_wp
-      if (.not. curved) return
-      form_base = form_at(base, x, normal, t)
-      if (other%shape == shape_sphere .and. .not. other%inside) then
-         form_other = [1.0_wp, 0.0_wp, 1.0_wp]/other%radius
-      else if (other%shape == shape_plane) then
-         form_other = 0.0_wp
-      else
-         frame_other = matmul(pose_of_other%rotation, other%frame)
-         t_other = matmul(transpose(frame_other), meeting%tangent)
-         form_other = form_at(other, y, other_normal(), t_other)
-      end if
       if (self%base_first) then
-         meeting%first = form_base
-         meeting%second = form_other
+         x = track%first
+         y = track%second
+         n = track%normal
       else
-         meeting%first = form_other
-         meeting%second = form_base
+         x = track%second
+         y = track%first
+         n = -track%normal
+         lead = lead - gap
       end if
-
-   contains
-
-      !> Normal of the other surface, out of its material, in its frame.
-      pure function other_normal() result(m)
-         real(wp) :: m(3)
-
-         m = matmul(meeting%normal, frame_other)
+      t(:, 1) = base%shape%principal(x, track%normal)
+      t(:, 2) = cross(n, t(:, 1))
+      spot%normal = matmul(frame, n)
+      spot%tangent = matmul(frame, t)
+      spot%point = pose%position + matmul(pose%rotation, base%centre)
+      spot%point = spot%point + matmul(frame, x + lead*n)
+      t_other = 0.0_wp
+      spot%first = 0.0_wp
+      spot%second = 0.0_wp
+      if (.not. curved) return
+      form_base = form_at(base, x, track%normal, t)
+      m = 0.0_wp
+      if (.not. self%isotropic) then
+         frame_other = matmul(pose_of_other%rotation, other%frame)
+         t_other = matmul(transpose(frame_other), spot%tangent)
+         ! Out of the material of the other surface, in its frame.
+         m = matmul(spot%normal, frame_other)
          if (self%base_first) m = -m
-      end function other_normal
-
-   end subroutine meet
+      end if
+      form_other = form_at(other, y, m, t_other)
+      if (self%base_first) then
+         spot%first = form_base
+         spot%second = form_other
+      else
+         spot%first = form_other
+         spot%second = form_base
+      end if
+   end subroutine set_frame
 
    !> Variation of the contact.
    pure subroutine pair_vary(self, a, b, track, at, variation)
@@ -385,19 +468,17 @@ contains
       type(track_type), intent(in) :: track
       type(contact_point_type), intent(in) :: at
       type(contact_variation_type), intent(out) :: variation
-      type(meeting_type) :: meeting
-      real(wp) :: t_other(3, 2), point(3), cubic_base(4), cubic_other(4)
+      type(contact_frame_type) :: spot
+      real(wp) :: t_other(3, 2), cubic_base(4), cubic_other(4)
 
       if (self%base_first) then
-         call meet(self, self%a, self%b, a, b, track%first, track%second, track%normal, at%gap, &
-            .true., meeting, point, t_other)
+         call set_frame(self, self%a, self%b, a, b, track, at%gap, .true., spot, t_other)
          call cubics(self%a, self%b, b, track%first, track%second, cubic_base, cubic_other)
-         call set_variation(meeting, cubic_base, cubic_other, variation)
+         call set_variation(spot, cubic_base, cubic_other, variation)
       else
-         call meet(self, self%b, self%a, b, a, track%second, track%first, track%normal, at%gap, &
-            .true., meeting, point, t_other)
+         call set_frame(self, self%b, self%a, b, a, track, at%gap, .true., spot, t_other)
          call cubics(self%b, self%a, a, track%second, track%first, cubic_base, cubic_other)
-         call set_variation(meeting, cubic_other, cubic_base, variation)
+         call set_variation(spot, cubic_other, cubic_base, variation)
       end if
       if (self%constant_curvatures) then
          variation%curvature_a = 0.0_wp
@@ -422,12 +503,12 @@ contains
          real(wp) :: t_base(3, 2), n_base(3), n_other(3)
 
          n_base = track%normal
-         t_base(:, 1) = principal_at(base, x, n_base)
+         t_base(:, 1) = base%shape%principal(x, n_base)
          t_base(:, 2) = cross(merge(n_base, -n_base, self%base_first), t_base(:, 1))
          cubic_base = cubic_at(base, x, n_base, t_base)
          cubic_other = 0.0_wp
-         if (other%shape /= shape_ellipsoid .and. other%shape /= shape_torus) return
-         n_other = matmul(meeting%normal, pose_of_other%rotation)
+         if (self%even) return
+         n_other = matmul(spot%normal, pose_of_other%rotation)
          n_other = matmul(n_other, other%frame)
          if (self%base_first) n_other = -n_other
          cubic_other = cubic_at(other, y, n_other, t_other)
@@ -447,24 +528,15 @@ contains
       real(wp) :: radius
       real(wp) :: radius_a, radius_b
 
-      radius_a = smallest_curvature_radius(self%a)
-      radius_b = smallest_curvature_radius(self%b)
+      radius_a = self%a%shape%smallest_radius()
+      radius_b = self%b%shape%smallest_radius()
       if (self%a%inside) then
-         radius = radius_b*max(1.0_wp - radius_b/radius_of_hollow(self%a), least_part)
+         radius = radius_b*max(1.0_wp - radius_b/self%a%shape%narrowest(), least_part)
       else if (self%b%inside) then
-         radius = radius_a*max(1.0_wp - radius_a/radius_of_hollow(self%b), least_part)
+         radius = radius_a*max(1.0_wp - radius_a/self%b%shape%narrowest(), least_part)
       else
          radius = min(radius_a, radius_b)
       end if
    end function pair_radius
-
-   !> Radius of curvature of a hollow where it is narrowest [m].
-   pure function radius_of_hollow(surface) result(radius)
-      type(surface_type), intent(in) :: surface
-      real(wp) :: radius
-
-      radius = surface%radius
-      if (surface%shape == shape_ellipsoid) radius = smallest_curvature_radius(surface)
-   end function radius_of_hollow
 
 end module contensou_contact_surface_pair

@@ -1,13 +1,13 @@
 !> Reads a scene: document, settings, cross references; every mistake is reported at once.
 module contensou_scene_reader
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
+   use contensou_base_attitude, only : read_attitude
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : document_type, read_document
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
-   use contensou_base_rotations, only : quaternion_from_axis_angle, rotation_matrix, unit_quaternion
+   use contensou_base_rotations, only : rotation_matrix
    use contensou_base_settings, only : domain_text, group_settings_type
-   use contensou_base_vectors, only : frame_along
    use contensou_base_text, only : lower, nearest, quote, string_type, to_text
    use contensou_base_text_lock, only : lock_texts, unlock_texts
    use contensou_contact_catalogue, only : model_info_type
@@ -19,8 +19,7 @@ module contensou_scene_reader
    use contensou_contact_normal, only : normal_rigid, normal_vilke
    use contensou_contact_pairs, only : geometry_models, new_geometry
    use contensou_contact_rolling, only : rolling_models, rolling_none
-   use contensou_contact_surface, only : shape_ellipsoid, shape_has, shape_hints, shape_keys, &
-      shape_names, shape_needs, shape_torus
+   use contensou_contact_surface, only : read_surface
    use contensou_contact_vilke, only : vilke_power_index
    use contensou_dynamics_assembly, only : assemble, contact_length, initial_pose, &
       largest_relative_approach
@@ -486,136 +485,13 @@ contains
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
-      associate (spec => scene%surfaces(index), &
-         shape => instance%settings(instance%at("shape"))%choice)
+      associate (spec => scene%surfaces(index))
          spec%name = instance%label()
          call refer(settings, instance, "body", 1, spec%body, diagnostics)
          call refer(settings, instance, "material", 1, spec%material, diagnostics)
-         spec%surface%shape = shape
-         spec%surface%centre = instance%numbers("centre")
-         spec%surface%radius = instance%number("radius")
-         if (shape == shape_torus) spec%surface%radius = instance%number("minor_radius")
-         spec%surface%major_radius = instance%number("major_radius")
-         spec%surface%semi_axes = instance%numbers("semi_axes")
-         spec%surface%inside = instance%settings(instance%at("side"))%choice == 2
-         call point_along("normal", spec%surface%frame)
-         call point_along("direction", spec%surface%frame)
-         call turn(instance, spec%surface%frame, diagnostics)
-         ! An unknown shape is reported already.
-         if (shape < 1) return
-         call check_keys(shape, spec%name)
-         associate (tube => instance%settings(instance%at("minor_radius")), &
-            ring => instance%settings(instance%at("major_radius")))
-            if (shape == shape_torus .and. tube%set .and. ring%set) then
-               if (tube%real(1) >= ring%real(1)) call diagnostics%add(tube%places(1), &
-                  "the torus " // quote(spec%name) // " intersects itself", &
-                  "minor_radius < major_radius, here " // to_text(ring%real(1)) // " [m]")
-            end if
-         end associate
+         call read_surface(instance, spec%surface, diagnostics)
       end associate
-
-   contains
-
-      !> Frame of a surface that is given by its third axis.
-      subroutine point_along(name, frame)
-         !> Name of the key.
-         character(len=*), intent(in) :: name
-         !> The frame; unchanged if the key is not given.
-         real(wp), intent(inout) :: frame(3, 3)
-
-         associate (setting => instance%settings(instance%at(name)))
-            if (.not. setting%set) return
-            if (any(abs(setting%real(:3)) > 0.0_wp)) then
-               frame = frame_along(setting%real(:3))
-            else
-               call diagnostics%add(setting%places(1), quote(name) // " is a zero vector", &
-                  "a " // name // " of any length but zero")
-            end if
-         end associate
-      end subroutine point_along
-
-      !> Keys that the shape does not have, and those that it needs.
-      subroutine check_keys(shape, name)
-         integer, intent(in) :: shape
-         !> Name of the surface.
-         character(len=*), intent(in) :: name
-         character(len=:), allocatable :: key, article
-         integer :: i
-
-         article = "a "
-         if (shape == shape_ellipsoid) article = "an "
-         do i = 1, size(instance%settings)
-            associate (setting => instance%settings(i))
-               key = trim(setting%key%name)
-               if (.not. any(shape_keys == key)) cycle
-               if (setting%given .and. .not. shape_has(shape, key)) then
-                  call diagnostics%add(setting%origin, article // trim(shape_names(shape)) // &
-                     " has no " // quote(key), trim(shape_hints(shape)))
-               else if (shape_needs(shape, key) .and. .not. (setting%given .or. setting%meant) &
-                  .and. instance%complete) then
-                  call diagnostics%add(instance%origin, quote(key) // " is missing for the " // &
-                     trim(shape_names(shape)) // " " // quote(name), key // " = " // &
-                     domain_text(setting%key))
-               end if
-            end associate
-         end do
-      end subroutine check_keys
-
    end subroutine build_surface
-
-   !> Rotation of an ellipsoid on its body.
-   subroutine turn(instance, frame, diagnostics)
-      !> The group.
-      type(group_settings_type), intent(in) :: instance
-      !> Rotation matrix; unchanged if no rotation is given.
-      real(wp), intent(inout) :: frame(3, 3)
-      !> Mistakes are appended here.
-      type(diagnostics_type), intent(inout) :: diagnostics
-      real(wp) :: quaternion(4)
-
-      quaternion = 0.0_wp
-      call read_attitude(instance, quaternion, diagnostics)
-      if (any(abs(quaternion) > 0.0_wp)) frame = rotation_matrix(quaternion)
-   end subroutine turn
-
-   !> Attitude by axis and angle or by a quaternion.
-   subroutine read_attitude(instance, attitude, diagnostics)
-      !> The group.
-      type(group_settings_type), intent(in) :: instance
-      !> Unit quaternion; unchanged if none is given.
-      real(wp), intent(inout) :: attitude(4)
-      !> Mistakes are appended here.
-      type(diagnostics_type), intent(inout) :: diagnostics
-
-      associate (axis => instance%settings(instance%at("axis")), &
-         angle => instance%settings(instance%at("angle")), &
-         quaternion => instance%settings(instance%at("quaternion")))
-         if (axis%given .neqv. angle%given) then
-            if (axis%given) call diagnostics%add(axis%origin, "'axis' without 'angle'", &
-               "both, or neither")
-            if (angle%given) call diagnostics%add(angle%origin, "'angle' without 'axis'", &
-               "both, or neither")
-         end if
-         if (quaternion%given .and. (axis%given .or. angle%given)) call diagnostics%add( &
-            quaternion%origin, "the attitude is given twice", &
-            "either quaternion, or axis and angle")
-         if (axis%set .and. angle%set) then
-            if (any(abs(axis%real(:3)) > 0.0_wp)) then
-               attitude = quaternion_from_axis_angle(axis%real(:3), angle%real(1))
-            else
-               call diagnostics%add(axis%places(1), "'axis' is a zero vector", &
-                  "an axis of any length but zero")
-            end if
-         else if (quaternion%set) then
-            if (any(abs(quaternion%real) > 0.0_wp)) then
-               attitude = unit_quaternion(quaternion%real)
-            else
-               call diagnostics%add(quaternion%places(1), "'quaternion' is zero", &
-                  "(w, x, y, z) of any norm but zero")
-            end if
-         end if
-      end associate
-   end subroutine read_attitude
 
    !> A contact.
    subroutine build_contact(settings, instance, contact, diagnostics)

@@ -11,7 +11,8 @@ module contensou_scene_schema
    use contensou_contact_hertz, only : hertz_model_type
    use contensou_contact_normal, only : normal_models
    use contensou_contact_rolling, only : rolling_models
-   use contensou_contact_surface, only : shape_names, side_names
+   use contensou_contact_shapes_table, only : put_shape_keys, shape_names
+   use contensou_contact_surface, only : side_names
    use contensou_contact_vilke, only : vilke_models
    use contensou_dynamics_scene, only : cost_measures, cost_quantities, frame_names, motion_names
    use contensou_integrate_march, only : integrator_methods, jacobian_kinds
@@ -130,37 +131,7 @@ contains
       call list%put("surface", "body", kind_reference, mandatory=.true., target="body", &
          doc="body that carries the surface, or 'ground'")
       call list%put("surface", "shape", kind_choice, mandatory=.true., doc="shape of the surface")
-      call list%put("surface", "centre", kind_real, values=3, unit="m", default="0, 0, 0", &
-         doc="centre of the shape, any point of a plane or of the axis of a cylinder, in the " // &
-         "frame of the body")
-      call list%put("surface", "radius", kind_real, unit="m", above=0.0_wp, &
-         doc="radius of a sphere or a cylinder; mandatory there, not for other shapes")
-      call list%put("surface", "normal", kind_real, values=3, unit="1", &
-         doc="outward normal of a plane in the frame of the body, of any length; " // &
-         "0, 0, 1 if not given; not for other shapes")
-      call list%put("surface", "direction", kind_real, values=3, unit="1", &
-         doc="axis of a cylinder, which has no ends, or of a torus, in the frame of the body, " // &
-         "of any length; 0, 0, 1 if not given; not for other shapes")
-      call list%put("surface", "semi_axes", kind_real, values=3, unit="m", above=0.0_wp, &
-         doc="semi-axes of an ellipsoid along its axes, which are those of the body if they " // &
-         "are not turned; mandatory there, not for other shapes")
-      call list%put("surface", "axis", kind_real, values=3, unit="1", &
-         doc="axis of the rotation from the axes of the body to those of an ellipsoid, of any " // &
-         "length; goes with angle; not for other shapes")
-      call list%put("surface", "angle", kind_real, unit="rad", &
-         doc="angle of the rotation about axis; only for an ellipsoid")
-      call list%put("surface", "quaternion", kind_real, values=4, unit="1", &
-         doc="attitude (w, x, y, z) of an ellipsoid, from its axes to those of the body, of " // &
-         "any norm; instead of axis and angle; not for other shapes")
-      call list%put("surface", "major_radius", kind_real, unit="m", above=0.0_wp, &
-         doc="radius of the centre circle of a torus, larger than minor_radius; mandatory " // &
-         "there, not for other shapes")
-      call list%put("surface", "minor_radius", kind_real, unit="m", above=0.0_wp, &
-         doc="radius of the tube of a torus; mandatory there, not for other shapes")
-      call list%put("surface", "side", kind_choice, &
-         doc="side of the shape that is touched, 'outside' if not given: with 'inside' the " // &
-         "surface is concave, a socket (sphere), a bore (cylinder), a raceway groove (torus), " // &
-         "a hollow (ellipsoid); not for a plane")
+      call put_shape_keys(list)
       call list%put("surface", "material", kind_reference, mandatory=.true., target="material", &
          doc="material of the surface")
 
@@ -380,7 +351,7 @@ contains
       end select
       select case (path)
       case ("surface.shape")
-         names = strings(shape_names)
+         names = shape_names()
       case ("surface.side")
          names = strings(side_names)
       case ("cost.measure")

@@ -6,7 +6,8 @@ module test_scenes
    use contensou_base_vectors, only : cross, frame_along
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_surface, only : shape_plane, shape_sphere
+   use contensou_contact_shapes_plane, only : plane_type
+   use contensou_contact_shapes_sphere, only : sphere_type
    use contensou_dynamics_scene, only : scene_type
    use contensou_integrate_motion, only : motion_type
    use contensou_study_simulation, only : new_simulation, simulation_type
@@ -69,12 +70,11 @@ contains
       scene%bodies(2)%inertia = [2.0e-4_wp, 1.5e-4_wp, 1.0e-4_wp]
       scene%surfaces(1)%body = 1
       scene%surfaces(1)%material = 1
-      scene%surfaces(1)%surface%shape = shape_sphere
+      scene%surfaces(1)%surface%shape = sphere_type(1.5e-2_wp)
       scene%surfaces(1)%surface%centre = [1.0e-3_wp, -2.0e-3_wp, 3.0e-3_wp]
-      scene%surfaces(1)%surface%radius = 1.5e-2_wp
       scene%surfaces(2)%body = 2
       scene%surfaces(2)%material = 2
-      scene%surfaces(2)%surface%shape = shape_plane
+      scene%surfaces(2)%surface%shape = plane_type()
       scene%surfaces(2)%surface%centre = [-4.0e-3_wp, 2.0e-3_wp, 5.0e-3_wp]
       scene%surfaces(2)%surface%frame = frame_along([1.0_wp, 2.0_wp, -2.0_wp])
       associate (contact => scene%contacts(1))
@@ -113,11 +113,10 @@ contains
       scene%bodies(1)%position = [0.0_wp, 0.0_wp, 0.02_wp + height]
       scene%surfaces%material = 1
       scene%surfaces(1)%body = 1
-      scene%surfaces(1)%surface%shape = shape_sphere
-      scene%surfaces(1)%surface%radius = 0.02_wp
+      scene%surfaces(1)%surface%shape = sphere_type(0.02_wp)
       do i = 2, 1 + n
          scene%surfaces(i)%body = 0
-         scene%surfaces(i)%surface%shape = shape_plane
+         scene%surfaces(i)%surface%shape = plane_type()
          scene%contacts(i - 1)%surfaces = [i, 1]
       end do
       if (n == 2) then
@@ -174,7 +173,7 @@ contains
       associate (s => scene%surfaces(1)%surface, p => scene%surfaces(2)%surface)
          normal = matmul(plane, p%frame(:, 3))
          along = 0.01_wp*cross(normal, random%vector(3))
-         y(1:3) = y(14:16) + matmul(plane, p%centre) + along + (s%radius + gap)*normal &
+         y(1:3) = y(14:16) + matmul(plane, p%centre) + along + (s%shape%extent() + gap)*normal &
             - matmul(sphere, s%centre)
       end associate
    end subroutine random_touch

@@ -17,7 +17,9 @@ module test_contact
    use contensou_contact_normal, only : new_normal, normal_models, normal_type
    use contensou_contact_pairs, only : geometry_models, new_geometry
    use contensou_contact_spot, only : circular_shape
-   use contensou_contact_surface, only : shape_plane, shape_sphere, surface_type
+   use contensou_contact_shapes_plane, only : plane_type
+   use contensou_contact_shapes_sphere, only : sphere_type
+   use contensou_contact_surface, only : surface_type
    use contensou_contact_wrench, only : wrench_exact
    use contensou_dynamics_scene, only : scene_type
    use contensou_integrate_motion, only : motion_type
@@ -395,14 +397,14 @@ contains
       class(geometry_type), allocatable :: first, second
       type(worst_type) :: gap, on_sphere, deepest, normal, unit, tangent, both, curvature
       type(track_type) :: track
-      real(wp) :: n(3), centre(3), expected, distance(2)
+      real(wp) :: n(3), centre(3), radius, expected, distance(2)
       integer :: i, k
 
-      sphere%shape = shape_sphere
-      plane%shape = shape_plane
+      plane%shape = plane_type()
       do i = 1, 2000
          sphere%centre = random%vector(3)
-         sphere%radius = random%uniform(0.1_wp, 2.0_wp)
+         radius = random%uniform(0.1_wp, 2.0_wp)
+         sphere%shape = sphere_type(radius)
          plane%centre = random%vector(3)
          plane%frame = frame_along(random%vector(3))
          call new_geometry(sphere, plane, first)
@@ -416,25 +418,25 @@ contains
          n = matmul(pose_p%rotation, plane%frame(:, 3))
          centre = pose_s%position + matmul(pose_s%rotation, sphere%centre)
          expected = dot_product(n, centre - pose_p%position - matmul(pose_p%rotation, &
-            plane%centre)) - sphere%radius
+            plane%centre)) - radius
          do k = 1, 2
             call gap%note(abs(at(k)%gap - expected), i)
-            call on_sphere%note(abs(norm2(at(k)%point - centre) - sphere%radius), i)
+            call on_sphere%note(abs(norm2(at(k)%point - centre) - radius), i)
             ! The point of the sphere that is closest to the plane.
             call deepest%note(abs(dot_product(n, at(k)%point - pose_p%position &
                - matmul(pose_p%rotation, plane%centre)) - expected), i)
             call unit%note(max(abs(norm2(at(k)%normal) - 1.0_wp), abs(norm2(at(k)%major) &
                - 1.0_wp)), i)
             call tangent%note(abs(dot_product(at(k)%normal, at(k)%major)), i)
-            call curvature%note(abs(at(k)%curvature_a*2.0_wp*sphere%radius - 1.0_wp) &
+            call curvature%note(abs(at(k)%curvature_a*2.0_wp*radius - 1.0_wp) &
                + abs(at(k)%curvature_b - at(k)%curvature_a), i)
          end do
          ! From A into B: into the plane with the sphere first, out of it with the plane first.
          call normal%note(norm2(at(1)%normal + n), i)
          call normal%note(norm2(at(2)%normal - n), i)
          call both%note(norm2(at(1)%point - at(2)%point), i)
-         call both%note(abs(first%smallest_radius() - sphere%radius) &
-            + abs(second%smallest_radius() - sphere%radius), i)
+         call both%note(abs(first%smallest_radius() - radius) &
+            + abs(second%smallest_radius() - radius), i)
       end do
       call gap%check_below(2.0e-14_wp, "sphere, plane: gap")
       call on_sphere%check_below(2.0e-14_wp, "sphere, plane: the point is on the sphere")
@@ -451,9 +453,8 @@ contains
       type(surface_type) :: sphere, plane
       class(geometry_type), allocatable :: geometry
 
-      sphere%shape = shape_sphere
-      sphere%radius = 1.0_wp
-      plane%shape = shape_plane
+      sphere%shape = sphere_type(1.0_wp)
+      plane%shape = plane_type()
       call new_geometry(sphere, plane, geometry)
       call check(allocated(geometry), "a sphere and a plane are a pair")
       call new_geometry(plane, plane, geometry)
@@ -518,8 +519,8 @@ contains
       end do
       call worst%check_below(1.0e-11_wp, "the order of the surfaces does not matter")
 
-      sphere%radius = 0.01_wp
-      plane%shape = shape_plane
+      sphere%shape = sphere_type(0.01_wp)
+      plane%shape = plane_type()
       call new_geometry(sphere, plane, geometry)
       call new_geometry(sphere, plane, law%geometry)
       law%normal = new_normal(1.0e10_wp, 50.0_wp, 50.0_wp)

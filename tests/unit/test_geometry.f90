@@ -9,9 +9,13 @@ module test_geometry
       contact_variation_type, geometry_type, pose_type, track_type, trouble_conforming, &
       trouble_none, trouble_text
    use contensou_contact_pairs, only : new_geometry
-   use contensou_contact_surface, only : shape_cylinder, shape_ellipsoid, shape_plane, &
-      shape_sphere, shape_torus, surface_type
-   use contensou_contact_surface_pair, only : new_surface_pair, surface_pair_type
+   use contensou_contact_shapes_cylinder, only : cylinder_type
+   use contensou_contact_shapes_ellipsoid, only : ellipsoid_type
+   use contensou_contact_shapes_plane, only : plane_type
+   use contensou_contact_shapes_sphere, only : sphere_type
+   use contensou_contact_shapes_torus, only : torus_type
+   use contensou_contact_surface, only : surface_type
+   use contensou_contact_surface_pair, only : new_searched_pair
    use test_harness, only : check, check_close, random_type, worst_type
    implicit none(type, external)
    private
@@ -63,7 +67,7 @@ contains
       first = kinds(kind)(:blank - 1)
       second = kinds(kind)(blank + 1:)
       call draw_one(second, 1.0_wp, random, b)
-      call draw_one(first, merge(0.25_wp*narrowest(b), 1.0_wp, b%inside), random, a)
+      call draw_one(first, merge(0.25_wp*scale_of(b), 1.0_wp, b%inside), random, a)
       if (random%uniform(0.0_wp, 1.0_wp) < 0.5_wp) call swap(a, b)
    end subroutine draw
 
@@ -80,17 +84,6 @@ contains
       b = c
    end subroutine swap
 
-   !> Radius of curvature of a hollow where it is narrowest.
-   pure function narrowest(surface) result(radius)
-      !> The hollow.
-      type(surface_type), intent(in) :: surface
-      real(wp) :: radius
-
-      radius = surface%radius
-      if (surface%shape == shape_ellipsoid) radius = minval(surface%semi_axes)**2 &
-         /maxval(surface%semi_axes)
-   end function narrowest
-
    !> A surface of random size and place.
    subroutine draw_one(name, scale, random, surface)
       !> Its shape.
@@ -100,29 +93,27 @@ contains
       !> Source of random numbers.
       type(random_type), intent(inout) :: random
       type(surface_type), intent(out) :: surface
+      real(wp) :: radius, semi_axes(3)
       integer :: i
 
       surface%centre = random%vector(3)
       surface%frame = rotation_matrix(random%vector(4))
-      surface%radius = scale*random%uniform(0.5_wp, 1.5_wp)
+      radius = scale*random%uniform(0.5_wp, 1.5_wp)
       select case (name)
       case ("sphere", "socket")
-         surface%shape = shape_sphere
+         surface%shape = sphere_type(radius)
       case ("plane")
-         surface%shape = shape_plane
-         surface%radius = 0.0_wp
+         surface%shape = plane_type()
       case ("cylinder", "bore")
-         surface%shape = shape_cylinder
+         surface%shape = cylinder_type(radius)
       case ("ellipsoid", "hollow")
-         surface%shape = shape_ellipsoid
-         surface%radius = 0.0_wp
          do i = 1, 3
-            surface%semi_axes(i) = scale*random%uniform(0.5_wp, 2.0_wp)
+            semi_axes(i) = scale*random%uniform(0.5_wp, 2.0_wp)
          end do
+         surface%shape = ellipsoid_type(semi_axes)
       case default
-         surface%shape = shape_torus
-         if (name == "torus" .and. scale < 1.0_wp) surface%radius = 0.5_wp*surface%radius
-         surface%major_radius = surface%radius*random%uniform(1.2_wp, 3.0_wp)
+         if (name == "torus" .and. scale < 1.0_wp) radius = 0.5_wp*radius
+         surface%shape = torus_type(radius*random%uniform(1.2_wp, 3.0_wp), radius)
       end select
       select case (name)
       case ("socket", "bore", "hollow", "groove")
@@ -178,7 +169,7 @@ contains
          if (.not. at%curvature_a > 0.02_wp*at%curvature_b) cycle
          if (abs(found - gap) <= 1.0e-9_wp) return
       end do
-      call check(.false., "a place is found for " // trim(name_of(a)) // " and " // name_of(b))
+      call check(.false., "a place is found for " // a%words() // " and " // b%words())
 
    contains
 
@@ -189,22 +180,17 @@ contains
          real(wp) :: p(3)
          real(wp) :: angle
 
-         p = 0.3_wp*narrowest(surface)*random%vector(3)
+         p = 0.3_wp*scale_of(surface)*random%vector(3)
          angle = random%uniform(0.0_wp, 2.0_wp*pi)
-         if (surface%shape == shape_torus) p = p &
-            + surface%major_radius*[cos(angle), sin(angle), 0.0_wp]
+         select type (shape => surface%shape)
+         type is (torus_type)
+            p = p + shape%major_radius*[cos(angle), sin(angle), 0.0_wp]
+         class default
+            ! Its origin is in the middle.
+         end select
       end function start_in
 
    end subroutine place
-
-   !> A surface in a word.
-   function name_of(surface) result(text)
-      type(surface_type), intent(in) :: surface
-      character(len=:), allocatable :: text
-
-      text = "surface " // achar(iachar("0") + surface%shape)
-      if (surface%inside) text = text // " inside"
-   end function name_of
 
    !> Value of an implicit function, zero on the surface and positive outside of its shape, and its
    !> gradient: independent of those of the program.
@@ -221,24 +207,26 @@ contains
 
       p = matmul(transpose(surface%frame), matmul(transpose(pose%rotation), &
          point - pose%position) - surface%centre)
-      select case (surface%shape)
-      case (shape_plane)
+      select type (shape => surface%shape)
+      type is (plane_type)
          value = p(3)
          g = [0.0_wp, 0.0_wp, 1.0_wp]
-      case (shape_sphere)
-         value = sum(p**2)/surface%radius**2 - 1.0_wp
-         g = 2.0_wp*p/surface%radius**2
-      case (shape_cylinder)
-         value = sum(p(1:2)**2)/surface%radius**2 - 1.0_wp
-         g = 2.0_wp*[p(1), p(2), 0.0_wp]/surface%radius**2
-      case (shape_ellipsoid)
-         value = sum((p/surface%semi_axes)**2) - 1.0_wp
-         g = 2.0_wp*p/surface%semi_axes**2
-      case default
+      type is (sphere_type)
+         value = sum(p**2)/shape%radius**2 - 1.0_wp
+         g = 2.0_wp*p/shape%radius**2
+      type is (cylinder_type)
+         value = sum(p(1:2)**2)/shape%radius**2 - 1.0_wp
+         g = 2.0_wp*[p(1), p(2), 0.0_wp]/shape%radius**2
+      type is (ellipsoid_type)
+         value = sum((p/shape%semi_axes)**2) - 1.0_wp
+         g = 2.0_wp*p/shape%semi_axes**2
+      type is (torus_type)
          rho = hypot(p(1), p(2))
-         value = ((rho - surface%major_radius)**2 + p(3)**2)/surface%radius**2 - 1.0_wp
-         g(1:2) = 2.0_wp*(rho - surface%major_radius)*p(1:2)/rho/surface%radius**2
-         g(3) = 2.0_wp*p(3)/surface%radius**2
+         value = ((rho - shape%major_radius)**2 + p(3)**2)/shape%radius**2 - 1.0_wp
+         g(1:2) = 2.0_wp*(rho - shape%major_radius)*p(1:2)/rho/shape%radius**2
+         g(3) = 2.0_wp*p(3)/shape%radius**2
+      class default
+         error stop "a shape without a test"
       end select
       gradient = matmul(pose%rotation, matmul(surface%frame, g))
    end subroutine implicit
@@ -254,20 +242,33 @@ contains
       gap = 0.02_wp*random%uniform(-1.0_wp, 1.0_wp)*min(scale_of(a), scale_of(b))
    end function small_gap
 
-   !> A length of a surface.
-   pure function scale_of(surface) result(length)
+   !> A length of a surface: of a hollow its radius of curvature where it is narrowest.
+   function scale_of(surface) result(length)
       type(surface_type), intent(in) :: surface
       real(wp) :: length
 
-      select case (surface%shape)
-      case (shape_plane)
+      select type (shape => surface%shape)
+      type is (plane_type)
          length = 1.0_wp
-      case (shape_ellipsoid)
-         length = minval(surface%semi_axes)**2/maxval(surface%semi_axes)
-      case default
-         length = surface%radius
+      type is (sphere_type)
+         length = shape%radius
+      type is (cylinder_type)
+         length = shape%radius
+      type is (ellipsoid_type)
+         length = minval(shape%semi_axes)**2/maxval(shape%semi_axes)
+      type is (torus_type)
+         length = shape%radius
+      class default
+         error stop "a shape without a test"
       end select
    end function scale_of
+
+   !> Whether a surface is a plane.
+   logical function is_plane(surface)
+      type(surface_type), intent(in) :: surface
+
+      is_plane = surface%is_outside_of("plane")
+   end function is_plane
 
    !> The closest points lie on the surfaces, with a common normal that points from A into B, and
    !> the contact point lies midway or on the curved surface.
@@ -288,8 +289,8 @@ contains
          call new_geometry(a, b, geometry)
          call place(a, b, geometry, small_gap(random, a, b), random, pose_a, pose_b, track, at)
          share = 0.5_wp
-         if (a%shape == shape_plane) share = 1.0_wp
-         if (b%shape == shape_plane) share = 0.0_wp
+         if (is_plane(a)) share = 1.0_wp
+         if (is_plane(b)) share = 0.0_wp
          call implicit(a, pose_a, at%point - share*at%gap*at%normal, value, gradient)
          call on_a%note(abs(value)/norm2(gradient), i)
          call normal_a%note(norm2(at%normal - merge(-1.0_wp, 1.0_wp, a%inside)*gradient &
@@ -503,7 +504,7 @@ contains
       type(random_type) :: random
       type(surface_type) :: a, b
       class(geometry_type), allocatable :: geometry
-      type(surface_pair_type) :: searched
+      class(geometry_type), allocatable :: searched
       type(pose_type) :: pose_a, pose_b
       type(track_type) :: track, other
       type(contact_point_type) :: at, found
@@ -514,7 +515,7 @@ contains
       do i = 1, 2000
          call draw(kind, random, a, b)
          call new_geometry(a, b, geometry)
-         searched = new_surface_pair(a, b, search=.true.)
+         call new_searched_pair(a, b, .true., searched)
          target = small_gap(random, a, b)
          if (modulo(i, 4) == 0) target = 20.0_wp*abs(target)
          call place(a, b, geometry, target, random, pose_a, pose_b, track, at)
@@ -636,18 +637,20 @@ contains
          real(wp) :: q(3), ball(3)
 
          ball = [cos(v(1))*cos(v(2)), sin(v(1))*cos(v(2)), sin(v(2))]
-         select case (surface%shape)
-         case (shape_plane)
+         select type (shape => surface%shape)
+         type is (plane_type)
             q = [4.0_wp*v(1), 4.0_wp*v(2), 0.0_wp]
-         case (shape_sphere)
-            q = surface%radius*ball
-         case (shape_cylinder)
-            q = [surface%radius*cos(v(1)), surface%radius*sin(v(1)), 4.0_wp*v(2)]
-         case (shape_ellipsoid)
-            q = surface%semi_axes*ball
-         case default
-            q = (surface%major_radius + surface%radius*cos(v(2)))*[cos(v(1)), sin(v(1)), 0.0_wp]
-            q(3) = surface%radius*sin(v(2))
+         type is (sphere_type)
+            q = shape%radius*ball
+         type is (cylinder_type)
+            q = [shape%radius*cos(v(1)), shape%radius*sin(v(1)), 4.0_wp*v(2)]
+         type is (ellipsoid_type)
+            q = shape%semi_axes*ball
+         type is (torus_type)
+            q = (shape%major_radius + shape%radius*cos(v(2)))*[cos(v(1)), sin(v(1)), 0.0_wp]
+            q(3) = shape%radius*sin(v(2))
+         class default
+            error stop "a shape without a test"
          end select
          p = pose%position + matmul(pose%rotation, surface%centre + matmul(surface%frame, q))
       end function point_of
@@ -672,8 +675,8 @@ contains
       do i = 1, 20
          call draw(kind, random, a, b)
          call new_geometry(a, b, geometry)
-         convex = .not. (a%inside .or. b%inside .or. a%shape == shape_torus .or. &
-            b%shape == shape_torus)
+         convex = .not. (a%inside .or. b%inside .or. a%is_outside_of("torus") .or. &
+            b%is_outside_of("torus"))
          scale = min(scale_of(a), scale_of(b))
          call place(a, b, geometry, 0.01_wp*scale, random, pose_a, pose_b, track, at)
          axis = random%vector(3)
@@ -716,23 +719,16 @@ contains
       type(surface_type) :: ball, socket, bore, groove, egg, rod, ring, pip
       type(pose_type) :: rest
 
-      ball%radius = 0.5_wp
-      socket%radius = 2.0_wp
+      ball%shape = sphere_type(0.5_wp)
+      socket%shape = sphere_type(2.0_wp)
       socket%inside = .true.
-      bore%shape = shape_cylinder
-      bore%radius = 2.0_wp
+      bore%shape = cylinder_type(2.0_wp)
       bore%inside = .true.
-      groove%shape = shape_torus
-      groove%radius = 0.75_wp
-      groove%major_radius = 3.0_wp
+      groove%shape = torus_type(3.0_wp, 0.75_wp)
       groove%inside = .true.
-      egg%shape = shape_ellipsoid
-      egg%semi_axes = [1.0_wp, 2.0_wp, 3.0_wp]
-      rod%shape = shape_cylinder
-      rod%radius = 1.0_wp
-      ring%shape = shape_torus
-      ring%radius = 0.25_wp
-      ring%major_radius = 3.0_wp
+      egg%shape = ellipsoid_type([1.0_wp, 2.0_wp, 3.0_wp])
+      rod%shape = cylinder_type(1.0_wp)
+      ring%shape = torus_type(3.0_wp, 0.25_wp)
       call expect(ball, socket, 1.5_wp, "ball at the centre of a socket")
       call expect(ball, ball, -1.0_wp, "balls at one place")
       call expect(ball, bore, 1.5_wp, "ball on the axis of a bore")
@@ -750,8 +746,7 @@ contains
       call expect(egg, rod, 0.0_wp, "ellipsoid on the axis of a cylinder", any_value=.true., &
          lost=.true.)
       call expect(ring, ring, 0.0_wp, "rings at one place", any_value=.true., lost=.true.)
-      pip = egg
-      pip%semi_axes = 0.1_wp*egg%semi_axes
+      pip%shape = ellipsoid_type([0.1_wp, 0.2_wp, 0.3_wp])
       pip%centre = 0.2_wp
       call expect(egg, pip, 0.0_wp, "ellipsoid within an ellipsoid", any_value=.true., lost=.true.)
       call expect(pip, egg, 0.0_wp, "ellipsoid around an ellipsoid", any_value=.true.)
@@ -801,15 +796,11 @@ contains
       type(surface_type) :: plane, rod, ring, ball, hollow
       type(pose_type) :: rest, other
 
-      plane%shape = shape_plane
-      rod%shape = shape_cylinder
-      rod%radius = 1.0_wp
-      ring%shape = shape_torus
-      ring%radius = 0.25_wp
-      ring%major_radius = 3.0_wp
-      ball%radius = 1.0_wp
-      hollow%shape = shape_ellipsoid
-      hollow%semi_axes = [4.0_wp, 4.0_wp, 1.2_wp]
+      plane%shape = plane_type()
+      rod%shape = cylinder_type(1.0_wp)
+      ring%shape = torus_type(3.0_wp, 0.25_wp)
+      ball%shape = sphere_type(1.0_wp)
+      hollow%shape = ellipsoid_type([4.0_wp, 4.0_wp, 1.2_wp])
       hollow%inside = .true.
       other%position = [1.99_wp, 0.0_wp, 0.0_wp]
       call expect(rod, rod, trouble_conforming, "parallel cylinders")
@@ -855,26 +846,19 @@ contains
    subroutine test_refusals()
       type(surface_type) :: plane, ball, rod, socket, bore, groove, egg, hollow, ring
 
-      plane%shape = shape_plane
-      ball%radius = 0.02_wp
-      rod%shape = shape_cylinder
-      rod%radius = 0.001_wp
-      socket%radius = 0.01_wp
+      plane%shape = plane_type()
+      ball%shape = sphere_type(0.02_wp)
+      rod%shape = cylinder_type(0.001_wp)
+      socket%shape = sphere_type(0.01_wp)
       socket%inside = .true.
-      bore%shape = shape_cylinder
-      bore%radius = 0.02_wp
+      bore%shape = cylinder_type(0.02_wp)
       bore%inside = .true.
-      groove%shape = shape_torus
-      groove%radius = 0.01_wp
-      groove%major_radius = 0.1_wp
+      groove%shape = torus_type(0.1_wp, 0.01_wp)
       groove%inside = .true.
-      egg%shape = shape_ellipsoid
-      egg%semi_axes = [0.04_wp, 0.01_wp, 0.03_wp]
+      egg%shape = ellipsoid_type([0.04_wp, 0.01_wp, 0.03_wp])
       hollow = egg
       hollow%inside = .true.
-      ring%shape = shape_torus
-      ring%radius = 0.02_wp
-      ring%major_radius = 0.03_wp
+      ring%shape = torus_type(0.03_wp, 0.02_wp)
       call refused(plane, plane, "two planes never touch in a point")
       call refused(plane, rod, "a cylinder on a plane touches along a line, not in a point")
       call refused(rod, plane, "a cylinder on a plane touches along a line, not in a point")
@@ -899,7 +883,7 @@ contains
          "radius 0.02 m of a cylinder: conforming contact")
       call refused(groove, ring, "a torus with a tube of radius 0.02 m does not fit into the " // &
          "groove of radius 0.01 m of a torus: conforming contact")
-      ball%radius = 0.1_wp
+      ball%shape = sphere_type(0.1_wp)
       call refused(ball, hollow, "a sphere of radius 0.1 m does not fit into the hollow of " // &
          "0.09 m of an ellipsoid: conforming contact")
 
@@ -925,18 +909,13 @@ contains
    subroutine test_scale()
       type(surface_type) :: plane, ball, groove, egg, ring, socket
 
-      plane%shape = shape_plane
-      ball%radius = 0.5_wp
-      groove%shape = shape_torus
-      groove%radius = 0.625_wp
-      groove%major_radius = 4.0_wp
+      plane%shape = plane_type()
+      ball%shape = sphere_type(0.5_wp)
+      groove%shape = torus_type(4.0_wp, 0.625_wp)
       groove%inside = .true.
-      egg%shape = shape_ellipsoid
-      egg%semi_axes = [1.0_wp, 2.0_wp, 1.5_wp]
-      ring%shape = shape_torus
-      ring%radius = 0.75_wp
-      ring%major_radius = 1.0_wp
-      socket%radius = 1.0_wp
+      egg%shape = ellipsoid_type([1.0_wp, 2.0_wp, 1.5_wp])
+      ring%shape = torus_type(1.0_wp, 0.75_wp)
+      socket%shape = sphere_type(1.0_wp)
       socket%inside = .true.
       call expect(plane, ball, 0.5_wp, "plane and ball")
       call expect(ball, ball, 0.5_wp, "two balls")

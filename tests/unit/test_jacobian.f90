@@ -7,7 +7,8 @@ module test_jacobian
    use contensou_contact_normal, only : normal_hertz, normal_rigid
    use contensou_contact_rolling, only : rolling_constant, rolling_hysteresis, rolling_none
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
-   use contensou_contact_surface, only : shape_ellipsoid, shape_sphere
+   use contensou_contact_shapes_ellipsoid, only : ellipsoid_type
+   use contensou_contact_shapes_sphere, only : sphere_type
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
       motion_spindle, moves_freely, scene_type
    use contensou_dynamics_mechanism, only : contact_motion_type
@@ -306,8 +307,7 @@ contains
          scene%contacts(1)%normal = normal_rigid
          scene%contacts(1)%damping = 1
          if (modulo(i, 5) < 3) then
-            scene%surfaces(1)%surface%shape = shape_ellipsoid
-            scene%surfaces(1)%surface%semi_axes = [0.02_wp, 0.015_wp, 0.012_wp]
+            scene%surfaces(1)%surface%shape = ellipsoid_type([0.02_wp, 0.015_wp, 0.012_wp])
          end if
          if (modulo(i, 5) == 4) then
             scene%contacts(1)%rolling = merge(rolling_constant, rolling_hysteresis, &
@@ -402,9 +402,8 @@ contains
       wider%surfaces(1:2) = scene%surfaces
       wider%surfaces(3) = scene%surfaces(1)
       wider%surfaces(3)%body = 2
-      wider%surfaces(3)%surface%shape = shape_sphere
+      wider%surfaces(3)%surface%shape = sphere_type(0.012_wp)
       wider%surfaces(3)%surface%centre = centre
-      wider%surfaces(3)%surface%radius = 0.012_wp
       wider%surfaces(4) = wider%surfaces(3)
       wider%surfaces(4)%body = 0
       wider%surfaces(4)%surface%centre = y(14:16) + matmul(rotation_matrix(y(17:20)), centre) &

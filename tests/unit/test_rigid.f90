@@ -6,7 +6,7 @@ module test_rigid
    use contensou_contact_geometry, only : trouble_none
    use contensou_contact_normal, only : normal_rigid
    use contensou_contact_rolling, only : rolling_constant, rolling_hysteresis
-   use contensou_contact_surface, only : shape_ellipsoid
+   use contensou_contact_shapes_ellipsoid, only : ellipsoid_type
    use contensou_dynamics_impact, only : settle
    use contensou_dynamics_constraints, only : solve_linear
    use contensou_dynamics_scene, only : scene_type
@@ -86,8 +86,7 @@ contains
          call two_bodies(scene, 1, friction_index(trim(frictions(kind))), mod(i, 3) == 0)
          scene%contacts(1)%normal = normal_rigid
          if (mod(i, 5) < 3) then
-            scene%surfaces(1)%surface%shape = shape_ellipsoid
-            scene%surfaces(1)%surface%semi_axes = [0.02_wp, 0.015_wp, 0.012_wp]
+            scene%surfaces(1)%surface%shape = ellipsoid_type([0.02_wp, 0.015_wp, 0.012_wp])
          end if
          if (mod(i, 7) == 0) call roll(rolling_constant)
          if (mod(i, 7) == 1) call roll(rolling_hysteresis)

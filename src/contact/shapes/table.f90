@@ -1,0 +1,174 @@
+!> The shapes that a surface can have: the only list of them.
+module contensou_contact_shapes_table
+   use contensou_base_settings, only : key_list_type, key_type, kind_choice
+   use contensou_base_text, only : string_type
+   use contensou_contact_shapes_cylinder, only : cylinder_type
+   use contensou_contact_shapes_ellipsoid, only : ellipsoid_type
+   use contensou_contact_shapes_plane, only : plane_type
+   use contensou_contact_shapes_shape, only : shape_info_type, shape_type
+   use contensou_contact_shapes_sphere, only : sphere_type
+   use contensou_contact_shapes_torus, only : torus_type
+   implicit none(type, external)
+   private
+
+   public :: shape_list_type, all_shapes, shape_names, put_shape_keys
+
+   !> A shape in a list.
+   type :: shape_item_type
+      class(shape_type), allocatable :: shape
+   end type shape_item_type
+
+   !> Shapes of no particular size.
+   type :: shape_list_type
+      !> Number of shapes.
+      integer :: n = 0
+      !> The shapes, the first `n` of them.
+      type(shape_item_type) :: items(32)
+   contains
+      procedure, private :: put
+   end type shape_list_type
+
+   !> A key in the making: its text in front of what it says of a shape, and behind.
+   type :: joined_key_type
+      type(key_type) :: key
+      character(len=:), allocatable :: before
+      character(len=:), allocatable :: after
+      !> What it says of the shapes that have it.
+      type(string_type), allocatable :: own(:)
+      !> Number of shapes that have it.
+      integer :: shapes = 0
+   end type joined_key_type
+
+contains
+
+   !> All shapes, in the order of the documentation.
+   subroutine all_shapes(list)
+      type(shape_list_type), intent(out) :: list
+
+      call list%put(sphere_type())
+      call list%put(plane_type())
+      call list%put(cylinder_type())
+      call list%put(ellipsoid_type())
+      call list%put(torus_type())
+   end subroutine all_shapes
+
+   !> Add a shape.
+   subroutine put(self, shape)
+      class(shape_list_type), intent(inout) :: self
+      class(shape_type), intent(in) :: shape
+
+      self%n = self%n + 1
+      allocate(self%items(self%n)%shape, source=shape)
+   end subroutine put
+
+   !> Names of the shapes.
+   function shape_names() result(names)
+      type(string_type), allocatable :: names(:)
+      type(shape_list_type) :: list
+      type(shape_info_type) :: info
+      integer :: i
+
+      call all_shapes(list)
+      allocate(names(list%n))
+      do i = 1, list%n
+         info = list%items(i)%shape%info()
+         names(i)%s = trim(info%name)
+      end do
+   end function shape_names
+
+   !> Add the keys of all shapes to those of a scene; a key of several shapes is one key.
+   subroutine put_shape_keys(keys)
+      type(key_list_type), intent(inout) :: keys
+      type(shape_list_type) :: list
+      type(key_list_type) :: own
+      type(joined_key_type) :: joined(64)
+      type(shape_info_type) :: info
+      character(len=:), allocatable :: hollows, without
+      integer :: i, j, k, n
+
+      call all_shapes(list)
+      n = 0
+      hollows = ""
+      without = ""
+      do i = 1, list%n
+         own = key_list_type()
+         allocate(own%keys(16))
+         call list%items(i)%shape%put_keys(own)
+         do j = 1, own%n
+            k = findloc(joined(:n)%key%name == own%keys(j)%name, .true., dim=1)
+            if (k == 0) then
+               n = n + 1
+               k = n
+               joined(k)%key = own%keys(j)
+            end if
+            call join(joined(k), own%keys(j))
+         end do
+         info = list%items(i)%shape%info()
+         if (info%hollow /= "") then
+            hollows = hollows // ", a " // trim(info%hollow) // " (" // trim(info%name) // ")"
+         else
+            without = without // ", not for " // list%items(i)%shape%words()
+         end if
+      end do
+      do k = 1, n
+         associate (key => joined(k)%key)
+            key%doc = joined(k)%before // alternatives(joined(k)%own) // joined(k)%after
+            if (joined(k)%shapes < list%n) key%doc = trim(key%doc) // &
+               trim(merge("; mandatory there", "                 ", key%mandatory)) // &
+               trim(merge(", not for other shapes", "; not for other shapes", key%mandatory))
+            key%mandatory = key%mandatory .and. joined(k)%shapes == list%n
+            keys%n = keys%n + 1
+            keys%keys(keys%n) = key
+         end associate
+      end do
+      call keys%put("surface", "side", kind_choice, &
+         doc="side of the shape that is touched, 'outside' if not given: with 'inside' the " // &
+         "surface is concave" // hollows // ";" // without(2:))
+   end subroutine put_shape_keys
+
+   !> Join the texts of a key of two shapes.
+   subroutine join(joined, key)
+      type(joined_key_type), intent(inout) :: joined
+      type(key_type), intent(in) :: key
+      type(string_type), allocatable :: own(:)
+      character(len=:), allocatable :: text
+      integer :: first, last, i, n
+
+      joined%shapes = joined%shapes + 1
+      first = index(key%doc, "|")
+      last = index(key%doc, "|", back=.true.)
+      text = key%doc(first + 1:last - 1)
+      if (.not. allocated(joined%own)) then
+         joined%before = key%doc(:first - 1)
+         joined%after = trim(key%doc(last + 1:))
+         allocate(joined%own(0))
+      end if
+      n = size(joined%own)
+      do i = 1, n
+         if (joined%own(i)%s == text) return
+      end do
+      allocate(own(n + 1))
+      do i = 1, n
+         own(i)%s = joined%own(i)%s
+      end do
+      own(n + 1)%s = text
+      call move_alloc(own, joined%own)
+   end subroutine join
+
+   !> "a, b or c".
+   pure function alternatives(words) result(text)
+      type(string_type), intent(in) :: words(:)
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = words(1)%s
+      do i = 2, size(words)
+         if (i == size(words)) then
+            text = text // " or " // words(i)%s
+         else
+            text = text // ", " // words(i)%s
+         end if
+      end do
+   end function alternatives
+
+end module contensou_contact_shapes_table

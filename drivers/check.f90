@@ -10,6 +10,7 @@ module contensou_drivers_check
    use contensou_drivers_sweep_check, only : check_sweep
    use contensou_integrate_march, only : observer_type, row_count
    use contensou_scene_reader, only : read_scene, scene_file_type
+   use contensou_study_quantities, only : row_type
    use contensou_study_simulation, only : new_simulation, simulate, simulation_type
    use contensou_sweep_reader, only : is_sweep_file
    implicit none(type, external)
@@ -119,6 +120,7 @@ contains
       type(error_type), allocatable :: error
       real(wp), allocatable :: y(:), rate(:)
       real(wp) :: start, elapsed
+      type(row_type) :: row
       integer :: i, n
       logical :: outside
 
@@ -140,6 +142,7 @@ contains
       end do
       text = text // "  right-hand side  " // number_text(elapsed/n*1.0e9_wp, 3) // &
          " ns in the initial state" // nl
+      call row%prepare(simulation%motion%system)
       associate (scene => file%scene, statistics => simulation%memory%statistics, &
          t => simulation%memory%t)
          stopwatch%deadline = cpu_seconds() + trial_cpu
@@ -155,9 +158,8 @@ contains
                number_text(simulation%cpu*scene%t_end/t, 2) // " s of CPU at this rate" // nl
          end if
          text = text // "  output           " // to_text(row_count(scene%t_end, &
-            scene%output%interval) + 1_i8) // " rows, " // number_text(8.0e-6_wp*row_count( &
-            scene%t_end, scene%output%interval)*(7 + 13*size(scene%bodies) + &
-            13*size(scene%contacts)), 2) // " MB" // nl
+            scene%output%interval) + 1_i8) // " rows, " // number_text(1.0e-6_wp*row%bytes()* &
+            (row_count(scene%t_end, scene%output%interval) + 1_i8), 2) // " MB" // nl
       end associate
    end function cost_text
 

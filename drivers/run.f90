@@ -174,8 +174,8 @@ contains
       recorder%output%flush_interval = checkpoint_interval
       if (earlier%resumable) call put_aside(file%scene%output%file, earlier, error)
       if (allocated(error)) return
-      call recorder%output%open(file%scene%output%file, force, file%scene, file%text, &
-         file%resolved, command_line, error)
+      call recorder%output%open(file%scene%output%file, force, file%scene, &
+         simulation%motion%system, file%text, file%resolved, command_line, error)
       if (allocated(error) .and. .not. recorder%output%is_open()) return
       if (.not. allocated(error)) call go_on(recorder, earlier, simulation, quiet, error)
       if (.not. earlier%resumable) call recorder%output%use_method(0.0_wp, &

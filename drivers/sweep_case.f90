@@ -13,9 +13,9 @@ module contensou_drivers_sweep_case
    use contensou_integrate_march, only : event_touch, observer_type
    use contensou_integrate_motion, only : motion_type
    use contensou_study_simulation, only : new_simulation, simulate, simulation_type
-   use contensou_study_quantities, only : components_of, final_state, n_quantities, &
-      row_quantities, row_type, state_quantities, state_size, summary_quantities, summary_type, &
-      summary_values
+   use contensou_study_quantities, only : final_quantities, row_type
+   use contensou_study_quantity, only : quantity_type
+   use contensou_study_summary, only : summary_type
    use contensou_scene_reader, only : scene_file_type
    use contensou_sweep_plan, only : source_event, source_state, source_summary, source_value, &
       sweep_type
@@ -84,8 +84,10 @@ contains
    function outline_of(sweep) result(outline)
       type(sweep_type), intent(in) :: sweep
       type(outline_type) :: outline
-      integer :: i, j, n
+      type(quantity_type), allocatable :: finals(:)
+      integer :: i, n
 
+      finals = final_quantities()
       n = size(sweep%results)
       allocate(outline%source(n), outline%place(n), outline%index(n), outline%component(n))
       do i = 1, n
@@ -95,7 +97,7 @@ contains
             outline%component(i) = r%component
             outline%place(i) = r%quantity
             if (r%source == source_state) outline%place(i) = r%component + &
-               sum([(components_of(state_quantities(j)), j=1, r%quantity - 1)])
+               sum(finals(:r%quantity - 1)%components())
          end associate
       end do
       call order_times(sweep, outline)
@@ -210,17 +212,17 @@ contains
 
    !> Fill the columns of a case that is complete.
    subroutine collect(witness, simulation, results)
-      type(witness_type), intent(in) :: witness
+      type(witness_type), intent(inout) :: witness
       !> At its end.
       type(simulation_type), intent(in) :: simulation
       !> The columns.
       real(wp), intent(inout) :: results(:)
-      real(wp) :: summary(size(summary_quantities))
-      real(wp) :: state(state_size, size(simulation%motion%system%bodies))
+      real(wp), allocatable :: summary(:), state(:, :)
       integer :: i
 
-      summary = summary_values(witness%summary, simulation%memory%statistics)
-      call final_state(simulation%motion%system, simulation%memory%y, state)
+      summary = witness%summary%values(simulation%memory%statistics)
+      call witness%row%final_state(simulation%motion%system, simulation%memory%t, &
+         simulation%memory%y, state)
       associate (o => witness%outline)
          do i = 1, size(results)
             select case (o%source(i))
@@ -255,8 +257,7 @@ contains
       !> Never set.
       type(error_type), allocatable, intent(out) :: error
 
-      call self%row%evaluate(motion%system, t, y)
-      call self%summary%add_row(motion%system, self%row)
+      call self%summary%add_row(self%row, motion%system, t, y)
       ! A value at the time of a row is that of the row.
       if (self%next_time <= t + 16.0_wp*spacing(t)) call take_values(self, t)
    end subroutine sample
@@ -270,8 +271,7 @@ contains
       !> State.
       real(wp), intent(in) :: y(:)
 
-      call self%row%evaluate(motion%system, t, y)
-      call self%summary%complete_row(self%row)
+      call self%summary%look(self%row, motion%system, t, y)
       call take_values(self, t)
    end subroutine between
 
@@ -289,7 +289,7 @@ contains
          place = self%outline%place(column)
          within = self%outline%component(column)
          if (self%outline%index(column) > 1) within = within + (self%outline%index(column) - 1) &
-            *components_of(row_quantities(place))
+            *self%row%quantities(place)%components()
          if (within <= self%row%width(place)) self%values(i) = &
             self%row%values(self%row%start(place) + within)
          self%taken(i) = .true.

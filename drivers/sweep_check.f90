@@ -248,7 +248,8 @@ contains
       !> Never set.
       type(error_type), allocatable, intent(out) :: error
 
-      call self%row%evaluate(motion%system, t, y)
+      call self%row%at%look(motion%system, t, y)
+      call self%row%fill()
    end subroutine sample
 
    !> Stop when the time is over.

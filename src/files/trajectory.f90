@@ -14,7 +14,7 @@ module contensou_files_trajectory
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_normal, only : normal_models
-   use contensou_dynamics_scene, only : scene_type, turns_by_drive
+   use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_equations, only : system_type
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : event_touch
@@ -24,9 +24,9 @@ module contensou_files_trajectory
    use contensou_files_hdf5_reader, only : class_real, class_text, hdf5_item_type, &
       hdf5_reader_type, max_rank
    use contensou_files_provenance, only : put_provenance
-   use contensou_study_quantities, only : components_of, final_state, n_quantities, q_drive_force, &
-      q_drive_torque, row_quantities, row_type, state_quantities, state_size, &
-      summary_quantities, summary_type, summary_values
+   use contensou_study_quantities, only : final_quantities, row_type
+   use contensou_study_quantity, only : quantity_type
+   use contensou_study_summary, only : summary_quantities, summary_type
    implicit none(type, external)
    private
 
@@ -46,8 +46,11 @@ module contensou_files_trajectory
 
    integer, parameter :: chunk_events = 64
 
-   !> A series with the rows that wait to be appended.
+   !> A quantity of the rows: its series with the rows that wait to be appended.
    type :: column_type
+      character(len=:), allocatable :: name
+      !> Its numbers in a row.
+      integer :: first = 0, last = -1
       type(hdf5_series_type) :: series
       !> Rows that wait, (numbers of a row, chunk_rows).
       real(wp), allocatable :: rows(:, :)
@@ -65,7 +68,7 @@ module contensou_files_trajectory
       logical :: replace = .false.
       type(hdf5_file_type), private :: file
       !> Columns of the trajectory.
-      type(column_type), private :: columns(n_quantities)
+      type(column_type), allocatable, private :: columns(:)
       type(row_type), private :: last
       !> Rows that wait.
       integer, private :: waiting = 0
@@ -86,8 +89,6 @@ module contensou_files_trajectory
       character(len=:), allocatable, private :: contact_names(:)
       !> Names of the bodies, padded.
       character(len=:), allocatable, private :: body_names(:)
-      !> Whether a body is driven.
-      logical, private :: driven = .false.
       !> Methods that were used, in order.
       character(len=11), allocatable, private :: methods(:)
       !> Times since when each was used [s].
@@ -115,8 +116,6 @@ module contensou_files_trajectory
       procedure :: use_method
       !> Whether it is time to flush.
       procedure :: flush_is_due
-      !> Whether the file has a column.
-      procedure, private :: has_column
       !> Append what waits and bring the file to the disk.
       procedure :: flush
       !> Write a flushed file to a checkpoint, or read it back.
@@ -136,7 +135,7 @@ module contensou_files_trajectory
 contains
 
    !> Create the file with everything that is known before the run.
-   subroutine open(self, name, replace, scene, namelist, resolved, command_line, error)
+   subroutine open(self, name, replace, scene, system, namelist, resolved, command_line, error)
       !> The file.
       class(trajectory_type), intent(inout) :: self
       !> Name of the complete file.
@@ -144,6 +143,8 @@ contains
       !> Whether it may replace an existing file.
       logical, intent(in) :: replace
       type(scene_type), intent(in) :: scene
+      !> Its equations of motion.
+      type(system_type), intent(in) :: system
       !> Text of the scene file.
       character(len=*), intent(in) :: namelist
       !> All settings.
@@ -186,7 +187,7 @@ contains
          call put_provenance(f, error)
          call put_bodies(self, scene, error)
          call put_contacts(self, scene, error)
-         call create_columns(self, scene, error)
+         call create_columns(self, system, error)
          call create_events(self, error)
          ! A failure is kept by the file, so that this last call sees the first one.
          call f%flush(error)
@@ -284,13 +285,14 @@ contains
    end subroutine put_contacts
 
    !> The columns of the trajectory with their scales.
-   subroutine create_columns(self, scene, error)
+   subroutine create_columns(self, system, error)
       !> The file.
       type(trajectory_type), intent(inout) :: self
-      type(scene_type), intent(in) :: scene
+      type(system_type), intent(in) :: system
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: t = "/trajectory/"
+      integer, allocatable :: places(:)
       integer :: i
 
       associate (f => self%file)
@@ -300,9 +302,12 @@ contains
          call f%put_labels(t // "xyz", ["x", "y", "z"], "axis of the inertial frame", error)
          call f%put_labels(t // "wxyz", ["w", "x", "y", "z"], "component of a quaternion", error)
          call f%put_labels(t // "axis", ["major", "minor"], "axis of the spot", error)
-         self%driven = any(turns_by_drive(scene%bodies%motion))
-         do i = 1, n_quantities
-            if (self%has_column(i)) call column(i)
+         call self%last%prepare(system)
+         places = pack([(i, i=1, size(self%last%has))], self%last%has)
+         allocate(self%columns(size(places)))
+         do i = 1, size(places)
+            call create_column(self%columns(i), self%last%quantities(places(i)), &
+               self%last%start(places(i)), self%last%width(places(i)))
          end do
          call f%put_attribute("/trajectory", "NX_class", "NXdata", error)
          call f%put_attribute("/trajectory", "signal", "energy_kinetic", error)
@@ -313,35 +318,32 @@ contains
 
    contains
 
-      !> Create a column.
-      subroutine column(index)
-         !> Which one.
-         integer, intent(in) :: index
+      !> Create the series of a quantity.
+      subroutine create_column(column, q, start, width)
+         type(column_type), intent(inout) :: column
+         type(quantity_type), intent(in) :: q
+         !> Number before its first one in a row.
+         integer, intent(in) :: start
+         !> Its numbers in a row.
+         integer, intent(in) :: width
          character(len=24) :: scales(3)
-         integer :: extents(2), n, blank
+         integer :: extents(2), n
 
-         associate (q => row_quantities(index))
-            scales(1) = t // "time"
-            n = 0
-            if (q%dims /= "") then
-               blank = scan(q%dims, " ")
-               n = 1
-               scales(2) = t // q%dims(:blank - 1)
-               extents(1) = merge(size(scene%bodies), size(scene%contacts), &
-                  q%dims(:blank - 1) == "body")
-               if (q%dims(blank + 1:) /= "") then
-                  n = 2
-                  scales(3) = t // trim(q%dims(blank + 1:))
-                  extents(2) = components_of(q)
-               end if
-            end if
-            allocate(self%columns(index)%rows(product(extents(:n)), chunk_rows))
-            ! The first one is time, the scale of the others.
-            call self%file%create_series(t // trim(q%name), extents(:n), &
-               scales(:merge(0, n + 1, index == 1)), index == 1, chunk_rows, trim(q%units), &
-               trim(q%long_name), series_real, self%columns(index)%series, error)
-         end associate
-      end subroutine column
+         column%name = trim(q%name)
+         column%first = start + 1
+         column%last = start + width
+         allocate(column%rows(width, chunk_rows))
+         extents = [width/q%components(), q%components()]
+         n = 0
+         if (q%dims /= "") n = 1
+         if (q%dims /= q%owner()) n = 2
+         scales = [character(len=24) :: t // "time", t // q%owner(), &
+            t // q%dims(len_trim(q%owner()) + 2:)]
+         ! Time is the scale of the others.
+         call self%file%create_series(t // column%name, extents(:n), &
+            scales(:merge(0, n + 1, column%name == "time")), column%name == "time", chunk_rows, &
+            trim(q%units), trim(q%long_name), series_real, column%series, error)
+      end subroutine create_column
 
    end subroutine create_columns
 
@@ -376,19 +378,15 @@ contains
       real(wp), intent(in) :: y(:)
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
-      integer :: i, r
+      integer :: i
 
-      if (.not. allocated(self%last%values)) call self%last%prepare(system)
-      call self%last%evaluate(system, t, y)
-      call self%summary%add_row(system, self%last)
+      call self%summary%add_row(self%last, system, t, y)
       self%waiting = self%waiting + 1
-      r = self%waiting
-      associate (row => self%last)
-         do i = 1, n_quantities
-            if (row%width(i) > 0) self%columns(i)%rows(:, r) = &
-               row%values(row%start(i) + 1:row%start(i) + row%width(i))
-         end do
-      end associate
+      do i = 1, size(self%columns)
+         associate (column => self%columns(i))
+            column%rows(:, self%waiting) = self%last%values(column%first:column%last)
+         end associate
+      end do
       if (self%waiting == chunk_rows) call append_rows(self, error)
    end subroutine row
 
@@ -402,8 +400,7 @@ contains
       integer :: i, r
 
       start = cpu_seconds()
-      do i = 1, n_quantities
-         if (.not. self%has_column(i)) cycle
+      do i = 1, size(self%columns)
          call self%file%append(self%columns(i)%series, self%waiting, self%columns(i)%rows, error)
          if (allocated(error)) return
          do r = 1, self%waiting
@@ -490,16 +487,6 @@ contains
       call self%file%sync(error)
    end subroutine flush
 
-   !> Whether the file has a column: those of drives are there if a body is driven.
-   pure logical function has_column(self, column)
-      !> The file.
-      class(trajectory_type), intent(in) :: self
-      !> Index of the column.
-      integer, intent(in) :: column
-
-      has_column = self%driven .or. all(column /= [q_drive_force, q_drive_torque])
-   end function has_column
-
    !> Wall and CPU time of the run so far, earlier lives included [s].
    function elapsed(self) result(seconds)
       !> The file.
@@ -538,10 +525,17 @@ contains
    subroutine exchange_sums(self, checkpoint)
       class(trajectory_type), intent(inout) :: self
       type(checkpoint_type), intent(inout) :: checkpoint
+      integer :: n, i
 
       call self%summary%exchange(checkpoint)
-      call checkpoint%exchange("driven", self%driven)
-      call checkpoint%exchange("row_sums", self%columns%sum)
+      n = 0
+      if (allocated(self%columns)) n = size(self%columns)
+      call checkpoint%exchange("columns", n)
+      if (.not. allocated(self%columns)) allocate(self%columns(n))
+      do i = 1, size(self%columns)
+         call checkpoint%exchange_allocatable("column", self%columns(i)%name)
+         call checkpoint%exchange("row_sum", self%columns(i)%sum)
+      end do
       call checkpoint%exchange("event_sums", self%event_sum)
    end subroutine exchange_sums
 
@@ -597,9 +591,8 @@ contains
 
       call reader%open(path, error)
       if (allocated(error)) return
-      do i = 1, n_quantities
-         if (.not. self%has_column(i)) cycle
-         if (.not. allocated(error)) call copy_column(self, reader, i, append, error)
+      do i = 1, size(self%columns)
+         if (.not. allocated(error)) call copy_column(self, self%columns(i), reader, append, error)
       end do
       if (.not. allocated(error)) call copy_events(self, reader, append, error)
       call reader%close()
@@ -607,13 +600,13 @@ contains
    end subroutine copy_rows
 
    !> Read a column of a file, compare it with its checksum, and append it to another one.
-   subroutine copy_column(self, reader, index, append, error)
+   subroutine copy_column(self, column, reader, append, error)
       !> The other file.
       type(trajectory_type), intent(inout) :: self
+      !> One of its columns, with the checksum.
+      type(column_type), intent(in) :: column
       !> The file to read.
       type(hdf5_reader_type), intent(in) :: reader
-      !> Index of the column.
-      integer, intent(in) :: index
       !> Whether to append.
       logical, intent(in) :: append
       !> Set when one of the files cannot be read or written, or has other rows.
@@ -623,13 +616,13 @@ contains
       real(wp), allocatable :: values(:)
       integer :: width, n
 
-      call reader%open_item("/trajectory/" // trim(row_quantities(index)%name), "", item, error)
+      call reader%open_item("/trajectory/" // column%name, "", item, error)
       if (allocated(error)) return
       rows = self%summary%rows
       sum = 0
       width = int(product(item%extents(2:item%rank)))
       if (item%class /= class_real .or. item%rank < 1 .or. item%extents(1) < rows) then
-         call fatal(error, trim(row_quantities(index)%name) // &
+         call fatal(error, column%name // &
             " has fewer rows than its checkpoint", status_file)
       else
          allocate(values(width*chunk_rows))
@@ -643,13 +636,13 @@ contains
             if (width > 0) call item%read_reals(start, count, values, error)
             if (allocated(error)) exit
             sum = checksum(sum, values(:n*width))
-            if (append) call self%file%append(self%columns(index)%series, n, &
+            if (append) call self%file%append(column%series, n, &
                reshape(values(:n*width), [width, n]), error)
             if (allocated(error)) exit
             done = done + n
          end do
-         if (.not. allocated(error) .and. sum /= self%columns(index)%sum) call fatal(error, &
-            "the rows of " // trim(row_quantities(index)%name) // &
+         if (.not. allocated(error) .and. sum /= column%sum) call fatal(error, &
+            "the rows of " // column%name // &
             " are not those of its checkpoint", status_file)
       end if
       call item%close()
@@ -828,13 +821,14 @@ contains
       !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: g = "/summary/"
-      character(len=13), parameter :: vector(2) = [character(len=13) :: g // "body", g // "xyz"]
-      character(len=13), parameter :: four(2) = [character(len=13) :: g // "body", g // "wxyz"]
-      real(wp) :: state(state_size, size(system%bodies)), values(size(summary_quantities))
+      real(wp), allocatable :: state(:, :)
+      real(wp) :: values(size(summary_quantities))
+      type(quantity_type), allocatable :: finals(:)
       integer :: i, first, last
 
-      values = summary_values(self%summary, statistics)
-      call final_state(system, y, state)
+      values = self%summary%values(statistics)
+      call self%last%final_state(system, self%summary%time, y, state)
+      finals = final_quantities()
       associate (f => self%file)
          call f%create_group("/summary", error)
          call f%put_labels(g // "body", self%body_names, "body", error)
@@ -853,17 +847,13 @@ contains
          end do
          call f%put_value(g // "cpu_s", cpu, "s", "CPU time of the run", error)
          last = 0
-         do i = 1, size(state_quantities)
-            associate (q => state_quantities(i))
+         do i = 1, size(finals)
+            associate (q => finals(i))
                first = last + 1
-               last = last + components_of(q)
-               if (components_of(q) == 4) then
-                  call f%put_array(g // trim(q%name), state(first:last, :), four, trim(q%units), &
-                     trim(q%long_name), error)
-               else
-                  call f%put_array(g // trim(q%name), state(first:last, :), vector, &
-                     trim(q%units), trim(q%long_name), error)
-               end if
+               last = last + q%components()
+               call f%put_array(g // trim(q%name), state(first:last, :), &
+                  [character(len=13) :: g // "body", g // q%dims(len("body ") + 1:)], &
+                  trim(q%units), trim(q%long_name), error)
             end associate
          end do
       end associate

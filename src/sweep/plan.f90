@@ -29,7 +29,7 @@ module contensou_sweep_plan
    integer, parameter :: source_summary = 1
 
    !> A result is a component of the final state: `quantity` is an index into
-   !> `state_quantities`, `index` the body.
+   !> `final_quantities`, `index` the body.
    integer, parameter :: source_state = 2
 
    !> A result is about the events of a contact: `quantity` is an index into `event_names`, `index`

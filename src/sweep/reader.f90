@@ -11,8 +11,9 @@ module contensou_sweep_reader
    use contensou_base_text, only : join, lower, nearest, quote, starts_with, string_type, strings, &
       to_text
    use contensou_dynamics_scene, only : turns_by_drive
-   use contensou_study_quantities, only : components_of, q_drive_force, q_drive_torque, &
-      quantity_type, row_quantities, state_quantities, summary_quantities
+   use contensou_study_quantities, only : final_quantities, row_quantities
+   use contensou_study_quantity, only : quantity_type
+   use contensou_study_summary, only : summary_quantities
    use contensou_scene_reader, only : load_scene, loaded_scene_type
    use contensou_scene_settings, only : settings_type
    use contensou_sweep_plan, only : event_names, parameter_column_type, result_column_type, &
@@ -833,19 +834,21 @@ contains
       type(string_type), allocatable :: known(:)
       character(len=:), allocatable :: word
       logical :: keep_summary(size(summary_quantities)), keep_events(size(event_names))
-      logical :: keep_state(size(state_quantities))
+      logical, allocatable :: keep_state(:)
+      type(quantity_type), allocatable :: finals(:)
       integer :: i, j, k, m, n, n_values
 
       keep_summary = .false.
       keep_events = .false.
-      keep_state = .false.
+      finals = final_quantities()
+      allocate(keep_state(size(finals)), source=.false.)
       associate (keep => main%keys(main%at("keep")))
          if (.not. keep%given) then
             keep_summary = .true.
             keep_events = .true.
          else if (keep%good) then
-            known = strings([character(len=21) :: keep_names, summary_quantities%name, &
-               event_names, state_quantities%name])
+            known = strings([character(len=len(finals%name)) :: keep_names, &
+               summary_quantities%name, event_names, finals%name])
             do i = 1, size(keep%values)
                word = lower(keep%values(i)%text)
                if (word == "summary") then
@@ -858,8 +861,8 @@ contains
                   keep_summary = keep_summary .or. summary_quantities%name == word
                else if (any(event_names == word)) then
                   keep_events = keep_events .or. event_names == word
-               else if (any(state_quantities%name == word)) then
-                  keep_state = keep_state .or. state_quantities%name == word
+               else if (any(finals%name == word)) then
+                  keep_state = keep_state .or. finals%name == word
                else if (word /= "nothing") then
                   k = nearest(word, known)
                   if (word == "cpu_s") then
@@ -878,7 +881,8 @@ contains
       end associate
       n_values = count([(groups(i)%group == "value", i=1, size(groups))])
       associate (nb => size(sweep%scene%bodies), nc => size(sweep%scene%contacts))
-         allocate(columns(size(summary_quantities) + nc*size(event_names) + 13*nb + n_values))
+         allocate(columns(size(summary_quantities) + nc*size(event_names) + &
+            nb*sum(finals%components()) + n_values))
          n = 0
          do k = 1, size(summary_quantities)
             if (.not. keep_summary(k)) cycle
@@ -901,11 +905,11 @@ contains
             end do
          end do
          do i = 1, nb
-            do k = 1, size(state_quantities)
+            do k = 1, size(finals)
                if (.not. keep_state(k)) cycle
-               m = components_of(state_quantities(k))
+               m = finals(k)%components()
                do j = 1, m
-                  associate (q => state_quantities(k), body => sweep%scene%bodies(i)%name)
+                  associate (q => finals(k), body => sweep%scene%bodies(i)%name)
                      call put(trim(q%name) // "_" // column_word(body) // "_" // &
                         component_word(m, j), q%units, trim(q%long_name) // " of " // body // &
                         ", " // component_word(m, j), .false.)
@@ -1003,6 +1007,7 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       type(string_type), allocatable :: names(:)
       type(quantity_type) :: quantity
+      type(quantity_type), allocatable :: quantities(:)
       character(len=:), allocatable :: kind, wanted
       integer :: i, near, components
       logical :: varies
@@ -1026,11 +1031,12 @@ contains
       if (column%quantity == 0) return
       ! The first quantity of a row is the time, which is no choice.
       column%quantity = column%quantity + 1
-      quantity = row_quantities(column%quantity)
-      components = components_of(quantity)
+      quantities = row_quantities()
+      quantity = quantities(column%quantity)
+      components = quantity%components()
       column%units = trim(quantity%units)
       column%long_name = trim(quantity%name)
-      if (any(column%quantity == [q_drive_force, q_drive_torque]) .and. &
+      if (quantity%of_drives .and. &
          .not. any(turns_by_drive(sweep%scene%bodies%motion))) call diagnostics%add( &
          group%keys(group%at("dataset"))%values(1)%origin, "no body of the scene is driven", &
          "a body with another motion")
@@ -1050,7 +1056,7 @@ contains
       end associate
 
       associate (of => group%keys(group%at("of")))
-         select case (quantity%dims(:scan(quantity%dims, " ") - 1))
+         select case (quantity%owner())
          case ("")
             if (of%given) call diagnostics%add(of%origin, "'of' has no meaning for " // &
                trim(quantity%name) // ", which belongs to the whole scene", "no of")

@@ -6,6 +6,7 @@ module contensou_sweep_schema
       kind_real, kind_text
    use contensou_base_text, only : join, string_type, strings, to_text
    use contensou_study_quantities, only : row_quantities
+   use contensou_study_quantity, only : quantity_type
    use contensou_scene_schema, only : group_spec_type
    use contensou_sweep_sampling, only : sampling_names
    implicit none(type, external)
@@ -131,6 +132,7 @@ contains
    pure function sweep_choices(key) result(names)
       type(key_type), intent(in) :: key
       type(string_type), allocatable :: names(:)
+      type(quantity_type), allocatable :: quantities(:)
 
       select case (key%name)
       case ("sampling")
@@ -138,7 +140,8 @@ contains
       case ("vary")
          names = strings(vary_names)
       case ("dataset")
-         names = strings(row_quantities(2:)%name) ! without the time
+         quantities = row_quantities()
+         names = strings(quantities(2:)%name) ! without the time
       case default
          allocate(names(0))
       end select

@@ -5,7 +5,8 @@ module bare_sweep_witness
    use contensou_base_kinds, only : wp
    use contensou_integrate_march, only : event_touch, observer_type
    use contensou_integrate_motion, only : motion_type
-   use contensou_study_quantities, only : row_type, summary_type
+   use contensou_study_quantities, only : row_type
+   use contensou_study_summary, only : summary_type
    implicit none(type, external)
    private
 
@@ -35,8 +36,7 @@ contains
       !> Never set.
       type(error_type), allocatable, intent(out) :: error
 
-      call self%row%evaluate(motion%system, t, y)
-      call self%summary%add_row(motion%system, self%row)
+      call self%summary%add_row(self%row, motion%system, t, y)
    end subroutine sample
 
    !> A contact touched or lifted off.

@@ -6,7 +6,7 @@ module test_sweep
    use contensou_base_settings, only : key_type, kind_choice
    use contensou_base_text, only : string_type, to_text
    use contensou_scene_reader, only : read_scene, scene_file_type
-   use contensou_study_quantities, only : summary_quantities
+   use contensou_study_summary, only : summary_quantities
    use contensou_scene_schema, only : group_spec_type
    use contensou_sweep_plan, only : sweep_type
    use contensou_sweep_reader, only : read_sweep

@@ -1,0 +1,170 @@
+!> What a row of an output file is made of: a quantity with its name, dimensions, units and text,
+!> and the procedure that takes its values from a moment of a motion.
+module contensou_study_quantity
+   use contensou_base_kinds, only : wp
+   use contensou_contact_geometry, only : pose_type
+   use contensou_dynamics_scene, only : turns_by_drive
+   use contensou_dynamics_equations, only : system_type
+   use contensou_dynamics_reports, only : begin_report, contact_report_type, drive_loads, &
+      energies, report_contact
+   implicit none(type, external)
+   private
+
+   public :: quantity_type, moment_type
+
+   !> All that is known of a motion at a time; procedures of quantities take their values from it.
+   type :: moment_type
+      !> The equations of motion, with the properties of bodies and contacts.
+      type(system_type), pointer :: system => null()
+      !> Time [s].
+      real(wp) :: t = 0.0_wp
+      real(wp), allocatable :: y(:)
+      !> Position, attitude and velocities of the bodies.
+      type(pose_type), allocatable :: pose(:)
+      !> Attitude, body to inertial frame, (4, bodies).
+      real(wp), allocatable :: quaternion(:, :)
+      type(contact_report_type), allocatable :: contact(:)
+      !> What keeps a prescribed motion: force [N] and torque about the centre of mass [N m], (3,
+      !> bodies); not set unless a body is driven.
+      real(wp), allocatable :: drive_force(:, :), drive_torque(:, :)
+      !> Energies [J].
+      real(wp) :: kinetic = 0.0_wp, potential = 0.0_wp, elastic = 0.0_wp
+      !> Work so far [J].
+      real(wp) :: work_friction = 0.0_wp, work_damping = 0.0_wp, work_applied = 0.0_wp
+      !> Residual of the energy balance since the beginning [J]; the summary knows the beginning.
+      real(wp) :: energy_error = 0.0_wp
+   contains
+      !> Take the bodies of a state.
+      procedure :: look_at_bodies
+      !> Take all of a state, apart from the energy error.
+      procedure :: look
+      !> Energy less what was supplied, plus what was lost.
+      procedure :: balance
+   end type moment_type
+
+   !> A quantity of a row.
+   type :: quantity_type
+      character(len=31) :: name
+      !> Dimensions after time, separated by a blank: `body` or `contact`, then `xyz`, `wxyz` or
+      !> `axis`; blank for one number.
+      character(len=12) :: dims
+      !> UDUNITS text.
+      character(len=8) :: units
+      !> Description.
+      character(len=128) :: long_name
+      !> Fills the components of a body or contact.
+      procedure(fill_interface), pointer, nopass :: fill => null()
+      !> Description in the summary, of the value at the end; blank if it is not in there.
+      character(len=64) :: final = ""
+      !> Whether it is there only if a body is driven.
+      logical :: of_drives = .false.
+   contains
+      !> Number of components per body or contact.
+      procedure :: components
+      !> What it belongs to: `body`, `contact` or nothing.
+      procedure :: owner
+   end type quantity_type
+
+   abstract interface
+      !> Values of a quantity.
+      subroutine fill_interface(at, i, values)
+         import :: moment_type, wp
+         implicit none(type, external)
+         type(moment_type), intent(in) :: at
+         !> Number of the body or contact; 1 for a quantity of neither.
+         integer, intent(in) :: i
+         !> Its components.
+         real(wp), intent(out) :: values(:)
+      end subroutine fill_interface
+   end interface
+
+contains
+
+   elemental integer function components(self)
+      class(quantity_type), intent(in) :: self
+
+      components = 1
+      if (index(self%dims, " xyz") > 0) components = 3
+      if (index(self%dims, " wxyz") > 0) components = 4
+      if (index(self%dims, " axis") > 0) components = 2
+   end function components
+
+   pure function owner(self)
+      class(quantity_type), intent(in) :: self
+      character(len=7) :: owner
+
+      owner = self%dims(:scan(self%dims, " ") - 1)
+   end function owner
+
+   !> Take the bodies of a state.
+   subroutine look_at_bodies(self, system, t, y)
+      class(moment_type), intent(inout) :: self
+      type(system_type), intent(in), target :: system
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      integer :: i
+
+      if (.not. allocated(self%pose)) allocate(self%pose(size(system%bodies)), &
+         self%quaternion(4, size(system%bodies)))
+      self%system => system
+      self%t = t
+      self%y = y
+      do i = 1, size(system%bodies)
+         call system%pose_of(y, i, self%pose(i), self%quaternion(:, i))
+      end do
+   end subroutine look_at_bodies
+
+   !> Take all of a state, apart from the energy error.
+   subroutine look(self, system, t, y)
+      class(moment_type), intent(inout) :: self
+      !> The equations of motion; their workspace is changed.
+      type(system_type), intent(inout), target :: system
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      integer :: i
+
+      call self%look_at_bodies(system, t, y)
+      if (.not. allocated(self%contact)) allocate(self%contact(size(system%contacts)))
+      self%elastic = 0.0_wp
+      call begin_report(system, t, y)
+      do i = 1, size(system%contacts)
+         call report_contact(system, i, self%contact(i))
+         self%elastic = self%elastic + self%contact(i)%elastic_energy
+      end do
+      if (any(turns_by_drive(system%bodies%motion))) then
+         if (.not. allocated(self%drive_force)) allocate(self%drive_force(3, &
+            size(system%bodies)), self%drive_torque(3, size(system%bodies)))
+         call drive_loads(system, self%drive_force, self%drive_torque)
+      end if
+      call energies(system, y, self%kinetic, self%potential)
+      self%work_friction = work(system%layout%friction)
+      self%work_damping = work(system%layout%damping)
+      self%work_applied = work(system%layout%applied)
+      self%energy_error = 0.0_wp
+
+   contains
+
+      !> A work of the state [J].
+      pure real(wp) function work(place)
+         !> Its index; 0 for none.
+         integer, intent(in) :: place
+
+         work = 0.0_wp
+         if (place > 0) work = y(place)
+      end function work
+
+   end subroutine look
+
+   !> Energy less what was supplied, plus what was lost [J].
+   pure real(wp) function balance(self)
+      class(moment_type), intent(in) :: self
+
+      balance = self%kinetic + self%potential + self%elastic + self%work_friction + &
+         self%work_damping - self%work_applied
+   end function balance
+
+end module contensou_study_quantity

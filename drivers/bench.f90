@@ -3,7 +3,7 @@ module contensou_drivers_bench
    use contensou_base_build, only : build_compiler, git_commit, program_version
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : wp
-   use contensou_base_operating_system, only : file_exists, folder_writable, is_folder, is_locked, &
+   use contensou_base_operating_system, only : check_writable, file_exists, is_locked, &
       is_terminal, remove_file, rename_file, write_stdout
    use contensou_base_text, only : did_you_mean, lower, quote, to_text
    use contensou_drivers_bench_baselines, only : boost_version
@@ -125,21 +125,12 @@ contains
       type(error_type), allocatable, intent(out) :: error
       logical :: is
 
-      is = is_folder(name)
-      if (is) then
-         call fatal(error, "the output file " // name // " is a folder", status_file)
-         return
-      end if
+      call check_writable(name, "output file", error)
+      if (allocated(error)) return
       is = file_exists(name)
       if (is .and. .not. force) then
          call fatal(error, name // " exists; --force replaces it, -o writes another one", &
             status_file)
-         return
-      end if
-      is = folder_writable(name)
-      if (.not. is) then
-         call fatal(error, "cannot write " // name // ": its folder does not exist or is not " // &
-            "writable", status_file)
          return
       end if
       is = is_locked(name // part_suffix)

@@ -7,20 +7,20 @@ module contensou_drivers_sweep
    use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted, &
       status_usage
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_operating_system, only : file_exists, folder_writable, is_folder, is_locked, &
+   use contensou_base_operating_system, only : file_exists, is_locked, &
       remove_file, wall_seconds, write_stdout
    use contensou_base_text, only : quote, string_type, to_text
    use contensou_drivers_command_line, only : command_line_type, command_text, command_type, &
       option_type, quiet_option, set_option, takes_count
    use contensou_drivers_sweep_case, only : outline_of
    use contensou_drivers_sweep_cases, only : begin_progress, cases_type
-   use contensou_drivers_sweep_selection, only : select_cases, selection_type, table_name
+   use contensou_sweep_selection, only : select_cases, selection_type, table_name
    use contensou_drivers_sweep_summary, only : print_summary, tally_type, write_table
    use contensou_drivers_sweep_trajectories, only : list_trajectories, trajectories_type, &
       write_trajectories
    use contensou_sweep_plan, only : sweep_type
    use contensou_sweep_reader, only : read_sweep
-   use contensou_sweep_table, only : read_table_header, table_header_type
+   use contensou_sweep_table, only : check_table
    use contensou_files_trajectory, only : part_suffix
    implicit none(type, external)
    private
@@ -131,11 +131,11 @@ contains
       wall = wall_seconds()
       call read_sweep(config%sweep, config%overrides, config%output, sweep, error)
       if (allocated(error)) return
-      call select_cases(config%cases, config%shard, sweep, cases%selection, error)
+      call select_cases(config%cases, config%shard, sweep%n_cases, cases%selection, error)
       if (allocated(error)) return
       name = table_name(sweep%output, cases%selection, config%cases /= "" .and. &
          config%output == "", config%shard)
-      call check_table(name, config%force, sweep, cases%selection, complete, error)
+      call check_output(name, config%force, sweep, cases%selection, complete, error)
       if (allocated(error) .or. complete) return
       again = file_exists(name // part_suffix)
       call list_trajectories(sweep, cases%selection, again .or. config%force, config%force, &
@@ -209,7 +209,7 @@ contains
    end function thread_count
 
    !> See that the table can be written, and whether it is there already.
-   subroutine check_table(name, force, sweep, selection, complete, error)
+   subroutine check_output(name, force, sweep, selection, complete, error)
       !> Name of the table.
       character(len=*), intent(in) :: name
       !> Whether it may replace an existing file.
@@ -221,41 +221,17 @@ contains
       logical, intent(out) :: complete
       !> Set when the sweep must not begin.
       type(error_type), allocatable, intent(out) :: error
-      type(table_header_type) :: header
       logical :: is
 
-      complete = .false.
-      is = is_folder(name)
-      if (is) then
-         call fatal(error, "the table " // name // " is a folder", status_file)
-         return
-      end if
-      is = folder_writable(name)
-      if (.not. is) then
-         call fatal(error, "cannot write " // name // ": its folder does not exist or is not " // &
-            "writable", status_file)
-         return
-      end if
-      is = file_exists(name)
-      if (.not. is .or. force) return
-      call read_table_header(name, header, error)
-      if (allocated(error)) then
-         error%message = name // " exists and is not a table of this sweep; --force replaces " // &
-            "it, -o FILE writes another one" // nl // "  " // error%message
-         error%status = status_file
-      else if (header%fingerprint /= sweep%fingerprint .or. header%cases /= selection%text()) then
-         call fatal(error, name // " exists and is of another sweep or other cases; --force " // &
-            "replaces it, -o FILE writes another one", status_file)
-      else
-         complete = .true.
-         ! Left by a program that was killed at its very end.
-         is = file_exists(name // part_suffix)
-         if (is) is = .not. is_locked(name // part_suffix)
-         if (is) call remove_file(name // part_suffix, error)
-         if (.not. allocated(error)) call write_stdout(name // " is complete, " // &
-            to_text(header%n_rows) // " cases" // nl, error)
-      end if
-   end subroutine check_table
+      call check_table(name, force, sweep%fingerprint, selection%text(), complete, error)
+      if (.not. complete) return
+      ! Left by a program that was killed at its very end.
+      is = file_exists(name // part_suffix)
+      if (is) is = .not. is_locked(name // part_suffix)
+      if (is) call remove_file(name // part_suffix, error)
+      if (.not. allocated(error)) call write_stdout(name // " is complete, " // &
+         to_text(selection%count()) // " cases" // nl, error)
+   end subroutine check_output
 
    !> A signal came: say where the rows are.
    subroutine stop_here(name, cases, error)

@@ -10,7 +10,7 @@ module contensou_drivers_sweep_trajectories
    use contensou_drivers_resume, only : earlier_type, forget
    use contensou_drivers_run, only : run_scene
    use contensou_drivers_sweep_cases, only : cases_type
-   use contensou_drivers_sweep_selection, only : named, selection_type
+   use contensou_sweep_selection, only : named, selection_type
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_sweep_plan, only : sweep_type
    use contensou_sweep_table, only : case_complete, case_failed

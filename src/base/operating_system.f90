@@ -10,7 +10,8 @@ module contensou_base_operating_system
    private
 
    public :: list_folder
-   public :: rename_file, remove_file, file_exists, is_folder, folder_writable, is_locked
+   public :: rename_file, remove_file, file_exists, is_folder, folder_writable, check_writable, &
+      is_locked
    public :: is_terminal, terminal_width, write_stderr, write_stdout
    public :: catch_signals, signal_received, open_standard_streams
    public :: host_name, wall_seconds, cpu_seconds, utc_now
@@ -359,6 +360,26 @@ contains
 
       answer = c_folder_writable(trim(path)//c_null_char) /= 0
    end function folder_writable
+
+   !> See that a file can be created or replaced.
+   subroutine check_writable(path, what, error)
+      !> Name of the file.
+      character(len=*), intent(in) :: path
+      !> What it is, for the message, such as "output file".
+      character(len=*), intent(in) :: what
+      !> Set when it is a folder, or when files cannot be created where it is to be.
+      type(error_type), allocatable, intent(out) :: error
+      logical :: is
+
+      is = is_folder(path)
+      if (is) then
+         call fatal(error, "the " // what // " " // path // " is a folder", status_file)
+         return
+      end if
+      is = folder_writable(path)
+      if (.not. is) call fatal(error, "cannot write " // path // &
+         ": its folder does not exist or is not writable", status_file)
+   end subroutine check_writable
 
    !> Whether another process is writing this file, judged by the lock that a writer holds.
    function is_locked(path) result(answer)

@@ -9,7 +9,7 @@ module contensou_sweep_table
    use contensou_base_build, only : git_commit, program_version
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_operating_system, only : file_exists, remove_file, utc_now
+   use contensou_base_operating_system, only : check_writable, file_exists, remove_file, utc_now
    use contensou_base_text, only : string_type, to_text
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_byte, &
       series_long, series_real, series_text
@@ -20,7 +20,7 @@ module contensou_sweep_table
    implicit none(type, external)
    private
 
-   public :: sweep_table_type, table_reader_type, table_header_type, read_table_header
+   public :: sweep_table_type, table_reader_type, table_header_type, check_table
    public :: case_complete, case_failed, case_invalid, case_too_long, case_crashed, last_status, &
       status_names
    public :: sweep_filetype, sweep_filetype_version
@@ -552,6 +552,45 @@ contains
       exists = file_exists(self%name // unfinished_suffix)
       if (exists) call remove_file(self%name // unfinished_suffix, ignored)
    end subroutine abandon
+
+   !> See that a table can be written, and whether it is there already.
+   subroutine check_table(path, replace, fingerprint, cases, complete, error)
+      !> Name of the file.
+      character(len=*), intent(in) :: path
+      !> Whether an existing file may be replaced.
+      logical, intent(in) :: replace
+      !> Fingerprint of its sweep.
+      character(len=*), intent(in) :: fingerprint
+      !> Its cases, as ranges such as "1:500,800".
+      character(len=*), intent(in) :: cases
+      !> Whether there is a table with these cases of this sweep, which is not to be replaced.
+      logical, intent(out) :: complete
+      !> Set when it must not be written.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: what_helps = &
+         "; --force replaces it, -o FILE writes another one"
+      type(table_header_type) :: header
+      logical :: is
+
+      complete = .false.
+      call check_writable(path, "table", error)
+      if (allocated(error)) return
+      is = file_exists(path)
+      if (.not. is .or. replace) return
+      call read_table_header(path, header, error)
+      if (allocated(error)) then
+         error%message = path // " exists and is not the table of a sweep" // what_helps // &
+            new_line("a") // "  " // error%message
+         error%status = status_file
+      else if (header%fingerprint /= fingerprint) then
+         call fatal(error, path // " exists and is of another sweep" // what_helps, status_file)
+      else if (header%cases /= cases) then
+         call fatal(error, path // " exists and has other cases, " // to_text(header%n_rows) // &
+            " of " // to_text(header%n_cases) // what_helps, status_file)
+      else
+         complete = .true.
+      end if
+   end subroutine check_table
 
    !> What a complete table says about itself.
    subroutine read_table_header(path, header, error)

@@ -1,13 +1,12 @@
-!> Which cases of a sweep are run: what the user asks for as ranges, and the names of their files.
-module contensou_drivers_sweep_selection
+!> Some of the cases of a sweep, as ranges such as "1:500,800", and the names of their files.
+module contensou_sweep_selection
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8
    use contensou_base_text, only : quote, to_text
-   use contensou_sweep_plan, only : sweep_type
    implicit none(type, external)
    private
 
-   public :: selection_type, select_cases, table_name, named
+   public :: selection_type, select_cases, parse_ranges, table_name, named
 
    !> Some of the cases of a sweep, as ranges in ascending order.
    type :: selection_type
@@ -27,36 +26,41 @@ module contensou_drivers_sweep_selection
 contains
 
    !> The cases that are asked for.
-   subroutine select_cases(ranges, shard, sweep, selection, error)
+   subroutine select_cases(ranges, shard, n_cases, selection, error)
       !> Ranges such as "1:500,800"; blank for all cases.
       character(len=*), intent(in) :: ranges
       !> Which part of these, and of how many; 0 for all.
       integer, intent(in) :: shard(2)
-      type(sweep_type), intent(in) :: sweep
-      !> Its cases.
+      !> Number of cases of the sweep.
+      integer(i8), intent(in) :: n_cases
       type(selection_type), intent(out) :: selection
       !> Set when there are none, or the ranges are wrong.
       type(error_type), allocatable, intent(out) :: error
-      type(selection_type) :: all_of_them
+      type(selection_type) :: whole
+      character(len=:), allocatable :: wrong
 
       if (ranges == "") then
-         allocate(all_of_them%ranges(2, 1))
-         all_of_them%ranges(:, 1) = [1_i8, sweep%n_cases]
+         allocate(whole%ranges(2, 1))
+         whole%ranges(:, 1) = [1_i8, n_cases]
       else
-         call parse_ranges(ranges, sweep%n_cases, all_of_them, error)
-         if (allocated(error)) return
+         call parse_ranges(ranges, n_cases, whole, wrong)
+         if (allocated(wrong)) then
+            call fatal(error, "--cases needs ranges such as 1:500,800 of cases from 1 to " // &
+               to_text(n_cases) // ", not " // quote(wrong), status_usage)
+            return
+         end if
       end if
       if (shard(2) == 0) then
-         selection = all_of_them
+         selection = whole
          return
       end if
-      associate (n => all_of_them%count(), k => int(shard(1), i8), m => shard(2))
+      associate (n => whole%count(), k => int(shard(1), i8), m => shard(2))
          if (m > n) then
             call fatal(error, "there are " // to_text(n) // " cases for " // to_text(m) // &
                " shards", status_usage)
             return
          end if
-         call cut(all_of_them, first_of(n, k - 1, m) + 1, first_of(n, k, m), selection)
+         call cut(whole, first_of(n, k - 1, m) + 1, first_of(n, k, m), selection)
       end associate
 
    contains
@@ -76,48 +80,34 @@ contains
 
    end subroutine select_cases
 
-   !> Understand ranges such as "1:500,800".
-   subroutine parse_ranges(text, n, selection, error)
+   !> Understand ranges such as "1:500,800": they are put in ascending order and joined where they
+   !> touch.
+   pure subroutine parse_ranges(text, n_cases, selection, wrong)
       character(len=*), intent(in) :: text
-      !> Number of cases.
-      integer(i8), intent(in) :: n
-      !> The cases.
+      !> Number of cases of the sweep.
+      integer(i8), intent(in) :: n_cases
       type(selection_type), intent(out) :: selection
-      !> Set when it cannot be understood.
-      type(error_type), allocatable, intent(out) :: error
+      !> The first word that is no range of cases; not allocated if there is none.
+      character(len=:), allocatable, intent(out) :: wrong
       integer(i8), allocatable :: ranges(:, :)
       integer(i8) :: bounds(2)
-      integer :: start, comma, colon, count, i, j
+      integer :: start, comma, colon, n, i, j
 
-      count = 1
-      do i = 1, len(text)
-         if (text(i:i) == ",") count = count + 1
-      end do
-      allocate(ranges(2, count))
+      n = count([(text(i:i) == ",", i=1, len(text))]) + 1
+      allocate(ranges(2, n))
       start = 1
-      do i = 1, count
+      do i = 1, n
          comma = index(text(start:) // ",", ",") - 1
          associate (word => text(start:start + comma - 1))
             colon = index(word, ":")
-            if (colon == 0) then
-               bounds(1) = number(word)
-               bounds(2) = bounds(1)
-            else
-               bounds(1) = number(word(:colon - 1))
-               bounds(2) = number(word(colon + 1:))
-            end if
-            if (bounds(1) < 1 .or. bounds(2) < bounds(1) .or. bounds(2) > n) then
-               call fatal(error, "--cases needs ranges such as 1:500,800 of cases from 1 to " // &
-                  to_text(n) // ", not " // quote(word), status_usage)
+            bounds(1) = case_number(word(:merge(colon - 1, len(word), colon > 0)))
+            bounds(2) = case_number(word(colon + 1:))
+            if (bounds(1) < 1 .or. bounds(2) < bounds(1) .or. bounds(2) > n_cases) then
+               wrong = word
                return
             end if
          end associate
-         ranges(:, i) = bounds
          start = start + comma + 1
-      end do
-      ! In ascending order, joined where they touch.
-      do i = 2, count
-         bounds = ranges(:, i)
          j = i - 1
          do while (j >= 1)
             if (ranges(1, j) <= bounds(1)) exit
@@ -127,7 +117,7 @@ contains
          ranges(:, j + 1) = bounds
       end do
       j = 1
-      do i = 2, count
+      do i = 2, n
          if (ranges(1, i) <= ranges(2, j) + 1) then
             ranges(2, j) = max(ranges(2, j), ranges(2, i))
          else
@@ -135,29 +125,24 @@ contains
             ranges(:, j) = ranges(:, i)
          end if
       end do
-      allocate(selection%ranges(2, j))
       selection%ranges = ranges(:, :j)
-
-   contains
-
-      !> A number of a case; -1 if it is none.
-      function number(digits) result(value)
-         !> Its text.
-         character(len=*), intent(in) :: digits
-         integer(i8) :: value
-         integer :: code
-
-         value = -1
-         if (len(digits) == 0 .or. len(digits) > 18) return
-         if (verify(digits, "0123456789") > 0) return
-         read(digits, *, iostat=code) value
-         if (code /= 0) value = -1
-      end function number
-
    end subroutine parse_ranges
 
+   !> A number of a case; -1 if it is none.
+   pure function case_number(word) result(number)
+      character(len=*), intent(in) :: word
+      integer(i8) :: number
+      integer :: code
+
+      number = -1
+      if (len(word) == 0 .or. len(word) > 18) return
+      if (verify(word, "0123456789") > 0) return
+      read(word, *, iostat=code) number
+      if (code /= 0) number = -1
+   end function case_number
+
    !> The cases between two positions of a selection.
-   subroutine cut(whole, first, last, part)
+   pure subroutine cut(whole, first, last, part)
       type(selection_type), intent(in) :: whole
       !> First position.
       integer(i8), intent(in) :: first
@@ -180,7 +165,6 @@ contains
             ranges(:, n) = [low, high]
          end associate
       end do
-      allocate(part%ranges(2, n))
       part%ranges = ranges(:, :n)
    end subroutine cut
 
@@ -247,25 +231,20 @@ contains
       end do
    end function selection_text
 
-   !> Name of the table.
-   function table_name(output, selection, of_ranges, shard) result(name)
+   !> Name of the table of some cases.
+   pure function table_name(output, selection, of_ranges, shard) result(name)
       !> Name of the table of the whole sweep.
       character(len=*), intent(in) :: output
-      !> The cases.
       type(selection_type), intent(in) :: selection
       !> Whether the name tells the ranges of cases.
       logical, intent(in) :: of_ranges
       !> Which part of these, and of how many; 0 for all.
       integer, intent(in) :: shard(2)
       character(len=:), allocatable :: name
-      integer(i8) :: last
 
       name = output
-      if (of_ranges) then
-         last = selection%ranges(2, size(selection%ranges, 2))
-         name = named(name, "_cases_" // to_text(selection%ranges(1, 1)) // "_to_" // &
-            to_text(last))
-      end if
+      if (of_ranges) name = named(name, "_cases_" // to_text(selection%ranges(1, 1)) // "_to_" // &
+         to_text(selection%ranges(2, size(selection%ranges, 2))))
       if (shard(2) > 0) name = named(name, "_shard_" // to_text(shard(1)) // "_of_" // &
          to_text(shard(2)))
    end function table_name
@@ -283,4 +262,4 @@ contains
       text = name(:dot - 1) // infix // name(dot:)
    end function named
 
-end module contensou_drivers_sweep_selection
+end module contensou_sweep_selection

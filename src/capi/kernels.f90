@@ -1,5 +1,5 @@
 !> C interface of the kernels; include/contensou.h documents it.
-module contensou_capi_capi
+module contensou_capi_kernels
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use, intrinsic :: iso_c_binding, only : c_bool, c_char, c_double, c_f_pointer, c_int, c_loc, &
       c_null_char, c_null_ptr, c_ptr, c_associated
@@ -10,6 +10,7 @@ module contensou_capi_capi
    implicit none(type, external)
    private
 
+   public :: ok, bad_argument
    public :: contensou_version, contensou_hertz
    public :: contensou_friction_new, contensou_friction_wrench, contensou_friction_free
 
@@ -152,4 +153,4 @@ contains
       deallocate(friction)
    end subroutine contensou_friction_free
 
-end module contensou_capi_capi
+end module contensou_capi_kernels

@@ -1,0 +1,35 @@
+!> The library: `use contensou` gives everything that a program needs to read a scene, simulate it
+!> and look on, the kernels, and the tables of models. docs/library.md explains it.
+!>
+!> Other modules are not installed, and may change.
+module contensou
+   ! Kind of real numbers, version, errors.
+   use contensou_base_build, only : program_version
+   use contensou_base_errors, only : error_type
+   use contensou_base_kinds, only : wp
+
+   ! Scenes and simulations.
+   use contensou_dynamics_scene, only : scene_type
+   use contensou_integrate_march, only : event_lift, event_touch, observer_type
+   use contensou_integrate_motion, only : motion_type
+   use contensou_scene_reader, only : scene_file_type
+   use contensou_study_plain, only : new_simulation, read_scene, simulate
+   use contensou_study_simulation, only : simulation_options_type, simulation_type
+
+   ! Kernels.
+   use contensou_contact_hertz, only : effective_modulus, hertz_contact, hertz_type, new_hertz
+   use contensou_contact_spot, only : elliptic_shape, spot_shape_type
+   use contensou_contact_wrench, only : wrench_exact, wrench_exact_jacobian
+   use contensou_special_elliptic, only : complete_elliptic, complete_elliptic_bd
+
+   ! Tables of models, with the kernels of those that have several.
+   use contensou_contact_damping, only : damping_models
+   use contensou_contact_friction, only : friction_models
+   use contensou_contact_hertz, only : hertz_models
+   use contensou_contact_normal, only : normal_models
+   use contensou_contact_rolling, only : rolling_models
+   use contensou_contact_vilke, only : vilke_models
+   use contensou_special_elliptic, only : elliptic_models
+   implicit none(type, external)
+   public
+end module contensou

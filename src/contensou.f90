@@ -10,6 +10,7 @@ module contensou
 
    ! Scenes and simulations.
    use contensou_dynamics_scene, only : scene_type
+   use contensou_dynamics_state, only : position_of, quaternion_of, spin_of, velocity_of
    use contensou_integrate_march, only : event_lift, event_touch, observer_type
    use contensou_integrate_motion, only : motion_type
    use contensou_scene_reader, only : scene_file_type
@@ -17,19 +18,19 @@ module contensou
    use contensou_study_simulation, only : simulation_options_type, simulation_type
 
    ! Kernels.
-   use contensou_contact_hertz, only : effective_modulus, hertz_contact, hertz_type, new_hertz
+   use contensou_contact_hertz, only : effective_modulus, hertz_contact, hertz_models, hertz_type, &
+      new_hertz
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
    use contensou_contact_wrench, only : wrench_exact, wrench_exact_jacobian
-   use contensou_special_elliptic, only : complete_elliptic, complete_elliptic_bd
+   use contensou_special_elliptic, only : complete_elliptic, complete_elliptic_bd, &
+      elliptic_models
 
-   ! Tables of models, with the kernels of those that have several.
+   ! Tables of the models of a contact, with their kernels.
    use contensou_contact_damping, only : damping_models
    use contensou_contact_friction, only : friction_models
-   use contensou_contact_hertz, only : hertz_models
    use contensou_contact_normal, only : normal_models
    use contensou_contact_rolling, only : rolling_models
    use contensou_contact_vilke, only : vilke_models
-   use contensou_special_elliptic, only : elliptic_models
    implicit none(type, external)
    public
 end module contensou

@@ -7,7 +7,7 @@ module contensou_capi_simulation
    use contensou_base_errors, only : fatal, status_usage
    use contensou_base_text_lock, only : lock_texts, unlock_texts
    use contensou_capi_kernels, only : bad_argument, ok
-   use contensou_dynamics_system, only : body_size
+   use contensou_dynamics_state, only : position_of, quaternion_of, spin_of, velocity_of
    implicit none(type, external)
    private
 
@@ -220,7 +220,7 @@ contains
       integer(c_int) :: status
       type(simulation_type), pointer :: simulation
       character(len=:), allocatable :: wanted
-      integer :: i, k
+      integer :: i
 
       status = bad_argument
       if (.not. c_associated(handle)) return
@@ -228,12 +228,11 @@ contains
       call get_text(name, wanted)
       do i = 1, size(simulation%scene%bodies)
          if (simulation%scene%bodies(i)%name /= wanted) cycle
-         k = body_size*(i - 1)
          associate (y => simulation%memory%y)
-            call put(y(k + 1:k + 3), position)
-            call put(y(k + 4:k + 7), quaternion)
-            call put(y(k + 8:k + 10), velocity)
-            call put(y(k + 11:k + 13), spin)
+            call put(position_of(y, i), position)
+            call put(quaternion_of(y, i), quaternion)
+            call put(velocity_of(y, i), velocity)
+            call put(spin_of(y, i), spin)
          end associate
          status = ok
       end do

@@ -1,24 +1,31 @@
 !> The trajectories that a sweep writes once its rows are there, as pieces of work for a crew.
 module contensou_drivers_sweep_trajectories
-   use contensou_sweep_crew, only : job_type, piece_done, piece_stopped, run_crew
-   use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted
+   use contensou_sweep_crew, only : crew_stopping, job_type, piece_done, piece_stopped, run_crew
+   use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_sweep_journal, only : journal_message_length
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : file_exists, remove_file
    use contensou_base_text, only : string_type, to_text
    use contensou_drivers_command_line, only : command_text
-   use contensou_drivers_resume, only : earlier_type, forget
-   use contensou_drivers_run, only : run_scene
    use contensou_drivers_sweep_cases, only : cases_type
    use contensou_sweep_selection, only : named, selection_type
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_sweep_plan, only : sweep_type
    use contensou_sweep_table, only : case_complete, case_failed
+   use contensou_files_earlier, only : earlier_type, forget
+   use contensou_files_recorder, only : recorder_type
+   use contensou_study_simulation, only : new_simulation, simulate, simulation_type
    use contensou_files_trajectory, only : part_suffix
    implicit none(type, external)
    private
 
    public :: trajectories_type, list_trajectories, write_trajectories, run_words
+
+   !> Recorder that stops when its crew does.
+   type, extends(recorder_type) :: quiet_recorder_type
+   contains
+      procedure :: after_step
+   end type quiet_recorder_type
 
    !> Wall time that a case may take whose trajectory is written, over its time limit.
    real(wp), parameter :: writing_allowance = 10.0_wp
@@ -132,6 +139,8 @@ contains
       type(string_type), allocatable :: overrides(:), words(:)
       type(error_type), allocatable :: error, remove_error
       type(earlier_type) :: nothing
+      type(simulation_type) :: simulation
+      type(quiet_recorder_type) :: recorder
 
       code = piece_done
       associate (sweep => self%sweep, name => self%files(piece)%s)
@@ -139,18 +148,38 @@ contains
          call read_scene(sweep%scene_path, overrides, name, file, error)
          if (allocated(error)) return
          call run_words(sweep%scene_path, overrides, name, words)
-         call run_scene(file, command_text(words), .false., .true., .false., .false., &
-            huge(1.0_wp), nothing, error)
-         if (.not. allocated(error)) return
-         if (error%status == status_interrupted) then
+         call new_simulation(file, simulation, error)
+         if (allocated(error)) return
+         recorder%output%flush_interval = huge(1.0_wp)
+         call recorder%begin(file, simulation, command_text(words), .false., nothing, error)
+         if (.not. allocated(error)) then
+            call simulate(simulation, recorder, error)
+            call recorder%finish(simulation, error)
+         end if
+         if (simulation%stopped) then
             call remove_file(name // part_suffix, remove_error)
             call forget(name, .true., remove_error)
             code = piece_stopped
-         else if (error%status == status_file) then
-            code = input_output_error
+            return
          end if
+         if (.not. allocated(error)) return
+         if (error%status == status_file) code = input_output_error
       end associate
    end subroutine work_trajectory
+
+   !> A step is done: do all stop?
+   subroutine after_step(self, t, stop_now, error)
+      class(quiet_recorder_type), intent(inout) :: self
+      !> Time reached [s].
+      real(wp), intent(in) :: t
+      !> Whether to stop here.
+      logical, intent(out) :: stop_now
+      !> Never set.
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%recorder_type%after_step(t, stop_now, error)
+      stop_now = crew_stopping()
+   end subroutine after_step
 
    !> Words of the command line that runs a case alone.
    pure subroutine run_words(scene_path, overrides, output, words)

@@ -1,15 +1,15 @@
-!> Continuing an interrupted or killed run: `contensou run --resume`.
+!> What an earlier run left of an output file, and whether it can be gone on with.
 !>
 !> A run writes its rows to NAME.part and, after each flush, what it needs to go on to
 !> NAME.part.checkpoint. Going on, the rows up to the checkpoint are copied to a new NAME.part, and
 !> NAME.part.old is kept until they are there: no moment of a kill leaves less than there was.
-module contensou_drivers_resume
+module contensou_files_earlier
    use contensou_base_build, only : git_commit, program_version
    use contensou_base_errors, only : error_type, fatal, status_failed, status_file
    use contensou_base_guard, only : finish_guard, start_guard, wait_for_worker
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_operating_system, only : file_exists, is_locked, remove_file, rename_file, &
-      unfinished_suffix, write_stderr
+   use contensou_base_operating_system, only : file_exists, folder_writable, is_folder, &
+      is_locked, remove_file, rename_file, unfinished_suffix, write_stderr
    use contensou_base_text, only : quote, starts_with, string_type
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_files_hdf5_file, only : hdf5_readable_status
@@ -18,8 +18,8 @@ module contensou_drivers_resume
    implicit none(type, external)
    private
 
-   public :: earlier_type, find_earlier, put_aside, forget, exchange_program, is_resumable
-   public :: checkpoint_suffix, old_suffix
+   public :: earlier_type, check_output, find_earlier, put_aside, forget, discard_unreadable, &
+      exchange_program, checkpoint_suffix
 
    !> Suffix of the file from which a run goes on.
    character(len=*), parameter :: checkpoint_suffix = part_suffix // ".checkpoint"
@@ -37,6 +37,10 @@ module contensou_drivers_resume
       character(len=:), allocatable :: source
       !> From where it goes on.
       type(checkpoint_type) :: checkpoint
+      !> What there is to tell the user, in lines; empty for nothing.
+      character(len=:), allocatable :: notice
+      !> The same, for those who want no notices, too.
+      character(len=:), allocatable :: warning
    end type earlier_type
 
    !> Memory for looking at a file [bytes].
@@ -66,14 +70,74 @@ contains
       if (answer) answer = file_exists(name // part_suffix) .or. file_exists(name // old_suffix)
    end function is_resumable
 
+   !> See that the output file can be written and that nothing is lost by it.
+   subroutine check_output(name, force, resume, notice, error)
+      !> Name of the output file.
+      character(len=*), intent(in) :: name
+      !> Whether it may replace an existing one.
+      logical, intent(in) :: force
+      !> Whether an earlier run is continued, whatever there is of it.
+      logical, intent(in) :: resume
+      !> What there is to tell the user, a line; empty for nothing.
+      character(len=:), allocatable, intent(out) :: notice
+      !> Set when the run must not begin.
+      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: unreadable
+      character(len=:), allocatable :: part, status
+      logical :: is
+
+      notice = ""
+      part = name // part_suffix
+      is = is_folder(name)
+      if (is) then
+         call fatal(error, "the output file " // name // " is a folder", status_file)
+         return
+      end if
+      is = file_exists(name)
+      if (is .and. resume) return
+      if (is .and. .not. force) then
+         call fatal(error, name // " exists; --force replaces it, -o FILE writes another one", &
+            status_file)
+         return
+      end if
+      is = folder_writable(name)
+      if (.not. is) then
+         call fatal(error, "cannot write " // name // ": its folder does not exist or is not " // &
+            "writable", status_file)
+         return
+      end if
+      if (resume) return
+      is = file_exists(part)
+      if (.not. is) part = name // old_suffix
+      is = file_exists(part)
+      if (.not. is) return
+      is = is_locked(part)
+      if (is) then
+         call fatal(error, "another run is writing " // part, status_file)
+         return
+      end if
+      if (force) return
+      call hdf5_readable_status(part, status, unreadable)
+      if (allocated(unreadable)) status = ""
+      is = is_resumable(name)
+      if (is .and. status /= "failed") then
+         if (status /= "interrupted") status = "killed"
+         call fatal(error, part // " holds the rows of a run that was " // status // &
+            "; --resume continues it, --force replaces it, -o FILE writes another one", status_file)
+      else if (status == "interrupted" .or. status == "failed") then
+         call fatal(error, part // " holds the rows of a run that was " // status // &
+            "; --force replaces it, -o FILE writes another one", status_file)
+      else
+         notice = "replacing " // part // ", left by a run that was killed" // new_line("a")
+      end if
+   end subroutine check_output
+
    !> See what an earlier life left.
-   subroutine find_earlier(name, resolved, quiet, earlier, error)
+   subroutine find_earlier(name, resolved, earlier, error)
       !> Name of the output file.
       character(len=*), intent(in) :: name
       !> All settings of the run.
       character(len=*), intent(in) :: resolved
-      !> Whether notices are suppressed.
-      logical, intent(in) :: quiet
       !> What there is.
       type(earlier_type), intent(out) :: earlier
       !> Set when the run must not begin.
@@ -84,6 +148,8 @@ contains
       logical :: is
       integer :: found
 
+      earlier%notice = ""
+      earlier%warning = ""
       is = file_exists(name)
       if (is) then
          call look_into(name, "complete", resolved, earlier%checkpoint, .false., found, message, &
@@ -144,8 +210,8 @@ contains
          earlier%resumable = .true.
       case (found_damaged)
          ! Nothing can be lost by that; said even to those who want no notices.
-         call write_stderr("contensou: " // message // new_line("a") // "contensou: it was " // &
-            "damaged when its run was killed; beginning from the start" // new_line("a"))
+         earlier%warning = message // new_line("a") // &
+            "it was damaged when its run was killed; beginning from the start" // new_line("a")
       case default
          call fatal(error, message // new_line("a") // &
             "it cannot be resumed; --force begins from the start, -o FILE writes another file", &
@@ -159,7 +225,7 @@ contains
          !> What there is to say.
          character(len=*), intent(in) :: text
 
-         if (.not. quiet) call write_stderr("contensou: " // text // new_line("a"))
+         earlier%notice = earlier%notice // text // new_line("a")
       end subroutine notice
 
       !> There are rows, but no checkpoint.
@@ -362,6 +428,27 @@ contains
       if (.not. allocated(error)) call remove_file(name // old_suffix, error)
    end subroutine forget
 
+   !> After a failure to write: keep the partial file if its rows can be read, otherwise remove it.
+   subroutine discard_unreadable(name, error)
+      !> Name of the output file.
+      character(len=*), intent(in) :: name
+      !> The failure; its message is completed.
+      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable :: unreadable
+      character(len=:), allocatable :: status
+      logical :: is
+
+      is = file_exists(name // part_suffix)
+      if (.not. is) return
+      call hdf5_readable_status(name // part_suffix, status, unreadable)
+      if (.not. allocated(unreadable)) then
+         error%message = error%message // new_line("a") // "the rows written before are in " // &
+            name // part_suffix
+      else
+         call remove_file(name // part_suffix, unreadable)
+      end if
+   end subroutine discard_unreadable
+
    !> Write the program to a checkpoint, or read which one wrote it.
    subroutine exchange_program(checkpoint, version, commit)
       type(checkpoint_type), intent(inout) :: checkpoint
@@ -374,4 +461,4 @@ contains
       call checkpoint%exchange("git_commit", commit)
    end subroutine exchange_program
 
-end module contensou_drivers_resume
+end module contensou_files_earlier

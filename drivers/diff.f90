@@ -10,7 +10,8 @@ module contensou_drivers_diff
    use contensou_base_text, only : join, string_type, strings
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
       takes_number
-   use contensou_compare_comparison, only : comparison_output_type, comparison_type
+   use contensou_compare_comparison, only : comparison_type
+   use contensou_compare_listing, only : comparison_output_type
    use contensou_compare_rules, only : built_in_rules, built_in_text, read_rules, &
       whole_run_text
    implicit none(type, external)
@@ -72,7 +73,6 @@ contains
       type(command_line_type), intent(in) :: line
       !> Set when there is trouble, or without words when they differ.
       type(error_type), allocatable, intent(out) :: error
-
       type(diff_config_type) :: config
       type(comparison_type) :: comparison
       character(len=:), allocatable :: place, reason, output
@@ -117,13 +117,12 @@ contains
       type(comparison_type), intent(inout) :: comparison
       !> Exit status.
       integer, intent(out) :: status
-
       type(terminal_output_type), target :: output
       type(error_type), allocatable :: error
 
       output%quiet = config%quiet
-      comparison%has_until = config%has_until
-      comparison%until = config%until
+      comparison%span%is_cut = config%has_until
+      comparison%span%until = config%until
       call comparison%run(config%files, output, error)
       if (.not. allocated(error) .and. allocated(output%error)) then
          call move_alloc(output%error, error)
@@ -131,7 +130,7 @@ contains
       if (allocated(error)) then
          call write_stderr("error: " // error%message // new_line("a"))
          status = status_usage
-      else if (comparison%n_trouble > 0) then
+      else if (comparison%listing%n_trouble > 0) then
          status = status_usage
       else if (comparison%different()) then
          status = status_failed

@@ -35,7 +35,7 @@ module contensou_base_guard
 
       !> Wait for the worker.
       function c_wait(status, inside, place, reason, output, size) result(finished) &
-         & bind(c, name="contensou_guard_wait")
+         bind(c, name="contensou_guard_wait")
          import :: c_char, c_int, c_size_t
          implicit none(type, external)
          !> Its exit status.
@@ -65,7 +65,6 @@ contains
       logical, intent(out) :: is_worker
       !> Set when there can be no worker.
       type(error_type), allocatable, intent(out) :: error
-
       integer(c_int) :: side
 
       side = c_start(memory)
@@ -102,7 +101,7 @@ contains
       integer(c_int) :: code, c_inside, c_finished
 
       c_finished = c_wait(code, c_inside, place_buffer, reason_buffer, output_buffer, &
-         & len(output_buffer, c_size_t))
+         len(output_buffer, c_size_t))
       finished = c_finished /= 0
       status = int(code)
       inside = c_inside /= 0

@@ -2,7 +2,7 @@
 !> replacement, signals, clocks, the terminal.
 module contensou_base_operating_system
    use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_double, c_f_pointer, c_int, &
-      & c_int64_t, c_loc, c_null_char, c_ptr, c_size_t
+      c_int64_t, c_loc, c_null_char, c_ptr, c_size_t
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
    use contensou_base_text, only : string_type
@@ -41,7 +41,7 @@ module contensou_base_operating_system
 
       !> Number of the last signal caught since `catch_signals`, 0 if none; costs one load.
       function signal_received() result(number) &
-         & bind(c, name="contensou_system_signal_received")
+         bind(c, name="contensou_system_signal_received")
          import :: c_int
          implicit none(type, external)
          !> Number of the signal, or 0.
@@ -66,7 +66,7 @@ module contensou_base_operating_system
 
       !> Columns of the terminal on stderr; without one as COLUMNS says, else 80.
       function terminal_width() result(columns) &
-         & bind(c, name="contensou_system_terminal_width")
+         bind(c, name="contensou_system_terminal_width")
          import :: c_int
          implicit none(type, external)
          !> Number of columns.
@@ -137,7 +137,7 @@ module contensou_base_operating_system
 
       !> Whether a file can be created where its name says.
       function c_folder_writable(path) result(answer) &
-         & bind(c, name="contensou_system_folder_writable")
+         bind(c, name="contensou_system_folder_writable")
          import :: c_char, c_int
          implicit none(type, external)
          !> Name of the file, null-terminated.
@@ -226,7 +226,7 @@ module contensou_base_operating_system
 
       !> Continue a checksum.
       pure function c_checksum(sum, bytes, length) result(next) &
-         & bind(c, name="contensou_system_checksum")
+         bind(c, name="contensou_system_checksum")
          import :: c_int64_t, c_ptr, c_size_t
          implicit none(type, external)
          !> Checksum so far, 0 at the beginning.
@@ -263,15 +263,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> Whether a file of the new name is replaced (default) or an error.
       logical, intent(in), optional :: replace
-
       integer(c_int) :: code, replacing
 
       replacing = 1
       if (present(replace)) replacing = merge(1_c_int, 0_c_int, replace)
-      code = c_rename(trim(from)//c_null_char, trim(to)//c_null_char, replacing)
+      code = c_rename(trim(from) // c_null_char, trim(to) // c_null_char, replacing)
       if (code /= 0) then
-         call fatal(error, "cannot rename "//trim(from)//" to "//trim(to)//": "//reason(code), &
-            & status_file)
+         call fatal(error, "cannot rename " // trim(from) // " to " // trim(to) // ": " // &
+            reason(code), status_file)
       end if
    end subroutine rename_file
 
@@ -281,12 +280,11 @@ contains
       character(len=*), intent(in) :: path
       !> Set when the file is still there.
       type(error_type), allocatable, intent(out) :: error
-
       integer(c_int) :: code
 
-      code = c_remove(trim(path)//c_null_char)
+      code = c_remove(trim(path) // c_null_char)
       if (code /= 0) then
-         call fatal(error, "cannot remove "//trim(path)//": "//reason(code), status_file)
+         call fatal(error, "cannot remove " // trim(path) // ": " // reason(code), status_file)
       end if
    end subroutine remove_file
 
@@ -299,11 +297,11 @@ contains
       character(len=*), intent(in) :: bytes
       !> Set when the old content is still there.
       type(error_type), allocatable, intent(out) :: error
-
       integer(c_int) :: code
 
-      code = c_save(trim(path)//c_null_char, bytes, len(bytes, c_size_t))
-      if (code /= 0) call fatal(error, "cannot write "//trim(path)//": "//reason(code), status_file)
+      code = c_save(trim(path) // c_null_char, bytes, len(bytes, c_size_t))
+      if (code /= 0) call fatal(error, "cannot write " // trim(path) // ": " // reason(code), &
+         status_file)
    end subroutine save_file
 
    !> Continue a checksum with the bytes of reals.
@@ -316,7 +314,7 @@ contains
 
       next = sum
       if (size(values) > 0) next = c_checksum(sum, c_loc(values), &
-         & int(size(values), c_size_t)*storage_size(values)/8)
+         int(size(values), c_size_t)*storage_size(values)/8)
    end function checksum_of_reals
 
    !> Continue a checksum with the bytes of a text.
@@ -338,7 +336,7 @@ contains
       !> True if the name is taken.
       logical :: answer
 
-      answer = c_exists(trim(path)//c_null_char) /= 0
+      answer = c_exists(trim(path) // c_null_char) /= 0
    end function file_exists
 
    !> Whether there is a folder of this name.
@@ -348,7 +346,7 @@ contains
       !> True if it is a folder.
       logical :: answer
 
-      answer = c_is_folder(trim(path)//c_null_char) /= 0
+      answer = c_is_folder(trim(path) // c_null_char) /= 0
    end function is_folder
 
    !> Whether the folder part of a file name exists and files can be created in it.
@@ -358,7 +356,7 @@ contains
       !> True if the file could be created.
       logical :: answer
 
-      answer = c_folder_writable(trim(path)//c_null_char) /= 0
+      answer = c_folder_writable(trim(path) // c_null_char) /= 0
    end function folder_writable
 
    !> See that a file can be created or replaced.
@@ -388,7 +386,7 @@ contains
       !> True if the lock is held.
       logical :: answer
 
-      answer = c_is_locked(trim(path)//c_null_char) /= 0
+      answer = c_is_locked(trim(path) // c_null_char) /= 0
    end function is_locked
 
    !> Whether a standard stream is a terminal.
@@ -405,7 +403,6 @@ contains
    subroutine write_stderr(text)
       !> Text to write.
       character(len=*), intent(in) :: text
-
       integer(c_int) :: code
 
       ! A closed stderr is nobody's concern.
@@ -418,11 +415,10 @@ contains
       character(len=*), intent(in) :: text
       !> Set when not all of it could be written.
       type(error_type), allocatable, intent(out) :: error
-
       integer(c_int) :: code
 
       code = c_write(1_c_int, text, len(text, c_size_t))
-      if (code /= 0) call fatal(error, "cannot write to the standard output: "//reason(code), &
+      if (code /= 0) call fatal(error, "cannot write to the standard output: " // reason(code), &
          status_file)
    end subroutine write_stdout
 

@@ -4,51 +4,28 @@
 !>
 !> The results go to a `comparison_output_type` line by line as they are found.
 module contensou_compare_comparison
-   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
    use contensou_base_errors, only : error_type
-   use contensou_base_kinds, only : i8, wp
-   use contensou_base_text, only : shorten, string_type, to_text
-   use contensou_compare_events, only : event_matcher_type, event_note_type
-   use contensou_compare_places, only : place_text, printable, time_text
+   use contensou_base_kinds, only : i8
+   use contensou_base_text, only : string_type, to_text
+   use contensou_compare_event_lists, only : compare_events, event_parts
+   use contensou_compare_items, only : compare_items, outcome_type
+   use contensou_compare_listing, only : comparison_output_type, count_of, listing_type, side_names
+   use contensou_compare_places, only : printable
    use contensou_compare_rules, only : rules_type, verdict_type
-   use contensou_compare_values, only : block_texts, compare_values, found_type
-   use contensou_files_hdf5_reader, only : class_integer, class_other, class_raw, class_real, &
-      class_text, class_unsigned, hdf5_entry_type, hdf5_item_type, hdf5_reader_type, link_hard, &
-      max_rank, object_dataset, object_group, object_type
+   use contensou_compare_values, only : span_type, subject_type
+   use contensou_compare_visits, only : visits_type
+   use contensou_files_hdf5_reader, only : hdf5_entry_type, hdf5_reader_type, link_hard, &
+      object_dataset, object_group, object_type
    implicit none(type, external)
    private
 
    public :: comparison_type, comparison_output_type
 
-   !> Where the results go.
-   type, abstract :: comparison_output_type
-      !> Whether nothing can be written any more; the comparison then ends.
-      logical :: broken = .false.
-   contains
-      !> Take a line of results.
-      procedure(take_text), deferred :: line
-      !> Take a message about what could not be compared.
-      procedure(take_text), deferred :: trouble
-   end type comparison_output_type
-
-   abstract interface
-      !> Take a text without line end.
-      subroutine take_text(self, text)
-         import :: comparison_output_type
-         implicit none(type, external)
-         !> Where it goes.
-         class(comparison_output_type), intent(inout) :: self
-         character(len=*), intent(in) :: text
-      end subroutine take_text
-   end interface
-
    !> A comparison: what is asked for, and the count of what was found.
    type :: comparison_type
       type(rules_type) :: rules
-      !> Whether rows after a time are left out.
-      logical :: has_until = .false.
-      !> That time [s].
-      real(wp) :: until = 0.0_wp
+      !> What part of the runs is compared.
+      type(span_type) :: span
       !> Data sets that were compared.
       integer :: n_datasets = 0
       !> Attributes that were compared.
@@ -63,26 +40,18 @@ module contensou_compare_comparison
       integer :: n_different_attributes = 0
       !> Objects that one file alone has, or that are of another nature.
       integer :: n_missing = 0
-      !> What could not be compared.
-      integer :: n_trouble = 0
       !> The two files.
       type(hdf5_reader_type), private :: readers(2)
-      !> Where the results go.
-      class(comparison_output_type), pointer, private :: output => null()
+      !> The results, and the count of what could not be compared.
+      type(listing_type) :: listing
       !> Links seen so far.
       integer, private :: n_links = 0
       !> Whether to give up.
       logical, private :: stopped = .false.
-      !> Whether the head of the table is written.
-      logical, private :: has_head = .false.
       !> Whether the events are compared as such.
       logical, private :: has_events = .false.
-      !> Pairs of groups and the number of visits to them, as a hash table.
-      integer(i8), allocatable, private :: visits(:, :)
-      !> Number of such pairs.
-      integer, private :: n_visited = 0
-      !> The last message about what could not be compared.
-      character(len=:), allocatable, private :: last_trouble
+      !> Groups that were visited.
+      type(visits_type), private :: visits
       !> Whether times of rows differ.
       logical, private :: times_differ = .false.
    contains
@@ -97,7 +66,7 @@ module contensou_compare_comparison
       !> Their number.
       integer :: depth = 0
       !> Their addresses in the two files.
-      integer(i8) :: addresses(2, 100) = 0_i8
+      integer(i8) :: addresses(2, 100) = 0
    end type way_type
 
    !> Links that are looked at.
@@ -106,22 +75,9 @@ module contensou_compare_comparison
    !> Paths of one group that are followed: groups that hold each other can have any number of them.
    integer, parameter :: max_paths = 16
 
-   !> Messages about trouble that are written.
-   integer, parameter :: max_trouble = 50
-
-   !> Lines of differences that belong to a data set are indented.
-   character(len=*), parameter :: indent = "   "
-
-   !> The names of the files in the results.
-   character(len=1), parameter :: side_names(2) = ["A", "B"]
-
    !> Attributes by which HDF5 ties scales to dimensions: addresses, which mean nothing elsewhere.
    character(len=*), parameter :: scale_links(2) = [character(len=14) :: "DIMENSION_LIST", &
       "REFERENCE_LIST"]
-
-   !> Data sets that are compared as events.
-   character(len=*), parameter :: event_parts(3) = [character(len=15) :: "/events/time", &
-      "/events/kind", "/events/contact"]
 
 contains
 
@@ -135,11 +91,10 @@ contains
       class(comparison_output_type), intent(inout), target :: output
       !> Set when a file cannot be opened.
       type(error_type), allocatable, intent(out) :: error
-
       type(way_type) :: way
       integer :: side
 
-      self%output => output
+      self%listing%output => output
       do side = 1, 2
          call self%readers(side)%open(paths(side)%s, error)
          if (allocated(error)) exit
@@ -153,7 +108,7 @@ contains
       do side = 1, 2
          call self%readers(side)%close()
       end do
-      self%output => null()
+      self%listing%output => null()
    end subroutine run
 
    !> Whether the files differ.
@@ -170,7 +125,7 @@ contains
 
       character(len=:), allocatable :: text
 
-      if (self%has_head) call self%output%line("")
+      if (self%listing%has_head) call self%listing%output%line("")
       if (self%different()) then
          text = "different: " // count_of(self%n_different, "data set")
          if (self%n_different_attributes > 0) text = text // ", " // &
@@ -178,7 +133,7 @@ contains
          if (self%n_missing > 0) text = text // ", " // to_text(self%n_missing) // &
             " in one file only"
          text = text // "; " // to_text(self%n_datasets) // " compared"
-      else if (self%n_trouble > 0) then
+      else if (self%listing%n_trouble > 0) then
          text = "no difference in what could be compared: " // &
             count_of(self%n_datasets, "data set") // ", " // &
             count_of(self%n_attributes, "attribute")
@@ -188,136 +143,8 @@ contains
       end if
       if (self%n_within > 0) text = text // ", " // to_text(self%n_within) // " within tolerance"
       text = text // ", " // to_text(self%n_ignored) // " ignored"
-      call self%output%line(text)
+      call self%listing%output%line(text)
    end subroutine summarize
-
-   !> A number of things.
-   pure function count_of(n, thing) result(text)
-      !> The number.
-      integer, intent(in) :: n
-      !> One of them.
-      character(len=*), intent(in) :: thing
-      !> Such as "2 data sets".
-      character(len=:), allocatable :: text
-
-      text = to_text(n) // " " // thing
-      if (n /= 1) text = text // "s"
-   end function count_of
-
-   !> Note that something could not be compared.
-   subroutine note_trouble(self, message)
-      class(comparison_type), intent(inout) :: self
-      !> What and why.
-      character(len=*), intent(in) :: message
-
-      if (allocated(self%last_trouble)) then
-         ! What cannot be opened is met again when its attributes are listed.
-         if (self%last_trouble == message) return
-      end if
-      self%last_trouble = message
-      self%n_trouble = self%n_trouble + 1
-      if (self%n_trouble < max_trouble) call self%output%trouble(printable(message))
-      if (self%n_trouble == max_trouble) call self%output%trouble( &
-         printable(message) // new_line("a") // "... more of this kind is not shown")
-   end subroutine note_trouble
-
-   !> Write a line about an object, under the head of the table.
-   subroutine row(self, path, text)
-      class(comparison_type), intent(inout) :: self
-      !> Path of the object, or of the object and its attribute.
-      character(len=*), intent(in) :: path
-      !> What is said of it; empty for nothing as yet.
-      character(len=*), intent(in) :: text
-
-      character(len=:), allocatable :: name
-
-      if (.not. self%has_head) call self%output%line(column("", 34) // &
-         "     max |A - B|   relative    beyond        of")
-      self%has_head = .true.
-      name = printable(path)
-      if (len(name) > 34 .and. text /= "") then
-         call self%output%line(name)
-         name = ""
-      end if
-      if (text == "") then
-         call self%output%line(name)
-      else
-         call self%output%line(column(name, 34) // "  " // text)
-      end if
-   end subroutine row
-
-   !> Write a line that goes on about an object.
-   subroutine detail(self, label, text)
-      class(comparison_type), intent(inout) :: self
-      !> What it is about, in a word; blank to go on.
-      character(len=*), intent(in) :: label
-      !> What is said.
-      character(len=*), intent(in) :: text
-
-      call self%output%line(indent // column(label, 9) // text)
-   end subroutine detail
-
-   !> A text in a column.
-   pure function column(text, width) result(padded)
-      character(len=*), intent(in) :: text
-      !> Number of characters.
-      integer, intent(in) :: width
-      !> The text, filled up with blanks.
-      character(len=:), allocatable :: padded
-
-      padded = text // repeat(" ", max(0, width - len(text)))
-   end function column
-
-   !> A difference in four digits.
-   pure function brief(x) result(text)
-      !> Difference, not negative.
-      real(wp), intent(in) :: x
-      character(len=:), allocatable :: text
-
-      character(len=16) :: buffer
-
-      if (ieee_is_nan(x)) then
-         text = "NaN"
-      else if (.not. ieee_is_finite(x)) then
-         text = "Infinity"
-      else if (x <= 0.0_wp) then
-         text = "0"
-      else if (x >= 1.0e-99_wp .and. x < 9.0e99_wp) then
-         write (buffer, "(es10.3e2)") x
-         text = trim(adjustl(buffer))
-      else
-         write (buffer, "(es11.3e3)") x
-         text = trim(adjustl(buffer))
-      end if
-   end function brief
-
-   !> The columns of numbers of the table.
-   pure function numbers(largest, relative, n_beyond, n) result(text)
-      !> Largest absolute difference, as text.
-      character(len=*), intent(in) :: largest
-      !> Largest relative difference, as text.
-      character(len=*), intent(in) :: relative
-      !> Values beyond the tolerance.
-      integer(i8), intent(in) :: n_beyond
-      !> Values compared.
-      integer(i8), intent(in) :: n
-      !> The columns.
-      character(len=:), allocatable :: text
-
-      text = right(largest, 14) // right(relative, 11) // right(to_text(n_beyond), 10) // &
-         right(to_text(n), 10)
-   end function numbers
-
-   !> A text at the right of a column.
-   pure function right(text, width) result(padded)
-      character(len=*), intent(in) :: text
-      !> Number of characters.
-      integer, intent(in) :: width
-      !> The text after blanks, one at least.
-      character(len=:), allocatable :: padded
-
-      padded = repeat(" ", max(1, width - len(text))) // text
-   end function right
 
    !> Compare what two groups hold.
    recursive subroutine compare_groups(self, path, way)
@@ -326,8 +153,8 @@ contains
       character(len=*), intent(in) :: path
       !> Groups on the way to them.
       type(way_type), intent(inout) :: way
-
       type(hdf5_entry_type), allocatable :: a(:), b(:)
+      type(outcome_type) :: outcome
       integer :: i, j, order
 
       call compare_attributes(self, path)
@@ -335,15 +162,19 @@ contains
       if (order /= 0) return
       call list_members(self, path, [.true., .true.], a, b, order)
       if (order == 0) then
-         if (path == "/events") call compare_events(self)
+         if (path == "/events") then
+            call compare_events(self%readers, self%listing, self%rules, self%span, outcome, &
+               self%has_events)
+            call count_outcome(self, outcome)
+         end if
          i = 1
          j = 1
          do while (i <= size(a) .or. j <= size(b))
-            if (self%stopped .or. self%output%broken) exit
+            if (self%stopped .or. self%listing%output%broken) exit
             order = next_of(a, b, i, j)
             self%n_links = self%n_links + 1
             if (self%n_links > max_links) then
-               call note_trouble(self, "more than " // to_text(max_links) // &
+               call self%listing%trouble("more than " // to_text(max_links) // &
                   " objects: the rest is not compared")
                self%stopped = .true.
                exit
@@ -373,31 +204,30 @@ contains
       type(way_type), intent(inout) :: way
       !> 0 if the group was entered.
       integer, intent(out) :: code
-
       type(error_type), allocatable :: error
       integer(i8) :: addresses(2)
       integer :: i, kind, side
 
       code = 1
-      addresses = 0_i8
+      addresses = 0
       do side = 1, 2
          if (.not. sides(side)) cycle
          call self%readers(side)%object(path, kind, addresses(side), error)
          if (allocated(error)) then
-            call note_trouble(self, error%message)
+            call self%listing%trouble(error%message)
             return
          end if
       end do
       do i = 1, way%depth
          if (all(way%addresses(:, i) == addresses .or. .not. sides)) return
       end do
-      if (visits_of(self, addresses) > max_paths) then
-         call note_trouble(self, "groups with more than " // to_text(max_paths) // &
+      if (self%visits%visit(addresses) > max_paths) then
+         call self%listing%trouble("groups with more than " // to_text(max_paths) // &
             " paths are not compared under all of them")
          return
       end if
       if (way%depth == size(way%addresses, 2)) then
-         call note_trouble(self, "groups nested more than " // &
+         call self%listing%trouble("groups nested more than " // &
             to_text(size(way%addresses, 2)) // " deep are not compared: " // path)
          return
       end if
@@ -405,57 +235,6 @@ contains
       way%addresses(:, way%depth) = addresses
       code = 0
    end subroutine enter_group
-
-   !> Count a visit to a pair of groups.
-   function visits_of(self, addresses) result(n)
-      class(comparison_type), intent(inout) :: self
-      !> Addresses of the groups.
-      integer(i8), intent(in) :: addresses(2)
-      !> Number of visits so far, this one included.
-      integer :: n
-
-      integer(i8), allocatable :: table(:, :), longer(:, :)
-      integer :: i, k
-
-      if (.not. allocated(self%visits)) then
-         allocate(self%visits(3, 0:63))
-         self%visits = 0_i8
-      end if
-      if (2*self%n_visited > size(self%visits, 2)) then
-         allocate(longer(3, 0:2*size(self%visits, 2) - 1))
-         longer = 0_i8
-         call move_alloc(self%visits, table)
-         do i = 0, ubound(table, 2)
-            if (table(3, i) == 0_i8) cycle
-            k = slot_of(longer, table(:2, i))
-            longer(:, k) = table(:, i)
-         end do
-         call move_alloc(longer, self%visits)
-      end if
-      k = slot_of(self%visits, addresses)
-      if (self%visits(3, k) == 0_i8) self%n_visited = self%n_visited + 1
-      self%visits(:2, k) = addresses
-      self%visits(3, k) = self%visits(3, k) + 1_i8
-      n = int(self%visits(3, k))
-   end function visits_of
-
-   !> Place of a pair of addresses in a table, by open addressing.
-   pure function slot_of(table, addresses) result(k)
-      !> Addresses and counts; a power of two of them, some of which are free.
-      integer(i8), intent(in) :: table(:, 0:)
-      !> The pair.
-      integer(i8), intent(in) :: addresses(2)
-      !> Its place, or a free one.
-      integer :: k
-
-      k = int(iand(ieor(ieor(addresses(1), shiftr(addresses(1), 7)), &
-         ieor(shiftl(addresses(2), 3), shiftr(addresses(2), 11))), &
-         int(size(table, 2) - 1, i8)))
-      do while (table(3, k) /= 0_i8)
-         if (all(table(:2, k) == addresses)) exit
-         k = modulo(k + 1, size(table, 2))
-      end do
-   end function slot_of
 
    !> List what two groups hold.
    subroutine list_members(self, path, sides, a, b, code)
@@ -470,7 +249,6 @@ contains
       type(hdf5_entry_type), allocatable, intent(out) :: b(:)
       !> 0 on success.
       integer, intent(out) :: code
-
       type(error_type), allocatable :: error
 
       code = 0
@@ -478,7 +256,7 @@ contains
       if (.not. allocated(error) .and. sides(2)) call self%readers(2)%list(path, .false., b, error)
       if (.not. allocated(error)) return
       code = 1
-      call note_trouble(self, error%message)
+      call self%listing%trouble(error%message)
    end subroutine list_members
 
    !> Path of a member of a group.
@@ -506,7 +284,6 @@ contains
       integer, intent(in) :: j
       !> The answer.
       integer :: order
-
       integer :: k
 
       if (i > size(a)) then
@@ -537,7 +314,6 @@ contains
       integer, intent(in) :: link_b
       !> Groups on the way.
       type(way_type), intent(inout) :: way
-
       type(error_type), allocatable :: error
       type(string_type) :: words(2)
       type(verdict_type) :: verdict
@@ -560,7 +336,7 @@ contains
             if (verdict%ignore) then
                self%n_ignored = self%n_ignored + 1
             else
-               call note_trouble(self, error%message)
+               call self%listing%trouble(error%message)
             end if
             return
          end if
@@ -571,7 +347,7 @@ contains
          self%n_ignored = self%n_ignored + 1
       else if (words(1)%s /= words(2)%s) then
          self%n_missing = self%n_missing + 1
-         call row(self, path, printable(words(1)%s // " in A, " // words(2)%s // " in B"))
+         call self%listing%row(path, printable(words(1)%s // " in A, " // words(2)%s // " in B"))
       else if (all(kinds == object_dataset)) then
          call compare_datasets(self, path, verdict)
       else if (all(kinds == object_type)) then
@@ -608,7 +384,6 @@ contains
       integer, intent(in) :: link
       !> Groups on the way.
       type(way_type), intent(inout) :: way
-
       type(error_type), allocatable :: error
       type(verdict_type) :: verdict
       integer(i8) :: address
@@ -621,7 +396,7 @@ contains
          if (verdict%ignore) then
             self%n_ignored = self%n_ignored + 1
          else
-            call note_trouble(self, error%message)
+            call self%listing%trouble(error%message)
          end if
          return
       end if
@@ -632,13 +407,13 @@ contains
          self%n_ignored = self%n_ignored + n_ignored
          if (n_compared == 0 .and. (n_ignored > 0 .or. verdict%ignore)) return
          self%n_missing = self%n_missing + 1
-         call row(self, path, "only in " // side_names(side) // ": a group of " // &
+         call self%listing%row(path, "only in " // side_names(side) // ": a group of " // &
             count_of(n_compared, "data set"))
       else if (verdict%ignore) then
          self%n_ignored = self%n_ignored + 1
       else
          self%n_missing = self%n_missing + 1
-         call row(self, path, "only in " // side_names(side))
+         call self%listing%row(path, "only in " // side_names(side))
       end if
    end subroutine note_missing
 
@@ -655,7 +430,6 @@ contains
       integer, intent(inout) :: n_compared
       !> Grows by the number of objects that the rules leave out.
       integer, intent(inout) :: n_ignored
-
       type(hdf5_entry_type), allocatable :: entries(:), others(:)
       type(error_type), allocatable :: error
       type(verdict_type) :: verdict
@@ -676,7 +450,7 @@ contains
             if (entries(i)%link == link_hard) call self%readers(side)%object( &
                joined(path, entries(i)%name), kind, address, error)
             if (allocated(error)) then
-               call note_trouble(self, error%message)
+               call self%listing%trouble(error%message)
             else if (kind == object_group) then
                call count_members(self, side, joined(path, entries(i)%name), way, n_compared, &
                   n_ignored)
@@ -698,7 +472,6 @@ contains
       class(comparison_type), intent(inout) :: self
       !> Path of the objects.
       character(len=*), intent(in) :: path
-
       type(hdf5_entry_type), allocatable :: a(:), b(:)
       type(error_type), allocatable :: error
       integer :: i, j, order
@@ -706,13 +479,13 @@ contains
       call self%readers(1)%list(path, .true., a, error)
       if (.not. allocated(error)) call self%readers(2)%list(path, .true., b, error)
       if (allocated(error)) then
-         call note_trouble(self, error%message)
+         call self%listing%trouble(error%message)
          return
       end if
       i = 1
       j = 1
       do while (i <= size(a) .or. j <= size(b))
-         if (self%output%broken) exit
+         if (self%listing%output%broken) exit
          order = next_of(a, b, i, j)
          if (order == 0) then
             call compare_attribute(self, path, a(i)%name)
@@ -734,7 +507,6 @@ contains
       !> Path of its object.
       character(len=*), intent(in) :: path
       character(len=*), intent(in) :: name
-
       type(verdict_type) :: verdict
 
       if (any(name == scale_links)) return
@@ -743,7 +515,7 @@ contains
          self%n_ignored = self%n_ignored + 1
       else
          self%n_different_attributes = self%n_different_attributes + 1
-         call row(self, path // "@" // name, "only in " // side_names(side))
+         call self%listing%row(path // "@" // name, "only in " // side_names(side))
       end if
    end subroutine note_missing_attribute
 
@@ -754,9 +526,8 @@ contains
       character(len=*), intent(in) :: path
       !> Their name.
       character(len=*), intent(in) :: name
-
       type(verdict_type) :: verdict
-      logical :: is_different, is_within
+      type(outcome_type) :: outcome
 
       if (any(name == scale_links)) return
       verdict = self%rules%verdict(path, name)
@@ -765,9 +536,20 @@ contains
          return
       end if
       self%n_attributes = self%n_attributes + 1
-      call compare_items(self, path, name, verdict, is_different, is_within)
-      if (is_different) self%n_different_attributes = self%n_different_attributes + 1
+      call compare_items(self%readers, self%listing, subject_type(path, name, verdict), self%span, &
+         outcome)
+      if (outcome%is_different) self%n_different_attributes = self%n_different_attributes + 1
    end subroutine compare_attribute
+
+   !> Count how data sets, or the events, compare.
+   subroutine count_outcome(self, outcome)
+      class(comparison_type), intent(inout) :: self
+      type(outcome_type), intent(in) :: outcome
+
+      if (outcome%is_different) self%n_different = self%n_different + 1
+      if (outcome%is_within) self%n_within = self%n_within + 1
+      self%times_differ = self%times_differ .or. outcome%times_differ
+   end subroutine count_outcome
 
    !> Compare two data sets and their attributes.
    subroutine compare_datasets(self, path, verdict)
@@ -776,501 +558,15 @@ contains
       character(len=*), intent(in) :: path
       !> What the rules say.
       type(verdict_type), intent(in) :: verdict
-
-      logical :: is_different, is_within
+      type(outcome_type) :: outcome
 
       self%n_datasets = self%n_datasets + 1
       if (.not. (self%has_events .and. any(path == event_parts))) then
-         call compare_items(self, path, "", verdict, is_different, is_within)
-         if (is_different) self%n_different = self%n_different + 1
-         if (is_within) self%n_within = self%n_within + 1
+         call compare_items(self%readers, self%listing, subject_type(path, "", verdict), &
+            self%span, outcome)
+         call count_outcome(self, outcome)
       end if
       call compare_attributes(self, path)
    end subroutine compare_datasets
-
-   !> Compare two data sets or attributes.
-   subroutine compare_items(self, path, attribute, verdict, is_different, is_within)
-      class(comparison_type), intent(inout) :: self
-      !> Path of the data sets, or of the objects that have the attributes.
-      character(len=*), intent(in) :: path
-      !> Name of the attributes; empty for data sets.
-      character(len=*), intent(in) :: attribute
-      !> What the rules say.
-      type(verdict_type), intent(in) :: verdict
-      !> Whether they differ.
-      logical, intent(out) :: is_different
-      !> Whether they differ within the tolerance.
-      logical, intent(out) :: is_within
-
-      type(hdf5_item_type) :: items(2)
-      type(error_type), allocatable :: error
-      type(found_type) :: found
-      type(string_type) :: remarks(3)
-      character(len=:), allocatable :: name, text
-      integer(i8) :: extents(max_rank)
-      integer :: side, i
-      logical :: comparable
-
-      is_different = .false.
-      is_within = .false.
-      name = path
-      if (attribute /= "") name = path // "@" // attribute
-      do side = 1, 2
-         call self%readers(side)%open_item(path, attribute, items(side), error)
-         if (allocated(error)) exit
-      end do
-      if (.not. allocated(error)) then
-         call compare_shapes(self, items, extents, remarks, comparable)
-         do i = 1, 3
-            is_different = is_different .or. allocated(remarks(i)%s)
-         end do
-         if (comparable) then
-            if (any([items(1)%class, items(2)%class] == class_other)) then
-               call note_trouble(self, name // ": " // items(1)%type_text() // &
-                  " cannot be compared; a rule can ignore them")
-            else
-               call compare_values(items, path, attribute /= "", extents, verdict, found, error)
-            end if
-         end if
-      end if
-      if (allocated(error)) call note_trouble(self, error%message)
-      is_within = found%n_differ > 0_i8 .and. found%n_beyond == 0_i8 .and. .not. is_different
-      is_different = is_different .or. found%n_beyond > 0_i8
-      if (is_different .or. is_within) then
-         if (found%n_differ > 0_i8) then
-            if (any([items(1)%class, items(2)%class] == class_text) .or. &
-               any([items(1)%class, items(2)%class] == class_raw)) then
-               text = numbers("-", "-", found%n_beyond, found%n)
-            else
-               text = numbers(brief(found%largest), brief(found%relative), found%n_beyond, found%n)
-            end if
-            call row(self, name, text)
-         else
-            call row(self, name, merge("        differs", "               ", is_different))
-         end if
-         do i = 1, 3
-            if (allocated(remarks(i)%s)) call detail(self, "", remarks(i)%s)
-         end do
-         if (found%n_differ > 0_i8) call describe_places(self, items, path, attribute, found)
-         if (attribute == "" .and. found%n_beyond > 0_i8 .and. len(path) >= 5) then
-            if (path(len(path) - 4:) == "/time" .and. items(1)%rank == 1) then
-               self%times_differ = .true.
-            end if
-         end if
-      end if
-      do side = 1, 2
-         call items(side)%close()
-      end do
-   end subroutine compare_items
-
-   !> Compare types and shapes.
-   subroutine compare_shapes(self, items, extents, remarks, comparable)
-      class(comparison_type), intent(in) :: self
-      !> The two items.
-      type(hdf5_item_type), intent(in) :: items(2)
-      !> Extents of the part that both have.
-      integer(i8), intent(out) :: extents(max_rank)
-      !> Differences: of type, of number of dimensions, of extents.
-      type(string_type), intent(out) :: remarks(3)
-      !> Whether the values can be compared.
-      logical, intent(out) :: comparable
-
-      character(len=:), allocatable :: words(:)
-      integer(i8) :: sizes(2, max_rank)
-      integer :: side, d
-      logical :: numeric(2)
-
-      extents = 1_i8
-      do side = 1, 2
-         numeric(side) = any(items(side)%class == [class_real, class_integer, class_unsigned])
-      end do
-      comparable = all(numeric)
-      if (.not. comparable) comparable = items(1)%class == items(2)%class
-      if (items(1)%class == class_raw .and. items(2)%class == class_raw) comparable = &
-         items(1)%same_type(items(2))
-      allocate(character(len=96) :: words(2))
-      words(1) = items(1)%type_text()
-      words(2) = items(2)%type_text()
-      if (words(1) /= words(2)) then
-         remarks(1)%s = trim(words(1)) // " in A, " // trim(words(2)) // " in B"
-      else if (.not. comparable) then
-         remarks(1)%s = trim(words(1)) // " of another make in A than in B"
-      end if
-      if (items(1)%rank /= items(2)%rank .or. (items(1)%is_null .neqv. items(2)%is_null)) then
-         remarks(2)%s = rank_text(items(1)) // " in A, " // rank_text(items(2)) // " in B"
-         comparable = .false.
-         return
-      end if
-      if (items(1)%is_null) comparable = .false.
-      do side = 1, 2
-         sizes(side, :) = items(side)%extents
-         if (self%has_until .and. items(side)%rank > 0) call rows_until(items(side), self%until, &
-            sizes(side, 1))
-      end do
-      do d = 1, items(1)%rank
-         extents(d) = minval(sizes(:, d))
-         if (sizes(1, d) == sizes(2, d)) cycle
-         if (allocated(remarks(3)%s)) then
-            remarks(3)%s = remarks(3)%s // "; "
-         else
-            remarks(3)%s = ""
-         end if
-         remarks(3)%s = remarks(3)%s // length_text(items(1), d, sizes(1, d)) // " in A, " // &
-            length_text(items(2), d, sizes(2, d)) // " in B"
-      end do
-      if (allocated(remarks(3)%s) .and. comparable) remarks(3)%s = remarks(3)%s // &
-         "; the common part is compared"
-   end subroutine compare_shapes
-
-   !> Words for a number of dimensions.
-   pure function rank_text(item) result(text)
-      type(hdf5_item_type), intent(in) :: item
-      !> Such as "2 dimensions".
-      character(len=:), allocatable :: text
-
-      if (item%is_null) then
-         text = "no value"
-      else if (item%rank == 0) then
-         text = "a single value"
-      else
-         text = count_of(item%rank, "dimension")
-      end if
-   end function rank_text
-
-   !> Words for a length.
-   function length_text(item, d, length) result(text)
-      type(hdf5_item_type), intent(in) :: item
-      !> Dimension, from 1.
-      integer, intent(in) :: d
-      integer(i8), intent(in) :: length
-      !> Such as "2001 times".
-      character(len=:), allocatable :: text
-
-      type(hdf5_item_type) :: scale
-
-      text = to_text(length) // " values"
-      if (item%rank > 1) text = to_text(length) // " in dimension " // to_text(d)
-      call item%open_scale(d - 1, scale)
-      if (scale%is_open() .and. scale%name == "time") then
-         text = to_text(length) // " times"
-      else if (scale%is_open() .and. scale%name /= "") then
-         text = to_text(length) // " along " // printable(scale%name)
-      end if
-      call scale%close()
-   end function length_text
-
-   !> Number of rows up to a time; all where rows are not those of a time.
-   subroutine rows_until(item, until, n)
-      type(hdf5_item_type), intent(in) :: item
-      !> The time [s].
-      real(wp), intent(in) :: until
-      !> All rows; on return those up to the time.
-      integer(i8), intent(inout) :: n
-
-      type(hdf5_item_type) :: scale
-      type(error_type), allocatable :: error
-      integer(i8) :: low, high, middle, one(max_rank), at(max_rank)
-      real(wp) :: time(1)
-      logical :: later
-
-      call item%open_scale(0, scale)
-      if (scale%is_open()) then
-         if (scale%name == "time" .and. scale%class == class_real) then
-            ! Times grow: the first one after `until` is found by halving.
-            one = 1_i8
-            at = 0_i8
-            low = 0_i8
-            high = min(n, scale%extents(1))
-            do while (low < high)
-               middle = low + (high - low)/2_i8
-               at(1) = middle
-               call scale%read_reals(at, one, time, error)
-               if (allocated(error)) exit
-               later = ieee_is_nan(time(1))
-               if (.not. later) later = time(1) > until
-               if (later) then
-                  high = middle
-               else
-                  low = middle + 1_i8
-               end if
-            end do
-            if (.not. allocated(error)) n = low
-         end if
-      end if
-      call scale%close()
-   end subroutine rows_until
-
-   !> Say where the differences are.
-   subroutine describe_places(self, items, path, attribute, found)
-      class(comparison_type), intent(inout) :: self
-      !> The two items.
-      type(hdf5_item_type), intent(in) :: items(2)
-      !> Path of the data sets, or of the objects that have the attributes.
-      character(len=*), intent(in) :: path
-      !> Name of the attributes; empty for data sets.
-      character(len=*), intent(in) :: attribute
-      !> What was found.
-      type(found_type), intent(in) :: found
-
-      character(len=:), allocatable :: units
-
-      if (found%n_nan > 0_i8) call detail(self, "NaN", to_text(found%n_nan) // &
-         " not a number in one file only")
-      if (items(1)%class == class_text) then
-         call say("first", found%at_first, found%values_first)
-         return
-      else if (items(1)%class == class_raw) then
-         call detail(self, "first", place_text(items(1), path, found%at_first))
-         return
-      end if
-      units = ""
-      if (attribute == "") units = items(1)%units()
-      if (units == "1") units = ""
-      if (units /= "") units = " " // printable(units)
-      call say("largest", found%at_largest, found%values_largest)
-      if (ieee_is_finite(found%relative) .and. any(found%at_relative /= found%at_largest)) then
-         call say("relative", found%at_relative, found%values_relative)
-      end if
-      if (found%n_beyond > 0_i8 .and. any(found%at_first /= found%at_largest)) then
-         call say("first", found%at_first, found%values_first)
-      else if (found%n_beyond > 0_i8 .and. found%n > 1_i8) then
-         call detail(self, "first", "the same")
-      end if
-
-   contains
-
-      !> Say where something is, and which values are there.
-      subroutine say(label, place, values)
-         !> What it is.
-         character(len=*), intent(in) :: label
-         !> Indices.
-         integer(i8), intent(in) :: place(max_rank)
-         !> The two values.
-         type(string_type), intent(in) :: values(2)
-
-         character(len=:), allocatable :: where_text
-         character(len=9) :: head
-
-         where_text = place_text(items(1), path, place)
-         head = label
-         if (where_text /= "") then
-            call detail(self, head, where_text)
-            head = ""
-         end if
-         if (items(1)%class == class_text) then
-            call say_texts(self, head, values)
-         else if (len(values(1)%s) + len(values(2)%s) + 2*len(units) < 66) then
-            call detail(self, head, values(1)%s // units // " in A, " // values(2)%s // units // &
-               " in B")
-         else
-            call detail(self, head, values(1)%s // units // " in A")
-            call detail(self, "", values(2)%s // units // " in B")
-         end if
-      end subroutine say
-
-   end subroutine describe_places
-
-   !> Show two texts that differ; of texts with lines the first line that does.
-   subroutine say_texts(self, label, values)
-      class(comparison_type), intent(inout) :: self
-      !> Word that begins the line.
-      character(len=*), intent(in) :: label
-      !> The two texts.
-      type(string_type), intent(in) :: values(2)
-
-      character(len=*), parameter :: nl = new_line("a")
-      type(string_type) :: lines(2)
-      character(len=:), allocatable :: prefix
-      integer :: first(2), last(2), line, side
-
-      first = 1
-      line = 0
-      do
-         line = line + 1
-         do side = 1, 2
-            last(side) = index(values(side)%s(first(side):), nl)
-            if (last(side) == 0) then
-               last(side) = len(values(side)%s)
-            else
-               last(side) = first(side) + last(side) - 2
-            end if
-            lines(side)%s = values(side)%s(first(side):last(side))
-         end do
-         if (len(lines(1)%s) /= len(lines(2)%s)) exit
-         if (lines(1)%s /= lines(2)%s) exit
-         first = last + 2
-         if (first(1) > len(values(1)%s) .or. first(2) > len(values(2)%s)) exit
-      end do
-      prefix = ""
-      if (index(values(1)%s, nl) > 0 .or. index(values(2)%s, nl) > 0) prefix = "line " // &
-         to_text(line) // " "
-      do side = 1, 2
-         if (first(side) > len(values(side)%s) + 1) lines(side)%s = ""
-         call detail(self, merge(label, repeat(" ", len(label)), side == 1), prefix // &
-            "'" // shorten(printable(lines(side)%s), 60) // "' in " // side_names(side))
-      end do
-   end subroutine say_texts
-
-   !> Compare the events as events, if both files have them in the form of a run.
-   subroutine compare_events(self)
-      class(comparison_type), intent(inout) :: self
-
-      type(hdf5_item_type) :: items(3, 2)
-      type(event_matcher_type) :: matcher
-      type(error_type), allocatable :: error
-      type(verdict_type) :: verdicts(3)
-      integer(i8) :: done(2)
-      integer :: i, side
-      logical :: usable
-
-      do i = 1, 3
-         verdicts(i) = self%rules%verdict(trim(event_parts(i)), "")
-      end do
-      usable = .not. all(verdicts%ignore)
-      do side = 1, 2
-         do i = 1, 3
-            if (.not. usable) cycle
-            call self%readers(side)%open_item(trim(event_parts(i)), "", items(i, side), error)
-            usable = .not. allocated(error)
-            if (.not. usable) cycle
-            usable = items(i, side)%rank == 1 .and. items(i, side)%class == &
-               merge(class_real, class_text, i == 1) .and. &
-               items(i, side)%extents(1) == items(1, side)%extents(1) .and. &
-               items(i, side)%size == items(i, 1)%size
-         end do
-      end do
-      if (usable) then
-         self%has_events = .true.
-         matcher%atol = verdicts(1)%atol
-         matcher%rtol = verdicts(1)%rtol
-         done = 0_i8
-         do while (any(done < items(1, :)%extents(1)))
-            do side = 1, 2
-               call push_events(self, items(:, side), side, verdicts%ignore, matcher, done(side), &
-                  error)
-               if (allocated(error)) exit
-            end do
-            if (allocated(error)) exit
-            call matcher%match()
-         end do
-         if (allocated(error)) then
-            call note_trouble(self, error%message)
-         else
-            call matcher%finish()
-            call report_events(self, matcher)
-         end if
-      end if
-      do side = 1, 2
-         do i = 1, 3
-            call items(i, side)%close()
-         end do
-      end do
-   end subroutine compare_events
-
-   !> Hand a block of events to the matcher.
-   subroutine push_events(self, items, side, ignore, matcher, done, error)
-      class(comparison_type), intent(in) :: self
-      !> Times, kinds and contacts.
-      type(hdf5_item_type), intent(in) :: items(3)
-      !> File, 1 or 2.
-      integer, intent(in) :: side
-      !> Which of the three the rules leave out.
-      logical, intent(in) :: ignore(3)
-      type(event_matcher_type), intent(inout) :: matcher
-      !> Events handed over so far.
-      integer(i8), intent(inout) :: done
-      !> Set when they cannot be read.
-      type(error_type), allocatable, intent(out) :: error
-
-      type(string_type), allocatable :: kinds(:), contacts(:)
-      real(wp) :: times(block_texts)
-      integer(i8) :: start(max_rank), count(max_rank)
-      integer :: i, n
-      logical :: later
-
-      n = int(min(int(block_texts, i8), items(1)%extents(1) - done))
-      if (n == 0) return
-      start = 0_i8
-      count = 1_i8
-      start(1) = done
-      count(1) = n
-      call items(1)%read_reals(start, count, times, error)
-      if (.not. allocated(error)) call items(2)%read_texts(start, count, n, kinds, error)
-      if (.not. allocated(error)) call items(3)%read_texts(start, count, n, contacts, error)
-      if (allocated(error)) return
-      done = done + n
-      do i = 1, n
-         if (self%has_until .and. .not. ieee_is_nan(times(i))) then
-            later = times(i) > self%until
-            if (later) cycle
-         end if
-         if (ignore(1)) times(i) = 0.0_wp
-         if (ignore(2)) kinds(i)%s = "event"
-         if (ignore(3)) contacts(i)%s = ""
-         call matcher%push(side, contacts(i)%s, kinds(i)%s, times(i))
-      end do
-   end subroutine push_events
-
-   !> Report how the events differ.
-   subroutine report_events(self, matcher)
-      class(comparison_type), intent(inout) :: self
-      !> The matcher at its end.
-      type(event_matcher_type), intent(in) :: matcher
-
-      integer :: side
-
-      if (matcher%differ()) then
-         self%n_different = self%n_different + 1
-      else if (matcher%n_shifted > 0_i8) then
-         self%n_within = self%n_within + 1
-      else
-         return
-      end if
-      if (matcher%n_shifted > 0_i8) then
-         call row(self, "/events", numbers(brief(matcher%largest), brief(matcher%relative), &
-            matcher%n_beyond, matcher%n_pairs))
-      else
-         call row(self, "/events", "        differs")
-      end if
-      if (matcher%n(1) /= matcher%n(2)) call detail(self, "count", to_text(matcher%n(1)) // &
-         " events in A, " // to_text(matcher%n(2)) // " in B")
-      do side = 1, 2
-         if (matcher%n_only(side) > 0_i8) call detail(self, "missing", &
-            to_text(matcher%n_only(side)) // " only in " // side_names(side) // ", first " // &
-            event_text(matcher%first_only(side), side))
-      end do
-      if (matcher%n_kind > 0_i8) call detail(self, "kind", to_text(matcher%n_kind) // &
-         " of another kind, first " // event_text(matcher%first_kind, 1) // " in A, " // &
-         printable(matcher%first_kind%kind(2)%s) // " in B")
-      if (matcher%at_largest%present) call say("shift", matcher%at_largest)
-      if (matcher%first_beyond%present) call say("first", matcher%first_beyond)
-
-   contains
-
-      !> Say how an event has moved.
-      subroutine say(label, note)
-         !> What it is.
-         character(len=*), intent(in) :: label
-         type(event_note_type), intent(in) :: note
-
-         call detail(self, label, event_text(note, 1))
-         call detail(self, "", to_text(note%time(1)) // " s in A, " // to_text(note%time(2)) // &
-            " s in B")
-      end subroutine say
-
-   end subroutine report_events
-
-   !> Words for an event.
-   pure function event_text(note, side) result(text)
-      type(event_note_type), intent(in) :: note
-      !> File, 1 or 2.
-      integer, intent(in) :: side
-      !> Such as "touch of stem_floor at t = 1.8 s".
-      character(len=:), allocatable :: text
-
-      text = printable(note%kind(side)%s)
-      if (note%contact /= "") text = text // " of " // printable(note%contact)
-      text = text // " at t = " // time_text(note%time(side)) // " s"
-   end function event_text
 
 end module contensou_compare_comparison

@@ -118,7 +118,6 @@ contains
       character(len=*), intent(in) :: kind
       !> Time [s].
       real(wp), intent(in) :: time
-
       type(event_type), allocatable :: longer(:)
       type(lane_type), allocatable :: lanes(:)
       integer :: lane, kind_index, i, waiting
@@ -180,7 +179,6 @@ contains
    subroutine match(self)
       !> The comparison.
       class(event_matcher_type), intent(inout) :: self
-
       integer :: lane
 
       do lane = 1, self%n_contacts
@@ -192,7 +190,6 @@ contains
    subroutine finish(self)
       !> The comparison.
       class(event_matcher_type), intent(inout) :: self
-
       integer :: lane
 
       do lane = 1, self%n_contacts
@@ -229,7 +226,6 @@ contains
       integer, intent(in) :: lane
       !> Whether no more events come.
       logical, intent(in) :: at_end
-
       type(event_type) :: a, b, candidate
       real(wp) :: shift, best, other
       integer :: n(2), i, j, side, skip, skip_side
@@ -293,7 +289,6 @@ contains
          real(wp), intent(in) :: time
          !> The difference [s].
          real(wp) :: gap
-
          type(event_type) :: next
 
          gap = huge(1.0_wp)
@@ -347,7 +342,6 @@ contains
       type(event_type), intent(in) :: a
       !> Event of the second list.
       type(event_type), intent(in) :: b
-
       real(wp) :: shift
 
       self%n_pairs = self%n_pairs + 1
@@ -410,7 +404,6 @@ contains
       integer, intent(in) :: lane
       !> List, 1 or 2.
       integer, intent(in) :: side
-
       type(event_type) :: event
 
       event = event_at(self, lane, side, 0)

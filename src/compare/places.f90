@@ -23,7 +23,6 @@ contains
       integer(i8), intent(in) :: place(max_rank)
       !> Such as "t = 1.2 s, body top, component z"; empty for a single value.
       character(len=:), allocatable :: text
-
       type(hdf5_item_type) :: scale
       character(len=:), allocatable :: part
       integer :: d
@@ -53,7 +52,6 @@ contains
       integer(i8), intent(in) :: i
       !> Such as "body top"; empty if the scale has no such place.
       character(len=:), allocatable, intent(out) :: text
-
       type(error_type), allocatable :: error
       type(string_type), allocatable :: texts(:)
       character(len=:), allocatable :: name, units
@@ -115,7 +113,7 @@ contains
 
       text = to_text(x)
       if (len(text) <= 12) return
-      write (buffer, "(es16.9e3)") x
+      write(buffer, "(es16.9e3)") x
       text = to_text(rounded(buffer))
    end function time_text
 
@@ -134,7 +132,6 @@ contains
       character(len=*), intent(in) :: text
       !> The same with '?' in their place; line ends of messages stay.
       character(len=len(text)) :: clean
-
       integer :: i
 
       clean = text

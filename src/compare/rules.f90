@@ -81,7 +81,6 @@ contains
       !> Whether only a part of the run is compared.
       logical, intent(in) :: part_of_run
       type(rules_type), intent(out) :: rules
-
       type(error_type), allocatable :: error
       integer :: i
 
@@ -123,7 +122,6 @@ contains
       type(rules_type), intent(inout) :: rules
       !> Set when there are mistakes; it tells all of them.
       type(error_type), allocatable, intent(out) :: error
-
       type(source_type) :: sources(1)
       type(diagnostics_type) :: diagnostics
       type(rule_type) :: rule
@@ -270,7 +268,6 @@ contains
       character(len=*), intent(in) :: pattern
       !> The answer.
       logical :: closed
-
       integer :: i, last
 
       closed = .true.
@@ -292,7 +289,6 @@ contains
       integer, intent(in) :: first
       !> Place of ']'.
       integer :: last
-
       integer :: i
 
       last = 0
@@ -313,7 +309,6 @@ contains
       !> Rules to append to.
       type(rules_type), intent(inout) :: rules
       type(rule_type), intent(in) :: rule
-
       type(rule_type), allocatable :: longer(:)
       integer :: i
 
@@ -351,7 +346,6 @@ contains
       character(len=*), intent(in) :: attribute
       !> What they say; exact if none matches.
       type(verdict_type) :: verdict
-
       integer :: i
       logical :: found
 
@@ -437,7 +431,6 @@ contains
       character(len=1), intent(in) :: c
       !> Characters of the pattern that stand for it, 0 if they do not.
       integer, intent(out) :: width
-
       integer :: i, last
       logical :: negated, inside
 

@@ -12,28 +12,46 @@ module contensou_compare_values
    implicit none(type, external)
    private
 
-   public :: found_type, compare_values, integer_text, block_texts
+   public :: subject_type, span_type, found_type, compare_values, integer_text, block_texts
+
+   !> Two data sets or attributes of the same name.
+   type :: subject_type
+      !> Path of the data sets, or of the objects that have the attributes.
+      character(len=:), allocatable :: path
+      !> Name of the attributes; empty for data sets.
+      character(len=:), allocatable :: attribute
+      !> What the rules say.
+      type(verdict_type) :: verdict
+   end type subject_type
+
+   !> What part of two runs is compared.
+   type :: span_type
+      !> Whether rows after a time are left out.
+      logical :: is_cut = .false.
+      !> That time [s].
+      real(wp) :: until = 0.0_wp
+   end type span_type
 
    !> What a comparison of values has found.
    type :: found_type
       !> Values compared.
-      integer(i8) :: n = 0_i8
+      integer(i8) :: n = 0
       !> Those that differ at all.
-      integer(i8) :: n_differ = 0_i8
+      integer(i8) :: n_differ = 0
       !> Those that differ beyond the tolerance.
-      integer(i8) :: n_beyond = 0_i8
+      integer(i8) :: n_beyond = 0
       !> Those of which one is not a number.
-      integer(i8) :: n_nan = 0_i8
+      integer(i8) :: n_nan = 0
       !> Largest absolute difference.
       real(wp) :: largest = 0.0_wp
       !> Largest relative difference.
       real(wp) :: relative = 0.0_wp
       !> Where the largest absolute difference is.
-      integer(i8) :: at_largest(max_rank) = 0_i8
+      integer(i8) :: at_largest(max_rank) = 0
       !> Where the largest relative difference is.
-      integer(i8) :: at_relative(max_rank) = 0_i8
+      integer(i8) :: at_relative(max_rank) = 0
       !> Where the first difference beyond the tolerance is.
-      integer(i8) :: at_first(max_rank) = 0_i8
+      integer(i8) :: at_first(max_rank) = 0
       !> Values at the largest absolute difference.
       type(string_type) :: values_largest(2)
       !> Values at the largest relative difference.
@@ -52,22 +70,16 @@ module contensou_compare_values
 contains
 
    !> Compare values block by block.
-   subroutine compare_values(items, path, is_attribute, extents, verdict, found, error)
+   subroutine compare_values(items, subject, extents, found, error)
       !> The two items.
       type(hdf5_item_type), intent(in) :: items(2)
-      !> Their path.
-      character(len=*), intent(in) :: path
-      !> Whether they are attributes, which are read whole.
-      logical, intent(in) :: is_attribute
+      type(subject_type), intent(in) :: subject
       !> Extents to compare.
       integer(i8), intent(in) :: extents(max_rank)
-      !> Tolerances.
-      type(verdict_type), intent(in) :: verdict
       !> What was found.
       type(found_type), intent(inout) :: found
       !> Set when the values cannot be read.
       type(error_type), allocatable, intent(out) :: error
-
       integer, parameter :: as_real = 1, as_integer = 2, as_text = 3, as_bytes = 4
       real(wp), allocatable :: a(:), b(:)
       integer(i8), allocatable :: k(:), l(:)
@@ -93,17 +105,19 @@ contains
          limit = block_numbers
       end if
       call choose_tile(items(1), extents, rank, limit, tile)
-      if (is_attribute) then
+      if (subject%attribute /= "") then
+         ! Attributes are read whole.
          if (any(items(1)%extents(:rank) /= items(2)%extents(:rank))) then
             ! The parts of attributes cannot be read, and their lengths differ anyway.
             return
          end if
          tile = extents
-         limit = 16_i8*block_bytes/max(8_i8, items(1)%size)
+         limit = 16*block_bytes/max(8_i8, items(1)%size)
       end if
       if (product(real(tile(:rank), wp))*max(8.0_wp, real(items(1)%size, wp)) > &
          16.0_wp*block_bytes) then
-         error = error_type(path // ": a value or attribute of more than 64 MiB cannot be compared")
+         error = error_type(subject%path // ": a value or attribute of more than 64 MiB " // &
+            "cannot be compared")
          return
       end if
       n = int(product(tile(:rank)))
@@ -118,28 +132,28 @@ contains
          ! Texts are allocated as they are read.
          continue
       end select
-      start = 0_i8
+      start = 0
       do
-         count = 1_i8
+         count = 1
          count(:rank) = min(tile(:rank), extents(:rank) - start(:rank))
          n = int(product(count(:rank)))
-         at = 0_i8
-         had_first = found%n_beyond > 0_i8
+         at = 0
+         had_first = found%n_beyond > 0
          found%n = found%n + n
          select case (way)
          case (as_real)
             call items(1)%read_reals(start, count, a, error)
             if (.not. allocated(error)) call items(2)%read_reals(start, count, b, error)
-            if (.not. allocated(error)) call compare_reals(a, b, n, verdict, found, at)
+            if (.not. allocated(error)) call compare_reals(a, b, n, subject%verdict, found, at)
          case (as_integer)
             call items(1)%read_integers(start, count, k, error)
             if (.not. allocated(error)) call items(2)%read_integers(start, count, l, error)
             if (.not. allocated(error)) call compare_integers(k, l, n, &
-               items(1)%class == class_unsigned, verdict, found, at)
+               items(1)%class == class_unsigned, subject%verdict, found, at)
          case (as_text)
             call items(1)%read_texts(start, count, n, s, error)
             if (.not. allocated(error)) call items(2)%read_texts(start, count, n, t, error)
-            if (.not. allocated(error)) call compare_texts(s, t, n, path, found, at)
+            if (.not. allocated(error)) call compare_texts(s, t, n, subject%path, found, at)
          case default
             call items(1)%read_bytes(start, count, p, error)
             if (.not. allocated(error)) call items(2)%read_bytes(start, count, q, error)
@@ -153,7 +167,7 @@ contains
          do d = rank, 1, -1
             start(d) = start(d) + tile(d)
             if (start(d) < extents(d)) exit
-            start(d) = 0_i8
+            start(d) = 0
          end do
          if (d < 1) exit
       end do
@@ -168,12 +182,11 @@ contains
          integer(i8), intent(out) :: place(max_rank)
          !> The two values.
          type(string_type), intent(inout) :: values(2)
-
          integer(i8) :: rest
          integer :: m
 
-         rest = i - 1_i8
-         place = 0_i8
+         rest = i - 1
+         place = 0
          do m = rank, 1, -1
             place(m) = start(m) + mod(rest, count(m))
             rest = rest/count(m)
@@ -226,11 +239,10 @@ contains
       integer(i8), intent(in) :: limit
       !> Extents of a block.
       integer(i8), intent(out) :: tile(max_rank)
-
       real(wp) :: values
       integer :: d
 
-      tile = 1_i8
+      tile = 1
       tile(:rank) = min(max(item%chunk(:rank), 1_i8), extents(:rank))
       do d = 1, rank
          values = product(real(tile(:rank), wp))
@@ -252,13 +264,12 @@ contains
       !> Whether its bits are those of an unsigned one.
       logical, intent(in) :: is_unsigned
       character(len=:), allocatable :: text
-
       integer(i8) :: half
 
       text = to_text(k)
-      if (k >= 0_i8 .or. .not. is_unsigned) return
+      if (k >= 0 .or. .not. is_unsigned) return
       half = shiftr(k, 1)
-      text = to_text(half/5_i8) // to_text(2_i8*mod(half, 5_i8) + iand(k, 1_i8))
+      text = to_text(half/5_i8) // to_text(2*mod(half, 5_i8) + iand(k, 1_i8))
    end function integer_text
 
    !> Compare reals.
@@ -275,7 +286,6 @@ contains
       type(found_type), intent(inout) :: found
       !> Numbers of the values that are the new largest, relatively largest and first; or 0.
       integer(i8), intent(inout) :: at(3)
-
       real(wp), parameter :: half = 0.5_wp*huge(1.0_wp)
       real(wp) :: x, y, difference, relative, larger, bound
       integer :: i
@@ -349,7 +359,6 @@ contains
       type(found_type), intent(inout) :: found
       !> Numbers of the values that are the new largest, relatively largest and first; or 0.
       integer(i8), intent(inout) :: at(3)
-
       real(wp), parameter :: wrap = 18446744073709551616.0_wp
       real(wp) :: x, y, difference, relative
       integer :: i
@@ -399,7 +408,6 @@ contains
       type(found_type), intent(inout) :: found
       !> Numbers of the values that are the new largest, relatively largest and first; or 0.
       integer(i8), intent(inout) :: at(3)
-
       integer :: i
 
       do i = 1, n
@@ -450,7 +458,6 @@ contains
       type(found_type), intent(inout) :: found
       !> Numbers of the values that are the new largest, relatively largest and first; or 0.
       integer(i8), intent(inout) :: at(3)
-
       integer :: i
 
       do i = 1, n

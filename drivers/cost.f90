@@ -6,11 +6,9 @@ module contensou_drivers_cost
    use contensou_base_kinds, only : wp
    use contensou_base_operating_system, only : catch_signals, remove_file, rename_file, &
       signal_received, write_stdout
-   use contensou_base_text, only : number_text, string_type, to_text
-   use contensou_contact_catalogue, only : model_info_type
+   use contensou_base_text, only : number_text, quote, string_type, to_text
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_normal, only : normal_hertz, normal_models, normal_vilke
-   use contensou_contact_vilke, only : vilke_power_index
+   use contensou_contact_normal, only : normal_hertz, normal_model_type, normal_models
    use contensou_drivers_bench, only : check_output, write_text
    use contensou_drivers_command_line, only : command_line_type, command_text, command_type, &
       option_type, quiet_option, takes_positive
@@ -156,13 +154,14 @@ contains
       type(friction_model_type), allocatable :: table(:)
       type(model_type), allocatable :: models(:)
       integer, allocatable :: friction(:), normal(:)
+      character(len=:), allocatable :: problem
       integer :: i, j, n, exact, exact_normal
 
       table = friction_models()
       exact = findloc(table%info%name, exact_friction, dim=1)
       associate (scene => study%scene, cost => study%scene%cost)
          friction = cost%friction
-         if (all([(.not. associated(table(scene%contacts(i)%friction)%kernel), &
+         if (all([(.not. table(scene%contacts(i)%friction)%acts, &
             i=1, size(scene%contacts))])) then
             if (size(friction) > 0) then
                call fatal(error, "cost.friction: no contact of the scene has friction", &
@@ -174,19 +173,21 @@ contains
          else if (size(friction) == 0) then
             friction = [exact]
             do i = size(table), 1, -1
-               if (i == exact .or. .not. associated(table(i)%kernel)) cycle
-               if ((table(i)%has_torque .and. .not. table(i)%needs_delta) .or. &
+               if (i == exact .or. .not. table(i)%acts) cycle
+               if (table(i)%uses("drilling") .or. &
                   any(scene%contacts%friction == i)) friction = [friction, i]
             end do
          end if
          do i = 1, size(friction)
             if (friction(i) == 0) cycle
-            if (table(friction(i))%needs_delta .and. any(.not. &
-               scene%contacts%regularization_velocity > 0.0_wp)) then
+            do j = 1, size(scene%contacts)
+               if (.not. table(scene%contacts(j)%friction)%acts) cycle
+               problem = table(friction(i))%misfit(scene%contacts(j)%parameters)
+               if (problem == "") cycle
                call fatal(error, "cost.friction: " // trim(table(friction(i))%info%name) // &
-                  " needs a regularization_velocity > 0 in every contact", status_usage)
+                  " in contact " // quote(scene%contacts(j)%name) // " " // problem, status_usage)
                return
-            end if
+            end do
          end do
          normal = cost%normal
          exact_normal = normal_hertz
@@ -224,7 +225,7 @@ contains
       integer, intent(in) :: normal
       type(model_type) :: model
       type(friction_model_type), allocatable :: table(:)
-      type(model_info_type), allocatable :: normals(:)
+      type(normal_model_type), allocatable :: normals(:)
       integer :: i
 
       table = friction_models()
@@ -233,20 +234,16 @@ contains
       model%name = "scene"
       if (friction > 0) model%name = trim(table(friction)%info%name)
       if (normal > 0 .and. friction > 0) then
-         model%name = model%name // "+" // trim(normals(normal)%name)
+         model%name = model%name // "+" // trim(normals(normal)%info%name)
       else if (normal > 0) then
-         model%name = trim(normals(normal)%name)
+         model%name = trim(normals(normal)%info%name)
       end if
       do i = 1, size(scene%contacts)
          associate (contact => model%scene%contacts(i))
-            if (friction > 0 .and. associated(table(contact%friction)%kernel)) then
+            if (friction > 0 .and. table(contact%friction)%acts) then
                contact%friction = friction
             end if
-            if (normal <= 0) cycle
-            if (normal == normal_vilke .and. contact%normal /= normal_vilke) then
-               contact%ellipse = vilke_power_index
-            end if
-            contact%normal = normal
+            if (normal > 0) contact%normal = normal
          end associate
       end do
    end function new_model

@@ -9,13 +9,15 @@ module contensou_drivers_eval
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
+   use contensou_base_settings, only : admits, kind_real
    use contensou_base_text, only : did_you_mean, join, lower, quote, strings
+   use contensou_contact_catalogue, only : law_keys_type
    use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
    use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_models, &
       hertz_newton_with
+   use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
    use contensou_contact_vilke, only : vilke_models
-   use contensou_contact_wrench, only : wrench_jacobian_kernel
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
       takes_non_negative
    use contensou_drivers_table, only : digits17, has_column, printer_type, read_lines, read_table
@@ -65,9 +67,14 @@ module contensou_drivers_eval
       procedure(hertz_kernel), pointer, nopass :: hertz => null()
       !> Elliptic integrals for Newton's method; not associated for another model.
       procedure(elliptic_kernel), pointer, nopass :: integrals => null()
-      type(friction_type) :: friction
-      !> Friction with derivatives; not associated if they are not wanted.
-      procedure(wrench_jacobian_kernel), pointer, nopass :: jacobian => null()
+      !> Friction model; not allocated for another kernel.
+      type(friction_model_type), allocatable :: friction
+      !> Values of its keys that are the same in all rows.
+      type(parameters_type) :: parameters
+      !> Whether the derivatives of friction are wanted.
+      logical :: jacobian = .false.
+      !> Inputs beyond `wrench_inputs`: the keys that the friction model alone has.
+      character(len=28), allocatable :: keys(:)
    end type evaluation_type
 
 contains
@@ -99,7 +106,8 @@ contains
       type(eval_config_type) :: config
       type(evaluation_type) :: evaluation
       type(source_type) :: table
-      integer :: i
+      character(len=28), allocatable :: inputs(:)
+      integer :: i, k
 
       config%kernel = line%text("KERNEL")
       config%file = line%text("FILE")
@@ -139,11 +147,15 @@ contains
       case ("hertz")
          call evaluate(table, hertz_inputs, "c,c1,a,b,N,p0", 6, evaluation, error)
       case default
+         inputs = [character(len=28) :: wrench_inputs, pack(evaluation%keys, &
+            [(has_column(table, trim(evaluation%keys(k))) .or. &
+            .not. evaluation%parameters%has(trim(evaluation%keys(k))), &
+            k=1, size(evaluation%keys))])]
          if (config%jacobian) then
-            call evaluate(table, wrench_inputs, "Fx,Fy,Tz,dFxdvx,dFxdvy,dFxdw,dFydvx,dFydvy," // &
+            call evaluate(table, inputs, "Fx,Fy,Tz,dFxdvx,dFxdvy,dFxdw,dFydvx,dFydvy," // &
                "dFydw,dTzdvx,dTzdvy,dTzdw", 12, evaluation, error)
          else
-            call evaluate(table, wrench_inputs, "Fx,Fy,Tz", 3, evaluation, error)
+            call evaluate(table, inputs, "Fx,Fy,Tz", 3, evaluation, error)
          end if
       end select
    end subroutine evaluate_kernel
@@ -214,19 +226,28 @@ contains
       !> Set when there is no such model.
       type(error_type), allocatable, intent(out) :: error
       type(friction_model_type), allocatable :: models(:)
-      integer :: i
+      type(law_keys_type) :: keys
+      integer :: i, k
 
       models = friction_models()
       ! The first entry, none, has nothing to evaluate.
       call choose("friction model", config%model, "contensou_exact", models(2:)%info%name, i, &
          error)
       if (allocated(error)) return
-      evaluation%friction%kernel => models(i + 1)%kernel
-      evaluation%friction%delta = config%delta
-      if (config%jacobian) evaluation%jacobian => models(i + 1)%jacobian
-      if (models(i + 1)%needs_delta .and. config%delta <= 0.0_wp) call fatal(error, &
-         "friction model " // quote(trim(models(i + 1)%info%name)) // &
-         " needs --delta VELOCITY, a number > 0 [m/s]", status_usage)
+      evaluation%friction = models(i + 1)
+      evaluation%jacobian = config%jacobian
+      call evaluation%parameters%set("regularization_velocity", config%delta)
+      evaluation%parameters = models(i + 1)%completed(evaluation%parameters)
+      keys = models(i + 1)%keys()
+      k = keys%at("regularization_velocity")
+      if (k > 0) then
+         if (.not. admits(keys%keys(k)%key, config%delta)) call fatal(error, "friction model " // &
+            quote(trim(models(i + 1)%info%name)) // &
+            " needs --delta VELOCITY, a number > 0 [m/s]", status_usage)
+      end if
+      evaluation%keys = pack(keys%keys(:keys%n)%key%name, keys%keys(:keys%n)%key%kind == kind_real &
+         .and. keys%keys(:keys%n)%key%name /= "friction_coefficient" &
+         .and. keys%keys(:keys%n)%key%name /= "regularization_velocity")
    end subroutine choose_wrench
 
    !> Find a name in a list.
@@ -271,7 +292,7 @@ contains
       integer :: i, k
 
       call read_table(table, names, inputs, lines, diagnostics)
-      if (associated(evaluation%friction%kernel)) then
+      if (allocated(evaluation%friction)) then
          do i = 1, size(lines)
             ! What is not a number gives results that are none; comparing it would trap.
             if (any(ieee_is_nan(inputs(:4, i)))) cycle
@@ -288,7 +309,7 @@ contains
       call printer%put(table%lines(1)%s // "," // header, error)
       do i = 1, size(lines)
          if (allocated(error)) return
-         call evaluate_row(evaluation, inputs(:, i), outputs)
+         call evaluate_row(evaluation, names, inputs(:, i), outputs)
          line = table%lines(lines(i))%s
          do k = 1, n_outputs
             line = line // "," // digits17(outputs(k))
@@ -299,9 +320,11 @@ contains
    end subroutine evaluate
 
    !> Evaluate a row.
-   subroutine evaluate_row(evaluation, x, y)
+   subroutine evaluate_row(evaluation, names, x, y)
       !> What is evaluated.
       type(evaluation_type), intent(in) :: evaluation
+      !> Names of the inputs.
+      character(len=*), intent(in) :: names(:)
       !> Inputs.
       real(wp), intent(in) :: x(:)
       !> Outputs.
@@ -327,28 +350,36 @@ contains
          call evaluation%hertz(x(1), x(2), x(3), x(4), y(2), y(3), y(4), y(5), y(6))
          y(1) = 1.0_wp - y(2)
       else
-         call evaluate_wrench(evaluation, x, y)
+         call evaluate_wrench(evaluation, names, x, y)
       end if
    end subroutine evaluate_row
 
    !> Friction wrench of a row; the major axis may be either one.
-   subroutine evaluate_wrench(evaluation, x, y)
+   subroutine evaluate_wrench(evaluation, names, x, y)
       !> The friction model.
       type(evaluation_type), intent(in) :: evaluation
-      !> N, a, b, f, vx, vy, w.
+      !> Names of the inputs.
+      character(len=*), intent(in) :: names(:)
+      !> N, a, b, f, vx, vy, w, and values of keys of the model.
       real(wp), intent(in) :: x(:)
       !> Fx, Fy, Tz, and row by row their derivatives by vx, vy, w if they are wanted.
       real(wp), intent(out) :: y(:)
       !> From axes whose x axis is the minor axis of the spot to those whose y axis is.
       real(wp), parameter :: turn(3, 3) = reshape([0.0_wp, -1.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
          0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
-      type(friction_type) :: friction
+      class(friction_type), allocatable :: friction
+      type(parameters_type) :: parameters
       type(spot_shape_type) :: shape
-      real(wp) :: minor, major, motion(3), wrench(3), jacobian(3, 3)
+      real(wp) :: minor, major, motion(3), wrench(3), jacobian(3, 3), slopes(3, 5)
       logical :: swapped
+      integer :: i
 
-      friction = evaluation%friction
-      friction%coefficient = x(4)
+      parameters = evaluation%parameters
+      call parameters%set("friction_coefficient", x(4))
+      do i = size(wrench_inputs) + 1, size(names)
+         call parameters%set(trim(names(i)), x(i))
+      end do
+      call evaluation%friction%create(parameters, surroundings_type(), friction)
       shape = circular_shape
       swapped = .false.
       if (any(ieee_is_nan(x(2:3)))) then
@@ -368,13 +399,10 @@ contains
          wrench(2), wrench(3))
       if (swapped) wrench = matmul(wrench, turn)
       y(:3) = wrench
-      if (.not. associated(evaluation%jacobian)) return
-      call evaluation%jacobian(shape, motion(1), motion(2), major*motion(3), friction%delta, &
-         wrench, jacobian)
-      ! From units of f N, f N a and W = a w to SI.
-      jacobian = x(1)*x(4)*jacobian
-      jacobian(3, :) = major*jacobian(3, :)
-      jacobian(:, 3) = major*jacobian(:, 3)
+      if (.not. evaluation%jacobian) return
+      call friction%linearize(x(1), shape, major, motion(1), motion(2), motion(3), 0.0_wp, wrench, &
+         slopes)
+      jacobian = slopes(:, 3:5)
       if (swapped) jacobian = matmul(transpose(turn), matmul(jacobian, turn))
       y(4:12) = reshape(transpose(jacobian), [9])
    end subroutine evaluate_wrench

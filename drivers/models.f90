@@ -4,12 +4,9 @@ module contensou_drivers_models
    use contensou_base_operating_system, only : write_stdout
    use contensou_base_text, only : did_you_mean, lower, quote
    use contensou_contact_catalogue, only : model_info_type
-   use contensou_contact_damping, only : damping_model_type, damping_models
-   use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_hertz, only : hertz_model_type
-   use contensou_contact_normal, only : normal_models
    use contensou_contact_pairs, only : geometry_models
-   use contensou_contact_rolling, only : rolling_models
+   use contensou_contact_parts, only : contact_parts, part_type
    use contensou_contact_vilke, only : vilke_models
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type
    implicit none(type, external)
@@ -39,25 +36,23 @@ contains
       type(command_line_type), intent(in) :: line
       !> Set when there is no such model.
       type(error_type), allocatable, intent(out) :: error
-      type(damping_model_type), allocatable :: damping(:)
-      type(friction_model_type), allocatable :: friction(:)
+      type(part_type), allocatable :: parts(:)
       type(hertz_model_type), allocatable :: vilke(:)
       character(len=:), allocatable :: name, text
       character(len=24) :: names(64)
-      integer :: n
+      integer :: i, n
 
       name = line%text("NAME")
-      damping = damping_models()
-      friction = friction_models()
+      parts = contact_parts()
       vilke = vilke_models()
       text = ""
       n = 0
       call list("surfaces (contact.surfaces)", geometry_models())
-      call list("normal force (contact.normal)", normal_models())
-      call list("damping (contact.damping)", damping%info)
-      call list("spot of vilke (contact.ellipse)", vilke%info)
-      call list("friction (contact.friction)", friction%info)
-      call list("rolling resistance (contact.rolling)", rolling_models())
+      do i = 1, size(parts)
+         call list(trim(parts(i)%doc) // " (contact." // trim(parts(i)%name) // ")", &
+            parts(i)%described())
+         if (parts(i)%name == "normal") call list("spot of vilke (contact.ellipse)", vilke%info)
+      end do
       if (text == "") then
          call fatal(error, "there is no model " // quote(name) // &
             did_you_mean(name, names(:n), "contensou models lists them"), status_usage)

@@ -2,13 +2,7 @@
 module contensou_drivers_report
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : number_text, quote, to_text
-   use contensou_contact_damping, only : damping_model_type, damping_models
-   use contensou_contact_catalogue, only : model_info_type
-   use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_hertz, only : hertz_model_type
-   use contensou_contact_normal, only : normal_models, normal_vilke
-   use contensou_contact_rolling, only : rolling_models, rolling_none
-   use contensou_contact_vilke, only : vilke_models
+   use contensou_contact_parts, only : contact_parts, n_parts, part_type
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, motion_fixed, &
       motion_free, motion_prescribed, motion_spindle, scene_type
    implicit none(type, external)
@@ -23,40 +17,18 @@ contains
       type(scene_type), intent(in) :: scene
       type(contact_spec_type), intent(in) :: contact
       character(len=:), allocatable :: text
-      type(model_info_type), allocatable :: normal(:)
-      type(damping_model_type), allocatable :: damping(:)
-      type(friction_model_type), allocatable :: friction(:)
-      type(hertz_model_type), allocatable :: vilke(:)
-      type(model_info_type), allocatable :: rolling(:)
+      type(part_type), allocatable :: parts(:)
+      integer :: i, choice(n_parts)
 
-      normal = normal_models()
-      damping = damping_models()
-      friction = friction_models()
+      parts = contact_parts()
+      choice = [contact%normal, contact%damping, contact%friction, contact%rolling]
       associate (a => scene%surfaces(contact%surfaces(1))%surface, &
          b => scene%surfaces(contact%surfaces(2))%surface)
-         text = a%label() // " on " // b%label() // ", " // &
-            trim(normal(contact%normal)%name)
-         if (contact%normal == normal_vilke) then
-            vilke = vilke_models()
-            text = text // " with the " // trim(vilke(contact%ellipse)%info%name) // " ellipse"
-         end if
+         text = a%label() // " on " // b%label()
       end associate
-      if (associated(damping(contact%damping)%kernel)) text = text // ", " // &
-         trim(damping(contact%damping)%info%name)
-      if (contact%rolling /= rolling_none) then
-         rolling = rolling_models()
-         text = text // ", rolling resistance " // trim(rolling(contact%rolling)%name)
-      end if
-      if (.not. associated(friction(contact%friction)%kernel)) return
-      text = text // ", " // trim(friction(contact%friction)%info%name)
-      if (friction(contact%friction)%has_torque) then
-         if (contact%drilling) then
-            text = text // " with drilling torque"
-         else
-            text = text // " without drilling torque"
-         end if
-      end if
-      if (contact%regularization_velocity > 0.0_wp) text = text // ", regularised"
+      do i = 1, n_parts
+         text = text // parts(i)%words(choice(i), contact%parameters)
+      end do
    end function contact_effects
 
    !> How many bodies a scene has, and how they move.

@@ -6,6 +6,7 @@ module contensou_capi_kernels
    use contensou_base_build, only : program_version
    use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
    use contensou_contact_hertz, only : hertz_contact, in_hertz_domain
+   use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
    implicit none(type, external)
    private
@@ -19,6 +20,11 @@ module contensou_capi_kernels
 
    !> An argument is outside its domain.
    integer(c_int), parameter :: bad_argument = 1
+
+   !> What a handle stands for.
+   type :: friction_handle_type
+      class(friction_type), allocatable :: law
+   end type friction_handle_type
 
    !> Version, kept for the C program.
    character(len=1, kind=c_char), target :: version_text(32)
@@ -82,7 +88,8 @@ contains
       logical(c_bool), intent(in), value :: drilling
       type(c_ptr) :: handle
       type(friction_model_type), allocatable :: models(:)
-      type(friction_type), pointer :: friction
+      type(friction_handle_type), pointer :: friction
+      type(parameters_type) :: parameters
       character(len=24) :: name
       integer :: i
 
@@ -95,14 +102,14 @@ contains
       end do
       i = findloc(models%info%name == name, .true., dim=1)
       if (i == 0) return
-      if (.not. associated(models(i)%kernel)) return
-      if (.not. (coefficient >= 0.0_c_double .and. delta >= 0.0_c_double)) return
-      if (models(i)%needs_delta .and. .not. delta > 0.0_c_double) return
+      if (.not. models(i)%acts) return
+      call parameters%set("friction_coefficient", coefficient)
+      call parameters%set("regularization_velocity", delta)
+      call parameters%set("drilling", logical(drilling))
+      parameters = models(i)%completed(parameters)
+      if (models(i)%misfit(parameters) /= "") return
       allocate(friction)
-      friction%kernel => models(i)%kernel
-      friction%coefficient = coefficient
-      friction%delta = delta
-      friction%drilling = logical(drilling) .and. models(i)%has_torque
+      call models(i)%create(parameters, surroundings_type(), friction%law)
       handle = c_loc(friction)
    end function contensou_friction_new
 
@@ -126,7 +133,7 @@ contains
       !> Force along x and y [N], torque about the normal [N m].
       real(c_double), intent(out) :: wrench(3)
       integer(c_int) :: status
-      type(friction_type), pointer :: friction
+      type(friction_handle_type), pointer :: friction
       type(spot_shape_type) :: shape
 
       wrench = 0.0_c_double
@@ -137,7 +144,7 @@ contains
       shape = circular_shape
       if (b < a) shape = elliptic_shape(b/a)
       call c_f_pointer(handle, friction)
-      call friction%wrench(load, shape, a, vx, vy, spin, 0.0_c_double, wrench(1), wrench(2), &
+      call friction%law%wrench(load, shape, a, vx, vy, spin, 0.0_c_double, wrench(1), wrench(2), &
          wrench(3))
       status = ok
    end function contensou_friction_wrench
@@ -146,7 +153,7 @@ contains
    subroutine contensou_friction_free(handle) bind(c)
       !> From `contensou_friction_new`.
       type(c_ptr), intent(in), value :: handle
-      type(friction_type), pointer :: friction
+      type(friction_handle_type), pointer :: friction
 
       if (.not. c_associated(handle)) return
       call c_f_pointer(handle, friction)

@@ -4,11 +4,11 @@
 module contensou_contact_law
    use contensou_base_kinds, only : wp
    use contensou_base_vectors, only : cross
-   use contensou_contact_damping, only : damping_type
-   use contensou_contact_friction, only : friction_type
+   use contensou_contact_damping_law, only : damping_type
+   use contensou_contact_friction_law, only : friction_type
    use contensou_contact_geometry, only : contact_point_type, geometry_type
-   use contensou_contact_normal, only : normal_type
-   use contensou_contact_rolling, only : rolling_type
+   use contensou_contact_normal_law, only : normal_type
+   use contensou_contact_rolling_law, only : rolling_type
    implicit none(type, external)
    private
 
@@ -21,11 +21,11 @@ module contensou_contact_law
       !> Normal force.
       type(normal_type) :: normal
       !> Damping; unallocated for none.
-      type(damping_type), allocatable :: damping
+      class(damping_type), allocatable :: damping
       !> Friction; unallocated for none.
-      type(friction_type), allocatable :: friction
+      class(friction_type), allocatable :: friction
       !> Rolling resistance; unallocated for none.
-      type(rolling_type), allocatable :: rolling
+      class(rolling_type), allocatable :: rolling
       !> Largest approach that Hertz's theory admits [m].
       real(wp) :: largest_approach = 0.0_wp
    contains
@@ -124,7 +124,7 @@ contains
       if (allocated(self%damping)) then
          values(1) = self%damping%total(elastic, approach, rate)
          if (values(1) > 0.0_wp) then
-            by_elastic = self%damping%slopes(elastic, approach, rate, self%damping%coefficient)
+            by_elastic = self%damping%slopes(elastic, approach, rate)
             slopes(1, 1) = slopes(1, 1)*(1.0_wp + by_elastic(1)) + by_elastic(2)
             slopes(1, 2) = by_elastic(3)
          else

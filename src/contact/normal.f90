@@ -1,149 +1,116 @@
-!> Normal part of a contact: elastic force, elastic energy and spot.
+!> Table of the models of the normal force.
 module contensou_contact_normal
    use contensou_base_kinds, only : wp
-   use contensou_contact_catalogue, only : model_info_type
-   use contensou_contact_hertz, only : hertz_contact, hertz_kernel, hertz_type
-   use contensou_contact_spot, only : circular_shape, elliptic_shape_of_c1, spot_shape_type
+   use contensou_base_settings, only : kind_choice, kind_real
+   use contensou_base_text, only : string_type, strings
+   use contensou_contact_catalogue, only : law_keys_type, model_info_type
+   use contensou_contact_hertz, only : hertz_model_type
+   use contensou_contact_normal_law, only : new_normal, normal_model_type, normal_type
+   use contensou_contact_parameters, only : parameters_type, surroundings_type
+   use contensou_contact_vilke, only : vilke_models, vilke_power_index
    implicit none(type, external)
    private
 
-   public :: normal_type, normal_models, new_normal, normal_hertz, normal_vilke, &
-      normal_rigid
+   public :: normal_type, normal_model_type, normal_models, normal_hertz, normal_vilke, normal_rigid
 
    !> Models of the normal force, in the order of `normal_models`.
    integer, parameter :: normal_hertz = 1, normal_vilke = 2, normal_rigid = 3
 
-   !> Normal force: everything but the approach is computed once for given relative curvatures.
-   type, extends(hertz_type) :: normal_type
-      !> Shape of the spot; kept only where friction needs it.
-      type(spot_shape_type) :: shape = circular_shape
-      !> Half relative curvature A that the rest belongs to [1/m].
-      real(wp) :: curvature_a = 0.0_wp
-      !> Half relative curvature B that the rest belongs to [1/m].
-      real(wp) :: curvature_b = 0.0_wp
-      !> Effective modulus E* [Pa].
-      real(wp) :: modulus = 0.0_wp
-      !> Whether the shape of the spot is needed.
-      logical :: with_shape = .true.
-      !> Whether the force is Vil'ke's.
-      logical :: volumetric = .false.
-      !> Force and spot.
-      procedure(hertz_kernel), pointer, nopass :: kernel => null()
-   contains
-      !> Follow a change of the curvatures.
-      procedure :: follow
-      !> Major semi-axis of the spot.
-      procedure :: major_axis
-      !> Generalised forces of the curvatures.
-      procedure :: curvature_forces
-   end type normal_type
-
 contains
 
-   !> Table of the normal models.
-   pure function normal_models() result(models)
-      type(model_info_type), allocatable :: models(:)
+   !> The models, in the order in which they are listed.
+   function normal_models() result(models)
+      type(normal_model_type), allocatable :: models(:)
 
-      allocate(models(3))
-      models(normal_hertz) = model_info_type("hertz", &
+      models = [hertz(), &
+         vilke(), &
+         rigid()]
+   end function normal_models
+
+   !> Row of Hertz's force.
+   function hertz() result(model)
+      type(normal_model_type) :: model
+
+      model%info = model_info_type("hertz", &
          "Hertz: N = k_n d^(3/2), on a circle (4/3) E* sqrt(R) d^(3/2) with a = sqrt(R d)", &
          "young [Pa] and poisson of the two materials", &
          "H. Hertz, J. reine angew. Math. 92 (1881) 156")
-      models(normal_vilke) = model_info_type("vilke", &
+      model%create => new_hertz
+   end function hertz
+
+   !> Row of Vil'ke's force.
+   function vilke() result(model)
+      type(normal_model_type) :: model
+
+      model%info = model_info_type("vilke", &
          "Vil'ke's volumetric force: N = (4/3) E* sqrt(R_e) d^(3/2), R_e = 1/(2 sqrt(A B))", &
-         "young [Pa] and poisson of the two materials, ellipse", &
+         "young [Pa] and poisson of the two materials", &
          "Kosenko and Aleksandrov, 7th Modelica Conference (2009) 288; force reconstructed")
-      models(normal_rigid) = model_info_type("rigid", &
+      model%put_keys => put_vilke_keys
+      model%create => new_vilke
+   end function vilke
+
+   !> Row of the contact without compliance.
+   function rigid() result(model)
+      type(normal_model_type) :: model
+
+      model%info = model_info_type("rigid", &
          "no compliance: N from the equations of motion, spot of Hertz at N, impacts with " // &
          "restitution e", &
-         "young [Pa] and poisson (spot), restitution [-] (1) or damping = 'hunt_crossley'", &
+         "young [Pa] and poisson (spot), damping (hunt_crossley only)", &
          "J. Baumgarte, CMAME 1 (1972) 1; W. J. Stronge, Impact Mechanics, 2000")
-   end function normal_models
+      model%put_keys => put_rigid_keys
+      model%create => new_hertz
+      model%rigid = .true.
+   end function rigid
 
-   !> Contact of given curvatures.
-   pure function new_normal(modulus, curvature_a, curvature_b, kernel, volumetric, with_shape) &
-      result(self)
-      !> Effective modulus E* [Pa], > 0.
-      real(wp), intent(in) :: modulus
-      !> Half relative curvature A along the major axis [1/m], > 0.
-      real(wp), intent(in) :: curvature_a
-      !> Half relative curvature B along the minor axis [1/m], >= A.
-      real(wp), intent(in) :: curvature_b
-      !> Force and spot; Hertz's unless said otherwise.
-      procedure(hertz_kernel), optional :: kernel
-      !> Whether the kernel is Vil'ke's.
-      logical, intent(in), optional :: volumetric
-      !> Whether the shape of the spot is needed, .true. unless said otherwise.
-      logical, intent(in), optional :: with_shape
-      type(normal_type) :: self
+   !> The keys of Vil'ke's force.
+   subroutine put_vilke_keys(list)
+      type(law_keys_type), intent(inout) :: list
 
-      self%modulus = modulus
-      self%kernel => hertz_contact
-      if (present(kernel)) self%kernel => kernel
-      if (present(volumetric)) self%volumetric = volumetric
-      if (present(with_shape)) self%with_shape = with_shape
-      call self%follow(curvature_a, curvature_b)
-   end function new_normal
+      call list%put("ellipse", kind_choice, "formula for the spot; 'power' if not given", &
+         otherwise="power", choices=ellipse_names)
+   end subroutine put_vilke_keys
 
-   !> Follow a change of the curvatures; nothing is computed while they stay the same.
-   pure subroutine follow(self, curvature_a, curvature_b)
-      !> The part.
-      class(normal_type), intent(inout) :: self
-      !> Half relative curvature A along the major axis [1/m], > 0.
-      real(wp), intent(in) :: curvature_a
-      !> Half relative curvature B along the minor axis [1/m], >= A.
-      real(wp), intent(in) :: curvature_b
+   !> The keys of a contact without compliance.
+   subroutine put_rigid_keys(list)
+      type(law_keys_type), intent(inout) :: list
 
-      if (abs(curvature_a - self%curvature_a) <= 0.0_wp .and. &
-         abs(curvature_b - self%curvature_b) <= 0.0_wp) return
-      self%curvature_a = curvature_a
-      self%curvature_b = curvature_b
-      ! At d = 1 m.
-      call self%kernel(curvature_a, curvature_b, self%modulus, 1.0_wp, self%c1, self%axis_a, &
-         self%axis_b, self%stiffness, self%pressure)
-      if (.not. self%with_shape) return
-      if (curvature_a < curvature_b) then
-         self%shape = elliptic_shape_of_c1(self%c1)
-      else
-         self%shape = circular_shape
-      end if
-   end subroutine follow
+      call list%put("restitution", kind_real, "coefficient of restitution (1 if not given)", &
+         unit="1", symbol="e", otherwise="1", least=0.0_wp, most=1.0_wp)
+   end subroutine put_rigid_keys
 
-   !> Major semi-axis of the spot [m].
-   pure function major_axis(self, approach) result(a)
-      !> The part.
-      class(normal_type), intent(in) :: self
-      !> Approach d [m], >= 0.
-      real(wp), intent(in) :: approach
-      real(wp) :: a
+   !> Names of the formulas for the spot.
+   function ellipse_names() result(names)
+      type(string_type), allocatable :: names(:)
+      type(hertz_model_type), allocatable :: models(:)
 
-      a = self%axis_a*sqrt(approach)
-   end function major_axis
+      models = vilke_models()
+      names = strings(models%info%name)
+   end function ellipse_names
 
-   !> Generalised forces of the curvatures, -dU/dA and -dU/dB of the elastic energy U(d, A, B) [N
-   !> m2].
-   !>
-   !> Hertz's pressure p makes int p (d - A x^2 - B y^2) - (its own work)/2 stationary, so that
-   !> dU/dA = -int p x^2 = -N a^2/5, dU/dB = -N b^2/5. Vil'ke's U goes with (A B)^(-1/4).
-   pure subroutine curvature_forces(self, approach, force_a, force_b)
-      !> The part.
-      class(normal_type), intent(in) :: self
-      !> Approach d [m], >= 0.
-      real(wp), intent(in) :: approach
-      !> -dU/dA [N m2].
-      real(wp), intent(out) :: force_a
-      !> -dU/dB [N m2].
-      real(wp), intent(out) :: force_b
-      real(wp) :: work
+   !> Hertz's force.
+   subroutine new_hertz(parameters, around, normal)
+      type(parameters_type), intent(in) :: parameters
+      type(surroundings_type), intent(in) :: around
+      type(normal_type), intent(out) :: normal
 
-      work = self%force(approach)*approach
-      if (self%volumetric) then
-         force_a = 0.1_wp*work/self%curvature_a
-         force_b = 0.1_wp*work/self%curvature_b
-      else
-         force_a = 0.2_wp*work*self%axis_a**2
-         force_b = 0.2_wp*work*self%axis_b**2
-      end if
-   end subroutine curvature_forces
+      normal = new_normal(around%modulus, around%curvatures(1), around%curvatures(2), &
+         with_shape=around%with_shape)
+   end subroutine new_hertz
+
+   !> Vil'ke's force.
+   subroutine new_vilke(parameters, around, normal)
+      type(parameters_type), intent(in) :: parameters
+      type(surroundings_type), intent(in) :: around
+      type(normal_type), intent(out) :: normal
+      type(hertz_model_type), allocatable :: models(:)
+      integer :: ellipse
+
+      models = vilke_models()
+      ellipse = nint(parameters%number("ellipse", otherwise=real(vilke_power_index, wp)))
+      normal = new_normal(around%modulus, around%curvatures(1), around%curvatures(2), &
+         models(ellipse)%kernel, volumetric=.true., with_shape=around%with_shape)
+   end subroutine new_vilke
 
 end module contensou_contact_normal

@@ -3,17 +3,15 @@ module contensou_dynamics_assembly
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_kinds, only : pi, wp
    use contensou_base_rotations, only : rotation_matrix
-   use contensou_contact_damping, only : damping_model_type, damping_models, &
-      hunt_crossley_number, restitution_any_speed, restitution_at_speed, tsuji_factor
+   use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_geometry, only : contact_point_type, contact_trouble, geometry_type, &
       pose_type, track_type, trouble_none
-   use contensou_contact_hertz, only : effective_modulus, hertz_model_type
-   use contensou_contact_law, only : contact_law_type
-   use contensou_contact_normal, only : new_normal, normal_rigid, normal_vilke
+   use contensou_contact_hertz, only : effective_modulus
+   use contensou_contact_normal, only : normal_model_type, normal_models
    use contensou_contact_pairs, only : new_geometry
-   use contensou_contact_rolling, only : rolling_none
-   use contensou_contact_vilke, only : vilke_models
+   use contensou_contact_parameters, only : parameters_type, surroundings_type
+   use contensou_contact_rolling, only : rolling_model_type, rolling_models
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_mechanism, only : body_type, contact_type
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, moves_freely, &
@@ -25,12 +23,17 @@ module contensou_dynamics_assembly
    public :: assemble, initial_state, initial_pose, contact_length, contact_time, &
       largest_relative_approach
 
-   !> Smallest impact speed that a restitution per impact distinguishes [m/s].
-   real(wp), parameter :: slowest_impact = 1.0e-3_wp
-
    !> Largest approach over the smallest radius of curvature: beyond it the half-space theory of
    !> Hertz has no meaning.
    real(wp), parameter :: largest_relative_approach = 0.1_wp
+
+   !> The tables of the parts.
+   type :: tables_type
+      type(normal_model_type), allocatable :: normal(:)
+      type(damping_model_type), allocatable :: damping(:)
+      type(friction_model_type), allocatable :: friction(:)
+      type(rolling_model_type), allocatable :: rolling(:)
+   end type tables_type
 
 contains
 
@@ -40,8 +43,13 @@ contains
       type(scene_type), intent(in) :: scene
       !> The equations of motion.
       type(system_type), intent(out) :: system
+      type(tables_type) :: tables
       integer :: i
 
+      tables%normal = normal_models()
+      tables%damping = damping_models()
+      tables%friction = friction_models()
+      tables%rolling = rolling_models()
       system%gravity = scene%gravity
       allocate(system%bodies(size(scene%bodies)), system%contacts(size(scene%contacts)))
       do i = 1, size(scene%bodies)
@@ -49,34 +57,11 @@ contains
       end do
       do i = 1, size(scene%contacts)
          associate (spec => scene%contacts(i), contact => system%contacts(i))
-            contact%a = scene%surfaces(spec%surfaces(1))%body
-            contact%b = scene%surfaces(spec%surfaces(2))%body
-            call set_law(scene, spec, contact%law)
-            if (spec%normal == normal_rigid) call make_rigid(spec, contact)
+            call set_law(scene, spec, tables, contact)
          end associate
       end do
       call system%prepare()
    end subroutine assemble
-
-   !> Restitution of a rigid contact.
-   subroutine make_rigid(spec, contact)
-      !> Its description.
-      type(contact_spec_type), intent(in) :: spec
-      type(contact_type), intent(inout) :: contact
-      type(damping_model_type), allocatable :: damping(:)
-
-      damping = damping_models()
-      contact%rigid = .true.
-      contact%restitution = spec%restitution
-      if (damping(spec%damping)%restitution /= restitution_at_speed) return
-      if (spec%impact_velocity > 0.0_wp) then
-         contact%restitution_slope = hunt_crossley_number(spec%restitution) &
-            /(1.5_wp*spec%impact_velocity)
-      else if (spec%restitution <= 0.0_wp) then
-         contact%restitution = 1.0_wp
-         contact%restitution_slope = spec%damping_coefficient
-      end if
-   end subroutine make_rigid
 
    !> A body.
    pure subroutine set_body(spec, body)
@@ -102,73 +87,45 @@ contains
    end subroutine set_body
 
    !> The parts of a contact.
-   subroutine set_law(scene, spec, law)
+   subroutine set_law(scene, spec, tables, contact)
       type(scene_type), intent(in) :: scene
       type(contact_spec_type), intent(in) :: spec
-      type(contact_law_type), intent(inout) :: law
-      type(damping_model_type), allocatable :: damping(:)
-      type(friction_model_type), allocatable :: friction(:)
-      type(hertz_model_type), allocatable :: vilke(:)
-      real(wp) :: modulus, mass, curvatures(2)
-      logical :: with_shape
+      type(tables_type), intent(in) :: tables
+      type(contact_type), intent(inout) :: contact
+      type(surroundings_type) :: around
+      type(parameters_type) :: values
 
-      associate (a => scene%surfaces(spec%surfaces(1)), b => scene%surfaces(spec%surfaces(2)))
+      associate (a => scene%surfaces(spec%surfaces(1)), b => scene%surfaces(spec%surfaces(2)), &
+         law => contact%law, normal => tables%normal(spec%normal), &
+         damping => tables%damping(spec%damping), friction => tables%friction(spec%friction), &
+         rolling => tables%rolling(spec%rolling))
+         contact%a = a%body
+         contact%b = b%body
          call new_geometry(a%surface, b%surface, law%geometry)
-         associate (ma => scene%materials(a%material), mb => scene%materials(b%material))
-            modulus = effective_modulus(ma%young, ma%poisson, mb%young, mb%poisson)
-         end associate
-         friction = friction_models()
-         vilke = vilke_models()
-         with_shape = associated(friction(spec%friction)%kernel)
-         curvatures = initial_curvatures(scene, a%body, b%body, law%geometry)
-         if (spec%normal == normal_vilke) then
-            law%normal = new_normal(modulus, curvatures(1), curvatures(2), &
-               vilke(spec%ellipse)%kernel, volumetric=.true., with_shape=with_shape)
-         else
-            law%normal = new_normal(modulus, curvatures(1), curvatures(2), &
-               with_shape=with_shape)
-         end if
          law%largest_approach = largest_relative_approach*law%geometry%smallest_radius()
-
-         damping = damping_models()
-         if (associated(damping(spec%damping)%kernel) .and. spec%normal /= normal_rigid) then
-            allocate(law%damping)
-            law%damping%kernel => damping(spec%damping)%kernel
-            law%damping%slopes => damping(spec%damping)%slopes
-            law%damping%coefficient = spec%damping_coefficient
-            mass = reduced_mass(scene, a%body, b%body)
-            select case (damping(spec%damping)%restitution)
-            case (restitution_at_speed)
-               if (spec%restitution > 0.0_wp) then
-                  law%damping%impact_number = hunt_crossley_number(spec%restitution)
-                  law%damping%slowest_impact = max(slowest_impact, spec%impact_velocity)
-                  call law%damping%begin_impact(spec%impact_velocity)
-                  if (spec%impact_velocity > 0.0_wp) law%damping%impact_number = 0.0_wp
-               end if
-            case (restitution_any_speed)
-               if (spec%restitution > 0.0_wp) then
-                  law%damping%coefficient = tsuji_factor(spec%restitution)
-               end if
-               law%damping%coefficient = law%damping%coefficient*sqrt(mass)
-            case default
-               ! The coefficient is in the unit of the law.
-            end select
+         around%young = scene%materials([a%material, b%material])%young
+         around%poisson = scene%materials([a%material, b%material])%poisson
+         around%modulus = effective_modulus(around%young(1), around%poisson(1), around%young(2), &
+            around%poisson(2))
+         around%curvatures = initial_curvatures(scene, a%body, b%body, law%geometry)
+         around%mass = reduced_mass(scene, a%body, b%body)
+         around%with_shape = friction%acts
+         call normal%create(normal%completed(spec%parameters), around, law%normal)
+         contact%rigid = normal%rigid
+         if (contact%rigid) then
+            if (associated(damping%restitute)) call damping%restitute(spec%parameters, &
+               contact%restitution, contact%restitution_slope)
+         else if (damping%acts) then
+            values = damping%completed(spec%parameters)
+            call damping%create(values, around, law%damping)
          end if
-
-         if (spec%rolling /= rolling_none) then
-            allocate(law%rolling)
-            law%rolling%model = spec%rolling
-            law%rolling%coefficient = spec%rolling_coefficient
-            law%rolling%regularization = spec%rolling_regularization
+         if (friction%acts) then
+            values = friction%completed(spec%parameters)
+            call friction%create(values, around, law%friction)
          end if
-
-         if (associated(friction(spec%friction)%kernel)) then
-            allocate(law%friction)
-            law%friction%kernel => friction(spec%friction)%kernel
-            law%friction%jacobian => friction(spec%friction)%jacobian
-            law%friction%coefficient = spec%friction_coefficient
-            law%friction%delta = spec%regularization_velocity
-            law%friction%drilling = spec%drilling .and. friction(spec%friction)%has_torque
+         if (rolling%acts) then
+            values = rolling%completed(spec%parameters)
+            call rolling%create(values, around, law%rolling)
          end if
       end associate
    end subroutine set_law

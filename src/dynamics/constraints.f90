@@ -16,7 +16,6 @@ module contensou_dynamics_constraints
    use contensou_contact_geometry, only : contact_point_type, contact_variation_type, pose_type, &
       track_type, trouble_jammed, trouble_lost, trouble_none, trouble_redundant
    use contensou_contact_law, only : contact_law_type
-   use contensou_contact_rolling, only : rolling_hysteresis
    use contensou_dynamics_mechanism, only : mechanism_type, relative_motion
    use contensou_dynamics_scene, only : motion_free, motion_prescribed
    use contensou_dynamics_state, only : add_to_motion, spin_of, velocity_of
@@ -432,7 +431,7 @@ contains
          self%slope(4:6) = slopes(3, 1)*self%at%normal
       end if
       if (.not. allocated(law%rolling)) return
-      if (law%rolling%model /= rolling_hysteresis) then
+      if (.not. law%rolling%follows_spot) then
          torque = law%rolling%torque(1.0_wp, self%at%normal, self%at%major, a, &
             law%normal%axis_b*root, self%spin)
          self%slope(4:6) = self%slope(4:6) + torque

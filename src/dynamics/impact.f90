@@ -14,7 +14,7 @@
 module contensou_dynamics_impact
    use contensou_base_kinds, only : wp
    use contensou_base_vectors, only : cross
-   use contensou_contact_damping, only : hunt_crossley_restitution
+   use contensou_contact_damping_coefficient, only : hunt_crossley_restitution
    use contensou_contact_geometry, only : trouble_jammed, trouble_none
    use contensou_contact_law, only : contact_law_type
    use contensou_dynamics_constraints, only : find_link, link_type, response, solve_linear, &

@@ -17,7 +17,6 @@ module contensou_dynamics_linear_load
       pose_type, track_type, trouble_none
    use contensou_contact_law, only : contact_law_type
    use contensou_contact_normal, only : normal_type
-   use contensou_contact_rolling, only : rolling_hysteresis
    use contensou_dynamics_constraints, only : link_type, set_kinematics
    use contensou_dynamics_mechanism, only : contact_type, relative_motion, resolution_type
    implicit none(type, external)
@@ -407,7 +406,7 @@ contains
          moment = 0.0_wp
          associate (law => contact%law)
             ! A spot without size has no lever arm.
-            if (law%rolling%model == rolling_hysteresis .and. .not. touch%approach > 0.0_wp) return
+            if (law%rolling%follows_spot .and. .not. touch%approach > 0.0_wp) return
             root = sqrt(touch%approach)
             moment = law%rolling%torque(normal_force, normal, major, law%normal%axis_a*root, &
                law%normal%axis_b*root, relative)
@@ -431,7 +430,7 @@ contains
          d_moment = 0.0_wp
          if (touch%values(1) > 0.0_wp) d_moment = touch%rolling*(d_load/touch%values(1))
          associate (law => contact%law, at => touch%at, spin => touch%spin, load => touch%values(1))
-            if (law%rolling%model == rolling_hysteresis .and. .not. touch%rigid) then
+            if (law%rolling%follows_spot .and. .not. touch%rigid) then
                d_moment = d_moment - touch%rolling*(0.5_wp*d_gap/touch%approach)
             end if
             scale = max(norm2(spin), law%rolling%regularization)

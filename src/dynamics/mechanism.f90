@@ -142,8 +142,7 @@ contains
       call checkpoint%exchange("leaving", self%leaving)
       call checkpoint%exchange("threshold", self%threshold)
       call checkpoint%exchange("normal_force", self%normal_force)
-      if (allocated(self%law%damping)) call checkpoint%exchange("damping", &
-         self%law%damping%coefficient)
+      if (allocated(self%law%damping)) call self%law%damping%exchange(checkpoint)
    end subroutine exchange_contact
 
    !> Gap of a contact.

@@ -2,7 +2,7 @@
 module contensou_dynamics_scene
    use contensou_base_kinds, only : wp
    use contensou_contact_normal, only : normal_hertz
-   use contensou_contact_rolling, only : rolling_none
+   use contensou_contact_parameters, only : parameters_type
    use contensou_contact_surface, only : surface_type
    implicit none(type, external)
    private
@@ -96,30 +96,14 @@ module contensou_dynamics_scene
       integer :: surfaces(2) = 0
       !> Index into `normal_models`.
       integer :: normal = normal_hertz
-      !> Formula for the spot of Vil'ke's model, index into `vilke_models`.
-      integer :: ellipse = 1
       !> Index into `damping_models`.
       integer :: damping = 1
-      !> Coefficient of the damping law, in its unit.
-      real(wp) :: damping_coefficient = 0.0_wp
-      !> Coefficient of restitution [-]; 0 when the coefficient is given instead.
-      real(wp) :: restitution = 0.0_wp
-      !> Impact speed at which `restitution` holds [m/s]; 0 for that of each impact.
-      real(wp) :: impact_velocity = 0.0_wp
       !> Index into `friction_models`.
       integer :: friction = 1
-      !> Friction coefficient [-].
-      real(wp) :: friction_coefficient = 0.0_wp
-      !> Regularisation velocity [m/s].
-      real(wp) :: regularization_velocity = 0.0_wp
-      !> Whether the drilling torque acts.
-      logical :: drilling = .true.
       !> Index into `rolling_models`.
-      integer :: rolling = rolling_none
-      !> Lever arm [m] or loss [-] of the rolling resistance.
-      real(wp) :: rolling_coefficient = 0.0_wp
-      !> Rolling velocity below which the rolling resistance fades [rad/s].
-      real(wp) :: rolling_regularization = 0.0_wp
+      integer :: rolling = 1
+      !> Values of the keys of the models.
+      type(parameters_type) :: parameters
    end type contact_spec_type
 
    !> How to integrate.

@@ -12,8 +12,7 @@ module contensou_files_trajectory
    use contensou_base_text, only : string_type, to_text
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_catalogue, only : model_info_type
-   use contensou_contact_normal, only : normal_models
+   use contensou_contact_normal, only : normal_model_type, normal_models
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_equations, only : system_type
    use contensou_integrate_integrator, only : statistics_type
@@ -250,7 +249,7 @@ contains
       type(scene_type), intent(in) :: scene
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
-      type(model_info_type), allocatable :: normal(:)
+      type(normal_model_type), allocatable :: normal(:)
       type(damping_model_type), allocatable :: damping(:)
       type(friction_model_type), allocatable :: friction(:)
       character(len=:), allocatable :: surfaces(:, :)
@@ -275,7 +274,7 @@ contains
          call f%put_labels("/contact/side", ["A", "B"], "side of the contact", error)
          call f%put_array("/contact/surfaces", surfaces, ["/contact/name", "/contact/side"], &
             "surfaces that touch", error)
-         call f%put_array("/contact/normal", normal(scene%contacts%normal)%name, scale, &
+         call f%put_array("/contact/normal", normal(scene%contacts%normal)%info%name, scale, &
             "normal force model", error)
          call f%put_array("/contact/damping", damping(scene%contacts%damping)%info%name, scale, &
             "damping law", error)

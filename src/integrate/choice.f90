@@ -125,7 +125,7 @@ contains
          approach = (load/stiffness)**(2.0_wp/3.0_wp)
          frequency = sqrt(1.5_wp*stiffness*sqrt(approach)*yields)
          if (allocated(c%law%damping)) then
-            slopes = c%law%damping%slopes(load, approach, 0.0_wp, c%law%damping%coefficient)
+            slopes = c%law%damping%slopes(load, approach, 0.0_wp)
             ratio = 0.5_wp*abs(slopes(3))*yields/frequency
          end if
          if (.not. allocated(c%law%friction)) return

@@ -898,14 +898,10 @@ contains
       real(wp), intent(in) :: speed
       !> Whether the right-hand side changed by that.
       logical, intent(out) :: changed
-      real(wp) :: before
 
       changed = .false.
       associate (law => motion%system%contacts(contact)%law)
-         if (.not. allocated(law%damping)) return
-         before = law%damping%coefficient
-         call law%damping%begin_impact(speed)
-         changed = abs(law%damping%coefficient - before) > 0.0_wp
+         if (allocated(law%damping)) call law%damping%begin_impact(speed, changed)
       end associate
    end subroutine begin_impact
 

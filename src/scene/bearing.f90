@@ -18,9 +18,9 @@ module contensou_scene_bearing
    use contensou_base_settings, only : group_settings_type, key_type, kind_logical, kind_real
    use contensou_base_text, only : lower, to_text
    use contensou_base_vectors, only : cross, unit_vector
-   use contensou_contact_hertz, only : effective_modulus, hertz_model_type
-   use contensou_contact_normal, only : new_normal, normal_type, normal_vilke
-   use contensou_contact_vilke, only : vilke_models, vilke_power_index
+   use contensou_contact_hertz, only : effective_modulus
+   use contensou_contact_normal, only : normal_model_type, normal_models, normal_type
+   use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_scene_schema, only : schema_keys
    use contensou_scene_settings, only : name_of, resolve, settings_type
    implicit none(type, external)
@@ -562,18 +562,20 @@ contains
       !> Half relative curvature along the groove [1/m].
       real(wp), intent(in) :: along
       type(normal_type) :: normal
-      type(hertz_model_type), allocatable :: vilke(:)
-      integer :: ellipse
+      type(normal_model_type), allocatable :: models(:)
+      type(parameters_type) :: parameters
+      type(surroundings_type) :: around
+      integer :: i
 
-      if (instance%settings(instance%at("normal"))%choice == normal_vilke) then
-         ellipse = instance%settings(instance%at("ellipse"))%choice
-         if (ellipse == 0) ellipse = vilke_power_index
-         vilke = vilke_models()
-         normal = new_normal(modulus, min(across, along), max(across, along), &
-            vilke(ellipse)%kernel, volumetric=.true., with_shape=.false.)
-      else
-         normal = new_normal(modulus, min(across, along), max(across, along), with_shape=.false.)
+      models = normal_models()
+      if (instance%choice("ellipse") > 0) then
+         call parameters%set("ellipse", real(instance%choice("ellipse"), wp))
       end if
+      around%modulus = modulus
+      around%curvatures = [min(across, along), max(across, along)]
+      around%with_shape = .false.
+      i = max(instance%choice("normal"), 1)
+      call models(i)%create(parameters, around, normal)
    end function normal_of
 
    !> Distance of the centre of a ball from the axis, and along it from the plane of the outer

@@ -10,17 +10,13 @@ module contensou_scene_reader
    use contensou_base_settings, only : domain_text, group_settings_type
    use contensou_base_text, only : lower, nearest, quote, string_type, to_text
    use contensou_base_text_lock, only : lock_texts, unlock_texts
-   use contensou_contact_catalogue, only : model_info_type
-   use contensou_contact_damping, only : damping_model_type, damping_models, restitution_at_speed, &
-      restitution_none
-   use contensou_contact_friction, only : friction_model_type, friction_models
+   use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_geometry, only : contact_point_type, contact_trouble, geometry_type, &
       pose_type, track_type, trouble_lost, trouble_no_spot, trouble_none, trouble_text
-   use contensou_contact_normal, only : normal_rigid, normal_vilke
+   use contensou_contact_normal, only : normal_rigid
    use contensou_contact_pairs, only : geometry_models, new_geometry
-   use contensou_contact_rolling, only : rolling_models, rolling_none
+   use contensou_contact_parts, only : contact_parts, n_parts, part_type, read_models
    use contensou_contact_surface, only : read_surface
-   use contensou_contact_vilke, only : vilke_power_index
    use contensou_dynamics_assembly, only : assemble, contact_length, initial_pose, &
       largest_relative_approach
    use contensou_dynamics_impact, only : touching_gap
@@ -200,9 +196,11 @@ contains
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(group_spec_type), allocatable :: groups(:)
+      type(part_type), allocatable :: parts(:)
       integer, allocatable :: n(:)
       integer :: i
 
+      parts = contact_parts()
       groups = schema_groups()
       allocate(n(size(groups)))
       n = [(count(settings%instances%group == i), i=1, size(n))]
@@ -227,7 +225,7 @@ contains
             case ("surface")
                call build_surface(settings, instance, scene, n(4), diagnostics)
             case ("contact")
-               call build_contact(settings, instance, scene%contacts(n(5)), diagnostics)
+               call build_contact(settings, instance, parts, scene%contacts(n(5)), diagnostics)
             case ("integrator")
                call build_integrator(instance, scene, diagnostics)
             case ("output")
@@ -494,161 +492,36 @@ contains
    end subroutine build_surface
 
    !> A contact.
-   subroutine build_contact(settings, instance, contact, diagnostics)
+   subroutine build_contact(settings, instance, parts, contact, diagnostics)
       !> All settings.
       type(settings_type), intent(in) :: settings
       !> The group.
       type(group_settings_type), intent(in) :: instance
+      !> The parts of a contact.
+      type(part_type), intent(in) :: parts(:)
       type(contact_spec_type), intent(inout) :: contact
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(damping_model_type), allocatable :: dampings(:)
-      type(friction_model_type), allocatable :: frictions(:)
+      integer :: choice(n_parts)
 
       contact%name = instance%label()
       call refer(settings, instance, "surfaces", 1, contact%surfaces(1), diagnostics)
       call refer(settings, instance, "surfaces", 2, contact%surfaces(2), diagnostics)
-      contact%normal = max(instance%settings(instance%at("normal"))%choice, 1)
-      associate (ellipse => instance%settings(instance%at("ellipse")))
-         contact%ellipse = ellipse%choice
-         if (ellipse%choice == 0) contact%ellipse = vilke_power_index
-         if (ellipse%given .and. contact%normal /= normal_vilke) call diagnostics%add( &
-            ellipse%origin, "'ellipse' has no meaning here", "it goes with normal = 'vilke'")
+      call read_models(instance, parts, choice, contact%parameters, diagnostics)
+      contact%normal = choice(1)
+      contact%damping = choice(2)
+      contact%friction = choice(3)
+      contact%rolling = choice(4)
+      if (contact%normal /= normal_rigid) return
+      dampings = damping_models()
+      associate (damping => dampings(contact%damping))
+         if (.not. associated(damping%restitute)) call diagnostics%add( &
+            instance%place("damping", 1), "damping " // quote(trim(damping%info%name)) // &
+            " has no meaning for a rigid contact", &
+            "restitution without damping, or damping = 'hunt_crossley'")
       end associate
-      call build_rolling(instance, contact, diagnostics)
-      associate (damping => instance%settings(instance%at("damping")), &
-         coefficient => instance%settings(instance%at("damping_coefficient")), &
-         restitution => instance%settings(instance%at("restitution")), &
-         velocity => instance%settings(instance%at("impact_velocity")))
-         dampings = damping_models()
-         contact%damping = max(damping%choice, 1)
-         contact%damping_coefficient = coefficient%real(1)
-         contact%restitution = restitution%real(1)
-         contact%impact_velocity = velocity%real(1)
-         if (contact%normal == normal_rigid) call check_rigid()
-         if (restitution%given .and. restitution%set .and. restitution%real(1) <= 0.0_wp .and. &
-            (contact%normal /= normal_rigid .or. contact%damping > 1)) call diagnostics%add( &
-            restitution%places(1), "'restitution' must be positive here", &
-            "a number > 0 and <= 1 [-]; only a rigid contact without a damping law has 0")
-         associate (model => dampings(contact%damping))
-            if (.not. damping%given) then
-               if (coefficient%given) call diagnostics%add(coefficient%origin, &
-                  "'damping_coefficient' without 'damping'", "damping = the name of a law")
-               if (restitution%given .and. contact%normal /= normal_rigid) call &
-                  diagnostics%add(restitution%origin, "'restitution' without 'damping'", &
-                  "damping = 'hunt_crossley' or 'tsuji'")
-               if (velocity%given) call diagnostics%add(velocity%origin, &
-                  "'impact_velocity' without 'damping'", "damping = 'hunt_crossley'")
-            else if (associated(model%kernel)) then
-               if (coefficient%given .and. restitution%given) call diagnostics%add( &
-                  restitution%origin, "the damping is given twice", &
-                  "either damping_coefficient or restitution")
-               if (restitution%given .and. model%restitution == restitution_none) call &
-                  diagnostics%add(restitution%origin, "damping " // &
-                  quote(trim(model%info%name)) // " has no formula for a restitution", &
-                  "damping_coefficient")
-               if (.not. (coefficient%given .or. restitution%given .or. coefficient%meant .or. &
-                  restitution%meant) .and. instance%complete) then
-                  call diagnostics%add(damping%origin, "damping " // &
-                     quote(trim(model%info%name)) // " needs its coefficient", &
-                     trim(model%info%keys))
-               end if
-               if (velocity%given .and. (.not. restitution%given .or. &
-                  model%restitution /= restitution_at_speed)) call diagnostics%add( &
-                  velocity%origin, "'impact_velocity' has no meaning here", &
-                  "it goes with damping = 'hunt_crossley' and restitution")
-            end if
-         end associate
-      end associate
-      associate (friction => instance%settings(instance%at("friction")), &
-         coefficient => instance%settings(instance%at("friction_coefficient")), &
-         delta => instance%settings(instance%at("regularization_velocity")), &
-         drilling => instance%settings(instance%at("drilling")))
-         frictions = friction_models()
-         contact%friction = max(friction%choice, 1)
-         contact%friction_coefficient = coefficient%real(1)
-         contact%regularization_velocity = delta%real(1)
-         contact%drilling = drilling%logical
-         associate (model => frictions(contact%friction))
-            if (.not. friction%given) then
-               if (coefficient%given) call diagnostics%add(coefficient%origin, &
-                  "'friction_coefficient' without 'friction'", "friction = the name of a model")
-               if (delta%given) call diagnostics%add(delta%origin, &
-                  "'regularization_velocity' without 'friction'", "friction = the name of a model")
-               if (drilling%given) call diagnostics%add(drilling%origin, &
-                  "'drilling' without 'friction'", "friction = the name of a model")
-            else if (associated(model%kernel) .and. instance%complete) then
-               if (.not. (coefficient%given .or. coefficient%meant)) then
-                  call diagnostics%add(friction%origin, "friction " // &
-                     quote(trim(model%info%name)) // " needs 'friction_coefficient'", &
-                     "friction_coefficient = a number >= 0 [-]")
-               end if
-               if (model%needs_delta .and. .not. (delta%given .or. delta%meant)) then
-                  call diagnostics%add(friction%origin, "friction " // &
-                     quote(trim(model%info%name)) // " needs 'regularization_velocity'", &
-                     "regularization_velocity = a number > 0 [m s-1], as 1.0e-3")
-               end if
-               if (model%needs_delta .and. delta%given .and. delta%set .and. &
-                  delta%real(1) <= 0.0_wp) then
-                  call diagnostics%add(delta%places(1), "'regularization_velocity' must be " // &
-                     "positive for " // quote(trim(model%info%name)), &
-                     "a number > 0 [m s-1], as 1.0e-3")
-               end if
-            end if
-         end associate
-      end associate
-
-   contains
-
-      !> Damping of a rigid contact: what it has of it is restitution.
-      subroutine check_rigid()
-         associate (damping => instance%settings(instance%at("damping")), &
-            restitution => instance%settings(instance%at("restitution")))
-            ! Elastic bodies without damping give everything back.
-            if (contact%damping == 1 .and. .not. restitution%given) contact%restitution = 1.0_wp
-            if (damping%given .and. associated(dampings(contact%damping)%kernel) .and. &
-               dampings(contact%damping)%restitution /= restitution_at_speed) call &
-               diagnostics%add(damping%places(1), "damping " // &
-               quote(trim(dampings(contact%damping)%info%name)) // &
-               " has no meaning for a rigid contact", &
-               "restitution without damping, or damping = 'hunt_crossley'")
-         end associate
-      end subroutine check_rigid
-
    end subroutine build_contact
-
-   !> Rolling resistance of a contact.
-   subroutine build_rolling(instance, contact, diagnostics)
-      !> The group.
-      type(group_settings_type), intent(in) :: instance
-      type(contact_spec_type), intent(inout) :: contact
-      !> Mistakes are appended here.
-      type(diagnostics_type), intent(inout) :: diagnostics
-      type(model_info_type), allocatable :: models(:)
-
-      models = rolling_models()
-      associate (rolling => instance%settings(instance%at("rolling")), &
-         coefficient => instance%settings(instance%at("rolling_coefficient")), &
-         regularization => instance%settings(instance%at("rolling_regularization")))
-         contact%rolling = max(rolling%choice, rolling_none)
-         contact%rolling_coefficient = coefficient%real(1)
-         contact%rolling_regularization = regularization%real(1)
-         if (contact%rolling == rolling_none) then
-            if (rolling%given) return
-            if (coefficient%given) call diagnostics%add(coefficient%origin, &
-               "'rolling_coefficient' without 'rolling'", "rolling = the name of a model")
-            if (regularization%given) call diagnostics%add(regularization%origin, &
-               "'rolling_regularization' without 'rolling'", "rolling = the name of a model")
-         else if (instance%complete) then
-            if (.not. (coefficient%given .or. coefficient%meant)) call diagnostics%add( &
-               rolling%origin, "rolling " // quote(trim(models(contact%rolling)%name)) // &
-               " needs 'rolling_coefficient'", trim(models(contact%rolling)%keys))
-            if (.not. (regularization%given .or. regularization%meant)) call diagnostics%add( &
-               rolling%origin, "rolling " // quote(trim(models(contact%rolling)%name)) // &
-               " needs 'rolling_regularization'", trim(models(contact%rolling)%keys))
-         end if
-      end associate
-   end subroutine build_rolling
 
    !> Values of the group `integrator`.
    subroutine build_integrator(instance, scene, diagnostics)

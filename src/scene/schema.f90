@@ -5,15 +5,9 @@ module contensou_scene_schema
    use contensou_base_settings, only : key_list_type, key_type, kind_choice, kind_logical, &
       kind_name, kind_real, kind_reference, kind_text, most_values
    use contensou_base_text, only : string_type, strings
-   use contensou_contact_damping, only : damping_model_type, damping_models
-   use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_catalogue, only : model_info_type
-   use contensou_contact_hertz, only : hertz_model_type
-   use contensou_contact_normal, only : normal_models
-   use contensou_contact_rolling, only : rolling_models
+   use contensou_contact_parts, only : model_names, put_part_keys
    use contensou_contact_shapes_table, only : put_shape_keys, shape_names
    use contensou_contact_surface, only : side_names
-   use contensou_contact_vilke, only : vilke_models
    use contensou_dynamics_scene, only : cost_measures, cost_quantities, frame_names, motion_names
    use contensou_integrate_march, only : integrator_methods, jacobian_kinds
    implicit none(type, external)
@@ -139,38 +133,7 @@ contains
       call list%put("contact", "surfaces", kind_reference, values=2, mandatory=.true., &
          target="surface", doc="the surfaces A and B; normals point from A into B, forces are " // &
          "reported as they act on the body of B")
-      call list%put("contact", "normal", kind_choice, default="'hertz'", doc="normal force")
-      call list%put("contact", "ellipse", kind_choice, &
-         doc="formula for the spot of normal = 'vilke'; 'power' if not given")
-      call list%put("contact", "damping", kind_choice, default="'none'", &
-         doc="damping of the normal force")
-      call list%put("contact", "damping_coefficient", kind_real, unit="model", least=0.0_wp, &
-         doc="coefficient of the damping law: hunt_crossley alpha [s/m], viscous D [N s/m2], " // &
-         "tsuji alpha [-]")
-      call list%put("contact", "restitution", kind_real, unit="1", least=0.0_wp, most=1.0_wp, &
-         doc="coefficient of restitution: of normal = 'rigid' (1 if not given), or > 0 " // &
-         "instead of damping_coefficient for hunt_crossley and tsuji; the formula of tsuji is " // &
-         "that of a contact that may pull at its end: as it may not, 0.5 returns 0.55")
-      call list%put("contact", "impact_velocity", kind_real, unit="m s-1", above=0.0_wp, &
-         doc="speed of approach at which a hunt_crossley contact has its restitution; not " // &
-         "given, the coefficient follows the speed of each touch (not below 1e-3 m/s)")
-      call list%put("contact", "friction", kind_choice, default="'none'", doc="friction model")
-      call list%put("contact", "friction_coefficient", kind_real, unit="1", least=0.0_wp, &
-         doc="friction coefficient f; mandatory with friction")
-      call list%put("contact", "regularization_velocity", kind_real, unit="m s-1", least=0.0_wp, &
-         default="0.0", doc="velocity delta below which friction falls to zero with the slip " // &
-         "velocity; mandatory and positive for coulomb; with 0 the wrench of v = w = 0 is " // &
-         "zero, and a run smooths its jump there over a velocity that its tolerance does not " // &
-         "resolve")
-      call list%put("contact", "drilling", kind_logical, default=".true.", &
-         doc="whether the drilling torque about the normal acts")
-      call list%put("contact", "rolling", kind_choice, default="'none'", doc="rolling resistance")
-      call list%put("contact", "rolling_coefficient", kind_real, unit="model", least=0.0_wp, &
-         doc="constant: lever arm of the normal force [m]; hysteresis: share of the elastic " // &
-         "work that is lost [-]; mandatory with rolling")
-      call list%put("contact", "rolling_regularization", kind_real, unit="rad s-1", above=0.0_wp, &
-         doc="rolling velocity below which the rolling resistance falls to " // &
-         "zero linearly; mandatory with rolling")
+      call put_part_keys(list)
 
       call list%put("integrator", "method", kind_choice, default="'cvode_bdf'", &
          doc="method: cvode_bdf, implicit, for any problem; cvode_adams, a multistep method, " // &
@@ -329,27 +292,16 @@ contains
    function choices_of(key) result(names)
       type(key_type), intent(in) :: key
       type(string_type), allocatable :: names(:)
-      type(model_info_type), allocatable :: normal(:)
-      type(damping_model_type), allocatable :: damping(:)
-      type(friction_model_type), allocatable :: friction(:)
-      type(hertz_model_type), allocatable :: vilke(:)
-      type(model_info_type), allocatable :: rolling(:)
 
-      character(len=:), allocatable :: path
-
-      path = trim(key%group) // "." // trim(key%name)
-      select case (path)
+      if (associated(key%choices)) then
+         names = key%choices()
+         return
+      end if
+      select case (trim(key%group) // "." // trim(key%name))
       case ("bearing.initial_state")
          names = strings(start_names)
-         return
       case ("bearing.loaded_ring")
          names = strings(ring_names)
-         return
-      case default
-         ! The other choices of a bearing are those of its contacts.
-         if (key%group == "bearing") path = "contact." // trim(key%name)
-      end select
-      select case (path)
       case ("surface.shape")
          names = shape_names()
       case ("surface.side")
@@ -358,31 +310,18 @@ contains
          names = strings(cost_measures)
       case ("cost.quantities")
          names = strings(cost_quantities)
-      case ("contact.normal", "cost.normal")
-         normal = normal_models()
-         names = strings(normal%name)
-      case ("contact.ellipse")
-         vilke = vilke_models()
-         names = strings(vilke%info%name)
-      case ("contact.rolling")
-         rolling = rolling_models()
-         names = strings(rolling%name)
       case ("body.motion")
          names = strings(motion_names)
       case ("body.applied_frame")
          names = strings(frame_names)
-      case ("contact.damping")
-         damping = damping_models()
-         names = strings(damping%info%name)
-      case ("contact.friction", "cost.friction")
-         friction = friction_models()
-         names = strings(friction%info%name)
       case ("integrator.method", "cost.methods")
          names = strings(integrator_methods)
       case ("integrator.jacobian")
          names = strings(jacobian_kinds)
       case default
          allocate(names(0))
+         ! The choice of a model for a contact.
+         if (key%kind == kind_choice) names = model_names(trim(key%name))
       end select
    end function choices_of
 

@@ -86,7 +86,7 @@ contains
       character(len=:), allocatable :: path
       real(wp) :: values(1)
       integer(i8) :: i, total
-      integer :: length
+      integer :: length, k
 
       call get_command_argument(1, length=length)
       allocate(character(len=length) :: path)
@@ -102,7 +102,9 @@ contains
       total = 0
       do i = 1, sweep%n_cases
          call sweep%parameters_of(i, values, words)
-         file%scene%contacts%friction_coefficient = values(1)
+         do k = 1, size(file%scene%contacts)
+            call file%scene%contacts(k)%parameters%set("friction_coefficient", values(1))
+         end do
          total = total + evaluations(file%scene)
       end do
       write(output_unit, "(i0)") total

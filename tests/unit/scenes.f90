@@ -6,6 +6,7 @@ module test_scenes
    use contensou_base_vectors, only : cross, frame_along
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
+   use contensou_contact_rolling, only : rolling_model_type, rolling_models
    use contensou_contact_shapes_plane, only : plane_type
    use contensou_contact_shapes_sphere, only : sphere_type
    use contensou_dynamics_scene, only : scene_type
@@ -15,7 +16,8 @@ module test_scenes
    implicit none(type, external)
    private
 
-   public :: two_bodies, ball, set_motion, random_touch, damping_index, friction_index
+   public :: two_bodies, ball, set_motion, random_touch
+   public :: damping_index, friction_index, rolling_index
 
 contains
 
@@ -46,6 +48,19 @@ contains
       end do
       error stop "a friction model of this name is not in the table"
    end function friction_index
+
+   !> Number of a law of rolling resistance in its table.
+   function rolling_index(name) result(i)
+      character(len=*), intent(in) :: name
+      integer :: i
+      type(rolling_model_type), allocatable :: models(:)
+
+      models = rolling_models()
+      do i = 1, size(models)
+         if (models(i)%info%name == name) return
+      end do
+      error stop "a law of rolling resistance of this name is not in the table"
+   end function rolling_index
 
    !> A body with a sphere and a body with a plane, both surfaces away from the centres of mass.
    subroutine two_bodies(scene, damping, friction, sphere_first)
@@ -81,10 +96,10 @@ contains
          contact%surfaces = [2, 1]
          if (sphere_first) contact%surfaces = [1, 2]
          contact%damping = damping
-         contact%damping_coefficient = 0.4_wp
+         call contact%parameters%set("damping_coefficient", 0.4_wp)
          contact%friction = friction
-         contact%friction_coefficient = 0.3_wp
-         contact%regularization_velocity = 1.0e-3_wp
+         call contact%parameters%set("friction_coefficient", 0.3_wp)
+         call contact%parameters%set("regularization_velocity", 1.0e-3_wp)
       end associate
       scene%integrator%method = "cvode_bdf"
       scene%integrator%rtol = 1.0e-9_wp

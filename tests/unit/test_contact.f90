@@ -7,14 +7,16 @@ module test_contact
    use contensou_base_text, only : string_type
    use contensou_base_vectors, only : cross, frame_along
    use contensou_contact_catalogue, only : model_info_type
-   use contensou_contact_damping, only : damping_model_type, damping_models, damping_type, &
-      hunt_crossley_number, restitution_any_speed, restitution_at_speed, restitution_none, &
-      tsuji_factor
+   use contensou_contact_damping, only : damping_model_type, damping_models
+   use contensou_contact_damping_coefficient, only : coefficient_damping_type, &
+      hunt_crossley_number, tsuji_factor
    use contensou_contact_friction, only : friction_model_type, friction_models
+   use contensou_contact_friction_ladder, only : rung_type
    use contensou_contact_geometry, only : contact_point_type, geometry_type, pose_type, track_type
    use contensou_contact_hertz, only : effective_modulus
    use contensou_contact_law, only : contact_law_type, contact_load_type
-   use contensou_contact_normal, only : new_normal, normal_models, normal_type
+   use contensou_contact_normal, only : normal_model_type, normal_models, normal_type
+   use contensou_contact_normal_law, only : new_normal
    use contensou_contact_pairs, only : geometry_models, new_geometry
    use contensou_contact_spot, only : circular_shape
    use contensou_contact_shapes_plane, only : plane_type
@@ -153,7 +155,7 @@ contains
    !> Formulas of the damping laws; they never pull.
    subroutine test_damping_laws()
       type(damping_model_type), allocatable :: models(:)
-      type(damping_type) :: damping
+      type(coefficient_damping_type) :: damping
       type(random_type) :: random
       type(worst_type) :: formula, pull
       character(len=:), allocatable :: name
@@ -264,7 +266,7 @@ contains
    function new_damping(name) result(damping)
       !> The law.
       character(len=*), intent(in) :: name
-      type(damping_type) :: damping
+      type(coefficient_damping_type) :: damping
       type(damping_model_type), allocatable :: models(:)
 
       models = damping_models()
@@ -275,7 +277,7 @@ contains
    !> until the approach is zero again.
    function rebound(damping, speed, clamped) result(e)
       !> The law.
-      type(damping_type), intent(in) :: damping
+      type(coefficient_damping_type), intent(in) :: damping
       !> Speed of impact [m/s].
       real(wp), intent(in) :: speed
       !> Whether the force is kept from pulling.
@@ -321,7 +323,7 @@ contains
 
    !> Restitution of the Hunt-Crossley law by integrating the impact.
    subroutine test_hunt_crossley_impact()
-      type(damping_type) :: damping
+      type(coefficient_damping_type) :: damping
       real(wp), parameter :: e(*) = [0.05_wp, 0.2_wp, 0.5_wp, 0.8_wp, 0.95_wp, 0.999_wp, 1.0_wp]
       real(wp) :: speed
       character(len=8) :: label
@@ -340,7 +342,7 @@ contains
    !> Restitution of Tsuji's law by integrating the impact; its formula is that of the law that may
    !> pull at the end.
    subroutine test_tsuji_impact()
-      type(damping_type) :: damping
+      type(coefficient_damping_type) :: damping
       real(wp), parameter :: e(*) = [0.1_wp, 0.3_wp, 0.5_wp, 0.8_wp, 0.95_wp, 1.0_wp]
       character(len=8) :: label
       integer :: i
@@ -360,18 +362,18 @@ contains
 
    !> The coefficient that follows the speed of each impact.
    subroutine test_begin_impact()
-      type(damping_type) :: damping
+      type(coefficient_damping_type) :: damping
+      logical :: changed
 
       damping%coefficient = 7.0_wp
-      call damping%begin_impact(2.0_wp)
+      call damping%begin_impact(2.0_wp, changed)
       call check_close(damping%coefficient, 7.0_wp, 0.0_wp, "begin_impact: a constant coefficient")
       damping%impact_number = 0.6_wp
-      damping%slowest_impact = 1.0e-3_wp
-      call damping%begin_impact(2.0_wp)
+      call damping%begin_impact(2.0_wp, changed)
       call check_relative(damping%coefficient, 0.2_wp, 1.0e-15_wp, "begin_impact: D/(1.5 v0)")
-      call damping%begin_impact(1.0e-9_wp)
+      call damping%begin_impact(1.0e-9_wp, changed)
       call check_relative(damping%coefficient, 400.0_wp, 1.0e-15_wp, "begin_impact: slowest impact")
-      call damping%begin_impact(-1.0_wp)
+      call damping%begin_impact(-1.0_wp, changed)
       call check_relative(damping%coefficient, 400.0_wp, 1.0e-15_wp, &
          "begin_impact: bodies that separate")
    end subroutine test_begin_impact
@@ -524,9 +526,7 @@ contains
       call new_geometry(sphere, plane, geometry)
       call new_geometry(sphere, plane, law%geometry)
       law%normal = new_normal(1.0e10_wp, 50.0_wp, 50.0_wp)
-      allocate(law%friction)
-      law%friction%coefficient = 0.3_wp
-      law%friction%kernel => wrench_exact
+      allocate(law%friction, source=rung_type(coefficient=0.3_wp, kernel=wrench_exact))
       at = contact_point_type(gap=-1.0e-5_wp, point=0.0_wp, normal=[0.0_wp, 0.0_wp, 1.0_wp], &
          major=[1.0_wp, 0.0_wp, 0.0_wp], curvature_a=50.0_wp, curvature_b=50.0_wp)
       velocity = [0.01_wp, -0.02_wp, 0.1_wp]
@@ -564,17 +564,14 @@ contains
          load%friction_power <= 0.0_wp, "law: no friction and no damping")
 
       damping = damping_models()
-      allocate(law%damping)
-      law%damping%kernel => damping(damping_index("hunt_crossley"))%kernel
-      law%damping%coefficient = 2.0_wp
+      allocate(law%damping, source=coefficient_damping_type(coefficient=2.0_wp, &
+         kernel=damping(damping_index("hunt_crossley"))%kernel))
       call law%evaluate(at, velocity, spin, 0.0_wp, load)
       call check_relative(load%normal_force, elastic*1.15_wp, 1.0e-15_wp, "law: with damping")
       call check_relative(load%damping_power, elastic*0.15_wp*0.05_wp, 1.0e-14_wp, &
          "law: power of damping")
 
-      allocate(law%friction)
-      law%friction%coefficient = 0.4_wp
-      law%friction%kernel => wrench_exact
+      allocate(law%friction, source=rung_type(coefficient=0.4_wp, kernel=wrench_exact))
       call law%evaluate(at, velocity, spin, 0.0_wp, load)
       a = law%normal%major_axis(2.0e-5_wp)
       ! The major axis is y, so the minor one is normal x major = -x.
@@ -598,6 +595,7 @@ contains
    subroutine test_tables()
       type(damping_model_type), allocatable :: damping(:)
       type(friction_model_type), allocatable :: friction(:)
+      type(normal_model_type), allocatable :: normals(:)
       type(scene_type) :: scene
       type(motion_type) :: motion
       type(random_type) :: random
@@ -608,7 +606,8 @@ contains
 
       damping = damping_models()
       friction = friction_models()
-      call test_table(normal_models(), "contact", "normal")
+      normals = normal_models()
+      call test_table(normals%info, "contact", "normal")
       call test_table(damping%info, "contact", "damping")
       call test_table(friction%info, "contact", "friction")
       pairs = geometry_models()
@@ -621,8 +620,8 @@ contains
       do i = 1, size(damping)
          name = trim(damping(i)%info%name)
          call check(associated(damping(i)%kernel) .neqv. name == "none", name // ": has a law")
-         call check(any(damping(i)%restitution == [restitution_none, restitution_at_speed, &
-            restitution_any_speed]), name // ": code of restitution")
+         call check(damping(i)%uses("damping_coefficient") .neqv. name == "none", &
+            name // ": has a coefficient")
          do j = 1, size(friction)
             call two_bodies(scene, i, j, .true.)
             call set_motion(scene, motion, y)

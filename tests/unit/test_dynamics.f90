@@ -5,6 +5,7 @@ module test_dynamics
       rotation_matrix, unit_quaternion
    use contensou_base_vectors, only : any_perpendicular, cross
    use contensou_contact_damping, only : damping_model_type, damping_models
+   use contensou_contact_damping_coefficient, only : coefficient_damping_type
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_geometry, only : pose_type
    use contensou_dynamics_assembly, only : contact_length
@@ -318,11 +319,12 @@ contains
             do k = 1, 100
                drilling = modulo(k, 3) > 0
                call two_bodies(scene, i, j, modulo(k, 2) == 0)
-               scene%contacts(1)%drilling = drilling
+               call scene%contacts(1)%parameters%set("drilling", drilling)
                scene%gravity = [1.0_wp, 2.0_wp, -9.81_wp]
                ! Up to where damping would pull, and beyond.
-               scene%contacts(1)%damping_coefficient = 10.0_wp**modulo(k, 5)
-               if (modulo(k, 4) == 0) scene%contacts(1)%regularization_velocity = 1.0_wp
+               call scene%contacts(1)%parameters%set("damping_coefficient", 10.0_wp**modulo(k, 5))
+               if (modulo(k, 4) == 0) call scene%contacts(1)%parameters%set( &
+                  "regularization_velocity", 1.0_wp)
                call set_motion(scene, motion, y)
                y = 0.0_wp
                call random_touch(scene, random, -random%uniform(1.0e-7_wp, 1.0e-4_wp), y)
@@ -464,43 +466,51 @@ contains
    subroutine test_restitution()
       type(scene_type) :: scene
       type(motion_type) :: motion
+      type(coefficient_damping_type) :: damping
       real(wp), allocatable :: y(:)
 
       call two_bodies(scene, damping_index("hunt_crossley"), 1, .true.)
       call set_motion(scene, motion, y)
-      associate (damping => motion%system%contacts(1)%law%damping)
-         call check_close(damping%coefficient, 0.4_wp, 0.0_wp, "hunt_crossley by coefficient")
-         call check_close(damping%impact_number, 0.0_wp, 0.0_wp, "hunt_crossley: constant")
-      end associate
-      scene%contacts(1)%restitution = 0.5_wp
-      scene%contacts(1)%impact_velocity = 2.0_wp
+      damping = damping_of(motion)
+      call check_close(damping%coefficient, 0.4_wp, 0.0_wp, "hunt_crossley by coefficient")
+      call check_close(damping%impact_number, 0.0_wp, 0.0_wp, "hunt_crossley: constant")
+      call scene%contacts(1)%parameters%set("restitution", 0.5_wp)
+      call scene%contacts(1)%parameters%set("impact_velocity", 2.0_wp)
       call set_motion(scene, motion, y)
-      associate (damping => motion%system%contacts(1)%law%damping)
-         call check_close(log((1.0_wp + 3.0_wp*damping%coefficient)/(1.0_wp &
-            - 1.5_wp*damping%coefficient)), 4.5_wp*damping%coefficient, 1.0e-14_wp, &
-            "hunt_crossley by restitution at a speed")
-         call check_close(damping%impact_number, 0.0_wp, 0.0_wp, &
-            "hunt_crossley: constant at a speed")
-      end associate
-      scene%contacts(1)%impact_velocity = 0.0_wp
+      damping = damping_of(motion)
+      call check_close(log((1.0_wp + 3.0_wp*damping%coefficient)/(1.0_wp &
+         - 1.5_wp*damping%coefficient)), 4.5_wp*damping%coefficient, 1.0e-14_wp, &
+         "hunt_crossley by restitution at a speed")
+      call check_close(damping%impact_number, 0.0_wp, 0.0_wp, &
+         "hunt_crossley: constant at a speed")
+      call scene%contacts(1)%parameters%set("impact_velocity", 0.0_wp)
       call set_motion(scene, motion, y)
-      call check(motion%system%contacts(1)%law%damping%impact_number > 0.0_wp, &
-         "hunt_crossley by restitution of each impact")
+      damping = damping_of(motion)
+      call check(damping%impact_number > 0.0_wp, "hunt_crossley by restitution of each impact")
 
       call two_bodies(scene, damping_index("tsuji"), 1, .true.)
       call set_motion(scene, motion, y)
-      associate (law => motion%system%contacts(1)%law)
-         call check_relative(law%damping%coefficient, 0.4_wp*sqrt(0.1_wp/0.7_wp), &
-            1.0e-14_wp, "tsuji by coefficient, with the reduced mass")
-      end associate
-      scene%contacts(1)%restitution = exp(-pi)
+      damping = damping_of(motion)
+      call check_relative(damping%coefficient, 0.4_wp*sqrt(0.1_wp/0.7_wp), &
+         1.0e-14_wp, "tsuji by coefficient, with the reduced mass")
+      call scene%contacts(1)%parameters%set("restitution", exp(-pi))
       scene%surfaces(2)%body = 0
       call set_motion(scene, motion, y)
-      associate (law => motion%system%contacts(1)%law)
-         call check_relative(law%damping%coefficient, sqrt(2.5_wp)*sqrt(0.2_wp), &
-            1.0e-14_wp, "tsuji by restitution, against the ground")
-      end associate
+      damping = damping_of(motion)
+      call check_relative(damping%coefficient, sqrt(2.5_wp)*sqrt(0.2_wp), &
+         1.0e-14_wp, "tsuji by restitution, against the ground")
    end subroutine test_restitution
+
+   !> Damping of the first contact.
+   function damping_of(motion) result(damping)
+      type(motion_type), intent(in) :: motion
+      type(coefficient_damping_type) :: damping
+
+      select type (law => motion%system%contacts(1)%law%damping)
+      type is (coefficient_damping_type)
+         damping = law
+      end select
+   end function damping_of
 
    !> Length scale of the contacts of a scene.
    subroutine test_contact_length()

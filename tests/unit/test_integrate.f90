@@ -3,7 +3,7 @@
 module test_integrate
    use contensou_base_errors, only : error_type, fatal, status_failed
    use contensou_base_kinds, only : i8, pi, wp
-   use contensou_contact_damping, only : damping_type, tsuji_factor
+   use contensou_contact_damping_coefficient, only : coefficient_damping_type, tsuji_factor
    use contensou_dynamics_scene, only : scene_type
    use contensou_integrate_cvode, only : sundials_version
    use contensou_integrate_integrator, only : integrator_type, statistics_type
@@ -574,7 +574,7 @@ contains
          scene%gravity = [0.0_wp, 0.0_wp, -9.81_wp]
          scene%t_end = 0.02_wp
          scene%contacts(1)%damping = damping_index("hunt_crossley")
-         scene%contacts(1)%damping_coefficient = 1.0e4_wp
+         call scene%contacts(1)%parameters%set("damping_coefficient", 1.0e4_wp)
          call run(scene, recorder, 1.0e-3_wp, error)
          call check(.not. allocated(error), "gap zero at the start: runs")
          call check(recorder%n_events == 0, "gap zero at the start: no event")
@@ -614,7 +614,7 @@ contains
       call ball(scene, 0.0_wp)
       scene%bodies(1)%velocity = [0.0_wp, 0.0_wp, -0.5_wp]
       scene%contacts(1)%damping = damping_index("hunt_crossley")
-      scene%contacts(1)%restitution = 0.6_wp
+      call scene%contacts(1)%parameters%set("restitution", 0.6_wp)
       scene%t_end = 0.01_wp
       call run(scene, recorder, 1.0e-3_wp, error)
       call check(.not. allocated(error), "impact at the start: runs")
@@ -713,7 +713,9 @@ contains
          call ball(scene, 0.01_wp, 0.06_wp)
          scene%bodies(1)%velocity = [0.0_wp, 0.0_wp, -1.0_wp]
          scene%contacts%damping = damping_index("hunt_crossley")
-         scene%contacts%restitution = e(k)
+         do i = 1, size(scene%contacts)
+            call scene%contacts(i)%parameters%set("restitution", e(k))
+         end do
          scene%integrator%method = method
          scene%t_end = 0.01_wp + sum([(0.02_wp/e(k)**i, i=1, 5)]) + 0.02_wp
          call run(scene, recorder, 2.5e-3_wp, error)
@@ -732,7 +734,7 @@ contains
       type(scene_type) :: scene
       type(recorder_type) :: recorder
       type(error_type), allocatable :: error
-      type(damping_type) :: damping
+      type(coefficient_damping_type) :: damping
       real(wp) :: speeds(4), expected
       real(wp), parameter :: e(*) = [0.3_wp, 0.7_wp, 0.95_wp]
       integer :: i, k
@@ -742,7 +744,9 @@ contains
          call ball(scene, 0.01_wp, 0.06_wp)
          scene%bodies(1)%velocity = [0.0_wp, 0.0_wp, -1.0_wp]
          scene%contacts%damping = damping_index("tsuji")
-         scene%contacts%restitution = e(k)
+         do i = 1, size(scene%contacts)
+            call scene%contacts(i)%parameters%set("restitution", e(k))
+         end do
          scene%t_end = 0.01_wp + sum([(0.02_wp/e(k)**i, i=1, 3)]) + 0.002_wp
          call run(scene, recorder, 2.5e-3_wp, error)
          call check(.not. allocated(error), "tsuji: runs")
@@ -770,7 +774,7 @@ contains
       scene%materials(1)%young = 1.0e6_wp
       scene%bodies(1)%velocity = [0.0_wp, 0.0_wp, -10.0_wp]
       scene%contacts(1)%friction = friction_index("contensou_exact")
-      scene%contacts(1)%friction_coefficient = 0.3_wp
+      call scene%contacts(1)%parameters%set("friction_coefficient", 0.3_wp)
       scene%integrator%method = method
       recorder%stop_after = 100000
       call run(scene, recorder, 1.0e-3_wp, error)

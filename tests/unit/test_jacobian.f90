@@ -5,7 +5,7 @@ module test_jacobian
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_normal, only : normal_hertz, normal_rigid
-   use contensou_contact_rolling, only : rolling_constant, rolling_hysteresis, rolling_none
+   use contensou_contact_rolling_lever, only : lever_type
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
    use contensou_contact_shapes_ellipsoid, only : ellipsoid_type
    use contensou_contact_shapes_sphere, only : sphere_type
@@ -15,7 +15,7 @@ module test_jacobian
    use contensou_dynamics_reports, only : begin_report, contact_report_type, report_contact
    use contensou_integrate_motion, only : motion_type
    use test_harness, only : check, random_type, worst_type
-   use test_scenes, only : friction_index, random_touch, set_motion, two_bodies
+   use test_scenes, only : friction_index, random_touch, rolling_index, set_motion, two_bodies
    implicit none(type, external)
    private
 
@@ -237,10 +237,9 @@ contains
                motion%system%resolution%square = 0.0_wp
                associate (law => motion%system%contacts(1)%law, bodies => motion%system%bodies)
                   if (modulo(i, 3) == 1) then
-                     allocate(law%rolling)
-                     law%rolling%model = merge(rolling_constant, rolling_hysteresis, i > 20)
-                     law%rolling%coefficient = merge(1.0e-3_wp, 0.2_wp, i > 20)
-                     law%rolling%regularization = merge(0.1_wp, 1.0e3_wp, modulo(i, 2) == 0)
+                     allocate(law%rolling, source=lever_type(follows_spot=i > 20, &
+                        coefficient=merge(1.0e-3_wp, 0.2_wp, i > 20), &
+                        regularization=merge(0.1_wp, 1.0e3_wp, modulo(i, 2) == 0)))
                   end if
                   if (modulo(i, 4) == 1) bodies(1)%motion = motion_prescribed
                   if (modulo(i, 4) == 2) bodies(2)%motion = motion_fixed
@@ -310,10 +309,10 @@ contains
             scene%surfaces(1)%surface%shape = ellipsoid_type([0.02_wp, 0.015_wp, 0.012_wp])
          end if
          if (modulo(i, 5) == 4) then
-            scene%contacts(1)%rolling = merge(rolling_constant, rolling_hysteresis, &
-               modulo(i, 2) == 0)
-            scene%contacts(1)%rolling_coefficient = 1.0e-2_wp
-            scene%contacts(1)%rolling_regularization = 10.0_wp
+            scene%contacts(1)%rolling = rolling_index(trim(merge("constant  ", "hysteresis", &
+               modulo(i, 2) == 0)))
+            call scene%contacts(1)%parameters%set("rolling_coefficient", 1.0e-2_wp)
+            call scene%contacts(1)%parameters%set("rolling_regularization", 10.0_wp)
          end if
          if (modulo(i, 8) == 1) scene%bodies(1)%motion = motion_prescribed
          ! What does not yield has no contact with the ground.
@@ -412,7 +411,7 @@ contains
       wider%contacts(2) = scene%contacts(1)
       wider%contacts(2)%surfaces = [4, 3]
       if (.not. rigid) wider%contacts(2)%normal = normal_hertz
-      wider%contacts(2)%rolling = rolling_none
+      wider%contacts(2)%rolling = 1
       scene = wider
    end subroutine add_support
 

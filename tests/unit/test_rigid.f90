@@ -2,10 +2,10 @@
 !> against hand formulas.
 module test_rigid
    use contensou_base_kinds, only : wp
-   use contensou_contact_damping, only : hunt_crossley_number, hunt_crossley_restitution
+   use contensou_contact_damping_coefficient, only : hunt_crossley_number, &
+      hunt_crossley_restitution
    use contensou_contact_geometry, only : trouble_none
    use contensou_contact_normal, only : normal_rigid
-   use contensou_contact_rolling, only : rolling_constant, rolling_hysteresis
    use contensou_contact_shapes_ellipsoid, only : ellipsoid_type
    use contensou_dynamics_impact, only : settle
    use contensou_dynamics_constraints, only : solve_linear
@@ -14,7 +14,7 @@ module test_rigid
       report_contact
    use contensou_integrate_motion, only : motion_type
    use test_harness, only : check, check_close, check_relative, random_type, worst_type
-   use test_scenes, only : ball, friction_index, random_touch, set_motion, two_bodies
+   use test_scenes, only : ball, friction_index, random_touch, rolling_index, set_motion, two_bodies
    implicit none(type, external)
    private
 
@@ -88,8 +88,8 @@ contains
          if (mod(i, 5) < 3) then
             scene%surfaces(1)%surface%shape = ellipsoid_type([0.02_wp, 0.015_wp, 0.012_wp])
          end if
-         if (mod(i, 7) == 0) call roll(rolling_constant)
-         if (mod(i, 7) == 1) call roll(rolling_hysteresis)
+         if (mod(i, 7) == 0) call roll(rolling_index("constant"))
+         if (mod(i, 7) == 1) call roll(rolling_index("hysteresis"))
          call set_motion(scene, motion, y)
          if (.not. allocated(rate)) allocate(rate(0))
          call random_touch(scene, random, 1.0e-4_wp*(random%uniform(-1.0_wp, 1.0_wp)), y)
@@ -130,9 +130,9 @@ contains
          integer, intent(in) :: model
 
          scene%contacts(1)%rolling = model
-         scene%contacts(1)%rolling_coefficient = merge(1.0e-4_wp, 0.5_wp, &
-            model == rolling_constant)
-         scene%contacts(1)%rolling_regularization = 1.0e-2_wp
+         call scene%contacts(1)%parameters%set("rolling_coefficient", merge(1.0e-4_wp, 0.5_wp, &
+            model == rolling_index("constant")))
+         call scene%contacts(1)%parameters%set("rolling_regularization", 1.0e-2_wp)
       end subroutine roll
 
    end subroutine test_constraint
@@ -178,7 +178,7 @@ contains
          scene%contacts(1)%normal = normal_rigid
          if (with == 1) then
             scene%contacts(1)%friction = friction_index("contensou_exact")
-            scene%contacts(1)%friction_coefficient = f
+            call scene%contacts(1)%parameters%set("friction_coefficient", f)
          end if
          call set_motion(scene, motion, y)
          motion%system%contacts(1)%closed = .true.
@@ -216,9 +216,9 @@ contains
          call two_bodies(scene, 1, friction_index(merge("contensou_exact", "none           ", &
             rubs)), mod(i, 3) == 0)
          scene%contacts(1)%normal = normal_rigid
-         scene%contacts(1)%regularization_velocity = 0.0_wp
-         scene%contacts(1)%friction_coefficient = 0.1_wp*mod(i, 11)
-         scene%contacts(1)%restitution = 0.1_wp*mod(i, 10)
+         call scene%contacts(1)%parameters%set("regularization_velocity", 0.0_wp)
+         call scene%contacts(1)%parameters%set("friction_coefficient", 0.1_wp*mod(i, 11))
+         call scene%contacts(1)%parameters%set("restitution", 0.1_wp*mod(i, 10))
          call set_motion(scene, motion, y)
          call random_touch(scene, random, 0.0_wp, y)
          y(27:) = 0.0_wp
@@ -238,7 +238,8 @@ contains
          call damping%note(-y(motion%system%layout%damping), i)
          if (rubs) call friction%note(-y(motion%system%layout%friction)/kinetic(1), i)
          call approach%note(-later(1)/abs(rate(1)), i)
-         if (.not. rubs) call newton%note(abs(later(1)/rate(1) + scene%contacts(1)%restitution), i)
+         if (.not. rubs) call newton%note(abs(later(1)/rate(1)  &
+            + scene%contacts(1)%parameters%number("restitution")), i)
       end do
       call check(solved > 150, "impacts were solved")
       call balance%check_below(1.0e-14_wp, "energy balance of an impact")

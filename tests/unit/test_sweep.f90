@@ -315,14 +315,17 @@ contains
          end if
          associate (a => file%scene, b => other%scene)
             same = same .and. a%contacts(1)%friction == b%contacts(1)%friction
-            same = same .and. (a%contacts(1)%drilling .eqv. b%contacts(1)%drilling)
+            same = same .and. (a%contacts(1)%parameters%flag("drilling") .eqv. &
+               b%contacts(1)%parameters%flag("drilling"))
             same = same .and. a%integrator%method == b%integrator%method
             same = same .and. all(equal([a%bodies(1)%position, a%bodies(1)%quaternion, &
                a%bodies(1)%spin, a%bodies(1)%velocity, a%t_end, a%integrator%rtol, &
-               a%integrator%length_scale, a%output%interval, a%contacts(1)%friction_coefficient], &
+               a%integrator%length_scale, a%output%interval, &
+               a%contacts(1)%parameters%number("friction_coefficient")], &
                [b%bodies(1)%position, b%bodies(1)%quaternion, b%bodies(1)%spin, &
                b%bodies(1)%velocity, b%t_end, b%integrator%rtol, b%integrator%length_scale, &
-               b%output%interval, b%contacts(1)%friction_coefficient]))
+               b%output%interval, &
+               b%contacts(1)%parameters%number("friction_coefficient")]))
          end associate
       end do
       call check(same, "scenes: those of runs with the same settings")

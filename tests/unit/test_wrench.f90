@@ -4,7 +4,8 @@ module test_wrench
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan, ieee_negative_inf, ieee_positive_inf, &
       ieee_quiet_nan, ieee_value
    use contensou_base_kinds, only : pi, wp
-   use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
+   use contensou_contact_friction, only : friction_model_type, friction_models
+   use contensou_contact_friction_ladder, only : rung_type
    use contensou_contact_spot, only : circular_shape
    use contensou_contact_wrench, only : wrench_coulomb, wrench_exact, wrench_kernel, &
       wrench_pade11, wrench_pade22, wrench_simplified
@@ -163,7 +164,7 @@ contains
    !> Wrench in SI units.
    subroutine test_dimensional()
       type(table_type) :: table
-      type(friction_type) :: friction
+      type(rung_type) :: friction
       real(wp), allocatable :: load(:), a(:), b(:), f(:), vx(:), vy(:), w(:), fx(:), fy(:), tz(:)
       real(wp) :: x, y, t
       type(worst_type) :: force, torque
@@ -242,7 +243,7 @@ contains
          spinning = worst_type()
          sliding = worst_type()
          rest = worst_type()
-         expected = merge(-k_t, 0.0_wp, models(i)%has_torque)
+         expected = merge(-k_t, 0.0_wp, models(i)%uses("drilling"))
          do j = 1, 200
             w = wrench_of(models(i)%kernel, [0.0_wp, 0.0_wp, random%decades(-300.0_wp, 300.0_wp)])
             call spinning%note(maxval(abs(abs(w) - [0.0_wp, 0.0_wp, abs(expected)])), j)
@@ -533,7 +534,7 @@ contains
          call bound%check_below(1.0_wp + 1.0e-15_wp, name // ": bounded with delta")
          call slope_worst%check_below(1.0e-8_wp, name // ": slope 1/delta at rest")
 
-         expected = merge(-k_t/(slope*delta), 0.0_wp, models(i)%has_torque)
+         expected = merge(-k_t/(slope*delta), 0.0_wp, models(i)%uses("drilling"))
          w = wrench_of(kernel, [0.0_wp, 0.0_wp, 1.0e-10_wp*delta], delta)
          call check_close(w(3)/(1.0e-10_wp*delta), expected, 1.0e-8_wp*abs(expected), &
             name // ": torque fades with slope k_T/(k_x delta)")
@@ -704,7 +705,7 @@ contains
    !> NaN, infinite velocities and a negative delta give NaN without an exception.
    subroutine test_outside_domain()
       type(friction_model_type), allocatable :: models(:)
-      type(friction_type) :: friction
+      type(rung_type) :: friction
       real(wp) :: bad(3), arguments(4), w(3)
       logical :: good(3)
       character(len=*), parameter :: names(3) = [character(len=10) :: "NaN", "infinity", &

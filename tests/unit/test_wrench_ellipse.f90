@@ -11,7 +11,7 @@ module test_wrench_ellipse
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan, ieee_negative_inf, ieee_positive_inf, &
       ieee_quiet_nan, ieee_value
    use contensou_base_kinds, only : pi, wp
-   use contensou_contact_friction, only : friction_type
+   use contensou_contact_friction_ladder, only : rung_type
    use contensou_contact_spot, only : circular_shape, elliptic_shape, elliptic_shape_of_c1, &
       spot_shape_type
    use contensou_contact_wrench, only : wrench_coulomb, wrench_exact, wrench_exact_jacobian, &
@@ -491,7 +491,7 @@ contains
    !> Wrench in SI units.
    subroutine test_dimensional()
       type(table_type) :: table
-      type(friction_type) :: friction
+      type(rung_type) :: friction
       type(spot_shape_type) :: shape
       real(wp), allocatable :: load(:), a(:), b(:), f(:), vx(:), vy(:), w(:), fx(:), fy(:), tz(:)
       real(wp) :: x, y, t

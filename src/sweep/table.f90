@@ -20,7 +20,7 @@ module contensou_sweep_table
    implicit none(type, external)
    private
 
-   public :: sweep_table_type, table_reader_type, table_header_type, check_table
+   public :: sweep_table_type, table_reader_type, table_header_type, check_table, read_table_header
    public :: case_complete, case_failed, case_invalid, case_too_long, case_crashed, last_status, &
       status_names
    public :: sweep_filetype, sweep_filetype_version

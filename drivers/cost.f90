@@ -6,22 +6,19 @@ module contensou_drivers_cost
    use contensou_base_kinds, only : wp
    use contensou_base_operating_system, only : catch_signals, remove_file, rename_file, &
       signal_received, write_stdout
-   use contensou_base_text, only : number_text, quote, string_type, to_text
-   use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_normal, only : normal_hertz, normal_model_type, normal_models
+   use contensou_base_text, only : number_text, string_type, to_text
    use contensou_drivers_bench, only : check_output, write_text
    use contensou_drivers_command_line, only : command_line_type, command_text, command_type, &
       option_type, quiet_option, takes_positive
    use contensou_drivers_progress, only : progress_type
-   use contensou_dynamics_scene, only : cost_measures, cost_quantities, scene_type
-   use contensou_study_work_precision, only : kinds, outcome_done, outcome_failed, outcome_slow, &
-      outcome_stopped, reference_distance, reference_scales, reference_type, run_reference, &
-      run_trial, trial_type
-   use contensou_files_cost_table, only : cheapest, csv_text, judge_runs, kind_names, kind_units, &
-      model_type, outcome_names, run_type, scaled_error, study_type, write_hdf5
+   use contensou_dynamics_scene, only : cost_measures, cost_quantities
+   use contensou_files_cost_table, only : csv_text, write_hdf5
    use contensou_files_hdf5_file, only : hdf5_file_type
-   use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_files_trajectory, only : part_suffix
+   use contensou_scene_reader, only : read_scene, scene_file_type
+   use contensou_study_cost, only : cheapest, compute_references, compute_runs, judge_runs, &
+      kind_names, kind_units, onlooker_type, outcome_names, plan_models, run_type, study_type
+   use contensou_study_work_precision, only : kinds, outcome_done, reference_type
    implicit none(type, external)
    private
 
@@ -49,30 +46,14 @@ module contensou_drivers_cost
       real(wp) :: largest_error = 0.0_wp
    end type cost_config_type
 
-   !> Methods of a reference, in the order in which they are tried: two must come to the end. Where
-   !> a body comes to rest explicit8 may not; then `auto` is a second method up to there.
-   character(len=11), parameter :: reference_methods(*) = [character(len=11) :: &
-      "explicit8", "cvode_bdf", "cvode_adams", "auto"]
-
-   !> Share of the time in which `auto` must have gone by another method than the reference to be
-   !> its check [-].
-   real(wp), parameter :: least_difference = 0.5_wp
-
-   !> CPU time that the first method of a reference may take [s], and each further one in those of
-   !> the first one that came to the end.
-   real(wp), parameter :: reference_cpu = 600.0_wp, reference_factor = 40.0_wp
-
-   !> Where only one method comes to the end, it is checked by itself at a larger tolerance.
-   real(wp), parameter :: looser = 10.0_wp
-
-   !> A run is not given up before this CPU time [s].
-   real(wp), parameter :: least_limit = 1.0_wp
-
-   !> Runs shorter than this are repeated [s].
-   real(wp), parameter :: short = 1.0_wp
-
-   !> Name of the exact friction model.
-   character(len=*), parameter :: exact_friction = "contensou_exact"
+   !> Onlooker that shows progress and heeds signals.
+   type, extends(onlooker_type) :: display_type
+      type(progress_type) :: progress
+   contains
+      procedure :: stage
+      procedure :: tell
+      procedure :: stops
+   end type display_type
 
    !> End of a line.
    character(len=*), parameter :: nl = new_line("a")
@@ -116,6 +97,7 @@ contains
       type(scene_file_type) :: file
       type(study_type) :: study
       type(reference_type), allocatable :: references(:)
+      type(display_type) :: display
       logical :: stopped
 
       call configure(line, config, error)
@@ -130,8 +112,14 @@ contains
       study%scene = file%scene
       call plan_models(study, error)
       if (allocated(error)) return
-      call compute_references(study, references, config%quiet, stopped)
-      if (.not. stopped) call compute_runs(study, references, config%quiet, stopped)
+      call display%progress%begin(config%quiet, 0.0_wp)
+      call compute_references(study, references, display, stopped)
+      call display%progress%clear()
+      if (.not. stopped) then
+         call display%progress%begin(config%quiet, 0.0_wp)
+         call compute_runs(study, references, display, stopped)
+         call display%progress%clear()
+      end if
       if (stopped) then
          call fatal(error, "interrupted; nothing was written", status_interrupted)
          return
@@ -145,274 +133,36 @@ contains
       call answer(study, config%largest_error, error)
    end subroutine report_cost
 
-   !> The models that are compared, the exact one first.
-   subroutine plan_models(study, error)
-      !> The study; its scene is set.
-      type(study_type), intent(inout) :: study
-      !> Set when a model does not fit the scene.
-      type(error_type), allocatable, intent(out) :: error
-      type(friction_model_type), allocatable :: table(:)
-      type(model_type), allocatable :: models(:)
-      integer, allocatable :: friction(:), normal(:)
-      character(len=:), allocatable :: problem
-      integer :: i, j, n, exact, exact_normal
+   !> A reference is begun.
+   subroutine stage(self, text)
+      class(display_type), intent(inout) :: self
+      !> Which one.
+      character(len=*), intent(in) :: text
 
-      table = friction_models()
-      exact = findloc(table%info%name, exact_friction, dim=1)
-      associate (scene => study%scene, cost => study%scene%cost)
-         friction = cost%friction
-         if (all([(.not. table(scene%contacts(i)%friction)%acts, &
-            i=1, size(scene%contacts))])) then
-            if (size(friction) > 0) then
-               call fatal(error, "cost.friction: no contact of the scene has friction", &
-                  status_usage)
-               return
-            end if
-            friction = [0]
-            exact = 0
-         else if (size(friction) == 0) then
-            friction = [exact]
-            do i = size(table), 1, -1
-               if (i == exact .or. .not. table(i)%acts) cycle
-               if (table(i)%uses("drilling") .or. &
-                  any(scene%contacts%friction == i)) friction = [friction, i]
-            end do
-         end if
-         do i = 1, size(friction)
-            if (friction(i) == 0) cycle
-            do j = 1, size(scene%contacts)
-               if (.not. table(scene%contacts(j)%friction)%acts) cycle
-               problem = table(friction(i))%misfit(scene%contacts(j)%parameters)
-               if (problem == "") cycle
-               call fatal(error, "cost.friction: " // trim(table(friction(i))%info%name) // &
-                  " in contact " // quote(scene%contacts(j)%name) // " " // problem, status_usage)
-               return
-            end do
-         end do
-         normal = cost%normal
-         exact_normal = normal_hertz
-         if (size(normal) == 0) then
-            normal = [0]
-            exact_normal = 0
-         end if
-         allocate(models(size(friction)*size(normal) + 1))
-         models(1) = new_model(scene, exact, exact_normal)
-         models(1)%runs = .false.
-         n = 1
-         do j = 1, size(normal)
-            do i = 1, size(friction)
-               if (friction(i) == exact .and. normal(j) == exact_normal) then
-                  models(1)%runs = .true.
-               else
-                  n = n + 1
-                  models(n) = new_model(scene, friction(i), normal(j))
-               end if
-            end do
-         end do
-      end associate
-      allocate(study%models(n))
-      do i = 1, n
-         study%models(i) = models(i)
-      end do
-   end subroutine plan_models
+      call self%progress%stage(text)
+   end subroutine stage
 
-   !> A model: the scene with other parts.
-   function new_model(scene, friction, normal) result(model)
-      type(scene_type), intent(in) :: scene
-      !> Friction, index into `friction_models`; 0 for that of each contact.
-      integer, intent(in) :: friction
-      !> Normal force, index into `normal_models`; 0 for that of each contact.
-      integer, intent(in) :: normal
-      type(model_type) :: model
-      type(friction_model_type), allocatable :: table(:)
-      type(normal_model_type), allocatable :: normals(:)
-      integer :: i
-
-      table = friction_models()
-      normals = normal_models()
-      model%scene = scene
-      model%name = "scene"
-      if (friction > 0) model%name = trim(table(friction)%info%name)
-      if (normal > 0 .and. friction > 0) then
-         model%name = model%name // "+" // trim(normals(normal)%info%name)
-      else if (normal > 0) then
-         model%name = trim(normals(normal)%info%name)
-      end if
-      do i = 1, size(scene%contacts)
-         associate (contact => model%scene%contacts(i))
-            if (friction > 0 .and. table(contact%friction)%acts) then
-               contact%friction = friction
-            end if
-            if (normal > 0) contact%normal = normal
-         end associate
-      end do
-   end function new_model
-
-   !> Reference of each model, checked by a second method.
-   subroutine compute_references(study, references, quiet, stopped)
-      type(study_type), intent(inout) :: study
-      !> The references, one for each model.
-      type(reference_type), allocatable, intent(out) :: references(:)
-      !> Whether progress is not shown.
-      logical, intent(in) :: quiet
-      !> Whether a signal came.
-      logical, intent(out) :: stopped
-      type(progress_type) :: progress
-      type(reference_type), allocatable :: checks(:)
-      real(wp) :: rtol
-      integer :: i
-
-      rtol = study%scene%cost%reference_rtol
-      stopped = .false.
-      call progress%begin(quiet, 0.0_wp)
-      allocate(references(size(study%models)), checks(size(study%models)))
-      do i = 1, size(study%models)
-         call progress%stage("reference " // to_text(i) // " of " // &
-            to_text(size(study%models)) // ", " // study%models(i)%name)
-         call one_reference(study%models(i), rtol, references(i), checks(i), stopped)
-         if (stopped) exit
-      end do
-      call progress%clear()
-      if (stopped) return
-      if (references(1)%known) study%scales = reference_scales(references(1), study%scene)
-      do i = 1, size(study%models)
-         associate (model => study%models(i))
-            if (allocated(model%problem)) cycle
-            model%agreement = reference_distance(references(i), checks(i), study%scene)
-            model%agreement_error = scaled_error(study, model%agreement, 0.0_wp)
-            if (.not. references(1)%known) cycle
-            model%modelling = reference_distance(references(i), references(1), study%scene)
-            model%modelling_error = scaled_error(study, model%modelling, 0.0_wp)
-         end associate
-      end do
-   end subroutine compute_references
-
-   !> Reference of a model and its check.
-   subroutine one_reference(model, rtol, reference, check, stopped)
-      type(model_type), intent(inout) :: model
-      !> Relative tolerance [-].
-      real(wp), intent(in) :: rtol
-      type(reference_type), intent(out) :: reference
-      type(reference_type), intent(out) :: check
-      !> Whether a signal came.
-      logical, intent(out) :: stopped
-      type(reference_type) :: candidate
-      type(trial_type) :: trial
-      character(len=:), allocatable :: reasons
-      real(wp) :: limit
-      integer :: i
-
-      reasons = ""
-      limit = reference_cpu
-      do i = 1, size(reference_methods)
-         trial = trial_type()
-         call run_reference(model%scene, trim(reference_methods(i)), rtol, limit, candidate, trial)
-         stopped = trial%outcome == outcome_stopped
-         if (stopped) return
-         if (.not. candidate%known) then
-            reasons = reasons // "; " // trim(reference_methods(i)) // ": " // trial%message
-            if (trial%outcome == outcome_slow) reasons = reasons // "too slow"
-         else if (.not. reference%known) then
-            reference = candidate
-            model%cpu = trial%cpu
-            limit = max(least_limit, reference_factor*trial%cpu)
-         else if (candidate%method /= "auto" .or. &
-            abs(candidate%explicit_share - reference%explicit_share) >= least_difference) then
-            check = candidate
-            exit
-         end if
-      end do
-      if (.not. reference%known) then
-         model%problem = reasons(3:)
-         return
-      end if
-      if (.not. check%known) then
-         trial = trial_type()
-         call run_reference(model%scene, trim(reference%method), looser*rtol, limit, check, trial)
-         stopped = trial%outcome == outcome_stopped
-         if (stopped) return
-         if (.not. check%known) then
-            model%problem = "no second solution to check the reference" // reasons
-            return
-         end if
-      end if
-      model%method = reference%method
-      model%check = check%method
-      model%check_explicit_share = check%explicit_share
-      model%rtol = [reference%rtol, check%rtol]
-   end subroutine one_reference
-
-   !> All runs, interleaved: each round runs what is short once more.
-   subroutine compute_runs(study, references, quiet, stopped)
-      type(study_type), intent(inout) :: study
-      type(reference_type), intent(in), target :: references(:)
-      !> Whether progress is not shown.
-      logical, intent(in) :: quiet
-      !> Whether a signal came.
-      logical, intent(out) :: stopped
-      type(progress_type) :: progress
-      real(wp) :: share
-      integer :: i, j, k, n, round
-
-      associate (cost => study%scene%cost, models => study%models)
-         allocate(study%runs(count(models%runs)*size(cost%methods)*size(cost%rtol)))
-         n = 0
-         do i = 1, size(models)
-            if (.not. models(i)%runs) cycle
-            do j = 1, size(cost%methods)
-               do k = 1, size(cost%rtol)
-                  n = n + 1
-                  study%runs(n)%model = i
-                  study%runs(n)%method = cost%methods(j)
-                  study%runs(n)%rtol = cost%rtol(k)
-               end do
-            end do
-         end do
-         stopped = .false.
-         call progress%begin(quiet, 0.0_wp)
-         do round = 1, cost%repeats
-            do i = 1, n
-               share = real((round - 1)*n + i - 1, wp)/real(n*cost%repeats, wp)
-               if (progress%is_due(share)) call progress%tell(share, "run " // to_text(i) // &
-                  " of " // to_text(n) // ", round " // to_text(round) // " of " // &
-                  to_text(cost%repeats))
-               call one_run(study%runs(i), models(study%runs(i)%model), round, &
-                  references(study%runs(i)%model), references(1))
-               stopped = study%runs(i)%trial%outcome == outcome_stopped .or. &
-                  signal_received() /= 0
-               if (stopped) exit
-            end do
-            if (stopped) exit
-         end do
-      end associate
-      call progress%clear()
-   end subroutine compute_runs
-
-   !> One run of a round.
-   subroutine one_run(run, model, round, own, exact)
-      type(run_type), intent(inout) :: run
-      type(model_type), intent(in) :: model
-      !> Number of the round.
+   !> A run is begun.
+   subroutine tell(self, share, run, runs, round, rounds)
+      class(display_type), intent(inout) :: self
+      !> Share of the runs that are done.
+      real(wp), intent(in) :: share
+      integer, intent(in) :: run
+      integer, intent(in) :: runs
       integer, intent(in) :: round
-      !> Reference of the model.
-      type(reference_type), intent(in), target :: own
-      !> Reference of the exact model.
-      type(reference_type), intent(in), target :: exact
+      integer, intent(in) :: rounds
 
-      if (allocated(model%problem)) then
-         run%trial%outcome = outcome_failed
-         run%trial%message = "there is no reference for this model"
-         run%trial%cpu = 0.0_wp
-         return
-      end if
-      if (round > 1) then
-         if (run%trial%outcome /= outcome_done .or. run%trial%cpu > short) return
-      end if
-      call run_trial(model%scene, trim(run%method), run%rtol, &
-         max(least_limit, model%scene%cost%cpu_limit*model%cpu), own, exact, run%trial)
-      if (run%trial%outcome == outcome_slow) run%trial%message = "given up after " // &
-         number_text(run%trial%cpu, 3) // " s of CPU"
-   end subroutine one_run
+      if (self%progress%is_due(share)) call self%progress%tell(share, "run " // to_text(run) // &
+         " of " // to_text(runs) // ", round " // to_text(round) // " of " // to_text(rounds))
+   end subroutine tell
+
+   !> Whether a signal came.
+   function stops(self) result(answer)
+      class(display_type), intent(in) :: self
+      logical :: answer
+
+      answer = signal_received() /= 0
+   end function stops
 
    !> Write the files that are asked for, each under a temporary name that it loses when all are
    !> complete.

@@ -12,7 +12,7 @@ module contensou_drivers_sweep
    use contensou_base_text, only : quote, string_type, to_text
    use contensou_drivers_command_line, only : command_line_type, command_text, command_type, &
       option_type, quiet_option, set_option, takes_count
-   use contensou_drivers_sweep_case, only : outline_of
+   use contensou_sweep_case, only : outline_of
    use contensou_drivers_sweep_cases, only : begin_progress, cases_type
    use contensou_sweep_selection, only : select_cases, selection_type, table_name
    use contensou_drivers_sweep_summary, only : print_summary, tally_type, write_table

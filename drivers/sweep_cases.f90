@@ -7,7 +7,8 @@ module contensou_drivers_sweep_cases
    use contensou_base_kinds, only : i8, wp
    use contensou_base_text, only : number_text, to_text
    use contensou_drivers_progress, only : progress_type
-   use contensou_drivers_sweep_case, only : outline_type, run_case
+   use contensou_study_case, only : outline_type
+   use contensou_sweep_case, only : run_case
    use contensou_sweep_selection, only : selection_type
    use contensou_sweep_plan, only : sweep_type
    use contensou_sweep_table, only : case_crashed, case_too_long

@@ -7,86 +7,16 @@ module contensou_files_cost_table
    use contensou_base_kinds, only : wp
    use contensou_base_operating_system, only : utc_now
    use contensou_base_text, only : to_text
-   use contensou_dynamics_scene, only : cost_measures, cost_quantities, scene_type
-   use contensou_study_work_precision, only : distance_type, kinds, measures, outcome_done, &
-      trial_type
+   use contensou_dynamics_scene, only : cost_measures, cost_quantities
+   use contensou_study_cost, only : kind_names, kind_units, model_type, outcome_names, run_type, &
+      study_type
+   use contensou_study_work_precision, only : distance_type, kinds, measures, outcome_done
    use contensou_files_hdf5_file, only : hdf5_file_type
    use contensou_files_provenance, only : put_provenance
    implicit none(type, external)
    private
 
-   public :: model_type, run_type, study_type, judge_runs, csv_text, write_hdf5
-   public :: scaled_error, cheapest, outcome_names, kind_names, kind_units
-
-   !> Names of the kinds of errors and of what else is scaled.
-   character(len=*), parameter :: kind_names(kinds) = cost_quantities(:kinds)
-
-   !> Their units.
-   character(len=*), parameter :: kind_units(kinds) = [character(len=7) :: "m", "rad", "m s-1", &
-      "rad s-1"]
-
-   !> Names of the outcomes, in the order of the codes.
-   character(len=*), parameter :: outcome_names(*) = [character(len=8) :: &
-      "done", "failed", "too_slow", "stopped"]
-
-   !> A model of the ladder.
-   type :: model_type
-      character(len=:), allocatable :: name
-      !> Whether it is run, and not only a reference.
-      logical :: runs = .true.
-      !> The scene with this model.
-      type(scene_type) :: scene
-      !> Method of the reference, and of its check.
-      character(len=11) :: method = "", check = ""
-      !> Share of the time in which the check went by explicit8 [-].
-      real(wp) :: check_explicit_share = 0.0_wp
-      !> Relative tolerances of these [-].
-      real(wp) :: rtol(2) = 0.0_wp
-      !> CPU time of the reference [s].
-      real(wp) :: cpu = 0.0_wp
-      !> Distance of the reference and its check.
-      type(distance_type) :: agreement
-      !> Distance to the reference of the exact model: the error of the model.
-      type(distance_type) :: modelling
-      !> Scaled distance of the reference and its check; NaN if their events differ and count [-].
-      real(wp) :: agreement_error = 0.0_wp
-      !> Scaled error of the model; NaN if the events differ and count [-].
-      real(wp) :: modelling_error = 0.0_wp
-      !> Why there is no reference; not allocated if there is one.
-      character(len=:), allocatable :: problem
-   end type model_type
-
-   !> A run.
-   type :: run_type
-      !> Index of the model.
-      integer :: model = 0
-      character(len=11) :: method = ""
-      !> Relative tolerance [-].
-      real(wp) :: rtol = 0.0_wp
-      !> What came out.
-      type(trial_type) :: trial
-      !> Scaled error against the reference of the own model; NaN if there is none [-].
-      real(wp) :: numerical = 0.0_wp
-      !> Scaled error against the reference of the exact model; NaN if there is none [-].
-      real(wp) :: error = 0.0_wp
-      !> The larger one of that and of what the references resolve [-].
-      real(wp) :: bound = 0.0_wp
-      !> Whether the references resolve the numerical error, and the error.
-      logical :: resolved(2) = .false.
-      !> Whether no run is both cheaper and more accurate.
-      logical :: pareto = .false.
-   end type run_type
-
-   !> Everything.
-   type :: study_type
-      !> Scene as read.
-      type(scene_type) :: scene
-      !> Models; the first one is the exact one.
-      type(model_type), allocatable :: models(:)
-      type(run_type), allocatable :: runs(:)
-      !> What the errors of the quantities are divided by, in the order of `cost_quantities`.
-      real(wp) :: scales(size(cost_quantities)) = 1.0_wp
-   end type study_type
+   public :: csv_text, write_hdf5
 
    !> A column of the table.
    type :: column_type
@@ -99,99 +29,6 @@ module contensou_files_cost_table
    end type column_type
 
 contains
-
-   !> The one error of a motion: the largest of the scaled errors of the quantities that count; NaN
-   !> if the events count and differ.
-   pure function scaled_error(study, distance, energy) result(error)
-      type(study_type), intent(in) :: study
-      !> Distance of the motion to its reference.
-      type(distance_type), intent(in) :: distance
-      !> Residual of its energy balance [J].
-      real(wp), intent(in) :: energy
-      real(wp) :: error
-      integer :: k
-
-      error = 0.0_wp
-      associate (cost => study%scene%cost, scales => study%scales)
-         do k = 1, kinds
-            if (cost%counts(k)) error = max(error, distance%value(cost%measure, k)/scales(k))
-         end do
-         if (cost%counts(kinds + 1)) error = max(error, distance%events/scales(kinds + 1))
-         if (cost%counts(kinds + 2)) error = max(error, energy/scales(kinds + 2))
-         if (cost%counts(kinds + 1) .and. .not. distance%same_events) error = &
-            ieee_value(error, ieee_quiet_nan)
-      end associate
-   end function scaled_error
-
-   !> Errors of all runs, and the Pareto front.
-   subroutine judge_runs(study)
-      !> The study; models and runs are complete.
-      type(study_type), intent(inout) :: study
-      logical :: known(size(study%runs))
-      integer :: i, j
-
-      do i = 1, size(study%runs)
-         associate (run => study%runs(i), model => study%models(study%runs(i)%model), &
-            exact => study%models(1))
-            run%numerical = ieee_value(run%numerical, ieee_quiet_nan)
-            run%error = run%numerical
-            run%bound = run%numerical
-            run%resolved = .false.
-            run%pareto = .false.
-            known(i) = .false.
-            if (run%trial%outcome /= outcome_done .or. allocated(model%problem)) cycle
-            run%numerical = scaled_error(study, run%trial%own, run%trial%energy)
-            if (ieee_is_finite(run%numerical) .and. ieee_is_finite(model%agreement_error)) then
-               run%resolved(1) = run%numerical > model%agreement_error
-            end if
-            if (allocated(exact%problem)) cycle
-            run%error = scaled_error(study, run%trial%total, run%trial%energy)
-            ! References that do not agree on the events resolve nothing.
-            if (.not. ieee_is_finite(run%error) .or. &
-               .not. ieee_is_finite(exact%agreement_error)) then
-               cycle
-            end if
-            run%resolved(2) = run%error > exact%agreement_error
-            run%bound = max(run%error, exact%agreement_error)
-            known(i) = .true.
-         end associate
-      end do
-      do i = 1, size(study%runs)
-         if (.not. known(i)) cycle
-         associate (run => study%runs(i))
-            run%pareto = .true.
-            do j = 1, size(study%runs)
-               if (j == i .or. .not. known(j)) cycle
-               associate (other => study%runs(j))
-                  if (other%trial%cpu <= run%trial%cpu .and. other%bound <= run%bound .and. &
-                     (other%trial%cpu < run%trial%cpu .or. other%bound < run%bound .or. j < i)) then
-                     run%pareto = .false.
-                  end if
-               end associate
-            end do
-         end associate
-      end do
-   end subroutine judge_runs
-
-   !> The cheapest run whose error is within a bound; 0 for none.
-   pure function cheapest(study, largest) result(best)
-      !> The study, judged.
-      type(study_type), intent(in) :: study
-      !> Largest scaled error [-].
-      real(wp), intent(in) :: largest
-      integer :: best
-      integer :: i
-
-      best = 0
-      do i = 1, size(study%runs)
-         if (.not. ieee_is_finite(study%runs(i)%bound)) cycle
-         if (study%runs(i)%bound > largest) cycle
-         if (best > 0) then
-            if (study%runs(i)%trial%cpu >= study%runs(best)%trial%cpu) cycle
-         end if
-         best = i
-      end do
-   end function cheapest
 
    !> Numbers of the table.
    function columns_of(study) result(columns)

@@ -22,27 +22,6 @@ module contensou_sweep_plan
    private
 
    public :: sweep_type, parameter_column_type, result_column_type
-   public :: source_summary, source_state, source_event, source_value
-   public :: event_names
-
-   !> A result is a scalar of `/summary`: `quantity` is an index into `summary_quantities`.
-   integer, parameter :: source_summary = 1
-
-   !> A result is a component of the final state: `quantity` is an index into
-   !> `final_quantities`, `index` the body.
-   integer, parameter :: source_state = 2
-
-   !> A result is about the events of a contact: `quantity` is an index into `event_names`, `index`
-   !> the contact.
-   integer, parameter :: source_event = 3
-
-   !> A result is a value of a trajectory at a time: `quantity` is an index into
-   !> `row_quantities`, `index` the body or contact, 0 for neither.
-   integer, parameter :: source_value = 4
-
-   !> What is kept of the events of a contact.
-   character(len=*), parameter :: event_names(*) = [character(len=11) :: "first_touch", &
-      "last_touch", "first_lift", "last_lift", "touches", "lifts"]
 
    !> A column of the parameters of a sweep.
    type :: parameter_column_type

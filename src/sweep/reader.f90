@@ -16,8 +16,9 @@ module contensou_sweep_reader
    use contensou_study_summary, only : summary_quantities
    use contensou_scene_reader, only : load_scene, loaded_scene_type
    use contensou_scene_settings, only : settings_type
-   use contensou_sweep_plan, only : event_names, parameter_column_type, result_column_type, &
-      source_event, source_state, source_summary, source_value, sweep_type
+   use contensou_study_case, only : event_names, source_event, source_state, source_summary, &
+      source_value
+   use contensou_sweep_plan, only : parameter_column_type, result_column_type, sweep_type
    use contensou_sweep_entries, only : choice_of, concerns_sweep, entries_type, override_sweep, &
       resolve_document
    use contensou_sweep_points, only : logical_of, points_column_type

@@ -1,0 +1,508 @@
+!> What the accuracy of a scene costs: models, their references, runs over methods and tolerances,
+!> and which of these are worth their time. docs/cost.md describes it.
+module contensou_study_cost
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_quiet_nan, ieee_value
+   use contensou_base_errors, only : error_type, fatal, status_usage
+   use contensou_base_kinds, only : wp
+   use contensou_base_text, only : number_text, quote, to_text
+   use contensou_contact_friction, only : friction_model_type, friction_models
+   use contensou_contact_normal, only : normal_hertz, normal_model_type, normal_models
+   use contensou_dynamics_scene, only : cost_quantities, scene_type
+   use contensou_study_work_precision, only : distance_type, kinds, outcome_done, &
+      outcome_failed, outcome_slow, outcome_stopped, reference_distance, reference_scales, &
+      reference_type, run_reference, run_trial, trial_type
+   implicit none(type, external)
+   private
+
+   public :: study_type, model_type, run_type, onlooker_type
+   public :: plan_models, compute_references, compute_runs, judge_runs, cheapest
+   public :: outcome_names, kind_names, kind_units
+
+   !> Names of the kinds of errors and of what else is scaled.
+   character(len=*), parameter :: kind_names(kinds) = cost_quantities(:kinds)
+
+   !> Their units.
+   character(len=*), parameter :: kind_units(kinds) = [character(len=7) :: "m", "rad", "m s-1", &
+      "rad s-1"]
+
+   !> Names of the outcomes, in the order of the codes.
+   character(len=*), parameter :: outcome_names(*) = [character(len=8) :: &
+      "done", "failed", "too_slow", "stopped"]
+
+   !> A model of the ladder.
+   type :: model_type
+      character(len=:), allocatable :: name
+      !> Whether it is run, and not only a reference.
+      logical :: runs = .true.
+      !> The scene with this model.
+      type(scene_type) :: scene
+      !> Method of the reference, and of its check.
+      character(len=11) :: method = "", check = ""
+      !> Share of the time in which the check went by explicit8 [-].
+      real(wp) :: check_explicit_share = 0.0_wp
+      !> Relative tolerances of these [-].
+      real(wp) :: rtol(2) = 0.0_wp
+      !> CPU time of the reference [s].
+      real(wp) :: cpu = 0.0_wp
+      !> Distance of the reference and its check.
+      type(distance_type) :: agreement
+      !> Distance to the reference of the exact model: the error of the model.
+      type(distance_type) :: modelling
+      !> Scaled distance of the reference and its check; NaN if their events differ and count [-].
+      real(wp) :: agreement_error = 0.0_wp
+      !> Scaled error of the model; NaN if the events differ and count [-].
+      real(wp) :: modelling_error = 0.0_wp
+      !> Why there is no reference; not allocated if there is one.
+      character(len=:), allocatable :: problem
+   end type model_type
+
+   !> A run.
+   type :: run_type
+      !> Index of the model.
+      integer :: model = 0
+      character(len=11) :: method = ""
+      !> Relative tolerance [-].
+      real(wp) :: rtol = 0.0_wp
+      !> What came out.
+      type(trial_type) :: trial
+      !> Scaled error against the reference of the own model; NaN if there is none [-].
+      real(wp) :: numerical = 0.0_wp
+      !> Scaled error against the reference of the exact model; NaN if there is none [-].
+      real(wp) :: error = 0.0_wp
+      !> The larger one of that and of what the references resolve [-].
+      real(wp) :: bound = 0.0_wp
+      !> Whether the references resolve the numerical error, and the error.
+      logical :: resolved(2) = .false.
+      !> Whether no run is both cheaper and more accurate.
+      logical :: pareto = .false.
+   end type run_type
+
+   !> Everything.
+   type :: study_type
+      !> Scene as read.
+      type(scene_type) :: scene
+      !> Models; the first one is the exact one.
+      type(model_type), allocatable :: models(:)
+      type(run_type), allocatable :: runs(:)
+      !> What the errors of the quantities are divided by, in the order of `cost_quantities`.
+      real(wp) :: scales(size(cost_quantities)) = 1.0_wp
+   end type study_type
+
+   !> Who looks on at a study; this one does nothing.
+   type :: onlooker_type
+   contains
+      !> A reference is begun.
+      procedure :: stage
+      !> A run is begun.
+      procedure :: tell
+      !> Whether to stop before the next run.
+      procedure :: stops
+   end type onlooker_type
+
+   !> Methods of a reference, in the order in which they are tried: two must come to the end. Where
+   !> a body comes to rest explicit8 may not; then `auto` is a second method up to there.
+   character(len=11), parameter :: reference_methods(*) = [character(len=11) :: &
+      "explicit8", "cvode_bdf", "cvode_adams", "auto"]
+
+   !> Share of the time in which `auto` must have gone by another method than the reference to be
+   !> its check [-].
+   real(wp), parameter :: least_difference = 0.5_wp
+
+   !> CPU time that the first method of a reference may take [s], and each further one in those of
+   !> the first one that came to the end.
+   real(wp), parameter :: reference_cpu = 600.0_wp, reference_factor = 40.0_wp
+
+   !> Where only one method comes to the end, it is checked by itself at a larger tolerance.
+   real(wp), parameter :: looser = 10.0_wp
+
+   !> A run is not given up before this CPU time [s].
+   real(wp), parameter :: least_limit = 1.0_wp
+
+   !> Runs shorter than this are repeated [s].
+   real(wp), parameter :: short = 1.0_wp
+
+   !> Name of the exact friction model.
+   character(len=*), parameter :: exact_friction = "contensou_exact"
+
+contains
+
+   !> A reference is begun; nobody is told unless an onlooker overrides this.
+   subroutine stage(self, text)
+      class(onlooker_type), intent(inout) :: self
+      !> Which one.
+      character(len=*), intent(in) :: text
+   end subroutine stage
+
+   !> A run is begun; nobody is told unless an onlooker overrides this.
+   subroutine tell(self, share, run, runs, round, rounds)
+      class(onlooker_type), intent(inout) :: self
+      !> Share of the runs that are done.
+      real(wp), intent(in) :: share
+      integer, intent(in) :: run
+      integer, intent(in) :: runs
+      integer, intent(in) :: round
+      integer, intent(in) :: rounds
+   end subroutine tell
+
+   !> Whether to stop; no unless an onlooker overrides this.
+   function stops(self) result(answer)
+      class(onlooker_type), intent(in) :: self
+      logical :: answer
+
+      answer = .false.
+   end function stops
+
+   !> The models that are compared, the exact one first.
+   subroutine plan_models(study, error)
+      !> The study; its scene is set.
+      type(study_type), intent(inout) :: study
+      !> Set when a model does not fit the scene.
+      type(error_type), allocatable, intent(out) :: error
+      type(friction_model_type), allocatable :: table(:)
+      type(model_type), allocatable :: models(:)
+      integer, allocatable :: friction(:), normal(:)
+      character(len=:), allocatable :: problem
+      integer :: i, j, n, exact, exact_normal
+
+      table = friction_models()
+      exact = findloc(table%info%name, exact_friction, dim=1)
+      associate (scene => study%scene, cost => study%scene%cost)
+         friction = cost%friction
+         if (all([(.not. table(scene%contacts(i)%friction)%acts, &
+            i=1, size(scene%contacts))])) then
+            if (size(friction) > 0) then
+               call fatal(error, "cost.friction: no contact of the scene has friction", &
+                  status_usage)
+               return
+            end if
+            friction = [0]
+            exact = 0
+         else if (size(friction) == 0) then
+            friction = [exact]
+            do i = size(table), 1, -1
+               if (i == exact .or. .not. table(i)%acts) cycle
+               if (table(i)%uses("drilling") .or. &
+                  any(scene%contacts%friction == i)) friction = [friction, i]
+            end do
+         end if
+         do i = 1, size(friction)
+            if (friction(i) == 0) cycle
+            do j = 1, size(scene%contacts)
+               if (.not. table(scene%contacts(j)%friction)%acts) cycle
+               problem = table(friction(i))%misfit(scene%contacts(j)%parameters)
+               if (problem == "") cycle
+               call fatal(error, "cost.friction: " // trim(table(friction(i))%info%name) // &
+                  " in contact " // quote(scene%contacts(j)%name) // " " // problem, status_usage)
+               return
+            end do
+         end do
+         normal = cost%normal
+         exact_normal = normal_hertz
+         if (size(normal) == 0) then
+            normal = [0]
+            exact_normal = 0
+         end if
+         allocate(models(size(friction)*size(normal) + 1))
+         models(1) = new_model(scene, exact, exact_normal)
+         models(1)%runs = .false.
+         n = 1
+         do j = 1, size(normal)
+            do i = 1, size(friction)
+               if (friction(i) == exact .and. normal(j) == exact_normal) then
+                  models(1)%runs = .true.
+               else
+                  n = n + 1
+                  models(n) = new_model(scene, friction(i), normal(j))
+               end if
+            end do
+         end do
+      end associate
+      allocate(study%models(n))
+      do i = 1, n
+         study%models(i) = models(i)
+      end do
+   end subroutine plan_models
+
+   !> A model: the scene with other parts.
+   function new_model(scene, friction, normal) result(model)
+      type(scene_type), intent(in) :: scene
+      !> Friction, index into `friction_models`; 0 for that of each contact.
+      integer, intent(in) :: friction
+      !> Normal force, index into `normal_models`; 0 for that of each contact.
+      integer, intent(in) :: normal
+      type(model_type) :: model
+      type(friction_model_type), allocatable :: table(:)
+      type(normal_model_type), allocatable :: normals(:)
+      integer :: i
+
+      table = friction_models()
+      normals = normal_models()
+      model%scene = scene
+      model%name = "scene"
+      if (friction > 0) model%name = trim(table(friction)%info%name)
+      if (normal > 0 .and. friction > 0) then
+         model%name = model%name // "+" // trim(normals(normal)%info%name)
+      else if (normal > 0) then
+         model%name = trim(normals(normal)%info%name)
+      end if
+      do i = 1, size(scene%contacts)
+         associate (contact => model%scene%contacts(i))
+            if (friction > 0 .and. table(contact%friction)%acts) then
+               contact%friction = friction
+            end if
+            if (normal > 0) contact%normal = normal
+         end associate
+      end do
+   end function new_model
+
+   !> Reference of each model, checked by a second method.
+   subroutine compute_references(study, references, onlooker, stopped)
+      type(study_type), intent(inout) :: study
+      !> The references, one for each model.
+      type(reference_type), allocatable, intent(out) :: references(:)
+      !> Who looks on.
+      class(onlooker_type), intent(inout) :: onlooker
+      !> Whether a signal came.
+      logical, intent(out) :: stopped
+      type(reference_type), allocatable :: checks(:)
+      real(wp) :: rtol
+      integer :: i
+
+      rtol = study%scene%cost%reference_rtol
+      stopped = .false.
+      allocate(references(size(study%models)), checks(size(study%models)))
+      do i = 1, size(study%models)
+         call onlooker%stage("reference " // to_text(i) // " of " // &
+            to_text(size(study%models)) // ", " // study%models(i)%name)
+         call one_reference(study%models(i), rtol, references(i), checks(i), stopped)
+         if (stopped) exit
+      end do
+      if (stopped) return
+      if (references(1)%known) study%scales = reference_scales(references(1), study%scene)
+      do i = 1, size(study%models)
+         associate (model => study%models(i))
+            if (allocated(model%problem)) cycle
+            model%agreement = reference_distance(references(i), checks(i), study%scene)
+            model%agreement_error = scaled_error(study, model%agreement, 0.0_wp)
+            if (.not. references(1)%known) cycle
+            model%modelling = reference_distance(references(i), references(1), study%scene)
+            model%modelling_error = scaled_error(study, model%modelling, 0.0_wp)
+         end associate
+      end do
+   end subroutine compute_references
+
+   !> Reference of a model and its check.
+   subroutine one_reference(model, rtol, reference, check, stopped)
+      type(model_type), intent(inout) :: model
+      !> Relative tolerance [-].
+      real(wp), intent(in) :: rtol
+      type(reference_type), intent(out) :: reference
+      type(reference_type), intent(out) :: check
+      !> Whether a signal came.
+      logical, intent(out) :: stopped
+      type(reference_type) :: candidate
+      type(trial_type) :: trial
+      character(len=:), allocatable :: reasons
+      real(wp) :: limit
+      integer :: i
+
+      reasons = ""
+      limit = reference_cpu
+      do i = 1, size(reference_methods)
+         trial = trial_type()
+         call run_reference(model%scene, trim(reference_methods(i)), rtol, limit, candidate, trial)
+         stopped = trial%outcome == outcome_stopped
+         if (stopped) return
+         if (.not. candidate%known) then
+            reasons = reasons // "; " // trim(reference_methods(i)) // ": " // trial%message
+            if (trial%outcome == outcome_slow) reasons = reasons // "too slow"
+         else if (.not. reference%known) then
+            reference = candidate
+            model%cpu = trial%cpu
+            limit = max(least_limit, reference_factor*trial%cpu)
+         else if (candidate%method /= "auto" .or. &
+            abs(candidate%explicit_share - reference%explicit_share) >= least_difference) then
+            check = candidate
+            exit
+         end if
+      end do
+      if (.not. reference%known) then
+         model%problem = reasons(3:)
+         return
+      end if
+      if (.not. check%known) then
+         trial = trial_type()
+         call run_reference(model%scene, trim(reference%method), looser*rtol, limit, check, trial)
+         stopped = trial%outcome == outcome_stopped
+         if (stopped) return
+         if (.not. check%known) then
+            model%problem = "no second solution to check the reference" // reasons
+            return
+         end if
+      end if
+      model%method = reference%method
+      model%check = check%method
+      model%check_explicit_share = check%explicit_share
+      model%rtol = [reference%rtol, check%rtol]
+   end subroutine one_reference
+
+   !> All runs, interleaved: each round runs what is short once more.
+   subroutine compute_runs(study, references, onlooker, stopped)
+      type(study_type), intent(inout) :: study
+      type(reference_type), intent(in), target :: references(:)
+      !> Who looks on.
+      class(onlooker_type), intent(inout) :: onlooker
+      !> Whether a signal came.
+      logical, intent(out) :: stopped
+      real(wp) :: share
+      integer :: i, j, k, n, round
+
+      associate (cost => study%scene%cost, models => study%models)
+         allocate(study%runs(count(models%runs)*size(cost%methods)*size(cost%rtol)))
+         n = 0
+         do i = 1, size(models)
+            if (.not. models(i)%runs) cycle
+            do j = 1, size(cost%methods)
+               do k = 1, size(cost%rtol)
+                  n = n + 1
+                  study%runs(n)%model = i
+                  study%runs(n)%method = cost%methods(j)
+                  study%runs(n)%rtol = cost%rtol(k)
+               end do
+            end do
+         end do
+         stopped = .false.
+         do round = 1, cost%repeats
+            do i = 1, n
+               share = real((round - 1)*n + i - 1, wp)/real(n*cost%repeats, wp)
+               call onlooker%tell(share, i, n, round, cost%repeats)
+               call one_run(study%runs(i), models(study%runs(i)%model), round, &
+                  references(study%runs(i)%model), references(1))
+               stopped = study%runs(i)%trial%outcome == outcome_stopped .or. onlooker%stops()
+               if (stopped) exit
+            end do
+            if (stopped) exit
+         end do
+      end associate
+   end subroutine compute_runs
+
+   !> One run of a round.
+   subroutine one_run(run, model, round, own, exact)
+      type(run_type), intent(inout) :: run
+      type(model_type), intent(in) :: model
+      !> Number of the round.
+      integer, intent(in) :: round
+      !> Reference of the model.
+      type(reference_type), intent(in), target :: own
+      !> Reference of the exact model.
+      type(reference_type), intent(in), target :: exact
+
+      if (allocated(model%problem)) then
+         run%trial%outcome = outcome_failed
+         run%trial%message = "there is no reference for this model"
+         run%trial%cpu = 0.0_wp
+         return
+      end if
+      if (round > 1) then
+         if (run%trial%outcome /= outcome_done .or. run%trial%cpu > short) return
+      end if
+      call run_trial(model%scene, trim(run%method), run%rtol, &
+         max(least_limit, model%scene%cost%cpu_limit*model%cpu), own, exact, run%trial)
+      if (run%trial%outcome == outcome_slow) run%trial%message = "given up after " // &
+         number_text(run%trial%cpu, 3) // " s of CPU"
+   end subroutine one_run
+
+   !> The one error of a motion: the largest of the scaled errors of the quantities that count; NaN
+   !> if the events count and differ.
+   pure function scaled_error(study, distance, energy) result(error)
+      type(study_type), intent(in) :: study
+      !> Distance of the motion to its reference.
+      type(distance_type), intent(in) :: distance
+      !> Residual of its energy balance [J].
+      real(wp), intent(in) :: energy
+      real(wp) :: error
+      integer :: k
+
+      error = 0.0_wp
+      associate (cost => study%scene%cost, scales => study%scales)
+         do k = 1, kinds
+            if (cost%counts(k)) error = max(error, distance%value(cost%measure, k)/scales(k))
+         end do
+         if (cost%counts(kinds + 1)) error = max(error, distance%events/scales(kinds + 1))
+         if (cost%counts(kinds + 2)) error = max(error, energy/scales(kinds + 2))
+         if (cost%counts(kinds + 1) .and. .not. distance%same_events) error = &
+            ieee_value(error, ieee_quiet_nan)
+      end associate
+   end function scaled_error
+
+   !> Errors of all runs, and the Pareto front.
+   subroutine judge_runs(study)
+      !> The study; models and runs are complete.
+      type(study_type), intent(inout) :: study
+      logical :: known(size(study%runs))
+      integer :: i, j
+
+      do i = 1, size(study%runs)
+         associate (run => study%runs(i), model => study%models(study%runs(i)%model), &
+            exact => study%models(1))
+            run%numerical = ieee_value(run%numerical, ieee_quiet_nan)
+            run%error = run%numerical
+            run%bound = run%numerical
+            run%resolved = .false.
+            run%pareto = .false.
+            known(i) = .false.
+            if (run%trial%outcome /= outcome_done .or. allocated(model%problem)) cycle
+            run%numerical = scaled_error(study, run%trial%own, run%trial%energy)
+            if (ieee_is_finite(run%numerical) .and. ieee_is_finite(model%agreement_error)) then
+               run%resolved(1) = run%numerical > model%agreement_error
+            end if
+            if (allocated(exact%problem)) cycle
+            run%error = scaled_error(study, run%trial%total, run%trial%energy)
+            ! References that do not agree on the events resolve nothing.
+            if (.not. ieee_is_finite(run%error) .or. &
+               .not. ieee_is_finite(exact%agreement_error)) then
+               cycle
+            end if
+            run%resolved(2) = run%error > exact%agreement_error
+            run%bound = max(run%error, exact%agreement_error)
+            known(i) = .true.
+         end associate
+      end do
+      do i = 1, size(study%runs)
+         if (.not. known(i)) cycle
+         associate (run => study%runs(i))
+            run%pareto = .true.
+            do j = 1, size(study%runs)
+               if (j == i .or. .not. known(j)) cycle
+               associate (other => study%runs(j))
+                  if (other%trial%cpu <= run%trial%cpu .and. other%bound <= run%bound .and. &
+                     (other%trial%cpu < run%trial%cpu .or. other%bound < run%bound .or. j < i)) then
+                     run%pareto = .false.
+                  end if
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine judge_runs
+
+   !> The cheapest run whose error is within a bound; 0 for none.
+   pure function cheapest(study, largest) result(best)
+      !> The study, judged.
+      type(study_type), intent(in) :: study
+      !> Largest scaled error [-].
+      real(wp), intent(in) :: largest
+      integer :: best
+      integer :: i
+
+      best = 0
+      do i = 1, size(study%runs)
+         if (.not. ieee_is_finite(study%runs(i)%bound)) cycle
+         if (study%runs(i)%bound > largest) cycle
+         if (best > 0) then
+            if (study%runs(i)%trial%cpu >= study%runs(best)%trial%cpu) cycle
+         end if
+         best = i
+      end do
+   end function cheapest
+
+end module contensou_study_cost

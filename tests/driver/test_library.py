@@ -1,0 +1,188 @@
+"""The installed library: the programs of docs/library.md, built outside of the tree and run.
+
+The static library is that of the release build under test, installed to a folder of the tests; the
+shared one comes from a build of its own without optimization.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(fortran|c)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+COMMANDS = dict(zip(("fortran", "c"), re.findall(r"^\$ (.*) && \./", PAGE, re.M), strict=True))
+SUFFIXES = {"fortran": "f90", "c": "c"}
+STRICT = {
+    "fortran": "-std=f2018 -Wall -Wextra -Wimplicit-interface -Wno-unused-dummy-argument -Werror",
+    "c": "-std=c11 -Wall -Wextra -pedantic -Werror",
+}
+MOST_LINES = {"fortran": 15, "c": 40}
+SETTINGS = re.compile(r'"((?:scene|output)\.[^"]*)"')
+NUMBER = re.compile(r"-?\d+\.\d+")
+
+pytestmark = pytest.mark.xdist_group("library")
+
+
+def called(words, folder, env=None, **more):
+    """What a command that must succeed leaves."""
+    done = subprocess.run(
+        words, cwd=folder, env=env, capture_output=True, text=True, timeout=600, **more, check=False
+    )
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    return done
+
+
+def program_of(language: str) -> str:
+    """The program of a language on the page: the text that can be run."""
+    (text,) = (
+        text
+        for kind, text in BLOCKS
+        if kind == language and re.search(r"^program |int main\(", text, re.MULTILINE)
+    )
+    return text
+
+
+@pytest.fixture(scope="module", params=["static", "shared"])
+def installed(request, executable, build_kind, tmp_path_factory):
+    """A folder below which a library is installed, and the environment that finds it."""
+    if build_kind != "release":
+        pytest.skip("with the release build only")
+    folder = tmp_path_factory.mktemp(request.param)
+    build = executable.parents[1]
+    if request.param == "shared":
+        build = folder / "build"
+        options = ("--buildtype=debug", "-Doptimization=0", "-Ddebug=false", "-Dtests=false")
+        called(["meson", "setup", "-Ddefault_library=shared", *options, build, ROOT], folder)
+        called(["ninja", "-C", build], folder)
+    folder = folder / "installed"
+    called(["meson", "install", "-C", build, "--no-rebuild", "--destdir", folder], build)
+    (described,) = folder.rglob("pkgconfig/contensou.pc")
+    prefix = re.search(r"^prefix=(.*)$", described.read_text(), re.MULTILINE)[1]
+    described.write_text(
+        described.read_text().replace(f"prefix={prefix}", f"prefix={folder}{prefix}", 1)
+    )
+    environment = {
+        **os.environ,
+        "PKG_CONFIG_PATH": str(described.parent),
+        "LD_LIBRARY_PATH": str(described.parents[1]),
+    }
+    return folder, environment
+
+
+@pytest.fixture
+def built(installed, tmp_path):
+    """Build a program of the page, outside of the tree, with its scene beside it."""
+
+    def build_it(language, text):
+        (tmp_path / f"tippe_top.{SUFFIXES[language]}").write_text(text)
+        shutil.copy(ROOT / "inputs" / "tippe_top.nml", tmp_path)
+        command = COMMANDS[language] + " " + STRICT[language]
+        called(["bash", "-c", command], tmp_path, installed[1])
+        return tmp_path / "tippe_top"
+
+    return build_it
+
+
+def test_one_module_and_one_header_are_installed(installed):
+    folder, _ = installed
+    (module,) = folder.rglob("*.mod")
+    version = called(["gfortran", "-dumpversion"], folder).stdout.split(".")[0].strip()
+    assert module.parts[-3:] == ("contensou", f"gfortran-{version}", "contensou.mod")
+    assert [header.name for header in folder.rglob("include/contensou/*.h")] == ["contensou.h"]
+
+
+@pytest.mark.parametrize("language", SUFFIXES)
+def test_program_of_the_page(language, installed, built, run, tmp_path):
+    """It prints the rows of `contensou run`, and nothing else is printed."""
+    text = program_of(language)
+    assert text.count("\n") <= MOST_LINES[language]
+    done = called([built(language, text)], tmp_path, installed[1])
+    assert done.stderr == ""
+    *rows, last = done.stdout.splitlines()
+    assert [row.split()[0] for row in rows] == [f"0.{i}00" for i in range(6)]
+    changes = ("--set", "scene.t_end=0.5", "--set", "output.interval=0.1")
+    result = run("run", "tippe_top.nml", "-q", "-o", "top.h5", *changes)
+    assert result.status == 0, result.err
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "top.h5") as file:
+        position = file["trajectory/position"][:, 0, :]
+    for row, expected in zip(rows, position, strict=True):
+        for shown, x in zip(NUMBER.findall(row)[1:], expected, strict=True):
+            assert float(shown) == pytest.approx(x, abs=1e-6)
+    numbers = [float(x) for x in NUMBER.findall(last)]
+    assert numbers[0] == 0.5
+    if language == "fortran":
+        assert numbers[1:4] == pytest.approx(position[-1], abs=1e-5)
+        assert math.hypot(*numbers[4:8]) == pytest.approx(1.0, abs=1e-2)
+    else:
+        assert last.startswith("6 rows; ")
+        assert numbers[1] == pytest.approx(position[-1][2], abs=1e-6)
+
+
+@pytest.mark.parametrize("language", SUFFIXES)
+def test_an_error_reaches_the_program_with_its_text(language, installed, built, run, tmp_path):
+    """The text is that of the command line, and only the program itself prints it."""
+    text = program_of(language).replace("scene.t_end", "scene.t_ned")
+    quiet = text.replace("error stop error%message", "stop 2, quiet=.true.")
+    quiet = re.sub(r"fprintf\(stderr, .*\);", "", quiet)
+    assert quiet != text
+    changes = [word for setting in SETTINGS.findall(text) for word in ("--set", setting.rstrip())]
+    result = run("run", "tippe_top.nml", *changes, cwd=ROOT / "inputs")
+    assert result.status == 2
+    assert "unknown key 't_ned'" in result.err
+    for program, shown in ((text, result.err), (quiet, "")):
+        done = subprocess.run(
+            [built(language, program)],
+            cwd=tmp_path,
+            env=installed[1],
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=False,
+        )
+        assert done.returncode != 0
+        assert done.stdout == ""
+        assert done.stderr.removeprefix("ERROR STOP ").partition("\nError termination")[
+            0
+        ].strip() == (shown.strip())
+
+
+def test_the_observer_of_the_page(installed, built, tmp_path):
+    """The module of the page counts what the events of the file are."""
+    (module,) = (text for kind, text in BLOCKS if kind == "fortran" and "module counting" in text)
+    program = """\
+program count_touches
+   use contensou
+   use counting
+   implicit none(type, external)
+   type(simulation_type) :: top
+   type(scene_file_type) :: file
+   type(counter_type) :: counter
+   type(error_type), allocatable :: error
+   call read_scene("tippe_top.nml", file, error, ["scene.t_end = 1.8"])
+   if (.not. allocated(error)) call new_simulation(file, top, error)
+   if (.not. allocated(error)) call simulate(top, counter, error)
+   if (allocated(error)) error stop error%message
+   print "(i0)", counter%touches
+end program count_touches
+"""
+    done = called([built("fortran", module + program)], tmp_path, installed[1])
+    assert int(done.stdout) >= 3
+
+
+def test_the_header_is_plain_c_and_c_plus_plus(installed, tmp_path):
+    folder, _ = installed
+    (header,) = folder.rglob("contensou.h")
+    for language, compiler in (("c", "gcc"), ("c++", "g++")):
+        if shutil.which(compiler) is None:
+            pytest.skip(f"there is no {compiler}")
+        words = [compiler, "-x", language, "-Wall", "-Wextra", "-pedantic", "-Werror"]
+        called([*words, "-fsyntax-only", header], tmp_path)

@@ -52,10 +52,12 @@ contains
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(shape_list_type) :: list
+      integer :: chosen
 
-      if (group%choice("shape") < 1) return
+      chosen = group%choice("shape")
+      if (chosen < 1) return
       call all_shapes(list)
-      call move_alloc(list%items(group%choice("shape"))%shape, surface%shape)
+      call move_alloc(list%items(chosen)%shape, surface%shape)
       surface%centre = group%numbers("centre")
       surface%inside = group%choice("side") == 2
       call surface%shape%read(group, surface%frame, diagnostics)

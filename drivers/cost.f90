@@ -17,8 +17,9 @@ module contensou_drivers_cost
    use contensou_files_trajectory, only : part_suffix
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_study_cost, only : cheapest, compute_references, compute_runs, judge_runs, &
-      kind_names, kind_units, onlooker_type, outcome_names, plan_models, run_type, study_type
-   use contensou_study_work_precision, only : kinds, outcome_done, reference_type
+      kind_names, kind_units, outcome_names, plan_models, run_type, study_type
+   use contensou_study_work_precision, only : kinds, onlooker_type, outcome_done, &
+      reference_type
    implicit none(type, external)
    private
 

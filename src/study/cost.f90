@@ -9,12 +9,12 @@ module contensou_study_cost
    use contensou_contact_normal, only : normal_hertz, normal_model_type, normal_models
    use contensou_dynamics_scene, only : cost_quantities, scene_type
    use contensou_study_work_precision, only : distance_type, kinds, outcome_done, &
-      outcome_failed, outcome_slow, outcome_stopped, reference_distance, reference_scales, &
-      reference_type, run_reference, run_trial, trial_type
+      onlooker_type, outcome_failed, outcome_slow, outcome_stopped, reference_distance, &
+      reference_scales, reference_type, run_reference, run_trial, trial_type
    implicit none(type, external)
    private
 
-   public :: study_type, model_type, run_type, onlooker_type
+   public :: study_type, model_type, run_type
    public :: plan_models, compute_references, compute_runs, judge_runs, cheapest
    public :: outcome_names, kind_names, kind_units
 
@@ -88,17 +88,6 @@ module contensou_study_cost
       real(wp) :: scales(size(cost_quantities)) = 1.0_wp
    end type study_type
 
-   !> Who looks on at a study; this one does nothing.
-   type :: onlooker_type
-   contains
-      !> A reference is begun.
-      procedure :: stage
-      !> A run is begun.
-      procedure :: tell
-      !> Whether to stop before the next run.
-      procedure :: stops
-   end type onlooker_type
-
    !> Methods of a reference, in the order in which they are tried: two must come to the end. Where
    !> a body comes to rest explicit8 may not; then `auto` is a second method up to there.
    character(len=11), parameter :: reference_methods(*) = [character(len=11) :: &
@@ -125,32 +114,6 @@ module contensou_study_cost
    character(len=*), parameter :: exact_friction = "contensou_exact"
 
 contains
-
-   !> A reference is begun; nobody is told unless an onlooker overrides this.
-   subroutine stage(self, text)
-      class(onlooker_type), intent(inout) :: self
-      !> Which one.
-      character(len=*), intent(in) :: text
-   end subroutine stage
-
-   !> A run is begun; nobody is told unless an onlooker overrides this.
-   subroutine tell(self, share, run, runs, round, rounds)
-      class(onlooker_type), intent(inout) :: self
-      !> Share of the runs that are done.
-      real(wp), intent(in) :: share
-      integer, intent(in) :: run
-      integer, intent(in) :: runs
-      integer, intent(in) :: round
-      integer, intent(in) :: rounds
-   end subroutine tell
-
-   !> Whether to stop; no unless an onlooker overrides this.
-   function stops(self) result(answer)
-      class(onlooker_type), intent(in) :: self
-      logical :: answer
-
-      answer = .false.
-   end function stops
 
    !> The models that are compared, the exact one first.
    subroutine plan_models(study, error)
@@ -261,7 +224,7 @@ contains
       !> The references, one for each model.
       type(reference_type), allocatable, intent(out) :: references(:)
       !> Who looks on.
-      class(onlooker_type), intent(inout) :: onlooker
+      class(onlooker_type), intent(inout), target :: onlooker
       !> Whether a signal came.
       logical, intent(out) :: stopped
       type(reference_type), allocatable :: checks(:)
@@ -274,7 +237,7 @@ contains
       do i = 1, size(study%models)
          call onlooker%stage("reference " // to_text(i) // " of " // &
             to_text(size(study%models)) // ", " // study%models(i)%name)
-         call one_reference(study%models(i), rtol, references(i), checks(i), stopped)
+         call one_reference(study%models(i), rtol, onlooker, references(i), checks(i), stopped)
          if (stopped) exit
       end do
       if (stopped) return
@@ -292,10 +255,12 @@ contains
    end subroutine compute_references
 
    !> Reference of a model and its check.
-   subroutine one_reference(model, rtol, reference, check, stopped)
+   subroutine one_reference(model, rtol, onlooker, reference, check, stopped)
       type(model_type), intent(inout) :: model
       !> Relative tolerance [-].
       real(wp), intent(in) :: rtol
+      !> Who looks on.
+      class(onlooker_type), intent(inout), target :: onlooker
       type(reference_type), intent(out) :: reference
       type(reference_type), intent(out) :: check
       !> Whether a signal came.
@@ -310,7 +275,8 @@ contains
       limit = reference_cpu
       do i = 1, size(reference_methods)
          trial = trial_type()
-         call run_reference(model%scene, trim(reference_methods(i)), rtol, limit, candidate, trial)
+         call run_reference(model%scene, trim(reference_methods(i)), rtol, limit, onlooker, &
+            candidate, trial)
          stopped = trial%outcome == outcome_stopped
          if (stopped) return
          if (.not. candidate%known) then
@@ -332,7 +298,8 @@ contains
       end if
       if (.not. check%known) then
          trial = trial_type()
-         call run_reference(model%scene, trim(reference%method), looser*rtol, limit, check, trial)
+         call run_reference(model%scene, trim(reference%method), looser*rtol, limit, onlooker, &
+            check, trial)
          stopped = trial%outcome == outcome_stopped
          if (stopped) return
          if (.not. check%known) then
@@ -351,7 +318,7 @@ contains
       type(study_type), intent(inout) :: study
       type(reference_type), intent(in), target :: references(:)
       !> Who looks on.
-      class(onlooker_type), intent(inout) :: onlooker
+      class(onlooker_type), intent(inout), target :: onlooker
       !> Whether a signal came.
       logical, intent(out) :: stopped
       real(wp) :: share
@@ -377,7 +344,7 @@ contains
                share = real((round - 1)*n + i - 1, wp)/real(n*cost%repeats, wp)
                call onlooker%tell(share, i, n, round, cost%repeats)
                call one_run(study%runs(i), models(study%runs(i)%model), round, &
-                  references(study%runs(i)%model), references(1))
+                  references(study%runs(i)%model), references(1), onlooker)
                stopped = study%runs(i)%trial%outcome == outcome_stopped .or. onlooker%stops()
                if (stopped) exit
             end do
@@ -387,7 +354,7 @@ contains
    end subroutine compute_runs
 
    !> One run of a round.
-   subroutine one_run(run, model, round, own, exact)
+   subroutine one_run(run, model, round, own, exact, onlooker)
       type(run_type), intent(inout) :: run
       type(model_type), intent(in) :: model
       !> Number of the round.
@@ -396,6 +363,8 @@ contains
       type(reference_type), intent(in), target :: own
       !> Reference of the exact model.
       type(reference_type), intent(in), target :: exact
+      !> Who looks on.
+      class(onlooker_type), intent(inout), target :: onlooker
 
       if (allocated(model%problem)) then
          run%trial%outcome = outcome_failed
@@ -407,7 +376,7 @@ contains
          if (run%trial%outcome /= outcome_done .or. run%trial%cpu > short) return
       end if
       call run_trial(model%scene, trim(run%method), run%rtol, &
-         max(least_limit, model%scene%cost%cpu_limit*model%cpu), own, exact, run%trial)
+         max(least_limit, model%scene%cost%cpu_limit*model%cpu), own, exact, onlooker, run%trial)
       if (run%trial%outcome == outcome_slow) run%trial%message = "given up after " // &
          number_text(run%trial%cpu, 3) // " s of CPU"
    end subroutine one_run

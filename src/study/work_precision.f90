@@ -8,7 +8,7 @@ module contensou_study_work_precision
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : unit_quaternion
-   use contensou_base_operating_system, only : cpu_seconds, signal_received
+   use contensou_base_operating_system, only : cpu_seconds
    use contensou_dynamics_scene, only : motion_free, scene_type
    use contensou_dynamics_reports, only : begin_report, contact_report_type, energies, &
       report_contact
@@ -21,7 +21,7 @@ module contensou_study_work_precision
    implicit none(type, external)
    private
 
-   public :: distance_type, trial_type, reference_type, run_trial, run_reference, &
+   public :: onlooker_type, distance_type, trial_type, reference_type, run_trial, run_reference, &
       reference_distance, reference_scales
    public :: outcome_done, outcome_failed, outcome_slow, outcome_stopped, kinds, measures
 
@@ -86,6 +86,17 @@ module contensou_study_work_precision
       real(wp) :: energy = 0.0_wp
    end type trial_type
 
+   !> Who looks on at a study; this one does nothing.
+   type :: onlooker_type
+   contains
+      !> A reference is begun.
+      procedure :: stage
+      !> A run is begun.
+      procedure :: tell
+      !> Whether to stop; asked after each step.
+      procedure :: stops
+   end type onlooker_type
+
    !> Observer that measures distances or keeps the motion.
    type, extends(observer_type) :: gauge_type
       !> Motion that is kept, or the events of a run that is not.
@@ -98,8 +109,9 @@ module contensou_study_work_precision
       real(wp) :: deadline = huge(1.0_wp)
       !> Whether it was given up.
       logical :: late = .false.
-      !> Whether a signal came.
+      !> Whether the onlooker stopped it.
       logical :: interrupted = .false.
+      class(onlooker_type), pointer :: onlooker => null()
       !> Steps since the clock was looked at.
       integer :: steps = 0
       !> Reference of the own model and of the exact one; not associated: none.
@@ -130,8 +142,34 @@ module contensou_study_work_precision
 
 contains
 
+   !> A reference is begun; nobody is told unless an onlooker overrides this.
+   subroutine stage(self, text)
+      class(onlooker_type), intent(inout) :: self
+      !> Which one.
+      character(len=*), intent(in) :: text
+   end subroutine stage
+
+   !> A run is begun; nobody is told unless an onlooker overrides this.
+   subroutine tell(self, share, run, runs, round, rounds)
+      class(onlooker_type), intent(inout) :: self
+      !> Share of the runs that are done.
+      real(wp), intent(in) :: share
+      integer, intent(in) :: run
+      integer, intent(in) :: runs
+      integer, intent(in) :: round
+      integer, intent(in) :: rounds
+   end subroutine tell
+
+   !> Whether to stop; no unless an onlooker overrides this.
+   function stops(self) result(answer)
+      class(onlooker_type), intent(in) :: self
+      logical :: answer
+
+      answer = .false.
+   end function stops
+
    !> Compute a reference.
-   subroutine run_reference(scene, method, rtol, deadline, reference, trial)
+   subroutine run_reference(scene, method, rtol, deadline, onlooker, reference, trial)
       !> The scene with the model in question.
       type(scene_type), intent(in) :: scene
       character(len=*), intent(in) :: method
@@ -139,6 +177,8 @@ contains
       real(wp), intent(in) :: rtol
       !> CPU time that it may take [s].
       real(wp), intent(in) :: deadline
+      !> Who looks on.
+      class(onlooker_type), intent(inout), target :: onlooker
       !> The reference; known if it came to the end.
       type(reference_type), intent(out) :: reference
       !> What it took.
@@ -146,6 +186,7 @@ contains
       type(gauge_type) :: gauge
 
       gauge%keep_states = .true.
+      gauge%onlooker => onlooker
       call run_gauge(scene, method, rtol, deadline, gauge, trial)
       reference = gauge%kept
       reference%method = method
@@ -154,7 +195,7 @@ contains
    end subroutine run_reference
 
    !> Run a trial: errors are those of this run, the CPU time is the least so far.
-   subroutine run_trial(scene, method, rtol, deadline, own, exact, trial)
+   subroutine run_trial(scene, method, rtol, deadline, own, exact, onlooker, trial)
       !> The scene with the model in question.
       type(scene_type), intent(in) :: scene
       character(len=*), intent(in) :: method
@@ -166,12 +207,15 @@ contains
       type(reference_type), intent(in), target :: own
       !> Reference of the exact model.
       type(reference_type), intent(in), target :: exact
+      !> Who looks on.
+      class(onlooker_type), intent(inout), target :: onlooker
       !> What came out.
       type(trial_type), intent(inout) :: trial
       type(gauge_type) :: gauge
 
       gauge%own => own
       gauge%exact => exact
+      gauge%onlooker => onlooker
       call run_gauge(scene, method, rtol, deadline, gauge, trial)
       if (trial%outcome /= outcome_done) return
       call compare_events(gauge%kept, own, gauge%distance(1))
@@ -462,7 +506,7 @@ contains
       !> Never set.
       type(error_type), allocatable, intent(out) :: error
 
-      self%interrupted = signal_received() /= 0
+      self%interrupted = self%onlooker%stops()
       stop_now = self%interrupted
       self%steps = self%steps + 1
       if (self%steps < steps_between) return

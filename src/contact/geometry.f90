@@ -7,19 +7,21 @@
 module contensou_contact_geometry
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_kinds, only : wp
+   use contensou_contact_shapes_shape, only : apex_curvature
    implicit none(type, external)
    private
 
    public :: pose_type, contact_point_type, contact_variation_type, track_type, geometry_type
    public :: contact_trouble, trouble_text
    public :: trouble_none, trouble_lost, trouble_conforming, trouble_no_spot, &
-      trouble_jammed, trouble_redundant
+      trouble_jammed, trouble_redundant, trouble_apex
 
    !> What can make a contact unusable: nothing, a search without result, surfaces that do not touch
    !> in a point, a formula for the spot that gives none, friction that jams a rigid contact, rigid
-   !> contacts that do not determine their forces.
+   !> contacts that do not determine their forces, an apex that touches.
    integer, parameter :: trouble_none = 0, trouble_lost = 1, trouble_conforming = 2, &
-      trouble_no_spot = 3, trouble_jammed = 4, trouble_redundant = 5
+      trouble_no_spot = 3, trouble_jammed = 4, trouble_redundant = 5, &
+      trouble_apex = 6
 
    !> Ratio A/B below which a spot counts as a line.
    real(wp), parameter :: conforming_ratio = 1.0e-8_wp
@@ -199,6 +201,8 @@ contains
       trouble = trouble_none
       if (track%lost) then
          trouble = trouble_lost
+      else if (max(abs(at%curvature_a), abs(at%curvature_b)) > 0.1_wp*apex_curvature) then
+         trouble = trouble_apex
       else if (.not. at%curvature_a > conforming_ratio*abs(at%curvature_b)) then
          trouble = trouble_conforming
       end if
@@ -224,6 +228,8 @@ contains
       case (trouble_redundant)
          text = "the rigid contacts that are closed together do not determine their forces; " // &
             "normal = 'hertz' for some of them does"
+      case (trouble_apex)
+         text = "the apex of the cone touches, where its surface has no curvature"
       case default
          text = ""
       end select

@@ -198,7 +198,7 @@ contains
       end if
       text = trim(one%name) // " on " // second%words()
       if (one%name == other%name) text = "two " // trim(one%plural)
-      if (other%hollow == "" .or. .not. (one%bounded .or. other%widens)) return
+      if (other%hollow == "" .or. .not. (one%bounded .or. one%slender .and. other%widens)) return
       if (one%name == other%name) then
          text = text // ", one of them perhaps a " // trim(other%hollow)
       else

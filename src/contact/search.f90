@@ -542,7 +542,46 @@ contains
       track%first = x_low
       track%second = y_low
       track%normal = n_low
+      if (track%lost) call look_at_apexes(self, placing, track, gap)
    end subroutine find_cold
+
+   !> Whether a search was lost because an apex of one surface lies within the other.
+   pure subroutine look_at_apexes(self, placing, track, gap)
+      type(search_type), intent(in) :: self
+      !> Frame of B seen from A.
+      type(placing_type), intent(in) :: placing
+      !> No longer lost if that is so.
+      type(track_type), intent(inout) :: track
+      !> The distance of the apex then [m].
+      real(wp), intent(inout) :: gap
+      real(wp) :: apex(3), foot(3), normal(3), distance
+      logical :: found
+
+      call self%a%shape%apex(apex, found)
+      if (found .and. .not. self%a%inside) then
+         call closest_point(self%b, matmul(apex - placing%origin, placing%rotation), foot, normal, &
+            distance)
+         if (distance <= 0.0_wp) then
+            track%lost = .false.
+            track%first = apex
+            track%second = foot
+            track%normal = -matmul(placing%rotation, normal)
+            gap = distance
+         end if
+      end if
+      call self%b%shape%apex(apex, found)
+      if (found .and. .not. self%b%inside) then
+         call closest_point(self%a, placing%origin + matmul(placing%rotation, apex), foot, normal, &
+            distance)
+         if (distance <= 0.0_wp) then
+            track%lost = .false.
+            track%first = foot
+            track%second = apex
+            track%normal = normal
+            gap = distance
+         end if
+      end if
+   end subroutine look_at_apexes
 
    !> Closest points near a sample.
    pure subroutine refine(self, placing, k, x, y, n, gap, low, found)
@@ -586,6 +625,8 @@ contains
       end if
       low = distance - p%radius
       n = normal_at(self%a, x)
+      ! At an apex of A that of B counts.
+      if (all(abs(n) <= 0.0_wp)) n = -matmul(placing%rotation, normal_at(self%b, y))
       ! Normals in one direction: this is the far side of a surface, or one lies within the other.
       normal = normal_at(self%b, y)
       normal = matmul(placing%rotation, normal)

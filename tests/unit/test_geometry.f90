@@ -7,10 +7,12 @@ module test_geometry
    use contensou_base_vectors, only : any_perpendicular, cross, frame_along
    use contensou_contact_geometry, only : contact_point_type, contact_trouble, &
       contact_variation_type, geometry_type, pose_type, track_type, trouble_conforming, &
-      trouble_none, trouble_text
+      trouble_apex, trouble_none, trouble_text
    use contensou_contact_pairs, only : new_geometry
+   use contensou_contact_shapes_cone, only : cone_type
    use contensou_contact_shapes_cylinder, only : cylinder_type
    use contensou_contact_shapes_ellipsoid, only : ellipsoid_type
+   use contensou_contact_shapes_paraboloid, only : paraboloid_type
    use contensou_contact_shapes_plane, only : plane_type
    use contensou_contact_shapes_sphere, only : sphere_type
    use contensou_contact_shapes_torus, only : torus_type
@@ -22,16 +24,21 @@ module test_geometry
 
    public :: run_geometry_tests
 
-   !> Kinds of pairs; the first twelve have closed forms.
+   !> Kinds of pairs; the first of them have closed forms.
    character(len=*), parameter :: kinds(*) = [character(len=24) :: "sphere plane", &
       "sphere sphere", "sphere socket", "sphere cylinder", "sphere bore", "sphere ellipsoid", &
-      "sphere hollow", "sphere torus", "sphere groove", "ellipsoid plane", "torus plane", &
+      "sphere hollow", "sphere torus", "sphere groove", "sphere paraboloid", "sphere dish", &
+      "sphere cone", "sphere funnel", "ellipsoid plane", "torus plane", "paraboloid plane", &
       "cylinder cylinder", "ellipsoid ellipsoid", "ellipsoid hollow", "ellipsoid cylinder", &
       "ellipsoid bore", "ellipsoid socket", "ellipsoid torus", "ellipsoid groove", &
-      "torus cylinder", "torus bore", "torus socket", "torus torus", "torus groove", "torus hollow"]
+      "ellipsoid paraboloid", "ellipsoid dish", "ellipsoid cone", "ellipsoid funnel", &
+      "torus cylinder", "torus bore", "torus socket", "torus torus", "torus groove", &
+      "torus hollow", "torus paraboloid", "torus dish", "torus cone", "torus funnel", &
+      "paraboloid cylinder", "paraboloid paraboloid", "paraboloid cone", "paraboloid funnel", &
+      "cone cylinder"]
 
    !> Number of kinds with a closed form.
-   integer, parameter :: closed_kinds = 12
+   integer, parameter :: closed_kinds = 17
 
 contains
 
@@ -111,12 +118,16 @@ contains
             semi_axes(i) = scale*random%uniform(0.5_wp, 2.0_wp)
          end do
          surface%shape = ellipsoid_type(semi_axes)
+      case ("paraboloid", "dish")
+         surface%shape = paraboloid_type(radius)
+      case ("cone", "funnel")
+         surface%shape = cone_type(random%uniform(0.3_wp, 1.1_wp))
       case default
          if (name == "torus" .and. scale < 1.0_wp) radius = 0.5_wp*radius
          surface%shape = torus_type(radius*random%uniform(1.2_wp, 3.0_wp), radius)
       end select
       select case (name)
-      case ("socket", "bore", "hollow", "groove")
+      case ("socket", "bore", "hollow", "groove", "dish", "funnel")
          surface%inside = .true.
       case default
          surface%inside = .false.
@@ -147,6 +158,9 @@ contains
          pose_a%position = random%vector(3)
          pose_a%rotation = rotation_matrix(random%vector(4))
          pose_b%rotation = rotation_matrix(random%vector(4))
+         if (is_endless(a) .and. b%inside .or. a%inside .and. is_endless(b)) &
+            pose_b%rotation = matmul(matmul(matmul(pose_a%rotation, a%frame), rotation_matrix( &
+            [1.0_wp, 0.1_wp, 0.1_wp, 0.1_wp]*random%vector(4))), transpose(b%frame))
          centre_a = pose_a%position + matmul(pose_a%rotation, a%centre)
          centre_b = matmul(pose_b%rotation, b%centre)
          if (a%inside) then
@@ -167,11 +181,24 @@ contains
          if (track%lost) cycle
          call geometry%locate(pose_a, pose_b, track, found, at)
          if (.not. at%curvature_a > 0.02_wp*at%curvature_b) cycle
+         ! Neither near an apex nor far away, nor nearly along a generator.
+         if (at%curvature_b*min(scale_of(a), scale_of(b)) > 2.0_wp) cycle
+         if (norm2(at%point - centre_a) > 10.0_wp) cycle
+         if (a%is_outside_of("paraboloid") .or. b%is_outside_of("paraboloid")) then
+            if (.not. at%curvature_a > 0.05_wp*at%curvature_b) cycle
+         end if
          if (abs(found - gap) <= 1.0e-9_wp) return
       end do
       call check(.false., "a place is found for " // a%words() // " and " // b%words())
 
    contains
+
+      !> Whether a surface is the outside of what opens along its axis.
+      logical function is_endless(surface)
+         type(surface_type), intent(in) :: surface
+
+         is_endless = surface%is_outside_of("paraboloid")
+      end function is_endless
 
       !> A place within a hollow.
       function start_in(surface) result(p)
@@ -185,6 +212,10 @@ contains
          select type (shape => surface%shape)
          type is (torus_type)
             p = p + shape%major_radius*[cos(angle), sin(angle), 0.0_wp]
+         type is (paraboloid_type)
+            p(3) = p(3) + 1.2_wp*shape%vertex_radius
+         type is (cone_type)
+            p(3) = p(3) + 1.0_wp/sin(shape%half_angle)
          class default
             ! Its origin is in the middle.
          end select
@@ -225,6 +256,13 @@ contains
          value = ((rho - shape%major_radius)**2 + p(3)**2)/shape%radius**2 - 1.0_wp
          g(1:2) = 2.0_wp*(rho - shape%major_radius)*p(1:2)/rho/shape%radius**2
          g(3) = 2.0_wp*p(3)/shape%radius**2
+      type is (paraboloid_type)
+         value = sum(p(1:2)**2)/shape%vertex_radius - 2.0_wp*p(3)
+         g = 2.0_wp*[p(1), p(2), -shape%vertex_radius]/shape%vertex_radius
+      type is (cone_type)
+         rho = hypot(p(1), p(2))
+         value = rho - tan(shape%half_angle)*p(3)
+         g = [p(1)/rho, p(2)/rho, -tan(shape%half_angle)]
       class default
          error stop "a shape without a test"
       end select
@@ -258,6 +296,10 @@ contains
          length = minval(shape%semi_axes)**2/maxval(shape%semi_axes)
       type is (torus_type)
          length = shape%radius
+      type is (paraboloid_type)
+         length = shape%vertex_radius
+      type is (cone_type)
+         length = 1.0_wp
       class default
          error stop "a shape without a test"
       end select
@@ -596,6 +638,15 @@ contains
                   d = apart(u)
                end do
             end do
+            ! The valley along a generator is narrow.
+            if (index(kinds(kind), "funnel") > 0) then
+               do k = 1, 20
+                  trial = u + width*random%vector(4)
+                  if (apart(trial) >= d) cycle
+                  u = trial
+                  d = apart(u)
+               end do
+            end if
             if (d >= before) then
                width = 0.5_wp*width
                cycle
@@ -649,6 +700,11 @@ contains
          type is (torus_type)
             q = (shape%major_radius + shape%radius*cos(v(2)))*[cos(v(1)), sin(v(1)), 0.0_wp]
             q(3) = shape%radius*sin(v(2))
+         type is (paraboloid_type)
+            q = [2.0_wp*v(2)*cos(v(1)), 2.0_wp*v(2)*sin(v(1)), 2.0_wp*v(2)**2/shape%vertex_radius]
+         type is (cone_type)
+            q = 4.0_wp*abs(v(2))*sin(shape%half_angle)*[cos(v(1)), sin(v(1)), 0.0_wp]
+            q(3) = 4.0_wp*abs(v(2))*cos(shape%half_angle)
          class default
             error stop "a shape without a test"
          end select
@@ -670,13 +726,15 @@ contains
       type(worst_type) :: gap, lost, jump
       real(wp) :: scale, found, cold, axis(3), turn(3, 3), drift(3)
       integer :: i, j
-      logical :: convex
+      logical :: convex, endless
 
       do i = 1, 20
          call draw(kind, random, a, b)
          call new_geometry(a, b, geometry)
          convex = .not. (a%inside .or. b%inside .or. a%is_outside_of("torus") .or. &
             b%is_outside_of("torus"))
+         endless = index(kinds(kind), "paraboloid") + index(kinds(kind), "cone") + &
+            index(kinds(kind), "dish") + index(kinds(kind), "funnel") > 0
          scale = min(scale_of(a), scale_of(b))
          call place(a, b, geometry, 0.01_wp*scale, random, pose_a, pose_b, track, at)
          axis = random%vector(3)
@@ -692,6 +750,9 @@ contains
                + (0.01_wp*scale*cos(0.1_wp*j) - found)*at%normal
             call geometry%gap(pose_a, pose_b, track, found)
             call geometry%locate(pose_a, pose_b, track, found, at)
+            ! Far out or near an apex.
+            if (endless .and. .not. (at%curvature_a > 0.05_wp*at%curvature_b .and. &
+               at%curvature_b*scale < 2.0_wp)) exit
             call lost%note(merge(1.0_wp, 0.0_wp, track%lost), i)
             fresh = track_type()
             call geometry%gap(pose_a, pose_b, fresh, cold)
@@ -716,7 +777,7 @@ contains
 
    !> Poses without a unique normal give a finite gap, at most a lost search, and never a NaN.
    subroutine test_degenerate()
-      type(surface_type) :: ball, socket, bore, groove, egg, rod, ring, pip
+      type(surface_type) :: ball, socket, bore, groove, egg, rod, ring, pip, cone, dish, plane
       type(pose_type) :: rest
 
       ball%shape = sphere_type(0.5_wp)
@@ -751,11 +812,35 @@ contains
       call expect(egg, pip, 0.0_wp, "ellipsoid within an ellipsoid", any_value=.true., lost=.true.)
       call expect(pip, egg, 0.0_wp, "ellipsoid around an ellipsoid", any_value=.true.)
       call expect(ring, rod, 1.75_wp, "ring about a cylinder")
+      cone%shape = cone_type(pi/6.0_wp)
+      dish%shape = paraboloid_type(2.0_wp)
+      dish%inside = .true.
+      ball%centre = [0.0_wp, 0.0_wp, 2.0_wp]
+      call expect(ball, dish, 1.5_wp, "ball at the centre of curvature of a dish")
+      call expect(ball, cone, -1.5_wp, "ball on the axis of a cone")
+      ball%centre = [0.0_wp, 0.0_wp, -2.0_wp]
+      call expect(ball, cone, 1.5_wp, "ball before an apex")
+      ball%centre = 0.0_wp
+      call expect(ball, cone, -0.5_wp, "ball around an apex")
+      egg%centre = [0.0_wp, 0.0_wp, -3.5_wp]
+      call expect(cone, egg, 0.5_wp, "ellipsoid before an apex", tolerance=1.0e-9_wp)
+      call expect(egg, cone, 0.5_wp, "apex behind an ellipsoid", tolerance=1.0e-9_wp)
+      rod%centre = [0.0_wp, 0.0_wp, -1.5_wp]
+      rod%frame = frame_along([0.0_wp, 1.0_wp, 0.0_wp])
+      call expect(cone, rod, 0.5_wp, "cylinder before an apex", tolerance=1.0e-9_wp)
+      rod%frame = frame_along([0.0_wp, 0.0_wp, 1.0_wp])
+      call expect(cone, rod, 0.0_wp, "cylinder along a cone", any_value=.true.)
+      dish%inside = .false.
+      call expect(dish, rod, 0.0_wp, "cylinder along a paraboloid", any_value=.true., lost=.true.)
+      plane%shape = plane_type()
+      call expect(plane, dish, 0.0_wp, "paraboloid on its vertex")
+      plane%frame = frame_along([0.0_wp, 0.0_wp, -1.0_wp])
+      call expect(plane, dish, 0.0_wp, "paraboloid into a plane", any_value=.true., lost=.true.)
 
    contains
 
       !> Check the gap of two surfaces at rest.
-      subroutine expect(a, b, value, name, any_value, lost)
+      subroutine expect(a, b, value, name, any_value, lost, tolerance)
          type(surface_type), intent(in) :: a
          type(surface_type), intent(in) :: b
          !> Its value [m].
@@ -766,11 +851,15 @@ contains
          logical, intent(in), optional :: any_value
          !> Whether the search must be lost, with a negative gap.
          logical, intent(in), optional :: lost
+         !> Of the gap where there is no common normal to search for [m].
+         real(wp), intent(in), optional :: tolerance
          class(geometry_type), allocatable :: geometry
          type(track_type) :: track
          type(contact_point_type) :: at
-         real(wp) :: gap
+         real(wp) :: gap, close
 
+         close = 1.0e-14_wp
+         if (present(tolerance)) close = tolerance
          call new_geometry(a, b, geometry)
          call geometry%gap(rest, rest, track, gap)
          if (.not. track%lost) then
@@ -785,7 +874,7 @@ contains
                name // ": lost")
          else
             call check(.not. track%lost, name // ": found")
-            call check_close(gap, value, 1.0e-14_wp, name // ": gap")
+            call check_close(gap, value, close, name // ": gap")
          end if
       end subroutine expect
 
@@ -793,7 +882,7 @@ contains
 
    !> Conforming surfaces are reported where they overlap, others are not.
    subroutine test_conforming()
-      type(surface_type) :: plane, rod, ring, ball, hollow
+      type(surface_type) :: plane, rod, ring, ball, hollow, funnel, cone, egg
       type(pose_type) :: rest, other
 
       plane%shape = plane_type()
@@ -815,6 +904,23 @@ contains
       other%rotation = rest%rotation
       other%position = [0.0_wp, 0.0_wp, -0.21_wp]
       call expect(hollow, ball, trouble_none, "a ball at the bottom of a hollow")
+      funnel%shape = cone_type(pi/6.0_wp)
+      funnel%inside = .true.
+      other%position = [0.0_wp, 0.0_wp, 1.99_wp]
+      call expect(funnel, ball, trouble_conforming, "a ball in the middle of a funnel")
+      other%position = [0.3_wp, 0.0_wp, 2.4_wp]
+      call expect(funnel, ball, trouble_none, "a ball on the side of a funnel")
+      cone%shape = cone_type(pi/6.0_wp)
+      other%position = [0.01_wp, 0.0_wp, -0.99_wp]
+      call expect(cone, ball, trouble_apex, "a ball on an apex")
+      egg%shape = ellipsoid_type([1.1_wp, 1.2_wp, 1.0_wp])
+      call expect(cone, egg, trouble_apex, "an ellipsoid on an apex")
+      rod%frame = frame_along([0.0_wp, 1.0_wp, 0.0_wp])
+      call expect(cone, rod, trouble_apex, "a cylinder on an apex")
+      other%position = [1.1_wp, 0.0_wp, 0.1_wp]
+      call expect(cone, ball, trouble_none, "a ball on the side of a cone")
+      call check(trouble_text(trouble_apex) == "the apex of the cone touches, where its " // &
+         "surface has no curvature", "an apex in words")
       call check(trouble_text(trouble_conforming) == "the surfaces conform: they touch along " // &
          "a line or an area, not in a point", "conforming surfaces in words")
 
@@ -844,7 +950,8 @@ contains
 
    !> Pairs that are refused, with the reason.
    subroutine test_refusals()
-      type(surface_type) :: plane, ball, rod, socket, bore, groove, egg, hollow, ring
+      type(surface_type) :: plane, ball, rod, socket, bore, groove, egg, hollow, ring, dish, &
+         funnel, bowl, cone
 
       plane%shape = plane_type()
       ball%shape = sphere_type(0.02_wp)
@@ -883,6 +990,29 @@ contains
          "radius 0.02 m of a cylinder: conforming contact")
       call refused(groove, ring, "a torus with a tube of radius 0.02 m does not fit into the " // &
          "groove of radius 0.01 m of a torus: conforming contact")
+      dish%shape = paraboloid_type(0.02_wp)
+      dish%inside = .true.
+      funnel%shape = cone_type(0.5_wp)
+      funnel%inside = .true.
+      bowl = dish
+      bowl%inside = .false.
+      cone = funnel
+      cone%inside = .false.
+      call refused(ball, dish, "a sphere of radius 0.02 m does not fit into the dish with a " // &
+         "vertex radius of 0.02 m of a paraboloid: conforming contact")
+      call refused(dish, egg, "an ellipsoid with ends of radius 0.0225 m does not fit into the " // &
+         "dish with a vertex radius of 0.02 m of a paraboloid: conforming contact")
+      call refused(ring, dish, "a torus of outer radius 0.05 m does not fit into the dish with " // &
+         "a vertex radius of 0.02 m of a paraboloid: conforming contact")
+      call refused(cone, plane, "a cone on a plane touches along a line or at its apex, not in " // &
+         "a point with a curvature")
+      call refused(cone, cone, "a cone and a cone have no radius to compare an overlap with")
+      call refused(cone, funnel, "a cone, which has no end, does not touch the inside of a " // &
+         "cone in a point")
+      call refused(dish, bowl, "a paraboloid, which has no end, does not touch the inside of a " // &
+         "paraboloid in a point")
+      call refused(dish, funnel, "the inside of a paraboloid and the inside of a cone are both " // &
+         "concave and never touch")
       ball%shape = sphere_type(0.1_wp)
       call refused(ball, hollow, "a sphere of radius 0.1 m does not fit into the hollow of " // &
          "0.09 m of an ellipsoid: conforming contact")
@@ -907,7 +1037,7 @@ contains
 
    !> Scale of the overlaps.
    subroutine test_scale()
-      type(surface_type) :: plane, ball, groove, egg, ring, socket
+      type(surface_type) :: plane, ball, groove, egg, ring, socket, cone, dish
 
       plane%shape = plane_type()
       ball%shape = sphere_type(0.5_wp)
@@ -923,6 +1053,15 @@ contains
       call expect(ball, socket, 0.25_wp, "ball in a socket")
       call expect(egg, plane, 0.5_wp, "ellipsoid")
       call expect(egg, ring, 0.25_wp, "ring with a narrow hole")
+      cone%shape = cone_type(0.5_wp)
+      dish%shape = paraboloid_type(0.25_wp)
+      call expect(ball, cone, 0.5_wp, "ball on a cone")
+      call expect(dish, cone, 0.25_wp, "paraboloid on a cone")
+      cone%inside = .true.
+      call expect(cone, ball, 0.5_wp, "ball in a funnel")
+      dish%shape = paraboloid_type(1.0_wp)
+      dish%inside = .true.
+      call expect(dish, ball, 0.25_wp, "ball in a dish")
 
    contains
 

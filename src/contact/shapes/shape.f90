@@ -20,7 +20,7 @@ module contensou_contact_shapes_shape
 
    public :: shape_type, shape_info_type, put_centre, put_radius, put_direction
    public :: turning_form, turning_cubic, quadric_form, quadric_cubic
-   public :: samples_line, angles, cosines, sines, half_tangents
+   public :: samples_line, angles, cosines, sines, half_tangents, apex_curvature
 
    !> What does not depend on the size of a shape.
    type :: shape_info_type
@@ -30,7 +30,7 @@ module contensou_contact_shapes_shape
       !> What it is called when touched from within; blank where that cannot be.
       character(len=16) :: hollow = ""
       !> What of a hollow its room is, as "bore of radius".
-      character(len=24) :: room = ""
+      character(len=32) :: room = ""
       !> What describes it in a scene.
       character(len=80) :: hint = ""
       !> That it has no ends, as ", which has no ends,".
@@ -39,8 +39,10 @@ module contensou_contact_shapes_shape
       logical :: bounded = .true.
       !> Whether its solid is convex.
       logical :: convex = .true.
-      !> Whether a hollow of this shape widens such that endless paraboloids have room in it.
+      !> Whether a hollow of this shape widens in proportion to its depth.
       logical :: widens = .false.
+      !> Whether what has no end has room in such a hollow.
+      logical :: slender = .false.
       !> How well it carries the samples of a search, 0 for not at all.
       integer :: rank = 0
       !> Whether spheres sweep it along a line, so that samples have one parameter.
@@ -48,7 +50,7 @@ module contensou_contact_shapes_shape
       !> How its point closest to the centre of a sphere is found.
       character(len=32) :: way = "closed form"
       !> Why it does not touch a plane in a point; blank if it has a lowest point.
-      character(len=80) :: on_plane = ""
+      character(len=96) :: on_plane = ""
       !> What is to be known of it on a plane.
       character(len=32) :: remark = ""
    end type shape_info_type
@@ -172,6 +174,9 @@ module contensou_contact_shapes_shape
          real(wp) :: length
       end function length_interface
    end interface
+
+   !> Curvature of an apex, for those who have to tell it from others [1/m].
+   real(wp), parameter :: apex_curvature = 1.0e100_wp
 
    !> Samples of a line that sweeps a shape.
    integer, parameter :: samples_line = 48
@@ -355,9 +360,12 @@ contains
       !> Shape of the hollow.
       class(shape_type), intent(in) :: hollow
       character(len=:), allocatable :: text
-      type(shape_info_type) :: info
+      type(shape_info_type) :: info, other
 
       info = self%info()
+      other = hollow%info()
+      text = ""
+      if (info%slender .and. other%widens) return
       text = self%words() // trim(info%endless) // " does not touch the inside of " // &
          hollow%words() // " in a point"
    end function misfit

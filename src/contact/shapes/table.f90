@@ -2,8 +2,10 @@
 module contensou_contact_shapes_table
    use contensou_base_settings, only : key_list_type, key_type, kind_choice
    use contensou_base_text, only : string_type
+   use contensou_contact_shapes_cone, only : cone_type
    use contensou_contact_shapes_cylinder, only : cylinder_type
    use contensou_contact_shapes_ellipsoid, only : ellipsoid_type
+   use contensou_contact_shapes_paraboloid, only : paraboloid_type
    use contensou_contact_shapes_plane, only : plane_type
    use contensou_contact_shapes_shape, only : shape_info_type, shape_type
    use contensou_contact_shapes_sphere, only : sphere_type
@@ -50,6 +52,8 @@ contains
       call list%put(cylinder_type())
       call list%put(ellipsoid_type())
       call list%put(torus_type())
+      call list%put(paraboloid_type())
+      call list%put(cone_type())
    end subroutine all_shapes
 
    !> Add a shape.

@@ -140,10 +140,10 @@ contains
    subroutine read_surface()
       character(len=256) :: name, body, shape, side, material
       real(wp) :: centre(3), radius, normal(3), direction(3), semi_axes(3), axis(3), angle, &
-         quaternion(4), major_radius, minor_radius
+         quaternion(4), major_radius, minor_radius, vertex_radius, half_angle
       integer :: n
       namelist /surface/ name, body, shape, centre, radius, normal, direction, semi_axes, axis, &
-         angle, quaternion, major_radius, minor_radius, side, material
+         angle, quaternion, major_radius, minor_radius, vertex_radius, half_angle, side, material
 
       rewind(unit)
       n = 0
@@ -163,6 +163,8 @@ contains
          quaternion = no_number
          major_radius = no_number
          minor_radius = no_number
+         vertex_radius = no_number
+         half_angle = no_number
          read(unit, nml=surface, iostat=status)
          if (status == iostat_end) exit
          call count_group("surface", status, n)
@@ -179,6 +181,8 @@ contains
          call put_numbers("surface", n, "quaternion", quaternion)
          call put_numbers("surface", n, "major_radius", [major_radius])
          call put_numbers("surface", n, "minor_radius", [minor_radius])
+         call put_numbers("surface", n, "vertex_radius", [vertex_radius])
+         call put_numbers("surface", n, "half_angle", [half_angle])
          call put_texts("surface", n, "side", [side])
          call put_texts("surface", n, "material", [material])
       end do

@@ -22,6 +22,8 @@ BALL = "shape = 'sphere', radius = 0.01"
 EGG = "shape = 'ellipsoid', semi_axes = 0.01, 0.02, 0.03"
 RING = "shape = 'torus', major_radius = 0.1, minor_radius = 0.02"
 ROD = "shape = 'cylinder', radius = 0.01"
+BOWL = "shape = 'paraboloid', vertex_radius = 0.02"
+CONE = "shape = 'cone', half_angle = 0.5235987755982989"
 FLOOR = "shape = 'plane'"
 INSIDE = ", side = 'inside'"
 ABOUT_X = ", axis = 2, 0, 0, angle = 1.5707963267948966"
@@ -72,6 +74,32 @@ PLACED = {
         0.28,
     ),
     "egg over a ring": ("0, 0, 1", EGG, RING + ", direction = 1, 0, 0", 0.85),
+    "paraboloid on its vertex": ("0, 0, 1", BOWL, FLOOR, 1.0),
+    "paraboloid askew": (
+        "0, 0, 1",
+        BOWL + ", direction = 1, 0, 1",
+        FLOOR,
+        1.0 - 0.01 * math.sqrt(0.5),
+    ),
+    "ball under a paraboloid": ("0, 0, -1", BALL, BOWL, 0.99),
+    "ball in a dish": ("0, 0, 0.015", BALL, BOWL + INSIDE, 0.005),
+    "ball beside a cone": ("1, 0, 0", BALL, CONE, 0.75**0.5 - 0.01),
+    "ball under an apex": ("0.3, 0, -0.4", BALL, CONE + ", direction = 0, 0, 2", 0.49),
+    "ball in a funnel": ("0.1, 0, 1", BALL, CONE + INSIDE, 0.5 - 0.1 * 0.75**0.5 - 0.01),
+    "egg over an apex": ("0, 0, 1", EGG, CONE + ", direction = 0, 0, -1", 0.97),
+    "cone over an egg": ("0, 0, 1", CONE, EGG, 0.97),
+    "rod on a paraboloid": (
+        "0, 0, 1",
+        ROD + ", direction = 1, 2, 0",
+        BOWL + ", direction = 0, 0, -1",
+        0.99,
+    ),
+    "paraboloid beside a cone": (
+        "-1, 0, 0",
+        BOWL + ", direction = -3, 0, 0",
+        CONE,
+        0.75**0.5 - 0.0025 / 0.75**0.5,
+    ),
     "two rings": ("0, 0, 1", RING + ", direction = 1, 0, 0", RING + ", direction = 0, 1, 0", 0.76),
 }
 
@@ -111,8 +139,14 @@ def test_place_of_a_surface(name, run, tmp_path, settings):
             "{x}, 0, {z}",
             0.09,
         ),
+        # The centre of the ball moves on a parallel surface: 0.1 m less the radius at the bottom.
+        (
+            "shape = 'paraboloid', vertex_radius = 0.1, centre = 0, 0, -0.1" + INSIDE,
+            "{x}, 0, {z}",
+            0.09,
+        ),
     ],
-    ids=["socket", "bore", "groove"],
+    ids=["socket", "bore", "groove", "dish"],
 )
 def test_ball_that_slides_in_a_hollow_is_a_pendulum(hollow, position, length, run, tmp_path):
     angle, periods = 0.02, 1.5
@@ -154,3 +188,43 @@ def test_a_spot_that_cannot_be_is_refused_before_the_surfaces_touch(height, run,
     assert "gives no spot for these curvatures; 'power' or 'exact' does" in result.err
     (tmp_path / "scene.nml").write_text(text.replace("'chord'", "'power'"))
     assert run("run", "scene.nml").status == 0
+
+
+def test_ball_that_circles_in_a_funnel(run, tmp_path):
+    """A ball that slides around in a funnel: N sin(alpha) = m g, N cos(alpha) = m v^2/r."""
+    alpha, r, radius = math.pi / 6.0, 0.1, 0.01
+    speed = math.sqrt(9.81 * r / math.tan(alpha))
+    t_end = 2.0 * 2.0 * math.pi * r / speed
+    z = (r + radius * math.cos(alpha)) / math.tan(alpha) + radius * math.sin(alpha)
+    text = SCENE.format(
+        t_end=t_end,
+        interval=t_end / 80,
+        pose=f"position = {r}, 0, {z}, velocity = 0, {speed}, 0",
+        first=BALL,
+        second=CONE + INSIDE,
+        contact=", damping = 'hunt_crossley', damping_coefficient = 10.0",
+    )
+    (tmp_path / "scene.nml").write_text(text)
+    result = run("run", "scene.nml", "-q")
+    assert result.status == 0, result.err
+    with h5py.File(tmp_path / "surfaces.h5") as file:
+        time = file["trajectory/time"][:]
+        found = file["trajectory/position"][:, 0]
+    expected = r * np.stack([np.cos(speed / r * time), np.sin(speed / r * time)], axis=1)
+    assert np.abs(found[:, :2] - expected).max() < 1e-3 * r
+    assert np.abs(found[:, 2] - z).max() < 1e-3 * r
+
+
+def test_ball_that_rolls_over_an_apex_ends_the_run(run, tmp_path):
+    text = SCENE.format(
+        t_end=0.1,
+        interval=1e-3,
+        pose="position = 0, 0, 0.02, velocity = 0, 0, -1",
+        first=BALL,
+        second=CONE + ", direction = 0, 0, -1",
+        contact="",
+    )
+    (tmp_path / "scene.nml").write_text(text)
+    result = run("run", "scene.nml", "-q")
+    assert result.status == 1
+    assert "the apex of the cone touches, where its surface has no curvature" in result.err

@@ -158,9 +158,11 @@ contains
          pose_a%position = random%vector(3)
          pose_a%rotation = rotation_matrix(random%vector(4))
          pose_b%rotation = rotation_matrix(random%vector(4))
-         if (is_endless(a) .and. b%inside .or. a%inside .and. is_endless(b)) &
-            pose_b%rotation = matmul(matmul(matmul(pose_a%rotation, a%frame), rotation_matrix( &
-            [1.0_wp, 0.1_wp, 0.1_wp, 0.1_wp]*random%vector(4))), transpose(b%frame))
+         if (is_endless(a) .and. b%inside .or. a%inside .and. is_endless(b)) then
+            pose_b%rotation = rotation_matrix([1.0_wp, 0.1_wp, 0.1_wp, 0.1_wp]*random%vector(4))
+            pose_b%rotation = matmul(matmul(matmul(pose_a%rotation, a%frame), pose_b%rotation), &
+               transpose(b%frame))
+         end if
          centre_a = pose_a%position + matmul(pose_a%rotation, a%centre)
          centre_b = matmul(pose_b%rotation, b%centre)
          if (a%inside) then
@@ -856,10 +858,10 @@ contains
          class(geometry_type), allocatable :: geometry
          type(track_type) :: track
          type(contact_point_type) :: at
-         real(wp) :: gap, close
+         real(wp) :: gap, bound
 
-         close = 1.0e-14_wp
-         if (present(tolerance)) close = tolerance
+         bound = 1.0e-14_wp
+         if (present(tolerance)) bound = tolerance
          call new_geometry(a, b, geometry)
          call geometry%gap(rest, rest, track, gap)
          if (.not. track%lost) then
@@ -874,7 +876,7 @@ contains
                name // ": lost")
          else
             call check(.not. track%lost, name // ": found")
-            call check_close(gap, value, close, name // ": gap")
+            call check_close(gap, value, bound, name // ": gap")
          end if
       end subroutine expect
 
@@ -1000,19 +1002,19 @@ contains
       cone%inside = .false.
       call refused(ball, dish, "a sphere of radius 0.02 m does not fit into the dish with a " // &
          "vertex radius of 0.02 m of a paraboloid: conforming contact")
-      call refused(dish, egg, "an ellipsoid with ends of radius 0.0225 m does not fit into the " // &
-         "dish with a vertex radius of 0.02 m of a paraboloid: conforming contact")
-      call refused(ring, dish, "a torus of outer radius 0.05 m does not fit into the dish with " // &
-         "a vertex radius of 0.02 m of a paraboloid: conforming contact")
-      call refused(cone, plane, "a cone on a plane touches along a line or at its apex, not in " // &
-         "a point with a curvature")
+      call refused(dish, egg, "an ellipsoid with ends of radius 0.0225 m does not fit into " // &
+         "the dish with a vertex radius of 0.02 m of a paraboloid: conforming contact")
+      call refused(ring, dish, "a torus of outer radius 0.05 m does not fit into the dish " // &
+         "with a vertex radius of 0.02 m of a paraboloid: conforming contact")
+      call refused(cone, plane, "a cone on a plane touches along a line or at its apex, not " // &
+         "in a point with a curvature")
       call refused(cone, cone, "a cone and a cone have no radius to compare an overlap with")
       call refused(cone, funnel, "a cone, which has no end, does not touch the inside of a " // &
          "cone in a point")
-      call refused(dish, bowl, "a paraboloid, which has no end, does not touch the inside of a " // &
-         "paraboloid in a point")
-      call refused(dish, funnel, "the inside of a paraboloid and the inside of a cone are both " // &
-         "concave and never touch")
+      call refused(dish, bowl, "a paraboloid, which has no end, does not touch the inside of " // &
+         "a paraboloid in a point")
+      call refused(dish, funnel, "the inside of a paraboloid and the inside of a cone are " // &
+         "both concave and never touch")
       ball%shape = sphere_type(0.1_wp)
       call refused(ball, hollow, "a sphere of radius 0.1 m does not fit into the hollow of " // &
          "0.09 m of an ellipsoid: conforming contact")

@@ -21,16 +21,18 @@ module contensou
    use contensou_contact_hertz, only : effective_modulus, hertz_contact, hertz_models, hertz_type, &
       new_hertz
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
-   use contensou_contact_wrench, only : wrench_exact, wrench_exact_jacobian
-   use contensou_special_elliptic, only : complete_elliptic, complete_elliptic_bd, &
-      elliptic_models
+   use contensou_contact_vilke, only : vilke_chord, vilke_exact, vilke_force, vilke_models, &
+      vilke_power
+   use contensou_contact_wrench, only : wrench_exact, wrench_exact_jacobian, &
+      wrench_exact_potential, wrench_kernel, wrench_pade11, wrench_pade22, wrench_simplified
+   use contensou_special_elliptic, only : complete_elliptic, complete_elliptic_all_of_c, &
+      complete_elliptic_bd, elliptic_models
 
    ! Tables of the models of a contact, with their kernels.
    use contensou_contact_damping, only : damping_models
    use contensou_contact_friction, only : friction_models
    use contensou_contact_normal, only : normal_models
    use contensou_contact_rolling, only : rolling_models
-   use contensou_contact_vilke, only : vilke_models
    implicit none(type, external)
    public
 end module contensou

@@ -1,7 +1,6 @@
 !> Complete elliptic integrals by complement and by parameter, one by one and as arrays.
 program elliptic_example
-   use contensou_base_kinds, only : wp
-   use contensou_special_elliptic, only : complete_elliptic, complete_elliptic_all_of_c, elliptic_d
+   use contensou
    implicit none(type, external)
 
    call show()
@@ -10,15 +9,16 @@ contains
 
    !> Compute and print.
    subroutine show()
-      real(wp) :: c1(5), k(5), e(5), values(6)
+      real(wp) :: c1(5), k(5), e(5), b(5), d(5), values(6)
       integer :: i
 
       ! Axis ratios from the circle to a needle; c1 is their square.
       c1 = [1.0_wp, 0.5_wp, 1.0e-3_wp, 1.0e-10_wp, 0.0_wp]**2
       call complete_elliptic(c1, k, e)
+      call complete_elliptic_bd(c1, b, d)
       print "(a)", "       c1             K             E             D"
       do i = 1, size(c1)
-         print "(es9.2, 3f14.10)", c1(i), k(i), e(i), elliptic_d(c1(i))
+         print "(es9.2, 3f14.10)", c1(i), k(i), e(i), d(i)
       end do
 
       ! By the parameter: K, E, B, D, dK/dc, dE/dc.

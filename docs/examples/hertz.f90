@@ -1,8 +1,6 @@
 !> A barrel-shaped roller on a plane: spot, force and pressure for an approach, and back.
 program hertz_example
-   use contensou_base_kinds, only : wp
-   use contensou_contact_hertz, only : effective_modulus, hertz_contact, hertz_type, new_hertz
-   use contensou_contact_vilke, only : vilke_force
+   use contensou
    implicit none(type, external)
 
    call show()

@@ -1,8 +1,6 @@
 !> Vil'ke's force against Hertz's, and the spot by the formulas for c.
 program vilke_example
-   use contensou_base_kinds, only : wp
-   use contensou_contact_hertz, only : hertz_contact
-   use contensou_contact_vilke, only : vilke_chord, vilke_exact, vilke_power
+   use contensou
    implicit none(type, external)
 
    !> Half relative curvatures [1/m], A/B = 5/12; effective modulus [Pa]; approach [m].

@@ -1,9 +1,6 @@
 !> A spot that slides and spins: the wrench of each rung, and the Jacobian of the exact one.
 program wrench_example
-   use contensou_base_kinds, only : wp
-   use contensou_contact_spot, only : elliptic_shape, spot_shape_type
-   use contensou_contact_wrench, only : wrench_exact, wrench_exact_jacobian, &
-      wrench_exact_potential, wrench_kernel, wrench_pade11, wrench_pade22, wrench_simplified
+   use contensou
    implicit none(type, external)
 
    !> Semi-axes of the spot [m].

@@ -35,11 +35,13 @@ module contensou_dynamics_jacobian
       integer, allocatable :: row(:)
       !> Value of each entry.
       real(wp), allocatable :: value(:)
-      !> Offset of the acted rows of a body (first) within the columns of a body (second); -1 where
-      !> there are none.
-      integer, allocatable, private :: place(:, :)
-      !> Offset of a body's own rows within its columns.
-      integer, allocatable, private :: own(:)
+      !> Index of the first of the bodies whose rows are in the columns of a body, and one beyond
+      !> the last.
+      integer, allocatable, private :: first_body(:)
+      !> These bodies, in ascending order.
+      integer, allocatable, private :: row_body(:)
+      !> Offset of the first row of each within the columns.
+      integer, allocatable, private :: offset(:)
       !> Torque of all contacts on each body [N m], inertial frame.
       real(wp), allocatable, private :: torque(:, :)
       !> Force of all contacts on each body [N].
@@ -59,61 +61,42 @@ module contensou_dynamics_jacobian
 
 contains
 
-   !> Lay out the entries for a system whose bodies and contacts are set.
+   !> Lay out the entries for a system whose bodies and contacts are set; the effort is linear in
+   !> their numbers and in that of the entries.
    subroutine prepare(self, system)
       class(jacobian_type), intent(inout) :: self
       type(system_type), intent(in) :: system
-      logical, allocatable :: coupled(:, :)
-      integer :: nb, works, i, j, k, c, next, base
+      integer :: nb, works, j, k, c, m, next, base, entries
 
-      nb = size(system%bodies)
-      works = system%layout%n - body_size*nb
+      nb = system%layout%bodies
+      works = system%layout%works()
       self%n = system%layout%n
-      ! Row body first: whose velocities depend on the state of which body.
-      allocate(coupled(nb, nb), source=.false.)
-      do i = 1, size(system%contacts)
-         associate (a => system%contacts(i)%a, b => system%contacts(i)%b)
-            if (a == 0 .or. b == 0) cycle
-            coupled(a, b) = moves_freely(system%bodies(a)%motion) .and. &
-               system%bodies(b)%motion /= motion_fixed
-            coupled(b, a) = moves_freely(system%bodies(b)%motion) .and. &
-               system%bodies(a)%motion /= motion_fixed
-         end associate
-      end do
-      if (system%constraints%n_rigid > 0) call couple_joined(system, coupled)
-      next = 0
-      do j = 1, nb
-         next = next + body_size*(body_size + acted_rows*count(coupled(:, j)) + works)
-      end do
-      next = next + works
-      if (allocated(self%row)) deallocate(self%row, self%value, self%column_start, self%place, &
-         self%own, self%torque, self%force, self%rate, self%gap_slopes, self%responses, &
-         self%inverse, self%matrix)
-      allocate(self%row(next), self%value(next), self%column_start(self%n + 1))
-      allocate(self%own(nb), self%torque(3, nb), self%force(3, nb))
-      allocate(self%place(nb, nb), source=-1)
+      if (allocated(self%row)) deallocate(self%row, self%value, self%column_start, &
+         self%first_body, self%row_body, self%offset, self%torque, self%force, self%rate)
+      call couple_bodies(system, self%first_body, self%row_body)
+      entries = body_size*(nb*(body_size - acted_rows + works) + acted_rows*size(self%row_body)) &
+         + works
+      allocate(self%row(entries), self%value(entries), self%column_start(self%n + 1))
+      allocate(self%offset(size(self%row_body)), self%torque(3, nb), self%force(3, nb))
       allocate(self%rate(merge(self%n, 0, system%constraints%n_rigid > 0)))
-      allocate(self%gap_slopes(self%n, system%constraints%n_rigid))
-      associate (n => system%constraints%n_rigid)
-         allocate(self%responses(n, n), self%inverse(n, n), self%matrix(n, n))
-      end associate
+      call reserve(self, 0)
       next = 0
       do j = 1, nb
          do c = 1, body_size
             base = next
             self%column_start(body_size*(j - 1) + c) = next + 1
-            do i = 1, nb
-               if (i == j) then
-                  self%own(j) = next - base
-                  self%place(j, j) = self%own(j) + first_row - 1
-                  self%row(next + 1:next + body_size) = [(body_size*(i - 1) + k, k=1, body_size)]
-                  next = next + body_size
-               else if (coupled(i, j)) then
-                  self%place(i, j) = next - base
-                  self%row(next + 1:next + acted_rows) = &
-                     [(body_size*(i - 1) + first_row - 1 + k, k=1, acted_rows)]
-                  next = next + acted_rows
-               end if
+            do m = self%first_body(j), self%first_body(j + 1) - 1
+               associate (i => self%row_body(m))
+                  self%offset(m) = next - base
+                  if (i == j) then
+                     self%row(next + 1:next + body_size) = [(body_size*(i - 1) + k, k=1, body_size)]
+                     next = next + body_size
+                  else
+                     self%row(next + 1:next + acted_rows) = &
+                        [(body_size*(i - 1) + first_row - 1 + k, k=1, acted_rows)]
+                     next = next + acted_rows
+                  end if
+               end associate
             end do
             self%row(next + 1:next + works) = [(body_size*nb + k, k=1, works)]
             next = next + works
@@ -128,37 +111,204 @@ contains
       self%column_start(self%n + 1) = next + 1
    end subroutine prepare
 
+   !> Make room for a number of closed rigid contacts.
+   subroutine reserve(self, n)
+      type(jacobian_type), intent(inout) :: self
+      !> The number.
+      integer, intent(in) :: n
+
+      if (allocated(self%gap_slopes)) deallocate(self%gap_slopes, self%responses, self%inverse, &
+         self%matrix)
+      allocate(self%gap_slopes(self%n, n), self%responses(n, n), self%inverse(n, n), &
+         self%matrix(n, n))
+   end subroutine reserve
+
+   !> Where the accelerations of a body stand in the columns of another one: offset of the first of
+   !> them, -1 if they do not depend on its state.
+   pure function place_of(self, row_body, column_body) result(place)
+      type(jacobian_type), intent(in) :: self
+      !> Body that is acted upon.
+      integer, intent(in) :: row_body
+      !> Body whose state varies.
+      integer, intent(in) :: column_body
+      integer :: place
+      integer :: low, high, middle
+
+      low = self%first_body(column_body)
+      high = self%first_body(column_body + 1)
+      do while (high - low > 1)
+         middle = (low + high)/2
+         if (self%row_body(middle) > row_body) then
+            high = middle
+         else
+            low = middle
+         end if
+      end do
+      place = -1
+      if (self%row_body(low) /= row_body) return
+      place = self%offset(low)
+      if (row_body == column_body) place = place + first_row - 1
+   end function place_of
+
+   !> Which bodies have accelerations that depend on the state of which body: on its own and on
+   !> those of the bodies that touch it, and what rigid contacts couple beyond that.
+   subroutine couple_bodies(system, first, row_body)
+      type(system_type), intent(in) :: system
+      !> Index of the first body of each column, and one beyond the last.
+      integer, allocatable, intent(out) :: first(:)
+      !> The bodies of the columns, in ascending order within each.
+      integer, allocatable, intent(out) :: row_body(:)
+      integer, allocatable :: pairs(:, :), by_row(:, :)
+      integer :: n, i
+
+      allocate(pairs(2, size(system%bodies) + 2*size(system%contacts)))
+      n = 0
+      do i = 1, size(system%bodies)
+         call add_pair(i, i)
+      end do
+      do i = 1, size(system%contacts)
+         associate (a => system%contacts(i)%a, b => system%contacts(i)%b)
+            if (a == 0 .or. b == 0 .or. a == b) cycle
+            if (moves_freely(system%bodies(a)%motion) .and. &
+               system%bodies(b)%motion /= motion_fixed) call add_pair(a, b)
+            if (moves_freely(system%bodies(b)%motion) .and. &
+               system%bodies(a)%motion /= motion_fixed) call add_pair(b, a)
+         end associate
+      end do
+      if (system%constraints%n_rigid > 0) call couple_joined(system, pairs, n)
+      call sort_pairs(pairs(:, :n), 1, size(system%bodies), by_row)
+      call sort_pairs(by_row, 2, size(system%bodies), pairs)
+      allocate(first(size(system%bodies) + 1), source=0)
+      allocate(row_body(size(pairs, 2)))
+      n = 0
+      do i = 1, size(pairs, 2)
+         if (i > 1) then
+            if (all(pairs(:, i) == pairs(:, i - 1))) cycle
+         end if
+         n = n + 1
+         row_body(n) = pairs(1, i)
+         if (first(pairs(2, i)) == 0) first(pairs(2, i)) = n
+      end do
+      row_body = row_body(:n)
+      first(size(first)) = n + 1
+
+   contains
+
+      !> Add a pair: the row body, the column body.
+      subroutine add_pair(row, column)
+         integer, intent(in) :: row
+         integer, intent(in) :: column
+
+         n = n + 1
+         pairs(:, n) = [row, column]
+      end subroutine add_pair
+
+   end subroutine couple_bodies
+
+   !> Sort pairs of bodies by one of the two, those that are equal in the order in which they were.
+   subroutine sort_pairs(pairs, by, bodies, sorted)
+      integer, intent(in) :: pairs(:, :)
+      !> Which of the two, 1 or 2.
+      integer, intent(in) :: by
+      !> Number of bodies.
+      integer, intent(in) :: bodies
+      integer, allocatable, intent(out) :: sorted(:, :)
+      integer :: next(bodies + 1), i
+
+      next = 0
+      do i = 1, size(pairs, 2)
+         next(pairs(by, i) + 1) = next(pairs(by, i) + 1) + 1
+      end do
+      do i = 2, bodies
+         next(i) = next(i) + next(i - 1)
+      end do
+      allocate(sorted(2, size(pairs, 2)))
+      do i = 1, size(pairs, 2)
+         associate (body => pairs(by, i))
+            next(body) = next(body) + 1
+            sorted(:, next(body)) = pairs(:, i)
+         end associate
+      end do
+   end subroutine sort_pairs
+
    !> Couple what rigid contacts couple: the normal force on a body depends on all that accelerates
    !> it, and so do those on the bodies that such contacts join to it.
-   subroutine couple_joined(system, coupled)
+   subroutine couple_joined(system, pairs, n)
       type(system_type), intent(in) :: system
-      !> Whether the accelerations of a body (first) depend on the state of a body (second).
-      logical, intent(inout) :: coupled(:, :)
-      integer :: cluster(size(system%bodies)), i, j
-      logical :: reach(size(system%bodies))
+      !> Which body (first) has accelerations that depend on the state of which body (second).
+      integer, allocatable, intent(inout) :: pairs(:, :)
+      !> Their number.
+      integer, intent(inout) :: n
+      integer :: parent(system%layout%bodies), members(system%layout%bodies)
+      integer :: reached(system%layout%bodies), seen(system%layout%bodies)
+      integer, allocatable :: of_cluster(:, :), sorted(:, :), larger(:, :)
+      integer :: i, j, k, m, next, clustered
 
-      cluster = [(i, i=1, size(cluster))]
+      parent = [(i, i=1, size(parent))]
       do i = 1, size(system%contacts)
          associate (contact => system%contacts(i))
             if (.not. contact%rigid .or. contact%a == 0 .or. contact%b == 0) cycle
             if (.not. moves_freely(system%bodies(contact%a)%motion)) cycle
             if (.not. moves_freely(system%bodies(contact%b)%motion)) cycle
-            where (cluster == cluster(contact%b)) cluster = cluster(contact%a)
+            parent(root_of(contact%b)) = root_of(contact%a)
          end associate
       end do
-      do i = 1, size(cluster)
-         if (.not. any(cluster == i)) cycle
-         reach = cluster == i
-         do j = 1, size(cluster)
-            if (cluster(j) == i) reach = reach .or. coupled(j, :)
+      ! What is coupled to the bodies of a cluster, by clusters.
+      clustered = n
+      allocate(of_cluster(2, n))
+      do i = 1, n
+         of_cluster(:, i) = [root_of(pairs(1, i)), pairs(2, i)]
+      end do
+      call sort_pairs(of_cluster, 1, size(parent), sorted)
+      seen = 0
+      next = 1
+      do i = 1, size(parent)
+         if (root_of(i) /= i) cycle
+         do while (next <= clustered)
+            if (sorted(1, next) >= i) exit
+            next = next + 1
          end do
-         do j = 1, size(cluster)
-            if (cluster(j) == i .and. moves_freely(system%bodies(j)%motion)) coupled(j, :) = reach
+         ! The bodies of the cluster are among these: each is coupled to itself.
+         k = 0
+         m = 0
+         do while (next <= clustered)
+            if (sorted(1, next) /= i) exit
+            j = sorted(2, next)
+            next = next + 1
+            if (seen(j) == i) cycle
+            seen(j) = i
+            k = k + 1
+            reached(k) = j
+            if (root_of(j) /= i) cycle
+            m = m + 1
+            members(m) = j
+         end do
+         if (m < 2) cycle
+         if (n + k*m > size(pairs, 2)) then
+            allocate(larger(2, 2*(n + k*m)))
+            larger(:, :n) = pairs(:, :n)
+            call move_alloc(larger, pairs)
+         end if
+         do j = 1, m
+            pairs(1, n + 1:n + k) = members(j)
+            pairs(2, n + 1:n + k) = reached(:k)
+            n = n + k
          end do
       end do
-      do i = 1, size(cluster)
-         coupled(i, i) = .false.
-      end do
+
+   contains
+
+      !> The body that stands for the cluster of a body.
+      integer function root_of(body) result(root)
+         integer, intent(in) :: body
+
+         root = body
+         do while (parent(root) /= root)
+            parent(root) = parent(parent(root))
+            root = parent(root)
+         end do
+      end function root_of
+
    end subroutine couple_joined
 
    !> Compute the entries at a state; all are zero where there is no right-hand side. Allocates
@@ -194,6 +344,9 @@ contains
             call add_contact(self, system, i, load, y)
          end associate
       end do
+      if (system%constraints%n_links > size(self%responses, 1)) then
+         call reserve(self, size(system%constraints%links))
+      end if
       do i = 1, system%constraints%n_links
          associate (link => system%constraints%links(i))
             call linearize_link(system%contacts(link%contact), link, system%pose(link%body(1)), &
@@ -203,7 +356,7 @@ contains
          end associate
       end do
       do i = 1, size(system%bodies)
-         call add_body(self, system, i, t, y(body_size*(i - 1) + 1:body_size*i))
+         call add_body(self, system, i, t, y)
       end do
       if (system%constraints%n_links > 0) call add_normal_forces(self, system)
    end subroutine evaluate
@@ -300,7 +453,7 @@ contains
       real(wp) :: moment(3, 2), lever(3), change(body_size)
       real(wp) :: force(3, body_size), torque(3, body_size)
       logical :: singular
-      integer :: n, i, j, c, k, m, side, row
+      integer :: n, i, j, c, k, m, side, row, place
 
       n = system%constraints%n_links
       ! The response of the gap by all that accelerates the bodies of its contact.
@@ -311,10 +464,11 @@ contains
                if (row == 0) cycle
                lever = matmul(cross(link%arm(:, side), link%at%normal), system%pose(row)%rotation)
                do j = 1, size(system%bodies)
-                  if (self%place(row, j) < 0) cycle
+                  place = place_of(self, row, j)
+                  if (place < 0) cycle
                   do c = 1, body_size
                      m = body_size*(j - 1) + c
-                     k = self%column_start(m) + self%place(row, j)
+                     k = self%column_start(m) + place
                      self%gap_slopes(m, i) = self%gap_slopes(m, i) + merge(-1.0_wp, 1.0_wp, &
                         side == 1)*(dot_product(link%at%normal, self%value(k:k + 2)) &
                         + dot_product(lever, self%value(k + 3:k + 5)))
@@ -420,13 +574,14 @@ contains
       !> Derivatives of the torque about the centre of mass [N m], inertial frame.
       real(wp), intent(in) :: torque(3, body_size)
       real(wp) :: moment(3)
-      integer :: c, k
+      integer :: c, k, place
 
       associate (body => system%bodies(row_body), pose => system%pose(row_body))
-         if (moves_freely(body%motion) .and. self%place(row_body, column_body) >= 0) then
+         place = -1
+         if (moves_freely(body%motion)) place = place_of(self, row_body, column_body)
+         if (place >= 0) then
             do c = 1, body_size
-               k = self%column_start(body_size*(column_body - 1) + c) &
-                  + self%place(row_body, column_body)
+               k = self%column_start(body_size*(column_body - 1) + c) + place
                self%value(k:k + 2) = self%value(k:k + 2) + force(:, c)/body%mass
                if (turns_by_drive(body%motion)) cycle
                moment = matmul(torque(:, c), pose%rotation)
@@ -468,22 +623,23 @@ contains
       integer, intent(in) :: index
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State of the body.
-      real(wp), intent(in) :: y(body_size)
-      real(wp) :: block(body_size, body_size), power(body_size), turn(3, 4), torque(3), w(3)
+      !> State.
+      real(wp), intent(in) :: y(:)
+      real(wp) :: block(body_size, body_size), power(body_size), turn(3, 4), torque(3), w(3), q(4)
       real(wp) :: momentum(3), force(3), e(3)
-      integer :: i, k
+      integer :: i, k, own
 
       associate (body => system%bodies(index), pose => system%pose(index))
          if (body%motion == motion_fixed) return
          block = 0.0_wp
          power = 0.0_wp
-         w = y(11:13)
-         turn = rotation_of(y(4:7))
+         q = quaternion_of(y, index)
+         w = spin_of(y, index)
+         turn = rotation_of(q)
          do i = 1, 3
             block(i, 7 + i) = 1.0_wp
          end do
-         call quaternion_block(y(4:7), w, block(4:7, 4:7), block(4:7, 11:13))
+         call quaternion_block(q, w, block(4:7, 4:7), block(4:7, 11:13))
          if (moves_freely(body%motion)) then
             torque = self%torque(:, index)
             if (body%loaded) then
@@ -530,8 +686,9 @@ contains
             end do
             power(11:13) = power(11:13) - matmul(self%torque(:, index), pose%rotation)
          end if
+         own = place_of(self, index, index) - (first_row - 1)
          do i = 1, body_size
-            k = self%column_start(body_size*(index - 1) + i) + self%own(index)
+            k = self%column_start(body_size*(index - 1) + i) + own
             self%value(k:k + body_size - 1) = self%value(k:k + body_size - 1) + block(:, i)
          end do
       end associate

@@ -217,6 +217,7 @@ contains
          self%fixed_point => FSUNNonlinSol_FixedPoint(self%vector, 0, self%context)
          flag = min(flag, FCVodeSetNonlinearSolver(self%memory, self%fixed_point))
       else
+         call self%handle%problem%lay_out_jacobian()
          self%handle%sparse = allocated(problem%row) .and. n >= sparse_from
          if (self%handle%sparse) then
             self%matrix => FSUNSparseMatrix(int(n, i8), int(n, i8), size(problem%row, kind=i8), &

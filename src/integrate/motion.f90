@@ -49,7 +49,10 @@ module contensou_integrate_motion
       real(wp) :: contact_time = 0.0_wp
       !> CPU time by effect.
       type(profile_type) :: profile
+      !> Whether Jacobians are those of differences.
+      logical :: differences = .false.
    contains
+      procedure :: lay_out_jacobian
       procedure :: jacobian
       procedure :: derivative
       procedure :: events
@@ -69,13 +72,8 @@ contains
 
       motion%n = motion%system%layout%n
       motion%n_events = size(motion%system%contacts)
-      ! Not by assignment, before which gfortran looks at the bounds of what is not allocated.
       if (allocated(motion%row)) deallocate(motion%column_start, motion%row)
-      if (.not. scene%integrator%differences) then
-         call motion%differential%prepare(motion%system)
-         allocate(motion%column_start, source=motion%differential%column_start)
-         allocate(motion%row, source=motion%differential%row)
-      end if
+      motion%differences = scene%integrator%differences
       motion%jacobian_steps = scene%integrator%jacobian_steps
       associate (s => motion%scales)
          s%rtol = scene%integrator%rtol
@@ -132,6 +130,17 @@ contains
       end associate
       outside = self%system%outside
    end subroutine derivative
+
+   !> Lay out the Jacobian, unless that is done: explicit methods need none.
+   subroutine lay_out_jacobian(self)
+      class(motion_type), intent(inout) :: self
+
+      if (self%differences .or. allocated(self%row)) return
+      call self%differential%prepare(self%system)
+      ! Not by assignment, before which gfortran looks at the bounds of what is not allocated.
+      allocate(self%column_start, source=self%differential%column_start)
+      allocate(self%row, source=self%differential%row)
+   end subroutine lay_out_jacobian
 
    !> Jacobian of the right-hand side.
    subroutine jacobian(self, t, y, value)

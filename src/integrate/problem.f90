@@ -20,6 +20,8 @@ module contensou_integrate_problem
       !> Steps after which an implicit method renews its Jacobian, >= 1.
       integer :: jacobian_steps = 10
    contains
+      !> Lay out the Jacobian: `column_start` and `row`.
+      procedure :: lay_out_jacobian
       !> Entries of the Jacobian of the right-hand side.
       procedure :: jacobian
       !> Right-hand side.
@@ -72,6 +74,12 @@ module contensou_integrate_problem
    end interface
 
 contains
+
+   !> Lay out the Jacobian where an implicit method begins; there is none unless a problem says
+   !> otherwise.
+   subroutine lay_out_jacobian(self)
+      class(problem_type), intent(inout) :: self
+   end subroutine lay_out_jacobian
 
    !> Entries of the Jacobian, in the order of `row`; nothing unless a problem says otherwise.
    subroutine jacobian(self, t, y, value)

@@ -159,6 +159,7 @@ contains
       if (allocated(error)) error stop "a scene of the tests cannot be simulated"
       scene%integrator%length_scale = simulation%scene%integrator%length_scale
       motion = simulation%motion
+      call motion%lay_out_jacobian()
       y = simulation%state()
    end subroutine set_motion
 

@@ -106,6 +106,7 @@ contains
       if (.not. allocated(error)) call simulate(simulation, keeper, error)
       call check(.not. allocated(error), name // ": runs")
       if (allocated(error)) return
+      call simulation%motion%lay_out_jacobian()
       undecided = 0
       decided = 0
       closed = 0

@@ -1,14 +1,5 @@
 !> A group `bearing` stands for the bodies, surfaces and contacts of a ball bearing.
-!>
-!> In the plane of the axis and a ball, with r the radius of a ball, r_i and r_o the radii of the
-!> grooves, d_m the pitch diameter and P the diametral clearance, the centre circles of the
-!> grooves have the radii d_m/2 + (r_i - r) - P/4 and d_m/2 - (r_o - r) + P/4. A ball under load
-!> lies on the line through both, which makes the contact angle alpha with the plane of the
-!> bearing: tan alpha = h/(r_i + r_o - 2 r - P/2) with h the displacement of the inner ring along
-!> the axis against the outer one. The approaches d_i and d_o fill what the line is longer than
-!> r_i + r_o - 2 r, and with Q = K_i d_i^(3/2) = K_o d_o^(3/2) an axial load is Z Q sin alpha.
-!> A. Palmgren, Ball and Roller Bearing Engineering (1959); T. A. Harris, Rolling Bearing Analysis
-!> (2001), chapters 6 and 7.
+!> Its mechanics are those of `contensou_dynamics_bearing`.
 module contensou_scene_bearing
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : assignment_type, document_type, group_type, value_logical, &
@@ -21,6 +12,7 @@ module contensou_scene_bearing
    use contensou_contact_hertz, only : effective_modulus
    use contensou_contact_normal, only : normal_model_type, normal_models, normal_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type
+   use contensou_dynamics_bearing, only : ball_bearing_type, bearing_state_type, largest_angle
    use contensou_scene_schema, only : schema_keys
    use contensou_scene_settings, only : name_of, resolve, settings_type
    implicit none(type, external)
@@ -30,25 +22,12 @@ module contensou_scene_bearing
 
    character(len=*), parameter :: group_name = "bearing"
 
-   !> Largest contact angle of a ball under an axial load [rad]: a groove ends.
-   real(wp), parameter :: largest_angle = 1.2_wp
-
    !> Largest cosine between the axis and a direction across it.
    real(wp), parameter :: askew = 1.0e-6_wp
 
    !> What a group `bearing` says, in numbers.
-   type :: bearing_type
+   type, extends(ball_bearing_type) :: bearing_type
       character(len=:), allocatable :: name
-      !> Number of balls.
-      integer :: balls = 0
-      !> Radius of a ball and of the pitch circle [m].
-      real(wp) :: r = 0.0_wp, pitch = 0.0_wp
-      !> Radii of the grooves: inner, outer [m].
-      real(wp) :: groove(2) = 0.0_wp
-      !> Radii of the centre circles of the grooves: inner, outer [m].
-      real(wp) :: ring(2) = 0.0_wp
-      !> Diametral clearance [m].
-      real(wp) :: clearance = 0.0_wp
       !> Angular velocities of the rings: inner, outer [rad/s].
       real(wp) :: speed(2) = 0.0_wp
       !> Which ring is loaded: 1 inner, 2 outer.
@@ -71,13 +50,8 @@ module contensou_scene_bearing
       real(wp) :: quaternion(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> Its axes: towards ball 1, across, along the axis.
       real(wp) :: frame(3, 3) = 0.0_wp
-      !> Contact angle at the beginning [rad], positive when the inner ring is displaced along the
-      !> axis against the outer one.
-      real(wp) :: angle = 0.0_wp
-      !> Displacement of the inner ring along the axis against the outer one [m].
-      real(wp) :: shift = 0.0_wp
-      !> Approaches at the inner and the outer ring [m].
-      real(wp) :: approach(2) = 0.0_wp
+      !> How rings and balls lie at the beginning.
+      type(bearing_state_type) :: state
    end type bearing_type
 
 contains
@@ -245,7 +219,7 @@ contains
       call check_room(instance, bearing, diagnostics)
       good = diagnostics%count() == before
       if (.not. good) return
-      call settle(instance, materials, bearing, diagnostics)
+      call set_initial_state(instance, materials, bearing, diagnostics)
       good = diagnostics%count() == before
 
    contains
@@ -388,38 +362,28 @@ contains
    subroutine check_room(instance, bearing, diagnostics)
       !> The group.
       type(group_settings_type), intent(in) :: instance
-      !> The bearing; the radii of the centre circles of its grooves are set.
-      type(bearing_type), intent(inout) :: bearing
+      type(bearing_type), intent(in) :: bearing
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      real(wp) :: play(2), space, largest, wanted
-      integer :: most
+      real(wp) :: wanted, ring(2), least(2)
 
-      play = bearing%groove - bearing%r
-      bearing%ring = bearing%pitch + [play(1), -play(2)] &
-         + 0.25_wp*bearing%clearance*[-1.0_wp, 1.0_wp]
       wanted = 2.0_wp*bearing%r + bearing%pocket
-      space = 2.0_wp*bearing%pitch*sin(pi/bearing%balls)
-      if (space <= wanted) then
-         most = 0
-         if (bearing%pitch > bearing%r) most = floor(pi/asin(min(0.5_wp*wanted/bearing%pitch, &
-            1.0_wp))*(1.0_wp - 4.0_wp*epsilon(space)))
+      ring = bearing%centre_circles()
+      least = bearing%least_pitch()
+      if (bearing%ball_distance() <= wanted) then
          call diagnostics%add(place_of(instance, "ball_count"), &
             "the balls do not find room on the pitch circle", "pitch_diameter > " // &
-            to_text(wanted/sin(pi/bearing%balls)) // " [m]" // at_most(most))
+            to_text(wanted/sin(pi/bearing%balls)) // " [m]" // at_most(bearing%most_balls(wanted)))
       end if
-      if (bearing%ring(1) <= bearing%groove(1)) call diagnostics%add(place_of(instance, &
+      if (ring(1) <= bearing%groove(1)) call diagnostics%add(place_of(instance, &
          "pitch_diameter"), "there is no room for the inner ring", "pitch_diameter > " // &
-         to_text(2.0_wp*bearing%r + 0.5_wp*bearing%clearance) // " [m]")
-      if (bearing%ring(2) <= bearing%groove(2)) call diagnostics%add(place_of(instance, &
+         to_text(least(1)) // " [m]")
+      if (ring(2) <= bearing%groove(2)) call diagnostics%add(place_of(instance, &
          "pitch_diameter"), "the groove of the outer ring reaches beyond the axis", &
-         "pitch_diameter > " // to_text(4.0_wp*bearing%groove(2) - 2.0_wp*bearing%r &
-         - 0.5_wp*bearing%clearance) // " [m]")
-      ! Beyond it a ball in the corner of both grooves is past the equator of one of the tubes,
-      ! which in a ring is not there; and a ring may be displaced by half of the clearance.
-      largest = sum(play) - sqrt(abs(play(1)**2 - play(2)**2))
-      if (bearing%clearance >= largest) call diagnostics%add(place_of(instance, "clearance"), &
-         "with this clearance a ball can leave its groove", "clearance < " // to_text(largest) // &
+         "pitch_diameter > " // to_text(least(2)) // " [m]")
+      if (bearing%clearance >= bearing%largest_clearance()) call diagnostics%add( &
+         place_of(instance, "clearance"), "with this clearance a ball can leave its groove", &
+         "clearance < " // to_text(bearing%largest_clearance()) // &
          " [m], from the radii of the grooves")
 
    contains
@@ -438,87 +402,34 @@ contains
 
    !> Contact angle and approaches at the beginning: in equilibrium with the axial load, no overlap
    !> beyond that.
-   subroutine settle(instance, materials, bearing, diagnostics)
+   subroutine set_initial_state(instance, materials, bearing, diagnostics)
       !> The group.
       type(group_settings_type), intent(in) :: instance
       !> The materials of the scene.
       type(settings_type), intent(in) :: materials
-      !> The bearing; its contact angle, shift and approaches are set.
+      !> The bearing; its state is set.
       type(bearing_type), intent(inout) :: bearing
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      real(wp) :: modulus, gap, sum_of_play, low, high, middle, load, force
-      integer :: i
+      type(normal_type) :: normal
+      real(wp) :: largest_load, modulus
 
-      sum_of_play = sum(bearing%groove) - 2.0_wp*bearing%r
-      gap = sum_of_play - 0.5_wp*bearing%clearance
+      if (abs(bearing%axial) > 0.0_wp .or. bearing%clearance < 0.0_wp) then
+         modulus = contact_modulus(instance, materials)
+         ! A material that is missing is reported by who refers to it.
+         if (modulus <= 0.0_wp) return
+         normal = normal_of(instance, modulus, bearing%r)
+      end if
       ! The load on the inner ring along its displacement, whichever ring is loaded.
-      load = abs(bearing%axial)
-      if (load <= 0.0_wp .and. bearing%clearance >= 0.0_wp) then
-         bearing%approach = -0.25_wp*bearing%clearance
-         return
+      call bearing%find_equilibrium(normal, abs(bearing%axial), bearing%state, largest_load)
+      if (largest_load >= 0.0_wp) call diagnostics%add(place_of(instance, "axial_load"), &
+         "the bearing does not carry this axial load", "at most " // to_text(largest_load) // &
+         " [N]: the contact angle would go beyond " // to_text(largest_angle) // " rad")
+      if ((bearing%axial < 0.0_wp) .neqv. (bearing%loaded == 2)) then
+         bearing%state%angle = -bearing%state%angle
+         bearing%state%shift = -bearing%state%shift
       end if
-      modulus = contact_modulus(instance, materials)
-      ! A material that is missing is reported by who refers to it.
-      if (modulus <= 0.0_wp) return
-      low = 0.0_wp
-      if (load > 0.0_wp) then
-         if (gap < sum_of_play) low = acos(gap/sum_of_play)
-         high = largest_angle
-         call try(high, force)
-         if (low >= high .or. force < load) then
-            call diagnostics%add(place_of(instance, "axial_load"), &
-               "the bearing does not carry this axial load", "at most " // to_text(force) // &
-               " [N]: the contact angle would go beyond " // to_text(largest_angle) // " rad")
-            return
-         end if
-         do i = 1, 200
-            middle = 0.5_wp*(low + high)
-            if (middle <= low .or. middle >= high) exit
-            call try(middle, force)
-            if (force < load) then
-               low = middle
-            else
-               high = middle
-            end if
-         end do
-      end if
-      call try(low, force)
-      if ((bearing%axial < 0.0_wp) .neqv. (bearing%loaded == 2)) low = -low
-      bearing%angle = low
-      bearing%shift = gap*tan(low)
-
-   contains
-
-      !> Axial force at a contact angle, and the approaches that it goes with.
-      subroutine try(angle, axial)
-         !> Contact angle [rad], >= 0.
-         real(wp), intent(in) :: angle
-         !> Axial force of all balls [N].
-         real(wp), intent(out) :: axial
-         real(wp) :: total, soft(2), ball(2), rolling(2)
-         type(normal_type) :: normal
-         integer :: k, i_round
-
-         total = max(gap/cos(angle) - sum_of_play, 0.0_wp)
-         bearing%approach = 0.5_wp*total
-         ! The curvatures depend on where the ball lies, by the approach over the radii.
-         do i_round = 1, 4
-            ball = ball_centre(bearing, angle)
-            rolling = cos(angle)*[1.0_wp, -1.0_wp] &
-               /(ball(1) + (bearing%r - bearing%approach)*cos(angle)*[-1.0_wp, 1.0_wp])
-            do k = 1, 2
-               normal = normal_of(instance, modulus, &
-                  0.5_wp*(1.0_wp/bearing%r - 1.0_wp/bearing%groove(k)), &
-                  0.5_wp*(1.0_wp/bearing%r + rolling(k)))
-               soft(k) = normal%stiffness**(-2.0_wp/3.0_wp)
-            end do
-            bearing%approach = total*soft/sum(soft)
-         end do
-         axial = bearing%balls*(total/sum(soft))**1.5_wp*sin(angle)
-      end subroutine try
-
-   end subroutine settle
+   end subroutine set_initial_state
 
    !> Effective modulus of a ball on a ring [Pa]; 0 if a material is not there.
    function contact_modulus(instance, materials) result(modulus)
@@ -551,16 +462,14 @@ contains
          poisson(2))
    end function contact_modulus
 
-   !> Normal part of a ball on a ring.
-   function normal_of(instance, modulus, across, along) result(normal)
+   !> Normal part of a ball on a ring, for curvatures to follow.
+   function normal_of(instance, modulus, radius) result(normal)
       !> The group.
       type(group_settings_type), intent(in) :: instance
       !> Effective modulus [Pa].
       real(wp), intent(in) :: modulus
-      !> Half relative curvature across the groove [1/m].
-      real(wp), intent(in) :: across
-      !> Half relative curvature along the groove [1/m].
-      real(wp), intent(in) :: along
+      !> Radius of the ball [m].
+      real(wp), intent(in) :: radius
       type(normal_type) :: normal
       type(normal_model_type), allocatable :: models(:)
       type(parameters_type) :: parameters
@@ -572,24 +481,11 @@ contains
          call parameters%set("ellipse", real(instance%choice("ellipse"), wp))
       end if
       around%modulus = modulus
-      around%curvatures = [min(across, along), max(across, along)]
+      around%curvatures = 0.5_wp/radius
       around%with_shape = .false.
       i = max(instance%choice("normal"), 1)
       call models(i)%create(parameters, around, normal)
    end function normal_of
-
-   !> Distance of the centre of a ball from the axis, and along it from the plane of the outer
-   !> groove [m].
-   pure function ball_centre(bearing, angle) result(centre)
-      !> The bearing; its approaches are set.
-      type(bearing_type), intent(in) :: bearing
-      !> Contact angle [rad].
-      real(wp), intent(in) :: angle
-      real(wp) :: centre(2)
-
-      centre(1) = bearing%ring(2) + (bearing%groove(2) - bearing%r + bearing%approach(2))*cos(angle)
-      centre(2) = (bearing%groove(2) - bearing%r + bearing%approach(2))*sin(angle)
-   end function ball_centre
 
    !> The bodies, surfaces and contacts.
    subroutine make_parts(instance, bearing, parts, n)
@@ -601,21 +497,18 @@ contains
       integer, intent(out) :: n
       character(len=*), parameter :: rings(2) = ["inner", "outer"]
       character(len=:), allocatable :: ball, ball_matter
-      real(wp) :: centre(2), arm(2), contact(2), plane(2), e(3), around(3), u(3), place(3)
+      real(wp) :: centre(2), ring(2), plane(2), e(3), around(3), u(3), place(3)
       real(wp) :: mass, turn, orbit, ball_spin, direction(3), load
       integer :: i, k
 
       n = 0
-      centre = ball_centre(bearing, bearing%angle)
+      ring = bearing%centre_circles()
+      centre = bearing%ball_centre(bearing%state%angle, bearing%state%approach)
       ! Planes of the grooves, along the axis from the centre: the loaded ring is the displaced one.
-      plane = merge([bearing%shift, 0.0_wp], [0.0_wp, -bearing%shift], bearing%loaded == 1)
+      plane = merge([bearing%state%shift, 0.0_wp], [0.0_wp, -bearing%state%shift], &
+         bearing%loaded == 1)
       centre(2) = centre(2) + plane(2)
-      ! Contacts lie midway between the undeformed surfaces. Rolling on both: with the velocity v of
-      ! the centre, v + arm_i spin = w_i contact_i and v - arm_o spin = w_o contact_o.
-      arm = bearing%r - 0.5_wp*bearing%approach
-      contact = centre(1) + arm*cos(bearing%angle)*[-1.0_wp, 1.0_wp]
-      ball_spin = (bearing%speed(1)*contact(1) - bearing%speed(2)*contact(2))/sum(arm)
-      orbit = (bearing%speed(1)*contact(1) - ball_spin*arm(1))/centre(1)
+      call bearing%rolling_speeds(bearing%state, bearing%speed, orbit, ball_spin)
 
       do k = 1, 2
          call open_group("body", rings(k))
@@ -626,7 +519,7 @@ contains
          call put_text("shape", "torus", "name")
          call put_text("side", "inside", "name")
          call put_numbers("direction", bearing%frame(:, 3), "axis")
-         call put_numbers("major_radius", [bearing%ring(k)], "pitch_diameter")
+         call put_numbers("major_radius", [ring(k)], "pitch_diameter")
          call put_numbers("minor_radius", [bearing%groove(k)], rings(k) // "_groove_" // &
             trim(merge("ratio ", "radius", &
             instance%settings(instance%at(rings(k) // "_groove_ratio"))%given)))
@@ -648,7 +541,7 @@ contains
          call put_numbers("position", place, "pitch_diameter")
          if (bearing%rolling) then
             ! From the outer to the inner contact.
-            u = -cos(bearing%angle)*e - sin(bearing%angle)*bearing%frame(:, 3)
+            u = -cos(bearing%state%angle)*e - sin(bearing%state%angle)*bearing%frame(:, 3)
             direction = cross(u, around)
             call put_numbers("velocity", orbit*centre(1)*around, "initial_state")
             call put_numbers("angular_velocity", ball_spin*direction, "initial_state")

@@ -1,5 +1,6 @@
 !> All suites of unit tests.
 module test_suites
+   use test_bearing, only : run_bearing_tests
    use test_comparison, only : run_comparison_tests
    use test_contact, only : run_contact_tests
    use test_document, only : run_document_tests
@@ -42,6 +43,7 @@ contains
       if (wants("contact")) call run_contact_tests()
       if (wants("geometry")) call run_geometry_tests()
       if (wants("dynamics")) call run_dynamics_tests()
+      if (wants("bearing")) call run_bearing_tests()
       if (wants("integrate")) call run_integrate_tests()
       if (wants("jacobian")) call run_jacobian_tests()
       if (wants("jacobian_scenes")) call run_jacobian_scenes_tests(folder)

@@ -198,7 +198,7 @@ contains
             if (item%idle) cycle
             if (item%instead /= "" .and. list%at(trim(item%instead)) < i &
                .and. list%at(trim(item%instead)) > 0) then
-               text = text // " or "
+               text = text // ", or "
             else if (text /= "") then
                text = text // ", "
             end if
@@ -238,6 +238,7 @@ contains
    pure function wanted_value(self) result(text)
       class(law_key_type), intent(in) :: self
       character(len=:), allocatable :: text
+      integer :: i
 
       select case (self%key%kind)
       case (kind_real)
@@ -247,6 +248,12 @@ contains
       case default
          text = "a name in quotes"
       end select
+      ! Whole numbers as people write them.
+      do
+         i = index(text // " ", ".0 ")
+         if (i == 0) exit
+         text = text(:i - 1) // text(i + 2:)
+      end do
       if (self%example /= "") text = text // ", as " // trim(self%example)
    end function wanted_value
 

@@ -71,8 +71,8 @@ contains
       end do
    end function described
 
-   !> What a contact pays for in this part, after a comma: the model, the choices among its keys
-   !> and the numbers that it alone has; blank if it does nothing.
+   !> What a contact pays for in this part, after a comma: the model and the choices among its keys;
+   !> blank if it does nothing.
    function words(self, choice, parameters) result(text)
       class(part_type), intent(in) :: self
       !> Position of the model in the table.
@@ -357,7 +357,7 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       type(diagnostics_type) :: either
       type(origin_type) :: here
-      character(len=:), allocatable :: what, name, other
+      character(len=:), allocatable :: what, name, other, wanted
       integer :: i, j
 
       what = trim(part%name) // " " // quote(trim(part%models(choice)%info%name))
@@ -377,18 +377,37 @@ contains
                end if
             else if (item%key%mandatory .and. j > i) then
                either = diagnostics_type()
-               call settings%require(name, here, "", "", either)
-               call settings%require(other, here, "", "", either)
+               call settings%require(name, here, name, "", either)
+               call settings%require(other, here, other, "", either)
                if (either%count() == 2) call diagnostics%add(here, what // &
                   " needs its coefficient", part%models(choice)%keys_text())
             else if (item%key%mandatory .and. j == 0) then
-               call settings%require(name, here, what // " needs '" // name // "'", &
-                  item%wanted(), diagnostics)
+               if (stands_in(name)) cycle
+               wanted = item%wanted()
+               if (item%symbol /= "" .or. any(part%keys(choice)%keys%symbol /= "")) then
+                  wanted = wanted // "; keys: " // part%models(choice)%keys_text()
+               end if
+               call settings%require(name, here, what // " needs '" // name // "'", wanted, &
+                  diagnostics)
             end if
          end associate
       end do
 
    contains
+
+      !> Whether a key is given that stands in the place of another one in some model of the part.
+      logical function stands_in(name)
+         character(len=*), intent(in) :: name
+         integer :: m, k
+
+         stands_in = .false.
+         do m = 1, size(part%keys)
+            do k = 1, part%keys(m)%n
+               if (part%keys(m)%keys(k)%instead == name) stands_in = stands_in .or. &
+                  settings%is_given(trim(part%keys(m)%keys(k)%key%name))
+            end do
+         end do
+      end function stands_in
 
       !> Report a number that this model does not admit, though another one may.
       subroutine check_range(item)
@@ -434,7 +453,7 @@ contains
             goes = trim(part%name) // " = " // &
                listed(pack(part%models%info%name, places > 0))
             if (count(places > 0) == count(part%models%acts)) goes = trim(part%name) // &
-               " = the name of a model"
+               " = the name of a " // trim(merge("law  ", "model", part%name == "damping"))
             j = findloc(places > 0, .true., dim=1)
             with = trim(part%keys(j)%keys(places(j))%with)
             instead = trim(part%keys(j)%keys(places(j))%instead)

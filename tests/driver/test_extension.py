@@ -7,12 +7,14 @@ what is built does not depend on the build under test.
 
 from __future__ import annotations
 
+import math
 import re
 import shutil
 import subprocess
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import h5py
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -228,3 +230,32 @@ def test_lines_are_added_where_a_patch_says(tmp_path):
     table = (tmp_path / "src" / "table.f90").read_text().splitlines()
     assert table[1:3] == ["   use contensou_a, only : a"] * 2
     assert table[-3:] == ["   row(a)", "   row(a)", "end"]
+
+
+def test_law(extended, tmp_path):
+    """A law of friction with keys of its own: Stribeck's."""
+    assert "static_coefficient f_0 [-], stribeck_velocity v_s [m/s]" in extended(
+        "models", "stribeck"
+    )
+    text = extended("help", "contact.static_coefficient")
+    assert "mandatory with friction = 'stribeck'" in text
+    assert "bearing.stribeck_velocity" in extended("help", "bearing")
+    scene = FOLDER / "law.nml"
+    resolved = extended("check", scene, "--expand")
+    assert "static_coefficient = 0.3" in resolved
+    assert "stribeck_velocity = 0.01" in resolved or "stribeck_velocity = 1.0e-2" in resolved
+    (tmp_path / "rows.csv").write_text(
+        "N,a,b,f,vx,vy,w,static_coefficient,stribeck_velocity\n2,1e-3,1e-3,0.1,0.03,0,5,0.3,0.05\n"
+    )
+    line = extended("eval", "wrench", "--model", "stribeck", "--delta", "1e-3", "rows.csv")
+    force = -2 * (0.1 + 0.2 * math.exp(-((0.03 / 0.05) ** 2)))
+    assert [float(x) for x in line.splitlines()[1].split(",")[-3:]] == pytest.approx([force, 0, 0])
+    speeds = []
+    for name, static in (("rough", "0.6"), ("smooth", "0.1")):
+        change = f"contact.static_coefficient={static}"
+        slow = "contact.stribeck_velocity=0.2"
+        extended("run", scene, "--set", change, "--set", slow, "-o", f"{name}.h5", "-q")
+        with h5py.File(tmp_path / f"{name}.h5") as file:
+            speeds.append(file["trajectory/velocity"][-1, 0, 0])
+    # The one rolls at the end, the other one still slides.
+    assert speeds[0] < 0.07 < speeds[1] < 0.1

@@ -11,7 +11,7 @@ module contensou_drivers_command_line
    private
 
    public :: option_type, command_type, command_line_type, set_option, quiet_option
-   public :: command_line_words, command_text, parse_command_line, usage_text, program_usage
+   public :: command_line_words, parse_command_line, usage_text, program_usage
    public :: takes_text, takes_number, takes_non_negative, takes_positive, takes_count
 
    !> Any text; an empty one only if the option does not say what it needs.
@@ -527,22 +527,5 @@ contains
          start = stop
       end do
    end function paragraph
-
-   !> The command line as one text.
-   pure function command_text(words) result(text)
-      type(string_type), intent(in) :: words(:)
-      character(len=:), allocatable :: text
-      integer :: i
-
-      text = "contensou"
-      do i = 1, size(words)
-         if (verify(words(i)%s, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ" // &
-            "0123456789-_./=,+:@%") > 0 .or. words(i)%s == "") then
-            text = text // " " // quote(words(i)%s)
-         else
-            text = text // " " // words(i)%s
-         end if
-      end do
-   end function command_text
 
 end module contensou_drivers_command_line

@@ -6,9 +6,9 @@ module contensou_drivers_cost
    use contensou_base_kinds, only : wp
    use contensou_base_operating_system, only : catch_signals, remove_file, rename_file, &
       signal_received, write_stdout
-   use contensou_base_text, only : number_text, string_type, to_text
+   use contensou_base_text, only : command_text, number_text, string_type, to_text
    use contensou_drivers_bench, only : check_output, write_text
-   use contensou_drivers_command_line, only : command_line_type, command_text, command_type, &
+   use contensou_drivers_command_line, only : command_line_type, command_type, &
       option_type, quiet_option, takes_positive
    use contensou_drivers_progress, only : progress_type
    use contensou_dynamics_scene, only : cost_measures, cost_quantities

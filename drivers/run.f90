@@ -4,9 +4,9 @@ module contensou_drivers_run
    use contensou_base_kinds, only : pi, wp
    use contensou_base_operating_system, only : catch_signals, signal_received, write_stderr, &
       write_stdout
-   use contensou_base_text, only : number_text, string_type, to_text
+   use contensou_base_text, only : command_text, number_text, string_type, to_text
    use contensou_contact_geometry, only : pose_type
-   use contensou_drivers_command_line, only : command_line_type, command_text, command_type, &
+   use contensou_drivers_command_line, only : command_line_type, command_type, &
       option_type, quiet_option, set_option, takes_non_negative
    use contensou_drivers_progress, only : progress_type
    use contensou_drivers_report, only : body_effects, contact_effects

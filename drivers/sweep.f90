@@ -9,14 +9,14 @@ module contensou_drivers_sweep
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : file_exists, is_locked, &
       remove_file, wall_seconds, write_stdout
-   use contensou_base_text, only : quote, string_type, to_text
-   use contensou_drivers_command_line, only : command_line_type, command_text, command_type, &
+   use contensou_base_text, only : command_text, quote, string_type, to_text
+   use contensou_drivers_command_line, only : command_line_type, command_type, &
       option_type, quiet_option, set_option, takes_count
    use contensou_sweep_case, only : outline_of
-   use contensou_drivers_sweep_cases, only : begin_progress, cases_type
+   use contensou_drivers_sweep_report, only : begin_progress, print_summary, shown_cases_type
    use contensou_sweep_selection, only : select_cases, selection_type, table_name
-   use contensou_drivers_sweep_summary, only : print_summary, tally_type, write_table
-   use contensou_drivers_sweep_trajectories, only : list_trajectories, trajectories_type, &
+   use contensou_sweep_cases, only : tally_type, write_table
+   use contensou_sweep_trajectories, only : list_trajectories, trajectories_type, &
       write_trajectories
    use contensou_sweep_plan, only : sweep_type
    use contensou_sweep_reader, only : read_sweep
@@ -116,7 +116,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(sweep_config_type) :: config
       type(sweep_type), target :: sweep
-      type(cases_type), target :: cases
+      type(shown_cases_type), target :: cases
       type(trajectories_type) :: trajectories
       type(tally_type) :: tally
       character(len=:), allocatable :: name
@@ -237,7 +237,7 @@ contains
    subroutine stop_here(name, cases, error)
       !> Name of the table.
       character(len=*), intent(in) :: name
-      type(cases_type), intent(in) :: cases
+      type(shown_cases_type), intent(in) :: cases
       !> What is said.
       type(error_type), allocatable, intent(out) :: error
 

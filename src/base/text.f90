@@ -7,7 +7,7 @@ module contensou_base_text
 
    public :: string_type
    public :: lower, number_text, to_text, read_real, quote, strings, join, shorten, starts_with
-   public :: edit_distance, nearest, did_you_mean
+   public :: edit_distance, nearest, did_you_mean, command_text
 
    !> A text of its own length, for lists of texts.
    type :: string_type
@@ -435,6 +435,24 @@ contains
       does = .false.
       if (len(s) >= len(prefix)) does = s(1:len(prefix)) == prefix
    end function starts_with
+
+   !> A command line of the program as one text.
+   pure function command_text(words) result(text)
+      !> Its words after the name of the program.
+      type(string_type), intent(in) :: words(:)
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = "contensou"
+      do i = 1, size(words)
+         if (verify(words(i)%s, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ" // &
+            "0123456789-_./=,+:@%") > 0 .or. words(i)%s == "") then
+            text = text // " " // quote(words(i)%s)
+         else
+            text = text // " " // words(i)%s
+         end if
+      end do
+   end function command_text
 
    !> Damerau-Levenshtein distance of two texts (optimal string alignment): the number of
    !> insertions, deletions, substitutions and swaps of neighbours that turn one into the other.

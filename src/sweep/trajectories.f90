@@ -1,13 +1,12 @@
 !> The trajectories that a sweep writes once its rows are there, as pieces of work for a crew.
-module contensou_drivers_sweep_trajectories
+module contensou_sweep_trajectories
    use contensou_sweep_crew, only : crew_stopping, job_type, piece_done, piece_stopped, run_crew
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_sweep_journal, only : journal_message_length
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : file_exists, remove_file
-   use contensou_base_text, only : string_type, to_text
-   use contensou_drivers_command_line, only : command_text
-   use contensou_drivers_sweep_cases, only : cases_type
+   use contensou_base_text, only : command_text, string_type, to_text
+   use contensou_sweep_cases, only : cases_type
    use contensou_sweep_selection, only : named, selection_type
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_sweep_plan, only : sweep_type
@@ -90,7 +89,7 @@ contains
    !> Write the trajectories that are not there, one at a time.
    subroutine write_trajectories(list, cases, stopped, error)
       type(trajectories_type), intent(inout) :: list
-      type(cases_type), intent(in) :: cases
+      class(cases_type), intent(in) :: cases
       !> Whether a signal came.
       logical, intent(out) :: stopped
       !> Set when the work cannot go on.
@@ -237,4 +236,4 @@ contains
       integer(i8), intent(in) :: finished
    end subroutine look_trajectories
 
-end module contensou_drivers_sweep_trajectories
+end module contensou_sweep_trajectories

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -259,3 +260,20 @@ def test_law(extended, tmp_path):
             speeds.append(file["trajectory/velocity"][-1, 0, 0])
     # The one rolls at the end, the other one still slides.
     assert speeds[0] < 0.07 < speeds[1] < 0.1
+
+
+def test_quantity(extended, tmp_path):
+    """A column of the output file that the sources do not have."""
+    scene = ROOT / "inputs" / "tippe_top.nml"
+    extended("run", scene, "-o", "top.h5", "-q", "--set", "scene.t_end=0.01")
+    with h5py.File(tmp_path / "top.h5") as file:
+        rows = file["trajectory"]
+        energy = rows["energy_rotation"]
+        assert energy.attrs["units"] == "J"
+        assert energy.attrs["long_name"] == "energy of rotation"
+        names = [energy.dims[k][0].name for k in range(energy.ndim)]
+        assert names == ["/trajectory/time", "/trajectory/body"]
+        moment = file["body/mass"][0] / 2.0
+        speed = np.linalg.norm(rows["velocity"][:, 0], axis=1)
+        kinetic = rows["energy_kinetic"][:]
+        assert np.allclose(energy[:, 0] + moment * speed**2, kinetic, rtol=1e-12, atol=0.0)

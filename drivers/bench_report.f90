@@ -1,16 +1,17 @@
 !> What `contensou bench kernels` tells: the table and the bars as text, CSV and HDF5.
 module contensou_drivers_bench_report
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
-   use contensou_base_build, only : build_compiler, build_flags, git_commit, program_version
+   use contensou_base_build, only : build_compiler, build_flags
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
-   use contensou_base_operating_system, only : host_name, utc_now
+   use contensou_base_operating_system, only : host_name
    use contensou_base_text, only : to_text
    use contensou_drivers_bench_bars, only : bar_type, bars_of, met
    use contensou_drivers_bench_baselines, only : boost_version
    use contensou_drivers_bench_suite, only : kernel_elliptic, kernel_hertz, kernel_jacobian, &
       kernel_ke, kernel_log, kernel_names, kernel_wrench, max_quantities, name_length, suite_type
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, hdf5_version, series_real
+   use contensou_files_provenance, only : put_header
    implicit none(type, external)
    private
 
@@ -285,13 +286,7 @@ contains
 
       call file%create(name, error)
       if (allocated(error)) return
-      call file%put_attribute("/", "filetype", filetype, error)
-      call file%put_attribute("/", "filetype_version", filetype_version, error)
-      call file%put_attribute("/", "program_version", program_version, error)
-      call file%put_attribute("/", "git_commit", git_commit(), error)
-      call file%put_attribute("/", "created", utc_now(), error)
-      call file%put_attribute("/", "status", "complete", error)
-      call file%put_attribute("/", "Conventions", "CF-1.8", error)
+      call put_header(file, filetype, filetype_version, "complete", error)
       call file%put_attribute("/", "NX_class", "NXroot", error)
       call file%put_attribute("/", "default", "elliptic", error)
       call file%create_group("/provenance", error)
@@ -348,7 +343,7 @@ contains
       call file%put_attribute(group(:len(group) - 1), "title", trim(layout%title), error)
       call file%put_attribute(group(:len(group) - 1), "NX_class", "NXdata", error)
       call file%put_attribute(group(:len(group) - 1), "signal", "ns", error)
-      call file%put_attribute(group(:len(group) - 1), "axes", ["case", "rung"], error)
+      call file%put_attribute_values(group(:len(group) - 1), "axes", ["case", "rung"], error)
       scales = [character(len=len(scales)) :: group // "case", group // "rung", &
          group // "quantity"]
       names = suite%cases(places)%name
@@ -358,7 +353,7 @@ contains
       names = layout%quantities(:layout%n)
       call file%put_labels(trim(scales(3)), names, "result", error)
       titles = suite%cases(places)%title
-      call file%put_array(group // "case_title", titles, scales(:1), &
+      call file%put_texts(group // "case_title", titles, scales(:1), &
          "what is in the set of arguments", error)
       counts = suite%cases(places)%checked
       call file%put_array(group // "checked", counts, scales(:1), "1", &

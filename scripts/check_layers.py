@@ -6,7 +6,8 @@ A file of the layer <layer> may use modules of its own layer and of those before
     < contensou (the facade) < capi < drivers
 
 Also checked: a module is named after its path (src/base/kinds.f90 holds contensou_base_kinds), a
-module that is used exists, and SUNDIALS and HDF5 are each named in one file at most.
+module that is used exists, SUNDIALS is named in one file at most, and HDF5 in the C files of
+src/files that write and read it.
 
     check_layers.py [ROOT]
 
@@ -38,7 +39,8 @@ USE = re.compile(r"^\s*use\b(?:\s*,\s*(?:non_)?intrinsic)?\s*(?:::)?\s*(\w+)", r
 MODULE = re.compile(r"^\s*(?:module|submodule\s*\([^)]*\))\s+(\w+)\s*(?:!.*)?$", re.IGNORECASE)
 INCLUDE = re.compile(r"^\s*#\s*include\s*[<\"]([^>\"]+)[>\"]")
 
-# Libraries that one file alone may name: by their Fortran modules and by their C headers.
+# Libraries that few files may name, by their Fortran modules and by their C headers: those whose
+# path is given, else one of any name.
 LIBRARIES = {
     "SUNDIALS": (
         re.compile(
@@ -47,8 +49,13 @@ LIBRARIES = {
         re.compile(
             r"(cvodes?|idas?|arkode|kinsol|sundials|nvector|sunmatrix|sunlinsol|sunnonlinsol)/"
         ),
+        None,
     ),
-    "HDF5": (re.compile(r"hdf5|h5\w+"), re.compile(r"(.*/)?(hdf5|H5\w+|hdf5_hl)\.h")),
+    "HDF5": (
+        re.compile(r"hdf5|h5\w+"),
+        re.compile(r"(.*/)?(hdf5|H5\w+|hdf5_hl|hdf5_common)\.h"),
+        re.compile(r"src/files/hdf5_(common|writer|reader)\.[ch]"),
+    ),
 }
 
 
@@ -124,16 +131,22 @@ def check_order(files: list[Source]) -> list[str]:
 
 
 def check_libraries(files: list[Source]) -> list[str]:
-    """SUNDIALS and HDF5 are each named in one file at most."""
+    """SUNDIALS and HDF5 are each named where they may be, and nowhere else."""
     findings = []
-    for library, (module, header) in LIBRARIES.items():
+    for library, (module, header, home) in LIBRARIES.items():
         places: dict[str, int] = {}
         for file in files:
             named = [number for number, name in file.uses if module.fullmatch(name)]
             named += [number for number, name in file.includes if header.match(name)]
             if named:
                 places[file.name] = min(named)
-        if len(places) > 1:
+        if home:
+            findings += [
+                f"{name}:{number}: {library} is named here; only {home.pattern} may"
+                for name, number in places.items()
+                if not home.fullmatch(name)
+            ]
+        elif len(places) > 1:
             findings += [
                 f"{name}:{number}: {library} is named here; only one of {', '.join(places)} may"
                 for name, number in places.items()

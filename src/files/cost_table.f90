@@ -2,17 +2,15 @@
 !> describes the columns.
 module contensou_files_cost_table
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_quiet_nan, ieee_value
-   use contensou_base_build, only : git_commit, program_version
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
-   use contensou_base_operating_system, only : utc_now
    use contensou_base_text, only : to_text
    use contensou_dynamics_scene, only : cost_measures, cost_quantities
    use contensou_study_cost, only : kind_names, kind_units, model_type, outcome_names, run_type, &
       study_type
    use contensou_study_work_precision, only : distance_type, kinds, measures, outcome_done
    use contensou_files_hdf5_file, only : hdf5_file_type
-   use contensou_files_provenance, only : put_provenance
+   use contensou_files_provenance, only : put_header, put_provenance
    implicit none(type, external)
    private
 
@@ -187,15 +185,8 @@ contains
 
       call file%create(name, error)
       if (allocated(error)) return
-      call file%put_attribute("/", "filetype", "contensou-cost", error)
-      call file%put_attribute("/", "filetype_version", "1.1", error)
-      call file%put_attribute("/", "program_version", program_version, error)
-      call file%put_attribute("/", "git_commit", git_commit(), error)
-      call file%put_attribute("/", "created", utc_now(), error)
-      call file%put_attribute("/", "status", "complete", error)
-      call file%put_attribute("/", "title", study%scene%title, error)
+      call put_header(file, "contensou-cost", "1.1", "complete", error, study%scene%title)
       call file%put_attribute("/", "measure", trim(cost_measures(study%scene%cost%measure)), error)
-      call file%put_attribute("/", "Conventions", "CF-1.8", error)
       call file%put_attribute("/", "NX_class", "NXroot", error)
       call file%put_attribute("/", "default", "run", error)
       call file%create_group("/input", error)
@@ -208,7 +199,7 @@ contains
       call file%put_labels("/quantity/name", cost_quantities, "quantity", error)
       call file%put_array("/quantity/scale", study%scales, ["/quantity/name"], "1", &
          "what its errors are divided by, in its unit", error)
-      call file%put_array("/quantity/unit", units, ["/quantity/name"], "unit", error)
+      call file%put_texts("/quantity/unit", units, ["/quantity/name"], "unit", error)
       counts = merge(1, 0, study%scene%cost%counts)
       call file%put_array("/quantity/counts", counts, ["/quantity/name"], "1", &
          "1 if it counts for the error", error)
@@ -226,10 +217,10 @@ contains
       call file%put_labels("/model/name", names, "model; the first one is the exact one", error)
       allocate(methods(n), values(n))
       methods = study%models%method
-      call file%put_array("/model/reference_method", methods, ["/model/name"], &
+      call file%put_texts("/model/reference_method", methods, ["/model/name"], &
          "method of the reference", error)
       methods = study%models%check
-      call file%put_array("/model/check_method", methods, ["/model/name"], &
+      call file%put_texts("/model/check_method", methods, ["/model/name"], &
          "method that checks the reference", error)
       values = [(study%models(i)%rtol(1), i=1, n)]
       call file%put_array("/model/reference_rtol", values, ["/model/name"], "1", &
@@ -298,10 +289,10 @@ contains
          status = outcome_names(study%runs%trial%outcome)
          call out%create_group("/run", problem)
          call out%put_labels("/run/label", labels, "run", problem)
-         call out%put_array("/run/model", names, ["/run/label"], "model", problem)
-         call out%put_array("/run/method", methods, ["/run/label"], "method", problem)
-         call out%put_array("/run/status", status, ["/run/label"], "how it ended", problem)
-         call out%put_array("/run/message", messages, ["/run/label"], "why it failed", problem)
+         call out%put_texts("/run/model", names, ["/run/label"], "model", problem)
+         call out%put_texts("/run/method", methods, ["/run/label"], "method", problem)
+         call out%put_texts("/run/status", status, ["/run/label"], "how it ended", problem)
+         call out%put_texts("/run/message", messages, ["/run/label"], "why it failed", problem)
          columns = columns_of(study)
          do j = 1, size(columns)
             call out%put_array("/run/" // trim(columns(j)%name), columns(j)%values, &

@@ -14,10 +14,9 @@
 !> about a millisecond, can leave it unreadable; hence it belongs under a temporary name until it
 !> is closed. A first flush after the set-up makes the file worth reading from the start.
 module contensou_files_hdf5_file
-   use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_double, c_int, c_int32_t, &
-      & c_int64_t, c_int8_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_int, c_null_char, c_null_ptr, &
+      c_ptr, c_size_t
    use contensou_base_errors, only : error_type, fatal, status_file
-   use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : text_from_c
    implicit none(type, external)
    private
@@ -41,15 +40,14 @@ module contensou_files_hdf5_file
    !> Kind of a series of one-byte integers.
    integer, parameter :: series_byte = 5
 
+   !> Paths of no scales.
+   character(len=1), parameter :: no_scales(0) = [character(len=1) ::]
+
    !> A data set that grows along its first dimension; valid until its file is closed.
    type :: hdf5_series_type
       private
       !> Address of what C keeps about it.
       type(c_ptr) :: handle = c_null_ptr
-      !> One of the `series_*` parameters.
-      integer :: kind = 0
-      !> Number of values in a row.
-      integer(i8) :: row_values = 0_i8
       !> Path in the file, for messages.
       character(len=:), allocatable :: path
    end type hdf5_series_type
@@ -77,28 +75,24 @@ module contensou_files_hdf5_file
       !> Give the file up, whatever its state.
       procedure :: abandon
       procedure :: create_group
-      !> Create an attribute or replace its value.
-      generic :: put_attribute => put_attribute_text, put_attribute_texts, &
-         & put_attribute_integer, put_attribute_real, put_attribute_long, put_attribute_bytes
+      !> Create an attribute that is a text, or replace its value.
+      procedure :: put_attribute
+      !> Create an attribute of numbers or texts, or replace its value.
+      procedure :: put_attribute_values
       !> Write a scale of labels.
       procedure :: put_labels
       !> Write one text.
       procedure :: put_text
       !> Write one number.
-      generic :: put_value => put_value_real, put_value_integer, put_value_long
-      !> Write an array.
-      generic :: put_array => put_array_real, put_array_real_2d, put_array_integer, &
-         & put_array_text, put_array_text_2d
+      procedure :: put_value
+      !> Write an array of numbers.
+      procedure :: put_array
+      !> Write an array of texts.
+      procedure :: put_texts
       !> Create a data set that grows.
       procedure :: create_series
       !> Append rows to a series.
-      generic :: append => append_real, append_integer, append_text, append_long, append_byte
-      procedure, private :: put_attribute_text, put_attribute_texts, put_attribute_integer
-      procedure, private :: put_attribute_real, put_attribute_long, put_attribute_bytes
-      procedure, private :: put_value_real, put_value_integer, put_value_long
-      procedure, private :: put_array_real, put_array_real_2d, put_array_integer
-      procedure, private :: put_array_text, put_array_text_2d
-      procedure, private :: append_real, append_integer, append_text, append_long, append_byte
+      procedure :: append
    end type hdf5_file_type
 
    interface
@@ -170,7 +164,7 @@ module contensou_files_hdf5_file
 
       !> Create a group.
       function c_create_group(file, path) result(code) &
-         & bind(c, name="contensou_hdf5_create_group")
+         bind(c, name="contensou_hdf5_create_group")
          import :: c_char, c_int, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: file
@@ -181,58 +175,31 @@ module contensou_files_hdf5_file
       end function c_create_group
 
       !> Write an attribute.
-      function c_put_attribute(file, object, name, kind, rank, count, data, text, length) &
-         & result(code) bind(c, name="contensou_hdf5_put_attribute")
-         import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+      function c_put_attribute(file, object, name, values) result(code) &
+         bind(c, name="contensou_hdf5_put_attribute")
+         import :: c_char, c_int, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: file
          !> Path of the object, null-terminated.
          character(kind=c_char), intent(in) :: object(*)
          !> Name of the attribute, null-terminated.
          character(kind=c_char), intent(in) :: name(*)
-         !> Kind of the values.
-         integer(c_int), value :: kind
-         !> 0 for a scalar, 1 for an array.
-         integer(c_int), value :: rank
-         !> Number of values.
-         integer(c_int64_t), value :: count
-         !> Address of numbers.
-         type(c_ptr), value :: data
-         !> Texts of equal length.
-         character(kind=c_char), intent(in) :: text(*)
-         !> Length of each text.
-         integer(c_size_t), value :: length
+         type(*), intent(in), contiguous :: values(..)
          !> 0 on success.
          integer(c_int) :: code
       end function c_put_attribute
 
       !> Write a data set of fixed size.
-      function c_put_dataset(file, path, kind, rank, extents, data, text, length, scale_count, &
-         & scales, scale_length, is_scale, units, long_name) result(code) &
-         & bind(c, name="contensou_hdf5_put_dataset")
-         import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+      function c_put_dataset(file, path, values, scales, is_scale, units, long_name) &
+         result(code) bind(c, name="contensou_hdf5_put_dataset")
+         import :: c_char, c_int, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: file
          !> Path of the data set, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
-         !> Kind of the values.
-         integer(c_int), value :: kind
-         !> Number of dimensions.
-         integer(c_int), value :: rank
-         !> Extents, outermost first.
-         integer(c_int64_t), intent(in) :: extents(*)
-         !> Address of numbers.
-         type(c_ptr), value :: data
-         !> Texts of equal length.
-         character(kind=c_char), intent(in) :: text(*)
-         !> Length of each text.
-         integer(c_size_t), value :: length
-         !> Number of scales.
-         integer(c_int), value :: scale_count
-         !> Paths of the scales, of equal length.
-         character(kind=c_char), intent(in) :: scales(*)
-         !> Length of each path.
-         integer(c_size_t), value :: scale_length
+         type(*), intent(in), contiguous :: values(..)
+         !> Paths of the scales, outermost first.
+         character(kind=c_char, len=*), intent(in), contiguous :: scales(:)
          !> 1 if the data set is a scale itself.
          integer(c_int), value :: is_scale
          !> Units, null-terminated; empty for none.
@@ -244,29 +211,22 @@ module contensou_files_hdf5_file
       end function c_put_dataset
 
       !> Create a data set that grows.
-      function c_create_series(file, path, kind, rank, extents, chunk_rows, compress, &
-         & scale_count, scales, scale_length, is_scale, units, long_name) result(series) &
-         & bind(c, name="contensou_hdf5_create_series")
-         import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+      function c_create_series(file, path, kind, extents, chunk_rows, compress, scales, is_scale, &
+         units, long_name) result(series) bind(c, name="contensou_hdf5_create_series")
+         import :: c_char, c_int, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: file
          !> Path of the data set, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
          !> Kind of the values.
          integer(c_int), value :: kind
-         !> Number of dimensions after the growing one.
-         integer(c_int), value :: rank
-         !> Their extents, outermost first.
-         integer(c_int64_t), intent(in) :: extents(*)
-         integer(c_int64_t), value :: chunk_rows
+         !> Extents of the dimensions after the growing one, outermost first.
+         integer(c_int), intent(in), contiguous :: extents(:)
+         integer(c_int), value :: chunk_rows
          !> 1 to compress.
          integer(c_int), value :: compress
-         !> Number of scales.
-         integer(c_int), value :: scale_count
-         !> Paths of the scales, of equal length.
-         character(kind=c_char), intent(in) :: scales(*)
-         !> Length of each path.
-         integer(c_size_t), value :: scale_length
+         !> Paths of the scales, outermost first.
+         character(kind=c_char, len=*), intent(in), contiguous :: scales(:)
          !> 1 if the data set is a scale itself.
          integer(c_int), value :: is_scale
          !> Units, null-terminated; empty for none.
@@ -278,26 +238,23 @@ module contensou_files_hdf5_file
       end function c_create_series
 
       !> Append rows to a series.
-      function c_append(series, rows, data, text, length) result(code) &
-         & bind(c, name="contensou_hdf5_append")
-         import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+      function c_append(series, rows, values, path) result(code) &
+         bind(c, name="contensou_hdf5_append")
+         import :: c_char, c_int, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: series
          !> Number of rows.
-         integer(c_int64_t), value :: rows
-         !> Address of numbers.
-         type(c_ptr), value :: data
-         !> Texts of equal length.
-         character(kind=c_char), intent(in) :: text(*)
-         !> Length of each text.
-         integer(c_size_t), value :: length
+         integer(c_int), value :: rows
+         type(*), intent(in), contiguous :: values(..)
+         !> Path of the data set, null-terminated, for messages.
+         character(kind=c_char), intent(in) :: path(*)
          !> 0 on success.
          integer(c_int) :: code
       end function c_append
 
       !> Read the status of a file.
       function c_read_status(path, status, size) result(code) &
-         & bind(c, name="contensou_hdf5_read_status")
+         bind(c, name="contensou_hdf5_read_status")
          import :: c_char, c_int, c_size_t
          implicit none(type, external)
          !> Name of the file, null-terminated.
@@ -440,138 +397,54 @@ contains
       call check(c_create_group(self%handle, c_text(path)), error)
    end subroutine create_group
 
-   !> Write a text attribute, without trailing blanks.
-   subroutine put_attribute_text(self, object, name, value, error)
-      !> File to write to.
+   !> Create an attribute that is a text, or replace its value.
+   subroutine put_attribute(self, object, name, value, error)
       class(hdf5_file_type), intent(inout) :: self
       !> Path of the group or data set; "/" for the file itself.
       character(len=*), intent(in) :: object
-      !> Name of the attribute.
       character(len=*), intent(in) :: name
+      !> The text; trailing blanks are left out.
       character(len=*), intent(in) :: value
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
-      call write_attribute(self, object, name, series_text, [integer ::], c_null_ptr, &
-         & value, len(value, c_size_t), error)
-   end subroutine put_attribute_text
+      call self%put_attribute_values(object, name, value, error)
+   end subroutine put_attribute
 
-   !> Write an attribute that is a list of texts, each without trailing blanks.
-   subroutine put_attribute_texts(self, object, name, value, error)
-      !> File to write to.
+   !> Create an attribute of numbers or texts, or replace its value.
+   subroutine put_attribute_values(self, object, name, values, error)
       class(hdf5_file_type), intent(inout) :: self
       !> Path of the group or data set; "/" for the file itself.
       character(len=*), intent(in) :: object
-      !> Name of the attribute.
       character(len=*), intent(in) :: name
-      character(len=*), intent(in) :: value(:)
+      !> A number, or a list of numbers or texts. Not a single text, of which gfortran 12 forgets
+      !> the length unless it is a variable.
+      type(*), intent(in), contiguous, target :: values(..)
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
-      call write_attribute(self, object, name, series_text, [size(value)], c_null_ptr, &
-         & value, len(value, c_size_t), error)
-   end subroutine put_attribute_texts
+      call require_open(self, error)
+      if (.not. allocated(error)) call check(c_put_attribute(self%handle, c_text(object), &
+         c_text(name), values), error)
+   end subroutine put_attribute_values
 
-   !> Write an integer attribute.
-   subroutine put_attribute_integer(self, object, name, value, error)
-      !> File to write to.
+   !> Write a list of labels as the scale of a dimension.
+   subroutine put_labels(self, path, labels, long_name, error)
       class(hdf5_file_type), intent(inout) :: self
-      !> Path of the group or data set; "/" for the file itself.
-      character(len=*), intent(in) :: object
-      !> Name of the attribute.
-      character(len=*), intent(in) :: name
-      integer, intent(in) :: value
-      !> Set on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      integer(c_int32_t), target :: buffer
-
-      buffer = value
-      call write_attribute(self, object, name, series_integer, [integer ::], c_loc(buffer), &
-         & "", 0_c_size_t, error)
-   end subroutine put_attribute_integer
-
-   !> Write an eight-byte integer attribute.
-   subroutine put_attribute_long(self, object, name, value, error)
-      !> File to write to.
-      class(hdf5_file_type), intent(inout) :: self
-      !> Path of the group or data set; "/" for the file itself.
-      character(len=*), intent(in) :: object
-      !> Name of the attribute.
-      character(len=*), intent(in) :: name
-      integer(i8), intent(in) :: value
-      !> Set on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      integer(c_int64_t), target :: buffer
-
-      buffer = value
-      call write_attribute(self, object, name, series_long, [integer ::], c_loc(buffer), &
-         & "", 0_c_size_t, error)
-   end subroutine put_attribute_long
-
-   !> Write an attribute that is a list of one-byte integers.
-   subroutine put_attribute_bytes(self, object, name, value, error)
-      !> File to write to.
-      class(hdf5_file_type), intent(inout) :: self
-      !> Path of the group or data set; "/" for the file itself.
-      character(len=*), intent(in) :: object
-      !> Name of the attribute.
-      character(len=*), intent(in) :: name
-      !> Its values.
-      integer(c_int8_t), intent(in) :: value(:)
-      !> Set on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      integer(c_int8_t), target :: buffer(size(value))
-
-      buffer = value
-      call write_attribute(self, object, name, series_byte, [size(value)], c_loc(buffer), &
-         & "", 0_c_size_t, error)
-   end subroutine put_attribute_bytes
-
-   !> Write a real attribute.
-   subroutine put_attribute_real(self, object, name, value, error)
-      !> File to write to.
-      class(hdf5_file_type), intent(inout) :: self
-      !> Path of the group or data set; "/" for the file itself.
-      character(len=*), intent(in) :: object
-      !> Name of the attribute.
-      character(len=*), intent(in) :: name
-      real(wp), intent(in) :: value
-      !> Set on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      real(c_double), target :: buffer
-
-      buffer = value
-      call write_attribute(self, object, name, series_real, [integer ::], c_loc(buffer), &
-         & "", 0_c_size_t, error)
-   end subroutine put_attribute_real
-
-   !> Write a dimension scale of labels, each without trailing blanks.
-   subroutine put_labels(self, path, names, long_name, error)
-      !> File to write to.
-      class(hdf5_file_type), intent(inout) :: self
-      !> Path of the scale; its last part names the dimension.
+      !> Path of the data set.
       character(len=*), intent(in) :: path
-      !> The labels.
-      character(len=*), intent(in) :: names(:)
+      !> The labels, each without trailing blanks.
+      character(len=*), intent(in) :: labels(:)
       !> Description.
       character(len=*), intent(in) :: long_name
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
-      call require_open(self, error)
-      if (allocated(error)) return
-      call check(c_put_dataset(self%handle, c_text(path), series_text, 1, &
-         & [size(names, kind=i8)], c_null_ptr, names, len(names, c_size_t), 0, "", 0_c_size_t, &
-         & 1, c_text(""), c_text(long_name)), error)
+      call put_dataset(self, path, no_scales, .true., "", long_name, labels, error)
    end subroutine put_labels
 
-   !> Write one text exactly as it is.
+   !> Write one text as it is.
    subroutine put_text(self, path, text, long_name, error)
-      !> File to write to.
       class(hdf5_file_type), intent(inout) :: self
       !> Path of the data set.
       character(len=*), intent(in) :: path
@@ -581,87 +454,35 @@ contains
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
-      call require_open(self, error)
-      if (allocated(error)) return
-      call check(c_put_dataset(self%handle, c_text(path), series_text, 0, [0_i8], c_null_ptr, &
-         & text, len(text, c_size_t), 0, "", 0_c_size_t, 0, c_text(""), c_text(long_name)), error)
+      call put_dataset(self, path, no_scales, .false., "", long_name, text, error)
    end subroutine put_text
 
-   !> Write one real number.
-   subroutine put_value_real(self, path, value, units, long_name, error)
-      !> File to write to.
+   !> Write one number.
+   subroutine put_value(self, path, value, units, long_name, error)
       class(hdf5_file_type), intent(inout) :: self
       !> Path of the data set.
       character(len=*), intent(in) :: path
       !> The number.
-      real(wp), intent(in) :: value
-      !> Its units; empty for none.
+      type(*), intent(in), contiguous, target :: value(..)
+      !> Its unit; empty for none.
       character(len=*), intent(in) :: units
       !> Description.
       character(len=*), intent(in) :: long_name
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
-      real(c_double), target :: buffer
+      call put_dataset(self, path, no_scales, .false., units, long_name, value, error)
+   end subroutine put_value
 
-      buffer = value
-      call put_numbers(self, path, series_real, c_loc(buffer), [integer ::], &
-         & [character(len=1) ::], units, long_name, error)
-   end subroutine put_value_real
-
-   !> Write one integer.
-   subroutine put_value_integer(self, path, value, units, long_name, error)
-      !> File to write to.
+   !> Write an array of numbers.
+   subroutine put_array(self, path, array, dims, units, long_name, error)
       class(hdf5_file_type), intent(inout) :: self
       !> Path of the data set.
       character(len=*), intent(in) :: path
-      !> The number.
-      integer, intent(in) :: value
-      !> Its units; empty for none.
-      character(len=*), intent(in) :: units
-      !> Description.
-      character(len=*), intent(in) :: long_name
-      !> Set on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      integer(c_int32_t), target :: buffer
-
-      buffer = value
-      call put_numbers(self, path, series_integer, c_loc(buffer), [integer ::], &
-         & [character(len=1) ::], units, long_name, error)
-   end subroutine put_value_integer
-
-   !> Write one eight-byte integer.
-   subroutine put_value_long(self, path, value, units, long_name, error)
-      !> File to write to.
-      class(hdf5_file_type), intent(inout) :: self
-      !> Path of the data set.
-      character(len=*), intent(in) :: path
-      !> The number.
-      integer(i8), intent(in) :: value
-      !> Its units; empty for none.
-      character(len=*), intent(in) :: units
-      !> Description.
-      character(len=*), intent(in) :: long_name
-      !> Set on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      integer(c_int64_t), target :: buffer
-
-      buffer = value
-      call put_numbers(self, path, series_long, c_loc(buffer), [integer ::], &
-         & [character(len=1) ::], units, long_name, error)
-   end subroutine put_value_long
-
-   !> Write a list of real numbers.
-   subroutine put_array_real(self, path, array, dims, units, long_name, error)
-      !> File to write to.
-      class(hdf5_file_type), intent(inout) :: self
-      !> Path of the data set.
-      character(len=*), intent(in) :: path
-      !> The numbers.
-      real(wp), intent(in), contiguous, target :: array(:)
-      !> Path of the scale.
+      !> The numbers; the last Fortran index becomes the first dimension. Not texts: see
+      !> `put_dataset`.
+      type(*), intent(in), contiguous, target :: array(..)
+      !> Paths of the scales, outermost first.
       character(len=*), intent(in) :: dims(:)
       !> Their units; empty for none.
       character(len=*), intent(in) :: units
@@ -670,99 +491,51 @@ contains
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
-      call put_numbers(self, path, series_real, c_loc(array), shape(array), dims, units, &
-         & long_name, error)
-   end subroutine put_array_real
+      call put_dataset(self, path, dims, .false., units, long_name, array, error)
+   end subroutine put_array
 
-   !> Write a table of real numbers.
-   subroutine put_array_real_2d(self, path, array, dims, units, long_name, error)
-      !> File to write to.
-      class(hdf5_file_type), intent(inout) :: self
-      !> Path of the data set.
-      character(len=*), intent(in) :: path
-      !> The numbers; the last Fortran index becomes the first dimension.
-      real(wp), intent(in), contiguous, target :: array(:, :)
-      !> Paths of the two scales, outermost first.
-      character(len=*), intent(in) :: dims(:)
-      !> Their units; empty for none.
-      character(len=*), intent(in) :: units
-      !> Description.
-      character(len=*), intent(in) :: long_name
-      !> Set on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      call put_numbers(self, path, series_real, c_loc(array), [size(array, 2), size(array, 1)], &
-         & dims, units, long_name, error)
-   end subroutine put_array_real_2d
-
-   !> Write a list of integers.
-   subroutine put_array_integer(self, path, array, dims, units, long_name, error)
-      !> File to write to.
-      class(hdf5_file_type), intent(inout) :: self
-      !> Path of the data set.
-      character(len=*), intent(in) :: path
-      !> The numbers.
-      integer, intent(in), contiguous, target :: array(:)
-      !> Path of the scale.
-      character(len=*), intent(in) :: dims(:)
-      !> Their units; empty for none.
-      character(len=*), intent(in) :: units
-      !> Description.
-      character(len=*), intent(in) :: long_name
-      !> Set on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      call put_numbers(self, path, series_integer, c_loc(array), shape(array), dims, units, &
-         & long_name, error)
-   end subroutine put_array_integer
-
-   !> Write a list of texts, each without trailing blanks.
-   subroutine put_array_text(self, path, array, dims, long_name, error)
-      !> File to write to.
-      class(hdf5_file_type), intent(inout) :: self
-      !> Path of the data set.
-      character(len=*), intent(in) :: path
-      !> The texts.
-      character(len=*), intent(in) :: array(:)
-      !> Path of the scale.
-      character(len=*), intent(in) :: dims(:)
-      !> Description.
-      character(len=*), intent(in) :: long_name
-      !> Set on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      call require_open(self, error)
-      if (allocated(error)) return
-      call check(c_put_dataset(self%handle, c_text(path), series_text, 1, &
-         & shape(array, kind=i8), c_null_ptr, array, len(array, c_size_t), size(dims), dims, &
-         & len(dims, c_size_t), 0, c_text(""), c_text(long_name)), error)
-   end subroutine put_array_text
-
-   !> Write a table of texts, each without trailing blanks.
-   subroutine put_array_text_2d(self, path, array, dims, long_name, error)
-      !> File to write to.
+   !> Write an array of texts, each without trailing blanks.
+   subroutine put_texts(self, path, array, dims, long_name, error)
       class(hdf5_file_type), intent(inout) :: self
       !> Path of the data set.
       character(len=*), intent(in) :: path
       !> The texts; the last Fortran index becomes the first dimension.
-      character(len=*), intent(in) :: array(:, :)
-      !> Paths of the two scales, outermost first.
+      character(len=*), intent(in), contiguous :: array(..)
+      !> Paths of the scales, outermost first.
       character(len=*), intent(in) :: dims(:)
       !> Description.
       character(len=*), intent(in) :: long_name
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
+      call put_dataset(self, path, dims, .false., "", long_name, array, error)
+   end subroutine put_texts
+
+   !> Write a data set of any kind. The values stand behind all texts: gfortran 12 passes the length
+   !> of texts among them, which it does not expect, and takes it for that of the next one.
+   subroutine put_dataset(self, path, dims, is_scale, units, long_name, values, error)
+      type(hdf5_file_type), intent(in) :: self
+      character(len=*), intent(in) :: path
+      !> Paths of the scales, outermost first.
+      character(len=*), intent(in) :: dims(:)
+      !> Whether it is a scale itself.
+      logical, intent(in) :: is_scale
+      !> Units; empty for none.
+      character(len=*), intent(in) :: units
+      !> Description.
+      character(len=*), intent(in) :: long_name
+      type(*), intent(in), contiguous, target :: values(..)
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+
       call require_open(self, error)
-      if (allocated(error)) return
-      call check(c_put_dataset(self%handle, c_text(path), series_text, 2, &
-         & [size(array, 2, i8), size(array, 1, i8)], c_null_ptr, array, len(array, c_size_t), &
-         & size(dims), dims, len(dims, c_size_t), 0, c_text(""), c_text(long_name)), error)
-   end subroutine put_array_text_2d
+      if (.not. allocated(error)) call check(c_put_dataset(self%handle, c_text(path), values, &
+         dims, merge(1, 0, is_scale), c_text(units), c_text(long_name)), error)
+   end subroutine put_dataset
 
    !> Create a data set that grows along its first dimension, with no rows as yet.
    subroutine create_series(self, path, extents, dims, is_scale, chunk_rows, units, long_name, &
-      & kind, series, error, compressed)
+      kind, series, error, compressed)
       !> File to write to.
       class(hdf5_file_type), intent(inout) :: self
       !> Path of the data set.
@@ -793,99 +566,32 @@ contains
       if (allocated(error)) return
       compress = 0
       if (present(compressed)) compress = merge(1_c_int, 0_c_int, compressed)
-      series%kind = kind
-      series%row_values = product(int(extents, i8))
       series%path = trim(path)
-      series%handle = c_create_series(self%handle, c_text(path), kind, size(extents), &
-         & int(extents, i8), int(chunk_rows, i8), compress, size(dims), dims, len(dims, c_size_t), &
-         & merge(1, 0, is_scale), c_text(units), c_text(long_name))
+      series%handle = c_create_series(self%handle, c_text(path), kind, extents, chunk_rows, &
+         compress, dims, merge(1, 0, is_scale), c_text(units), c_text(long_name))
       if (.not. c_associated(series%handle)) call report(error)
    end subroutine create_series
 
-   !> Append rows of reals.
-   subroutine append_real(self, series, n_rows, buffer, error)
-      !> File to write to.
+   !> Append rows of numbers, or of texts without trailing blanks.
+   subroutine append(self, series, n_rows, buffer, error)
       class(hdf5_file_type), intent(inout) :: self
       !> Series to append to.
       type(hdf5_series_type), intent(in) :: series
       !> Number of rows; the buffer may hold more.
       integer, intent(in) :: n_rows
       !> Values of any shape whose last index, or only one, counts the rows.
-      real(wp), intent(in), contiguous, target :: buffer(..)
+      type(*), intent(in), contiguous, target :: buffer(..)
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
-      call append_rows(self, series, series_real, n_rows, size(buffer, kind=i8), c_loc(buffer), &
-         & "", 0_c_size_t, error)
-   end subroutine append_real
-
-   !> Append rows of integers.
-   subroutine append_integer(self, series, n_rows, buffer, error)
-      !> File to write to.
-      class(hdf5_file_type), intent(inout) :: self
-      !> Series to append to.
-      type(hdf5_series_type), intent(in) :: series
-      !> Number of rows; the buffer may hold more.
-      integer, intent(in) :: n_rows
-      !> Values of any shape whose last index, or only one, counts the rows.
-      integer, intent(in), contiguous, target :: buffer(..)
-      !> Set on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      call append_rows(self, series, series_integer, n_rows, size(buffer, kind=i8), c_loc(buffer), &
-         & "", 0_c_size_t, error)
-   end subroutine append_integer
-
-   !> Append rows of eight-byte integers.
-   subroutine append_long(self, series, n_rows, buffer, error)
-      !> File to write to.
-      class(hdf5_file_type), intent(inout) :: self
-      !> Series to append to.
-      type(hdf5_series_type), intent(in) :: series
-      !> Number of rows; the buffer may hold more.
-      integer, intent(in) :: n_rows
-      !> Values of any shape whose last index, or only one, counts the rows.
-      integer(c_int64_t), intent(in), contiguous, target :: buffer(..)
-      !> Set on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      call append_rows(self, series, series_long, n_rows, size(buffer, kind=i8), c_loc(buffer), &
-         & "", 0_c_size_t, error)
-   end subroutine append_long
-
-   !> Append rows of one-byte integers.
-   subroutine append_byte(self, series, n_rows, buffer, error)
-      !> File to write to.
-      class(hdf5_file_type), intent(inout) :: self
-      !> Series to append to.
-      type(hdf5_series_type), intent(in) :: series
-      !> Number of rows; the buffer may hold more.
-      integer, intent(in) :: n_rows
-      !> Values of any shape whose last index, or only one, counts the rows.
-      integer(c_int8_t), intent(in), contiguous, target :: buffer(..)
-      !> Set on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      call append_rows(self, series, series_byte, n_rows, size(buffer, kind=i8), c_loc(buffer), &
-         & "", 0_c_size_t, error)
-   end subroutine append_byte
-
-   !> Append rows of texts, each without trailing blanks.
-   subroutine append_text(self, series, n_rows, buffer, error)
-      !> File to write to.
-      class(hdf5_file_type), intent(inout) :: self
-      !> Series to append to.
-      type(hdf5_series_type), intent(in) :: series
-      !> Number of rows; the buffer may hold more.
-      integer, intent(in) :: n_rows
-      !> The texts, row after row.
-      character(len=*), intent(in) :: buffer(:)
-      !> Set on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      call append_rows(self, series, series_text, n_rows, size(buffer, kind=i8), c_null_ptr, &
-         & buffer, len(buffer, c_size_t), error)
-   end subroutine append_text
+      call require_open(self, error)
+      if (allocated(error)) return
+      if (.not. c_associated(series%handle)) then
+         call fatal(error, "rows appended to a series that was never created", status_file)
+      else
+         call check(c_append(series%handle, n_rows, buffer, c_text(series%path)), error)
+      end if
+   end subroutine append
 
    !> Status that the file of an earlier run carries, or why the file is unreadable.
    subroutine hdf5_readable_status(path, status_text, error)
@@ -911,95 +617,6 @@ contains
 
       text = text_from_c(c_version())
    end function hdf5_version
-
-   !> Write an attribute of any kind.
-   subroutine write_attribute(self, object, name, kind, extents, data, text, length, error)
-      !> File to write to.
-      class(hdf5_file_type), intent(inout) :: self
-      !> Path of the group or data set; "/" for the file itself.
-      character(len=*), intent(in) :: object
-      !> Name of the attribute.
-      character(len=*), intent(in) :: name
-      !> Kind of the values.
-      integer, intent(in) :: kind
-      !> Number of values; none for a scalar.
-      integer, intent(in) :: extents(:)
-      !> Address of numbers.
-      type(c_ptr), intent(in) :: data
-      !> Texts of equal length.
-      character(kind=c_char), intent(in) :: text(*)
-      !> Length of each text.
-      integer(c_size_t), intent(in) :: length
-      !> Set on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      call require_open(self, error)
-      if (allocated(error)) return
-      call check(c_put_attribute(self%handle, c_text(object), c_text(name), kind, size(extents), &
-         & product(int(extents, i8)), data, text, length), error)
-   end subroutine write_attribute
-
-   !> Write a data set of numbers.
-   subroutine put_numbers(self, path, kind, data, extents, dims, units, long_name, error)
-      !> File to write to.
-      class(hdf5_file_type), intent(inout) :: self
-      !> Path of the data set.
-      character(len=*), intent(in) :: path
-      !> Kind of the numbers.
-      integer, intent(in) :: kind
-      !> Their address.
-      type(c_ptr), intent(in) :: data
-      !> Extents, outermost first.
-      integer, intent(in) :: extents(:)
-      !> Paths of the scales, outermost first.
-      character(len=*), intent(in) :: dims(:)
-      !> Their units; empty for none.
-      character(len=*), intent(in) :: units
-      !> Description.
-      character(len=*), intent(in) :: long_name
-      !> Set on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      call require_open(self, error)
-      if (allocated(error)) return
-      call check(c_put_dataset(self%handle, c_text(path), kind, size(extents), int(extents, i8), &
-         & data, "", 0_c_size_t, size(dims), dims, len(dims, c_size_t), 0, c_text(units), &
-         & c_text(long_name)), error)
-   end subroutine put_numbers
-
-   !> Append rows to a series if their buffer suits it: C reads from its address.
-   subroutine append_rows(self, series, kind, n_rows, n_values, data, text, length, error)
-      !> File to write to.
-      class(hdf5_file_type), intent(in) :: self
-      !> Series to append to.
-      type(hdf5_series_type), intent(in) :: series
-      !> Kind of the buffer.
-      integer, intent(in) :: kind
-      !> Number of rows to append.
-      integer, intent(in) :: n_rows
-      !> Number of values in the buffer.
-      integer(i8), intent(in) :: n_values
-      !> Address of numbers.
-      type(c_ptr), intent(in) :: data
-      !> Texts of equal length.
-      character(kind=c_char), intent(in) :: text(*)
-      !> Length of each text.
-      integer(c_size_t), intent(in) :: length
-      !> Set when they do not suit, and on failure.
-      type(error_type), allocatable, intent(out) :: error
-
-      call require_open(self, error)
-      if (allocated(error)) return
-      if (.not. c_associated(series%handle)) then
-         call fatal(error, "rows appended to a series that was never created", status_file)
-      else if (series%kind /= kind) then
-         call fatal(error, "values of the wrong type appended to "//series%path, status_file)
-      else if (n_values < n_rows*series%row_values) then
-         call fatal(error, "too few values appended to "//series%path, status_file)
-      else
-         call check(c_append(series%handle, int(n_rows, i8), data, text, length), error)
-      end if
-   end subroutine append_rows
 
    !> Check that there is a file to write to.
    subroutine require_open(self, error)
@@ -1036,7 +653,7 @@ contains
       !> The text and a null character.
       character(kind=c_char, len=:), allocatable :: copy
 
-      copy = trim(text)//c_null_char
+      copy = trim(text) // c_null_char
    end function c_text
 
 end module contensou_files_hdf5_file

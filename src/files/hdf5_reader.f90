@@ -2,13 +2,13 @@
 !> and blocks of its values.
 !>
 !> Memory is bounded whatever the file says, by the size of the blocks that the caller asks for and
-!> by the limits in hdf5_file.c, where HDF5 is called. A file that claims far more values than it
+!> by the limits in hdf5_reader.c, where HDF5 is called. A file that claims far more values than it
 !> has bytes is refused. HDF5 itself may crash over a damaged file: see contensou_base_guard.
 !>
 !> Dimensions, starts and counts are in the order of the file, outermost first, indices from 0.
 module contensou_files_hdf5_reader
    use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_int, c_int64_t, c_loc, &
-      & c_null_char, c_null_ptr, c_ptr
+      c_null_char, c_null_ptr, c_ptr
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : text_from_c
@@ -149,7 +149,7 @@ module contensou_files_hdf5_reader
 
       !> List a group or the attributes of an object.
       function c_list(reader, object, attributes) result(names) &
-         & bind(c, name="contensou_hdf5_list")
+         bind(c, name="contensou_hdf5_list")
          import :: c_char, c_int, c_ptr
          implicit none(type, external)
          !> The file.
@@ -219,7 +219,7 @@ module contensou_files_hdf5_reader
 
       !> Open a data set or attribute.
       function c_open_item(reader, object, attribute) result(item) &
-         & bind(c, name="contensou_hdf5_open_item")
+         bind(c, name="contensou_hdf5_open_item")
          import :: c_char, c_ptr
          implicit none(type, external)
          !> The file.
@@ -234,7 +234,7 @@ module contensou_files_hdf5_reader
 
       !> Open the scale of a dimension.
       function c_open_scale(item, dimension) result(scale) &
-         & bind(c, name="contensou_hdf5_open_scale")
+         bind(c, name="contensou_hdf5_open_scale")
          import :: c_int, c_ptr
          implicit none(type, external)
          !> The data set.
@@ -247,7 +247,7 @@ module contensou_files_hdf5_reader
 
       !> Label of a dimension.
       function c_dimension_name(item, dimension) result(text) &
-         & bind(c, name="contensou_hdf5_dimension_name")
+         bind(c, name="contensou_hdf5_dimension_name")
          import :: c_int, c_ptr
          implicit none(type, external)
          !> The data set.
@@ -267,7 +267,7 @@ module contensou_files_hdf5_reader
 
       !> Type and extents of an item.
       function c_describe(item, size, rank, extents, chunk, is_null) result(class) &
-         & bind(c, name="contensou_hdf5_describe")
+         bind(c, name="contensou_hdf5_describe")
          import :: c_int, c_int64_t, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: item
@@ -307,7 +307,7 @@ module contensou_files_hdf5_reader
 
       !> Read a block of numbers or bytes.
       function c_read(item, start, count, as_real, buffer) result(code) &
-         & bind(c, name="contensou_hdf5_read")
+         bind(c, name="contensou_hdf5_read")
          import :: c_int, c_int64_t, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: item
@@ -325,7 +325,7 @@ module contensou_files_hdf5_reader
 
       !> Read a block of texts.
       function c_read_texts(item, start, count) result(code) &
-         & bind(c, name="contensou_hdf5_read_texts")
+         bind(c, name="contensou_hdf5_read_texts")
          import :: c_int, c_int64_t, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: item
@@ -386,7 +386,7 @@ contains
       !> Set when it cannot be read, is no HDF5 file, or is being written.
       type(error_type), allocatable, intent(out) :: error
 
-      self%handle = c_open_reader(trim(path)//c_null_char)
+      self%handle = c_open_reader(trim(path) // c_null_char)
       if (.not. c_associated(self%handle)) call report(error)
    end subroutine open_reader
 
@@ -415,7 +415,7 @@ contains
       type(c_ptr) :: names
       integer(c_int) :: i, kind
 
-      names = c_list(self%handle, path//c_null_char, merge(1_c_int, 0_c_int, attributes))
+      names = c_list(self%handle, path // c_null_char, merge(1_c_int, 0_c_int, attributes))
       if (.not. c_associated(names)) then
          allocate(entries(0))
          call report(error)
@@ -443,7 +443,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       address = 0_i8
-      kind = int(c_object(self%handle, path//c_null_char, address))
+      kind = int(c_object(self%handle, path // c_null_char, address))
       if (kind == 0) call report(error)
    end subroutine object
 
@@ -461,7 +461,7 @@ contains
       type(c_ptr) :: pointer
 
       text = ""
-      pointer = c_link_value(self%handle, path//c_null_char)
+      pointer = c_link_value(self%handle, path // c_null_char)
       if (c_associated(pointer)) then
          text = text_from_c(pointer)
       else
@@ -482,7 +482,7 @@ contains
       !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
-      item%handle = c_open_item(self%handle, path//c_null_char, attribute//c_null_char)
+      item%handle = c_open_item(self%handle, path // c_null_char, attribute // c_null_char)
       if (c_associated(item%handle)) then
          call describe(item)
       else

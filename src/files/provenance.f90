@@ -1,17 +1,41 @@
-!> What a file was made with.
+!> What every file says of itself: what it is and what it was made with.
 module contensou_files_provenance
-   use contensou_base_build, only : build_compiler, build_flags
+   use contensou_base_build, only : build_compiler, build_flags, git_commit, program_version
    use contensou_base_errors, only : error_type
-   use contensou_base_operating_system, only : host_name
+   use contensou_base_operating_system, only : host_name, utc_now
    use contensou_integrate_cvode, only : sundials_version
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_version
    use contensou_special_gsl, only : gsl_version
    implicit none(type, external)
    private
 
-   public :: put_provenance
+   public :: put_header, put_provenance
 
 contains
+
+   !> Write the attributes of the root that every file has.
+   subroutine put_header(file, filetype, version, status, error, title)
+      type(hdf5_file_type), intent(inout) :: file
+      !> What the file is, for programs that open it.
+      character(len=*), intent(in) :: filetype
+      !> Version of its format.
+      character(len=*), intent(in) :: version
+      !> How far its content is.
+      character(len=*), intent(in) :: status
+      !> Set on failure.
+      type(error_type), allocatable, intent(out) :: error
+      !> Title of the scene.
+      character(len=*), intent(in), optional :: title
+
+      call file%put_attribute("/", "filetype", filetype, error)
+      call file%put_attribute("/", "filetype_version", version, error)
+      call file%put_attribute("/", "program_version", program_version, error)
+      call file%put_attribute("/", "git_commit", git_commit(), error)
+      call file%put_attribute("/", "created", utc_now(), error)
+      call file%put_attribute("/", "status", status, error)
+      if (present(title)) call file%put_attribute("/", "title", title, error)
+      call file%put_attribute("/", "Conventions", "CF-1.8", error)
+   end subroutine put_header
 
    !> Write the group `/provenance`.
    subroutine put_provenance(file, error)

@@ -4,11 +4,10 @@
 !> killed run leaves what it had. The file is written under the name NAME.part and renamed when it
 !> is complete: a file under its final name is a complete result.
 module contensou_files_trajectory
-   use contensou_base_build, only : git_commit, program_version
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : checksum, cpu_seconds, file_exists, remove_file, &
-      utc_now, wall_seconds
+      wall_seconds
    use contensou_base_text, only : string_type, to_text
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
@@ -22,7 +21,7 @@ module contensou_files_trajectory
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_real, series_text
    use contensou_files_hdf5_reader, only : class_real, class_text, hdf5_item_type, &
       hdf5_reader_type, max_rank
-   use contensou_files_provenance, only : put_provenance
+   use contensou_files_provenance, only : put_header, put_provenance
    use contensou_study_quantities, only : final_quantities, row_type
    use contensou_study_quantity, only : quantity_type
    use contensou_study_summary, only : summary_quantities, summary_type
@@ -169,14 +168,7 @@ contains
             call fatal(error, name // " exists", status_file)
             return
          end if
-         call f%put_attribute("/", "filetype", filetype, error)
-         call f%put_attribute("/", "filetype_version", filetype_version, error)
-         call f%put_attribute("/", "program_version", program_version, error)
-         call f%put_attribute("/", "git_commit", git_commit(), error)
-         call f%put_attribute("/", "created", utc_now(), error)
-         call f%put_attribute("/", "status", "running", error)
-         call f%put_attribute("/", "title", scene%title, error)
-         call f%put_attribute("/", "Conventions", "CF-1.8", error)
+         call put_header(f, filetype, filetype_version, "running", error, scene%title)
          call f%put_attribute("/", "NX_class", "NXroot", error)
          call f%put_attribute("/", "default", "trajectory", error)
          call f%create_group("/input", error)
@@ -272,13 +264,13 @@ contains
          call f%create_group("/contact", error)
          call f%put_labels("/contact/name", self%contact_names, "name of the contact", error)
          call f%put_labels("/contact/side", ["A", "B"], "side of the contact", error)
-         call f%put_array("/contact/surfaces", surfaces, ["/contact/name", "/contact/side"], &
+         call f%put_texts("/contact/surfaces", surfaces, ["/contact/name", "/contact/side"], &
             "surfaces that touch", error)
-         call f%put_array("/contact/normal", normal(scene%contacts%normal)%info%name, scale, &
+         call f%put_texts("/contact/normal", normal(scene%contacts%normal)%info%name, scale, &
             "normal force model", error)
-         call f%put_array("/contact/damping", damping(scene%contacts%damping)%info%name, scale, &
+         call f%put_texts("/contact/damping", damping(scene%contacts%damping)%info%name, scale, &
             "damping law", error)
-         call f%put_array("/contact/friction", friction(scene%contacts%friction)%info%name, scale, &
+         call f%put_texts("/contact/friction", friction(scene%contacts%friction)%info%name, scale, &
             "friction model", error)
       end associate
    end subroutine put_contacts
@@ -311,7 +303,7 @@ contains
          call f%put_attribute("/trajectory", "NX_class", "NXdata", error)
          call f%put_attribute("/trajectory", "signal", "energy_kinetic", error)
          call f%put_attribute("/trajectory", "axes", "time", error)
-         call f%put_attribute("/trajectory", "auxiliary_signals", [character(len=16) :: &
+         call f%put_attribute_values("/trajectory", "auxiliary_signals", [character(len=16) :: &
             "energy_potential", "energy_elastic", "work_friction", "work_damping"], error)
       end associate
 

@@ -6,16 +6,15 @@
 module contensou_sweep_table
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use, intrinsic :: iso_c_binding, only : c_int8_t
-   use contensou_base_build, only : git_commit, program_version
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_operating_system, only : check_writable, file_exists, remove_file, utc_now
+   use contensou_base_operating_system, only : check_writable, file_exists, remove_file
    use contensou_base_text, only : string_type, to_text
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_byte, &
       series_long, series_real, series_text
    use contensou_files_hdf5_reader, only : class_integer, class_text, hdf5_entry_type, &
       hdf5_item_type, hdf5_reader_type, max_rank
-   use contensou_files_provenance, only : put_provenance
+   use contensou_files_provenance, only : put_header, put_provenance
    use contensou_sweep_plan, only : sweep_type
    implicit none(type, external)
    private
@@ -276,16 +275,9 @@ contains
          call f%create(name // unfinished_suffix, error)
          if (allocated(error)) return
          call f%bound_memory(error)
-         call f%put_attribute("/", "filetype", sweep_filetype, error)
-         call f%put_attribute("/", "filetype_version", sweep_filetype_version, error)
-         call f%put_attribute("/", "program_version", program_version, error)
-         call f%put_attribute("/", "git_commit", git_commit(), error)
-         call f%put_attribute("/", "created", utc_now(), error)
-         call f%put_attribute("/", "status", "running", error)
-         call f%put_attribute("/", "title", origins%title, error)
-         call f%put_attribute("/", "Conventions", "CF-1.8", error)
+         call put_header(f, sweep_filetype, sweep_filetype_version, "running", error, origins%title)
          call f%put_attribute("/", "fingerprint", header%fingerprint, error)
-         call f%put_attribute("/", "case_count", header%n_cases, error)
+         call f%put_attribute_values("/", "case_count", header%n_cases, error)
          call f%put_attribute("/", "cases", header%cases, error)
          call f%create_group("/input", error)
          call f%put_text("/input/sweep", origins%sweep, "text of the sweep file", error)
@@ -298,7 +290,7 @@ contains
             "number of the case", series_long, self%number, error, compressed=.true.)
          call f%create_series("/status", no_extents, scale, .false., chunk_rows, "", &
             "what became of the case", series_byte, self%status, error, compressed=.true.)
-         call f%put_attribute("/status", "flag_values", [(int(i, c_int8_t), &
+         call f%put_attribute_values("/status", "flag_values", [(int(i, c_int8_t), &
             i=0, last_status)], error)
          call f%put_attribute("/status", "flag_meanings", meanings(), error)
          call f%create_series("/message", no_extents, scale, .false., chunk_rows, "", &
@@ -314,8 +306,8 @@ contains
                call f%create_series(column%path, no_extents, scale, .false., chunk_rows, &
                   column%units, column%long_name, column%kind, column%series, error, &
                   compressed=.true.)
-               if (column%kind == series_long) call f%put_attribute(column%path, "_FillValue", &
-                  no_count, error)
+               if (column%kind == series_long) call f%put_attribute_values( &
+                  column%path, "_FillValue", no_count, error)
                select case (column%kind)
                case (series_long)
                   allocate(column%longs(chunk_rows))
@@ -350,7 +342,7 @@ contains
          do k = 1, size(columns)
             names(k) = columns(k)%name
          end do
-         if (size(names) > 0) call self%file%put_attribute(group, "columns", names, error)
+         if (size(names) > 0) call self%file%put_attribute_values(group, "columns", names, error)
       end subroutine put_order
 
       !> Words for the status values, separated by blanks.

@@ -6,7 +6,7 @@ module test_hdf5_file
       folder_writable, host_name, is_folder, is_locked, remove_file, rename_file, &
       signal_received, terminal_width, utc_now, wall_seconds
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_readable_status, hdf5_series_type, &
-      & hdf5_version, series_integer, series_real, series_text
+      hdf5_version, series_integer, series_real, series_text
    use test_harness, only : shell_quote
    implicit none(type, external)
    private
@@ -56,26 +56,27 @@ contains
       integer :: unit
 
       call check(is_folder(folder), "is_folder: a folder")
-      call check(.not. is_folder(folder//"/missing"), "is_folder: nothing there")
-      call check(folder_writable(folder//"/file"), "folder_writable: a writable folder")
-      call check(.not. folder_writable(folder//"/missing/file"), "folder_writable: none there")
+      call check(.not. is_folder(folder // "/missing"), "is_folder: nothing there")
+      call check(folder_writable(folder // "/file"), "folder_writable: a writable folder")
+      call check(.not. folder_writable(folder // "/missing/file"), "folder_writable: none there")
 
-      open(newunit=unit, file=folder//"/old", status="replace", action="write")
+      open(newunit=unit, file=folder // "/old", status="replace", action="write")
       write(unit, "(a)") "content"
       close(unit)
-      call check(.not. is_folder(folder//"/old"), "is_folder: a file")
-      call check(.not. folder_writable(folder//"/old/file"), "folder_writable: a file in its place")
-      call check(.not. is_locked(folder//"/old"), "is_locked: a file of nobody")
-      call rename_file(folder//"/old", folder//"/new", error)
+      call check(.not. is_folder(folder // "/old"), "is_folder: a file")
+      call check(.not. folder_writable(folder // "/old/file"), &
+         "folder_writable: a file in its place")
+      call check(.not. is_locked(folder // "/old"), "is_locked: a file of nobody")
+      call rename_file(folder // "/old", folder // "/new", error)
       call check(.not. allocated(error), "rename_file: succeeds")
-      call check(file_exists(folder//"/new"), "rename_file: the new name is there")
-      call check(.not. file_exists(folder//"/old"), "rename_file: the old name is gone")
-      call rename_file(folder//"/old", folder//"/new", error)
+      call check(file_exists(folder // "/new"), "rename_file: the new name is there")
+      call check(.not. file_exists(folder // "/old"), "rename_file: the old name is gone")
+      call rename_file(folder // "/old", folder // "/new", error)
       call check_error(check, error, "No such file or directory", "rename_file: nothing to rename")
-      call remove_file(folder//"/new", error)
+      call remove_file(folder // "/new", error)
       call check(.not. allocated(error), "remove_file: succeeds")
-      call check(.not. file_exists(folder//"/new"), "remove_file: the file is gone")
-      call remove_file(folder//"/new", error)
+      call check(.not. file_exists(folder // "/new"), "remove_file: the file is gone")
+      call remove_file(folder // "/new", error)
       call check(.not. allocated(error), "remove_file: nothing to remove is no error")
       call remove_file(folder, error)
       call check(allocated(error), "remove_file: a folder is refused")
@@ -106,8 +107,8 @@ contains
       character(len=:), allocatable :: path
       integer :: i
 
-      path = folder//"/whole.h5"
-      call file%create(path//".part", error)
+      path = folder // "/whole.h5"
+      call file%create(path // ".part", error)
       call check(.not. allocated(error) .and. file%is_open(), "create")
       if (allocated(error)) return
       call file%put_attribute("/", "status", "running", error)
@@ -116,12 +117,12 @@ contains
       call check(.not. allocated(error), "create_group")
       call file%create_group("/events", error)
       call file%create_group("/trajectory", error)
-      call file%put_attribute("/trajectory", "axes", [character(len=4) :: "time", "body", "xyz"], &
-         & error)
+      call file%put_attribute_values("/trajectory", "axes", &
+         [character(len=4) :: "time", "body", "xyz"], error)
       call check(.not. allocated(error), "put_attribute: texts")
-      call file%put_attribute("/", "filetype_version", 1, error)
+      call file%put_attribute_values("/", "filetype_version", 1, error)
       call check(.not. allocated(error), "put_attribute: integer")
-      call file%put_attribute("/", "filetype_version", 2.0_wp, error)
+      call file%put_attribute_values("/", "filetype_version", 2.0_wp, error)
       call check(.not. allocated(error), "put_attribute: real in place of an integer")
 
       call file%put_labels("/body/body", [character(len=8) :: "top", "kreisel"], "body", error)
@@ -130,18 +131,19 @@ contains
       call file%put_array("/body/mass", [1.0_wp, 2.0_wp], ["/body/body"], "kg", "mass", error)
       call check(.not. allocated(error), "put_array: reals")
       call file%put_array("/body/inertia", reshape([1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, &
-         & 6.0_wp], [3, 2]), [character(len=10) :: "/body/body", "/body/xyz"], "kg m2", &
-         & "principal moments of inertia", error)
+         6.0_wp], [3, 2]), [character(len=10) :: "/body/body", "/body/xyz"], "kg m2", &
+         "principal moments of inertia", error)
       call check(.not. allocated(error), "put_array: table of reals")
       call file%put_array("/body/index", [1, 2], ["/body/body"], "1", "index", error)
       call check(.not. allocated(error), "put_array: integers")
-      call file%put_array("/body/shape", [character(len=6) :: "sphere", "plane"], ["/body/body"], &
-         & "shape", error)
+      call file%put_texts("/body/shape", [character(len=6) :: "sphere", "plane"], ["/body/body"], &
+         "shape", error)
       call check(.not. allocated(error), "put_array: texts")
-      call file%put_array("/body/words", reshape(["a", "b", "c", "d", "e", "f"], [3, 2]), &
-         & [character(len=10) :: "/body/body", "/body/xyz"], "words", error)
+      call file%put_texts("/body/words", reshape(["a", "b", "c", "d", "e", "f"], [3, 2]), &
+         [character(len=10) :: "/body/body", "/body/xyz"], "words", error)
       call check(.not. allocated(error), "put_array: table of texts")
-      call file%put_text("/input", "&body"//new_line("a")//" name = 'Kreisel'  ", "scene", error)
+      call file%put_text("/input", "&body" // new_line("a") // " name = 'Kreisel'  ", "scene", &
+         error)
       call check(.not. allocated(error), "put_text")
       call file%put_value("/steps", 12, "1", "steps", error)
       call check(.not. allocated(error), "put_value: integer")
@@ -153,19 +155,19 @@ contains
       call file%put_labels("/trajectory/body", ["top    ", "kreisel"], "body", error)
       call file%put_labels("/trajectory/xyz", ["x", "y", "z"], "Cartesian component", error)
       call file%create_series("/trajectory/time", [integer ::], [character(len=1) ::], .true., &
-         & 64, "s", "time", series_real, time, error)
+         64, "s", "time", series_real, time, error)
       call check(.not. allocated(error), "create_series: scale")
       call file%create_series("/trajectory/position", [2, 3], [character(len=16) :: &
-         & "/trajectory/time", "/trajectory/body", "/trajectory/xyz"], .false., 64, "m", &
-         & "position", series_real, position, error)
+         "/trajectory/time", "/trajectory/body", "/trajectory/xyz"], .false., 64, "m", &
+         "position", series_real, position, error)
       call check(.not. allocated(error), "create_series: three dimensions")
       call file%create_series("/events/time", [integer ::], [character(len=1) ::], .true., 16, &
-         & "s", "time of the event", series_real, event_time, error)
+         "s", "time of the event", series_real, event_time, error)
       call file%create_series("/events/kind", [integer ::], ["/events/time"], .false., 16, "", &
-         & "touch or lift", series_text, kind, error)
+         "touch or lift", series_text, kind, error)
       call check(.not. allocated(error), "create_series: text")
       call file%create_series("/events/count", [integer ::], ["/events/time"], .false., 16, "1", &
-         & "number of the event", series_integer, count, error)
+         "number of the event", series_integer, count, error)
       call check(.not. allocated(error), "create_series: integer")
 
       times = [(0.1_wp*i, i = 0, n_rows - 1)]
@@ -193,7 +195,7 @@ contains
       call check(.not. allocated(error) .and. .not. file%is_open(), "close")
       call file%close(error)
       call check(.not. allocated(error), "close: twice is no error")
-      call rename_file(path//".part", path, error)
+      call rename_file(path // ".part", path, error)
       call check(.not. allocated(error), "rename under the final name")
       call check_status(check, path, "complete", "whole file")
       call check(len(hdf5_version()) >= 5, "hdf5_version")
@@ -212,21 +214,21 @@ contains
       character(len=1) :: names(0)
       real(wp) :: gaps(0, 5)
 
-      call file%create(folder//"/empty.h5", error)
+      call file%create(folder // "/empty.h5", error)
       if (allocated(error)) return
       call file%put_attribute("/", "status", "complete", error)
       call file%put_labels("/contact", names, "contact", error)
       call check(.not. allocated(error), "put_labels: none")
       call file%create_series("/time", [integer ::], names, .true., 64, "s", "time", &
-         & series_real, time, error)
+         series_real, time, error)
       call file%create_series("/gap", [0], [character(len=8) :: "/time", "/contact"], .false., &
-         & 64, "m", "gap", series_real, gap, error)
+         64, "m", "gap", series_real, gap, error)
       call check(.not. allocated(error), "create_series: rows of no values")
       call file%append(gap, 5, gaps, error)
       call check(.not. allocated(error), "append: rows of no values")
       call file%close(error)
       call check(.not. allocated(error), "close: empty series")
-      call check_status(check, folder//"/empty.h5", "complete", "empty series")
+      call check_status(check, folder // "/empty.h5", "complete", "empty series")
    end subroutine test_empty_series
 
    !> What is said of files that are missing, foreign, being written or without a status.
@@ -241,23 +243,23 @@ contains
       character(len=:), allocatable :: status_text
       integer :: unit
 
-      call hdf5_readable_status(folder//"/missing.h5", status_text, error)
+      call hdf5_readable_status(folder // "/missing.h5", status_text, error)
       call check_error(check, error, "No such file or directory", "status: missing file")
 
-      open(newunit=unit, file=folder//"/foreign.h5", status="replace", action="write")
+      open(newunit=unit, file=folder // "/foreign.h5", status="replace", action="write")
       write(unit, "(a)") "no HDF5 at all"
       close(unit)
-      call hdf5_readable_status(folder//"/foreign.h5", status_text, error)
+      call hdf5_readable_status(folder // "/foreign.h5", status_text, error)
       call check_error(check, error, "foreign.h5", "status: not HDF5")
 
-      call file%create(folder//"/live.h5", error)
-      call check(is_locked(folder//"/live.h5"), "is_locked: a file being written")
+      call file%create(folder // "/live.h5", error)
+      call check(is_locked(folder // "/live.h5"), "is_locked: a file being written")
       call file%put_attribute("/", "title", "live", error)
-      call other%create(folder//"/live.h5", error)
+      call other%create(folder // "/live.h5", error)
       call check_error(check, error, "another program has it open", "create: a file being written")
       call file%close(error)
-      call check(.not. is_locked(folder//"/live.h5"), "is_locked: a closed file")
-      call hdf5_readable_status(folder//"/live.h5", status_text, error)
+      call check(.not. is_locked(folder // "/live.h5"), "is_locked: a closed file")
+      call hdf5_readable_status(folder // "/live.h5", status_text, error)
       call check_error(check, error, "status", "status: none in the file")
    end subroutine test_status
 
@@ -272,22 +274,22 @@ contains
       type(hdf5_file_type) :: file
       character(len=:), allocatable :: locked
 
-      call file%create(folder//"/missing/file.h5", error)
+      call file%create(folder // "/missing/file.h5", error)
       call check_error(check, error, "No such file or directory", "create: missing folder")
       call check(.not. file%is_open(), "create: no file open after a failure")
       call file%create(folder, error)
       call check_error(check, error, "Is a directory", "create: a folder of that name")
 
-      locked = folder//"/locked"
-      call execute_command_line("mkdir -p "//shell_quote(locked)//" && chmod 500 "// &
-         & shell_quote(locked))
+      locked = folder // "/locked"
+      call execute_command_line("mkdir -p " // shell_quote(locked) // " && chmod 500 " // &
+         shell_quote(locked))
       ! The superuser may write everywhere.
-      if (.not. folder_writable(locked//"/file.h5")) then
-         call file%create(locked//"/file.h5", error)
+      if (.not. folder_writable(locked // "/file.h5")) then
+         call file%create(locked // "/file.h5", error)
          call check_error(check, error, "Permission denied", "create: unwritable folder")
       end if
-      call execute_command_line("chmod 700 "//shell_quote(locked)//" && rmdir "// &
-         & shell_quote(locked))
+      call execute_command_line("chmod 700 " // shell_quote(locked) // " && rmdir " // &
+         shell_quote(locked))
       call file%create("/proc/contensou.h5", error)
       call check(allocated(error), "create: a file system that takes no files")
    end subroutine test_create_failures
@@ -311,9 +313,9 @@ contains
       call file%abandon()
       call check(.not. file%is_open(), "abandon: no file open")
 
-      call file%create(folder//"/misuse.h5", error)
+      call file%create(folder // "/misuse.h5", error)
       call file%create_series("/time", [integer ::], none, .true., 64, "s", "time", series_real, &
-         & time, error)
+         time, error)
       call file%append(time, 3, [1.0_wp, 2.0_wp], error)
       call check_error(check, error, "too few values appended to /time", "append: short buffer")
       call file%append(time, 2, [1, 2], error)
@@ -343,10 +345,10 @@ contains
       real(wp) :: times(1000)
 
       times = 1.0_wp
-      call file%create(folder//"/abandoned.h5", error)
+      call file%create(folder // "/abandoned.h5", error)
       call file%put_attribute("/", "status", "running", error)
       call file%create_series("/time", [integer ::], none, .true., 64, "s", "time", series_real, &
-         & time, error)
+         time, error)
       call file%append(time, 1000, times, error)
       call file%flush(error)
       call check(.not. allocated(error), "abandon: flushed before")
@@ -354,8 +356,8 @@ contains
       call file%put_attribute("/", "status", "failed", error)
       call file%abandon()
       call check(.not. file%is_open(), "abandon")
-      call check(.not. is_locked(folder//"/abandoned.h5"), "abandon: lock released")
-      call check_status(check, folder//"/abandoned.h5", "running", "abandoned file")
+      call check(.not. is_locked(folder // "/abandoned.h5"), "abandon: lock released")
+      call check_status(check, folder // "/abandoned.h5", "running", "abandoned file")
    end subroutine test_abandon
 
    !> A device that is always full.
@@ -386,7 +388,7 @@ contains
       character(len=:), allocatable :: status_text
 
       call hdf5_readable_status(path, status_text, error)
-      call check(.not. allocated(error) .and. status_text == expected, "status: "//name)
+      call check(.not. allocated(error) .and. status_text == expected, "status: " // name)
    end subroutine check_status
 
    !> Check that an error is set, has the right exit status and says something.

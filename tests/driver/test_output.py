@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+from pathlib import Path
 
 import h5netcdf
 import h5py
@@ -13,29 +14,23 @@ import numpy as np
 import pytest
 import xarray
 
-# Data sets of the format with their dimensions (scales of the same group) and units; None stands
-# for text, which has none.
-TRAJECTORY = {
-    "time": ((), "s"),
-    "position": (("body", "xyz"), "m"),
-    "velocity": (("body", "xyz"), "m s-1"),
-    "angular_velocity": (("body", "xyz"), "rad s-1"),
-    "quaternion": (("body", "wxyz"), "1"),
-    "energy_kinetic": ((), "J"),
-    "energy_potential": ((), "J"),
-    "energy_elastic": ((), "J"),
-    "work_friction": ((), "J"),
-    "work_damping": ((), "J"),
-    "work_applied": ((), "J"),
-    "energy_error": ((), "J"),
-    "gap": (("contact",), "m"),
-    "normal_force": (("contact",), "N"),
-    "friction_force": (("contact", "xyz"), "N"),
-    "friction_torque": (("contact",), "N m"),
-    "slip_velocity": (("contact", "xyz"), "m s-1"),
-    "spin": (("contact",), "rad s-1"),
-    "semi_axes": (("contact", "axis"), "m"),
-}
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def columns_of_the_manual():
+    """The columns that docs/output.md tells of: dimensions (scales of the same group) and units."""
+    columns = {}
+    for line in (ROOT / "docs" / "output.md").read_text(encoding="utf-8").splitlines():
+        if line.startswith("| `/trajectory/"):
+            names, dims, units = [cell.strip() for cell in line.split("|")[1:4]]
+            for name in re.findall(r"`(?:/trajectory/)?(\w+)`", names):
+                columns[name] = (tuple(dims.split(", ")[1:]), units)
+    return columns
+
+
+# Data sets of the format with their dimensions and units; None stands for text, which has none.
+COLUMNS = columns_of_the_manual()
+TRAJECTORY = {name: row for name, row in COLUMNS.items() if not name.startswith("drive_")}
 FIXED = {
     "/body/mass": (("name",), "kg"),
     "/body/inertia": (("name", "xyz"), "kg m2"),
@@ -274,6 +269,20 @@ def test_scales_name_the_dimensions_that_have_them(output):
             uses = item.attrs.get("REFERENCE_LIST", ())
             listed = [(file[dataset].name, int(i)) for dataset, i in uses]
             assert sorted(listed) == sorted(expected.get(name, [])), name
+
+
+def test_columns_of_a_driven_scene_are_those_of_the_manual(run, tmp_path):
+    path = tmp_path / "bearing.h5"
+    scene = ROOT / "inputs" / "bearing_6205.nml"
+    assert run("run", str(scene), "-q", "-o", str(path), "--set", "scene.t_end=1e-6").status == 0
+    with h5py.File(path) as file:
+        group = file["trajectory"]
+        scales = {"body", "contact", "xyz", "wxyz", "axis"}
+        assert group.keys() - scales == COLUMNS.keys()
+        for name, (dims, units) in COLUMNS.items():
+            assert group[name].attrs["units"] == units, name
+            scales = [f"/trajectory/{dim}" for dim in ("time", *dims)]
+            assert name == "time" or scale_names(group[name]) == scales, name
 
 
 def test_cpu_seconds_by_effect(output):

@@ -2,14 +2,14 @@
 module contensou_drivers_help
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_operating_system, only : write_stdout
-   use contensou_base_settings, only : domain_text, key_type, kind_choice, kind_logical, &
-      kind_name, kind_real, kind_reference
+   use contensou_base_resolve, only : expected_of
+   use contensou_base_settings, only : any_number, domain_text, group_spec_type, is_number, &
+      key_type, kind_any, kind_choice, kind_logical, kind_name, kind_reference, kind_text
    use contensou_base_text, only : did_you_mean, join, lower, quote
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
       usage_text
-   use contensou_scene_schema, only : choices_of, group_spec_type, schema_groups, schema_keys
-   use contensou_sweep_schema, only : any_number, kind_any, kind_whole, sweep_domain, &
-      sweep_groups, sweep_keys
+   use contensou_scene_schema, only : schema_groups, schema_keys
+   use contensou_sweep_schema, only : sweep_groups, sweep_keys
    implicit none(type, external)
    private
 
@@ -113,13 +113,10 @@ contains
       character(len=:), allocatable :: text
 
       select case (key%kind)
-      case (kind_whole, kind_any)
-         text = sweep_domain(key)
-      case (kind_real)
-         text = domain_text(key)
+      case (kind_any)
+         text = expected_of(key)
       case (kind_choice)
-         text = join(choices_of(key), " | ")
-         if (text == "") text = sweep_domain(key)
+         text = join(key%choices(), " | ")
       case (kind_logical)
          text = ".true. | .false."
       case (kind_reference)
@@ -129,7 +126,8 @@ contains
          text = "a name"
       case default
          text = "a text"
-         if (key%values == any_number) text = sweep_domain(key)
+         if (is_number(key)) text = domain_text(key)
+         if (key%kind == kind_text .and. key%values == any_number) text = expected_of(key)
       end select
       if (key%mandatory) then
          text = text // ", mandatory"

@@ -39,7 +39,7 @@ contains
                "an axis of any length but zero")
          end if
       else if (group%is_set("quaternion")) then
-         quaternion = group%settings(group%at("quaternion"))%real(:4)
+         quaternion = group%vector("quaternion", 4)
          if (any(abs(quaternion) > 0.0_wp)) then
             attitude = unit_quaternion(quaternion)
          else

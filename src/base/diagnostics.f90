@@ -53,6 +53,8 @@ module contensou_base_diagnostics
       procedure :: add
       !> Number of mistakes.
       procedure :: count => count_entries
+      !> Whether further mistakes are only counted, so that nobody sees what would be right.
+      procedure :: is_full
       !> Number of mistakes that are kept and can be asked for one by one.
       procedure :: kept
       !> Place of a mistake.
@@ -72,7 +74,7 @@ module contensou_base_diagnostics
    integer, parameter :: look_back = 16
 
    !> Number of mistakes that are shown.
-   integer, parameter :: max_shown = 50
+   integer, parameter :: max_shown = 100
 
    !> Number of characters of a source line that are shown.
    integer, parameter :: window = 100
@@ -137,6 +139,14 @@ contains
 
       n = self%n_found
    end function count_entries
+
+   !> Whether further mistakes are only counted.
+   pure function is_full(self) result(full)
+      class(diagnostics_type), intent(in) :: self
+      logical :: full
+
+      full = self%n_entries == max_kept
+   end function is_full
 
    !> Number of mistakes that are kept; `origin`, `message` and `expected` take 1 to this.
    pure function kept(self) result(n)

@@ -180,6 +180,7 @@ contains
       call resize_groups(document, document%n_groups)
       document%complete = parser%n_mistakes == 0
       allocate(document%sources(1))
+      document%n_sources = 1
       document%sources(1)%name = name
       call move_alloc(parser%lines, document%sources(1)%lines)
    end subroutine parse_document
@@ -206,7 +207,7 @@ contains
       type(origin_type) :: origin
       integer :: n
 
-      if (allocated(document%sources)) parser%source = size(document%sources) + 1
+      parser%source = document%n_sources + 1
       parser%list_only = .true.
       if (present(bare_text)) parser%bare_text = bare_text
       call split_lines(parser, text, diagnostics)

@@ -67,7 +67,9 @@ module contensou_base_document_types
 
    !> What was read.
    type :: document_type
-      !> Texts that origins refer to.
+      !> Number of texts that origins refer to.
+      integer :: n_sources = 0
+      !> These texts, the first `n_sources` of them.
       type(source_type), allocatable :: sources(:)
       !> Bytes of the file that was read.
       character(len=:), allocatable :: bytes
@@ -163,19 +165,21 @@ contains
       !> The source; it is emptied.
       type(source_type), intent(inout) :: source
 
-      type(source_type), allocatable :: sources(:)
-      integer :: i, n
+      type(source_type), allocatable :: bigger(:)
+      integer :: i
 
-      n = 0
-      if (allocated(document%sources)) n = size(document%sources)
-      allocate(sources(n + 1))
-      do i = 1, n
-         call move_alloc(document%sources(i)%name, sources(i)%name)
-         call move_alloc(document%sources(i)%lines, sources(i)%lines)
-      end do
-      call move_alloc(source%name, sources(n + 1)%name)
-      call move_alloc(source%lines, sources(n + 1)%lines)
-      call move_alloc(sources, document%sources)
+      if (.not. allocated(document%sources)) allocate(document%sources(1))
+      if (document%n_sources == size(document%sources)) then
+         allocate(bigger(max(1, 2*document%n_sources)))
+         do i = 1, document%n_sources
+            call move_alloc(document%sources(i)%name, bigger(i)%name)
+            call move_alloc(document%sources(i)%lines, bigger(i)%lines)
+         end do
+         call move_alloc(bigger, document%sources)
+      end if
+      document%n_sources = document%n_sources + 1
+      call move_alloc(source%name, document%sources(document%n_sources)%name)
+      call move_alloc(source%lines, document%sources(document%n_sources)%lines)
    end subroutine append_source
 
 end module contensou_base_document_types

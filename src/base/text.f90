@@ -5,7 +5,7 @@ module contensou_base_text
    implicit none(type, external)
    private
 
-   public :: string_type
+   public :: string_type, text_buffer_type
    public :: lower, number_text, to_text, read_real, quote, strings, join, shorten, starts_with
    public :: edit_distance, nearest, did_you_mean, command_text
 
@@ -14,6 +14,20 @@ module contensou_base_text
       !> The text.
       character(len=:), allocatable :: s
    end type string_type
+
+   !> A long text in the making; it grows by doubling.
+   type :: text_buffer_type
+      private
+      !> The text so far and room for more.
+      character(len=:), allocatable :: bytes
+      !> Length of the text.
+      integer :: n = 0
+   contains
+      !> Append a text.
+      procedure :: add => add_text
+      !> The text so far.
+      procedure :: text => buffered_text
+   end type text_buffer_type
 
    !> Text of a number or a logical, without surrounding blanks.
    interface to_text
@@ -42,6 +56,31 @@ module contensou_base_text
    integer(i8), parameter :: nan_bits = int(z'7FF8000000000000', i8)
 
 contains
+
+   !> Append a text to a buffer.
+   pure subroutine add_text(self, text)
+      class(text_buffer_type), intent(inout) :: self
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: bigger
+
+      if (.not. allocated(self%bytes)) allocate(character(len=256) :: self%bytes)
+      if (self%n + len(text) > len(self%bytes)) then
+         allocate(character(len=2*(self%n + len(text))) :: bigger)
+         bigger(:self%n) = self%bytes(:self%n)
+         call move_alloc(bigger, self%bytes)
+      end if
+      self%bytes(self%n + 1:self%n + len(text)) = text
+      self%n = self%n + len(text)
+   end subroutine add_text
+
+   !> Text of a buffer so far.
+   pure function buffered_text(self) result(text)
+      class(text_buffer_type), intent(in) :: self
+      character(len=:), allocatable :: text
+
+      text = ""
+      if (self%n > 0) text = self%bytes(:self%n)
+   end function buffered_text
 
    !> Text with the ASCII letters in lower case; other bytes are kept.
    pure function lower(s) result(t)
@@ -132,6 +171,7 @@ contains
 
       character(len=*), parameter :: zeros = '000000'
       integer, parameter :: lowest_fixed = -2, highest_fixed = 5
+      real(wp), parameter :: coarse = 1.0e-290_wp
       character(len=40) :: buffer
       character(len=16) :: form
       character(len=:), allocatable :: digits, sign_text
@@ -152,7 +192,11 @@ contains
          return
       end if
 
-      do decimals = 0, 16
+      ! A decimal of up to 15 digits is that of no other, more exact double; the zeros at its end
+      ! are dropped below. Where doubles are coarser than that, fewer digits may do.
+      decimals = 14
+      if (abs(x) < coarse) decimals = 0
+      do decimals = decimals, 16
          write (form, '(a,i0,a)') '(es40.', decimals, 'e4)'
          write (buffer, form) abs(x)
          buffer = adjustl(buffer)
@@ -163,7 +207,8 @@ contains
       e = scan(buffer, 'E')
       read (buffer(e + 1:), *) exponent
       digits = buffer(1:1) // buffer(3:e - 1)
-      n = len(digits)
+      n = max(verify(digits, '0', back=.true.), 1)
+      digits = digits(1:n)
       if (exponent < lowest_fixed .or. exponent > highest_fixed) then
          if (n == 1) digits = digits // '0'
          s = digits(1:1) // '.' // digits(2:) // 'e' // integer_to_text(exponent)
@@ -196,9 +241,10 @@ contains
       character(len=max_digits) :: digits
       character(len=max_digits + 32) :: buffer
       character(len=len(ceiling_digits)) :: leading
-      integer(i8) :: exponent, scaling
+      integer(i8) :: exponent, scaling, read_digits
       integer :: i, n_digits, n_read, stat
       logical :: beyond_point, negative, negative_exponent, remainder
+      real(wp), parameter :: powers_of_ten(0:22) = [(10.0_wp**i, i=0, 22)]
 
       valid = .false.
       x = transfer(nan_bits, 1.0_wp)
@@ -270,6 +316,19 @@ contains
       end if
       if (n_digits == 0 .or. scaling < floor_scale) then
          x = signed(0.0_wp, negative)
+         return
+      end if
+      ! Both the digits and the power of ten are exact, so that their product is rounded once.
+      if (n_digits <= 15 .and. abs(scaling - n_digits) <= ubound(powers_of_ten, 1)) then
+         read_digits = 0
+         do i = 1, n_digits
+            read_digits = 10*read_digits + (iachar(digits(i:i)) - iachar('0'))
+         end do
+         if (scaling >= n_digits) then
+            x = signed(real(read_digits, wp)*powers_of_ten(int(scaling) - n_digits), negative)
+         else
+            x = signed(real(read_digits, wp)/powers_of_ten(n_digits - int(scaling)), negative)
+         end if
          return
       end if
       leading = repeat('0', len(leading))
@@ -456,39 +515,46 @@ contains
 
    !> Damerau-Levenshtein distance of two texts (optimal string alignment): the number of
    !> insertions, deletions, substitutions and swaps of neighbours that turn one into the other.
-   pure function edit_distance(a, b) result(distance)
-      !> First text.
+   pure function edit_distance(a, b, most) result(distance)
       character(len=*), intent(in) :: a
-      !> Second text.
       character(len=*), intent(in) :: b
+      !> Any number above this will do for a larger distance; not given, there is no such bound.
+      integer, intent(in), optional :: most
       integer :: distance
 
-      ! Rows i - 2, i - 1 and i of the table of distances between beginnings of the texts.
-      integer, allocatable :: before(:), previous(:), current(:)
-      integer :: cost, i, j
+      ! Rows i - 2, i - 1 and i of the table of distances between beginnings of the texts; only
+      ! what lies within `limit` of the diagonal can be so small.
+      integer :: rows(0:len(b), 0:2)
+      integer :: before, cost, current, i, j, limit, previous
 
-      allocate(before(0:len(b)), previous(0:len(b)), current(0:len(b)))
-      before = 0
-      previous = 0
-      do j = 0, len(b)
-         current(j) = j
-      end do
+      limit = max(len(a), len(b))
+      if (present(most)) limit = min(limit, most)
+      distance = limit + 1
+      if (abs(len(a) - len(b)) > limit) return
+      rows = limit + 1
+      rows(:, 0) = [(j, j=0, len(b))]
       do i = 1, len(a)
-         before = previous
-         previous = current
-         current(0) = i
-         do j = 1, len(b)
+         current = mod(i, 3)
+         previous = mod(i + 2, 3)
+         before = mod(i + 1, 3)
+         rows(:, current) = limit + 1
+         if (i <= limit) rows(0, current) = i
+         do j = max(1, i - limit), min(len(b), i + limit)
             cost = 1
             if (a(i:i) == b(j:j)) cost = 0
-            current(j) = min(previous(j) + 1, current(j - 1) + 1, previous(j - 1) + cost)
+            distance = min(rows(j, previous) + 1, rows(j - 1, current) + 1, &
+               rows(j - 1, previous) + cost)
             if (i > 1 .and. j > 1) then
                if (a(i:i) == b(j - 1:j - 1) .and. a(i - 1:i - 1) == b(j:j)) then
-                  current(j) = min(current(j), before(j - 2) + 1)
+                  distance = min(distance, rows(j - 2, before) + 1)
                end if
             end if
+            rows(j, current) = distance
          end do
+         distance = limit + 1
+         if (minval(rows(:, current)) > limit .and. minval(rows(:, previous)) > limit) return
       end do
-      distance = current(len(b))
+      distance = rows(len(b), mod(len(a), 3))
    end function edit_distance
 
    !> End of a message about an unknown word: `; did you mean 'x'?` if a candidate is near.
@@ -538,32 +604,43 @@ contains
       !> Index of the nearest candidate or 0.
       integer :: best
 
-      character(len=:), allocatable :: candidate, sought
-      integer :: containing, distance, i, limit, shortest, starting
+      integer :: containing, i, shortest, starting
 
       best = 0
       starting = 0
       containing = 0
-      sought = lower(trim(word))
-      limit = max(1, len(sought) / 3)
-      shortest = min(limit + 1, len(sought))
+      shortest = min(max(1, len_trim(word) / 3) + 1, len_trim(word))
       do i = 1, size(candidates)
-         if (.not. allocated(candidates(i)%s)) cycle
-         candidate = lower(candidates(i)%s)
-         if (abs(len(candidate) - len(sought)) <= limit) then
-            distance = edit_distance(sought, candidate)
-            if (distance < shortest) then
-               shortest = distance
-               best = i
-            end if
-         end if
-         if (len(sought) >= shortest_part) then
-            if (starting == 0 .and. starts_with(candidate, sought)) starting = i
-            if (containing == 0 .and. index(candidate, sought) > 0) containing = i
-         end if
+         if (allocated(candidates(i)%s)) call consider(lower(trim(word)), &
+            lower(candidates(i)%s), i, shortest, best, starting, containing)
       end do
       if (best == 0) best = starting
       if (best == 0) best = containing
    end function nearest_string
+
+   !> Consider a candidate for the nearest word.
+   pure subroutine consider(sought, candidate, index_of_it, shortest, best, starting, containing)
+      !> The word and the candidate, in lower case.
+      character(len=*), intent(in) :: sought, candidate
+      !> Index of the candidate.
+      integer, intent(in) :: index_of_it
+      !> Smallest edit distance so far; only smaller ones count.
+      integer, intent(inout) :: shortest
+      !> Index of the candidate that has it; 0 for none.
+      integer, intent(inout) :: best
+      !> Index of the first candidate that begins with the word, and that contains it; 0 for none.
+      integer, intent(inout) :: starting, containing
+
+      integer :: distance
+
+      distance = edit_distance(sought, candidate, shortest - 1)
+      if (distance < shortest) then
+         shortest = distance
+         best = index_of_it
+      end if
+      if (len(sought) < shortest_part) return
+      if (starting == 0 .and. starts_with(candidate, sought)) starting = index_of_it
+      if (containing == 0 .and. index(candidate, sought) > 0) containing = index_of_it
+   end subroutine consider
 
 end module contensou_base_text

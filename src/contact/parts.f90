@@ -3,8 +3,8 @@
 module contensou_contact_parts
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : admits, group_settings_type, key_list_type, key_type, &
-      kind_choice, kind_logical, kind_real
+   use contensou_base_settings, only : admits, choice_names, group_settings_type, key_list_type, &
+      key_type, kind_choice, kind_logical, kind_real
    use contensou_base_text, only : quote, string_type, strings
    use contensou_contact_catalogue, only : law_key_type, law_keys_type, model_info_type, &
       model_type, plain_unit
@@ -16,7 +16,8 @@ module contensou_contact_parts
    implicit none(type, external)
    private
 
-   public :: part_type, contact_parts, n_parts, put_part_keys, read_models, model_names
+   public :: part_type, contact_parts, n_parts, put_part_keys, read_models
+   public :: normal_names, friction_names
 
    !> Number of parts.
    integer, parameter :: n_parts = 4
@@ -165,6 +166,30 @@ contains
       names = strings(models%info%name)
    end function model_names
 
+   function normal_names() result(names)
+      type(string_type), allocatable :: names(:)
+
+      names = model_names("normal")
+   end function normal_names
+
+   function damping_names() result(names)
+      type(string_type), allocatable :: names(:)
+
+      names = model_names("damping")
+   end function damping_names
+
+   function friction_names() result(names)
+      type(string_type), allocatable :: names(:)
+
+      names = model_names("friction")
+   end function friction_names
+
+   function rolling_names() result(names)
+      type(string_type), allocatable :: names(:)
+
+      names = model_names("rolling")
+   end function rolling_names
+
    !> Add the keys of all parts to the group `contact`: for each part the choice of its model, then
    !> the keys of its models. A key that several parts have stands with the last of them.
    subroutine put_part_keys(list)
@@ -176,19 +201,37 @@ contains
       do i = 1, n_parts
          call list%put("contact", trim(parts(i)%name), kind_choice, &
             default=quote(trim(parts(i)%default)), doc=model_doc(parts(i)))
+         list%keys(list%n)%choices => names_of(parts(i)%name)
          first = list%n
          do j = 1, size(parts(i)%models)
             do k = 1, parts(i)%keys(j)%n
                associate (name => parts(i)%keys(j)%keys(k)%key%name)
                   if (any(list%keys(first:list%n)%name == name)) cycle
                   if (any(places_of(parts(i + 1:), trim(name)) > 0)) cycle
-                  list%n = list%n + 1
-                  list%keys(list%n) = merged_key(parts(:i), trim(name))
+                  call list%append(merged_key(parts(:i), trim(name)))
                end associate
             end do
          end do
       end do
    end subroutine put_part_keys
+
+   !> Names of the models of a part. (As a component gfortran would free the pointer.)
+   function names_of(part) result(names)
+      !> Its key in the group `contact`.
+      character(len=*), intent(in) :: part
+      procedure(choice_names), pointer :: names
+
+      select case (part)
+      case ("normal")
+         names => normal_names
+      case ("damping")
+         names => damping_names
+      case ("friction")
+         names => friction_names
+      case default
+         names => rolling_names
+      end select
+   end function names_of
 
    !> What the choice of a model means.
    function model_doc(part) result(text)
@@ -355,7 +398,6 @@ contains
       integer, intent(in) :: choice
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      type(diagnostics_type) :: either
       type(origin_type) :: here
       character(len=:), allocatable :: what, name, other, wanted
       integer :: i, j
@@ -376,11 +418,8 @@ contains
                      "either " // other // " or " // name)
                end if
             else if (item%key%mandatory .and. j > i) then
-               either = diagnostics_type()
-               call settings%require(name, here, name, "", either)
-               call settings%require(other, here, other, "", either)
-               if (either%count() == 2) call diagnostics%add(here, what // &
-                  " needs its coefficient", part%models(choice)%keys_text())
+               if (settings%lacks(name) .and. settings%lacks(other)) call diagnostics%add(here, &
+                  what // " needs its coefficient", part%models(choice)%keys_text())
             else if (item%key%mandatory .and. j == 0) then
                if (stands_in(name)) cycle
                wanted = item%wanted()

@@ -6,17 +6,14 @@ module contensou_contact_surface
    use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_kinds, only : wp
    use contensou_base_settings, only : domain_text, group_settings_type, key_list_type
-   use contensou_base_text, only : quote
+   use contensou_base_text, only : quote, string_type
    use contensou_contact_shapes_shape, only : shape_info_type, shape_type
    use contensou_contact_shapes_table, only : all_shapes, shape_list_type
    implicit none(type, external)
    private
 
-   public :: surface_type, side_names, read_surface
+   public :: surface_type, read_surface
    public :: closest_point, normal_at, form_at, cubic_at
-
-   !> Sides of a surface that can be touched.
-   character(len=*), parameter :: side_names(*) = [character(len=7) :: "outside", "inside"]
 
    !> Keys of a surface that are not those of its shape.
    character(len=*), parameter :: common_keys(*) = [character(len=8) :: "name", "body", "shape", &
@@ -72,15 +69,15 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       type(key_list_type) :: own
       type(shape_info_type) :: info
+      type(string_type), allocatable :: given(:)
       character(len=:), allocatable :: name
       integer :: i
 
       info = shape%info()
-      allocate(own%keys(16))
       call shape%put_keys(own)
-      do i = 1, size(group%settings)
-         if (.not. group%settings(i)%given) cycle
-         name = trim(group%settings(i)%key%name)
+      given = group%given_keys()
+      do i = 1, size(given)
+         name = given(i)%s
          if (any(common_keys == name) .or. any(own%keys(:own%n)%name == name)) cycle
          if (name == "side" .and. info%hollow /= "") cycle
          call group%refuse(name, shape%words() // " has no " // quote(name), trim(info%hint), &

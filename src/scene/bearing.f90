@@ -2,23 +2,24 @@
 !> Its mechanics are those of `contensou_dynamics_bearing`.
 module contensou_scene_bearing
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
-   use contensou_base_document, only : assignment_type, document_type, group_type, value_logical, &
-      value_real, value_text
+   use contensou_base_document, only : document_type, group_type, value_real, value_text
+   use contensou_base_document_types, only : move_group, resize_groups
    use contensou_base_kinds, only : pi, wp
    use contensou_base_rotations, only : rotation_matrix, unit_quaternion
-   use contensou_base_settings, only : group_settings_type, key_type, kind_logical, kind_real
+   use contensou_base_names, only : names_type
+   use contensou_base_resolve, only : resolve
+   use contensou_base_settings, only : group_settings_type, key_type, schema_type, settings_type
    use contensou_base_text, only : lower, to_text
    use contensou_base_vectors, only : cross, unit_vector
    use contensou_contact_hertz, only : effective_modulus
    use contensou_contact_normal, only : normal_model_type, normal_models, normal_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_dynamics_bearing, only : ball_bearing_type, bearing_state_type, largest_angle
-   use contensou_scene_schema, only : schema_keys
-   use contensou_scene_settings, only : name_of, resolve, settings_type
+   use contensou_scene_overrides, only : name_of, object_of_override
    implicit none(type, external)
    private
 
-   public :: expand_bearings, has_bearings, concerns_bearings
+   public :: expand_bearings, has_bearings, bearing_names, concerns_bearings
 
    character(len=*), parameter :: group_name = "bearing"
 
@@ -68,78 +69,89 @@ contains
       end do
    end function has_bearings
 
-   !> Whether `--set PATH=VALUE` changes what bearings are made from: a bearing or a material. All
-   !> else is to be set after the expansion, so that it finds the parts, too.
-   pure function concerns_bearings(document, override) result(concerns)
+   !> Names of what bearings are made from: bearings and materials.
+   pure function bearing_names(document) result(names)
       type(document_type), intent(in) :: document
-      !> Text after `--set`.
-      character(len=*), intent(in) :: override
-      logical :: concerns
-      character(len=:), allocatable :: object, name
-      integer :: i, equals
+      type(names_type) :: names
+      character(len=:), allocatable :: name
+      integer :: i
 
-      equals = index(override, "=")
-      object = lower(trim(adjustl(override(:max(equals - 1, 0)))))
-      object = object(:max(index(object, ".", back=.true.) - 1, 0))
-      concerns = object == group_name .or. object == "material"
+      call names%add(group_name, 1)
+      call names%add("material", 1)
       do i = 1, document%n_groups
          associate (group => document%groups(i))
             if (all(group%name /= [character(len=8) :: group_name, "material"])) cycle
             name = name_of(group)
-            concerns = concerns .or. object == name .or. object == group%name // "." // name
+            call names%add(name, 1)
+            call names%add(group%name // "." // name, 1)
          end associate
       end do
+   end function bearing_names
+
+   !> Whether `--set PATH=VALUE` changes what bearings are made from: a bearing or a material. All
+   !> else is to be set after the expansion, so that it finds the parts, too.
+   pure logical function concerns_bearings(names, override)
+      !> Names of bearings and materials.
+      type(names_type), intent(in) :: names
+      !> Text after `--set`.
+      character(len=*), intent(in) :: override
+
+      concerns_bearings = names%find(object_of_override(override)) > 0
    end function concerns_bearings
 
    !> Put bodies, surfaces and contacts in the place of every group `bearing`. What they say stands
    !> where the key of the bearing stands that it comes from, or else where its group begins.
-   subroutine expand_bearings(document, diagnostics)
+   subroutine expand_bearings(document, schema, diagnostics)
       !> The document; a bearing with a mistake is left out, and the document is no longer complete.
       type(document_type), intent(inout) :: document
+      type(schema_type), intent(in), target :: schema
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      type(settings_type) :: bearings, materials
+      type(settings_type), target :: bearings, materials
+      type(group_settings_type), allocatable :: matter(:)
       type(diagnostics_type) :: ignored
-      type(document_type) :: part
-      type(group_type), allocatable :: groups(:), parts(:)
+      type(group_type), allocatable :: parts(:)
+      type(document_type) :: expanded
       type(bearing_type) :: bearing
       integer :: i, k, n, b
       logical :: good
 
-      part = selection(document, "material")
-      call resolve(part, materials, ignored)
-      part = selection(document, group_name)
-      call resolve(part, bearings, diagnostics)
+      call resolve(selection(document, "material"), schema, materials, ignored)
+      matter = [(materials%group(i, schema), i=1, size(materials%groups))]
+      call resolve(selection(document, group_name), schema, bearings, diagnostics)
       n = document%n_groups
-      do i = 1, size(bearings%instances)
-         n = n + size_of(bearings%instances(i))
+      do i = 1, size(bearings%groups)
+         n = n + size_of(bearings%group(i, schema))
       end do
-      allocate(groups(n))
+      allocate(expanded%groups(n))
       n = 0
       b = 0
       do i = 1, document%n_groups
          if (document%groups(i)%name /= group_name) then
             n = n + 1
-            groups(n) = document%groups(i)
+            call move_group(document%groups(i), expanded%groups(n))
             cycle
          end if
          b = b + 1
-         call read_bearing(bearings%instances(b), materials, bearing, diagnostics, good)
-         if (.not. good) then
-            document%complete = .false.
-            cycle
-         end if
-         allocate(parts(size_of(bearings%instances(b))))
-         call make_parts(bearings%instances(b), bearing, parts, k)
-         groups(n + 1:n + k) = parts(:k)
-         n = n + k
+         associate (group => bearings%group(b, schema))
+            call read_bearing(group, schema%groups(group%kind)%keys, matter, bearing, diagnostics, &
+               good)
+            if (.not. good) then
+               document%complete = .false.
+               cycle
+            end if
+            allocate(parts(size_of(group)))
+            call make_parts(group, schema, bearing, parts, k)
+         end associate
+         do k = 1, k
+            n = n + 1
+            call move_group(parts(k), expanded%groups(n))
+         end do
          deallocate(parts)
       end do
-      deallocate(document%groups)
-      allocate(document%groups(n))
-      do i = 1, n
-         document%groups(i) = groups(i)
-      end do
+      expanded%n_groups = n
+      call resize_groups(expanded, n)
+      call move_alloc(expanded%groups, document%groups)
       document%n_groups = n
    end subroutine expand_bearings
 
@@ -151,7 +163,8 @@ contains
       type(document_type) :: part
       integer :: i, n
 
-      allocate(part%groups(document%n_groups))
+      n = count([(document%groups(i)%name == name, i=1, document%n_groups)])
+      allocate(part%groups(n))
       n = 0
       do i = 1, document%n_groups
          if (document%groups(i)%name /= name) cycle
@@ -164,20 +177,20 @@ contains
    end function selection
 
    !> Largest number of groups that a bearing stands for.
-   pure function size_of(instance) result(n)
-      !> The group.
-      type(group_settings_type), intent(in) :: instance
-      integer :: n
+   pure integer function size_of(group)
+      type(group_settings_type), intent(in) :: group
 
-      n = 5 + 6*nint(max(instance%settings(instance%at("ball_count"))%real(1), 1.0_wp))
+      size_of = 5 + 6*max(group%integer("ball_count"), 1)
    end function size_of
 
    !> Read and check a bearing.
-   subroutine read_bearing(instance, materials, bearing, diagnostics, good)
+   subroutine read_bearing(instance, keys, materials, bearing, diagnostics, good)
       !> The group.
       type(group_settings_type), intent(in) :: instance
+      !> The keys of the group.
+      type(key_type), intent(in) :: keys(:)
       !> The materials of the scene.
-      type(settings_type), intent(in) :: materials
+      type(group_settings_type), intent(in) :: materials(:)
       type(bearing_type), intent(out) :: bearing
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -187,30 +200,29 @@ contains
 
       before = diagnostics%count()
       good = instance%complete
-      do i = 1, size(instance%settings)
-         associate (setting => instance%settings(i))
+      do i = 1, size(keys)
+         associate (name => keys(i)%name)
             ! A value that is out of order is reported already.
-            if (setting%given .and. .not. setting%set .or. setting%meant) good = .false.
-            if (setting%key%mandatory .and. .not. setting%set) good = .false.
+            if (instance%is_given(name) .and. .not. instance%is_set(name) .or. &
+               instance%is_misspelt(name)) good = .false.
+            if (keys(i)%mandatory .and. .not. instance%is_set(name)) good = .false.
          end associate
       end do
       if (.not. good) return
       bearing%name = instance%label()
       bearing%r = 0.5_wp*instance%number("ball_diameter")
       bearing%pitch = 0.5_wp*instance%number("pitch_diameter")
-      bearing%balls = nint(instance%number("ball_count"))
+      bearing%balls = instance%integer("ball_count")
       bearing%clearance = instance%number("clearance")
       bearing%speed = [instance%number("inner_speed"), instance%number("outer_speed")]
       bearing%centre = instance%numbers("centre")
-      bearing%rolling = instance%settings(instance%at("initial_state"))%choice == 2
-      bearing%loaded = max(instance%settings(instance%at("loaded_ring"))%choice, 1)
-      bearing%free = instance%settings(instance%at("ring_mass"))%given
+      bearing%rolling = instance%choice("initial_state") == 2
+      bearing%loaded = max(instance%choice("loaded_ring"), 1)
+      bearing%free = instance%is_given("ring_mass")
       bearing%axial = instance%number("axial_load")
       bearing%radial = instance%number("radial_load")
-      bearing%cage = instance%settings(instance%at("cage"))%logical
+      bearing%cage = instance%flag("cage")
       bearing%pocket = instance%number("pocket_clearance")
-      if (abs(instance%number("ball_count") - bearing%balls) > 0.0_wp) call wrong("ball_count", &
-         "'ball_count' is not a whole number", "as 9")
       call read_grooves(instance, bearing, diagnostics)
       call read_axes(instance, bearing, diagnostics)
       call check_together()
@@ -239,7 +251,7 @@ contains
       pure logical function has(key)
          character(len=*), intent(in) :: key
 
-         has = instance%settings(instance%at(key))%given
+         has = instance%is_given(key)
       end function has
 
       !> Keys that need or exclude each other.
@@ -294,24 +306,22 @@ contains
       do k = 1, 2
          radius_key = rings(k) // "_groove_radius"
          ratio_key = rings(k) // "_groove_ratio"
-         associate (radius => instance%settings(instance%at(radius_key)), &
-            ratio => instance%settings(instance%at(ratio_key)))
-            if (radius%given .and. ratio%given) then
-               call diagnostics%add(radius%origin, "the groove of the " // rings(k) // &
-                  " ring is given twice", "either " // ratio_key // " or " // radius_key)
-            else if (ratio%given) then
-               bearing%groove(k) = 2.0_wp*bearing%r*ratio%real(1)
-            else if (radius%given) then
-               bearing%groove(k) = radius%real(1)
-               if (radius%real(1) <= bearing%r) call diagnostics%add(radius%places(1), &
-                  "the groove of the " // rings(k) // " ring conforms to a ball", &
-                  radius_key // " > " // to_text(bearing%r) // " [m], the radius of a ball")
-            else
-               call diagnostics%add(instance%origin, "'" // ratio_key // &
-                  "' is missing in group &bearing '" // bearing%name // "'", ratio_key // &
-                  " = a number > 0.5 [-], or " // radius_key // " [m]")
-            end if
-         end associate
+         if (instance%is_given(radius_key) .and. instance%is_given(ratio_key)) then
+            call instance%refuse(radius_key, "the groove of the " // rings(k) // &
+               " ring is given twice", "either " // ratio_key // " or " // radius_key, diagnostics)
+         else if (instance%is_given(ratio_key)) then
+            bearing%groove(k) = 2.0_wp*bearing%r*instance%number(ratio_key)
+         else if (instance%is_given(radius_key)) then
+            bearing%groove(k) = instance%number(radius_key)
+            if (bearing%groove(k) <= bearing%r) call diagnostics%add( &
+               instance%place(radius_key, 1), &
+               "the groove of the " // rings(k) // " ring conforms to a ball", &
+               radius_key // " > " // to_text(bearing%r) // " [m], the radius of a ball")
+         else
+            call diagnostics%add(instance%origin, "'" // ratio_key // &
+               "' is missing in group &bearing '" // bearing%name // "'", ratio_key // &
+               " = a number > 0.5 [-], or " // radius_key // " [m]")
+         end if
       end do
    end subroutine read_grooves
 
@@ -325,14 +335,13 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       real(wp) :: n(3)
 
-      associate (axis => instance%settings(instance%at("axis")))
-         if (all(abs(axis%real(:3)) <= 0.0_wp)) then
-            call diagnostics%add(axis%places(1), "'axis' is a zero vector", &
-               "an axis of any length but zero")
-            return
-         end if
-         n = unit_vector(axis%real(:3))
-      end associate
+      n = instance%numbers("axis")
+      if (all(abs(n) <= 0.0_wp)) then
+         call diagnostics%add(place_of(instance, "axis"), "'axis' is a zero vector", &
+            "an axis of any length but zero")
+         return
+      end if
+      n = unit_vector(n)
       if (n(3) > -0.5_wp) then
          ! Half way from the z axis.
          bearing%quaternion = unit_quaternion([1.0_wp + n(3), -n(2), n(1), 0.0_wp])
@@ -343,19 +352,17 @@ contains
       bearing%frame = rotation_matrix(bearing%quaternion)
       bearing%frame(:, 3) = n
       bearing%towards = bearing%frame(:, 1)
-      associate (direction => instance%settings(instance%at("radial_direction")))
-         if (.not. direction%set) return
-         if (all(abs(direction%real(:3)) <= 0.0_wp)) then
-            call diagnostics%add(direction%places(1), "'radial_direction' is a zero vector", &
-               "a direction of any length but zero")
-            return
-         end if
-         bearing%towards = unit_vector(direction%real(:3))
-         if (abs(dot_product(bearing%towards, n)) > askew) then
-            call diagnostics%add(direction%places(1), &
-               "'radial_direction' is not perpendicular to the axis", "a direction across 'axis'")
-         end if
-      end associate
+      if (.not. instance%is_set("radial_direction")) return
+      bearing%towards = instance%numbers("radial_direction")
+      if (all(abs(bearing%towards) <= 0.0_wp)) then
+         call diagnostics%add(place_of(instance, "radial_direction"), &
+            "'radial_direction' is a zero vector", "a direction of any length but zero")
+         return
+      end if
+      bearing%towards = unit_vector(bearing%towards)
+      if (abs(dot_product(bearing%towards, n)) > askew) call diagnostics%add( &
+         place_of(instance, "radial_direction"), &
+         "'radial_direction' is not perpendicular to the axis", "a direction across 'axis'")
    end subroutine read_axes
 
    !> Whether the parts find room.
@@ -406,7 +413,7 @@ contains
       !> The group.
       type(group_settings_type), intent(in) :: instance
       !> The materials of the scene.
-      type(settings_type), intent(in) :: materials
+      type(group_settings_type), intent(in) :: materials(:)
       !> The bearing; its state is set.
       type(bearing_type), intent(inout) :: bearing
       !> Mistakes are appended here.
@@ -436,7 +443,7 @@ contains
       !> The group.
       type(group_settings_type), intent(in) :: instance
       !> The materials of the scene.
-      type(settings_type), intent(in) :: materials
+      type(group_settings_type), intent(in) :: materials(:)
       real(wp) :: modulus
       real(wp) :: young(2), poisson(2)
       character(len=:), allocatable :: wanted
@@ -448,11 +455,11 @@ contains
       do k = 1, 2
          wanted = material_of(instance, trim(merge("material     ", "ball_material", k == 1)))
          wanted = lower(wanted)
-         do i = 1, size(materials%instances)
-            associate (material => materials%instances(i))
+         do i = 1, size(materials)
+            associate (material => materials(i))
                if (lower(material%label()) /= wanted) cycle
-               if (.not. material%settings(material%at("young"))%set) cycle
-               if (.not. material%settings(material%at("poisson"))%set) cycle
+               if (.not. material%is_set("young")) cycle
+               if (.not. material%is_set("poisson")) cycle
                young(k) = material%number("young")
                poisson(k) = material%number("poisson")
             end associate
@@ -488,9 +495,10 @@ contains
    end function normal_of
 
    !> The bodies, surfaces and contacts.
-   subroutine make_parts(instance, bearing, parts, n)
+   subroutine make_parts(instance, schema, bearing, parts, n)
       !> The group.
       type(group_settings_type), intent(in) :: instance
+      type(schema_type), intent(in) :: schema
       type(bearing_type), intent(in) :: bearing
       type(group_type), intent(inout) :: parts(:)
       !> How many.
@@ -522,13 +530,13 @@ contains
          call put_numbers("major_radius", [ring(k)], "pitch_diameter")
          call put_numbers("minor_radius", [bearing%groove(k)], rings(k) // "_groove_" // &
             trim(merge("ratio ", "radius", &
-            instance%settings(instance%at(rings(k) // "_groove_ratio"))%given)))
+            instance%is_given(rings(k) // "_groove_ratio"))))
          call put_text("material", material_of(instance, "material"), "material")
       end do
 
       mass = instance%number("ball_density")*4.0_wp/3.0_wp*pi*bearing%r**3
       ball_matter = trim(merge("ball_material", "material     ", &
-         instance%settings(instance%at("ball_material"))%given))
+         instance%is_given("ball_material")))
       do i = 1, bearing%balls
          ball = "ball_" // to_text(i)
          turn = 2.0_wp*pi*(i - 1)/bearing%balls
@@ -666,7 +674,7 @@ contains
             call put_text("motion", "prescribed", "name")
          end if
          if (abs(bearing%speed(k)) <= 0.0_wp) return
-         if (instance%settings(instance%at("ramp_duration"))%given) then
+         if (instance%is_given("ramp_duration")) then
             call put_numbers("final_angular_velocity", bearing%speed(k)*bearing%frame(:, 3), &
                speed_key)
             call put_numbers("ramp_duration", [instance%number("ramp_duration")], "ramp_duration")
@@ -711,44 +719,36 @@ contains
       subroutine put_laws(friction_key)
          !> Key that takes the place of friction_coefficient if it is given; blank for none.
          character(len=*), intent(in) :: friction_key
-         type(key_type), allocatable :: keys(:)
          integer :: m
 
-         keys = schema_keys()
-         do m = 1, size(keys)
-            if (keys(m)%group /= "contact") cycle
-            if (any(keys(m)%name == [character(len=28) :: "name", "surfaces"])) cycle
-            call copy(trim(keys(m)%name))
-         end do
-         if (friction_key == "") return
-         associate (setting => instance%settings(instance%at(friction_key)))
-            if (.not. setting%given) return
-            do m = 1, parts(n)%n_assignments
-               if (parts(n)%assignments(m)%key /= "friction_coefficient") cycle
-               parts(n)%assignments(m)%values(1)%real = setting%real(1)
-               return
+         associate (keys => schema%groups(schema%find("contact"))%keys)
+            do m = 1, size(keys)
+               if (any(keys(m)%name == [character(len=28) :: "name", "surfaces"])) cycle
+               if (instance%is_given(keys(m)%name)) call copy(trim(keys(m)%name))
             end do
-            call put_numbers("friction_coefficient", setting%real(:1), friction_key)
          end associate
+         if (friction_key == "") return
+         if (.not. instance%is_given(friction_key)) return
+         do m = 1, parts(n)%n_assignments
+            if (parts(n)%assignments(m)%key /= "friction_coefficient") cycle
+            parts(n)%assignments(m)%values(1)%real = instance%number(friction_key)
+            return
+         end do
+         call put_numbers("friction_coefficient", [instance%number(friction_key)], friction_key)
       end subroutine put_laws
 
       !> Take a key as the bearing gives it.
       subroutine copy(key)
          character(len=*), intent(in) :: key
+         integer :: v
 
-         associate (setting => instance%settings(instance%at(key)))
-            if (.not. setting%given) return
-            select case (setting%key%kind)
-            case (kind_real)
-               call put_numbers(key, setting%real(:setting%key%values), key)
-            case (kind_logical)
-               call next(key, key, 1)
-               parts(n)%assignments(parts(n)%n_assignments)%values(1)%kind = value_logical
-               parts(n)%assignments(parts(n)%n_assignments)%values(1)%logical = setting%logical
-            case default
-               call put_text(key, setting%text(1)%s, key)
-            end select
-            parts(n)%assignments(parts(n)%n_assignments)%origin = setting%origin
+         call next(key, key, instance%count(key))
+         associate (assignment => parts(n)%assignments(parts(n)%n_assignments))
+            do v = 1, size(assignment%values)
+               assignment%values(v) = instance%value(key, v)
+            end do
+            assignment%values%origin = place_of(instance, key)
+            assignment%origin = instance%place(key)
          end associate
       end subroutine copy
 
@@ -762,10 +762,8 @@ contains
       character(len=*), intent(in) :: key
       character(len=:), allocatable :: name
 
-      name = instance%settings(instance%at("material"))%text(1)%s
-      associate (setting => instance%settings(instance%at(key)))
-         if (setting%set) name = setting%text(1)%s
-      end associate
+      name = instance%text("material")
+      if (instance%is_set(key)) name = instance%text(key)
    end function material_of
 
    !> Where a key of a bearing has its value, or where the group begins.
@@ -775,7 +773,7 @@ contains
       character(len=*), intent(in) :: key
       type(origin_type) :: place
 
-      place = instance%settings(instance%at(key))%places(1)
+      place = instance%place(key, 1)
    end function place_of
 
 end module contensou_scene_bearing

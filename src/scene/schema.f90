@@ -2,18 +2,18 @@
 !> documents, and the resolved scene in an output file is written.
 module contensou_scene_schema
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : key_list_type, key_type, kind_choice, kind_logical, &
-      kind_name, kind_real, kind_reference, kind_text, most_values
+   use contensou_base_settings, only : group_spec_type, key_list_type, key_type, kind_choice, &
+      kind_integer, kind_logical, kind_name, kind_real, kind_reference, kind_text, most_values, &
+      new_schema, schema_type
    use contensou_base_text, only : string_type, strings
-   use contensou_contact_parts, only : model_names, put_part_keys
+   use contensou_contact_parts, only : friction_names, normal_names, put_part_keys
    use contensou_contact_shapes_table, only : put_shape_keys, shape_names
-   use contensou_contact_surface, only : side_names
    use contensou_dynamics_scene, only : cost_measures, cost_quantities, frame_names, motion_names
    use contensou_integrate_march, only : integrator_methods, jacobian_kinds
    implicit none(type, external)
    private
 
-   public :: group_spec_type, schema_groups, schema_keys, choices_of, start_names, ring_names
+   public :: scene_schema, schema_groups, schema_keys, start_names, ring_names
 
    !> How a bearing can begin.
    character(len=*), parameter :: start_names(*) = [character(len=7) :: "rest", "rolling"]
@@ -21,18 +21,14 @@ module contensou_scene_schema
    !> The rings of a bearing.
    character(len=*), parameter :: ring_names(*) = [character(len=5) :: "inner", "outer"]
 
-   !> A group.
-   type :: group_spec_type
-      character(len=12) :: name = ""
-      !> Whether it may stand more than once.
-      logical :: repeats = .false.
-      !> Whether a scene must have it.
-      logical :: mandatory = .false.
-      !> What it describes.
-      character(len=160) :: doc = ""
-   end type group_spec_type
-
 contains
+
+   !> The groups of a scene with their keys.
+   subroutine scene_schema(schema)
+      type(schema_type), intent(out) :: schema
+
+      call new_schema(schema_groups(), schema_keys(), schema)
+   end subroutine scene_schema
 
    !> The groups of a scene, in the order of the documentation.
    pure function schema_groups() result(groups)
@@ -53,15 +49,13 @@ contains
          "a ball bearing, which stands for its bodies, surfaces and contacts: NAME_inner, " // &
          "NAME_outer, NAME_ball_1, ..., see check --expand")
       groups(9) = group_spec_type("cost", .false., .false., &
-         "what contensou cost runs and compares; other commands only check it")
+         "what contensou cost runs and compares; other commands only check it", hidden=.true.)
    end function schema_groups
 
    !> The keys of all groups, in the order of the documentation.
    function schema_keys() result(keys)
       type(key_type), allocatable :: keys(:)
       type(key_list_type) :: list
-
-      allocate(list%keys(200))
 
       call list%put("scene", "title", kind_text, default="''", &
          doc="title of the scene, for pictures and reports")
@@ -78,7 +72,7 @@ contains
 
       call list%put("body", "name", kind_name, mandatory=.true., &
          doc="name of the body; 'ground' is taken")
-      call list%put("body", "motion", kind_choice, default="'free'", &
+      call list%put("body", "motion", kind_choice, choices=motions, default="'free'", &
          doc="how the body moves: free, fixed, prescribed (with its initial velocities, or a " // &
          "ramp from them to the final ones), or spindle (it turns as prescribed and does not " // &
          "tilt, its centre of mass moves freely)")
@@ -117,14 +111,15 @@ contains
          doc="constant force at the centre of mass of a free body or a spindle")
       call list%put("body", "applied_torque", kind_real, values=3, unit="N m", &
          doc="constant torque on a free body")
-      call list%put("body", "applied_frame", kind_choice, &
+      call list%put("body", "applied_frame", kind_choice, choices=frames, &
          doc="frame in which applied_force and applied_torque are constant; " // &
          "'inertial' if not given")
 
       call list%put("surface", "name", kind_name, mandatory=.true., doc="name of the surface")
       call list%put("surface", "body", kind_reference, mandatory=.true., target="body", &
          doc="body that carries the surface, or 'ground'")
-      call list%put("surface", "shape", kind_choice, mandatory=.true., doc="shape of the surface")
+      call list%put("surface", "shape", kind_choice, choices=shape_names, mandatory=.true., &
+         doc="shape of the surface")
       call put_shape_keys(list)
       call list%put("surface", "material", kind_reference, mandatory=.true., target="material", &
          doc="material of the surface")
@@ -135,7 +130,7 @@ contains
          "reported as they act on the body of B")
       call put_part_keys(list)
 
-      call list%put("integrator", "method", kind_choice, default="'cvode_bdf'", &
+      call list%put("integrator", "method", kind_choice, choices=methods, default="'cvode_bdf'", &
          doc="method: cvode_bdf, implicit, for any problem; cvode_adams, a multistep method, " // &
          "and explicit8, of order 8, for problems that are not stiff; explicit8 is the " // &
          "fastest one with light damping, and says when a contact is too stiff for it; auto, " // &
@@ -155,10 +150,11 @@ contains
          doc="angular velocities are held to rtol times the larger of this and the rate")
       call list%put("integrator", "max_step", kind_real, unit="s", above=0.0_wp, &
          doc="largest step; not given, there is no bound")
-      call list%put("integrator", "jacobian", kind_choice, default="'analytic'", &
+      call list%put("integrator", "jacobian", kind_choice, choices=jacobians, &
+         default="'analytic'", &
          doc="Jacobian of cvode_bdf, also where auto chooses it: analytic, or by differences " // &
          "of the right-hand side, one for each unknown, which shows what the analytic one saves")
-      call list%put("integrator", "jacobian_steps", kind_real, unit="1", least=1.0_wp, &
+      call list%put("integrator", "jacobian_steps", kind_integer, unit="1", least=1.0_wp, &
          most=1.0e9_wp, default="10", doc="steps after which cvode_bdf renews the Jacobian, " // &
          "of either kind, and factorizes; CVODE by itself takes 51, and factorizes after 20")
 
@@ -169,35 +165,38 @@ contains
          doc="time between rows; not given, t_end/1000")
 
       call put_bearing()
-      call list%put("cost", "friction", kind_choice, values=most_values, few=.true., &
+      call list%put("cost", "friction", kind_choice, choices=friction_names, values=most_values, &
+         fewer=.true., &
          doc="friction models that are compared, in place of that of each contact that has " // &
          "friction; not given, contensou_exact and its approximations, and those of the scene")
-      call list%put("cost", "normal", kind_choice, values=most_values, few=.true., &
+      call list%put("cost", "normal", kind_choice, choices=normal_names, values=most_values, &
+         fewer=.true., &
          doc="normal force models that are compared, in place of that of each contact, each " // &
          "with each friction model; not given, that of each contact")
-      call list%put("cost", "methods", kind_choice, values=most_values, few=.true., &
+      call list%put("cost", "methods", kind_choice, choices=methods, values=most_values, &
+         fewer=.true., &
          default="'cvode_bdf', 'cvode_adams', 'explicit8', 'auto'", &
          doc="methods of integration that are compared")
-      call list%put("cost", "rtol", kind_real, values=most_values, few=.true., unit="1", &
+      call list%put("cost", "rtol", kind_real, values=most_values, fewer=.true., unit="1", &
          default="1.0e-4, 1.0e-6, 1.0e-8, 1.0e-10", least=1.0e-14_wp, most=1.0e-1_wp, &
          doc="relative tolerances that are compared, as integrator.rtol")
       call list%put("cost", "reference_rtol", kind_real, unit="1", default="1.0e-12", &
          least=1.0e-14_wp, most=1.0e-1_wp, &
          doc="relative tolerance of the reference solutions; smaller than all of rtol")
-      call list%put("cost", "quantities", kind_choice, values=most_values, few=.true., &
+      call list%put("cost", "quantities", kind_choice, choices=quantities, values=most_values, &
+         fewer=.true., &
          default="'position', 'angle', 'velocity'", &
          doc="what counts for the error of a run, the Pareto front and --error: the largest " // &
          "of the scaled errors of these; all are reported")
-      call list%put("cost", "measure", kind_choice, default="'largest'", &
+      call list%put("cost", "measure", kind_choice, choices=measures, default="'largest'", &
          doc="which error of position, angle, velocity and angular velocity counts: that at " // &
          "the end, the largest, or the root of the mean of the squares; all are reported")
-      call list%put("cost", "samples", kind_real, unit="1", default="1000.0", least=1.0_wp, &
+      call list%put("cost", "samples", kind_integer, unit="1", default="1000", least=1.0_wp, &
          most=1.0e6_wp, doc="times after the beginning, equally far apart, at which " // &
-         "trajectories are compared; a whole number")
-      call list%put("cost", "repeats", kind_real, unit="1", default="3.0", least=1.0_wp, &
+         "trajectories are compared")
+      call list%put("cost", "repeats", kind_integer, unit="1", default="3", least=1.0_wp, &
          most=1000.0_wp, &
-         doc="times that a run of less than a second is done; the least CPU time counts; a " // &
-         "whole number")
+         doc="times that a run of less than a second is done; the least CPU time counts")
       call list%put("cost", "cpu_limit", kind_real, unit="1", default="10.0", above=0.0_wp, &
          doc="CPU time at which a run is given up, in those of the reference of its model")
 
@@ -208,11 +207,12 @@ contains
       !> The keys of a bearing: its own, and those of its contacts.
       subroutine put_bearing()
          character(len=*), parameter :: b = "bearing"
+         type(key_type) :: key
          integer :: i, before
 
          call list%put(b, "name", kind_name, mandatory=.true., &
             doc="name of the bearing, with which the names of its parts begin")
-         call list%put(b, "ball_count", kind_real, unit="1", mandatory=.true., least=3.0_wp, &
+         call list%put(b, "ball_count", kind_integer, unit="1", mandatory=.true., least=3.0_wp, &
             most=1000.0_wp, doc="number of balls, evenly spaced on the pitch circle")
          call list%put(b, "ball_diameter", kind_real, unit="m", mandatory=.true., above=0.0_wp, &
             doc="diameter of the balls")
@@ -247,12 +247,12 @@ contains
             doc="angular velocity of the inner ring about the axis")
          call list%put(b, "outer_speed", kind_real, unit="rad s-1", default="0.0", &
             doc="angular velocity of the outer ring about the axis")
-         call list%put(b, "initial_state", kind_choice, default="'rest'", &
+         call list%put(b, "initial_state", kind_choice, choices=starts, default="'rest'", &
             doc="what balls and cage do at first: rest, or rolling with the epicyclic speeds")
          call list%put(b, "ramp_duration", kind_real, unit="s", above=0.0_wp, &
             doc="time in which the rings come from rest to their speeds; not given, they have " // &
             "them from the beginning")
-         call list%put(b, "loaded_ring", kind_choice, &
+         call list%put(b, "loaded_ring", kind_choice, choices=rings, &
             doc="ring that carries the loads and can be displaced, 'inner' if not given; " // &
             "goes with ring_mass")
          call list%put(b, "ring_mass", kind_real, unit="kg", above=0.0_wp, &
@@ -280,49 +280,60 @@ contains
          do i = 1, before
             if (list%keys(i)%group /= "contact") cycle
             if (any(list%keys(i)%name == [character(len=28) :: "name", "surfaces"])) cycle
-            list%n = list%n + 1
-            list%keys(list%n) = list%keys(i)
-            list%keys(list%n)%group = b
+            key = list%keys(i)
+            key%group = b
+            call list%append(key)
          end do
       end subroutine put_bearing
 
    end function schema_keys
 
-   !> Names that a key of `kind_choice` admits, from the tables of the program.
-   function choices_of(key) result(names)
-      type(key_type), intent(in) :: key
+   function motions() result(names)
       type(string_type), allocatable :: names(:)
 
-      if (associated(key%choices)) then
-         names = key%choices()
-         return
-      end if
-      select case (trim(key%group) // "." // trim(key%name))
-      case ("bearing.initial_state")
-         names = strings(start_names)
-      case ("bearing.loaded_ring")
-         names = strings(ring_names)
-      case ("surface.shape")
-         names = shape_names()
-      case ("surface.side")
-         names = strings(side_names)
-      case ("cost.measure")
-         names = strings(cost_measures)
-      case ("cost.quantities")
-         names = strings(cost_quantities)
-      case ("body.motion")
-         names = strings(motion_names)
-      case ("body.applied_frame")
-         names = strings(frame_names)
-      case ("integrator.method", "cost.methods")
-         names = strings(integrator_methods)
-      case ("integrator.jacobian")
-         names = strings(jacobian_kinds)
-      case default
-         allocate(names(0))
-         ! The choice of a model for a contact.
-         if (key%kind == kind_choice) names = model_names(trim(key%name))
-      end select
-   end function choices_of
+      names = strings(motion_names)
+   end function motions
+
+   function frames() result(names)
+      type(string_type), allocatable :: names(:)
+
+      names = strings(frame_names)
+   end function frames
+
+   function methods() result(names)
+      type(string_type), allocatable :: names(:)
+
+      names = strings(integrator_methods)
+   end function methods
+
+   function jacobians() result(names)
+      type(string_type), allocatable :: names(:)
+
+      names = strings(jacobian_kinds)
+   end function jacobians
+
+   function starts() result(names)
+      type(string_type), allocatable :: names(:)
+
+      names = strings(start_names)
+   end function starts
+
+   function rings() result(names)
+      type(string_type), allocatable :: names(:)
+
+      names = strings(ring_names)
+   end function rings
+
+   function quantities() result(names)
+      type(string_type), allocatable :: names(:)
+
+      names = strings(cost_quantities)
+   end function quantities
+
+   function measures() result(names)
+      type(string_type), allocatable :: names(:)
+
+      names = strings(cost_measures)
+   end function measures
 
 end module contensou_scene_schema

@@ -9,11 +9,11 @@ module contensou_sweep_plan
       value_type
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_settings, only : settings_type
    use contensou_base_text, only : string_type, to_text
    use contensou_dynamics_scene, only : scene_type
    use contensou_scene_reader, only : build_case, loaded_scene_type, scene_file_type, &
-      settle_scene
-   use contensou_scene_settings, only : settings_type
+      resolve_scene
    use contensou_sweep_points, only : points_type
    use contensou_sweep_sampling, only : sampler_type, sampling_file, sampling_grid
    use contensou_sweep_schema, only : vary_linear, vary_list, vary_log
@@ -213,7 +213,7 @@ contains
 
    !> Scene of a case, checked as a scene file is. Thread-safe.
    subroutine scene_of(self, case_number, file, error)
-      class(sweep_type), intent(in) :: self
+      class(sweep_type), intent(in), target :: self
       !> Number of the case, from 1.
       integer(i8), intent(in) :: case_number
       !> The scene; its text and resolved text are not set.
@@ -222,7 +222,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(string_type), allocatable :: overrides(:)
       type(document_type) :: document
-      type(settings_type) :: settings
+      type(settings_type), target :: settings
       type(diagnostics_type) :: diagnostics
       type(value_type) :: value
       character(len=:), allocatable :: text
@@ -230,18 +230,19 @@ contains
 
       if (self%expands) then
          call self%overrides_of(case_number, overrides)
-         call settle_scene(self%base%raw, overrides, document, settings, diagnostics)
+         document = self%base%raw
+         call resolve_scene(document, self%base%schema, overrides, settings, diagnostics)
       else
          settings = self%base%settings
          do i = 1, size(self%parameters)
             call self%value(i, case_number, value)
             do k = 1, size(self%parameters(i)%targets)
-               call self%parameters(i)%targets(k)%set(value, settings)
+               call self%parameters(i)%targets(k)%set(value, self%base%schema, settings)
             end do
          end do
       end if
-      if (diagnostics%count() == 0) call build_case(settings, self%scene_path, file, &
-         diagnostics)
+      if (diagnostics%count() == 0) call build_case(settings, self%base%schema, &
+         self%scene_path, file, diagnostics)
       if (diagnostics%count() == 0) return
       text = ""
       do i = 1, diagnostics%kept()

@@ -7,7 +7,8 @@ module contensou_sweep_reader
    use contensou_base_document_types, only : append_source
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_settings, only : key_type, kind_real
+   use contensou_base_resolve, only : expected_of, resolve
+   use contensou_base_settings, only : group_settings_type, key_type, schema_type, settings_type
    use contensou_base_text, only : join, lower, nearest, quote, starts_with, string_type, strings, &
       to_text
    use contensou_dynamics_scene, only : turns_by_drive
@@ -15,17 +16,15 @@ module contensou_sweep_reader
    use contensou_study_quantity, only : quantity_type
    use contensou_study_summary, only : summary_quantities
    use contensou_scene_reader, only : load_scene, loaded_scene_type
-   use contensou_scene_settings, only : settings_type
+   use contensou_scene_overrides, only : apply_override, index_groups, index_type
    use contensou_study_case, only : event_names, source_event, source_state, source_summary, &
       source_value
    use contensou_sweep_plan, only : parameter_column_type, result_column_type, sweep_type
-   use contensou_sweep_entries, only : choice_of, concerns_sweep, entries_type, override_sweep, &
-      resolve_document
    use contensou_sweep_points, only : logical_of, points_column_type
    use contensou_sweep_sampling, only : hash_text, hash_values, sampling_file, sampling_grid, &
       sampling_latin, sampling_names, sampling_sobol, sobol_bits, sobol_most_dimensions
-   use contensou_sweep_schema, only : keep_names, most_cases, sweep_domain, sweep_groups, &
-      vary_linear, vary_list, vary_log, vary_names
+   use contensou_sweep_schema, only : keep_names, most_cases, sweep_schema, vary_linear, &
+      vary_list, vary_log, vary_names
    use contensou_sweep_target, only : find_target, target_type, value_words
    implicit none(type, external)
    private
@@ -45,6 +44,7 @@ contains
       character(len=*), intent(in) :: path
       logical :: is
       type(document_type) :: document
+      type(schema_type) :: schema
       type(diagnostics_type) :: ignored
       type(error_type), allocatable :: error
       integer :: i
@@ -52,24 +52,23 @@ contains
       call read_document(path, document, ignored, error)
       is = .false.
       if (allocated(error)) return
+      call sweep_schema(schema)
       do i = 1, document%n_groups
          if (document%groups(i)%name == "scene") then
             is = .false.
             return
          end if
-         is = is .or. any(sweep_groups_of(document%groups(i)%name))
+         is = is .or. schema%find(document%groups(i)%name) > 0
       end do
    end function is_sweep_file
 
-   !> Whether a name is that of each group of a sweep file.
-   pure function sweep_groups_of(name) result(same)
-      character(len=*), intent(in) :: name
-      logical, allocatable :: same(:)
+   !> Whether the text of a `--set` option is about the sweep, not its scene.
+   pure logical function concerns_sweep(override)
+      !> Text after `--set`.
+      character(len=*), intent(in) :: override
 
-      associate (groups => sweep_groups())
-         same = groups%name == name
-      end associate
-   end function sweep_groups_of
+      concerns_sweep = starts_with(lower(adjustl(override)), "sweep.")
+   end function concerns_sweep
 
    !> Read a sweep file and its base scene; all mistakes are reported at once.
    subroutine read_sweep(path, overrides, output, sweep, error)
@@ -84,8 +83,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(document_type) :: document
       type(diagnostics_type) :: diagnostics, in_scene
-      type(entries_type), allocatable :: groups(:)
+      type(group_settings_type), allocatable :: groups(:)
       type(source_type), allocatable :: scene_sources(:)
+      type(schema_type), target :: schema
+      type(settings_type), target :: settings
+      type(index_type) :: index_of
       character(len=:), allocatable :: text, count_text
       logical :: scene_good
       integer :: i, head, n
@@ -94,17 +96,25 @@ contains
       if (allocated(error)) return
       sweep%path = path
       sweep%text = document%bytes
+      call sweep_schema(schema)
+      call index_groups(document, schema, index_of)
       do i = 1, size(overrides)
-         if (concerns_sweep(overrides(i)%s)) call override_sweep(document, overrides(i)%s, &
-            diagnostics)
+         if (concerns_sweep(overrides(i)%s)) call apply_override(document, schema, index_of, &
+            overrides(i)%s, diagnostics)
       end do
-      call resolve_document(document, groups, head, diagnostics)
+      call resolve(document, schema, settings, diagnostics)
+      allocate(groups(size(settings%groups)))
+      head = 0
+      do i = 1, size(groups)
+         groups(i) = settings%group(i, schema)
+         if (groups(i)%group_name() == "sweep") head = i
+      end do
       allocate(sweep%trajectories(0), sweep%parameters(0), sweep%results(0))
       if (head > 0) then
          associate (main => groups(head))
             call read_output(main, path, output, sweep, diagnostics)
             call read_base(main, overrides, sweep, scene_good, diagnostics, in_scene, scene_sources)
-            sweep%sampling = max(1, choice_of(main, "sampling"))
+            sweep%sampling = max(1, main%choice("sampling"))
             if (sweep%sampling == sampling_file) then
                call check_keys(main, groups, sweep%sampling, diagnostics)
                if (scene_good) call read_table(main, groups, sweep, document, diagnostics)
@@ -130,14 +140,13 @@ contains
             status_usage)
          return
       end if
-      call trim_texts(sweep%base%settings)
       call set_fingerprint(sweep)
    end subroutine read_sweep
 
    !> Name of the table.
    subroutine read_output(main, path, output, sweep, diagnostics)
       !> Group `sweep`.
-      type(entries_type), intent(in) :: main
+      type(group_settings_type), intent(in) :: main
       !> Name of the sweep file.
       character(len=*), intent(in) :: path
       !> Name of the table from the command line; blank for none.
@@ -155,14 +164,14 @@ contains
          if (dot <= slash + 1) dot = len(path) + 1
          sweep%output = path(slash + 1:dot - 1) // ".h5"
       end if
-      if (sweep%output == path) call diagnostics%add(main%keys(main%at("output"))%origin, &
+      if (sweep%output == path) call diagnostics%add(main%place("output"), &
          "the table would replace the sweep file", "output = 'NAME.h5'")
    end subroutine read_output
 
    !> Read the base scene with the settings for all cases.
    subroutine read_base(main, overrides, sweep, good, diagnostics, in_scene, scene_sources)
       !> Group `sweep`.
-      type(entries_type), intent(in) :: main
+      type(group_settings_type), intent(in) :: main
       !> Texts of the `--set` options.
       type(string_type), intent(in) :: overrides(:)
       type(sweep_type), intent(inout) :: sweep
@@ -182,52 +191,50 @@ contains
 
       good = .false.
       allocate(scene_sources(0))
-      associate (set => main%keys(main%at("set")), scene => main%keys(main%at("scene")))
-         n_set = 0
-         if (set%good) n_set = size(set%values)
-         allocate(sweep%overrides(n_set + count([(.not. concerns_sweep(overrides(i)%s), &
-            i=1, size(overrides))])))
-         do i = 1, n_set
-            sweep%overrides(i)%s = set%values(i)%text
+      n_set = 0
+      if (main%is_set("set")) n_set = main%count("set")
+      allocate(sweep%overrides(n_set + count([(.not. concerns_sweep(overrides(i)%s), &
+         i=1, size(overrides))])))
+      do i = 1, n_set
+         sweep%overrides(i)%s = main%text("set", i)
+      end do
+      n = n_set
+      do i = 1, size(overrides)
+         if (concerns_sweep(overrides(i)%s)) cycle
+         n = n + 1
+         sweep%overrides(n)%s = overrides(i)%s
+      end do
+      if (.not. main%is_set("scene")) return
+      sweep%scene_path = beside(sweep%path, main%text("scene"))
+      call load_scene(sweep%scene_path, sweep%overrides, sweep%base, found, error)
+      if (allocated(error)) then
+         call diagnostics%add(main%place("scene", 1), error%message, "the file of a scene")
+         return
+      end if
+      do i = 1, found%kept()
+         origin = found%origin(i)
+         ours = .false.
+         do k = 1, n_set
+            if (origin%source < 1) exit
+            ours = sweep%base%document%sources(origin%source)%name == "--set " // &
+               sweep%overrides(k)%s
+            if (ours) exit
          end do
-         n = n_set
-         do i = 1, size(overrides)
-            if (concerns_sweep(overrides(i)%s)) cycle
-            n = n + 1
-            sweep%overrides(n)%s = overrides(i)%s
-         end do
-         if (.not. scene%good) return
-         sweep%scene_path = beside(sweep%path, scene%values(1)%text)
-         call load_scene(sweep%scene_path, sweep%overrides, "", sweep%base, found, error)
-         if (allocated(error)) then
-            call diagnostics%add(scene%values(1)%origin, error%message, "the file of a scene")
-            return
+         if (ours) then
+            call diagnostics%add(main%place("set", k), "in " // quote(sweep%overrides(k)%s) // &
+               ": " // found%message(i), found%expected(i))
+         else
+            call in_scene%add(origin, found%message(i), found%expected(i))
          end if
-         do i = 1, found%kept()
-            origin = found%origin(i)
-            ours = .false.
-            do k = 1, n_set
-               if (origin%source < 1) exit
-               ours = sweep%base%document%sources(origin%source)%name == "--set " // &
-                  sweep%overrides(k)%s
-               if (ours) exit
-            end do
-            if (ours) then
-               call diagnostics%add(set%values(k)%origin, "in " // quote(sweep%overrides(k)%s) // &
-                  ": " // found%message(i), found%expected(i))
-            else
-               call in_scene%add(origin, found%message(i), found%expected(i))
-            end if
-         end do
-         good = found%count() == 0
-         scene_sources = sweep%base%document%sources
-         if (.not. good .and. size(sweep%overrides) > 0) then
-            ! Without the settings, so that mistakes in paths are found, too.
-            found = diagnostics_type()
-            call load_scene(sweep%scene_path, sweep%overrides(:0), "", sweep%base, found, error)
-            good = found%count() == 0 .and. .not. allocated(error)
-         end if
-      end associate
+      end do
+      good = found%count() == 0
+      scene_sources = sweep%base%document%sources
+      if (.not. good .and. size(sweep%overrides) > 0) then
+         ! Without the settings, so that mistakes in paths are found, too.
+         found = diagnostics_type()
+         call load_scene(sweep%scene_path, sweep%overrides(:0), sweep%base, found, error)
+         good = found%count() == 0 .and. .not. allocated(error)
+      end if
       if (.not. good) return
       sweep%scene = sweep%base%file%scene
       sweep%scene_text = sweep%base%file%text
@@ -249,34 +256,30 @@ contains
    !> Keys that go with some samplings only.
    subroutine check_keys(main, groups, sampling, diagnostics)
       !> Group `sweep`.
-      type(entries_type), intent(in) :: main
+      type(group_settings_type), intent(in) :: main
       !> All groups.
-      type(entries_type), intent(in) :: groups(:)
+      type(group_settings_type), intent(in) :: groups(:)
       integer, intent(in) :: sampling
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       integer :: i
 
-      associate (entry => main%keys(main%at("sampling")))
-         if (entry%given .and. .not. entry%good) return
-      end associate
+      if (main%is_given("sampling") .and. .not. main%is_set("sampling")) return
       if (all(sampling /= [sampling_latin, sampling_sobol])) then
          call refuse(main, "cases", "the number of cases follows from the parameters")
          call refuse(main, "seed", "there is nothing at random")
-      else if (.not. main%keys(main%at("cases"))%given .and. .not. &
-         main%keys(main%at("cases"))%meant .and. main%complete) then
-         call diagnostics%add(main%origin, "'cases' is missing for sampling = '" // &
-            trim(sampling_names(sampling)) // "'", "cases = a whole number >= 1")
+      else
+         call main%require("cases", main%origin, "'cases' is missing for sampling = '" // &
+            trim(sampling_names(sampling)) // "'", "cases = a whole number >= 1", diagnostics)
       end if
       if (sampling /= sampling_file) then
          call refuse(main, "table", "sampling = 'file'")
-      else if (.not. main%keys(main%at("table"))%given .and. .not. &
-         main%keys(main%at("table"))%meant .and. main%complete) then
-         call diagnostics%add(main%origin, "'table' is missing for sampling = 'file'", &
-            "table = 'FILE'")
+      else
+         call main%require("table", main%origin, "'table' is missing for sampling = 'file'", &
+            "table = 'FILE'", diagnostics)
       end if
       do i = 1, size(groups)
-         if (groups(i)%group /= "parameter") cycle
+         if (groups(i)%group_name() /= "parameter") cycle
          if (sampling /= sampling_grid) call refuse(groups(i), "count", &
             "the number of cases is given in another way")
          if (sampling == sampling_file) then
@@ -290,19 +293,15 @@ contains
    contains
 
       !> A key that has no meaning for the sampling.
-      subroutine refuse(entries, name, expected)
-         !> The group.
-         type(entries_type), intent(in) :: entries
+      subroutine refuse(group, name, expected)
+         type(group_settings_type), intent(in) :: group
          !> The key.
          character(len=*), intent(in) :: name
          !> What would be right.
          character(len=*), intent(in) :: expected
 
-         associate (entry => entries%keys(entries%at(name)))
-            if (entry%given) call diagnostics%add(entry%origin, "'" // name // &
-               "' has no meaning for sampling = '" // trim(sampling_names(sampling)) // "'", &
-               expected)
-         end associate
+         call group%refuse(name, "'" // name // "' has no meaning for sampling = '" // &
+            trim(sampling_names(sampling)) // "'", expected, diagnostics)
       end subroutine refuse
 
    end subroutine check_keys
@@ -310,9 +309,9 @@ contains
    !> Read the parameters of a grid, a Latin hypercube or a Sobol sequence.
    subroutine read_parameters(main, groups, sweep, scene_good, diagnostics)
       !> Group `sweep`.
-      type(entries_type), intent(in) :: main
+      type(group_settings_type), intent(in) :: main
       !> All groups.
-      type(entries_type), intent(in) :: groups(:)
+      type(group_settings_type), intent(in) :: groups(:)
       type(sweep_type), intent(inout) :: sweep
       !> Whether the base scene is in order, so that paths can be looked up.
       logical, intent(in) :: scene_good
@@ -323,7 +322,7 @@ contains
       logical :: shifted
 
       before = diagnostics%count()
-      n = count([(groups(i)%group == "parameter", i=1, size(groups))])
+      n = count([(groups(i)%group_name() == "parameter", i=1, size(groups))])
       if (n == 0) then
          if (main%complete .and. before == 0) call diagnostics%add(main%origin, &
             "there is no group &parameter", "&parameter name = 'PATH', ... /: what varies")
@@ -333,7 +332,7 @@ contains
       allocate(sweep%parameters(n))
       n = 0
       do i = 1, size(groups)
-         if (groups(i)%group /= "parameter") cycle
+         if (groups(i)%group_name() /= "parameter") cycle
          n = n + 1
          associate (parameter => sweep%parameters(n))
             call name_column(groups(i), parameter, diagnostics)
@@ -354,21 +353,21 @@ contains
          end if
          return
       end if
-      sweep%n_cases = nint(main%number("cases"), i8)
+      sweep%n_cases = main%long_integer("cases")
       sweep%sampler%sampling = sweep%sampling
       sweep%sampler%n = sweep%n_cases
-      sweep%sampler%seed = nint(main%number("seed"), i8)
-      shifted = main%keys(main%at("seed"))%good
+      sweep%sampler%seed = main%long_integer("seed")
+      shifted = main%is_set("seed")
       if (.not. shifted) sweep%sampler%seed = 1
       if (sweep%sampling == sampling_sobol) then
          if (n > sobol_most_dimensions) then
-            call diagnostics%add(main%keys(main%at("sampling"))%origin, &
+            call diagnostics%add(main%place("sampling"), &
                "a Sobol sequence has at most " // to_text(sobol_most_dimensions) // &
                " parameters, here are " // to_text(n), "sampling = 'latin_hypercube'")
             return
          end if
          if (sweep%n_cases >= shiftl(1_i8, sobol_bits)) then
-            call diagnostics%add(main%keys(main%at("cases"))%origin, &
+            call diagnostics%add(main%place("cases"), &
                "a Sobol sequence has less than 2^" // to_text(sobol_bits) // " points", &
                "sampling = 'latin_hypercube', or fewer cases")
             return
@@ -381,7 +380,7 @@ contains
    !> Name of the column of a parameter.
    subroutine name_column(group, parameter, diagnostics)
       !> Group `parameter`.
-      type(entries_type), intent(in) :: group
+      type(group_settings_type), intent(in) :: group
       type(parameter_column_type), intent(inout) :: parameter
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -390,7 +389,7 @@ contains
       if (parameter%name == "") then
          parameter%name = lower(group%text("name"))
       else
-         call check_column(parameter%name, group%keys(group%at("column"))%values(1)%origin, &
+         call check_column(parameter%name, group%place("column", 1), &
             diagnostics)
       end if
       allocate(parameter%list(0))
@@ -418,7 +417,7 @@ contains
    !> Find what the paths of a parameter stand for.
    subroutine find_targets(group, base, scene_good, parameter, diagnostics)
       !> Group `parameter`.
-      type(entries_type), intent(in) :: group
+      type(group_settings_type), intent(in) :: group
       type(loaded_scene_type), intent(in) :: base
       !> Whether it is in order.
       logical, intent(in) :: scene_good
@@ -429,32 +428,30 @@ contains
       integer :: i
       logical :: found, all_found
 
-      associate (names => group%keys(group%at("name")))
-         allocate(parameter%targets(0), parameter%paths(0))
-         if (.not. names%good .or. .not. scene_good) return
-         allocate(targets(size(names%values)))
-         all_found = .true.
-         do i = 1, size(targets)
-            call find_target(base, names%values(i)%text, names%values(i)%origin, targets(i), &
-               found, diagnostics)
-            all_found = all_found .and. found
-         end do
-         if (.not. all_found) return
-         do i = 2, size(targets)
-            if (targets(i)%is_text() .neqv. targets(1)%is_text()) then
-               call diagnostics%add(names%values(i)%origin, "'" // targets(i)%path // &
-                  "' cannot have the same value as '" // targets(1)%path // &
-                  "': one is a number, the other a text", "a group &parameter for each")
-               return
-            else if (targets(i)%key%unit /= targets(1)%key%unit) then
-               call diagnostics%add(names%values(i)%origin, "'" // targets(i)%path // &
-                  "' cannot have the same value as '" // targets(1)%path // "': their units are " &
-                  // unit_words(targets(i)%key) // " and " // unit_words(targets(1)%key), &
-                  "a group &parameter for each")
-               return
-            end if
-         end do
-      end associate
+      allocate(parameter%targets(0), parameter%paths(0))
+      if (.not. group%is_set("name") .or. .not. scene_good) return
+      allocate(targets(group%count("name")))
+      all_found = .true.
+      do i = 1, size(targets)
+         call find_target(base, group%text("name", i), group%place("name", i), targets(i), &
+            found, diagnostics)
+         all_found = all_found .and. found
+      end do
+      if (.not. all_found) return
+      do i = 2, size(targets)
+         if (targets(i)%is_text() .neqv. targets(1)%is_text()) then
+            call diagnostics%add(group%place("name", i), "'" // targets(i)%path // &
+               "' cannot have the same value as '" // targets(1)%path // &
+               "': one is a number, the other a text", "a group &parameter for each")
+            return
+         else if (targets(i)%key%unit /= targets(1)%key%unit) then
+            call diagnostics%add(group%place("name", i), "'" // targets(i)%path // &
+               "' cannot have the same value as '" // targets(1)%path // "': their units are " &
+               // unit_words(targets(i)%key) // " and " // unit_words(targets(1)%key), &
+               "a group &parameter for each")
+            return
+         end if
+      end do
       call take_targets(parameter, targets)
    end subroutine find_targets
 
@@ -490,7 +487,7 @@ contains
    !> How a parameter varies.
    subroutine read_range(group, sampling, parameter, diagnostics)
       !> Group `parameter`.
-      type(entries_type), intent(in) :: group
+      type(group_settings_type), intent(in) :: group
       integer, intent(in) :: sampling
       type(parameter_column_type), intent(inout) :: parameter
       !> Mistakes are appended here.
@@ -498,62 +495,55 @@ contains
       character(len=*), parameter :: of_range(*) = [character(len=5) :: "first", "last", "count"]
       integer :: i
 
-      associate (vary => group%keys(group%at("vary")), list => group%keys(group%at("values")))
-         parameter%vary = choice_of(group, "vary")
-         if (parameter%vary == 0) then
-            if (vary%given) return
-            parameter%vary = merge(vary_list, vary_linear, list%given .or. list%meant)
-         end if
-         if (parameter%vary == vary_list) then
-            do i = 1, size(of_range)
-               associate (entry => group%keys(group%at(trim(of_range(i)))))
-                  if (entry%given .and. (sampling == sampling_grid .or. i < 3)) call &
-                     diagnostics%add(entry%origin, "'" // trim(of_range(i)) // &
-                     "' has no meaning for a list", "vary = 'linear' or 'log', or values alone")
-               end associate
-            end do
-            if (.not. list%given) then
-               if (.not. list%meant .and. group%complete) call diagnostics%add(vary%origin, &
-                  "'values' is missing for vary = 'list'", "values = V1, V2, ...")
-               return
-            end if
-            if (.not. list%good) return
-            parameter%list = list%values
-            parameter%count = size(list%values)
-            call check_values(parameter, parameter%list, diagnostics)
-            return
-         end if
-         if (list%given) then
-            call diagnostics%add(list%origin, "'values' has no meaning for vary = '" // &
-               trim(vary_names(parameter%vary)) // "'", "vary = 'list', or first and last")
-            return
-         end if
-         if (size(parameter%targets) > 0 .and. parameter%is_text) then
-            call diagnostics%add(group%keys(group%at("name"))%values(1)%origin, &
-               "the values of '" // parameter%paths(1)%s // "' are no numbers", &
-               "values = V1, V2, ...")
-            return
-         end if
-      end associate
+      parameter%vary = group%choice("vary")
+      if (parameter%vary == 0) then
+         if (group%is_given("vary")) return
+         parameter%vary = vary_linear
+         if (group%is_given("values") .or. group%is_misspelt("values")) parameter%vary = vary_list
+      end if
+      if (parameter%vary == vary_list) then
+         do i = 1, size(of_range)
+            if (sampling == sampling_grid .or. i < 3) call group%refuse(trim(of_range(i)), &
+               "'" // trim(of_range(i)) // "' has no meaning for a list", &
+               "vary = 'linear' or 'log', or values alone", diagnostics)
+         end do
+         call group%require("values", group%place("vary"), &
+            "'values' is missing for vary = 'list'", "values = V1, V2, ...", diagnostics)
+         if (.not. group%is_set("values")) return
+         parameter%list = group%values("values")
+         parameter%count = size(parameter%list)
+         call check_values(parameter, parameter%list, diagnostics)
+         return
+      end if
+      if (group%is_given("values")) then
+         call group%refuse("values", "'values' has no meaning for vary = '" // &
+            trim(vary_names(parameter%vary)) // "'", "vary = 'list', or first and last", &
+            diagnostics)
+         return
+      end if
+      if (size(parameter%targets) > 0 .and. parameter%is_text) then
+         call diagnostics%add(group%place("name", 1), &
+            "the values of '" // parameter%paths(1)%s // "' are no numbers", &
+            "values = V1, V2, ...")
+         return
+      end if
       call need("first")
       call need("last")
       if (sampling == sampling_grid) call need("count")
-      associate (first => group%keys(group%at("first")), last => group%keys(group%at("last")), &
-         number => group%keys(group%at("count")))
-         if (number%good) parameter%count = nint(number%values(1)%real, i8)
-         if (.not. first%good .or. .not. last%good) return
-         parameter%first = first%values(1)%real
-         parameter%last = last%values(1)%real
-         call check_end("first", first%values)
-         call check_end("last", last%values)
-         if (abs(parameter%last - parameter%first) <= 0.0_wp) then
-            if (sampling /= sampling_grid .or. parameter%count > 1) call diagnostics%add( &
-               last%values(1)%origin, "'last' is the same as 'first'", "two numbers")
-         else if (number%good .and. sampling == sampling_grid .and. parameter%count == 1) then
-            call diagnostics%add(number%values(1)%origin, &
-               "one value cannot be both 'first' and 'last'", "count >= 2, or values = V")
-         end if
-      end associate
+      if (group%is_set("count")) parameter%count = group%long_integer("count")
+      if (.not. group%is_set("first") .or. .not. group%is_set("last")) return
+      parameter%first = group%number("first")
+      parameter%last = group%number("last")
+      call check_end("first")
+      call check_end("last")
+      if (abs(parameter%last - parameter%first) <= 0.0_wp) then
+         if (sampling /= sampling_grid .or. parameter%count > 1) call diagnostics%add( &
+            group%place("last", 1), "'last' is the same as 'first'", "two numbers")
+      else if (group%is_set("count") .and. sampling == sampling_grid .and. &
+         parameter%count == 1) then
+         call diagnostics%add(group%place("count", 1), &
+            "one value cannot be both 'first' and 'last'", "count >= 2, or values = V")
+      end if
 
    contains
 
@@ -562,26 +552,22 @@ contains
          !> The key.
          character(len=*), intent(in) :: name
 
-         associate (entry => group%keys(group%at(name)))
-            if (.not. entry%given .and. .not. entry%meant .and. group%complete) call &
-               diagnostics%add(group%origin, "'" // name // "' is missing in group &parameter " // &
-               quote(parameter%name), name // " = " // sweep_domain(entry%key))
-         end associate
+         call group%require(name, group%origin, "'" // name // &
+            "' is missing in group &parameter " // quote(parameter%name), &
+            name // " = " // expected_of(group%key(name)), diagnostics)
       end subroutine need
 
       !> Check an end of the range; what no key takes is not said to have no logarithm, too.
-      subroutine check_end(name, values)
+      subroutine check_end(name)
          !> Its key.
          character(len=*), intent(in) :: name
-         !> Its only value.
-         type(value_type), intent(in) :: values(:)
          integer :: before
 
          before = diagnostics%count()
-         call check_values(parameter, values, diagnostics)
+         call check_values(parameter, group%values(name), diagnostics)
          if (diagnostics%count() > before .or. parameter%vary /= vary_log) return
-         if (values(1)%real <= 0.0_wp) call diagnostics%add(values(1)%origin, "'" // name // &
-            "' must be positive for vary = 'log'", "a number > 0")
+         if (group%number(name) <= 0.0_wp) call diagnostics%add(group%place(name, 1), "'" // &
+            name // "' must be positive for vary = 'log'", "a number > 0")
       end subroutine check_end
 
    end subroutine read_range
@@ -606,9 +592,9 @@ contains
    !> Read the table of cases.
    subroutine read_table(main, groups, sweep, document, diagnostics)
       !> Group `sweep`.
-      type(entries_type), intent(in) :: main
+      type(group_settings_type), intent(in) :: main
       !> All groups.
-      type(entries_type), intent(in) :: groups(:)
+      type(group_settings_type), intent(in) :: groups(:)
       type(sweep_type), intent(inout) :: sweep
       !> The table is added to its sources.
       type(document_type), intent(inout) :: document
@@ -621,62 +607,60 @@ contains
       integer :: i, g, n, n_found
       logical :: found, used(size(groups))
 
-      associate (table => main%keys(main%at("table")))
-         if (.not. table%good) return
-         call sweep%points%open(beside(sweep%path, table%values(1)%text), error)
-         if (allocated(error)) then
-            call diagnostics%add(table%values(1)%origin, error%message, &
-               "a CSV or HDF5 file with a column for each parameter")
-            return
-         end if
-         n = size(sweep%points%names)
-         deallocate(sweep%parameters)
-         allocate(sweep%parameters(n), columns(n))
-         lines = sweep%points%header_source()
-         call append_source(document, lines)
-         sweep%points%places%source = size(document%sources)
-         used = .false.
-         n_found = 0
-         do i = 1, n
-            associate (parameter => sweep%parameters(i), name => sweep%points%names(i)%s, &
-               place => sweep%points%places(i))
-               parameter%name = name
-               allocate(parameter%list(0), parameter%targets(0), parameter%paths(0))
-               parameter%units = ""
-               g = group_of(name)
-               if (g > 0) then
-                  used(g) = .true.
-                  deallocate(parameter%targets, parameter%paths, parameter%list)
-                  call name_column(groups(g), parameter, diagnostics)
-                  call find_targets(groups(g), sweep%base, .true., parameter, diagnostics)
-               else
-                  if (name == "") then
-                     call diagnostics%add(place, "a column has no name", "the path of a parameter")
-                     cycle
-                  end if
-                  if (allocated(target)) deallocate(target)
-                  allocate(target(1))
-                  call find_target(sweep%base, name, place, target(1), found, diagnostics)
-                  if (found) call take_targets(parameter, target)
+      if (.not. main%is_set("table")) return
+      call sweep%points%open(beside(sweep%path, main%text("table")), error)
+      if (allocated(error)) then
+         call diagnostics%add(main%place("table", 1), error%message, &
+            "a CSV or HDF5 file with a column for each parameter")
+         return
+      end if
+      n = size(sweep%points%names)
+      deallocate(sweep%parameters)
+      allocate(sweep%parameters(n), columns(n))
+      lines = sweep%points%header_source()
+      call append_source(document, lines)
+      sweep%points%places%source = document%n_sources
+      used = .false.
+      n_found = 0
+      do i = 1, n
+         associate (parameter => sweep%parameters(i), name => sweep%points%names(i)%s, &
+            place => sweep%points%places(i))
+            parameter%name = name
+            allocate(parameter%list(0), parameter%targets(0), parameter%paths(0))
+            parameter%units = ""
+            g = group_of(name)
+            if (g > 0) then
+               used(g) = .true.
+               deallocate(parameter%targets, parameter%paths, parameter%list)
+               call name_column(groups(g), parameter, diagnostics)
+               call find_targets(groups(g), sweep%base, .true., parameter, diagnostics)
+            else
+               if (name == "") then
+                  call diagnostics%add(place, "a column has no name", "the path of a parameter")
+                  cycle
                end if
-               if (size(parameter%targets) == 0) cycle
-               n_found = n_found + 1
-               columns(i)%targets = parameter%targets
-            end associate
-         end do
-         do g = 1, size(groups)
-            if (groups(g)%group /= "parameter" .or. used(g)) cycle
-            call diagnostics%add(groups(g)%origin, "the table has no column for this parameter", &
-               "a column " // quote(group_name(groups(g))) // " in " // sweep%points%path)
-         end do
-         if (n_found < n) return
-         call sweep%points%read(columns, size(document%sources), lines, diagnostics, error)
-         document%sources(size(document%sources)) = lines
-         if (allocated(error)) then
-            call diagnostics%add(table%values(1)%origin, error%message)
-            return
-         end if
-      end associate
+               if (allocated(target)) deallocate(target)
+               allocate(target(1))
+               call find_target(sweep%base, name, place, target(1), found, diagnostics)
+               if (found) call take_targets(parameter, target)
+            end if
+            if (size(parameter%targets) == 0) cycle
+            n_found = n_found + 1
+            columns(i)%targets = parameter%targets
+         end associate
+      end do
+      do g = 1, size(groups)
+         if (groups(g)%group_name() /= "parameter" .or. used(g)) cycle
+         call diagnostics%add(groups(g)%origin, "the table has no column for this parameter", &
+            "a column " // quote(group_name(groups(g))) // " in " // sweep%points%path)
+      end do
+      if (n_found < n) return
+      call sweep%points%read(columns, document%n_sources, lines, diagnostics, error)
+      document%sources(document%n_sources) = lines
+      if (allocated(error)) then
+         call diagnostics%add(main%place("table", 1), error%message)
+         return
+      end if
       sweep%n_cases = sweep%points%n
       do i = 1, n
          associate (parameter => sweep%parameters(i))
@@ -701,21 +685,19 @@ contains
          integer :: k
 
          do group_of = 1, size(groups)
-            if (groups(group_of)%group /= "parameter") cycle
+            if (groups(group_of)%group_name() /= "parameter") cycle
             if (groups(group_of)%text("column") == name) return
-            associate (names => groups(group_of)%keys(groups(group_of)%at("name")))
-               if (.not. names%good) cycle
-               do k = 1, size(names%values)
-                  if (lower(names%values(k)%text) == lower(name)) return
-               end do
-            end associate
+            if (.not. groups(group_of)%is_set("name")) cycle
+            do k = 1, groups(group_of)%count("name")
+               if (lower(groups(group_of)%text("name", k)) == lower(name)) return
+            end do
          end do
          group_of = 0
       end function group_of
 
       !> Name of the column that a group wants.
       function group_name(group) result(name)
-         type(entries_type), intent(in) :: group
+         type(group_settings_type), intent(in) :: group
          character(len=:), allocatable :: name
 
          name = group%text("column")
@@ -727,9 +709,9 @@ contains
    !> Parameters must not share a path or a column, nor vary what is set for all cases.
    subroutine check_parameters(main, groups, sweep, diagnostics)
       !> Group `sweep`.
-      type(entries_type), intent(in) :: main
+      type(group_settings_type), intent(in) :: main
       !> All groups.
-      type(entries_type), intent(in) :: groups(:)
+      type(group_settings_type), intent(in) :: groups(:)
       type(sweep_type), intent(inout) :: sweep
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -769,7 +751,7 @@ contains
       end do
 
       n_set = 0
-      if (main%keys(main%at("set"))%good) n_set = size(main%keys(main%at("set"))%values)
+      if (main%is_set("set")) n_set = main%count("set")
       do i = 1, size(sweep%overrides)
          equals = index(sweep%overrides(i)%s, "=")
          call find_target(sweep%base, sweep%overrides(i)%s(:equals - 1), origin_type(), other, &
@@ -779,7 +761,7 @@ contains
             do k = 1, size(sweep%parameters(j)%targets)
                if (.not. other%overlaps(sweep%parameters(j)%targets(k))) cycle
                origin = place_of(main, groups, sweep, j, k)
-               if (i <= n_set) origin = main%keys(main%at("set"))%values(i)%origin
+               if (i <= n_set) origin = main%place("set", i)
                call diagnostics%add(origin, "'" // other%path // &
                   "' is set for all cases, and a parameter varies it", "one of the two")
             end do
@@ -791,9 +773,9 @@ contains
    !> Where a path of a parameter stands; the name of its column for path 0.
    pure function place_of(main, groups, sweep, p, path) result(place)
       !> Group `sweep`.
-      type(entries_type), intent(in) :: main
+      type(group_settings_type), intent(in) :: main
       !> All groups.
-      type(entries_type), intent(in) :: groups(:)
+      type(group_settings_type), intent(in) :: groups(:)
       type(sweep_type), intent(in) :: sweep
       !> The parameter.
       integer, intent(in) :: p
@@ -809,78 +791,73 @@ contains
       end if
       n = 0
       do g = 1, size(groups)
-         if (groups(g)%group /= "parameter") cycle
+         if (groups(g)%group_name() /= "parameter") cycle
          n = n + 1
          if (n < p) cycle
          place = groups(g)%origin
-         associate (name => groups(g)%keys(groups(g)%at("name")), &
-            column => groups(g)%keys(groups(g)%at("column")))
-            if (name%good) place = name%values(max(path, 1))%origin
-            if (path == 0 .and. column%good) place = column%values(1)%origin
-         end associate
+         if (groups(g)%is_set("name")) place = groups(g)%place("name", max(path, 1))
+         if (path == 0 .and. groups(g)%is_set("column")) place = groups(g)%place("column", 1)
          return
       end do
    end function place_of
 
+   !> Which results are kept, beside values at a time.
+   subroutine read_keep(main, keep_summary, keep_events, keep_state, diagnostics)
+      !> Group `sweep`.
+      type(group_settings_type), intent(in) :: main
+      !> For each of `summary_quantities`, `event_names` and `final_quantities`, whether it is kept.
+      logical, intent(out) :: keep_summary(:), keep_events(:), keep_state(:)
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(string_type), allocatable :: known(:)
+      type(quantity_type), allocatable :: finals(:)
+      character(len=:), allocatable :: word, right
+      integer :: i, k
+
+      keep_summary = .false.
+      keep_events = .false.
+      keep_state = .false.
+      if (.not. main%is_set("keep")) return
+      finals = final_quantities()
+      known = strings([character(len=len(finals%name)) :: keep_names, summary_quantities%name, &
+         event_names, finals%name])
+      do i = 1, main%count("keep")
+         word = lower(main%text("keep", i))
+         keep_summary = keep_summary .or. word == "summary" .or. summary_quantities%name == word
+         keep_events = keep_events .or. word == "events" .or. event_names == word
+         keep_state = keep_state .or. word == "final_state" .or. finals%name == word
+         if (any([(known(k)%s == word, k=1, size(known))])) cycle
+         if (word == "cpu_s") then
+            call diagnostics%add(main%place("keep", i), &
+               "CPU time is not the same twice and cannot be kept")
+            cycle
+         end if
+         right = "one of " // join(known, ", ")
+         k = nearest(word, known)
+         if (k > 0) right = quote(known(k)%s)
+         call diagnostics%add(main%place("keep", i), "unknown result " // quote(word), right)
+      end do
+   end subroutine read_keep
+
    !> Columns of the results.
    subroutine read_results(main, groups, sweep, diagnostics)
       !> Group `sweep`.
-      type(entries_type), intent(in) :: main
+      type(group_settings_type), intent(in) :: main
       !> All groups.
-      type(entries_type), intent(in) :: groups(:)
+      type(group_settings_type), intent(in) :: groups(:)
       type(sweep_type), intent(inout) :: sweep
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(result_column_type), allocatable :: columns(:)
-      type(string_type), allocatable :: known(:)
-      character(len=:), allocatable :: word
       logical :: keep_summary(size(summary_quantities)), keep_events(size(event_names))
       logical, allocatable :: keep_state(:)
       type(quantity_type), allocatable :: finals(:)
       integer :: i, j, k, m, n, n_values
 
-      keep_summary = .false.
-      keep_events = .false.
       finals = final_quantities()
-      allocate(keep_state(size(finals)), source=.false.)
-      associate (keep => main%keys(main%at("keep")))
-         if (.not. keep%given) then
-            keep_summary = .true.
-            keep_events = .true.
-         else if (keep%good) then
-            known = strings([character(len=len(finals%name)) :: keep_names, &
-               summary_quantities%name, event_names, finals%name])
-            do i = 1, size(keep%values)
-               word = lower(keep%values(i)%text)
-               if (word == "summary") then
-                  keep_summary = .true.
-               else if (word == "events") then
-                  keep_events = .true.
-               else if (word == "final_state") then
-                  keep_state = .true.
-               else if (any(summary_quantities%name == word)) then
-                  keep_summary = keep_summary .or. summary_quantities%name == word
-               else if (any(event_names == word)) then
-                  keep_events = keep_events .or. event_names == word
-               else if (any(finals%name == word)) then
-                  keep_state = keep_state .or. finals%name == word
-               else if (word /= "nothing") then
-                  k = nearest(word, known)
-                  if (word == "cpu_s") then
-                     call diagnostics%add(keep%values(i)%origin, &
-                        "CPU time is not the same twice and cannot be kept")
-                  else if (k > 0) then
-                     call diagnostics%add(keep%values(i)%origin, "unknown result " // quote(word), &
-                        quote(known(k)%s))
-                  else
-                     call diagnostics%add(keep%values(i)%origin, "unknown result " // quote(word), &
-                        "one of " // join(known, ", "))
-                  end if
-               end if
-            end do
-         end if
-      end associate
-      n_values = count([(groups(i)%group == "value", i=1, size(groups))])
+      allocate(keep_state(size(finals)))
+      call read_keep(main, keep_summary, keep_events, keep_state, diagnostics)
+      n_values = count([(groups(i)%group_name() == "value", i=1, size(groups))])
       associate (nb => size(sweep%scene%bodies), nc => size(sweep%scene%contacts))
          allocate(columns(size(summary_quantities) + nc*size(event_names) + &
             nb*sum(finals%components()) + n_values))
@@ -924,7 +901,7 @@ contains
          end do
       end associate
       do i = 1, size(groups)
-         if (groups(i)%group /= "value") cycle
+         if (groups(i)%group_name() /= "value") cycle
          n = n + 1
          call read_value(groups(i), sweep, columns(n), diagnostics)
       end do
@@ -935,11 +912,11 @@ contains
          sweep%results(i) = columns(i)
          if (columns(i)%source == source_value) then
             do k = k + 1, size(groups)
-               if (groups(k)%group == "value") exit
+               if (groups(k)%group_name() == "value") exit
             end do
-            if (.not. groups(k)%keys(groups(k)%at("name"))%good) cycle
+            if (.not. groups(k)%is_set("name")) cycle
             if (any([(columns(j)%name == columns(i)%name, j=1, i - 1)])) call diagnostics%add( &
-               groups(k)%keys(groups(k)%at("name"))%values(1)%origin, &
+               groups(k)%place("name", 1), &
                "two results have the name " // quote(columns(i)%name), "another name")
          end if
          do j = 1, size(sweep%parameters)
@@ -949,7 +926,7 @@ contains
          end do
       end do
       if (n == 0 .and. diagnostics%count() == 0) call diagnostics%add( &
-         main%keys(main%at("keep"))%origin, "nothing is kept of the cases", &
+         main%place("keep"), "nothing is kept of the cases", &
          "keep = 'summary', or a group &value")
 
    contains
@@ -1000,23 +977,21 @@ contains
    !> A value of the trajectory at a time.
    subroutine read_value(group, sweep, column, diagnostics)
       !> Group `value`.
-      type(entries_type), intent(in) :: group
+      type(group_settings_type), intent(in) :: group
       !> The sweep, with its base scene.
       type(sweep_type), intent(in) :: sweep
       type(result_column_type), intent(out) :: column
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      type(string_type), allocatable :: names(:)
       type(quantity_type) :: quantity
       type(quantity_type), allocatable :: quantities(:)
-      character(len=:), allocatable :: kind, wanted
       integer :: i, near, components
       logical :: varies
 
       column%source = source_value
       column%name = group%text("name")
-      if (group%keys(group%at("name"))%good) call check_column(column%name, &
-         group%keys(group%at("name"))%values(1)%origin, diagnostics)
+      if (group%is_set("name")) call check_column(column%name, &
+         group%place("name", 1), diagnostics)
       column%time = group%number("time")
       varies = .false.
       do i = 1, size(sweep%parameters)
@@ -1024,9 +999,9 @@ contains
             near=1, size(sweep%parameters(i)%paths))])
       end do
       if (column%time > sweep%scene%t_end .and. .not. varies) call diagnostics%add( &
-         group%keys(group%at("time"))%values(1)%origin, "'time' is beyond the end of the runs", &
+         group%place("time", 1), "'time' is beyond the end of the runs", &
          "at most scene.t_end, " // to_text(sweep%scene%t_end) // " [s]")
-      column%quantity = choice_of(group, "dataset")
+      column%quantity = group%choice("dataset")
       column%units = ""
       column%long_name = ""
       if (column%quantity == 0) return
@@ -1039,118 +1014,105 @@ contains
       column%long_name = trim(quantity%name)
       if (quantity%of_drives .and. &
          .not. any(turns_by_drive(sweep%scene%bodies%motion))) call diagnostics%add( &
-         group%keys(group%at("dataset"))%values(1)%origin, "no body of the scene is driven", &
+         group%place("dataset", 1), "no body of the scene is driven", &
          "a body with another motion")
-      associate (component => group%keys(group%at("component")))
-         if (component%good) column%component = nint(component%values(1)%real)
-         if (component%given .and. components == 1) then
-            call diagnostics%add(component%origin, "'component' has no meaning for " // &
-               trim(quantity%name) // ", which is a scalar", "no component")
-         else if (.not. component%given .and. components > 1 .and. .not. component%meant .and. &
-            group%complete) then
-            call diagnostics%add(group%origin, "'component' is missing for " // &
-               trim(quantity%name), "component = 1 to " // to_text(components))
-         else if (component%good .and. column%component > components) then
-            call diagnostics%add(component%values(1)%origin, "'component' is out of range", &
-               "1 to " // to_text(components))
-         end if
-      end associate
-
-      associate (of => group%keys(group%at("of")))
-         select case (quantity%owner())
-         case ("")
-            if (of%given) call diagnostics%add(of%origin, "'of' has no meaning for " // &
-               trim(quantity%name) // ", which belongs to the whole scene", "no of")
-            allocate(names(0))
-            kind = ""
-         case ("body")
-            kind = "body"
-            allocate(names(size(sweep%scene%bodies)))
-            do i = 1, size(names)
-               names(i)%s = sweep%scene%bodies(i)%name
-            end do
-         case default
-            kind = "contact"
-            allocate(names(size(sweep%scene%contacts)))
-            do i = 1, size(names)
-               names(i)%s = sweep%scene%contacts(i)%name
-            end do
-         end select
-         if (kind /= "") then
-            if (of%good) then
-               wanted = of%values(1)%text
-               do i = 1, size(names)
-                  if (lower(names(i)%s) == lower(wanted)) column%index = i
-               end do
-               near = nearest(wanted, names)
-               if (column%index == 0 .and. near > 0) then
-                  call diagnostics%add(of%values(1)%origin, "there is no " // kind // " " // &
-                     quote(wanted), quote(names(near)%s))
-               else if (column%index == 0) then
-                  call diagnostics%add(of%values(1)%origin, "there is no " // kind // " " // &
-                     quote(wanted), "one of " // join(names, ", "))
-               end if
-            else if (.not. of%given .and. size(names) == 1) then
-               column%index = 1
-            else if (.not. of%given .and. .not. of%meant .and. group%complete) then
-               call diagnostics%add(group%origin, "'of' is missing for " // &
-                  trim(quantity%name), "of = the name of a " // kind)
-            end if
-            if (column%index > 0) column%long_name = column%long_name // " of " // &
-               names(column%index)%s
-         end if
-      end associate
+      if (group%is_set("component")) column%component = group%integer("component")
+      if (components == 1) then
+         call group%refuse("component", "'component' has no meaning for " // &
+            trim(quantity%name) // ", which is a scalar", "no component", diagnostics)
+      else
+         call group%require("component", group%origin, "'component' is missing for " // &
+            trim(quantity%name), "component = 1 to " // to_text(components), diagnostics)
+         if (column%component > components) call diagnostics%add(group%place("component", 1), &
+            "'component' is out of range", "1 to " // to_text(components))
+      end if
+      call read_owner(group, sweep, quantity, column, diagnostics)
       if (components > 1) column%long_name = column%long_name // ", component " // &
          to_text(column%component)
       column%long_name = column%long_name // ", at " // to_text(column%time) // " s"
    end subroutine read_value
 
+   !> Body or contact that a value belongs to.
+   subroutine read_owner(group, sweep, quantity, column, diagnostics)
+      !> Group `value`.
+      type(group_settings_type), intent(in) :: group
+      !> The sweep, with its base scene.
+      type(sweep_type), intent(in) :: sweep
+      type(quantity_type), intent(in) :: quantity
+      type(result_column_type), intent(inout) :: column
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(string_type), allocatable :: names(:)
+      character(len=:), allocatable :: kind, wanted, right
+      integer :: i, near
+
+      select case (quantity%owner())
+      case ("")
+         call group%refuse("of", "'of' has no meaning for " // trim(quantity%name) // &
+            ", which belongs to the whole scene", "no of", diagnostics)
+         return
+      case ("body")
+         kind = "body"
+         allocate(names(size(sweep%scene%bodies)))
+         do i = 1, size(names)
+            names(i)%s = sweep%scene%bodies(i)%name
+         end do
+      case default
+         kind = "contact"
+         allocate(names(size(sweep%scene%contacts)))
+         do i = 1, size(names)
+            names(i)%s = sweep%scene%contacts(i)%name
+         end do
+      end select
+      if (group%is_set("of")) then
+         wanted = group%text("of")
+         do i = 1, size(names)
+            if (lower(names(i)%s) == lower(wanted)) column%index = i
+         end do
+         if (column%index == 0) then
+            right = "one of " // join(names, ", ")
+            near = nearest(wanted, names)
+            if (near > 0) right = quote(names(near)%s)
+            call diagnostics%add(group%place("of", 1), "there is no " // kind // " " // &
+               quote(wanted), right)
+         end if
+      else if (.not. group%is_given("of") .and. size(names) == 1) then
+         column%index = 1
+      else
+         call group%require("of", group%origin, "'of' is missing for " // trim(quantity%name), &
+            "of = the name of a " // kind, diagnostics)
+      end if
+      if (column%index > 0) column%long_name = column%long_name // " of " // &
+         names(column%index)%s
+   end subroutine read_owner
+
    !> Cases of which the whole output file is kept.
    subroutine read_trajectories(main, sweep, diagnostics)
       !> Group `sweep`.
-      type(entries_type), intent(in) :: main
+      type(group_settings_type), intent(in) :: main
       type(sweep_type), intent(inout) :: sweep
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
+      integer(i8), allocatable :: list(:)
       integer(i8) :: last
       integer :: i
 
-      associate (list => main%keys(main%at("trajectories")))
-         if (.not. list%good) return
-         deallocate(sweep%trajectories)
-         allocate(sweep%trajectories(0))
-         do i = 1, size(list%values)
-            if (sweep%n_cases > 0 .and. list%values(i)%real > real(sweep%n_cases, wp)) call &
-               diagnostics%add(list%values(i)%origin, "there is no case " // &
-               to_text(nint(list%values(i)%real, i8)), "1 to " // to_text(sweep%n_cases))
-         end do
-         last = 0
-         do i = 1, size(list%values)
-            associate (next => minval(nint(list%values%real, i8), mask=list%values%real > last))
-               if (next == huge(last)) exit
-               sweep%trajectories = [sweep%trajectories, next]
-               last = next
-            end associate
-         end do
-      end associate
-   end subroutine read_trajectories
-
-   !> Free the texts that no key has, so that settings are copied fast.
-   subroutine trim_texts(settings)
-      type(settings_type), intent(inout) :: settings
-      integer :: i, k, t
-
-      do i = 1, size(settings%instances)
-         do k = 1, size(settings%instances(i)%settings)
-            associate (setting => settings%instances(i)%settings(k))
-               do t = 1, size(setting%text)
-                  if (setting%key%kind /= kind_real .and. t <= setting%n) cycle
-                  if (allocated(setting%text(t)%s)) deallocate(setting%text(t)%s)
-               end do
-            end associate
-         end do
+      if (.not. main%is_set("trajectories")) return
+      list = nint(main%vector("trajectories", main%count("trajectories")), i8)
+      do i = 1, size(list)
+         if (sweep%n_cases > 0 .and. list(i) > sweep%n_cases) call &
+            diagnostics%add(main%place("trajectories", i), "there is no case " // &
+            to_text(list(i)), "1 to " // to_text(sweep%n_cases))
       end do
-   end subroutine trim_texts
+      deallocate(sweep%trajectories)
+      allocate(sweep%trajectories(0))
+      last = 0
+      do
+         if (.not. any(list > last)) exit
+         last = minval(list, mask=list > last)
+         sweep%trajectories = [sweep%trajectories, last]
+      end do
+   end subroutine read_trajectories
 
    !> What tells this sweep from others.
    subroutine set_fingerprint(sweep)

@@ -2,29 +2,18 @@
 !> documents it.
 module contensou_sweep_schema
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : domain_text, key_list_type, key_type, kind_choice, &
-      kind_real, kind_text
-   use contensou_base_text, only : join, string_type, strings, to_text
+   use contensou_base_settings, only : any_number, group_spec_type, key_list_type, key_type, &
+      kind_any, kind_choice, kind_integer, kind_real, kind_text, new_schema, schema_type
+   use contensou_base_text, only : string_type, strings
    use contensou_study_quantities, only : row_quantities
    use contensou_study_quantity, only : quantity_type
-   use contensou_scene_schema, only : group_spec_type
    use contensou_sweep_sampling, only : sampling_names
    implicit none(type, external)
    private
 
-   public :: sweep_groups, sweep_keys, sweep_choices, sweep_domain
-   public :: kind_whole, kind_any, any_number
+   public :: sweep_schema, sweep_groups, sweep_keys
    public :: vary_names, vary_list, vary_linear, vary_log
    public :: keep_names, most_cases
-
-   !> Whole numbers.
-   integer, parameter :: kind_whole = 101
-
-   !> Numbers, texts or logicals.
-   integer, parameter :: kind_any = 102
-
-   !> A key that takes any number of values has this number of values.
-   integer, parameter :: any_number = 0
 
    !> Largest number of cases.
    real(wp), parameter :: most_cases = 2.0_wp**40
@@ -47,6 +36,13 @@ module contensou_sweep_schema
 
 contains
 
+   !> The groups of a sweep file with their keys.
+   subroutine sweep_schema(schema)
+      type(schema_type), intent(out) :: schema
+
+      call new_schema(sweep_groups(), sweep_keys(), schema)
+   end subroutine sweep_schema
+
    !> The groups of a sweep file, in the order of the documentation.
    pure function sweep_groups() result(groups)
       type(group_spec_type), allocatable :: groups(:)
@@ -65,16 +61,15 @@ contains
       type(key_type), allocatable :: keys(:)
       type(key_list_type) :: list
 
-      allocate(list%keys(40))
       call list%put("sweep", "scene", kind_text, mandatory=.true., &
          doc="file of the base scene, relative to the folder of the sweep file")
-      call list%put("sweep", "sampling", kind_choice, default="'grid'", &
+      call list%put("sweep", "sampling", kind_choice, choices=samplings, default="'grid'", &
          doc="which cases there are: grid, every combination of the values of all parameters, " // &
          "the last parameter varies fastest; latin_hypercube; sobol, the sequence of the GNU " // &
          "Scientific Library; file, the rows of a table")
-      call list%put("sweep", "cases", kind_whole, unit="1", least=1.0_wp, most=most_cases, &
+      call list%put("sweep", "cases", kind_integer, unit="1", least=1.0_wp, most=most_cases, &
          doc="number of cases of latin_hypercube and sobol; not for others")
-      call list%put("sweep", "seed", kind_whole, unit="1", least=0.0_wp, most=2.0_wp**53, &
+      call list%put("sweep", "seed", kind_integer, unit="1", least=0.0_wp, most=2.0_wp**53, &
          doc="seed of latin_hypercube, 1 if not given; with sobol it shifts all points at " // &
          "random, and without there is no shift; not for others")
       call list%put("sweep", "table", kind_text, &
@@ -88,7 +83,7 @@ contains
          "the first and last touch and lift-off and their numbers, for each contact; " // &
          "'final_state', position, velocity, angular_velocity and quaternion of each body; " // &
          "names of single ones of these; or 'nothing' of all that")
-      call list%put("sweep", "trajectories", kind_whole, values=any_number, unit="1", &
+      call list%put("sweep", "trajectories", kind_integer, values=any_number, unit="1", &
          least=1.0_wp, most=most_cases, &
          doc="cases whose whole output file is kept, too, as NAME_case_N.h5 beside the table")
       call list%put("sweep", "time_limit", kind_real, unit="s", above=0.0_wp, &
@@ -100,7 +95,7 @@ contains
       call list%put("parameter", "name", kind_text, values=any_number, mandatory=.true., &
          doc="path of the setting as after --set, as 'top.angle' or 'top.position(3)'; with " // &
          "several paths all of them get the same value")
-      call list%put("parameter", "vary", kind_choice, &
+      call list%put("parameter", "vary", kind_choice, choices=ways, &
          doc="how it varies: over a list, or evenly between two numbers or their logarithms; " // &
          "'list' if values are given, else 'linear'; not with sampling = 'file'")
       call list%put("parameter", "values", kind_any, values=any_number, &
@@ -109,18 +104,18 @@ contains
          doc="first value of linear and log; with latin_hypercube and sobol a bound")
       call list%put("parameter", "last", kind_real, &
          doc="last value of linear and log; with latin_hypercube and sobol a bound")
-      call list%put("parameter", "count", kind_whole, unit="1", least=1.0_wp, most=most_cases, &
+      call list%put("parameter", "count", kind_integer, unit="1", least=1.0_wp, most=most_cases, &
          doc="number of values of linear and log in a grid; not for other samplings")
       call list%put("parameter", "column", kind_text, &
          doc="name of its column in the table; the first path if not given")
 
       call list%put("value", "name", kind_text, mandatory=.true., &
          doc="name of its column in the table")
-      call list%put("value", "dataset", kind_choice, mandatory=.true., &
+      call list%put("value", "dataset", kind_choice, choices=datasets, mandatory=.true., &
          doc="dataset of /trajectory that it is taken from")
       call list%put("value", "of", kind_text, &
          doc="body or contact that it belongs to; may be left out if there is one only")
-      call list%put("value", "component", kind_whole, unit="1", least=1.0_wp, most=4.0_wp, &
+      call list%put("value", "component", kind_integer, unit="1", least=1.0_wp, most=4.0_wp, &
          doc="component of a vector, from 1: x, y, z; w, x, y, z of a quaternion; major, " // &
          "minor of semi_axes; not for others")
       call list%put("value", "time", kind_real, unit="s", mandatory=.true., least=0.0_wp, &
@@ -128,44 +123,25 @@ contains
       allocate(keys, source=list%keys(:list%n))
    end function sweep_keys
 
-   !> Names that a key of `kind_choice` admits.
-   pure function sweep_choices(key) result(names)
-      type(key_type), intent(in) :: key
+   function samplings() result(names)
+      type(string_type), allocatable :: names(:)
+
+      names = strings(sampling_names)
+   end function samplings
+
+   function ways() result(names)
+      type(string_type), allocatable :: names(:)
+
+      names = strings(vary_names)
+   end function ways
+
+   !> Quantities of a row, without the time.
+   function datasets() result(names)
       type(string_type), allocatable :: names(:)
       type(quantity_type), allocatable :: quantities(:)
 
-      select case (key%name)
-      case ("sampling")
-         names = strings(sampling_names)
-      case ("vary")
-         names = strings(vary_names)
-      case ("dataset")
-         quantities = row_quantities()
-         names = strings(quantities(2:)%name) ! without the time
-      case default
-         allocate(names(0))
-      end select
-   end function sweep_choices
-
-   !> What a key wants, in words.
-   function sweep_domain(key) result(text)
-      type(key_type), intent(in) :: key
-      character(len=:), allocatable :: text
-
-      select case (key%kind)
-      case (kind_real)
-         text = domain_text(key)
-      case (kind_whole)
-         text = "a whole number >= " // to_text(nint(key%low))
-         if (key%high < most_cases) text = text // " and <= " // to_text(nint(key%high))
-      case (kind_choice)
-         text = join(sweep_choices(key), " | ")
-      case (kind_any)
-         text = "numbers, texts in quotes or logicals"
-      case default
-         text = "a text in quotes"
-      end select
-      if (key%values == any_number .and. key%kind /= kind_any) text = text // ", any number of them"
-   end function sweep_domain
+      quantities = row_quantities()
+      names = strings(quantities(2:)%name)
+   end function datasets
 
 end module contensou_sweep_schema

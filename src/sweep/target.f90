@@ -4,13 +4,13 @@ module contensou_sweep_target
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : value_logical, value_real, value_text, value_type
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : domain_text, key_type, kind_choice, kind_logical, &
-      kind_name, kind_real, kind_reference, kind_text, setting_type
+   use contensou_base_resolve, only : expected_of, key_position, take_value
+   use contensou_base_settings, only : group_settings_type, is_number, key_type, kind_choice, &
+      kind_name, kind_reference, kind_text, new_setting, schema_type, settings_type
    use contensou_base_text, only : lower, nearest, quote, string_type, to_text
-   use contensou_scene_bearing, only : concerns_bearings, has_bearings
+   use contensou_scene_bearing, only : bearing_names, concerns_bearings, has_bearings
+   use contensou_scene_overrides, only : find_path, index_groups, index_type, path_type
    use contensou_scene_reader, only : loaded_scene_type
-   use contensou_scene_schema, only : choices_of, group_spec_type, schema_groups, schema_keys
-   use contensou_scene_settings, only : find_path, path_type, settings_type, take_value
    implicit none(type, external)
    private
 
@@ -24,7 +24,7 @@ module contensou_sweep_target
       !> Which value of the key; 1 if it has one.
       integer :: slot = 1
       !> Groups of the base scene's settings that have it.
-      integer, allocatable :: instances(:)
+      integer, allocatable :: groups(:)
       !> Position of the key in each of them.
       integer :: position = 0
       !> Whether a bearing has to be expanded again when it changes.
@@ -59,112 +59,138 @@ contains
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(path_type) :: path
-      type(key_type), allocatable :: keys(:), own(:)
-      type(group_spec_type), allocatable :: groups(:)
+      type(index_type) :: index_of
       character(len=:), allocatable :: group
-      logical :: given
-      integer :: g, i, k
+      integer :: g, k
 
       target%path = lower(trim(adjustl(text)))
-      if (has_bearings(scene%raw)) target%expands = concerns_bearings(scene%raw, target%path // "=")
+      if (has_bearings(scene%raw)) target%expands = &
+         concerns_bearings(bearing_names(scene%raw), target%path // "=")
       if (target%expands) then
-         call find_path(scene%raw, target%path, origin, path, found, diagnostics)
+         call index_groups(scene%raw, scene%schema, index_of)
+         call find_path(scene%raw, scene%schema, index_of, target%path, origin, path, found, &
+            diagnostics)
       else
-         call find_path(scene%document, target%path, origin, path, found, diagnostics)
+         call index_groups(scene%document, scene%schema, index_of)
+         call find_path(scene%document, scene%schema, index_of, target%path, origin, path, found, &
+            diagnostics)
       end if
       if (.not. found) return
       found = .false.
       group = path%object
       if (.not. path%add_group) then
-         i = findloc(path%hit, .true., dim=1)
          if (target%expands) then
-            group = scene%raw%groups(i)%name
+            group = scene%raw%groups(path%groups(1))%name
          else
-            group = scene%document%groups(i)%name
+            group = scene%document%groups(path%groups(1))%name
          end if
       end if
-      keys = schema_keys()
-      own = pack(keys, keys%group == group)
-      k = findloc(own%name == path%key, .true., dim=1)
-      if (k == 0) then
-         k = nearest(path%key, own%name)
-         if (k > 0) then
-            call diagnostics%add(origin, "unknown key '" // path%key // "' in group &" // group, &
-               path%object // "." // trim(own(k)%name))
-         else
-            call diagnostics%add(origin, "unknown key '" // path%key // "' in group &" // group, &
-               "one of those that contensou help " // group // " lists")
-         end if
-         return
-      end if
-      target%key = own(k)
-      target%position = k
-      target%slot = max(path%element, 1)
-      if (own(k)%kind == kind_name .or. own(k)%kind == kind_text .or. group == "cost") then
-         call diagnostics%add(origin, "'" // target%path // &
-            "' cannot vary: no motion depends on it")
-         return
-      end if
-      if (group == "bearing" .and. (path%key == "ball_count" .or. path%key == "cage")) then
-         call diagnostics%add(origin, "'" // target%path // &
-            "' cannot vary: it changes which bodies there are")
-         return
-      end if
-      if (path%element > own(k)%values) then
-         call diagnostics%add(origin, "'" // path%key // "' has " // to_text(own(k)%values) // &
-            trim(merge(" value ", " values", own(k)%values == 1)) // &
-            ", the subscript is out of range", domain_text(own(k)))
-         return
-      end if
-      if (path%element == 0 .and. own(k)%values > 1) then
-         call diagnostics%add(origin, "'" // target%path // "' has " // to_text(own(k)%values) // &
-            " values, a parameter is one", target%path // "(1), or another subscript")
-         return
-      end if
-
-      if (target%expands) then
-         allocate(target%instances(0))
-      else if (path%add_group) then
-         groups = schema_groups()
-         g = findloc(groups%name == group, .true., dim=1)
-         target%instances = [findloc(scene%settings%instances%group == g, .true., dim=1)]
-      else
-         ! The first groups of the settings are those of the document.
-         target%instances = pack([(i, i=1, size(path%hit))], path%hit)
-      end if
-      if (own(k)%values > 1) then
-         given = .true.
-         do i = 1, size(target%instances)
-            given = given .and. &
-               scene%settings%instances(target%instances(i))%settings(k)%set
-         end do
-         if (.not. given) then
-            call diagnostics%add(origin, "'" // target%path // "' is one of " // &
-               to_text(own(k)%values) // " values, and the base scene does not give the others", &
-               "all values of '" // path%key // "' in the base scene")
+      g = scene%schema%find(group)
+      associate (keys => scene%schema%groups(g)%keys)
+         k = key_position(scene%schema%groups(g), path%key)
+         if (k == 0) then
+            k = nearest(path%key, keys%name)
+            if (k > 0) then
+               call diagnostics%add(origin, "unknown key '" // path%key // "' in group &" // &
+                  group, path%object // "." // trim(keys(k)%name))
+            else
+               call diagnostics%add(origin, "unknown key '" // path%key // "' in group &" // &
+                  group, "one of those that contensou help " // group // " lists")
+            end if
             return
          end if
+         target%key = keys(k)
+      end associate
+      target%position = k
+      target%slot = max(path%element, 1)
+      call check_key(target, group, path, origin, diagnostics, found)
+      if (.not. found) return
+      if (target%expands) then
+         allocate(target%groups(0))
+      else if (path%add_group) then
+         target%groups = [findloc(scene%settings%groups%kind, g, dim=1)]
+      else
+         ! The first groups of the settings are those of the document.
+         target%groups = path%groups
       end if
-      if (own(k)%kind == kind_reference) call collect_names(scene, target)
-      found = .true.
+      call check_others(scene, target, origin, diagnostics, found)
+      if (found .and. target%key%kind == kind_reference) call collect_names(scene, target)
    end subroutine find_target
+
+   !> Whether a key can vary.
+   subroutine check_key(target, group, path, origin, diagnostics, good)
+      type(target_type), intent(in) :: target
+      !> Name of its group.
+      character(len=*), intent(in) :: group
+      type(path_type), intent(in) :: path
+      !> Where it stands, for messages.
+      type(origin_type), intent(in) :: origin
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      logical, intent(out) :: good
+
+      good = .false.
+      associate (key => target%key)
+         if (key%kind == kind_name .or. key%kind == kind_text .or. group == "cost") then
+            call diagnostics%add(origin, "'" // target%path // &
+               "' cannot vary: no motion depends on it")
+         else if (group == "bearing" .and. any(path%key == [character(len=10) :: "ball_count", &
+            "cage"])) then
+            call diagnostics%add(origin, "'" // target%path // &
+               "' cannot vary: it changes which bodies there are")
+         else if (path%element > key%values) then
+            call diagnostics%add(origin, "'" // path%key // "' has " // to_text(key%values) // &
+               trim(merge(" value ", " values", key%values == 1)) // &
+               ", the subscript is out of range", expected_of(key))
+         else if (path%element == 0 .and. key%values > 1) then
+            call diagnostics%add(origin, "'" // target%path // "' has " // to_text(key%values) // &
+               " values, a parameter is one", target%path // "(1), or another subscript")
+         else
+            good = .true.
+         end if
+      end associate
+   end subroutine check_key
+
+   !> Whether the other values of a key are there.
+   subroutine check_others(scene, target, origin, diagnostics, good)
+      type(loaded_scene_type), intent(in), target :: scene
+      type(target_type), intent(in) :: target
+      !> Where it stands, for messages.
+      type(origin_type), intent(in) :: origin
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      logical, intent(out) :: good
+      type(group_settings_type) :: group
+      integer :: i
+
+      good = .true.
+      if (target%key%values == 1) return
+      do i = 1, size(target%groups)
+         group = scene%settings%group(target%groups(i), scene%schema)
+         good = good .and. group%is_set(target%key%name)
+      end do
+      if (.not. good) call diagnostics%add(origin, "'" // target%path // "' is one of " // &
+         to_text(target%key%values) // " values, and the base scene does not give the others", &
+         "all values of '" // trim(target%key%name) // "' in the base scene")
+   end subroutine check_others
 
    !> Names that a reference may take.
    subroutine collect_names(scene, target)
       !> The base scene.
-      type(loaded_scene_type), intent(in) :: scene
+      type(loaded_scene_type), intent(in), target :: scene
       type(target_type), intent(inout) :: target
-      integer :: i, n
+      type(group_settings_type) :: group
+      integer :: i, kind, n
 
-      n = count([(scene%settings%instances(i)%settings(1)%key%group == target%key%target, &
-         i=1, size(scene%settings%instances))])
-      if (target%key%target == "body") n = n + 1
-      allocate(target%names(n))
+      kind = scene%schema%find(target%key%target)
+      n = count(scene%settings%groups%kind == kind)
+      allocate(target%names(n + merge(1, 0, target%key%target == "body")))
       n = 0
-      do i = 1, size(scene%settings%instances)
-         if (scene%settings%instances(i)%settings(1)%key%group /= target%key%target) cycle
+      do i = 1, size(scene%settings%groups)
+         if (scene%settings%groups(i)%kind /= kind) cycle
          n = n + 1
-         target%names(n)%s = scene%settings%instances(i)%label()
+         group = scene%settings%group(i, scene%schema)
+         target%names(n)%s = group%label()
       end do
       if (n < size(target%names)) target%names(n + 1)%s = "ground"
    end subroutine collect_names
@@ -174,8 +200,26 @@ contains
       class(target_type), intent(in) :: self
       logical :: is_text
 
-      is_text = self%key%kind /= kind_real
+      is_text = .not. is_number(self%key)
    end function is_text
+
+   !> Take a value that the key may have.
+   subroutine take(self, value, taken, diagnostics, good)
+      class(target_type), intent(in) :: self
+      type(value_type), intent(in) :: value
+      !> The value as settings have it.
+      type(value_type), intent(inout) :: taken
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      logical, intent(out) :: good
+      type(string_type) :: none(0)
+
+      if (self%key%kind == kind_choice) then
+         call take_value(value, self%key, self%key%choices(), taken, diagnostics, good)
+      else
+         call take_value(value, self%key, none, taken, diagnostics, good)
+      end if
+   end subroutine take
 
    !> Check a value against the domain of the key.
    subroutine check(self, value, diagnostics, good)
@@ -185,57 +229,41 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       !> Whether it is in order.
       logical, intent(out) :: good
-      type(setting_type) :: setting
+      type(value_type) :: taken
+      character(len=:), allocatable :: right
       integer :: i, near
 
-      setting%key = self%key
-      call take_value(value, setting, self%slot, trim(self%key%group), diagnostics, good)
+      call take(self, value, taken, diagnostics, good)
       if (.not. good .or. .not. allocated(self%names)) return
       do i = 1, size(self%names)
-         if (lower(self%names(i)%s) == lower(setting%text(self%slot)%s)) return
+         if (lower(self%names(i)%s) == lower(taken%text)) return
       end do
       good = .false.
-      near = nearest(setting%text(self%slot)%s, self%names)
-      if (near > 0) then
-         call diagnostics%add(value%origin, "there is no " // trim(self%key%target) // " " // &
-            quote(setting%text(self%slot)%s), quote(self%names(near)%s))
-      else
-         call diagnostics%add(value%origin, "there is no " // trim(self%key%target) // " " // &
-            quote(setting%text(self%slot)%s), "the name of a group &" // trim(self%key%target))
-      end if
+      right = "the name of a group &" // trim(self%key%target)
+      near = nearest(taken%text, self%names)
+      if (near > 0) right = quote(self%names(near)%s)
+      call diagnostics%add(value%origin, "there is no " // trim(self%key%target) // " " // &
+         quote(taken%text), right)
    end subroutine check
 
    !> Give the key a value that was checked.
-   subroutine set(self, value, settings)
+   subroutine set(self, value, schema, settings)
       class(target_type), intent(in) :: self
       type(value_type), intent(in) :: value
+      type(schema_type), intent(in) :: schema
       !> Settings of the base scene.
       type(settings_type), intent(inout) :: settings
-      type(string_type), allocatable :: names(:)
-      integer :: i, k
+      type(diagnostics_type) :: ignored
+      integer :: i, s
+      logical :: good
 
-      do i = 1, size(self%instances)
-         associate (setting => settings%instances(self%instances(i))%settings(self%position))
-            setting%given = .true.
-            setting%meant = .false.
-            setting%set = .true.
-            setting%n = self%key%values
-            select case (self%key%kind)
-            case (kind_real)
-               setting%real(self%slot) = value%real
-            case (kind_logical)
-               setting%logical = value%logical
-            case (kind_choice)
-               names = choices_of(self%key)
-               do k = 1, size(names)
-                  if (names(k)%s /= lower(trim(adjustl(value%text)))) cycle
-                  setting%text(self%slot)%s = names(k)%s
-                  setting%choice = k
-                  setting%choices(self%slot) = k
-               end do
-            case default
-               setting%text(self%slot)%s = trim(adjustl(value%text))
-            end select
+      do i = 1, size(self%groups)
+         associate (stored => settings%groups(self%groups(i)))
+            call new_setting(stored, schema%groups(stored%kind), self%position, s)
+            stored%settings(s)%given = .true.
+            stored%settings(s)%misspelt = .false.
+            stored%settings(s)%set = .true.
+            call take(self, value, stored%settings(s)%values(self%slot), ignored, good)
          end associate
       end do
    end subroutine set
@@ -255,7 +283,7 @@ contains
          overlaps = object_of(self) == object_of(other) .or. &
             object_of(self) == self%key%group .or. object_of(other) == other%key%group
       else
-         overlaps = any([(any(other%instances == self%instances(i)), i=1, size(self%instances))])
+         overlaps = any([(any(other%groups == self%groups(i)), i=1, size(self%groups))])
       end if
    end function overlaps
 

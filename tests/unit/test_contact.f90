@@ -25,7 +25,7 @@ module test_contact
    use contensou_contact_wrench, only : wrench_exact
    use contensou_dynamics_scene, only : scene_type
    use contensou_integrate_motion, only : motion_type
-   use contensou_scene_schema, only : choices_of, schema_keys
+   use contensou_scene_schema, only : schema_keys
    use contensou_dynamics_mechanism, only : slip_velocity
    use contensou_special_quadrature, only : w_16, w_4, w_8, x_16, x_4, x_8
    use test_harness, only : check, check_close, check_relative, random_type, read_table, &
@@ -665,7 +665,7 @@ contains
       same = .false.
       do i = 1, size(keys)
          if (keys(i)%group /= group .or. keys(i)%name /= key) cycle
-         choices = choices_of(keys(i))
+         choices = keys(i)%choices()
          same = size(choices) == size(models)
       end do
       call check(same, key // ": the schema has as many choices as the table")

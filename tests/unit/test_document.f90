@@ -252,19 +252,19 @@ contains
          & 'unknown key ''mas'' in group &body' .and. diagnostics%expected(1) == 'mass' &
          & .and. diagnostics%expected(2) == '', 'diagnostics: one by one')
 
-      do i = 1, 51
+      do i = 1, 101
          call many%add(origin_type(1, 4, 1, 1), 'again ' // to_text(i))
       end do
-      call many%add(origin_type(1, 4, 1, 1), 'again 51')
-      call check(many%count() == 51, 'diagnostics: the same mistake at the same place once')
+      call many%add(origin_type(1, 4, 1, 1), 'again 101')
+      call check(many%count() == 101, 'diagnostics: the same mistake at the same place once')
       call check(ends_with(many%render(sources), '... and 1 more error' // lf), &
          & 'render: one more than is shown')
       do i = 1, 3000
          call many%add(origin_type(1, 4, 1, 1), 'again ' // to_text(i))
       end do
-      call check(many%count() == 3051 .and. &
+      call check(many%count() == 3101 .and. &
          & ends_with(many%render(sources), '... and 3001 more errors' // lf), &
-         & 'render: at most 50 are shown')
+         & 'render: at most 100 are shown')
    end subroutine test_render
 
    !> Lines that are too long to be shown.

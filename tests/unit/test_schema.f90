@@ -1,13 +1,15 @@
 !> Tests of the table of keys and of the settings made with it.
 module test_schema
-   use contensou_base_diagnostics, only : diagnostics_type
+   use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : document_type, parse_document
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : admits, domain_text, key_type, kind_choice, kind_logical, &
-      kind_name, kind_real, kind_reference, kind_text, most_values
+   use contensou_base_resolve, only : resolve
+   use contensou_base_settings, only : admits, domain_text, group_settings_type, group_spec_type, &
+      is_number, key_type, kind_choice, kind_integer, kind_logical, kind_name, kind_real, &
+      kind_reference, kind_text, most_values, schema_type, settings_type
    use contensou_base_text, only : read_real, string_type
-   use contensou_scene_schema, only : choices_of, group_spec_type, schema_groups, schema_keys
-   use contensou_scene_settings, only : apply_override, resolve, resolved_text, settings_type
+   use contensou_scene_overrides, only : apply_override, index_groups, index_type
+   use contensou_scene_schema, only : scene_schema, schema_groups, schema_keys
    use test_harness, only : check, check_close
    implicit none(type, external)
    private
@@ -21,10 +23,14 @@ module test_schema
    character(len=*), parameter :: least = "&scene t_end = 1 /" // lf // &
       "&body name = 'top', mass = 1, inertia = 1, 1, 1 /" // lf
 
+   !> The groups and keys of a scene.
+   type(schema_type), target :: schema
+
 contains
 
    !> Run all tests.
    subroutine run_schema_tests()
+      call scene_schema(schema)
       call test_groups()
       call test_keys()
       call test_defaults()
@@ -77,14 +83,19 @@ contains
             same = count(keys%group == key%group .and. keys%name == key%name)
             call check(same == 1, name // ": once")
             call check(any(key%kind == [kind_real, kind_text, kind_name, kind_choice, &
-               kind_reference, kind_logical]), name // ": kind")
+               kind_reference, kind_logical, kind_integer]), name // ": kind")
             call check(key%values >= 1 .and. key%values <= most_values, &
                name // ": number of values")
-            call check((key%unit /= "") .eqv. key%kind == kind_real, name // ": a unit for numbers")
+            call check((key%unit /= "") .eqv. is_number(key), name // ": a unit for numbers")
             call check(.not. (key%mandatory .and. key%default /= ""), name // &
                ": mandatory, or with a default")
-            choices = choices_of(key)
-            call check((size(choices) > 0) .eqv. key%kind == kind_choice, name // ": choices")
+            call check(associated(key%choices) .eqv. key%kind == kind_choice, name // ": choices")
+            if (allocated(choices)) deallocate(choices)
+            allocate(choices(0))
+            if (associated(key%choices)) then
+               choices = key%choices()
+               call check(size(choices) > 0, name // ": has choices")
+            end if
             full = .true.
             do k = 1, size(choices)
                full = full .and. len(choices(k)%s) > 0
@@ -93,7 +104,7 @@ contains
             call check((key%target /= "") .eqv. key%kind == kind_reference, name // ": target")
             if (key%kind == kind_reference) call check(any(groups%name == key%target), name // &
                ": its target is a group")
-            if (key%kind == kind_real) call check(len(domain_text(key)) > 8, name // ": domain")
+            if (is_number(key)) call check(len(domain_text(key)) > 8, name // ": domain")
          end associate
       end do
    end subroutine test_keys
@@ -114,11 +125,11 @@ contains
             name = trim(key%group) // "." // trim(key%name)
             rest = trim(key%default)
             select case (key%kind)
-            case (kind_real)
+            case (kind_real, kind_integer)
                good = .true.
                do n = 1, key%values
                   ! A key of few values has any number of them.
-                  if (key%few .and. n > 1 .and. rest == "") exit
+                  if (key%fewer .and. n > 1 .and. rest == "") exit
                   comma = index(rest // ",", ",")
                   call read_real(trim(adjustl(rest(:comma - 1))), x, valid)
                   good = good .and. valid
@@ -129,9 +140,9 @@ contains
             case (kind_logical)
                call check(rest == ".true." .or. rest == ".false.", name // ": default")
             case (kind_choice)
-               choices = choices_of(key)
+               choices = key%choices()
                do n = 1, key%values
-                  if (key%few .and. n > 1 .and. rest == "") exit
+                  if (key%fewer .and. n > 1 .and. rest == "") exit
                   comma = index(rest // ",", ",")
                   good = .false.
                   do k = 1, size(choices)
@@ -174,43 +185,43 @@ contains
    !> Parse and resolve a text.
    subroutine settle(text, settings, diagnostics)
       character(len=*), intent(in) :: text
-      type(settings_type), intent(out) :: settings
+      type(settings_type), intent(out), target :: settings
       !> Its mistakes.
       type(diagnostics_type), intent(out) :: diagnostics
       type(document_type) :: document
 
       call parse_document("scene.nml", text, document, diagnostics)
-      call resolve(document, settings, diagnostics)
+      call resolve(document, schema, settings, diagnostics)
    end subroutine settle
 
    !> A text without a mistake.
    subroutine test_resolve()
-      type(settings_type) :: settings
+      type(settings_type), target :: settings
       type(diagnostics_type) :: diagnostics
-      integer :: i
+      type(group_settings_type) :: scene, body
+      type(origin_type) :: key, value
 
       call settle(least, settings, diagnostics)
-      call check(diagnostics%count() == 0 .and. size(settings%instances) == 2, "the least scene")
-      associate (scene => settings%instances(1), body => settings%instances(2))
-         call check(body%label() == "top" .and. scene%label() == "", "names of groups")
-         i = scene%at("t_end")
-         call check_close(scene%settings(i)%real(1), 1.0_wp, 0.0_wp, "a number that is given")
-         call check(scene%settings(i)%given .and. scene%settings(i)%set .and. &
-            scene%settings(i)%origin%line == 1 .and. scene%settings(i)%origin%column == 8 .and. &
-            scene%settings(i)%places(1)%column == 16, "where it stands")
-         i = scene%at("gravity")
-         call check(.not. scene%settings(i)%given .and. scene%settings(i)%set .and. &
-            norm2(scene%settings(i)%real) <= 0.0_wp, "a default")
-         i = body%at("axis")
-         call check(.not. body%settings(i)%given .and. .not. body%settings(i)%set, &
-            "neither given nor default")
-      end associate
+      call check(diagnostics%count() == 0 .and. size(settings%groups) == 2, "the least scene")
+      scene = settings%group(1, schema)
+      body = settings%group(2, schema)
+      call check(body%label() == "top" .and. scene%label() == "", "names of groups")
+      call check_close(scene%number("t_end"), 1.0_wp, 0.0_wp, "a number that is given")
+      key = scene%place("t_end")
+      value = scene%place("t_end", 1)
+      call check(scene%is_given("t_end") .and. scene%is_set("t_end") .and. &
+         key%line == 1 .and. key%column == 8 .and. value%column == 16, "where it stands")
+      call check(.not. scene%is_given("gravity") .and. scene%is_set("gravity") .and. &
+         norm2(scene%numbers("gravity")) <= 0.0_wp, "a default")
+      call check(.not. body%is_given("axis") .and. .not. body%is_set("axis"), &
+         "neither given nor default")
    end subroutine test_resolve
 
    !> Values in all the ways they can be given.
    subroutine test_values()
-      type(settings_type) :: settings
+      type(settings_type), target :: settings
       type(diagnostics_type) :: diagnostics
+      type(group_settings_type) :: contact, body
 
       call settle(least // "&contact name = ' A b ', surfaces = 'x', 'y', drilling = F" // lf // &
          "friction = 'PADE22', normal = 'Hertz' /" // lf // &
@@ -218,19 +229,18 @@ contains
          "position = 3*1.5, velocity(1:2) = 7, 8, velocity(3) = 9 /", settings, diagnostics)
       call check(diagnostics%count() == 0, "values: no mistake")
       if (diagnostics%count() > 0) return
-      associate (contact => settings%instances(3), body => settings%instances(4))
-         call check(contact%label() == "A b", "values: name without blanks around it")
-         call check(.not. contact%settings(contact%at("drilling"))%logical, "values: logical")
-         call check(contact%settings(contact%at("friction"))%text(1)%s == "pade22" .and. &
-            contact%settings(contact%at("normal"))%choice == 1, "values: choice in any case")
-         call check(contact%settings(contact%at("surfaces"))%text(2)%s == "y", "values: references")
-         call check(norm2(body%settings(body%at("inertia"))%real(:3) - [4.0_wp, 5.0_wp, 6.0_wp]) &
-            <= 0.0_wp, "values: by subscript")
-         call check(norm2(body%settings(body%at("position"))%real(:3) - 1.5_wp) <= 0.0_wp, &
-            "values: repeated")
-         call check(norm2(body%settings(body%at("velocity"))%real(:3) - [7.0_wp, 8.0_wp, 9.0_wp]) &
-            <= 0.0_wp, "values: by sections")
-      end associate
+      contact = settings%group(3, schema)
+      body = settings%group(4, schema)
+      call check(contact%label() == "A b", "values: name without blanks around it")
+      call check(.not. contact%flag("drilling"), "values: logical")
+      call check(contact%text("friction") == "pade22" .and. contact%choice("normal") == 1, &
+         "values: choice in any case")
+      call check(contact%text("surfaces", 2) == "y", "values: references")
+      call check(norm2(body%numbers("inertia") - [4.0_wp, 5.0_wp, 6.0_wp]) <= 0.0_wp, &
+         "values: by subscript")
+      call check(norm2(body%numbers("position") - 1.5_wp) <= 0.0_wp, "values: repeated")
+      call check(norm2(body%numbers("velocity") - [7.0_wp, 8.0_wp, 9.0_wp]) <= 0.0_wp, &
+         "values: by sections")
    end subroutine test_values
 
    !> Check that a text has exactly one mistake.
@@ -243,7 +253,7 @@ contains
       integer, intent(in) :: line
       !> What is checked.
       character(len=*), intent(in) :: name
-      type(settings_type) :: settings
+      type(settings_type), target :: settings
       type(diagnostics_type) :: diagnostics
 
       call settle(text, settings, diagnostics)
@@ -279,7 +289,7 @@ contains
 
    !> Mistakes of groups, keys and kinds.
    subroutine test_mistakes()
-      type(settings_type) :: settings
+      type(settings_type), target :: settings
       type(diagnostics_type) :: diagnostics
 
       call expect(least // "&materal name = 'a' /", "unknown group &materal", "&material", 3, &
@@ -344,7 +354,7 @@ contains
 
    !> Numbers out of their range.
    subroutine test_ranges()
-      type(settings_type) :: settings
+      type(settings_type), target :: settings
       type(diagnostics_type) :: diagnostics
 
       call expect(least // "&body name = 'b', mass = 0, inertia = 1, 1, 1 /", &
@@ -380,14 +390,14 @@ contains
 
       call settle(least // "&surface name = 'it''s', body = 'top', shape = 'SPHERE', radius = 0.1" &
          // " material = 'm' /" // lf // "&output interval = 1.0e-3 /", settings, diagnostics)
-      text = resolved_text(settings)
+      text = settings%text(schema)
       call check(index(text, "gravity = 0.0, 0.0, 0.0") > 0, "resolved text: defaults")
       call check(index(text, "name = 'it''s'") > 0, "resolved text: quotes")
       call check(index(text, "shape = 'sphere'") > 0, "resolved text: choices")
       call check(index(text, "axis") == 0, "resolved text: nothing that is not set")
       call settle(text, again, diagnostics)
       call check(diagnostics%count() == 0, "resolved text: can be read")
-      call check(resolved_text(again) == text, "resolved text: the same again")
+      call check(again%text(schema) == text, "resolved text: the same again")
    end subroutine test_resolved_text
 
    !> A scene for overrides: names that are ambiguous, no group integrator.
@@ -402,7 +412,7 @@ contains
 
    !> Apply overrides to that scene.
    subroutine override(settings, diagnostics, first, second)
-      type(settings_type), intent(out) :: settings
+      type(settings_type), intent(out), target :: settings
       !> The mistakes.
       type(diagnostics_type), intent(out) :: diagnostics
       !> An override.
@@ -410,34 +420,39 @@ contains
       !> Another one.
       character(len=*), intent(in), optional :: second
       type(document_type) :: document
+      type(index_type) :: index_of
 
       call parse_document("scene.nml", scene_text(), document, diagnostics)
-      call apply_override(document, first, diagnostics)
-      if (present(second)) call apply_override(document, second, diagnostics)
-      call resolve(document, settings, diagnostics)
+      call index_groups(document, schema, index_of)
+      call apply_override(document, schema, index_of, first, diagnostics)
+      if (present(second)) call apply_override(document, schema, index_of, second, diagnostics)
+      call resolve(document, schema, settings, diagnostics)
    end subroutine override
 
    !> A number of a setting.
    function number(settings, instance, key, slot) result(x)
-      type(settings_type), intent(in) :: settings
+      type(settings_type), intent(in), target :: settings
       !> Number of the group.
       integer, intent(in) :: instance
       character(len=*), intent(in) :: key
       !> Which of its values.
       integer, intent(in) :: slot
       real(wp) :: x
+      real(wp), allocatable :: values(:)
+      type(group_settings_type) :: group
 
       x = -1.0_wp
-      if (.not. allocated(settings%instances)) return
-      if (instance > size(settings%instances)) return
-      associate (group => settings%instances(instance))
-         x = group%settings(group%at(key))%real(slot)
-      end associate
+      if (.not. allocated(settings%groups)) return
+      if (instance > size(settings%groups)) return
+      group = settings%group(instance, schema)
+      values = group%vector(key, slot)
+      x = values(slot)
    end function number
 
    !> Values from the command line.
    subroutine test_overrides()
-      type(settings_type) :: settings
+      type(settings_type), target :: settings
+      type(group_settings_type) :: group
       type(diagnostics_type) :: diagnostics
 
       call override(settings, diagnostics, "scene.t_end=2.5")
@@ -475,10 +490,8 @@ contains
       call check_close(number(settings, 1, "t_end", 1), 3.0_wp, 0.0_wp, "override: the last counts")
       call override(settings, diagnostics, "output.file=my run.h5")
       call check(diagnostics%count() == 0, "override: a text without quotes")
-      associate (group => settings%instances(6))
-         call check(group%settings(group%at("file"))%text(1)%s == "my run.h5", &
-            "override: its words")
-      end associate
+      group = settings%group(6, schema)
+      call check(group%text("file") == "my run.h5", "override: its words")
    end subroutine test_overrides
 
    !> Mistakes in values from the command line.
@@ -513,7 +526,7 @@ contains
          character(len=*), intent(in) :: expected
          !> What is checked.
          character(len=*), intent(in) :: name
-         type(settings_type) :: settings
+         type(settings_type), target :: settings
          type(diagnostics_type) :: diagnostics
 
          call override(settings, diagnostics, text)

@@ -3,16 +3,16 @@ module test_sweep
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_settings, only : key_type, kind_choice
+   use contensou_base_settings, only : group_spec_type, key_type, kind_choice
    use contensou_base_text, only : string_type, to_text
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_study_summary, only : summary_quantities
-   use contensou_scene_schema, only : group_spec_type
    use contensou_sweep_plan, only : sweep_type
    use contensou_sweep_reader, only : read_sweep
    use contensou_sweep_sampling, only : permuted, sampler_type, sampling_latin, sampling_sobol, &
       uniform
-   use contensou_sweep_schema, only : sweep_choices, sweep_domain, sweep_groups, sweep_keys
+   use contensou_base_resolve, only : expected_of
+   use contensou_sweep_schema, only : sweep_groups, sweep_keys
    use contensou_sweep_table, only : case_complete, case_failed, read_table_header, &
       sweep_table_type, table_header_type, table_reader_type
    use test_harness, only : check, check_close
@@ -83,11 +83,11 @@ contains
             call check(any(groups%name == keys(i)%group), "sweep key " // name // ": has a group")
             call check(len_trim(keys(i)%doc) > 10 .and. len_trim(keys(i)%doc) < len(keys(i)%doc), &
                "sweep key " // name // ": documented, and not cut")
-            call check(sweep_domain(keys(i)) /= "", "sweep key " // name // ": has a domain")
+            call check(expected_of(keys(i)) /= "", "sweep key " // name // ": has a domain")
             call check(count(keys%group == keys(i)%group .and. keys%name == keys(i)%name) == 1, &
                "sweep key " // name // ": once")
             if (keys(i)%kind /= kind_choice) cycle
-            names = sweep_choices(keys(i))
+            names = keys(i)%choices()
             call check(size(names) > 1, "sweep key " // name // ": has choices")
             if (keys(i)%default == "") cycle
             found = .false.

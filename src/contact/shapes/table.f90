@@ -1,7 +1,7 @@
 !> The shapes that a surface can have: the only list of them.
 module contensou_contact_shapes_table
    use contensou_base_settings, only : key_list_type, key_type, kind_choice
-   use contensou_base_text, only : string_type
+   use contensou_base_text, only : string_type, strings
    use contensou_contact_shapes_cone, only : cone_type
    use contensou_contact_shapes_cylinder, only : cylinder_type
    use contensou_contact_shapes_ellipsoid, only : ellipsoid_type
@@ -14,6 +14,9 @@ module contensou_contact_shapes_table
    private
 
    public :: shape_list_type, all_shapes, shape_names, put_shape_keys
+
+   !> Sides of a surface that can be touched.
+   character(len=*), parameter :: side_names(*) = [character(len=7) :: "outside", "inside"]
 
    !> A shape in a list.
    type :: shape_item_type
@@ -96,7 +99,6 @@ contains
       without = ""
       do i = 1, list%n
          own = key_list_type()
-         allocate(own%keys(16))
          call list%items(i)%shape%put_keys(own)
          do j = 1, own%n
             k = findloc(joined(:n)%key%name == own%keys(j)%name, .true., dim=1)
@@ -121,14 +123,20 @@ contains
                trim(merge("; mandatory there", "                 ", key%mandatory)) // &
                trim(merge(", not for other shapes", "; not for other shapes", key%mandatory))
             key%mandatory = key%mandatory .and. joined(k)%shapes == list%n
-            keys%n = keys%n + 1
-            keys%keys(keys%n) = key
+            call keys%append(key)
          end associate
       end do
-      call keys%put("surface", "side", kind_choice, &
+      call keys%put("surface", "side", kind_choice, choices=sides, &
          doc="side of the shape that is touched, 'outside' if not given: with 'inside' the " // &
          "surface is concave" // hollows // ";" // without(2:))
    end subroutine put_shape_keys
+
+   !> Names of the sides of a surface.
+   function sides() result(names)
+      type(string_type), allocatable :: names(:)
+
+      names = strings(side_names)
+   end function sides
 
    !> Join the texts of a key of two shapes.
    subroutine join(joined, key)

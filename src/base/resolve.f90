@@ -1,0 +1,482 @@
+!> From a document to settings: every group and key is checked against a schema, one by one, and
+!> every mistake is reported. What keys mean together is for those who read them.
+module contensou_base_resolve
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
+   use contensou_base_diagnostics, only : diagnostics_type, origin_type
+   use contensou_base_document_types, only : assignment_type, document_type, group_type, &
+      value_integer, value_logical, value_null, value_real, value_text, value_type
+   use contensou_base_kinds, only : wp
+   use contensou_base_settings, only : admits, any_number, domain_text, group_schema_type, &
+      group_settings_type, is_number, key_type, kind_any, kind_choice, kind_integer, &
+      kind_logical, kind_name, kind_real, kind_reference, kind_text, new_setting, schema_type, &
+      setting_type, settings_type, stored_group_type
+   use contensou_base_text, only : join, lower, nearest, quote, string_type, strings, to_text
+   implicit none(type, external)
+   private
+
+   public :: resolve, take_value, expected_of, key_position, largest_number
+
+   !> Bound of the magnitudes of numbers and of the inverses of those that are not zero, so that
+   !> products of a few of them neither overflow nor vanish: SI values of this world are far within.
+   real(wp), parameter :: largest_number = 1.0e40_wp
+
+contains
+
+   !> Check all groups and keys of a document against a schema.
+   subroutine resolve(document, schema, settings, diagnostics)
+      type(document_type), intent(in) :: document
+      type(schema_type), intent(in), target :: schema
+      !> All groups that the schema has.
+      type(settings_type), intent(out), target :: settings
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: first(size(schema%groups)), kinds(document%n_groups)
+      integer :: i, g, n
+
+      first = 0
+      kinds = 0
+      allocate(settings%lost(size(schema%groups)), source=.not. document%complete)
+      do i = 1, document%n_groups
+         associate (group => document%groups(i))
+            g = schema%find(group%name)
+            if (g == 0) then
+               call report_unknown(group)
+               cycle
+            end if
+            if (first(g) > 0 .and. .not. schema%groups(g)%spec%repeats) then
+               call diagnostics%add(group%origin, "group &" // group%name // " given twice", &
+                  "one group &" // group%name // "; the first is in line " // &
+                  to_text(document%groups(first(g))%origin%line))
+               cycle
+            end if
+            if (first(g) == 0) first(g) = i
+            kinds(i) = g
+         end associate
+      end do
+      allocate(settings%groups(count(kinds > 0)))
+      n = 0
+      do i = 1, document%n_groups
+         if (kinds(i) == 0) cycle
+         n = n + 1
+         settings%groups(n)%kind = kinds(i)
+         call resolve_group(document%groups(i), schema%groups(kinds(i)), settings%groups(n), &
+            diagnostics)
+         call check_complete(settings%group(n, schema), schema%groups(kinds(i)), diagnostics)
+      end do
+      do g = 1, size(schema%groups)
+         associate (spec => schema%groups(g)%spec)
+            if (first(g) > 0 .or. settings%lost(g) .or. .not. spec%mandatory) cycle
+            call diagnostics%add(origin_type(1, 0, 0, 1), "there is no group &" // &
+               trim(spec%name), "&" // trim(spec%name) // ": " // trim(spec%doc))
+         end associate
+      end do
+
+   contains
+
+      !> Report a group that the schema does not have.
+      subroutine report_unknown(group)
+         type(group_type), intent(in) :: group
+         type(string_type) :: names(size(schema%groups))
+         integer :: near
+
+         do near = 1, size(names)
+            names(near)%s = trim(schema%groups(near)%spec%name)
+         end do
+         near = nearest(group%name, names)
+         if (near > 0) then
+            settings%lost(near) = .true.
+            call diagnostics%add(group%origin, "unknown group &" // group%name, &
+               "&" // names(near)%s)
+         else
+            call diagnostics%add(group%origin, "unknown group &" // group%name, &
+               "one of &" // join(names, ", &"))
+         end if
+      end subroutine report_unknown
+
+   end subroutine resolve
+
+   !> Check the keys of a group.
+   subroutine resolve_group(group, schema, stored, diagnostics)
+      !> The group as read.
+      type(group_type), intent(in) :: group
+      !> Its keys.
+      type(group_schema_type), intent(in) :: schema
+      !> What is given in it.
+      type(stored_group_type), intent(inout) :: stored
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      ! For each value of a setting, the line it was first given in; -1 after a mistake, 0 if it is
+      ! not given.
+      type :: lines_type
+         integer, allocatable :: first(:)
+      end type lines_type
+      type(lines_type) :: given(group%n_assignments)
+      integer :: i, k, s
+      logical :: misspelt
+
+      stored%origin = group%origin
+      stored%complete = group%complete
+      if (group%n_assignments > 0) allocate(stored%settings(group%n_assignments))
+      do i = 1, group%n_assignments
+         associate (assignment => group%assignments(i))
+            call find_key(assignment, schema, k, misspelt, diagnostics)
+            if (k == 0) cycle
+            call new_setting(stored, schema, k, s)
+            if (misspelt) then
+               stored%settings(s)%misspelt = .true.
+               cycle
+            end if
+            if (.not. allocated(given(s)%first)) allocate(given(s)%first(max(1, &
+               schema%keys(k)%values)), source=0)
+            call take_assignment(assignment, schema%keys(k), schema%choices(k)%names, &
+               stored%settings(s), given(s)%first, group%complete, diagnostics)
+         end associate
+      end do
+      do s = 1, stored%n
+         associate (setting => stored%settings(s), key => schema%keys(stored%settings(s)%key))
+            if (.not. setting%given) cycle
+            call check_given(key, given(s)%first, setting, diagnostics)
+         end associate
+      end do
+   end subroutine resolve_group
+
+   !> Whether all values of a key that is given are there and in order.
+   subroutine check_given(key, first, setting, diagnostics)
+      type(key_type), intent(in) :: key
+      !> For each value, the line it was given in; -1 after a mistake, 0 if it is not given.
+      integer, intent(in) :: first(:)
+      type(setting_type), intent(inout) :: setting
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: n
+
+      n = size(first)
+      if (key%fewer) then
+         n = max(1, findloc(first /= 0, .true., dim=1, back=.true.))
+         if (size(setting%values) > n) setting%values = setting%values(:n)
+      end if
+      setting%set = all(first(:n) > 0)
+      if (any(first(:n) == 0)) call diagnostics%add(setting%origin, "'" // trim(key%name) // &
+         "' has " // to_text(count(first /= 0)) // " of " // to_text(n) // " values", &
+         expected_of(key))
+   end subroutine check_given
+
+   !> Whether a group has all keys that it must have.
+   subroutine check_complete(group, schema, diagnostics)
+      type(group_settings_type), intent(in) :: group
+      !> Its keys.
+      type(group_schema_type), intent(in) :: schema
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: k
+
+      do k = 1, size(schema%keys)
+         associate (key => schema%keys(k))
+            if (.not. key%mandatory) cycle
+            if (group%lacks(key%name)) call diagnostics%add(group%origin, "'" // trim(key%name) // &
+               "' is missing in group &" // trim(key%group) // group%named(), &
+               trim(key%name) // " = " // expected_of(key))
+         end associate
+      end do
+   end subroutine check_complete
+
+   !> Find the key of an assignment among those of its group; one that is unknown is reported.
+   subroutine find_key(assignment, schema, position, misspelt, diagnostics)
+      type(assignment_type), intent(in) :: assignment
+      !> The keys of the group.
+      type(group_schema_type), intent(in) :: schema
+      !> Position of the key, or of the one that is likely meant; 0 if it is unknown.
+      integer, intent(out) :: position
+      !> Whether it is unknown and another one is likely meant.
+      logical, intent(out) :: misspelt
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      misspelt = .false.
+      position = key_position(schema, assignment%key)
+      if (position > 0) return
+      position = nearest(assignment%key, schema%keys%name)
+      misspelt = position > 0
+      if (misspelt) then
+         call diagnostics%add(assignment%origin, "unknown key '" // assignment%key // &
+            "' in group &" // trim(schema%spec%name), trim(schema%keys(position)%name))
+      else
+         call diagnostics%add(assignment%origin, "unknown key '" // assignment%key // &
+            "' in group &" // trim(schema%spec%name), &
+            "one of " // join(strings(schema%keys%name), ", "))
+      end if
+   end subroutine find_key
+
+   !> Position of a key in its group; 0 if the group does not have it.
+   pure integer function key_position(schema, name) result(position)
+      !> The keys of the group.
+      type(group_schema_type), intent(in) :: schema
+      character(len=*), intent(in) :: name
+
+      do position = 1, size(schema%keys)
+         if (schema%keys(position)%name == name) return
+      end do
+      position = 0
+   end function key_position
+
+   !> Take the values of an assignment.
+   subroutine take_assignment(assignment, key, names, setting, first, complete, diagnostics)
+      type(assignment_type), intent(in) :: assignment
+      type(key_type), intent(in) :: key
+      !> Names that the key admits, if it is a choice.
+      type(string_type), intent(in) :: names(:)
+      type(setting_type), intent(inout) :: setting
+      !> For each value, the line it was first given in; -1 after a mistake, 0 if it is not given.
+      integer, allocatable, intent(inout) :: first(:)
+      !> Whether the group was read without a mistake of syntax.
+      logical, intent(in) :: complete
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: low, high, i, slot
+      logical :: good
+
+      low = max(assignment%first, 1)
+      high = key%values
+      if (high == any_number) high = max(size(assignment%values), 1)
+      if (assignment%first > 0 .and. assignment%last >= 0) high = assignment%last
+      if (key%values == any_number) then
+         if (assignment%first /= 0) then
+            call wrong(assignment%origin, "'" // trim(key%name) // "' takes no subscript")
+            return
+         end if
+      else if (key%values == 1 .and. assignment%first /= 0 .or. high > key%values .or. &
+         low > key%values) then
+         call wrong(assignment%origin, "'" // trim(key%name) // "' has " // to_text(key%values) // &
+            trim(merge(" value ", " values", key%values == 1)) // &
+            ", the subscript is out of range")
+         return
+      end if
+      if (size(assignment%values) > high - low + 1) then
+         call wrong(assignment%values(high - low + 2)%origin, "too many values for '" &
+            // trim(key%name) // "' in group &" // trim(key%group))
+         return
+      end if
+      if (size(assignment%values) == 0) then
+         ! In a group with a mistake of syntax that mistake took the value.
+         if (complete) call wrong(assignment%origin, "no value for '" // trim(key%name) // &
+            "' in group &" // trim(key%group))
+         call lose()
+         return
+      end if
+      if (key%values == any_number .and. all(first == 0)) then
+         deallocate(first, setting%values)
+         allocate(first(high), source=0)
+         allocate(setting%values(high))
+      end if
+      if (any(first(low:min(low + size(assignment%values) - 1, size(first))) /= 0)) then
+         call diagnostics%add(assignment%origin, "'" // trim(key%name) // &
+            "' given twice in group &" // trim(key%group), &
+            "one of the two; the first is in line " // &
+            to_text(maxval(abs(first(low:min(high, size(first)))))))
+         return
+      end if
+      if (.not. setting%given) setting%origin = assignment%origin
+      setting%given = .true.
+      do i = 1, size(assignment%values)
+         slot = low + i - 1
+         call take_value(assignment%values(i), key, names, setting%values(slot), diagnostics, good)
+         first(slot) = -1
+         if (good) first(slot) = max(assignment%origin%line, 1)
+      end do
+
+   contains
+
+      !> Report a mistake that leaves the key without values.
+      subroutine wrong(origin, message)
+         type(origin_type), intent(in) :: origin
+         character(len=*), intent(in) :: message
+
+         call diagnostics%add(origin, message, expected_of(key))
+         call lose()
+      end subroutine wrong
+
+      !> Take the key for one that is given wrongly.
+      subroutine lose()
+         if (.not. setting%given) setting%origin = assignment%origin
+         setting%given = .true.
+         first = -1
+      end subroutine lose
+
+   end subroutine take_assignment
+
+   !> Take a value of a key.
+   subroutine take_value(value, key, names, taken, diagnostics, good)
+      type(value_type), intent(in) :: value
+      type(key_type), intent(in) :: key
+      !> Names that the key admits, if it is a choice.
+      type(string_type), intent(in) :: names(:)
+      !> The value in order; what it was before, but for its place, after a mistake.
+      type(value_type), intent(inout) :: taken
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      !> Whether the value is in order.
+      logical, intent(out) :: good
+
+      good = .false.
+      taken%origin = value%origin
+      if (value%kind == value_null) then
+         call wrong("a value of '" // trim(key%name) // "' is missing in group &" // &
+            trim(key%group))
+         return
+      end if
+      select case (key%kind)
+      case (kind_real, kind_integer)
+         call take_number()
+      case (kind_logical)
+         if (value%kind /= value_logical) then
+            call wrong("'" // trim(key%name) // "' needs a logical, this is a " // &
+               kind_word(value))
+            return
+         end if
+         taken = value
+         good = .true.
+      case (kind_any)
+         if (value%kind == value_real .or. value%kind == value_integer) then
+            if (.not. ieee_is_finite(value%real)) then
+               call wrong("'" // trim(key%name) // "' must be finite")
+               return
+            end if
+         end if
+         taken = value
+         if (value%kind == value_integer) taken%kind = value_real
+         if (value%kind == value_text) taken%text = trim(adjustl(value%text))
+         good = .true.
+      case default
+         call take_text()
+      end select
+
+   contains
+
+      !> Report a mistake in this value.
+      subroutine wrong(message)
+         !> What is wrong.
+         character(len=*), intent(in) :: message
+
+         call diagnostics%add(value%origin, message, expected_of(key))
+      end subroutine wrong
+
+      !> Take a number.
+      subroutine take_number()
+         if (value%kind /= value_integer .and. value%kind /= value_real) then
+            call wrong("'" // trim(key%name) // "' needs a number, this is a " // kind_word(value))
+         else if (.not. ieee_is_finite(value%real)) then
+            call wrong("'" // trim(key%name) // "' must be finite")
+         else if (abs(value%real) > largest_number .or. (abs(value%real) > 0.0_wp .and. &
+            abs(value%real) < 1.0_wp/largest_number)) then
+            call wrong("'" // trim(key%name) // "' is beyond what can be computed with")
+         else if (.not. admits(key, value%real)) then
+            call wrong("'" // trim(key%name) // "' is out of range")
+         else if (key%kind == kind_integer .and. abs(value%real - anint(value%real)) > 0.0_wp) then
+            call wrong("'" // trim(key%name) // "' must be whole")
+         else
+            taken%kind = value_real
+            taken%real = value%real
+            good = .true.
+         end if
+      end subroutine take_number
+
+      !> Take a text, or find a choice among the names of its key.
+      subroutine take_text()
+         integer :: choice
+
+         if (value%kind /= value_text) then
+            call wrong("'" // trim(key%name) // "' needs a text in quotes, this is a " // &
+               kind_word(value))
+            return
+         end if
+         taken%kind = value_text
+         taken%text = trim(adjustl(value%text))
+         taken%integer = 0
+         ! A text may be empty where that is what it is by default.
+         if (taken%text == "" .and. .not. (key%kind == kind_text .and. key%default == "''")) then
+            call wrong("'" // trim(key%name) // "' is empty")
+            return
+         end if
+         if (key%kind == kind_choice) then
+            call find_choice(taken%text, names, trim(key%name), value%origin, choice, diagnostics)
+            if (choice == 0) return
+            taken%integer = choice
+            taken%text = names(choice)%s
+         end if
+         good = .true.
+      end subroutine take_text
+
+   end subroutine take_value
+
+   !> Find a choice among the names of its key; one that is unknown is reported.
+   subroutine find_choice(text, names, key, origin, choice, diagnostics)
+      !> The choice, in upper or lower case.
+      character(len=*), intent(in) :: text
+      !> The names that the key admits.
+      type(string_type), intent(in) :: names(:)
+      !> Name of the key.
+      character(len=*), intent(in) :: key
+      !> Where the choice stands.
+      type(origin_type), intent(in) :: origin
+      !> Its position in `names`; 0 if it is unknown.
+      integer, intent(out) :: choice
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: near
+
+      do choice = 1, size(names)
+         if (names(choice)%s == lower(text)) return
+      end do
+      choice = 0
+      near = nearest(lower(text), names)
+      if (near > 0) then
+         call diagnostics%add(origin, "unknown " // key // " " // quote(text), &
+            quote(names(near)%s) // "; possible are " // join(names, ", "))
+      else
+         call diagnostics%add(origin, "unknown " // key // " " // quote(text), &
+            "one of " // join(names, ", "))
+      end if
+   end subroutine find_choice
+
+   !> A kind of value in words.
+   pure function kind_word(value) result(word)
+      type(value_type), intent(in) :: value
+      character(len=:), allocatable :: word
+
+      select case (value%kind)
+      case (value_logical)
+         word = "logical"
+      case (value_text)
+         word = "text"
+      case default
+         word = "number"
+      end select
+   end function kind_word
+
+   !> What a key wants, in words.
+   function expected_of(key) result(text)
+      type(key_type), intent(in) :: key
+      character(len=:), allocatable :: text
+
+      select case (key%kind)
+      case (kind_real, kind_integer)
+         text = domain_text(key)
+      case (kind_logical)
+         text = ".true. or .false."
+      case (kind_any)
+         text = "numbers, texts in quotes or logicals"
+      case (kind_choice)
+         text = "one of " // join(key%choices(), ", ") // ", in quotes"
+         if (key%fewer) text = "up to " // to_text(key%values) // " of" // text(7:)
+      case (kind_reference)
+         text = "the name of a " // trim(key%target) // " in quotes"
+         if (key%values == 2) text = "the names of two " // trim(key%target) // "s in quotes"
+      case (kind_name)
+         text = "a name in quotes"
+      case default
+         text = "a text in quotes"
+         if (key%values == any_number) text = text // ", any number of them"
+      end select
+   end function expected_of
+
+end module contensou_base_resolve

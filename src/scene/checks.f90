@@ -1,0 +1,268 @@
+!> What concerns a scene as a whole: pairs of surfaces, overlaps at the beginning, and settings that
+!> are derived from the scene.
+module contensou_scene_checks
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
+   use contensou_base_diagnostics, only : diagnostics_type, origin_type
+   use contensou_base_kinds, only : wp
+   use contensou_base_settings, only : schema_type, settings_type
+   use contensou_base_resolve, only : largest_number
+   use contensou_base_text, only : quote, to_text
+   use contensou_contact_geometry, only : contact_point_type, contact_trouble, geometry_type, &
+      pose_type, track_type, trouble_lost, trouble_no_spot, trouble_none, trouble_text
+   use contensou_contact_normal, only : normal_rigid
+   use contensou_contact_pairs, only : geometry_models, new_geometry
+   use contensou_dynamics_assembly, only : contact_length, initial_pose, largest_relative_approach
+   use contensou_dynamics_equations, only : system_type
+   use contensou_dynamics_impact, only : touching_gap
+   use contensou_dynamics_mechanism, only : contact_type
+   use contensou_dynamics_scene, only : contact_spec_type, motion_spindle, moves_freely, scene_type
+   implicit none(type, external)
+   private
+
+   public :: check_contacts, check_rows, check_overlaps, fill_in
+
+   !> Largest number of output rows.
+   real(wp), parameter :: max_rows = 1.0e9_wp
+
+contains
+
+   !> A contact needs two different bodies, one of which yields, and a pair of shapes that is
+   !> supported.
+   subroutine check_contacts(scene, places, diagnostics)
+      type(scene_type), intent(in) :: scene
+      !> Where the surfaces of each contact are named.
+      type(origin_type), intent(in) :: places(:)
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      class(geometry_type), allocatable :: geometry
+      character(len=:), allocatable :: problem
+      integer :: i
+
+      do i = 1, size(scene%contacts)
+         associate (a => scene%surfaces(scene%contacts(i)%surfaces(1)), &
+            b => scene%surfaces(scene%contacts(i)%surfaces(2)), place => places(i))
+            if (a%body == b%body) then
+               call diagnostics%add(place, "surfaces " // quote(a%name) // " and " // &
+                  quote(b%name) // " of contact " // quote(scene%contacts(i)%name) // &
+                  " belong to the same body", "surfaces of two bodies")
+               cycle
+            end if
+            if (.not. moves(a%body) .and. .not. moves(b%body)) then
+               call diagnostics%add(place, "contact " // quote(scene%contacts(i)%name) // &
+                  ": neither of its bodies is free", "a body whose motion is 'free'")
+               cycle
+            end if
+            if (scene%contacts(i)%normal == normal_rigid .and. (spins(a%body) .or. &
+               spins(b%body))) then
+               call diagnostics%add(place, "contact " // quote(scene%contacts(i)%name) // &
+                  ": a rigid contact cannot carry a body whose motion is 'spindle'", &
+                  "normal = 'hertz' or 'vilke'")
+               cycle
+            end if
+            call new_geometry(a%surface, b%surface, geometry, problem)
+            if (.not. allocated(geometry)) call diagnostics%add(place, "surfaces " // &
+               quote(a%name) // " and " // quote(b%name) // " of contact " // &
+               quote(scene%contacts(i)%name) // ": " // problem, &
+               "surfaces that touch in a point, of one of the pairs (" // pairs() // ")")
+         end associate
+      end do
+
+   contains
+
+      !> Whether a body is a spindle.
+      pure logical function spins(body)
+         !> Index of the body; 0 for the ground.
+         integer, intent(in) :: body
+
+         spins = .false.
+         if (body > 0) spins = scene%bodies(body)%motion == motion_spindle
+      end function spins
+
+      !> Whether a body yields to a contact.
+      pure logical function moves(body)
+         !> Index of the body; 0 for the ground.
+         integer, intent(in) :: body
+
+         moves = .false.
+         if (body > 0) moves = moves_freely(scene%bodies(body)%motion)
+      end function moves
+
+      !> Supported pairs.
+      function pairs() result(text)
+         character(len=:), allocatable :: text
+         integer :: k
+
+         associate (models => geometry_models())
+            text = trim(models(1)%name)
+            do k = 2, size(models)
+               text = text // "; " // trim(models(k)%name)
+            end do
+         end associate
+      end function pairs
+
+   end subroutine check_contacts
+
+   !> The output must not have too many rows.
+   subroutine check_rows(scene, place, diagnostics)
+      type(scene_type), intent(in) :: scene
+      !> Where the interval of the output is given.
+      type(origin_type), intent(in) :: place
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      if (scene%output%interval > 0.0_wp .and. scene%t_end > max_rows*scene%output%interval) then
+         call diagnostics%add(place, "the output would have more than " // &
+            to_text(nint(max_rows)) // " rows", "a larger output.interval")
+      end if
+   end subroutine check_rows
+
+   !> Derive the settings that depend on the scene.
+   subroutine fill_in(settings, schema, scene, system)
+      type(settings_type), intent(inout), target :: settings
+      type(schema_type), intent(in), target :: schema
+      type(scene_type), intent(inout) :: scene
+      !> Its equations of motion.
+      type(system_type), intent(in) :: system
+      integer :: i
+
+      if (scene%output%interval <= 0.0_wp) scene%output%interval = 1.0e-3_wp*scene%t_end
+      if (scene%integrator%length_scale <= 0.0_wp) scene%integrator%length_scale = &
+         contact_length(scene, system, scene%integrator%velocity_scale)
+      ! What is derived is a number that a scene may give.
+      scene%output%interval = max(scene%output%interval, 1.0_wp/largest_number)
+      scene%integrator%length_scale = min(max(scene%integrator%length_scale, &
+         1.0_wp/largest_number), largest_number)
+      do i = 1, size(settings%groups)
+         associate (group => settings%group(i, schema))
+            select case (group%group_name())
+            case ("output")
+               call group%derive_number("interval", scene%output%interval)
+            case ("integrator")
+               call group%derive_number("length_scale", scene%integrator%length_scale)
+            case default
+               ! Nothing in the other groups is derived.
+            end select
+         end associate
+      end do
+   end subroutine fill_in
+
+   !> Surfaces that overlap too much or conform at the beginning.
+   subroutine check_overlaps(scene, system, places, diagnostics)
+      type(scene_type), intent(in) :: scene
+      !> Its equations of motion.
+      type(system_type), intent(in) :: system
+      !> Where the surfaces of each contact are named.
+      type(origin_type), intent(in) :: places(:)
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(pose_type) :: pose(0:size(scene%bodies))
+      integer :: i
+
+      do i = 0, size(scene%bodies)
+         pose(i) = initial_pose(scene, i)
+      end do
+      do i = 1, size(system%contacts)
+         associate (contact => system%contacts(i))
+            call check_overlap(scene, scene%contacts(i), contact, pose(contact%a), &
+               pose(contact%b), places(i), diagnostics)
+         end associate
+      end do
+   end subroutine check_overlaps
+
+   !> Whether the surfaces of a contact overlap too much or conform at the beginning.
+   subroutine check_overlap(scene, spec, contact, pose_a, pose_b, place, diagnostics)
+      type(scene_type), intent(in) :: scene
+      type(contact_spec_type), intent(in) :: spec
+      type(contact_type), intent(in) :: contact
+      !> Poses of its bodies.
+      type(pose_type), intent(in) :: pose_a, pose_b
+      !> Where its surfaces are named.
+      type(origin_type), intent(in) :: place
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(track_type) :: track
+      type(contact_point_type) :: at
+      real(wp) :: gap
+      integer :: trouble
+
+      if (ieee_is_nan(contact%law%normal%stiffness)) then
+         call diagnostics%add(place, "the stiffness of contact " // quote(spec%name) // &
+            " is beyond what can be computed with", &
+            "radii and moduli that are neither so small nor so large")
+         return
+      end if
+      ! It never has one, so that this need not wait for the surfaces to touch.
+      if (contact%law%geometry%constant_curvatures .and. &
+         ieee_is_nan(contact%law%normal%axis_a)) then
+         call add_trouble(trouble_no_spot)
+         return
+      end if
+      track = contact%track
+      call contact%law%geometry%gap(pose_a, pose_b, track, gap)
+      if (contact%rigid .and. -gap > touching_gap(contact)) then
+         call diagnostics%add(place, "the surfaces of the rigid contact " // &
+            quote(spec%name) // " overlap by " // short(-gap) // &
+            " m at the beginning", "a position with a gap of zero, to " // &
+            short(touching_gap(contact)) // " m, or a positive one")
+         return
+      end if
+      if (-gap > contact%law%largest_approach) then
+         call diagnostics%add(place, "the surfaces of contact " // quote(spec%name) // &
+            " overlap by " // short(-gap) // " m at the beginning", "at most " // &
+            short(contact%law%largest_approach) // " m, " // short(largest_relative_approach) // &
+            " of the smallest radius of curvature" // less_in_hollow())
+         return
+      end if
+      trouble = trouble_none
+      if (track%lost) then
+         trouble = trouble_lost
+      else if (gap < 0.0_wp) then
+         call contact%law%geometry%locate(pose_a, pose_b, track, gap, at)
+         trouble = contact_trouble(track, at)
+         if (trouble == trouble_none .and. ieee_is_nan(contact%law%normal%axis_a)) then
+            trouble = trouble_no_spot
+         end if
+      end if
+      if (trouble /= trouble_none) call add_trouble(trouble)
+
+   contains
+
+      !> Say why two surfaces cannot touch.
+      subroutine add_trouble(trouble)
+         !> One of the `trouble_*` codes.
+         integer, intent(in) :: trouble
+         character(len=:), allocatable :: right
+
+         right = "surfaces that are closest in one point"
+         if (trouble == trouble_no_spot) right = &
+            "one of these two, or curvatures that differ less"
+         call diagnostics%add(place, "surfaces " // &
+            quote(scene%surfaces(spec%surfaces(1))%name) // " and " // &
+            quote(scene%surfaces(spec%surfaces(2))%name) // " of contact " // &
+            quote(spec%name) // " at the beginning: " // trouble_text(trouble), right)
+      end subroutine add_trouble
+
+      !> What reduces that bound.
+      pure function less_in_hollow() result(text)
+         character(len=:), allocatable :: text
+
+         text = ""
+         if (any(scene%surfaces(spec%surfaces)%surface%inside)) text = &
+            ", less in a concave surface"
+      end function less_in_hollow
+
+      !> A number with four digits.
+      function short(x) result(text)
+         !> The number.
+         real(wp), intent(in) :: x
+         character(len=:), allocatable :: text
+         character(len=16) :: digits
+
+         write(digits, "(es10.3)") x
+         text = trim(adjustl(digits))
+         if (x >= 1.0e-2_wp .and. x < 1.0e3_wp) text = to_text(x)
+      end function short
+
+   end subroutine check_overlap
+
+end module contensou_scene_checks

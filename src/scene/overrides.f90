@@ -1,0 +1,430 @@
+!> Values that `--set PATH=VALUE` gives to keys of a document, and what a path stands for.
+!>
+!> PATH is `group.key` (every group of that name; one is added if there is none and it does not
+!> repeat), `name.key`, or `group.name.key` where a name alone would be ambiguous; `(3)` after the
+!> key stands for the third of its values.
+module contensou_scene_overrides
+   use contensou_base_diagnostics, only : diagnostics_type, origin_type
+   use contensou_base_document, only : assignment_type, document_type, group_type, &
+      parse_value_list, value_text, value_type
+   use contensou_base_document_types, only : move_assignment, resize_assignments, resize_groups
+   use contensou_base_names, only : names_type
+   use contensou_base_resolve, only : key_position
+   use contensou_base_settings, only : is_number, schema_type
+   use contensou_base_text, only : lower, nearest, string_type, to_text
+   implicit none(type, external)
+   private
+
+   public :: path_type, index_type
+   public :: apply_override, find_path, index_groups, name_of, object_of_override
+
+   !> What a path such as `top.position(3)` stands for.
+   type :: path_type
+      !> Name of the group or of what it describes.
+      character(len=:), allocatable :: object
+      !> Name of the key.
+      character(len=:), allocatable :: key
+      !> Which of its values; 0 for all.
+      integer :: element = 0
+      !> The groups of the document that are meant, ascending.
+      integer, allocatable :: groups(:)
+      !> Whether the document does not have the group, and it may be added.
+      logical :: add_group = .false.
+   end type path_type
+
+   !> Where the groups of a document are found by what a path calls them: `&body` for all groups of
+   !> one kind, the name that a group gives itself, and `&body.name`.
+   type :: index_type
+      private
+      !> Numbers of the chains below.
+      type(names_type) :: names
+      integer :: n_chains = 0, n_links = 0
+      !> First and last link of a chain.
+      integer, allocatable :: first(:), last(:)
+      !> For each link a group of the document, and the next link; 0 for none.
+      integer, allocatable :: group(:), next(:)
+   contains
+      procedure, private :: add => add_link
+      procedure, private :: groups => groups_of
+   end type index_type
+
+contains
+
+   !> Find the groups of a document by their names.
+   subroutine index_groups(document, schema, index)
+      type(document_type), intent(in) :: document
+      !> Its groups; each that does not repeat may be added later.
+      type(schema_type), intent(in) :: schema
+      type(index_type), intent(out) :: index
+      integer :: i, n
+
+      n = 3*(document%n_groups + size(schema%groups))
+      allocate(index%first(n), index%last(n), index%group(n), index%next(n))
+      do i = 1, document%n_groups
+         call index_group(document%groups(i), i, index)
+      end do
+   end subroutine index_groups
+
+   !> Add a group to an index.
+   subroutine index_group(group, position, index)
+      type(group_type), intent(in) :: group
+      !> Its position in the document.
+      integer, intent(in) :: position
+      type(index_type), intent(inout) :: index
+      character(len=:), allocatable :: name
+
+      name = name_of(group)
+      call index%add("&" // group%name, position)
+      if (name == "") return
+      call index%add(name, position)
+      call index%add("&" // group%name // "." // name, position)
+   end subroutine index_group
+
+   !> Add a link at the end of a chain.
+   subroutine add_link(self, name, group)
+      class(index_type), intent(inout) :: self
+      !> Name of the chain.
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: group
+      integer :: chain
+
+      self%n_links = self%n_links + 1
+      self%group(self%n_links) = group
+      self%next(self%n_links) = 0
+      chain = self%names%find(name)
+      if (chain == 0) then
+         self%n_chains = self%n_chains + 1
+         chain = self%n_chains
+         call self%names%add(name, chain)
+         self%first(chain) = self%n_links
+      else
+         self%next(self%last(chain)) = self%n_links
+      end if
+      self%last(chain) = self%n_links
+   end subroutine add_link
+
+   !> The groups of a chain.
+   pure function groups_of(self, name) result(groups)
+      class(index_type), intent(in) :: self
+      !> Name of the chain.
+      character(len=*), intent(in) :: name
+      integer, allocatable :: groups(:)
+      integer :: chain, link, n, pass
+
+      chain = self%names%find(name)
+      do pass = 1, 2
+         n = 0
+         link = 0
+         if (chain > 0) link = self%first(chain)
+         do while (link > 0)
+            n = n + 1
+            if (pass == 2) groups(n) = self%group(link)
+            link = self%next(link)
+         end do
+         if (pass == 1) allocate(groups(n))
+      end do
+   end function groups_of
+
+   !> Replace or add values in a document, from `--set PATH=VALUE`.
+   subroutine apply_override(document, schema, index_of, override, diagnostics)
+      !> Document to change.
+      type(document_type), intent(inout) :: document
+      type(schema_type), intent(in) :: schema
+      !> Index of the groups of the document.
+      type(index_type), intent(inout) :: index_of
+      !> Text after `--set`.
+      character(len=*), intent(in) :: override
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(value_type), allocatable :: values(:)
+      type(path_type) :: path
+      character(len=:), allocatable :: source_name
+      type(origin_type) :: origin
+      integer :: equals, i, n_before
+      logical :: found
+
+      source_name = "--set " // override
+      equals = index(override, "=")
+      n_before = diagnostics%count()
+      call parse_value_list(source_name, override(equals + 1:), values, document, diagnostics, &
+         .true.)
+      origin = origin_type(document%n_sources, 0, 0, 1)
+      if (diagnostics%count() > n_before) return
+      if (equals == 0) then
+         call diagnostics%add(origin, "'=' is missing", &
+            "--set group.key=value or --set name.key=value")
+         return
+      end if
+      call find_path(document, schema, index_of, override(:equals - 1), origin, path, found, &
+         diagnostics)
+      if (.not. found) return
+      if (path%element > 0 .and. size(values) /= 1) then
+         call diagnostics%add(origin, "'" // path%key // "(" // &
+            to_text(path%element) // ")' is one value", "one value")
+         return
+      end if
+      if (path%add_group) then
+         call add_group(document, path%object, origin)
+         call index_group(document%groups(document%n_groups), document%n_groups, index_of)
+         path%groups = [document%n_groups]
+      end if
+      do i = 1, size(path%groups)
+         call set_key(document%groups(path%groups(i)), schema, path%key, path%element, values, &
+            origin)
+      end do
+   end subroutine apply_override
+
+   !> What stands before the key in the path of an override, in lower case.
+   pure function object_of_override(override) result(object)
+      !> Text after `--set`.
+      character(len=*), intent(in) :: override
+      character(len=:), allocatable :: object
+
+      object = lower(trim(adjustl(override(:max(index(override, "=") - 1, 0)))))
+      object = object(:max(index(object, ".", back=.true.) - 1, 0))
+   end function object_of_override
+
+   !> Find what a path stands for, as `apply_override` takes it.
+   subroutine find_path(document, schema, index_of, text, origin, path, found, diagnostics)
+      !> Document to look into.
+      type(document_type), intent(in) :: document
+      type(schema_type), intent(in) :: schema
+      !> Index of the groups of the document.
+      type(index_type), intent(in) :: index_of
+      !> The path.
+      character(len=*), intent(in) :: text
+      !> Where it stands, for messages.
+      type(origin_type), intent(in) :: origin
+      !> What it stands for.
+      type(path_type), intent(out) :: path
+      !> Whether there is such a group.
+      logical, intent(out) :: found
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      character(len=:), allocatable :: whole
+      integer :: dot, g
+
+      found = .false.
+      whole = lower(trim(adjustl(text)))
+      call split_element(whole, path%element)
+      dot = index(whole, ".", back=.true.)
+      if (dot <= 1 .or. dot == len(whole) .or. path%element < 0) then
+         call diagnostics%add(origin, "'" // lower(trim(adjustl(text))) // &
+            "' does not say what to set", "group.key or name.key, as integrator.rtol")
+         return
+      end if
+      path%object = whole(:dot - 1)
+      path%key = whole(dot + 1:)
+      g = schema%find(path%object)
+      if (g > 0) then
+         path%groups = index_of%groups("&" // path%object)
+         path%add_group = size(path%groups) == 0 .and. .not. schema%groups(g)%spec%repeats
+      else
+         path%groups = named_groups(document, schema, index_of, path%object, path%key)
+         if (size(path%groups) > 1) then
+            call diagnostics%add(origin, "'" // whole // "' is ambiguous", "one of" // all_names())
+            return
+         end if
+      end if
+      found = size(path%groups) > 0 .or. path%add_group
+      if (.not. found) call report_path(document, schema, path, origin, diagnostics)
+
+   contains
+
+      !> Paths without ambiguity.
+      function all_names() result(names)
+         character(len=:), allocatable :: names
+         integer :: i
+
+         names = ""
+         do i = 1, size(path%groups)
+            names = names // " " // document%groups(path%groups(i))%name // "." // path%object // &
+               "." // path%key
+         end do
+      end function all_names
+
+   end subroutine find_path
+
+   !> The groups that a name stands for before a key: those that have the key, if any group has it.
+   function named_groups(document, schema, index_of, object, key) result(groups)
+      type(document_type), intent(in) :: document
+      type(schema_type), intent(in) :: schema
+      !> Index of the groups of the document.
+      type(index_type), intent(in) :: index_of
+      !> The name, perhaps with that of its group before it.
+      character(len=*), intent(in) :: object
+      character(len=*), intent(in) :: key
+      integer, allocatable :: groups(:)
+      integer, allocatable :: more(:)
+      logical, allocatable :: has(:)
+      integer :: i
+
+      groups = index_of%groups(object)
+      if (index(object, ".") > 0) then
+         more = index_of%groups("&" // object)
+         groups = [groups, pack(more, [(all(groups /= more(i)), i=1, size(more))])]
+      end if
+      if (.not. any([(key_position(schema%groups(i), key) > 0, i=1, size(schema%groups))])) return
+      allocate(has(size(groups)))
+      do i = 1, size(groups)
+         has(i) = .false.
+         associate (g => schema%find(document%groups(groups(i))%name))
+            if (g > 0) has(i) = key_position(schema%groups(g), key) > 0
+         end associate
+      end do
+      groups = pack(groups, has)
+   end function named_groups
+
+   !> Report a path that stands for nothing.
+   subroutine report_path(document, schema, path, origin, diagnostics)
+      type(document_type), intent(in) :: document
+      type(schema_type), intent(in) :: schema
+      type(path_type), intent(in) :: path
+      !> Where it stands.
+      type(origin_type), intent(in) :: origin
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(string_type), allocatable :: names(:)
+      integer :: i, n
+
+      if (schema%find(path%object) > 0) then
+         call diagnostics%add(origin, "the scene has no group &" // path%object)
+         return
+      end if
+      n = size(schema%groups)
+      allocate(names(n + document%n_groups))
+      do i = 1, n
+         names(i)%s = trim(schema%groups(i)%spec%name)
+      end do
+      do i = 1, document%n_groups
+         names(n + i)%s = name_of(document%groups(i))
+      end do
+      i = nearest(path%object, names)
+      if (i > 0) then
+         call diagnostics%add(origin, "the scene has no group or name '" // path%object // "'" // &
+            " with a key '" // path%key // "'", names(i)%s // "." // path%key)
+      else
+         call diagnostics%add(origin, "the scene has no group or name '" // path%object // "'", &
+            "the name of a group, or of a body, surface, material or contact")
+      end if
+   end subroutine report_path
+
+   !> Take the subscript of an element from the end of a path.
+   pure subroutine split_element(path, element)
+      !> The path; the subscript is removed.
+      character(len=:), allocatable, intent(inout) :: path
+      !> The subscript; 0 if there is none, -1 if it is none.
+      integer, intent(out) :: element
+      integer :: open, stat
+
+      element = 0
+      open = index(path, "(")
+      if (open == 0) return
+      element = -1
+      if (path(len(path):) /= ")" .or. len(path) - open < 2 .or. len(path) - open > 4) return
+      if (verify(path(open + 1:len(path) - 1), "0123456789") > 0) return
+      read(path(open + 1:len(path) - 1), *, iostat=stat) element
+      if (stat /= 0 .or. element == 0) element = -1
+      path = trim(path(:open - 1))
+   end subroutine split_element
+
+   !> Name that a group of a document gives itself, in lower case; blank if none.
+   pure function name_of(group) result(name)
+      type(group_type), intent(in) :: group
+      character(len=:), allocatable :: name
+      integer :: i
+
+      name = ""
+      do i = 1, group%n_assignments
+         if (group%assignments(i)%key /= "name") cycle
+         if (size(group%assignments(i)%values) /= 1) cycle
+         if (group%assignments(i)%values(1)%kind == value_text) then
+            name = lower(trim(group%assignments(i)%values(1)%text))
+         end if
+      end do
+   end function name_of
+
+   !> Add an empty group to a document.
+   subroutine add_group(document, name, origin)
+      type(document_type), intent(inout) :: document
+      !> Name of the group.
+      character(len=*), intent(in) :: name
+      !> Where it comes from.
+      type(origin_type), intent(in) :: origin
+
+      call resize_groups(document, document%n_groups + 1)
+      document%n_groups = document%n_groups + 1
+      associate (group => document%groups(document%n_groups))
+         group%name = name
+         group%origin = origin
+         allocate(group%assignments(0))
+      end associate
+   end subroutine add_group
+
+   !> Give a key of a group new values, in place of all that it had, or one of its values a new one.
+   recursive subroutine set_key(group, schema, key, element, values, origin)
+      type(group_type), intent(inout) :: group
+      type(schema_type), intent(in) :: schema
+      character(len=*), intent(in) :: key
+      !> Which value is set; 0 for all.
+      integer, intent(in) :: element
+      type(value_type), intent(in) :: values(:)
+      !> Where they come from.
+      type(origin_type), intent(in) :: origin
+      integer :: i, n, slot
+
+      if (element > 0) then
+         ! What the others would be if they are not given.
+         if (.not. any([(group%assignments(i)%key == key, i=1, group%n_assignments)])) call &
+            set_default_of(group, schema, key, origin)
+         do i = 1, group%n_assignments
+            associate (assignment => group%assignments(i))
+               if (assignment%key /= key) cycle
+               slot = element - max(assignment%first, 1) + 1
+               if (slot < 1 .or. slot > size(assignment%values)) cycle
+               assignment%values(slot) = values(1)
+               return
+            end associate
+         end do
+      end if
+      n = 0
+      do i = 1, group%n_assignments
+         if (group%assignments(i)%key == key .and. element == 0) cycle
+         n = n + 1
+         if (n < i) call move_assignment(group%assignments(i), group%assignments(n))
+      end do
+      group%n_assignments = n
+      call resize_assignments(group, n + 1)
+      group%n_assignments = n + 1
+      associate (assignment => group%assignments(n + 1))
+         assignment%key = key
+         assignment%first = element
+         assignment%last = element
+         assignment%values = values
+         assignment%origin = origin
+      end associate
+   end subroutine set_key
+
+   !> Give a key of a group its default numbers, so that one of them can be set.
+   recursive subroutine set_default_of(group, schema, key, origin)
+      type(group_type), intent(inout) :: group
+      type(schema_type), intent(in) :: schema
+      character(len=*), intent(in) :: key
+      !> Where they come from.
+      type(origin_type), intent(in) :: origin
+      type(value_type), allocatable :: values(:)
+      integer :: g, k
+
+      g = schema%find(group%name)
+      if (g == 0) return
+      k = key_position(schema%groups(g), key)
+      if (k == 0) return
+      associate (of_key => schema%groups(g)%keys(k), default => schema%groups(g)%defaults(k))
+         if (.not. is_number(of_key) .or. .not. default%set .or. of_key%values == 1) return
+         values = default%values
+      end associate
+      values%origin = origin
+      call set_key(group, schema, key, 0, values, origin)
+   end subroutine set_default_of
+
+end module contensou_scene_overrides

@@ -22,6 +22,8 @@ module contensou_study_quantities
       integer, allocatable :: start(:)
       !> Numbers of each quantity.
       integer, allocatable :: width(:)
+      !> Numbers of each quantity per body or contact.
+      integer, allocatable :: components(:)
       !> Whether the scene has the quantity; it may have no numbers nevertheless.
       logical, allocatable :: has(:)
       !> What the values are taken from.
@@ -104,13 +106,15 @@ contains
       integer :: i, n, before
 
       self%quantities = row_quantities()
-      if (allocated(self%values)) deallocate(self%values, self%start, self%width, self%has)
+      if (allocated(self%values)) deallocate(self%values, self%start, self%width, &
+         self%components, self%has)
       n = size(self%quantities)
-      allocate(self%start(n), self%width(n), self%has(n))
+      allocate(self%start(n), self%width(n), self%components(n), self%has(n))
       before = 0
       do i = 1, size(self%quantities)
          associate (q => self%quantities(i))
-            self%width(i) = q%components()
+            self%components(i) = q%components()
+            self%width(i) = self%components(i)
             if (q%owner() == "body") self%width(i) = self%width(i)*size(system%bodies)
             if (q%owner() == "contact") self%width(i) = self%width(i)*size(system%contacts)
             self%has(i) = .not. q%of_drives .or. any(turns_by_drive(system%bodies%motion))
@@ -135,7 +139,7 @@ contains
       integer :: i, j, n
 
       do i = 1, size(self%quantities)
-         n = self%quantities(i)%components()
+         n = self%components(i)
          do j = 1, self%width(i)/n
             call self%quantities(i)%fill(self%at, j, &
                self%values(self%start(i) + n*(j - 1) + 1:self%start(i) + n*j))

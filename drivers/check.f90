@@ -3,7 +3,7 @@ module contensou_drivers_check
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : cpu_seconds, write_stdout
-   use contensou_base_text, only : number_text, string_type, to_text
+   use contensou_base_text, only : number_text, string_type, text_buffer_type, to_text
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
       set_option
    use contensou_drivers_report, only : bodies_text, body_effects, contact_effects
@@ -64,7 +64,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(check_config_type) :: config
       type(scene_file_type) :: file
-      character(len=:), allocatable :: text
+      type(text_buffer_type) :: text
       integer :: i, nb
       logical :: of_sweep
 
@@ -86,29 +86,29 @@ contains
       end if
       associate (scene => file%scene, system => file%system)
          nb = size(scene%bodies)
-         text = config%scene // " is in order" // nl
-         if (scene%title /= "") text = text // "  " // scene%title // nl
-         text = text // "effects" // nl
-         if (norm2(scene%gravity) > 0.0_wp) text = text // "  gravity    " // &
-            number_text(norm2(scene%gravity), 5) // " m/s2" // nl
-         text = text // "  bodies     " // bodies_text(scene) // nl
+         call text%add(config%scene // " is in order" // nl)
+         if (scene%title /= "") call text%add("  " // scene%title // nl)
+         call text%add("effects" // nl)
+         if (norm2(scene%gravity) > 0.0_wp) call text%add("  gravity    " // &
+            number_text(norm2(scene%gravity), 5) // " m/s2" // nl)
+         call text%add("  bodies     " // bodies_text(scene) // nl)
          do i = 1, nb
-            if (body_effects(scene%bodies(i)) /= "") text = text // "  body       " // &
-               scene%bodies(i)%name // ": " // body_effects(scene%bodies(i)) // nl
+            if (body_effects(scene%bodies(i)) /= "") call text%add("  body       " // &
+               scene%bodies(i)%name // ": " // body_effects(scene%bodies(i)) // nl)
          end do
          do i = 1, size(scene%contacts)
-            text = text // "  contact    " // scene%contacts(i)%name // ": " // &
-               contact_effects(scene, scene%contacts(i)) // nl
+            call text%add("  contact    " // scene%contacts(i)%name // ": " // &
+               contact_effects(scene, scene%contacts(i)) // nl)
          end do
-         if (size(scene%contacts) == 0) text = text // "  contact    none" // nl
-         text = text // "  unknowns   " // to_text(system%layout%n) // ": 13 for each body"
-         if (system%layout%friction > 0) text = text // ", work of friction"
-         if (system%layout%damping > 0) text = text // ", work of damping"
-         if (system%layout%applied > 0) text = text // ", work supplied"
-         text = text // nl // "cost" // nl // cost_text(file)
-         text = text // "settings" // nl // indented(file%resolved)
+         if (size(scene%contacts) == 0) call text%add("  contact    none" // nl)
+         call text%add("  unknowns   " // to_text(system%layout%n) // ": 13 for each body")
+         if (system%layout%friction > 0) call text%add(", work of friction")
+         if (system%layout%damping > 0) call text%add(", work of damping")
+         if (system%layout%applied > 0) call text%add(", work supplied")
+         call text%add(nl // "cost" // nl // cost_text(file))
+         call text%add("settings" // nl // indented(file%resolved))
       end associate
-      call write_stdout(text, error)
+      call write_stdout(text%text(), error)
    end subroutine check
 
    !> Cost of a scene, measured.
@@ -133,10 +133,10 @@ contains
       n = 0
       start = cpu_seconds()
       do
-         do i = 1, 1000
+         do i = 1, n + 1
             call simulation%motion%derivative(0.0_wp, y, rate, outside)
          end do
-         n = n + 1000
+         n = 2*n + 1
          elapsed = cpu_seconds() - start
          if (elapsed > 0.01_wp) exit
       end do
@@ -181,16 +181,17 @@ contains
       !> Text, its lines ended.
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: shifted
+      type(text_buffer_type) :: buffer
       integer :: start, length
 
-      shifted = ""
       start = 1
       do while (start <= len(text))
          length = index(text(start:), nl)
          if (length == 0) length = len(text) - start + 1
-         shifted = shifted // "  " // text(start:start + length - 1)
+         call buffer%add("  " // text(start:start + length - 1))
          start = start + length
       end do
+      shifted = buffer%text()
    end function indented
 
 end module contensou_drivers_check

@@ -4,7 +4,8 @@ module contensou_drivers_run
    use contensou_base_kinds, only : pi, wp
    use contensou_base_operating_system, only : catch_signals, signal_received, write_stderr, &
       write_stdout
-   use contensou_base_text, only : command_text, number_text, string_type, to_text
+   use contensou_base_text, only : command_text, number_text, string_type, text_buffer_type, &
+      to_text
    use contensou_contact_geometry, only : pose_type
    use contensou_drivers_command_line, only : command_line_type, command_type, &
       option_type, quiet_option, set_option, takes_non_negative
@@ -188,10 +189,9 @@ contains
       !> Set when the standard output cannot be written.
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: y_start(simulation%motion%n), seconds(2)
-      character(len=:), allocatable :: text
+      type(text_buffer_type) :: text
       integer :: i
 
-      text = ""
       y_start = initial_state(scene, simulation%motion%n)
       seconds = recorder%output%elapsed()
       if (scene%title /= "") call line(scene%title)
@@ -244,7 +244,7 @@ contains
             call line("  output     " // scene%output%file // ", " // to_text(s%rows) // " rows")
          end if
       end associate
-      call write_stdout(text, error)
+      call write_stdout(text%text(), error)
 
    contains
 
@@ -277,7 +277,7 @@ contains
          !> The line.
          character(len=*), intent(in) :: words
 
-         text = text // words // new_line("a")
+         call text%add(words // new_line("a"))
       end subroutine line
 
       !> Energy lost in an effect, if the run has the effect.

@@ -6,6 +6,7 @@ module contensou_contact_parts
    use contensou_base_settings, only : admits, choice_names, group_settings_type, key_list_type, &
       key_type, kind_choice, kind_logical, kind_real
    use contensou_base_text, only : quote, string_type, strings
+   use contensou_base_text_lock, only : lock_texts, unlock_texts
    use contensou_contact_catalogue, only : law_key_type, law_keys_type, model_info_type, &
       model_type, plain_unit
    use contensou_contact_damping, only : damping_model_type, damping_models
@@ -16,7 +17,7 @@ module contensou_contact_parts
    implicit none(type, external)
    private
 
-   public :: part_type, contact_parts, n_parts, put_part_keys, read_models
+   public :: part_type, contact_parts, shared_parts, n_parts, put_part_keys, read_models
    public :: normal_names, friction_names
 
    !> Number of parts.
@@ -40,7 +41,24 @@ module contensou_contact_parts
       procedure :: words
    end type part_type
 
+   !> The parts, made when they are first asked for: each case of a sweep reads by them.
+   type(part_type), allocatable, target, save :: table(:)
+
 contains
+
+   !> The parts, in the order of the documentation, in one table for all. Thread-safe.
+   function shared_parts() result(parts)
+      type(part_type), pointer :: parts(:)
+      type(part_type), allocatable :: made(:)
+
+      call lock_texts()
+      if (.not. allocated(table)) then
+         made = contact_parts()
+         call move_alloc(made, table)
+      end if
+      parts => table
+      call unlock_texts()
+   end function shared_parts
 
    !> The parts, in the order of the documentation.
    function contact_parts() result(parts)

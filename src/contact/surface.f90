@@ -84,10 +84,11 @@ contains
             diagnostics)
       end do
       do i = 1, own%n
-         if (own%keys(i)%mandatory) call group%require(trim(own%keys(i)%name), group%origin, &
-            quote(trim(own%keys(i)%name)) // " is missing for the " // trim(info%name) // " " // &
-            quote(group%label()), trim(own%keys(i)%name) // " = " // domain_text(own%keys(i)), &
-            diagnostics)
+         name = trim(own%keys(i)%name)
+         if (.not. (own%keys(i)%mandatory .and. group%lacks(name))) cycle
+         call diagnostics%add(group%origin, quote(name) // " is missing for the " // &
+            trim(info%name) // " " // quote(group%label()), name // " = " // &
+            domain_text(own%keys(i)))
       end do
    end subroutine check_keys
 

@@ -113,8 +113,9 @@ contains
       subroutine need(name)
          character(len=*), intent(in) :: name
 
-         call group%require(name, group%origin, "'" // name // "' is missing in group &body" // &
-            group%named(), name // " = " // domain_text(group%key(name)), diagnostics)
+         if (group%lacks(name)) call diagnostics%add(group%origin, "'" // name // &
+            "' is missing in group &body" // group%named(), name // " = " // &
+            domain_text(group%key(name)))
       end subroutine need
 
    end subroutine check_motion

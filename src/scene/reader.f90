@@ -8,7 +8,7 @@ module contensou_scene_reader
    use contensou_base_settings, only : group_settings_type, schema_type, settings_type
    use contensou_base_text, only : string_type, to_text
    use contensou_base_text_lock, only : lock_texts, unlock_texts
-   use contensou_contact_parts, only : contact_parts, part_type
+   use contensou_only : part_type
    use contensou_contact_surface, only : read_surface
    use contensou_dynamics_assembly, only : assemble
    use contensou_dynamics_equations, only : system_type
@@ -248,7 +248,7 @@ contains
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(references_type) :: references
-      type(part_type), allocatable :: parts(:)
+      type(part_type), pointer :: parts(:)
       type(group_settings_type) :: group
       type(origin_type), allocatable :: places(:)
       type(origin_type) :: interval_place
@@ -261,7 +261,7 @@ contains
       allocate(scene%contacts(references%count(schema%find("contact"))))
       allocate(places(size(scene%contacts)))
       interval_place = origin_type(1, 0, 0, 1)
-      parts = contact_parts()
+      parts => shared_parts()
       do i = 1, size(settings%groups)
          group = settings%group(i, schema)
          n = references%numbers(i)

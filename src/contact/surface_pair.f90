@@ -34,6 +34,8 @@ module contensou_contact_surface_pair
       logical :: even = .false.
       !> Whether they are so in all directions.
       logical :: isotropic = .false.
+      !> Form of the other surface then [1/m].
+      real(wp) :: form_other(3) = 0.0_wp
       !> Curvature A where it is constant [1/m].
       real(wp) :: curvature_a = 0.0_wp
       !> Curvature B where it is constant [1/m].
@@ -97,6 +99,10 @@ contains
       self%even = merge(even_b, even_a, base_first)
       if (base_first) k_a = k_b
       self%isotropic = self%even .and. abs(k_a(1) - k_a(2)) <= 0.0_wp
+      if (self%isotropic) then
+         self%form_other = k_a(1)*[1.0_wp, 0.0_wp, 1.0_wp]
+         if (merge(b%inside, a%inside, base_first)) self%form_other = -self%form_other
+      end if
 
    contains
 
@@ -439,15 +445,16 @@ contains
       spot%second = 0.0_wp
       if (.not. curved) return
       form_base = form_at(base, x, track%normal, t)
-      m = 0.0_wp
-      if (.not. self%isotropic) then
+      if (self%isotropic) then
+         form_other = self%form_other
+      else
          frame_other = matmul(pose_of_other%rotation, other%frame)
          t_other = matmul(transpose(frame_other), spot%tangent)
          ! Out of the material of the other surface, in its frame.
          m = matmul(spot%normal, frame_other)
          if (self%base_first) m = -m
+         form_other = form_at(other, y, m, t_other)
       end if
-      form_other = form_at(other, y, m, t_other)
       if (self%base_first) then
          spot%first = form_base
          spot%second = form_other

@@ -7,7 +7,7 @@ module contensou_contact_shapes_torus
    use contensou_base_text, only : quote, to_text
    use contensou_base_vectors, only : cross
    use contensou_contact_shapes_shape, only : cosines, put_centre, put_direction, &
-      shape_info_type, shape_type, sines, turning_cubic, turning_form
+      shape_info_type, shape_type, sines
    implicit none(type, external)
    private
 
@@ -116,13 +116,15 @@ contains
       real(wp), intent(in) :: normal(3)
       real(wp), intent(in) :: t(3, 2)
       real(wp) :: form(3)
-      real(wp) :: rho, tube, ring
+      real(wp) :: around(2), rho, tube, ring
 
+      ! Written out, as bearings spend much of their time here.
       rho = sqrt(x(1)**2 + x(2)**2)
+      around = (x(1)*t(2, :) - x(2)*t(1, :))/rho
       tube = 1.0_wp/self%radius
       ring = (rho - self%major_radius)*tube/rho
       form = tube*[1.0_wp, 0.0_wp, 1.0_wp] &
-         + (ring - tube)*turning_form((x(1)*t(2, :) - x(2)*t(1, :))/rho)
+         + (ring - tube)*[around(1)**2, around(1)*around(2), around(2)**2]
    end function form
 
    !> The curvature around the axis, cos(phi)/rho, changes along the tube.
@@ -132,14 +134,19 @@ contains
       real(wp), intent(in) :: normal(3)
       real(wp), intent(in) :: t(3, 2)
       real(wp) :: cubic(4)
-      real(wp) :: rho, e_ring(3), e_tube(3)
+      real(wp) :: rho, e_ring(3), e_tube(3), c(2), f(2), k
 
       rho = sqrt(x(1)**2 + x(2)**2)
       e_ring = [-x(2)/rho, x(1)/rho, 0.0_wp]
       e_tube = cross(e_ring, normal)
       e_tube = -e_tube
-      cubic = turning_cubic(-self%major_radius/self%radius*normal(3)/rho**2, matmul(e_ring, t), &
-         matmul(e_tube, t))
+      c = matmul(e_ring, t)
+      f = matmul(e_tube, t)
+      k = -self%major_radius/self%radius*normal(3)/rho**2
+      cubic(1) = 3.0_wp*k*c(1)**2*f(1)
+      cubic(2) = k*(c(1)**2*f(2) + 2.0_wp*c(1)*c(2)*f(1))
+      cubic(3) = k*(c(2)**2*f(1) + 2.0_wp*c(1)*c(2)*f(2))
+      cubic(4) = 3.0_wp*k*c(2)**2*f(2)
    end function cubic
 
    pure function principal(self, x, normal) result(tangent)

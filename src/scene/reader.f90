@@ -8,7 +8,7 @@ module contensou_scene_reader
    use contensou_base_settings, only : group_settings_type, schema_type, settings_type
    use contensou_base_text, only : string_type, to_text
    use contensou_base_text_lock, only : lock_texts, unlock_texts
-   use contensou_only : part_type
+   use contensou_contact_parts, only : part_type, shared_parts
    use contensou_contact_surface, only : read_surface
    use contensou_dynamics_assembly, only : assemble
    use contensou_dynamics_equations, only : system_type

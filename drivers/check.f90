@@ -40,6 +40,10 @@ module contensou_drivers_check
       procedure :: after_step
    end type stopwatch_type
 
+   !> Number of unknowns from which a Jacobian is not factorized for a trial: nothing stops it on
+   !> the way, and it takes more than proportionally long.
+   integer, parameter :: most_unknowns = 10000
+
    !> CPU time that `check` spends on a trial [s].
    real(wp), parameter :: trial_cpu = 0.2_wp
 
@@ -146,7 +150,13 @@ contains
       associate (scene => file%scene, statistics => simulation%memory%statistics, &
          t => simulation%memory%t)
          stopwatch%deadline = cpu_seconds() + trial_cpu
-         if (.not. allocated(error)) call simulate(simulation, stopwatch, error)
+         if (size(y) > most_unknowns .and. any(scene%integrator%method == &
+            [character(len=9) :: "cvode_bdf", "auto"])) then
+            text = text // "  trial            none: with " // to_text(size(y)) // &
+               " unknowns its first Jacobian would be factorized for longer than that" // nl
+         else if (.not. allocated(error)) then
+            call simulate(simulation, stopwatch, error)
+         end if
          if (allocated(error)) then
             text = text // "  a trial failed at t = " // number_text(t, 6) // " s: " // &
                simulation%failure // nl

@@ -68,7 +68,7 @@ module contensou_base_diagnostics
    end type diagnostics_type
 
    !> Number of mistakes that are kept.
-   integer, parameter :: max_kept = 1000
+   integer, parameter :: max_kept = 200
 
    !> Number of earlier mistakes that a new one is compared with.
    integer, parameter :: look_back = 16

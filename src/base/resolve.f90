@@ -7,7 +7,7 @@ module contensou_base_resolve
       value_integer, value_logical, value_null, value_real, value_text, value_type
    use contensou_base_kinds, only : wp
    use contensou_base_settings, only : admits, any_number, domain_text, group_schema_type, &
-      group_settings_type, is_number, key_type, kind_any, kind_choice, kind_integer, &
+      group_settings_type, is_number, key_type, kind_any, kind_choice, kind_file, kind_integer, &
       kind_logical, kind_name, kind_real, kind_reference, kind_text, new_setting, schema_type, &
       setting_type, settings_type, stored_group_type
    use contensou_base_text, only : join, lower, nearest, quote, string_type, strings, to_text
@@ -88,8 +88,8 @@ contains
             call diagnostics%add(group%origin, "unknown group &" // group%name, &
                "&" // names(near)%s)
          else
-            call diagnostics%add(group%origin, "unknown group &" // group%name, &
-               "one of &" // join(names, ", &"))
+            call diagnostics%add(group%origin, "unknown group &" // group%name // &
+               trim(schema%owner), "one of &" // join(names, ", &"))
          end if
       end subroutine report_unknown
 
@@ -473,6 +473,8 @@ contains
          if (key%values == 2) text = "the names of two " // trim(key%target) // "s in quotes"
       case (kind_name)
          text = "a name in quotes"
+      case (kind_file)
+         text = "the name of a file in quotes"
       case default
          text = "a text in quotes"
          if (key%values == any_number) text = text // ", any number of them"

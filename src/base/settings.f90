@@ -17,7 +17,7 @@ module contensou_base_settings
    public :: key_type, key_list_type, group_spec_type, group_schema_type, schema_type
    public :: setting_type, stored_group_type, settings_type, group_settings_type
    public :: kind_real, kind_text, kind_name, kind_choice, kind_reference, kind_logical, &
-      kind_integer, kind_any
+      kind_integer, kind_any, kind_file
    public :: admits, domain_text, is_number, most_values, any_number, new_schema, new_setting
    public :: choice_names
 
@@ -43,6 +43,9 @@ module contensou_base_settings
 
    !> Numbers, texts or logicals.
    integer, parameter :: kind_any = 8
+
+   !> The name of a file.
+   integer, parameter :: kind_file = 9
 
    !> Largest number of values of a key that has a number of them.
    integer, parameter :: most_values = 12
@@ -155,6 +158,8 @@ module contensou_base_settings
    !> The groups that a scene or a sweep can have.
    type :: schema_type
       type(group_schema_type), allocatable :: groups(:)
+      !> What has these groups, for messages, as " in a sweep"; blank where that is plain.
+      character(len=16) :: owner = ""
    contains
       !> Position of a group.
       procedure :: find => find_group
@@ -395,12 +400,15 @@ contains
    end function domain_text
 
    !> A schema from its groups and the keys of all of them, in the order of the documentation.
-   subroutine new_schema(groups, keys, schema)
+   subroutine new_schema(groups, keys, schema, owner)
       type(group_spec_type), intent(in) :: groups(:)
       type(key_type), intent(in) :: keys(:)
       type(schema_type), intent(out) :: schema
+      !> What has these groups, for messages.
+      character(len=*), intent(in), optional :: owner
       integer :: g, k
 
+      if (present(owner)) schema%owner = owner
       allocate(schema%groups(size(groups)))
       do g = 1, size(groups)
          associate (group => schema%groups(g))

@@ -42,7 +42,7 @@ module contensou_contact_parts
    end type part_type
 
    !> The parts, made when they are first asked for: each case of a sweep reads by them.
-   type(part_type), allocatable, target, save :: table(:)
+   type(part_type), allocatable, target :: table(:)
 
 contains
 

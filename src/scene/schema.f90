@@ -3,7 +3,8 @@
 module contensou_scene_schema
    use contensou_base_kinds, only : wp
    use contensou_base_settings, only : group_spec_type, key_list_type, key_type, kind_choice, &
-      kind_integer, kind_logical, kind_name, kind_real, kind_reference, kind_text, most_values, &
+      kind_file, kind_integer, kind_logical, kind_name, kind_real, kind_reference, kind_text, &
+      most_values, &
       new_schema, schema_type
    use contensou_base_text, only : string_type, strings
    use contensou_contact_parts, only : friction_names, normal_names, put_part_keys
@@ -158,7 +159,7 @@ contains
          most=1.0e9_wp, default="10", doc="steps after which cvode_bdf renews the Jacobian, " // &
          "of either kind, and factorizes; CVODE by itself takes 51, and factorizes after 20")
 
-      call list%put("output", "file", kind_text, &
+      call list%put("output", "file", kind_file, &
          doc="name of the HDF5 file; not given, the name of the scene file with .h5, in the " // &
          "current folder")
       call list%put("output", "interval", kind_real, unit="s", above=0.0_wp, &

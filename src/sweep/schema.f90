@@ -3,7 +3,7 @@
 module contensou_sweep_schema
    use contensou_base_kinds, only : wp
    use contensou_base_settings, only : any_number, group_spec_type, key_list_type, key_type, &
-      kind_any, kind_choice, kind_integer, kind_real, kind_text, new_schema, schema_type
+      kind_any, kind_choice, kind_file, kind_integer, kind_real, kind_text, new_schema, schema_type
    use contensou_base_text, only : string_type, strings
    use contensou_study_quantities, only : row_quantities
    use contensou_study_quantity, only : quantity_type
@@ -40,7 +40,7 @@ contains
    subroutine sweep_schema(schema)
       type(schema_type), intent(out) :: schema
 
-      call new_schema(sweep_groups(), sweep_keys(), schema)
+      call new_schema(sweep_groups(), sweep_keys(), schema, " in a sweep")
    end subroutine sweep_schema
 
    !> The groups of a sweep file, in the order of the documentation.
@@ -61,7 +61,7 @@ contains
       type(key_type), allocatable :: keys(:)
       type(key_list_type) :: list
 
-      call list%put("sweep", "scene", kind_text, mandatory=.true., &
+      call list%put("sweep", "scene", kind_file, mandatory=.true., &
          doc="file of the base scene, relative to the folder of the sweep file")
       call list%put("sweep", "sampling", kind_choice, choices=samplings, default="'grid'", &
          doc="which cases there are: grid, every combination of the values of all parameters, " // &
@@ -72,7 +72,7 @@ contains
       call list%put("sweep", "seed", kind_integer, unit="1", least=0.0_wp, most=2.0_wp**53, &
          doc="seed of latin_hypercube, 1 if not given; with sobol it shifts all points at " // &
          "random, and without there is no shift; not for others")
-      call list%put("sweep", "table", kind_text, &
+      call list%put("sweep", "table", kind_file, &
          doc="file of the cases for sampling = 'file', relative to the folder of the sweep " // &
          "file: CSV whose header names parameters by their paths, or HDF5 with a " // &
          "one-dimensional dataset for each, in its root or in /parameters")
@@ -88,7 +88,7 @@ contains
          doc="cases whose whole output file is kept, too, as NAME_case_N.h5 beside the table")
       call list%put("sweep", "time_limit", kind_real, unit="s", above=0.0_wp, &
          doc="wall time at which a case is given up; not given, there is no limit")
-      call list%put("sweep", "output", kind_text, &
+      call list%put("sweep", "output", kind_file, &
          doc="name of the table; not given, the name of the sweep file with .h5, in the " // &
          "current folder")
 

@@ -6,7 +6,7 @@ module contensou_sweep_target
    use contensou_base_kinds, only : wp
    use contensou_base_resolve, only : expected_of, key_position, take_value
    use contensou_base_settings, only : group_settings_type, is_number, key_type, kind_choice, &
-      kind_name, kind_reference, kind_text, new_setting, schema_type, settings_type
+      kind_file, kind_name, kind_reference, kind_text, new_setting, schema_type, settings_type
    use contensou_base_text, only : lower, nearest, quote, string_type, to_text
    use contensou_scene_bearing, only : bearing_names, concerns_bearings, has_bearings
    use contensou_scene_overrides, only : find_path, index_groups, index_type, path_type
@@ -131,7 +131,7 @@ contains
 
       good = .false.
       associate (key => target%key)
-         if (key%kind == kind_name .or. key%kind == kind_text .or. group == "cost") then
+         if (any(key%kind == [kind_name, kind_text, kind_file]) .or. group == "cost") then
             call diagnostics%add(origin, "'" // target%path // &
                "' cannot vary: no motion depends on it")
          else if (group == "bearing" .and. any(path%key == [character(len=10) :: "ball_count", &

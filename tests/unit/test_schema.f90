@@ -5,7 +5,8 @@ module test_schema
    use contensou_base_kinds, only : wp
    use contensou_base_resolve, only : resolve
    use contensou_base_settings, only : admits, domain_text, group_settings_type, group_spec_type, &
-      is_number, key_type, kind_choice, kind_integer, kind_logical, kind_name, kind_real, &
+      is_number, key_type, kind_choice, kind_file, kind_integer, kind_logical, kind_name, &
+      kind_real, &
       kind_reference, kind_text, most_values, schema_type, settings_type
    use contensou_base_text, only : read_real, string_type
    use contensou_scene_overrides, only : apply_override, index_groups, index_type
@@ -83,7 +84,7 @@ contains
             same = count(keys%group == key%group .and. keys%name == key%name)
             call check(same == 1, name // ": once")
             call check(any(key%kind == [kind_real, kind_text, kind_name, kind_choice, &
-               kind_reference, kind_logical, kind_integer]), name // ": kind")
+               kind_reference, kind_logical, kind_integer, kind_file]), name // ": kind")
             call check(key%values >= 1 .and. key%values <= most_values, &
                name // ": number of values")
             call check((key%unit /= "") .eqv. is_number(key), name // ": a unit for numbers")
@@ -330,7 +331,7 @@ contains
       call expect(least // "&output interval = .true. /", &
          "'interval' needs a number, this is a logical", "a number", 3, "logical for a number")
       call expect(least // "&output file = 3 /", &
-         "'file' needs a text in quotes, this is a number", "a text in quotes", 3, &
+         "'file' needs a text in quotes, this is a number", "the name of a file", 3, &
          "number for a text")
       call expect(least // "&integrator method = 'cvode_dbf' /", "unknown method 'cvode_dbf'", &
          "'cvode_bdf'; possible are cvode_bdf, cvode_adams, explicit8, auto", 3, "unknown choice")

@@ -15,6 +15,7 @@ program rhs_probe
    type(error_type), allocatable :: error
    type(string_type) :: overrides(0)
    real(wp), allocatable :: y(:), rate(:)
+   real(wp) :: t
    character(len=:), allocatable :: path
    character(len=32) :: digits
    integer :: length, count, status, i
@@ -35,12 +36,14 @@ program rhs_probe
       stop 2, quiet=.true.
    end if
    y = simulation%state()
+   ! Not a constant, for which the compiler would make a right-hand side of its own.
+   t = simulation%time()
    allocate(rate(size(y)))
    rate = 0.0_wp
    associate (system => simulation%motion%system)
       where (system%contacts%rigid) system%contacts%closed = .true.
       do i = 1, count
-         call system%derivative(0.0_wp, y, rate)
+         call system%derivative(t, y, rate)
       end do
    end associate
    write(output_unit, "(*(es24.16))") rate

@@ -286,7 +286,7 @@ def test_models_are_those_that_a_scene_admits(run, keys):
     assert {shape for pair in tables["contact.surfaces"] for shape in pair.split(", ")} == set(
         shapes
     )
-    assert len(tables["contact.surfaces"]) == 13
+    assert len(tables["contact.surfaces"]) == 24
 
 
 def test_every_model_by_its_name(run):

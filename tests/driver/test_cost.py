@@ -55,11 +55,11 @@ class Count:
     calls: dict[str, int]
 
     def of_module(self, *modules) -> dict[str, int]:
-        """Calls of the procedures of some modules."""
+        """Calls of the procedures of some modules and of those in the folders of their names."""
         return {
             name: calls
             for name, calls in self.calls.items()
-            if any(f"__{module}_MOD_" in name for module in modules)
+            if any(f"__{module}_" in name for module in modules)
         }
 
     def allocations(self) -> dict[str, int]:

@@ -48,22 +48,22 @@ FAULTS = {
         "- a%velocity",
     ),
     "factor of the damping": (
-        "contact/damping.f90",
+        "contact/damping/coefficient.f90",
         "f = 1.5_wp*coefficient*elastic*rate",
         "f = coefficient*elastic*rate",
     ),
     "contact that pulls": (
-        "contact/damping.f90",
-        "f = max(elastic + self%kernel(elastic, approach, rate, self%coefficient), 0.0_wp)",
-        "f = elastic + self%kernel(elastic, approach, rate, self%coefficient)",
+        "contact/damping/law.f90",
+        "f = max(elastic + self%force(elastic, approach, rate), 0.0_wp)",
+        "f = elastic + self%force(elastic, approach, rate)",
     ),
     "frozen spot": (
-        "contact/normal.f90",
+        "contact/normal/law.f90",
         "a = self%axis_a*sqrt(approach)",
         "a = self%axis_a*1.0e-3_wp",
     ),
     "axes of the spot mixed up": (
-        "contact/normal.f90",
+        "contact/normal/law.f90",
         "force_b = 0.2_wp*work*self%axis_b**2",
         "force_b = 0.2_wp*work*self%axis_a**2",
     ),

@@ -277,3 +277,30 @@ def test_quantity(extended, tmp_path):
         speed = np.linalg.norm(rows["velocity"][:, 0], axis=1)
         kinetic = rows["energy_kinetic"][:]
         assert np.allclose(energy[:, 0] + moment * speed**2, kinetic, rtol=1e-12, atol=0.0)
+
+
+def test_shape(extended, tmp_path):
+    """A spheroid, which the sources do not have."""
+    assert "half_height" in extended("help", "surface")
+    assert "spheroid, plane" in extended("models")
+    extended("run", FOLDER / "shape.nml", "-o", "shape.h5", "-q")
+    with h5py.File(tmp_path / "shape.h5") as file:
+        rows = file["trajectory"]
+        # The ball falls 5 mm onto the top of the spheroid.
+        falling = rows["time"][:] < 0.03
+        fall = 0.005 - 0.5 * 9.81 * rows["time"][falling] ** 2
+        assert np.allclose(rows["gap"][falling, 1], fall, rtol=0.0, atol=1e-5)
+        touching = rows["normal_force"][:, 1] > 0.0
+        assert touching.any()
+        # At its poles it is round.
+        axes = rows["semi_axes"][touching, 1]
+        assert np.allclose(axes[:, 0], axes[:, 1], rtol=1e-3, atol=0.0)
+
+
+def test_command(extended):
+    """A command that prints the masses of the bodies of a scene."""
+    assert extended("masses", ROOT / "inputs" / "tippe_top.nml").split()[0] == "top"
+    assert "masses SCENE" in extended("--help")
+    usage = extended("masses", "--help")
+    assert usage.startswith("usage: contensou masses SCENE [--set PATH=VALUE]...")
+    assert extended("help", "masses") == usage

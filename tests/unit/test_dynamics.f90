@@ -226,7 +226,7 @@ contains
       !> Sum of the sizes of what adds up to it.
       real(wp), intent(out) :: size_of_torques
       real(wp) :: torque(3), orbital(3), w(3)
-      integer :: i, k
+      integer :: i
 
       linear = 0.0_wp
       angular = 0.0_wp
@@ -307,7 +307,7 @@ contains
       type(worst_type) :: balance, loss
       real(wp), allocatable :: y(:), rate(:)
       real(wp) :: gap(1), gap_rate(1), terms(9)
-      integer :: i, j, k, b, at
+      integer :: i, j, k, b
       logical :: drilling
 
       damping = damping_models()

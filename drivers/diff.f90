@@ -58,14 +58,18 @@ contains
    function diff_command() result(command)
       type(command_type) :: command
       character(len=*), parameter :: nl = new_line("a"), before = nl // "  "
+      character(len=:), allocatable :: notes
+      type(string_type), allocatable :: rules(:)
 
+      ! In steps: gfortran does not free what functions return inside of a structure constructor.
+      rules = strings(built_in_text)
+      notes = "built-in rules, which only a rule without * ? [ outdoes:" // before // &
+         join(rules, before) // nl // "and with --until, which none outdoes:" // before
+      rules = strings(whole_run_text)
+      notes = notes // join(rules, before)
       command = command_type("diff", "compare two output files", options, &
          "compares all data sets and attributes, exactly unless a rule says otherwise;" // nl // &
-         "exit status 0 same, 1 different, 2 trouble", &
-         "built-in rules, which only a rule without * ? [ outdoes:" // before // &
-         join(strings(built_in_text), before) // nl // &
-         "and with --until, which none outdoes:" // before // &
-         join(strings(whole_run_text), before), execute=diff)
+         "exit status 0 same, 1 different, 2 trouble", notes, execute=diff)
    end function diff_command
 
    !> Compare two files.

@@ -306,7 +306,10 @@ contains
          scene%contacts(1)%normal = normal_rigid
          scene%contacts(1)%damping = 1
          if (modulo(i, 5) < 3) then
-            scene%surfaces(1)%surface%shape = ellipsoid_type([0.02_wp, 0.015_wp, 0.012_wp])
+            ! By assignment gfortran 12 would write a larger type into the room of the smaller.
+            deallocate(scene%surfaces(1)%surface%shape)
+            allocate(scene%surfaces(1)%surface%shape, &
+               source=ellipsoid_type([0.02_wp, 0.015_wp, 0.012_wp]))
          end if
          if (modulo(i, 5) == 4) then
             scene%contacts(1)%rolling = rolling_index(trim(merge("constant  ", "hysteresis", &

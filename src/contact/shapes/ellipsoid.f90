@@ -14,7 +14,7 @@ module contensou_contact_shapes_ellipsoid
 
    type, extends(shape_type) :: ellipsoid_type
       !> Along the axes of its frame [m].
-      real(wp) :: semi_axes(3) = 0.0_wp
+      real(wp) :: semi_axes(3) = 1.0_wp
    contains
       procedure, nopass :: info
       procedure, nopass :: put_keys

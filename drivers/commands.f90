@@ -47,6 +47,8 @@ contains
       allocate(longer(size(commands) + 1))
       longer(:size(commands)) = commands
       longer(size(longer)) = command
+      ! Of no options gfortran 12 keeps no array.
+      if (.not. allocated(longer(size(longer))%options)) allocate(longer(size(longer))%options(0))
       call move_alloc(longer, commands)
    end subroutine add
 

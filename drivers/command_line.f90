@@ -401,10 +401,13 @@ contains
       !> Number without the option.
       real(wp), intent(in) :: default
       real(wp) :: number
+      character(len=:), allocatable :: text
       logical :: valid
 
       number = default
-      if (self%has(name)) call read_real(self%text(name), number, valid)
+      if (.not. self%has(name)) return
+      text = self%text(name)
+      call read_real(text, number, valid)
    end function number_of
 
    !> Whole number that an option gives; 0 without it.

@@ -368,11 +368,13 @@ contains
       !> Its name in full.
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: text
-      type(string_type), allocatable :: texts(:)
+      integer :: i, option
 
-      texts = self%texts(name)
       text = ""
-      if (size(texts) > 0) text = texts(size(texts))%s
+      option = findloc(self%commands(self%command)%options%name == name, .true., dim=1)
+      do i = 1, size(self%given)
+         if (self%given(i)%option == option) text = self%given(i)%value
+      end do
    end function text_of
 
    !> All values of an option or operand.

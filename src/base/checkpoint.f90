@@ -164,7 +164,8 @@ contains
       integer(i8) :: longs(size(values))
 
       call c_f_pointer(c_loc(values), flat, [size(values)])
-      longs = merge(1_i8, 0_i8, flat)
+      longs = 0_i8
+      if (.not. self%is_reading()) longs = merge(1_i8, 0_i8, flat)
       call self%exchange_longs(name, longs)
       flat = longs /= 0
    end subroutine exchange_logicals

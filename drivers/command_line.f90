@@ -359,7 +359,8 @@ contains
       character(len=*), intent(in) :: name
       logical :: has
 
-      has = size(self%texts(name)) > 0
+      has = any(self%given%option == &
+         findloc(self%commands(self%command)%options%name == name, .true., dim=1))
    end function has
 
    !> Value of an option or operand; empty if it is not given.

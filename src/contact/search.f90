@@ -27,8 +27,9 @@ module contensou_contact_search
 
    !> Two surfaces to be searched.
    type :: search_type
-      type(surface_type) :: a
-      type(surface_type) :: b
+      !> Surfaces A and B; an array, as gfortran 12 frees only one of several such components when
+      !> an extension of their type is freed.
+      type(surface_type) :: surfaces(2)
       !> Whether the carrier is A.
       logical :: carrier_first = .true.
       !> Whether there may be several places of a common normal.
@@ -102,23 +103,21 @@ module contensou_contact_search
 contains
 
    !> Search of a pair of surfaces, one of them at least a carrier.
-   subroutine set_search(self, a, b)
-      type(search_type), intent(out) :: self
-      type(surface_type), intent(in) :: a
-      type(surface_type), intent(in) :: b
+   subroutine set_search(self)
+      !> Its surfaces are set.
+      type(search_type), intent(inout) :: self
       type(shape_info_type) :: info_a, info_b
 
-      self%a = a
-      self%b = b
-      info_a = a%shape%info()
-      info_b = b%shape%info()
-      self%carrier_first = carrier_rank(a) >= carrier_rank(b)
-      self%several = .not. (info_a%convex .and. info_b%convex) .or. a%inside .or. b%inside
-      self%size = max(a%shape%extent(), b%shape%extent())
+      info_a = self%surfaces(1)%shape%info()
+      info_b = self%surfaces(2)%shape%info()
+      self%carrier_first = carrier_rank(self%surfaces(1)) >= carrier_rank(self%surfaces(2))
+      self%several = .not. (info_a%convex .and. info_b%convex) .or. self%surfaces(1)%inside &
+         .or. self%surfaces(2)%inside
+      self%size = max(self%surfaces(1)%shape%extent(), self%surfaces(2)%shape%extent())
       if (self%carrier_first) then
-         call set_carrier(a, info_a)
+         call set_carrier(self%surfaces(1), info_a)
       else
-         call set_carrier(b, info_b)
+         call set_carrier(self%surfaces(2), info_b)
       end if
 
    contains
@@ -205,8 +204,8 @@ contains
       x_last = x
       y_last = y
       do i = 1, most_steps
-         n = normal_at(self%a, x)
-         mb = normal_at(self%b, y)
+         n = normal_at(self%surfaces(1), x)
+         mb = normal_at(self%surfaces(2), y)
          nb = matmul(placing%rotation, mb)
          w = placing%origin + matmul(placing%rotation, y) - x
          gap = w(1)*n(1) + w(2)*n(2) + w(3)*n(3)
@@ -221,8 +220,8 @@ contains
          t(:, 1) = any_tangent(n)
          t(:, 2) = cross(n, t(:, 1))
          tb = matmul(transpose(placing%rotation), t)
-         la = form_at(self%a, x, n, t)
-         lb = form_at(self%b, y, mb, tb)
+         la = form_at(self%surfaces(1), x, n, t)
+         lb = form_at(self%surfaces(2), y, mb, tb)
          r1(1) = dot_product(nb, t(:, 1))
          r1(2) = dot_product(nb, t(:, 2))
          r2(1) = dot_product(w, t(:, 1))
@@ -233,8 +232,8 @@ contains
             ! The step was too long: half of it.
             scale = 0.5_wp*scale
             if (scale < 0.01_wp) return
-            x = self%a%shape%restore(x_last + scale*move_a)
-            y = self%b%shape%restore(y_last + scale*move_b)
+            x = self%surfaces(1)%shape%restore(x_last + scale*move_a)
+            y = self%surfaces(2)%shape%restore(y_last + scale*move_b)
             cycle
          end if
          last = residual
@@ -259,8 +258,8 @@ contains
          y_last = y
          move_a = xi_a(1)*t(:, 1) + xi_a(2)*t(:, 2)
          move_b = xi_b(1)*tb(:, 1) + xi_b(2)*tb(:, 2)
-         x = self%a%shape%restore(x + move_a)
-         y = self%b%shape%restore(y + move_b)
+         x = self%surfaces(1)%shape%restore(x + move_a)
+         y = self%surfaces(2)%shape%restore(y + move_b)
          ! The error after a step is of the order of its square over the radius of curvature.
          closing = step <= max(1.0e-8_wp*length, 4.0_wp*epsilon(step)*self%size)
       end do
@@ -386,9 +385,9 @@ contains
       integer, intent(in) :: i
 
       if (self%carrier_first) then
-         is_alongside = self%a%shape%alongside(place, i)
+         is_alongside = self%surfaces(1)%shape%alongside(place, i)
       else
-         is_alongside = self%b%shape%alongside(place, i)
+         is_alongside = self%surfaces(2)%shape%alongside(place, i)
       end if
    end function is_alongside
 
@@ -429,9 +428,9 @@ contains
       type(swept_type) :: swept
 
       if (self%carrier_first) then
-         call self%a%shape%spine(u, i, reach(self, placing), swept%centre, swept%radius)
+         call self%surfaces(1)%shape%spine(u, i, reach(self, placing), swept%centre, swept%radius)
       else
-         call self%b%shape%spine(u, i, reach(self, placing), swept%centre, swept%radius)
+         call self%surfaces(2)%shape%spine(u, i, reach(self, placing), swept%centre, swept%radius)
       end if
    end function on_line
 
@@ -472,9 +471,11 @@ contains
       real(wp) :: foot(3), normal(3)
 
       if (self%carrier_first) then
-         call closest_point(self%b, carried(self, placing, swept%centre), foot, normal, distance)
+         call closest_point(self%surfaces(2), carried(self, placing, swept%centre), foot, &
+            normal, distance)
       else
-         call closest_point(self%a, carried(self, placing, swept%centre), foot, normal, distance)
+         call closest_point(self%surfaces(1), carried(self, placing, swept%centre), foot, &
+            normal, distance)
       end if
       distance = distance - swept%radius
    end function distance_of
@@ -557,9 +558,10 @@ contains
       real(wp) :: apex(3), foot(3), normal(3), distance
       logical :: found
 
-      call self%a%shape%apex(apex, found)
-      if (found .and. .not. self%a%inside) then
-         call closest_point(self%b, matmul(apex - placing%origin, placing%rotation), foot, normal, &
+      call self%surfaces(1)%shape%apex(apex, found)
+      if (found .and. .not. self%surfaces(1)%inside) then
+         call closest_point(self%surfaces(2), matmul(apex - placing%origin, placing%rotation), &
+            foot, normal, &
             distance)
          if (distance <= 0.0_wp) then
             track%lost = .false.
@@ -569,9 +571,10 @@ contains
             gap = distance
          end if
       end if
-      call self%b%shape%apex(apex, found)
-      if (found .and. .not. self%b%inside) then
-         call closest_point(self%a, placing%origin + matmul(placing%rotation, apex), foot, normal, &
+      call self%surfaces(2)%shape%apex(apex, found)
+      if (found .and. .not. self%surfaces(2)%inside) then
+         call closest_point(self%surfaces(1), placing%origin + matmul(placing%rotation, apex), &
+            foot, normal, &
             distance)
          if (distance <= 0.0_wp) then
             track%lost = .false.
@@ -613,22 +616,22 @@ contains
       end if
       q = carried(self, placing, p%centre)
       if (self%carrier_first) then
-         call closest_point(self%b, q, foot, normal, distance)
+         call closest_point(self%surfaces(2), q, foot, normal, distance)
          x = p%centre
          if (self%line) x = p%centre - p%radius*matmul(placing%rotation, normal)
          y = foot
       else
-         call closest_point(self%a, q, foot, normal, distance)
+         call closest_point(self%surfaces(1), q, foot, normal, distance)
          y = p%centre
          if (self%line) y = p%centre - p%radius*matmul(normal, placing%rotation)
          x = foot
       end if
       low = distance - p%radius
-      n = normal_at(self%a, x)
+      n = normal_at(self%surfaces(1), x)
       ! At an apex of A that of B counts.
-      if (all(abs(n) <= 0.0_wp)) n = -matmul(placing%rotation, normal_at(self%b, y))
+      if (all(abs(n) <= 0.0_wp)) n = -matmul(placing%rotation, normal_at(self%surfaces(2), y))
       ! Normals in one direction: this is the far side of a surface, or one lies within the other.
-      normal = normal_at(self%b, y)
+      normal = normal_at(self%surfaces(2), y)
       normal = matmul(placing%rotation, normal)
       if (dot_product(n, normal) > 0.0_wp) low = huge(low)
       call polish(self, placing, x, y, n, gap, found)
@@ -788,17 +791,19 @@ contains
          real(wp) :: foot(3), normal(3), basis(3, 2), form(3), turned(3, 2), v(2, 2), m(3), d
 
          if (self%carrier_first) then
-            call closest_point(self%b, carried(self, placing, point), foot, normal, distance)
+            call closest_point(self%surfaces(2), carried(self, placing, point), foot, normal, &
+               distance)
             basis(:, 1) = any_tangent(normal)
             basis(:, 2) = cross(normal, basis(:, 1))
-            form = form_at(self%b, foot, normal, basis)
+            form = form_at(self%surfaces(2), foot, normal, basis)
             gradient = matmul(placing%rotation, normal)
             turned = matmul(placing%rotation, basis)
          else
-            call closest_point(self%a, carried(self, placing, point), foot, normal, distance)
+            call closest_point(self%surfaces(1), carried(self, placing, point), foot, normal, &
+               distance)
             basis(:, 1) = any_tangent(normal)
             basis(:, 2) = cross(normal, basis(:, 1))
-            form = form_at(self%a, foot, normal, basis)
+            form = form_at(self%surfaces(1), foot, normal, basis)
             gradient = matmul(normal, placing%rotation)
             turned = matmul(transpose(placing%rotation), basis)
          end if

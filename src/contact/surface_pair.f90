@@ -24,8 +24,8 @@ module contensou_contact_surface_pair
 
    !> Two surfaces.
    type, abstract, extends(geometry_type) :: surface_pair_type
-      type(surface_type) :: a
-      type(surface_type) :: b
+      !> The surfaces, and how they are searched where no closed form is known.
+      type(search_type) :: search
       !> Whether the base is surface A.
       logical :: base_first = .true.
       !> Where between the closest points the contact point lies: 0 on A, 1 on B.
@@ -71,7 +71,6 @@ module contensou_contact_surface_pair
 
    !> Any two surfaces.
    type, extends(surface_pair_type) :: searched_pair_type
-      type(search_type) :: search
    contains
       procedure :: gap => searched_gap
    end type searched_pair_type
@@ -88,8 +87,8 @@ contains
       real(wp) :: k_a(2), k_b(2)
       logical :: even_a, even_b
 
-      self%a = a
-      self%b = b
+      self%search%surfaces(1) = a
+      self%search%surfaces(2) = b
       self%base_first = base_first
       self%constant_curvatures = .false.
       call a%shape%constant_curvatures(even_a, k_a)
@@ -197,7 +196,7 @@ contains
 
       allocate(self)
       call set_pair(self, a, b, .true.)
-      call set_search(self%search, a, b)
+      call set_search(self%search)
       call move_alloc(self, geometry)
    end subroutine new_searched_pair
 
@@ -215,11 +214,11 @@ contains
       real(wp) :: at_base(3)
 
       if (self%base_first) then
-         at_base = seen(self%a, a, self%b%centre, b)
-         call closest_point(self%a, at_base, track%first, track%normal, gap)
+         at_base = seen(self%search%surfaces(1), a, self%search%surfaces(2)%centre, b)
+         call closest_point(self%search%surfaces(1), at_base, track%first, track%normal, gap)
       else
-         at_base = seen(self%b, b, self%a%centre, a)
-         call closest_point(self%b, at_base, track%second, track%normal, gap)
+         at_base = seen(self%search%surfaces(2), b, self%search%surfaces(1)%centre, a)
+         call closest_point(self%search%surfaces(2), at_base, track%second, track%normal, gap)
       end if
       gap = gap - self%radius
       track%known = .true.
@@ -238,9 +237,11 @@ contains
       real(wp), intent(out) :: gap
 
       if (self%base_first) then
-         call support_of(self%a, self%b, a, b, track%first, track%normal, gap, track%known)
+         call support_of(self%search%surfaces(1), self%search%surfaces(2), a, b, track%first, &
+            track%normal, gap, track%known)
       else
-         call support_of(self%b, self%a, b, a, track%second, track%normal, gap, track%known)
+         call support_of(self%search%surfaces(2), self%search%surfaces(1), b, a, track%second, &
+            track%normal, gap, track%known)
       end if
       track%lost = .not. track%known
    end subroutine support_gap
@@ -287,10 +288,10 @@ contains
       type(placing_type) :: placing
       real(wp) :: frame_a(3, 3), frame_b(3, 3)
 
-      frame_a = matmul(a%rotation, self%a%frame)
-      frame_b = matmul(b%rotation, self%b%frame)
+      frame_a = matmul(a%rotation, self%search%surfaces(1)%frame)
+      frame_b = matmul(b%rotation, self%search%surfaces(2)%frame)
       placing%rotation = matmul(transpose(frame_a), frame_b)
-      placing%origin = seen(self%a, a, self%b%centre, b)
+      placing%origin = seen(self%search%surfaces(1), a, self%search%surfaces(2)%centre, b)
    end function placing_of
 
    !> Lowest point of a surface above a plane.
@@ -380,10 +381,12 @@ contains
 
       at%gap = gap
       if (self%base_first) then
-         call set_frame(self, self%a, self%b, a, b, track, gap, .not. self%constant_curvatures, &
+         call set_frame(self, self%search%surfaces(1), self%search%surfaces(2), a, b, track, &
+            gap, .not. self%constant_curvatures, &
             spot, t)
       else
-         call set_frame(self, self%b, self%a, b, a, track, gap, .not. self%constant_curvatures, &
+         call set_frame(self, self%search%surfaces(2), self%search%surfaces(1), b, a, track, &
+            gap, .not. self%constant_curvatures, &
             spot, t)
       end if
       at%point = spot%point
@@ -479,12 +482,16 @@ contains
       real(wp) :: t_other(3, 2), cubic_base(4), cubic_other(4)
 
       if (self%base_first) then
-         call set_frame(self, self%a, self%b, a, b, track, at%gap, .true., spot, t_other)
-         call cubics(self%a, self%b, b, track%first, track%second, cubic_base, cubic_other)
+         call set_frame(self, self%search%surfaces(1), self%search%surfaces(2), a, b, track, &
+            at%gap, .true., spot, t_other)
+         call cubics(self%search%surfaces(1), self%search%surfaces(2), b, track%first, &
+            track%second, cubic_base, cubic_other)
          call set_variation(spot, cubic_base, cubic_other, variation)
       else
-         call set_frame(self, self%b, self%a, b, a, track, at%gap, .true., spot, t_other)
-         call cubics(self%b, self%a, a, track%second, track%first, cubic_base, cubic_other)
+         call set_frame(self, self%search%surfaces(2), self%search%surfaces(1), b, a, track, &
+            at%gap, .true., spot, t_other)
+         call cubics(self%search%surfaces(2), self%search%surfaces(1), a, track%second, &
+            track%first, cubic_base, cubic_other)
          call set_variation(spot, cubic_other, cubic_base, variation)
       end if
       if (self%constant_curvatures) then
@@ -535,12 +542,14 @@ contains
       real(wp) :: radius
       real(wp) :: radius_a, radius_b
 
-      radius_a = self%a%shape%smallest_radius()
-      radius_b = self%b%shape%smallest_radius()
-      if (self%a%inside) then
-         radius = radius_b*max(1.0_wp - radius_b/self%a%shape%narrowest(), least_part)
-      else if (self%b%inside) then
-         radius = radius_a*max(1.0_wp - radius_a/self%b%shape%narrowest(), least_part)
+      radius_a = self%search%surfaces(1)%shape%smallest_radius()
+      radius_b = self%search%surfaces(2)%shape%smallest_radius()
+      if (self%search%surfaces(1)%inside) then
+         radius = radius_b*max(1.0_wp - radius_b/self%search%surfaces(1)%shape%narrowest(), &
+            least_part)
+      else if (self%search%surfaces(2)%inside) then
+         radius = radius_a*max(1.0_wp - radius_a/self%search%surfaces(2)%shape%narrowest(), &
+            least_part)
       else
          radius = min(radius_a, radius_b)
       end if

@@ -20,7 +20,6 @@ module contensou_drivers_bench
 
    public :: bench_command, check_output, write_text
 
-   !> What `contensou bench` takes.
    type(option_type), parameter :: options(*) = [ &
       option_type("kernels", "", "what is measured", needs="a benchmark"), &
       option_type("--output", "NAME", "write NAME.csv and NAME.h5", "-o", "the name of a file"), &
@@ -40,7 +39,6 @@ module contensou_drivers_bench
    !> Time of the rounds, and that with `--quick` [s].
    real(wp), parameter :: full_time = 6.0_wp, quick_time = 0.8_wp
 
-   !> End of a line.
    character(len=*), parameter :: nl = new_line("a")
 
 contains
@@ -117,7 +115,6 @@ contains
 
    !> See that a file can be written and that nothing is lost by it.
    subroutine check_output(name, force, error)
-      !> Name of the file.
       character(len=*), intent(in) :: name
       !> Whether it may replace an existing one.
       logical, intent(in) :: force
@@ -139,7 +136,6 @@ contains
 
    !> Write NAME.csv and NAME.h5, each under a temporary name that it loses when both are complete.
    subroutine write_files(suite, name, rounds, force, error)
-      !> The measurements.
       type(suite_type), intent(in) :: suite
       !> Name without ending.
       character(len=*), intent(in) :: name
@@ -147,7 +143,6 @@ contains
       integer, intent(in) :: rounds
       !> Whether existing files are replaced.
       logical, intent(in) :: force
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       type(hdf5_file_type) :: file
       type(error_type), allocatable :: ignored
@@ -170,10 +165,8 @@ contains
 
    !> Write a text file.
    subroutine write_text(name, text, error)
-      !> Name of the file.
       character(len=*), intent(in) :: name
       character(len=*), intent(in) :: text
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       character(len=200) :: message
       integer :: unit, stat

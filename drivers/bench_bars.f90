@@ -210,7 +210,6 @@ contains
          !> Index of the rung.
          integer, intent(in) :: i
          character(len=*), intent(in) :: kernel
-         !> Name of the rung.
          character(len=*), intent(in) :: rung
          !> Part of the name of the case.
          character(len=*), intent(in) :: place

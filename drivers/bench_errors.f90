@@ -156,7 +156,6 @@ contains
       !> Number of the argument.
       integer, intent(in) :: j
       real(wp), intent(in) :: results(max_results)
-      !> Number of quantities.
       integer, intent(in) :: n_quantities
       real(wp) :: errors(n_quantities)
       real(qp) :: differences(max_results)
@@ -182,7 +181,6 @@ contains
 
    !> Sort a list in rising order.
    pure subroutine sort(x)
-      !> The list.
       real(wp), intent(inout) :: x(:)
       real(wp) :: item
       integer :: gap, i, j

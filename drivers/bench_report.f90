@@ -23,7 +23,6 @@ module contensou_drivers_bench_report
    !> Version of the format: the second number grows with additions, the first with changes.
    character(len=*), parameter :: filetype_version = "1.0"
 
-   !> End of a line.
    character(len=*), parameter :: nl = new_line("a")
 
    !> Largest number of columns of errors in the table.
@@ -191,7 +190,6 @@ contains
 
    !> A number for the table, to three digits.
    pure function cell(x, width) result(text)
-      !> The number.
       real(wp), intent(in) :: x
       !> Width of the column.
       integer, intent(in) :: width
@@ -218,7 +216,6 @@ contains
 
    !> A text at the right end of a column, with a blank before it.
    pure function right(words, width) result(text)
-      !> The text.
       character(len=*), intent(in) :: words
       !> Width of the column.
       integer, intent(in) :: width
@@ -280,7 +277,6 @@ contains
       !> Number of rounds of the measurement.
       integer, intent(in) :: rounds
       type(hdf5_file_type), intent(inout) :: file
-      !> Set when it cannot be written.
       type(error_type), allocatable, intent(out) :: error
       integer :: kernel
 
@@ -315,7 +311,6 @@ contains
       type(suite_type), intent(in) :: suite
       integer, intent(in) :: kernel
       type(hdf5_file_type), intent(inout) :: file
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       type(layout_type) :: layout
       integer, allocatable :: places(:), rungs(:, :), counts(:)
@@ -374,7 +369,6 @@ contains
       subroutine table(name, units, long_name)
          character(len=*), intent(in) :: name
          character(len=*), intent(in) :: units
-         !> Description.
          character(len=*), intent(in) :: long_name
          integer :: m, n
 
@@ -402,7 +396,6 @@ contains
       !> Write errors over cases, rungs and quantities.
       subroutine cube(name, long_name)
          character(len=*), intent(in) :: name
-         !> Description.
          character(len=*), intent(in) :: long_name
          type(hdf5_series_type) :: series
          integer :: m, n
@@ -426,7 +419,6 @@ contains
    subroutine put_bars(suite, file, error)
       type(suite_type), intent(in) :: suite
       type(hdf5_file_type), intent(inout) :: file
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       type(bar_type), allocatable :: bars(:)
       character(len=len(bars%name)), allocatable :: names(:)

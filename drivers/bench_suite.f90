@@ -52,7 +52,6 @@ module contensou_drivers_bench_suite
    type :: case_type
       integer :: kernel = 0
       character(len=name_length) :: name = ""
-      !> What is in it.
       character(len=80) :: title = ""
       !> Arguments, (input, number).
       real(wp) :: arguments(max_inputs, n_arguments) = 0.0_wp
@@ -124,7 +123,6 @@ contains
       type(suite_type), intent(inout) :: suite
       integer, intent(in) :: kernel
       character(len=*), intent(in) :: name
-      !> What is in it.
       character(len=*), intent(in) :: title
       type(case_type), allocatable :: longer(:)
       integer :: n, i

@@ -40,7 +40,6 @@ contains
       type(suite_type), intent(inout), target :: suite
       !> Time after which no round begins [s].
       real(wp), intent(in) :: duration
-      !> Number of rounds.
       integer, intent(out) :: rounds
       real(wp) :: start, pass_time
       integer :: i, mode
@@ -220,7 +219,6 @@ contains
 
    !> A number that is not known before two others are.
    pure function tied(x, first, second, mask) result(y)
-      !> The number.
       real(wp), intent(in) :: x
       !> The first of the others.
       real(wp), intent(in) :: first

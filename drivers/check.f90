@@ -18,7 +18,6 @@ module contensou_drivers_check
 
    public :: check_command
 
-   !> What `contensou check` takes.
    type(option_type), parameter :: options(*) = [ &
       option_type("SCENE", "", "namelist file of a scene or a sweep", needs="a scene"), &
       set_option, &
@@ -47,7 +46,6 @@ module contensou_drivers_check
    !> CPU time that `check` spends on a trial [s].
    real(wp), parameter :: trial_cpu = 0.2_wp
 
-   !> End of a line.
    character(len=*), parameter :: nl = new_line("a")
 
 contains

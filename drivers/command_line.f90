@@ -61,7 +61,6 @@ module contensou_drivers_command_line
 
    !> A command.
    type :: command_type
-      !> Its name.
       character(len=16) :: name = ""
       !> What it does, in a line.
       character(len=80) :: summary = ""
@@ -95,7 +94,6 @@ module contensou_drivers_command_line
       integer :: command = 0
       !> Usage, if it is asked for instead of the command; otherwise not allocated.
       character(len=:), allocatable :: usage
-      !> What was given.
       type(given_type), allocatable, private :: given(:)
    contains
       procedure :: has
@@ -110,7 +108,6 @@ module contensou_drivers_command_line
       subroutine execute_interface(line, error)
          import :: command_line_type, error_type
          implicit none(type, external)
-         !> The parsed line.
          type(command_line_type), intent(in) :: line
          !> Set when it could not be done. A message that is empty is not shown: only the exit
          !> status counts.
@@ -274,7 +271,6 @@ contains
       character(len=:), allocatable, intent(out) :: name
       !> Its value, if that is a part of the word.
       character(len=:), allocatable, intent(out) :: value
-      !> Whether it is.
       logical, intent(out) :: attached
       integer :: equals
 
@@ -338,7 +334,6 @@ contains
    !> Add what is given.
    subroutine give(line, option, value)
       type(command_line_type), intent(inout) :: line
-      !> Index of the option.
       integer, intent(in) :: option
       character(len=*), intent(in) :: value
       type(given_type), allocatable :: longer(:)

@@ -25,7 +25,6 @@ module contensou_drivers_cost
 
    public :: cost_command
 
-   !> What `contensou cost` takes.
    type(option_type), parameter :: options(*) = [ &
       option_type("SCENE", "", "namelist file", needs="a scene"), &
       option_type("--error", "E", "name the cheapest choice with an error of at most E", &
@@ -56,7 +55,6 @@ module contensou_drivers_cost
       procedure :: stops
    end type display_type
 
-   !> End of a line.
    character(len=*), parameter :: nl = new_line("a")
 
 contains
@@ -173,7 +171,6 @@ contains
       type(cost_config_type), intent(in) :: config
       !> Command line.
       character(len=*), intent(in) :: line
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       type(hdf5_file_type) :: output
       type(error_type), allocatable :: ignored
@@ -409,7 +406,6 @@ contains
 
    !> A number in two digits, as 1.2e-5.
    pure function short_number(x) result(text)
-      !> The number.
       real(wp), intent(in) :: x
       character(len=:), allocatable :: text
       character(len=16) :: digits

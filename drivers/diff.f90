@@ -19,7 +19,6 @@ module contensou_drivers_diff
 
    public :: diff_command
 
-   !> What `contensou diff` takes.
    type(option_type), parameter :: options(*) = [ &
       option_type("A.h5", "", "output file", needs="a file"), &
       option_type("B.h5", "", "output file", needs="two files"), &
@@ -119,7 +118,6 @@ contains
       type(diff_config_type), intent(in) :: config
       !> The comparison with its rules.
       type(comparison_type), intent(inout) :: comparison
-      !> Exit status.
       integer, intent(out) :: status
       type(terminal_output_type), target :: output
       type(error_type), allocatable :: error
@@ -145,9 +143,7 @@ contains
 
    !> Write a line of results.
    subroutine write_line(self, text)
-      !> Where it goes.
       class(terminal_output_type), intent(inout) :: self
-      !> The line.
       character(len=*), intent(in) :: text
 
       if (self%quiet .or. self%broken) return
@@ -157,9 +153,7 @@ contains
 
    !> Write a message about what could not be compared.
    subroutine write_trouble(self, text)
-      !> Where it goes.
       class(terminal_output_type), intent(inout) :: self
-      !> The message.
       character(len=*), intent(in) :: text
 
       call write_stderr("error: " // text // new_line("a"))

@@ -27,7 +27,6 @@ module contensou_drivers_eval
 
    public :: eval_command
 
-   !> What `contensou eval` takes.
    type(option_type), parameter :: options(*) = [ &
       option_type("KERNEL", "", "elliptic, hertz or wrench", needs="a kernel"), &
       option_type("FILE", "", "CSV with a header; standard input if not given"), &
@@ -163,7 +162,6 @@ contains
    !> Choose a way to compute the elliptic integrals.
    subroutine choose_elliptic(config, evaluation, error)
       type(eval_config_type), intent(in) :: config
-      !> What is evaluated.
       type(evaluation_type), intent(inout) :: evaluation
       !> Set when there is no such way.
       type(error_type), allocatable, intent(out) :: error
@@ -179,7 +177,6 @@ contains
    !> Choose a model of the normal contact.
    subroutine choose_hertz(config, evaluation, error)
       type(eval_config_type), intent(in) :: config
-      !> What is evaluated.
       type(evaluation_type), intent(inout) :: evaluation
       !> Set when there is no such model.
       type(error_type), allocatable, intent(out) :: error
@@ -221,7 +218,6 @@ contains
    !> Choose a friction model.
    subroutine choose_wrench(config, evaluation, error)
       type(eval_config_type), intent(in) :: config
-      !> What is evaluated.
       type(evaluation_type), intent(inout) :: evaluation
       !> Set when there is no such model.
       type(error_type), allocatable, intent(out) :: error
@@ -257,7 +253,6 @@ contains
       !> The name; blank for the default.
       character(len=*), intent(in) :: wanted
       character(len=*), intent(in) :: default
-      !> The list.
       character(len=*), intent(in) :: names(:)
       !> Position in the list.
       integer, intent(out) :: index
@@ -277,9 +272,7 @@ contains
       character(len=*), intent(in) :: names(:)
       !> Names of the outputs, separated by commas.
       character(len=*), intent(in) :: header
-      !> Number of the outputs.
       integer, intent(in) :: n_outputs
-      !> What is evaluated.
       type(evaluation_type), intent(in) :: evaluation
       !> Set when there is a mistake in the table.
       type(error_type), allocatable, intent(out) :: error
@@ -321,7 +314,6 @@ contains
 
    !> Evaluate a row.
    subroutine evaluate_row(evaluation, names, x, y)
-      !> What is evaluated.
       type(evaluation_type), intent(in) :: evaluation
       !> Names of the inputs.
       character(len=*), intent(in) :: names(:)
@@ -356,7 +348,6 @@ contains
 
    !> Friction wrench of a row; the major axis may be either one.
    subroutine evaluate_wrench(evaluation, names, x, y)
-      !> The friction model.
       type(evaluation_type), intent(in) :: evaluation
       !> Names of the inputs.
       character(len=*), intent(in) :: names(:)

@@ -15,11 +15,9 @@ module contensou_drivers_help
 
    public :: help_command
 
-   !> What `contensou help` takes.
    type(option_type), parameter :: options(*) = [ &
       option_type("TOPIC", "", "GROUP or GROUP.KEY of a scene or a sweep, or a command")]
 
-   !> End of a line.
    character(len=*), parameter :: nl = new_line("a")
 
 contains

@@ -14,7 +14,6 @@ contains
 
    !> Do what the command line asks for.
    subroutine execute(status)
-      !> Exit status.
       integer, intent(out) :: status
       type(command_type), allocatable :: commands(:)
       type(command_line_type) :: line

@@ -15,7 +15,6 @@ module contensou_drivers_merge
 
    public :: merge_command
 
-   !> What `contensou merge` takes.
    type(option_type), parameter :: options(*) = [ &
       option_type("FILE", "", "tables of shards, or a sweep file, which means all of its shards", &
       needs="a file", repeats=.true.), &
@@ -152,7 +151,6 @@ contains
       type(merge_type), intent(in) :: plan
       !> Whether the table is there and has all cases.
       logical, intent(out) :: complete
-      !> Set when it cannot be written.
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: all_cases
 

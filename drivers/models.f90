@@ -14,11 +14,9 @@ module contensou_drivers_models
 
    public :: models_command
 
-   !> What `contensou models` takes.
    type(option_type), parameter :: options(*) = [ &
       option_type("NAME", "", "only this model")]
 
-   !> End of a line.
    character(len=*), parameter :: nl = new_line("a")
 
 contains
@@ -66,7 +64,6 @@ contains
       subroutine list(title, info)
          !> Title of the table.
          character(len=*), intent(in) :: title
-         !> Its entries.
          type(model_info_type), intent(in) :: info(:)
          integer :: i
          logical :: first

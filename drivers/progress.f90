@@ -21,7 +21,6 @@ module contensou_drivers_progress
    !> Progress.
    type :: progress_type
       private
-      !> Whether it is shown.
       logical :: shown = .false.
       !> Whether stderr is a terminal.
       logical :: terminal = .false.
@@ -118,7 +117,6 @@ contains
    !> Write a line of its own.
    subroutine note(self, words)
       class(progress_type), intent(in) :: self
-      !> The line.
       character(len=*), intent(in) :: words
 
       call self%clear()

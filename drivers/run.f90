@@ -26,7 +26,6 @@ module contensou_drivers_run
 
    public :: run_command
 
-   !> What `contensou run` takes.
    type(option_type), parameter :: options(*) = [ &
       option_type("SCENE", "", "namelist file", needs="a scene"), &
       set_option, &
@@ -153,7 +152,6 @@ contains
       class(watch_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(in) :: t
-      !> Whether to stop here.
       logical, intent(out) :: stop_now
       !> Never set.
       type(error_type), allocatable, intent(out) :: error
@@ -274,7 +272,6 @@ contains
 
       !> Add a line.
       subroutine line(words)
-         !> The line.
          character(len=*), intent(in) :: words
 
          call text%add(words // new_line("a"))
@@ -286,7 +283,6 @@ contains
          integer, intent(in) :: index
          !> Work [J].
          real(wp), intent(in) :: work
-         !> Name of the effect.
          character(len=*), intent(in) :: effect
          character(len=:), allocatable :: words
 

@@ -27,7 +27,6 @@ module contensou_drivers_sweep
 
    public :: sweep_command
 
-   !> What `contensou sweep` takes.
    type(option_type), parameter :: options(*) = [ &
       option_type("SWEEP", "", "sweep file", needs="a sweep file"), &
       option_type("--jobs", "N", "threads; without it OMP_NUM_THREADS, SLURM_CPUS_PER_TASK or " // &
@@ -52,7 +51,6 @@ module contensou_drivers_sweep
 
    integer, parameter :: most_threads = 1024
 
-   !> End of a line.
    character(len=*), parameter :: nl = new_line("a")
 
 contains
@@ -88,7 +86,6 @@ contains
    subroutine read_shard(text, shard, error)
       !> Such as "1/4".
       character(len=*), intent(in) :: text
-      !> The shard, and their number.
       integer, intent(out) :: shard(2)
       !> Set when it cannot be understood.
       type(error_type), allocatable, intent(out) :: error
@@ -190,7 +187,6 @@ contains
 
       !> A positive number from the environment, the first of a list; 0 without one.
       function from_environment(variable) result(number)
-         !> Name of the variable.
          character(len=*), intent(in) :: variable
          integer :: number
          character(len=64) :: value
@@ -210,12 +206,10 @@ contains
 
    !> See that the table can be written, and whether it is there already.
    subroutine check_output(name, force, sweep, selection, complete, error)
-      !> Name of the table.
       character(len=*), intent(in) :: name
       !> Whether it may replace an existing file.
       logical, intent(in) :: force
       type(sweep_type), intent(in) :: sweep
-      !> The cases.
       type(selection_type), intent(in) :: selection
       !> Whether the table is complete.
       logical, intent(out) :: complete
@@ -235,7 +229,6 @@ contains
 
    !> A signal came: say where the rows are.
    subroutine stop_here(name, cases, error)
-      !> Name of the table.
       character(len=*), intent(in) :: name
       type(shown_cases_type), intent(in) :: cases
       !> What is said.

@@ -64,7 +64,6 @@ module contensou_drivers_sweep_check
    !> Fractional part of the golden ratio: its multiples are spread evenly modulo 1.
    real(wp), parameter :: golden = 0.61803398874989485_wp
 
-   !> End of a line.
    character(len=*), parameter :: nl = new_line("a")
 
 contains
@@ -148,7 +147,6 @@ contains
 
    !> How far the estimate may be off.
    function uncertainty_text(trial) result(text)
-      !> The timed cases.
       type(trial_type), intent(in) :: trial
       character(len=:), allocatable :: text
 
@@ -161,7 +159,6 @@ contains
    !> Time some cases, spread evenly over their numbers.
    subroutine time_cases(sweep, trial)
       type(sweep_type), intent(in) :: sweep
-      !> What they came to.
       type(trial_type), intent(out) :: trial
       real(wp) :: seconds, squares
       integer(i8) :: number, taken(most_trials)
@@ -243,7 +240,6 @@ contains
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Never set.
       type(error_type), allocatable, intent(out) :: error

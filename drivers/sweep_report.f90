@@ -25,7 +25,6 @@ module contensou_drivers_sweep_report
       procedure :: look => look_cases
    end type shown_cases_type
 
-   !> End of a line.
    character(len=*), parameter :: nl = new_line("a")
 
 contains
@@ -37,7 +36,6 @@ contains
       logical, intent(in) :: again
       !> Whether to be silent.
       logical, intent(in) :: quiet
-      !> Number of threads.
       integer, intent(in) :: threads
       !> Cases to do.
       integer(i8), intent(out) :: left
@@ -63,7 +61,6 @@ contains
 
    !> A number of threads in words.
    pure function threads_text(threads) result(text)
-      !> The number.
       integer, intent(in) :: threads
       character(len=:), allocatable :: text
 
@@ -85,12 +82,10 @@ contains
 
    !> Print what the sweep came to.
    subroutine print_summary(name, sweep, tally, trajectories, threads, wall, error)
-      !> Name of the table.
       character(len=*), intent(in) :: name
       type(sweep_type), intent(in) :: sweep
       type(tally_type), intent(in) :: tally
       type(trajectories_type), intent(in) :: trajectories
-      !> Number of threads.
       integer, intent(in) :: threads
       !> Wall time [s].
       real(wp), intent(in) :: wall

@@ -30,9 +30,7 @@ module contensou_drivers_table
       !> Bytes of it that are in use.
       integer :: filled = 0
    contains
-      !> Add a line.
       procedure, public :: put
-      !> Write what waits.
       procedure, public :: flush => flush_block
    end type printer_type
 
@@ -86,7 +84,6 @@ contains
 
    !> A number with 17 significant digits.
    pure function digits17(x) result(text)
-      !> The number.
       real(wp), intent(in) :: x
       character(len=:), allocatable :: text
       character(len=32) :: buffer
@@ -105,7 +102,6 @@ contains
       real(wp), allocatable, intent(out) :: values(:, :)
       !> Line of each row.
       integer, allocatable, intent(out) :: lines(:)
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       integer, allocatable :: starts(:), header(:)
       integer :: column(size(names)), i, c, n, near
@@ -232,9 +228,7 @@ contains
    subroutine read_lines(path, table, error)
       !> Name of the file; blank or "-" for the standard input.
       character(len=*), intent(in) :: path
-      !> The lines.
       type(source_type), intent(out) :: table
-      !> Set when the file cannot be read.
       type(error_type), allocatable, intent(out) :: error
       type(string_type), allocatable :: lines(:), longer(:)
       character(len=4096) :: chunk

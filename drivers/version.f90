@@ -12,7 +12,6 @@ module contensou_drivers_version
 
    public :: version_command
 
-   !> End of a line.
    character(len=*), parameter :: nl = new_line("a")
 
 contains

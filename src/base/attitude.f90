@@ -18,7 +18,6 @@ contains
       type(group_settings_type), intent(in) :: group
       !> Unit quaternion; unchanged if none is given.
       real(wp), intent(inout) :: attitude(4)
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       real(wp) :: axis(3), quaternion(4)
       logical :: turned
@@ -56,7 +55,6 @@ contains
       character(len=*), intent(in) :: name
       !> Rotation matrix; unchanged if the key is not given.
       real(wp), intent(inout) :: frame(3, 3)
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       real(wp) :: along(3)
 

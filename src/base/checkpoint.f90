@@ -42,20 +42,14 @@ module contensou_base_checkpoint
       !> The first failure.
       type(error_type), allocatable :: failure
    contains
-      !> Begin an empty one, to be written.
       procedure :: begin
-      !> Read the file.
       procedure :: load
-      !> Whether `exchange` reads.
       procedure :: is_reading
       !> Write or read an item: reals, integers or truth values of any shape, or a text of one line.
       generic :: exchange => exchange_reals, exchange_longs, exchange_integers, &
          exchange_logicals, exchange_text
-      !> Write or read a text that may not be allocated.
       procedure :: exchange_allocatable
-      !> The first failure of `exchange`, if any.
       procedure :: result => result_of
-      !> Replace the file.
       procedure :: save
       procedure, private :: exchange_reals, exchange_longs, exchange_integers, exchange_logicals
       procedure, private :: exchange_text
@@ -225,7 +219,6 @@ contains
    !> Add the line of an item.
    subroutine add_item(self, kind, name, count, values)
       class(checkpoint_type), intent(inout) :: self
-      !> One of `kind_*`.
       character(len=*), intent(in) :: kind
       character(len=*), intent(in) :: name
       !> Number of values.
@@ -240,7 +233,6 @@ contains
    !> Take the values of an item out of its line.
    subroutine take(self, kind, name, expected, values)
       class(checkpoint_type), intent(inout) :: self
-      !> One of `kind_*`.
       character(len=*), intent(in) :: kind
       character(len=*), intent(in) :: name
       !> Number of values that there must be; -1 for any.
@@ -279,7 +271,6 @@ contains
    !> Keep the first failure.
    subroutine fail(self, message)
       class(checkpoint_type), intent(inout) :: self
-      !> What is wrong.
       character(len=*), intent(in) :: message
 
       if (.not. allocated(self%failure)) call fatal(self%failure, message, status_file)
@@ -288,7 +279,6 @@ contains
    !> Replace the file.
    subroutine save(self, path, error)
       class(checkpoint_type), intent(inout) :: self
-      !> Name of the file.
       character(len=*), intent(in) :: path
       !> Set when the file is as it was before.
       type(error_type), allocatable, intent(out) :: error
@@ -300,7 +290,6 @@ contains
    !> Read the file.
    subroutine load(self, path, error)
       class(checkpoint_type), intent(inout) :: self
-      !> Name of the file.
       character(len=*), intent(in) :: path
       !> Set when it cannot be read, or is damaged.
       type(error_type), allocatable, intent(out) :: error

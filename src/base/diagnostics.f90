@@ -31,9 +31,7 @@ module contensou_base_diagnostics
 
    !> One mistake.
    type :: entry_type
-      !> Where it is.
       type(origin_type) :: origin
-      !> What is wrong.
       character(len=:), allocatable :: message
       !> What would be right; not allocated if there is nothing to say.
       character(len=:), allocatable :: expected
@@ -49,21 +47,13 @@ module contensou_base_diagnostics
       !> Number of mistakes found; beyond `max_kept` they are only counted.
       integer :: n_found = 0
    contains
-      !> Append a mistake.
       procedure :: add
-      !> Number of mistakes.
       procedure :: count => count_entries
-      !> Whether further mistakes are only counted, so that nobody sees what would be right.
       procedure :: is_full
-      !> Number of mistakes that are kept and can be asked for one by one.
       procedure :: kept
-      !> Place of a mistake.
       procedure :: origin => entry_origin
-      !> What is wrong at a mistake.
       procedure :: message => entry_message
-      !> What would be right at a mistake.
       procedure :: expected => entry_expected
-      !> Text that shows the mistakes.
       procedure :: render
    end type diagnostics_type
 
@@ -93,9 +83,7 @@ contains
    !> Append a mistake, unless it was found at the same place just before: an option that sets a
    !> key of several groups is looked at once for each.
    pure subroutine add(self, origin, message, expected)
-      !> List to append to.
       class(diagnostics_type), intent(inout) :: self
-      !> Where the mistake is.
       type(origin_type), intent(in) :: origin
       !> What is wrong; one line.
       character(len=*), intent(in) :: message
@@ -132,9 +120,7 @@ contains
 
    !> Number of mistakes.
    pure function count_entries(self) result(n)
-      !> List to count.
       class(diagnostics_type), intent(in) :: self
-      !> The number.
       integer :: n
 
       n = self%n_found
@@ -150,9 +136,7 @@ contains
 
    !> Number of mistakes that are kept; `origin`, `message` and `expected` take 1 to this.
    pure function kept(self) result(n)
-      !> List to count.
       class(diagnostics_type), intent(in) :: self
-      !> The number.
       integer :: n
 
       n = self%n_entries
@@ -160,11 +144,9 @@ contains
 
    !> Place of a mistake.
    pure function entry_origin(self, i) result(origin)
-      !> List to look into.
       class(diagnostics_type), intent(in) :: self
       !> Index in the order in which the mistakes were found.
       integer, intent(in) :: i
-      !> The place.
       type(origin_type) :: origin
 
       origin = self%entries(i)%origin
@@ -172,11 +154,9 @@ contains
 
    !> What is wrong at a mistake.
    pure function entry_message(self, i) result(message)
-      !> List to look into.
       class(diagnostics_type), intent(in) :: self
       !> Index in the order in which the mistakes were found.
       integer, intent(in) :: i
-      !> The text.
       character(len=:), allocatable :: message
 
       message = self%entries(i)%message
@@ -184,11 +164,9 @@ contains
 
    !> What would be right at a mistake; empty if there is nothing to say.
    pure function entry_expected(self, i) result(expected)
-      !> List to look into.
       class(diagnostics_type), intent(in) :: self
       !> Index in the order in which the mistakes were found.
       integer, intent(in) :: i
-      !> The text.
       character(len=:), allocatable :: expected
 
       expected = ''
@@ -197,7 +175,6 @@ contains
 
    !> Text that shows the mistakes, sorted by place; each line ends with a line end.
    pure function render(self, sources) result(text)
-      !> List to show.
       class(diagnostics_type), intent(in) :: self
       !> Sources that the places refer to.
       type(source_type), intent(in) :: sources(:)
@@ -222,7 +199,6 @@ contains
 
    !> Order of the mistakes by source, line and column; equal places keep their order.
    pure subroutine sort(self, order)
-      !> List to sort.
       class(diagnostics_type), intent(in) :: self
       !> Indices of the mistakes in their new order.
       integer, allocatable, intent(out) :: order(:)
@@ -247,7 +223,6 @@ contains
       type(origin_type), intent(in) :: a
       !> Second place.
       type(origin_type), intent(in) :: b
-      !> The answer.
       logical :: before
 
       if (a%source /= b%source) then
@@ -261,7 +236,6 @@ contains
 
    !> Text that shows one mistake.
    pure function render_entry(entry, sources) result(text)
-      !> Mistake to show.
       type(entry_type), intent(in) :: entry
       !> Sources that its place refers to.
       type(source_type), intent(in) :: sources(:)
@@ -303,7 +277,6 @@ contains
    pure subroutine render_excerpt(line, origin, column, excerpt)
       !> Source line.
       character(len=*), intent(in) :: line
-      !> Place of the mistake.
       type(origin_type), intent(in) :: origin
       !> Column of the mistake in characters, from 1.
       integer, intent(out) :: column
@@ -374,7 +347,6 @@ contains
 
    !> Text with bytes that cannot be printed replaced by `?`; tabs stay.
    pure function printable(s) result(t)
-      !> Text to show.
       character(len=*), intent(in) :: s
       !> Text that is safe to print.
       character(len=:), allocatable :: t
@@ -392,9 +364,7 @@ contains
 
    !> As many blanks as a text has characters, with its tabs kept.
    pure function blank_out(s) result(t)
-      !> Text to measure.
       character(len=*), intent(in) :: s
-      !> The blanks.
       character(len=:), allocatable :: t
 
       integer :: i
@@ -413,7 +383,6 @@ contains
 
    !> Number of bytes of the printable character of UTF-8 that begins at a byte; 0 if none does.
    pure function character_length(s, i) result(n)
-      !> Text to look at.
       character(len=*), intent(in) :: s
       !> Index of the byte.
       integer, intent(in) :: i

@@ -31,7 +31,6 @@ contains
    subroutine read_document(path, document, diagnostics, error)
       !> File to read.
       character(len=*), intent(in) :: path
-      !> What was read.
       type(document_type), intent(out) :: document
       !> Mistakes in the text are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -60,7 +59,6 @@ contains
       character(len=*), intent(in) :: path
       !> Its bytes.
       character(len=:), allocatable, intent(out) :: text
-      !> Set if the file cannot be read.
       type(error_type), allocatable, intent(out) :: error
 
       integer, parameter :: chunk = 65536
@@ -158,9 +156,7 @@ contains
       !> Name of the text in messages.
       character(len=*), intent(in) :: name
       character(len=*), intent(in) :: text
-      !> What was read.
       type(document_type), intent(out) :: document
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       type(parser_type) :: parser
@@ -193,9 +189,7 @@ contains
       !> The list as it would follow the equals sign.
       character(len=*), intent(in) :: text
       type(value_type), allocatable, intent(out) :: values(:)
-      !> Document to whose sources the list is appended.
       type(document_type), intent(inout) :: document
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       !> Whether texts between commas may go without quotes, because a shell removes them;
       !> default `.false.`.
@@ -229,11 +223,8 @@ contains
 
    !> Read what begins with an ampersand outside any group.
    pure subroutine parse_ampersand(parser, document, diagnostics)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
-      !> Document to append a group to.
       type(document_type), intent(inout) :: document
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       character(len=:), allocatable :: name, shown
@@ -275,11 +266,8 @@ contains
 
    !> Report text outside any group and find the next place to go on.
    pure subroutine parse_outside(parser, document, diagnostics)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
-      !> Document to append a group to.
       type(document_type), intent(inout) :: document
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       character(len=:), allocatable :: expected, word
@@ -331,7 +319,6 @@ contains
 
    !> Hint for text behind the end of a group in the same line.
    pure function closed_hint(parser) result(hint)
-      !> State of the reading.
       type(parser_type), intent(in) :: parser
       !> The hint; may be empty.
       character(len=:), allocatable :: hint
@@ -345,17 +332,13 @@ contains
 
    !> Read the assignments of a group up to its end.
    pure subroutine parse_group(parser, name, origin, n_before, document, diagnostics)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
       !> Name in lower case; empty if what is read belongs to no known group.
       character(len=*), intent(in) :: name
-      !> Where the group begins.
       type(origin_type), intent(in) :: origin
       !> Number of mistakes before the group.
       integer, intent(in) :: n_before
-      !> Document to append the group to.
       type(document_type), intent(inout) :: document
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       type(group_type) :: group
@@ -439,13 +422,9 @@ contains
 
    !> Read a key, its equals sign and its values.
    pure subroutine parse_assignment(parser, group, buffer, diagnostics)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
-      !> Group to append to.
       type(group_type), intent(inout) :: group
-      !> Room for values.
       type(value_type), allocatable, intent(inout) :: buffer(:)
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       type(assignment_type) :: assignment
@@ -529,7 +508,6 @@ contains
       type(assignment_type), intent(inout) :: assignment
       !> Made false if the subscript is not valid.
       logical, intent(inout) :: valid
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       character(len=*), parameter :: forms = '(N), (N:M), (N:), (:M) or (:) with N from 1'
@@ -576,7 +554,6 @@ contains
 
    !> Read one bound of a subscript.
    pure subroutine read_subscript(s, default, bound)
-      !> Text of the bound.
       character(len=*), intent(in) :: s
       !> Bound if there is no text.
       integer, intent(in) :: default
@@ -593,13 +570,11 @@ contains
 
    !> Append an assignment.
    pure subroutine append_assignment(parser, group, assignment, diagnostics)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
       !> Group to append to; its list of assignments may be larger than their number.
       type(group_type), intent(inout) :: group
       !> The assignment; its key and values are moved.
       type(assignment_type), intent(inout) :: assignment
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       if (parser%n_assignments == max_assignments) then
@@ -617,13 +592,11 @@ contains
 
    !> Append a group.
    pure subroutine append_group(parser, group, document, diagnostics)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
       !> The group; its assignments are moved.
       type(group_type), intent(inout) :: group
       !> Document to append to; its list of groups may be larger than their number.
       type(document_type), intent(inout) :: document
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       if (parser%n_groups == max_groups) then

@@ -33,7 +33,6 @@ module contensou_base_document_types
       logical :: logical = .false.
       !> The text without its quotes; allocated for texts only.
       character(len=:), allocatable :: text
-      !> Where it stands.
       type(origin_type) :: origin
    end type value_type
 
@@ -47,7 +46,6 @@ module contensou_base_document_types
       integer :: last = 0
       !> The values, repetitions expanded; size 0 if nothing follows the equals sign.
       type(value_type), allocatable :: values(:)
-      !> Where the key stands.
       type(origin_type) :: origin
    end type assignment_type
 
@@ -57,7 +55,6 @@ module contensou_base_document_types
       character(len=:), allocatable :: name
       !> Where `&name` stands.
       type(origin_type) :: origin
-      !> Number of assignments.
       integer :: n_assignments = 0
       !> The assignments, of size `n_assignments`.
       type(assignment_type), allocatable :: assignments(:)
@@ -73,7 +70,6 @@ module contensou_base_document_types
       type(source_type), allocatable :: sources(:)
       !> Bytes of the file that was read.
       character(len=:), allocatable :: bytes
-      !> Number of groups.
       integer :: n_groups = 0
       !> The groups, of size `n_groups`.
       type(group_type), allocatable :: groups(:)

@@ -36,9 +36,7 @@ contains
 
    !> Set an error.
    pure subroutine fatal(error, message, status)
-      !> Error to create.
       type(error_type), allocatable, intent(out) :: error
-      !> Text for the user.
       character(len=*), intent(in) :: message
       !> Exit status, one of the `status_*` parameters; default `status_failed`.
       integer, intent(in), optional :: status

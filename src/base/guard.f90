@@ -29,7 +29,6 @@ module contensou_base_guard
       subroutine c_finish(status) bind(c, name="contensou_guard_finish")
          import :: c_int
          implicit none(type, external)
-         !> Exit status.
          integer(c_int), value :: status
       end subroutine c_finish
 
@@ -61,7 +60,6 @@ contains
    subroutine start_guard(memory, is_worker, error)
       !> Memory that the worker may use [bytes].
       real(wp), intent(in) :: memory
-      !> Whether this is the worker.
       logical, intent(out) :: is_worker
       !> Set when there can be no worker.
       type(error_type), allocatable, intent(out) :: error
@@ -74,7 +72,6 @@ contains
 
    !> End the worker; does not return.
    subroutine finish_guard(status)
-      !> Exit status.
       integer, intent(in) :: status
 
       call c_finish(int(status, c_int))

@@ -13,17 +13,13 @@ module contensou_base_names
       integer :: n = 0
       !> The names in lower case, the first `n` of them.
       type(string_type), allocatable :: names(:)
-      !> Their numbers.
       integer, allocatable :: numbers(:)
       !> Position in `names` at the place that the hash of a name gives or, where that is taken,
       !> the next; 0 for none. Its size is a power of two of more than `n`.
       integer, allocatable :: places(:)
    contains
-      !> Add a name, if it is not there.
       procedure :: add
-      !> Number of a name; 0 if it is not there.
       procedure :: find
-      !> Number of the name that is likely meant by one that is not there; 0 for none.
       procedure :: nearest => nearest_number
    end type names_type
 

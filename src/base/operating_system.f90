@@ -69,7 +69,6 @@ module contensou_base_operating_system
          bind(c, name="contensou_system_terminal_width")
          import :: c_int
          implicit none(type, external)
-         !> Number of columns.
          integer(c_int) :: columns
       end function terminal_width
 
@@ -121,7 +120,6 @@ module contensou_base_operating_system
          implicit none(type, external)
          !> Name, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
-         !> 1 or 0.
          integer(c_int) :: answer
       end function c_exists
 
@@ -131,7 +129,6 @@ module contensou_base_operating_system
          implicit none(type, external)
          !> Name, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
-         !> 1 or 0.
          integer(c_int) :: answer
       end function c_is_folder
 
@@ -142,7 +139,6 @@ module contensou_base_operating_system
          implicit none(type, external)
          !> Name of the file, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
-         !> 1 or 0.
          integer(c_int) :: answer
       end function c_folder_writable
 
@@ -152,7 +148,6 @@ module contensou_base_operating_system
          implicit none(type, external)
          !> Name of the file, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
-         !> 1 or 0.
          integer(c_int) :: answer
       end function c_is_locked
 
@@ -162,7 +157,6 @@ module contensou_base_operating_system
          implicit none(type, external)
          !> Number of the stream.
          integer(c_int), value :: unit
-         !> 1 or 0.
          integer(c_int) :: answer
       end function c_is_terminal
 
@@ -276,7 +270,6 @@ contains
 
    !> Remove a file; one that is not there counts as removed.
    subroutine remove_file(path, error)
-      !> Name of the file.
       character(len=*), intent(in) :: path
       !> Set when the file is still there.
       type(error_type), allocatable, intent(out) :: error
@@ -291,7 +284,6 @@ contains
    !> Replace a file, so that a kill or a power failure at any moment leaves the old content or the
    !> new one.
    subroutine save_file(path, bytes, error)
-      !> Name of the file.
       character(len=*), intent(in) :: path
       !> Its new content.
       character(len=*), intent(in) :: bytes
@@ -361,7 +353,6 @@ contains
 
    !> See that a file can be created or replaced.
    subroutine check_writable(path, what, error)
-      !> Name of the file.
       character(len=*), intent(in) :: path
       !> What it is, for the message, such as "output file".
       character(len=*), intent(in) :: what
@@ -446,7 +437,6 @@ contains
 
    !> Names in a folder, in the order of their bytes; none if it cannot be read.
    subroutine list_folder(folder, names)
-      !> Name of the folder.
       character(len=*), intent(in) :: folder
       type(string_type), allocatable, intent(out) :: names(:)
       type(c_ptr) :: pointer

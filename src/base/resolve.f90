@@ -28,7 +28,6 @@ contains
       type(schema_type), intent(in), target :: schema
       !> All groups that the schema has.
       type(settings_type), intent(out), target :: settings
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       integer :: first(size(schema%groups)), kinds(document%n_groups)
       integer :: i, g, n
@@ -97,13 +96,10 @@ contains
 
    !> Check the keys of a group.
    subroutine resolve_group(group, schema, stored, diagnostics)
-      !> The group as read.
       type(group_type), intent(in) :: group
-      !> Its keys.
       type(group_schema_type), intent(in) :: schema
       !> What is given in it.
       type(stored_group_type), intent(inout) :: stored
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       ! For each value of a setting, the line it was first given in; -1 after a mistake, 0 if it is
       ! not given.
@@ -146,7 +142,6 @@ contains
       !> For each value, the line it was given in; -1 after a mistake, 0 if it is not given.
       integer, intent(in) :: first(:)
       type(setting_type), intent(inout) :: setting
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       integer :: n
 
@@ -164,9 +159,7 @@ contains
    !> Whether a group has all keys that it must have.
    subroutine check_complete(group, schema, diagnostics)
       type(group_settings_type), intent(in) :: group
-      !> Its keys.
       type(group_schema_type), intent(in) :: schema
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       integer :: k
 
@@ -189,7 +182,6 @@ contains
       integer, intent(out) :: position
       !> Whether it is unknown and another one is likely meant.
       logical, intent(out) :: misspelt
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       misspelt = .false.
@@ -230,7 +222,6 @@ contains
       integer, allocatable, intent(inout) :: first(:)
       !> Whether the group was read without a mistake of syntax.
       logical, intent(in) :: complete
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       integer :: low, high, i, slot
       logical :: good
@@ -312,7 +303,6 @@ contains
       type(string_type), intent(in) :: names(:)
       !> The value in order; what it was before, but for its place, after a mistake.
       type(value_type), intent(inout) :: taken
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       !> Whether the value is in order.
       logical, intent(out) :: good
@@ -354,7 +344,6 @@ contains
 
       !> Report a mistake in this value.
       subroutine wrong(message)
-         !> What is wrong.
          character(len=*), intent(in) :: message
 
          call diagnostics%add(value%origin, message, expected_of(key))
@@ -414,13 +403,10 @@ contains
       character(len=*), intent(in) :: text
       !> The names that the key admits.
       type(string_type), intent(in) :: names(:)
-      !> Name of the key.
       character(len=*), intent(in) :: key
-      !> Where the choice stands.
       type(origin_type), intent(in) :: origin
       !> Its position in `names`; 0 if it is unknown.
       integer, intent(out) :: choice
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       integer :: near
 

@@ -135,9 +135,7 @@ contains
 
    !> Whether all was read.
    pure function at_end(parser) result(at)
-      !> State of the reading.
       type(parser_type), intent(in) :: parser
-      !> The answer.
       logical :: at
 
       at = parser%line > size(parser%lines)
@@ -145,11 +143,9 @@ contains
 
    !> Place of the next character.
    pure function here(parser, length) result(origin)
-      !> State of the reading.
       type(parser_type), intent(in) :: parser
       !> Number of bytes that the place takes.
       integer, intent(in) :: length
-      !> The place.
       type(origin_type) :: origin
 
       origin = origin_type(source=parser%source, line=parser%line, column=parser%column, &
@@ -158,7 +154,6 @@ contains
 
    !> The next character; a line end at the end of each line.
    pure function peek(parser) result(c)
-      !> State of the reading.
       type(parser_type), intent(in) :: parser
       character(len=1) :: c
 
@@ -167,7 +162,6 @@ contains
 
    !> The character after the next.
    pure function peek_next(parser) result(c)
-      !> State of the reading.
       type(parser_type), intent(in) :: parser
       character(len=1) :: c
 
@@ -191,7 +185,6 @@ contains
 
    !> The next character as a message shows it, with all its bytes.
    pure function shown_character(parser) result(shown)
-      !> State of the reading.
       type(parser_type), intent(in) :: parser
       character(len=:), allocatable :: shown
 
@@ -206,7 +199,6 @@ contains
 
    !> Skip blanks within the line.
    pure subroutine skip_blanks(parser)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
 
       do while (scan(peek(parser), blanks) > 0)
@@ -216,7 +208,6 @@ contains
 
    !> Skip blanks, line ends and comments.
    pure subroutine skip_space(parser)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
 
       call skip_over(parser%lines, parser%line, parser%column)
@@ -248,7 +239,6 @@ contains
 
    !> Last column of the word that begins at a column; the column before it if there is none.
    pure function word_end(parser, column) result(last)
-      !> State of the reading.
       type(parser_type), intent(in) :: parser
       !> Column in the present line.
       integer, intent(in) :: column
@@ -279,7 +269,6 @@ contains
    pure function is_name(word) result(is)
       !> Word to look at.
       character(len=*), intent(in) :: word
-      !> The answer.
       logical :: is
 
       is = .false.
@@ -289,9 +278,7 @@ contains
 
    !> Whether a key and its equals sign come next.
    pure function is_key(parser) result(is)
-      !> State of the reading.
       type(parser_type), intent(in) :: parser
-      !> The answer.
       logical :: is
 
       is = is_key_at(parser%lines, parser%line, parser%column)
@@ -308,7 +295,6 @@ contains
       integer, intent(in) :: line
       !> Column of the place.
       integer, intent(in) :: column
-      !> The answer.
       logical :: is
 
       character(len=1) :: c
@@ -352,11 +338,9 @@ contains
 
    !> Whether a key and its equals sign follow a column.
    pure function key_follows(parser, column) result(follows)
-      !> State of the reading.
       type(parser_type), intent(in) :: parser
       !> Column in the present line.
       integer, intent(in) :: column
-      !> The answer.
       logical :: follows
 
       integer :: c, line
@@ -369,9 +353,7 @@ contains
 
    !> Whether an equals sign follows, possibly after blanks, line ends and comments.
    pure function key_ends(parser) result(ends)
-      !> State of the reading.
       type(parser_type), intent(in) :: parser
-      !> The answer.
       logical :: ends
 
       integer :: column, line
@@ -384,15 +366,10 @@ contains
 
    !> Report a mistake, unless it follows from another.
    pure subroutine mistake(parser, diagnostics, origin, message, expected)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      !> Where the mistake is.
       type(origin_type), intent(in) :: origin
-      !> What is wrong.
       character(len=*), intent(in) :: message
-      !> What would be right.
       character(len=*), intent(in), optional :: expected
 
       parser%n_mistakes = parser%n_mistakes + 1
@@ -401,11 +378,8 @@ contains
 
    !> Report that there is too much of something and give up reading.
    pure subroutine give_up(parser, diagnostics, origin, message)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      !> Where it becomes too much.
       type(origin_type), intent(in) :: origin
       !> What there is too much of.
       character(len=*), intent(in) :: message
@@ -422,7 +396,6 @@ contains
    !>
    !> If the line ends with a slash, that is taken for the end of the group.
    pure subroutine lose_line(parser)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
 
       integer :: comment, first, last
@@ -446,9 +419,7 @@ contains
 
    !> Report a comment in the manner of other languages and skip it.
    pure subroutine foreign_comment(parser, diagnostics, found)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       !> Whether there was one.
       logical, intent(out) :: found
@@ -461,9 +432,7 @@ contains
 
    !> Report an ampersand that begins no group.
    pure subroutine parse_continuation(parser, diagnostics)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       call mistake(parser, diagnostics, here(parser, 1), 'unexpected ''&''', &

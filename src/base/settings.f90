@@ -102,9 +102,7 @@ module contensou_base_settings
       !> The keys, the first `n` of them.
       type(key_type), allocatable :: keys(:)
    contains
-      !> Add a key.
       procedure :: put
-      !> Add a key that is one of another list.
       procedure :: append
    end type key_list_type
 
@@ -161,7 +159,6 @@ module contensou_base_settings
       !> What has these groups, for messages, as " in a sweep"; blank where that is plain.
       character(len=16) :: owner = ""
    contains
-      !> Position of a group.
       procedure :: find => find_group
    end type schema_type
 
@@ -169,7 +166,6 @@ module contensou_base_settings
    type :: stored_group_type
       !> Position of the group in the schema.
       integer :: kind = 0
-      !> Where it stands.
       type(origin_type) :: origin
       !> Whether it was read without a mistake of syntax.
       logical :: complete = .true.
@@ -187,11 +183,8 @@ module contensou_base_settings
       !> or because their name is misspelt.
       logical, allocatable :: lost(:)
    contains
-      !> A group with its keys.
       procedure :: group => view_group
-      !> The settings as a namelist text.
       procedure :: text => settings_text
-      !> Add the groups that may be left out, with their defaults.
       procedure :: add_missing
    end type settings_type
 
@@ -200,70 +193,41 @@ module contensou_base_settings
    type :: group_settings_type
       !> Position of the group in the schema.
       integer :: kind = 0
-      !> Where it stands.
       type(origin_type) :: origin
       !> Whether it was read without a mistake of syntax.
       logical :: complete = .true.
       type(group_schema_type), pointer, private :: schema => null()
       type(stored_group_type), pointer, private :: stored => null()
    contains
-      !> Name of the group, as "body".
       procedure :: group_name
-      !> Value of the key `name`, or blank.
       procedure :: label
-      !> " 'label'" for messages, or nothing.
       procedure :: named
-      !> A key.
       procedure :: key
-      !> Name of the group that a key refers to.
       procedure :: target => target_of
-      !> Position in the schema of the group that a key refers to.
       procedure :: target_kind
-      !> Names of the keys that the user gave, rightly or not.
       procedure :: given_keys
-      !> Whether the user gave a key, rightly or not.
       procedure :: is_given
-      !> Whether a key is likely given under a misspelt name.
       procedure :: is_misspelt
-      !> Whether a key has a usable value, given or default.
       procedure :: is_set
-      !> Whether a key that a motion depends on is not there, nor likely meant.
       procedure :: lacks
-      !> Number of values of a key.
       procedure :: count => count_values
-      !> Number of a key.
       procedure :: number
-      !> Three numbers of a key.
       procedure :: numbers
-      !> Numbers of a key.
       procedure :: vector
-      !> Whole number of a key.
       procedure :: integer => whole_number
       !> Whole number of a key, with eight bytes.
       procedure :: long_integer
-      !> Text of a key.
       procedure :: text
-      !> Logical of a key.
       procedure :: flag
-      !> Position of a choice in its table, 0 if there is none.
       procedure :: choice
-      !> Positions of the choices of a key.
       procedure :: choices
-      !> A value of a key as it is.
       procedure :: value
-      !> All values of a key as they are.
       procedure :: values => all_values
-      !> Where a key stands, or one of its values.
       procedure :: place
-      !> Report a key that must be given and is not.
       procedure :: require
-      !> Report a key that must not be given and is.
       procedure :: refuse
-      !> Give a key a number that is derived from others.
       procedure :: derive_number
-      !> Give a key a text that is derived from others.
       procedure :: derive_text
-      !> Take a key for one without a value.
       procedure :: unset
       procedure, private :: locate
       procedure, private :: at
@@ -281,7 +245,6 @@ contains
       integer, intent(in) :: kind
       !> What it means.
       character(len=*), intent(in) :: doc
-      !> Number of values.
       integer, intent(in), optional :: values
       character(len=*), intent(in), optional :: unit
       !> Default in namelist syntax.
@@ -347,7 +310,6 @@ contains
    !> Whether a finite number is in the domain of a key.
    pure function admits(key, x) result(ok)
       type(key_type), intent(in) :: key
-      !> The number.
       real(wp), intent(in) :: x
       logical :: ok
 
@@ -486,7 +448,6 @@ contains
    !> added if there is none.
    pure subroutine new_setting(stored, schema, key, position)
       type(stored_group_type), intent(inout) :: stored
-      !> Its keys.
       type(group_schema_type), intent(in) :: schema
       !> Position of the key among them.
       integer, intent(in) :: key
@@ -966,9 +927,7 @@ contains
       !> Where to say so, as the place of the key that needs it.
       type(origin_type), intent(in) :: where
       character(len=*), intent(in) :: message
-      !> What would be right.
       character(len=*), intent(in) :: expected
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       if (self%lacks(name)) call diagnostics%add(where, message, expected)
@@ -979,9 +938,7 @@ contains
       class(group_settings_type), intent(in) :: self
       character(len=*), intent(in) :: name
       character(len=*), intent(in) :: message
-      !> What would be right.
       character(len=*), intent(in) :: expected
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       if (self%is_given(name)) call diagnostics%add(self%place(name), message, expected)
@@ -991,7 +948,6 @@ contains
    subroutine derive_number(self, name, x)
       class(group_settings_type), intent(in) :: self
       character(len=*), intent(in) :: name
-      !> The number.
       real(wp), intent(in) :: x
       integer :: s
 
@@ -1005,7 +961,6 @@ contains
    subroutine derive_text(self, name, text)
       class(group_settings_type), intent(in) :: self
       character(len=*), intent(in) :: name
-      !> The text.
       character(len=*), intent(in) :: text
       integer :: s
 

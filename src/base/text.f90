@@ -11,7 +11,6 @@ module contensou_base_text
 
    !> A text of its own length, for lists of texts.
    type :: string_type
-      !> The text.
       character(len=:), allocatable :: s
    end type string_type
 
@@ -23,9 +22,7 @@ module contensou_base_text
       !> Length of the text.
       integer :: n = 0
    contains
-      !> Append a text.
       procedure :: add => add_text
-      !> The text so far.
       procedure :: text => buffered_text
    end type text_buffer_type
 
@@ -84,9 +81,7 @@ contains
 
    !> Text with the ASCII letters in lower case; other bytes are kept.
    pure function lower(s) result(t)
-      !> Text to convert.
       character(len=*), intent(in) :: s
-      !> Converted text.
       character(len=len(s)) :: t
 
       integer :: i
@@ -102,7 +97,6 @@ contains
 
    !> A number with a given count of significant digits, without superfluous blanks.
    pure function number_text(x, digits) result(text)
-      !> The number.
       real(wp), intent(in) :: x
       !> Significant digits, 1 to 17.
       integer, intent(in) :: digits
@@ -126,7 +120,6 @@ contains
    pure function integer_to_text(x) result(s)
       !> Number to write.
       integer, intent(in) :: x
-      !> Its text.
       character(len=:), allocatable :: s
 
       s = long_integer_to_text(int(x, i8))
@@ -136,7 +129,6 @@ contains
    pure function long_integer_to_text(x) result(s)
       !> Number to write.
       integer(i8), intent(in) :: x
-      !> Its text.
       character(len=:), allocatable :: s
 
       character(len=24) :: buffer
@@ -149,7 +141,6 @@ contains
    pure function logical_to_text(x) result(s)
       !> Value to write.
       logical, intent(in) :: x
-      !> Its text.
       character(len=:), allocatable :: s
 
       if (x) then
@@ -166,7 +157,6 @@ contains
    pure function real_to_text(x) result(s)
       !> Number to write.
       real(wp), intent(in) :: x
-      !> Its text.
       character(len=:), allocatable :: s
 
       character(len=*), parameter :: zeros = '000000'
@@ -351,9 +341,7 @@ contains
 
    !> Whether a text without sign is one of the forms of infinity and NaN.
    pure function is_special(s) result(special)
-      !> Text to look at.
       character(len=*), intent(in) :: s
-      !> The answer.
       logical :: special
 
       character(len=*), parameter :: allowed = &
@@ -392,7 +380,6 @@ contains
    pure function is_digit(c) result(digit)
       !> Character to look at.
       character(len=1), intent(in) :: c
-      !> The answer.
       logical :: digit
 
       digit = c >= '0' .and. c <= '9'
@@ -400,9 +387,7 @@ contains
 
    !> Fortran character literal of a text, with quotes in it doubled.
    pure function quote(s) result(t)
-      !> Text to quote.
       character(len=*), intent(in) :: s
-      !> The literal.
       character(len=:), allocatable :: t
 
       integer :: i, n
@@ -429,7 +414,6 @@ contains
    pure function strings(padded) result(names)
       !> Padded texts.
       character(len=*), intent(in) :: padded(:)
-      !> The same texts.
       type(string_type), allocatable :: names(:)
 
       integer :: i
@@ -446,7 +430,6 @@ contains
       type(string_type), intent(in) :: list(:)
       !> Text between two of them.
       character(len=*), intent(in) :: separator
-      !> The joined text.
       character(len=:), allocatable :: t
 
       integer :: i
@@ -460,11 +443,9 @@ contains
 
    !> Text cut to a number of bytes and ended by `...` if it is longer; never cuts a character.
    pure function shorten(s, width) result(t)
-      !> Text to shorten.
       character(len=*), intent(in) :: s
       !> Largest number of bytes of the result, at least 3.
       integer, intent(in) :: width
-      !> The shortened text.
       character(len=:), allocatable :: t
 
       integer :: last
@@ -484,11 +465,9 @@ contains
 
    !> Whether a text begins with another.
    pure function starts_with(s, prefix) result(does)
-      !> Text to look at.
       character(len=*), intent(in) :: s
       !> Beginning to look for.
       character(len=*), intent(in) :: prefix
-      !> The answer.
       logical :: does
 
       does = .false.

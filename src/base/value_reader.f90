@@ -29,13 +29,11 @@ contains
 
    !> Read values up to the next key, the end of the group, or an equals sign.
    pure subroutine parse_values(parser, buffer, n, diagnostics)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
       !> The values; its size is at least `n`.
       type(value_type), allocatable, intent(inout) :: buffer(:)
       !> Number of values.
       integer, intent(out) :: n
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       type(value_type) :: missing
@@ -100,9 +98,7 @@ contains
 
    !> Read values that belong to a mistake reported already.
    pure subroutine discard_values(parser, buffer, diagnostics)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
-      !> Room for values.
       type(value_type), allocatable, intent(inout) :: buffer(:)
       !> Where too many values are reported.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -122,7 +118,6 @@ contains
 
    !> Read a value that is not in quotes, or report what stands in its place.
    pure subroutine parse_token(parser, buffer, n, after_comma, found, diagnostics)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
       !> The values read so far.
       type(value_type), allocatable, intent(inout) :: buffer(:)
@@ -132,7 +127,6 @@ contains
       logical, intent(in) :: after_comma
       !> False if this is a key without equals sign, which is left for others to read.
       logical, intent(out) :: found
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       type(value_type) :: value
@@ -218,7 +212,6 @@ contains
 
    !> Extend the last column of `nan` by a bracket directly behind it.
    pure subroutine extend_nan(parser, last)
-      !> State of the reading.
       type(parser_type), intent(in) :: parser
       !> Last column of the word.
       integer, intent(inout) :: last
@@ -235,11 +228,9 @@ contains
 
    !> Whether a number, or a text in quotes, follows in the line with no comma before it.
    pure function value_follows(parser, column) result(follows)
-      !> State of the reading.
       type(parser_type), intent(in) :: parser
       !> Column from which on to look.
       integer, intent(in) :: column
-      !> The answer.
       logical :: follows
 
       integer :: n
@@ -254,9 +245,7 @@ contains
 
    !> Whether a value without quotes may be meant as a text.
    pure function may_be_bare(parser) result(may)
-      !> State of the reading.
       type(parser_type), intent(in) :: parser
-      !> The answer.
       logical :: may
 
       ! What begins like a number shall be one, so that a misprint in it is found.
@@ -266,13 +255,11 @@ contains
 
    !> Read a text without quotes up to the next comma.
    pure subroutine parse_bare_text(parser, buffer, n, diagnostics)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
       !> The values read so far.
       type(value_type), allocatable, intent(inout) :: buffer(:)
       !> Number of values.
       integer, intent(inout) :: n
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       type(value_type) :: value
@@ -307,7 +294,6 @@ contains
       type(value_type), allocatable, intent(inout) :: buffer(:)
       !> Number of values.
       integer, intent(inout) :: n
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       type(value_type) :: value
@@ -419,7 +405,6 @@ contains
 
    !> Integer of a text of digits with an optional sign.
    pure subroutine read_integer(s, x, fits)
-      !> The text.
       character(len=*), intent(in) :: s
       !> The integer; 0 if it does not fit.
       integer(i8), intent(out) :: x
@@ -446,7 +431,6 @@ contains
 
    !> Positive integer of a text.
    pure function read_count(s) result(n)
-      !> The text.
       character(len=*), intent(in) :: s
       !> The integer; 0 if the text is none or it is larger than `max_values`.
       integer :: n
@@ -466,16 +450,13 @@ contains
 
    !> Append a value.
    pure subroutine append_value(parser, value, count, buffer, n, diagnostics)
-      !> State of the reading.
       type(parser_type), intent(inout) :: parser
       type(value_type), intent(in) :: value
       !> Number of times to append it.
       integer, intent(in) :: count
-      !> Values to append to.
       type(value_type), allocatable, intent(inout) :: buffer(:)
       !> Number of values.
       integer, intent(inout) :: n
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       type(value_type), allocatable :: bigger(:)
@@ -519,7 +500,6 @@ contains
    pure subroutine report_word(parser, diagnostics)
       !> State of the reading, at the word.
       type(parser_type), intent(inout) :: parser
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       character(len=:), allocatable :: expected, message, word
@@ -593,7 +573,6 @@ contains
    pure function is_curly(word) result(curly)
       !> Word to look at.
       character(len=*), intent(in) :: word
-      !> The answer.
       logical :: curly
 
       curly = .false.
@@ -606,7 +585,6 @@ contains
    pure subroutine report_parenthesis(parser, diagnostics)
       !> State of the reading, at the parenthesis.
       type(parser_type), intent(inout) :: parser
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       type(origin_type) :: origin

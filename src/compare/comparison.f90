@@ -40,7 +40,6 @@ module contensou_compare_comparison
       integer :: n_different_attributes = 0
       !> Objects that one file alone has, or that are of another nature.
       integer :: n_missing = 0
-      !> The two files.
       type(hdf5_reader_type), private :: readers(2)
       !> The results, and the count of what could not be compared.
       type(listing_type) :: listing
@@ -55,15 +54,12 @@ module contensou_compare_comparison
       !> Whether times of rows differ.
       logical, private :: times_differ = .false.
    contains
-      !> Compare two files.
       procedure :: run
-      !> Whether they differ.
       procedure :: different
    end type comparison_type
 
    !> Groups on the way to the one that is being looked at.
    type :: way_type
-      !> Their number.
       integer :: depth = 0
       !> Their addresses in the two files.
       integer(i8) :: addresses(2, 100) = 0
@@ -83,7 +79,6 @@ contains
 
    !> Compare two files.
    subroutine run(self, paths, output, error)
-      !> What is asked for, and the counts.
       class(comparison_type), intent(inout) :: self
       !> Names of the files.
       type(string_type), intent(in) :: paths(2)
@@ -196,7 +191,6 @@ contains
    !> Go into a group, unless the way has led through it before or is too long.
    subroutine enter_group(self, path, sides, way, code)
       class(comparison_type), intent(inout) :: self
-      !> Path of the group.
       character(len=*), intent(in) :: path
       !> In which files.
       logical, intent(in) :: sides(2)
@@ -261,7 +255,6 @@ contains
 
    !> Path of a member of a group.
    pure function joined(path, name) result(whole)
-      !> Path of the group.
       character(len=*), intent(in) :: path
       !> Name of the member.
       character(len=*), intent(in) :: name
@@ -282,7 +275,6 @@ contains
       integer, intent(in) :: i
       !> Place in the second.
       integer, intent(in) :: j
-      !> The answer.
       integer :: order
       integer :: k
 
@@ -306,7 +298,6 @@ contains
    !> Compare what two links of the same name lead to.
    recursive subroutine compare_links(self, path, link_a, link_b, way)
       class(comparison_type), intent(inout) :: self
-      !> Their path.
       character(len=*), intent(in) :: path
       !> Kind of the link in the first file.
       integer, intent(in) :: link_a
@@ -359,7 +350,6 @@ contains
    pure function kind_text(kind) result(text)
       !> One of the `object_*` parameters.
       integer, intent(in) :: kind
-      !> Its name.
       character(len=:), allocatable :: text
 
       select case (kind)
@@ -422,7 +412,6 @@ contains
       class(comparison_type), intent(inout) :: self
       !> The file, 1 or 2.
       integer, intent(in) :: side
-      !> Path of the group.
       character(len=*), intent(in) :: path
       !> Groups on the way.
       type(way_type), intent(inout) :: way
@@ -504,7 +493,6 @@ contains
       class(comparison_type), intent(inout) :: self
       !> The file that has it, 1 or 2.
       integer, intent(in) :: side
-      !> Path of its object.
       character(len=*), intent(in) :: path
       character(len=*), intent(in) :: name
       type(verdict_type) :: verdict
@@ -524,7 +512,6 @@ contains
       class(comparison_type), intent(inout) :: self
       !> Path of their objects.
       character(len=*), intent(in) :: path
-      !> Their name.
       character(len=*), intent(in) :: name
       type(verdict_type) :: verdict
       type(outcome_type) :: outcome
@@ -554,9 +541,7 @@ contains
    !> Compare two data sets and their attributes.
    subroutine compare_datasets(self, path, verdict)
       class(comparison_type), intent(inout) :: self
-      !> Their path.
       character(len=*), intent(in) :: path
-      !> What the rules say.
       type(verdict_type), intent(in) :: verdict
       type(outcome_type) :: outcome
 

@@ -94,7 +94,6 @@ contains
       type(span_type), intent(in) :: span
       !> Events handed over so far.
       integer(i8), intent(inout) :: done
-      !> Set when they cannot be read.
       type(error_type), allocatable, intent(out) :: error
       type(string_type), allocatable :: kinds(:), contacts(:)
       real(wp) :: times(block_texts)
@@ -159,7 +158,6 @@ contains
 
       !> Say how an event has moved.
       subroutine say(label, note)
-         !> What it is.
          character(len=*), intent(in) :: label
          type(event_note_type), intent(in) :: note
 

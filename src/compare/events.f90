@@ -14,9 +14,7 @@ module contensou_compare_events
 
    !> An event that is worth a word.
    type :: event_note_type
-      !> Whether there is one.
       logical :: present = .false.
-      !> Name of its contact.
       character(len=:), allocatable :: contact
       !> Its kind in each of the lists.
       type(string_type) :: kind(2)
@@ -28,7 +26,6 @@ module contensou_compare_events
    type :: event_type
       !> Time [s].
       real(wp) :: time = 0.0_wp
-      !> Index of its kind.
       integer :: kind = 0
    end type event_type
 
@@ -79,19 +76,13 @@ module contensou_compare_events
       type(string_type), allocatable, private :: contacts(:)
       !> Events that wait, by contact.
       type(lane_type), allocatable, private :: lanes(:)
-      !> Number of contacts.
       integer, private :: n_contacts = 0
       type(string_type), allocatable, private :: kinds(:)
-      !> Number of kinds.
       integer, private :: n_kinds = 0
    contains
-      !> Take in an event.
       procedure :: push
-      !> Match those that can be matched by now.
       procedure :: match
-      !> Match all: the lists are at their end.
       procedure :: finish
-      !> Whether the lists differ beyond the tolerance.
       procedure :: differ
    end type event_matcher_type
 
@@ -108,11 +99,9 @@ contains
 
    !> Take in an event.
    subroutine push(self, side, contact, kind, time)
-      !> The comparison.
       class(event_matcher_type), intent(inout) :: self
       !> List, 1 or 2.
       integer, intent(in) :: side
-      !> Name of the contact.
       character(len=*), intent(in) :: contact
       !> Kind, such as "touch".
       character(len=*), intent(in) :: kind
@@ -155,12 +144,9 @@ contains
 
    !> Index of a name in a list, which grows if it is new.
    subroutine index_of(names, n, name, i)
-      !> The list.
       type(string_type), intent(inout) :: names(:)
-      !> Number of names in it.
       integer, intent(inout) :: n
       character(len=*), intent(in) :: name
-      !> Its index.
       integer, intent(out) :: i
 
       do i = 1, n
@@ -177,7 +163,6 @@ contains
 
    !> Match those that can be matched by now.
    subroutine match(self)
-      !> The comparison.
       class(event_matcher_type), intent(inout) :: self
       integer :: lane
 
@@ -188,7 +173,6 @@ contains
 
    !> Match all: the lists are at their end.
    subroutine finish(self)
-      !> The comparison.
       class(event_matcher_type), intent(inout) :: self
       integer :: lane
 
@@ -199,7 +183,6 @@ contains
 
    !> Whether the lists differ beyond the tolerance.
    pure function differ(self) result(answer)
-      !> The comparison.
       class(event_matcher_type), intent(in) :: self
       logical :: answer
 
@@ -212,7 +195,6 @@ contains
       type(lane_type), intent(in) :: lane
       !> List, 1 or 2.
       integer, intent(in) :: side
-      !> Their number.
       integer :: n
 
       n = lane%queue(side)%tail - lane%queue(side)%head + 1
@@ -220,9 +202,7 @@ contains
 
    !> Match the events of a contact.
    subroutine match_lane(self, lane, at_end)
-      !> The comparison.
       class(event_matcher_type), intent(inout) :: self
-      !> Index of the contact.
       integer, intent(in) :: lane
       !> Whether no more events come.
       logical, intent(in) :: at_end
@@ -301,9 +281,7 @@ contains
 
    !> An event that waits.
    pure function event_at(self, lane, side, offset) result(event)
-      !> The comparison.
       class(event_matcher_type), intent(in) :: self
-      !> Index of the contact.
       integer, intent(in) :: lane
       !> List, 1 or 2.
       integer, intent(in) :: side
@@ -334,9 +312,7 @@ contains
 
    !> Take the first events of both lists as a pair.
    subroutine pair(self, lane, a, b)
-      !> The comparison.
       class(event_matcher_type), intent(inout) :: self
-      !> Index of the contact.
       integer, intent(in) :: lane
       !> Event of the first list.
       type(event_type), intent(in) :: a
@@ -398,9 +374,7 @@ contains
 
    !> Take the first event of a list as one that the other has not.
    subroutine drop(self, lane, side)
-      !> The comparison.
       class(event_matcher_type), intent(inout) :: self
-      !> Index of the contact.
       integer, intent(in) :: lane
       !> List, 1 or 2.
       integer, intent(in) :: side

@@ -96,7 +96,6 @@ contains
 
    !> Compare types and shapes.
    subroutine compare_shapes(items, span, extents, remarks, comparable)
-      !> The two items.
       type(hdf5_item_type), intent(in) :: items(2)
       type(span_type), intent(in) :: span
       !> Extents of the part that both have.
@@ -232,10 +231,8 @@ contains
    !> Say where the differences are.
    subroutine describe_places(listing, items, subject, found)
       type(listing_type), intent(inout) :: listing
-      !> The two items.
       type(hdf5_item_type), intent(in) :: items(2)
       type(subject_type), intent(in) :: subject
-      !> What was found.
       type(found_type), intent(in) :: found
 
       character(len=:), allocatable :: units
@@ -267,7 +264,6 @@ contains
 
       !> Say where something is, and which values are there.
       subroutine say(label, place, values)
-         !> What it is.
          character(len=*), intent(in) :: label
          !> Indices.
          integer(i8), intent(in) :: place(max_rank)

@@ -26,7 +26,6 @@ module contensou_compare_listing
       subroutine take_text(self, text)
          import :: comparison_output_type
          implicit none(type, external)
-         !> Where it goes.
          class(comparison_output_type), intent(inout) :: self
          character(len=*), intent(in) :: text
       end subroutine take_text
@@ -65,7 +64,6 @@ contains
    !> Note that something could not be compared.
    subroutine trouble(self, message)
       class(listing_type), intent(inout) :: self
-      !> What and why.
       character(len=*), intent(in) :: message
 
       if (allocated(self%last_trouble)) then
@@ -128,7 +126,6 @@ contains
 
    !> A number of things.
    pure function count_of(n, thing) result(text)
-      !> The number.
       integer, intent(in) :: n
       !> One of them.
       character(len=*), intent(in) :: thing
@@ -172,7 +169,6 @@ contains
       integer(i8), intent(in) :: n_beyond
       !> Values compared.
       integer(i8), intent(in) :: n
-      !> The columns.
       character(len=:), allocatable :: text
 
       text = right(largest, 14) // right(relative, 11) // right(to_text(n_beyond), 10) // &

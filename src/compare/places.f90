@@ -48,7 +48,6 @@ contains
       type(hdf5_item_type), intent(in) :: scale
       !> Path of the data set that it belongs to.
       character(len=*), intent(in) :: path
-      !> Index.
       integer(i8), intent(in) :: i
       !> Such as "body top"; empty if the scale has no such place.
       character(len=:), allocatable, intent(out) :: text
@@ -105,7 +104,6 @@ contains
 
    !> A time or another number of a scale in at most ten digits.
    pure function time_text(x) result(text)
-      !> The number.
       real(wp), intent(in) :: x
       character(len=:), allocatable :: text
 
@@ -119,9 +117,7 @@ contains
 
    !> Number of a text.
    pure function rounded(buffer) result(x)
-      !> Text of a number.
       character(len=*), intent(in) :: buffer
-      !> The number.
       real(wp) :: x
 
       read (buffer, *) x

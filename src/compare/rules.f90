@@ -36,7 +36,6 @@ module contensou_compare_rules
    type :: rule_type
       !> Pattern of paths.
       character(len=:), allocatable :: pattern
-      !> What it says.
       type(verdict_type) :: verdict
       !> Whether it is a built-in one.
       logical :: built_in = .false.
@@ -49,12 +48,9 @@ module contensou_compare_rules
       private
       !> The rules, of which `n` are used.
       type(rule_type), allocatable :: rules(:)
-      !> Their number.
       integer :: n = 0
    contains
-      !> What the rules say about an object or attribute.
       procedure :: verdict => find_verdict
-      !> Number of rules.
       procedure :: count => count_rules
    end type rules_type
 
@@ -100,7 +96,6 @@ contains
    subroutine read_rules(path, rules, error)
       !> The file.
       character(len=*), intent(in) :: path
-      !> Rules to append to.
       type(rules_type), intent(inout) :: rules
       !> Set when it cannot be read, or holds mistakes; it then tells all of them.
       type(error_type), allocatable, intent(out) :: error
@@ -159,7 +154,6 @@ contains
       type(rule_type), intent(out) :: rule
       !> Whether there is a rule, without mistake.
       logical, intent(out) :: found
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       character(len=*), parameter :: form = "PATTERN ATOL RTOL or PATTERN ignore"
@@ -218,9 +212,7 @@ contains
       subroutine mistake(word, message, expected)
          !> Number of the word where it is.
          integer, intent(in) :: word
-         !> What is wrong.
          character(len=*), intent(in) :: message
-         !> What would be right.
          character(len=*), intent(in) :: expected
 
          call diagnostics%add(origin_type(1, number, starts(word), &
@@ -266,7 +258,6 @@ contains
    !> Whether every set of a pattern has its end.
    pure function sets_closed(pattern) result(closed)
       character(len=*), intent(in) :: pattern
-      !> The answer.
       logical :: closed
       integer :: i, last
 
@@ -306,7 +297,6 @@ contains
 
    !> Append a rule.
    subroutine append(rules, rule)
-      !> Rules to append to.
       type(rules_type), intent(inout) :: rules
       type(rule_type), intent(in) :: rule
       type(rule_type), allocatable :: longer(:)
@@ -331,7 +321,6 @@ contains
    !> Number of rules.
    pure function count_rules(self) result(n)
       class(rules_type), intent(in) :: self
-      !> Their number.
       integer :: n
 
       n = self%n
@@ -340,7 +329,6 @@ contains
    !> What the rules say about an object or attribute: the last one that matches.
    pure function find_verdict(self, path, attribute) result(verdict)
       class(rules_type), intent(in) :: self
-      !> Path of the object.
       character(len=*), intent(in) :: path
       !> Name of its attribute; empty for the object itself.
       character(len=*), intent(in) :: attribute
@@ -370,11 +358,9 @@ contains
    !> Whether a pattern stands for an object or attribute.
    pure function stands_for(pattern, path, attribute) result(does)
       character(len=*), intent(in) :: pattern
-      !> Path of the object.
       character(len=*), intent(in) :: path
       !> Name of its attribute; empty for the object itself.
       character(len=*), intent(in) :: attribute
-      !> The answer.
       logical :: does
 
       does = matches(pattern, path)
@@ -386,7 +372,6 @@ contains
    pure function matches(pattern, text) result(does)
       character(len=*), intent(in) :: pattern
       character(len=*), intent(in) :: text
-      !> The answer.
       logical :: does
 
       ! Place after the last '*' met, and of the text that it has to go on with: only that one need

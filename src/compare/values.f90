@@ -20,7 +20,6 @@ module contensou_compare_values
       character(len=:), allocatable :: path
       !> Name of the attributes; empty for data sets.
       character(len=:), allocatable :: attribute
-      !> What the rules say.
       type(verdict_type) :: verdict
    end type subject_type
 
@@ -71,12 +70,10 @@ contains
 
    !> Compare values block by block.
    subroutine compare_values(items, subject, extents, found, error)
-      !> The two items.
       type(hdf5_item_type), intent(in) :: items(2)
       type(subject_type), intent(in) :: subject
       !> Extents to compare.
       integer(i8), intent(in) :: extents(max_rank)
-      !> What was found.
       type(found_type), intent(inout) :: found
       !> Set when the values cannot be read.
       type(error_type), allocatable, intent(out) :: error
@@ -278,11 +275,9 @@ contains
       real(wp), intent(in) :: a(:)
       !> Values of the second file.
       real(wp), intent(in) :: b(:)
-      !> Their number.
       integer, intent(in) :: n
       !> Tolerances.
       type(verdict_type), intent(in) :: verdict
-      !> What was found.
       type(found_type), intent(inout) :: found
       !> Numbers of the values that are the new largest, relatively largest and first; or 0.
       integer(i8), intent(inout) :: at(3)
@@ -349,13 +344,11 @@ contains
       integer(i8), intent(in) :: a(:)
       !> Values of the second file.
       integer(i8), intent(in) :: b(:)
-      !> Their number.
       integer, intent(in) :: n
       !> Whether they are unsigned.
       logical, intent(in) :: is_unsigned
       !> Tolerances.
       type(verdict_type), intent(in) :: verdict
-      !> What was found.
       type(found_type), intent(inout) :: found
       !> Numbers of the values that are the new largest, relatively largest and first; or 0.
       integer(i8), intent(inout) :: at(3)
@@ -400,11 +393,8 @@ contains
       type(string_type), intent(in) :: a(:)
       !> Values of the second file.
       type(string_type), intent(in) :: b(:)
-      !> Their number.
       integer, intent(in) :: n
-      !> Path of the data set.
       character(len=*), intent(in) :: path
-      !> What was found.
       type(found_type), intent(inout) :: found
       !> Numbers of the values that are the new largest, relatively largest and first; or 0.
       integer(i8), intent(inout) :: at(3)
@@ -450,11 +440,9 @@ contains
       character(len=1), intent(in) :: a(:)
       !> Values of the second file.
       character(len=1), intent(in) :: b(:)
-      !> Their number.
       integer, intent(in) :: n
       !> Bytes of a value.
       integer, intent(in) :: size
-      !> What was found.
       type(found_type), intent(inout) :: found
       !> Numbers of the values that are the new largest, relatively largest and first; or 0.
       integer(i8), intent(inout) :: at(3)

@@ -20,7 +20,6 @@ module contensou_files_cost_table
    type :: column_type
       character(len=40) :: name = ""
       character(len=8) :: units = ""
-      !> Description.
       character(len=96) :: about = ""
       !> Values, NaN for none.
       real(wp), allocatable :: values(:)
@@ -91,7 +90,6 @@ contains
       subroutine put(column_name, units, about, values)
          character(len=*), intent(in) :: column_name
          character(len=*), intent(in) :: units
-         !> Description.
          character(len=*), intent(in) :: about
          real(wp), intent(in) :: values(:)
 
@@ -141,7 +139,6 @@ contains
 
    !> A text as a cell: in quotes, without line feeds.
    pure function cell(words) result(text)
-      !> The text.
       character(len=*), intent(in) :: words
       character(len=:), allocatable :: text
       integer :: i
@@ -166,14 +163,11 @@ contains
       type(study_type), intent(in) :: study
       !> Text of the scene file.
       character(len=*), intent(in) :: namelist
-      !> All settings.
       character(len=*), intent(in) :: resolved
       character(len=*), intent(in) :: command_line
-      !> Name of the file.
       character(len=*), intent(in) :: name
       !> The file, left open.
       type(hdf5_file_type), intent(inout) :: file
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       type(column_type), allocatable :: columns(:)
       character(len=:), allocatable :: names(:)
@@ -262,7 +256,6 @@ contains
       !> The runs.
       subroutine put_runs(out, problem)
          type(hdf5_file_type), intent(inout) :: out
-         !> Set on failure.
          type(error_type), allocatable, intent(out) :: problem
          character(len=:), allocatable :: labels(:), messages(:)
          character(len=8), allocatable :: status(:)

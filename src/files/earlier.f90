@@ -138,7 +138,6 @@ contains
       character(len=*), intent(in) :: name
       !> All settings of the run.
       character(len=*), intent(in) :: resolved
-      !> What there is.
       type(earlier_type), intent(out) :: earlier
       !> Set when the run must not begin.
       type(error_type), allocatable, intent(out) :: error
@@ -251,7 +250,6 @@ contains
    !> See whether a file belongs to this scene and holds what it should, in a process of its own:
    !> the HDF5 library may crash over a file whose writer was killed.
    subroutine look_into(path, expected, resolved, checkpoint, has_rows, found, message, error)
-      !> Name of the file.
       character(len=*), intent(in) :: path
       !> Status that it should have; blank for any but `failed`.
       character(len=*), intent(in) :: expected
@@ -262,7 +260,6 @@ contains
       logical, intent(in) :: has_rows
       !> One of the `found_*` codes.
       integer, intent(out) :: found
-      !> What is wrong.
       character(len=:), allocatable, intent(out) :: message
       !> Set when there is no way to tell.
       type(error_type), allocatable, intent(out) :: error
@@ -285,7 +282,6 @@ contains
 
    !> The work of `look_into`.
    subroutine judge(path, expected, resolved, checkpoint, has_rows, found, message)
-      !> Name of the file.
       character(len=*), intent(in) :: path
       !> Status that it should have; blank for any but `failed`.
       character(len=*), intent(in) :: expected
@@ -296,7 +292,6 @@ contains
       logical, intent(in) :: has_rows
       !> One of the `found_*` codes.
       integer, intent(out) :: found
-      !> What is wrong.
       character(len=:), allocatable, intent(out) :: message
       type(hdf5_reader_type) :: reader
       type(hdf5_item_type) :: item
@@ -454,7 +449,6 @@ contains
       type(checkpoint_type), intent(inout) :: checkpoint
       !> Version of the program.
       character(len=*), intent(inout) :: version
-      !> Its commit.
       character(len=*), intent(inout) :: commit
 
       call checkpoint%exchange("program_version", version)

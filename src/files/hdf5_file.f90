@@ -58,40 +58,23 @@ module contensou_files_hdf5_file
       !> Address of what C keeps about it; null when there is no open file.
       type(c_ptr) :: handle = c_null_ptr
    contains
-      !> Create a file, or empty the one there is.
       procedure :: create
-      !> Whether a file is open.
       procedure :: is_open
-      !> Hand everything written so far to the operating system.
       procedure :: flush => flush_file
-      !> Bring what was flushed to the disk.
       procedure :: sync => sync_file
-      !> Let memory not grow with the file.
       procedure :: bound_memory
-      !> Finish the file.
       procedure :: close => close_file
-      !> Finish the file and give it another name.
       procedure :: close_as
-      !> Give the file up, whatever its state.
       procedure :: abandon
       procedure :: create_group
-      !> Create an attribute that is a text, or replace its value.
       procedure :: put_attribute
-      !> Create an attribute of numbers or texts, or replace its value.
       procedure :: put_attribute_values
-      !> Write a scale of labels.
       procedure :: put_labels
-      !> Write one text.
       procedure :: put_text
-      !> Write one number.
       procedure :: put_value
-      !> Write an array of numbers.
       procedure :: put_array
-      !> Write an array of texts.
       procedure :: put_texts
-      !> Create a data set that grows.
       procedure :: create_series
-      !> Append rows to a series.
       procedure :: append
    end type hdf5_file_type
 
@@ -243,7 +226,6 @@ module contensou_files_hdf5_file
          import :: c_char, c_int, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: series
-         !> Number of rows.
          integer(c_int), value :: rows
          type(*), intent(in), contiguous :: values(..)
          !> Path of the data set, null-terminated, for messages.
@@ -288,9 +270,7 @@ contains
 
    !> Create a file, emptying one of that name; a file open so far is abandoned.
    subroutine create(self, path, error)
-      !> File to open.
       class(hdf5_file_type), intent(inout) :: self
-      !> Name of the file.
       character(len=*), intent(in) :: path
       !> Set when the file cannot be created, or another program is writing it.
       type(error_type), allocatable, intent(out) :: error
@@ -302,7 +282,6 @@ contains
 
    !> Whether a file is open.
    pure function is_open(self) result(answer)
-      !> File in question.
       class(hdf5_file_type), intent(in) :: self
       !> False before `create` and after `close` or `abandon`.
       logical :: answer
@@ -312,9 +291,7 @@ contains
 
    !> Hand everything written so far to the operating system: what a process killed later leaves.
    subroutine flush_file(self, error)
-      !> File to flush.
       class(hdf5_file_type), intent(inout) :: self
-      !> Set when something could not be written.
       type(error_type), allocatable, intent(out) :: error
 
       call require_open(self, error)
@@ -324,9 +301,7 @@ contains
 
    !> Bring what was flushed to the disk: what a power failure leaves.
    subroutine sync_file(self, error)
-      !> File to bring to the disk.
       class(hdf5_file_type), intent(inout) :: self
-      !> Set when that failed.
       type(error_type), allocatable, intent(out) :: error
 
       call require_open(self, error)
@@ -337,7 +312,6 @@ contains
    !> Let memory not grow with the file. A process killed later leaves nothing that can be read.
    subroutine bound_memory(self, error)
       class(hdf5_file_type), intent(inout) :: self
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       call require_open(self, error)
@@ -359,7 +333,6 @@ contains
 
    !> Finish the file and give it another name; no other program can take it in between.
    subroutine close_as(self, name, replace, error)
-      !> File to close.
       class(hdf5_file_type), intent(inout) :: self
       !> New name of the file.
       character(len=*), intent(in) :: name
@@ -385,11 +358,8 @@ contains
 
    !> Create a group, inside one that exists.
    subroutine create_group(self, path, error)
-      !> File to write to.
       class(hdf5_file_type), intent(inout) :: self
-      !> Path of the group.
       character(len=*), intent(in) :: path
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       call require_open(self, error)
@@ -405,7 +375,6 @@ contains
       character(len=*), intent(in) :: name
       !> The text; trailing blanks are left out.
       character(len=*), intent(in) :: value
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       call self%put_attribute_values(object, name, value, error)
@@ -420,7 +389,6 @@ contains
       !> A number, or a list of numbers or texts. Not a single text, of which gfortran 12 forgets
       !> the length unless it is a variable.
       type(*), intent(in), contiguous, target :: values(..)
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       call require_open(self, error)
@@ -431,13 +399,10 @@ contains
    !> Write a list of labels as the scale of a dimension.
    subroutine put_labels(self, path, labels, long_name, error)
       class(hdf5_file_type), intent(inout) :: self
-      !> Path of the data set.
       character(len=*), intent(in) :: path
       !> The labels, each without trailing blanks.
       character(len=*), intent(in) :: labels(:)
-      !> Description.
       character(len=*), intent(in) :: long_name
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       call put_dataset(self, path, no_scales, .true., "", long_name, labels, error)
@@ -446,12 +411,9 @@ contains
    !> Write one text as it is.
    subroutine put_text(self, path, text, long_name, error)
       class(hdf5_file_type), intent(inout) :: self
-      !> Path of the data set.
       character(len=*), intent(in) :: path
       character(len=*), intent(in) :: text
-      !> Description.
       character(len=*), intent(in) :: long_name
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       call put_dataset(self, path, no_scales, .false., "", long_name, text, error)
@@ -460,15 +422,11 @@ contains
    !> Write one number.
    subroutine put_value(self, path, value, units, long_name, error)
       class(hdf5_file_type), intent(inout) :: self
-      !> Path of the data set.
       character(len=*), intent(in) :: path
-      !> The number.
       type(*), intent(in), contiguous, target :: value(..)
       !> Its unit; empty for none.
       character(len=*), intent(in) :: units
-      !> Description.
       character(len=*), intent(in) :: long_name
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       call put_dataset(self, path, no_scales, .false., units, long_name, value, error)
@@ -477,7 +435,6 @@ contains
    !> Write an array of numbers.
    subroutine put_array(self, path, array, dims, units, long_name, error)
       class(hdf5_file_type), intent(inout) :: self
-      !> Path of the data set.
       character(len=*), intent(in) :: path
       !> The numbers; the last Fortran index becomes the first dimension. Not texts: see
       !> `put_dataset`.
@@ -486,9 +443,7 @@ contains
       character(len=*), intent(in) :: dims(:)
       !> Their units; empty for none.
       character(len=*), intent(in) :: units
-      !> Description.
       character(len=*), intent(in) :: long_name
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       call put_dataset(self, path, dims, .false., units, long_name, array, error)
@@ -497,15 +452,12 @@ contains
    !> Write an array of texts, each without trailing blanks.
    subroutine put_texts(self, path, array, dims, long_name, error)
       class(hdf5_file_type), intent(inout) :: self
-      !> Path of the data set.
       character(len=*), intent(in) :: path
       !> The texts; the last Fortran index becomes the first dimension.
       character(len=*), intent(in), contiguous :: array(..)
       !> Paths of the scales, outermost first.
       character(len=*), intent(in) :: dims(:)
-      !> Description.
       character(len=*), intent(in) :: long_name
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       call put_dataset(self, path, dims, .false., "", long_name, array, error)
@@ -522,10 +474,8 @@ contains
       logical, intent(in) :: is_scale
       !> Units; empty for none.
       character(len=*), intent(in) :: units
-      !> Description.
       character(len=*), intent(in) :: long_name
       type(*), intent(in), contiguous, target :: values(..)
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       call require_open(self, error)
@@ -536,9 +486,7 @@ contains
    !> Create a data set that grows along its first dimension, with no rows as yet.
    subroutine create_series(self, path, extents, dims, is_scale, chunk_rows, units, long_name, &
       kind, series, error, compressed)
-      !> File to write to.
       class(hdf5_file_type), intent(inout) :: self
-      !> Path of the data set.
       character(len=*), intent(in) :: path
       !> Extents of the dimensions after the growing one, outermost first; none for one value a row.
       integer, intent(in) :: extents(:)
@@ -550,13 +498,11 @@ contains
       integer, intent(in) :: chunk_rows
       !> Units; empty for none.
       character(len=*), intent(in) :: units
-      !> Description.
       character(len=*), intent(in) :: long_name
       !> One of the `series_*` parameters.
       integer, intent(in) :: kind
       !> The series, for `append`.
       type(hdf5_series_type), intent(out) :: series
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       !> Whether chunks are compressed, which pays where they are written whole; default `.false.`.
       logical, intent(in), optional :: compressed
@@ -575,13 +521,11 @@ contains
    !> Append rows of numbers, or of texts without trailing blanks.
    subroutine append(self, series, n_rows, buffer, error)
       class(hdf5_file_type), intent(inout) :: self
-      !> Series to append to.
       type(hdf5_series_type), intent(in) :: series
       !> Number of rows; the buffer may hold more.
       integer, intent(in) :: n_rows
       !> Values of any shape whose last index, or only one, counts the rows.
       type(*), intent(in), contiguous, target :: buffer(..)
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       call require_open(self, error)
@@ -595,7 +539,6 @@ contains
 
    !> Status that the file of an earlier run carries, or why the file is unreadable.
    subroutine hdf5_readable_status(path, status_text, error)
-      !> Name of the file.
       character(len=*), intent(in) :: path
       !> Its root attribute `status`.
       character(len=:), allocatable, intent(out) :: status_text
@@ -620,7 +563,6 @@ contains
 
    !> Check that there is a file to write to.
    subroutine require_open(self, error)
-      !> File in question.
       class(hdf5_file_type), intent(in) :: self
       !> Set when it is not open.
       type(error_type), allocatable, intent(out) :: error
@@ -640,7 +582,6 @@ contains
 
    !> Set the error that C has just met.
    subroutine report(error)
-      !> Error to create.
       type(error_type), allocatable, intent(out) :: error
 
       call fatal(error, text_from_c(c_message()), status_file)

@@ -76,16 +76,11 @@ module contensou_files_hdf5_reader
       !> Address of what C keeps about it; null when there is no open file.
       type(c_ptr) :: handle = c_null_ptr
    contains
-      !> Open a file.
       procedure :: open => open_reader
       procedure :: close => close_reader
-      !> Names in a group, or of the attributes of an object, in the order of their bytes.
       procedure :: list
-      !> What a path leads to.
       procedure :: object
-      !> Where a link leads that is not followed.
       procedure :: link_value
-      !> Open a data set or an attribute.
       procedure :: open_item
    end type hdf5_reader_type
 
@@ -108,23 +103,15 @@ module contensou_files_hdf5_reader
       type(c_ptr), private :: handle = c_null_ptr
    contains
       procedure :: close => close_item
-      !> Whether it is open.
       procedure :: is_open => item_is_open
-      !> Words for the type of its values.
       procedure :: type_text
-      !> Whether another item's values are of the same type.
       procedure :: same_type
-      !> Read reals, or integers as reals.
       procedure :: read_reals
       procedure :: read_integers
-      !> Read values as bytes.
       procedure :: read_bytes
       procedure :: read_texts
-      !> Open the scale of a dimension.
       procedure :: open_scale
-      !> Label of a dimension.
       procedure :: dimension_name
-      !> Units of a data set.
       procedure :: units
    end type hdf5_item_type
 
@@ -167,7 +154,6 @@ module contensou_files_hdf5_reader
          import :: c_int, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: names
-         !> Their number.
          integer(c_int) :: count
       end function c_listed_count
 
@@ -379,9 +365,7 @@ contains
 
    !> Open a file for reading.
    subroutine open_reader(self, path, error)
-      !> File to open.
       class(hdf5_reader_type), intent(inout) :: self
-      !> Name of the file.
       character(len=*), intent(in) :: path
       !> Set when it cannot be read, is no HDF5 file, or is being written.
       type(error_type), allocatable, intent(out) :: error
@@ -401,15 +385,11 @@ contains
 
    !> Names in a group, or of the attributes of an object, in the order of their bytes.
    subroutine list(self, path, attributes, entries, error)
-      !> The file.
       class(hdf5_reader_type), intent(in) :: self
-      !> Path of the object.
       character(len=*), intent(in) :: path
       !> Whether attributes are listed, not links.
       logical, intent(in) :: attributes
-      !> The names.
       type(hdf5_entry_type), allocatable, intent(out) :: entries(:)
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       type(c_ptr) :: names
@@ -431,15 +411,12 @@ contains
 
    !> What a path leads to.
    subroutine object(self, path, kind, address, error)
-      !> The file.
       class(hdf5_reader_type), intent(in) :: self
-      !> Path of the object.
       character(len=*), intent(in) :: path
       !> One of the `object_*` parameters.
       integer, intent(out) :: kind
       !> What tells the object from others of the file.
       integer(i8), intent(out) :: address
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       address = 0_i8
@@ -449,13 +426,10 @@ contains
 
    !> Where a link leads that is not followed.
    subroutine link_value(self, path, text, error)
-      !> The file.
       class(hdf5_reader_type), intent(in) :: self
-      !> Path of the link.
       character(len=*), intent(in) :: path
       !> Where it leads.
       character(len=:), allocatable, intent(out) :: text
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       type(c_ptr) :: pointer
@@ -471,15 +445,11 @@ contains
 
    !> Open a data set or an attribute.
    subroutine open_item(self, path, attribute, item, error)
-      !> The file.
       class(hdf5_reader_type), intent(in) :: self
-      !> Path of the object.
       character(len=*), intent(in) :: path
       !> Name of its attribute; empty for the data set itself.
       character(len=*), intent(in) :: attribute
-      !> What was opened.
       type(hdf5_item_type), intent(out) :: item
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       item%handle = c_open_item(self%handle, path // c_null_char, attribute // c_null_char)
@@ -532,7 +502,6 @@ contains
       class(hdf5_item_type), intent(in) :: self
       !> Another item.
       class(hdf5_item_type), intent(in) :: other
-      !> The answer.
       logical :: same
 
       same = c_same_type(self%handle, other%handle) /= 0
@@ -545,9 +514,7 @@ contains
       integer(i8), intent(in) :: start(:)
       !> Numbers of indices.
       integer(i8), intent(in) :: count(:)
-      !> Room for the values.
       real(wp), intent(inout), contiguous, target :: buffer(:)
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       if (c_read(self%handle, start, count, 1_c_int, c_loc(buffer)) /= 0) call report(error)
@@ -560,9 +527,7 @@ contains
       integer(i8), intent(in) :: start(:)
       !> Numbers of indices.
       integer(i8), intent(in) :: count(:)
-      !> Room for the values.
       integer(i8), intent(inout), contiguous, target :: buffer(:)
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       if (c_read(self%handle, start, count, 0_c_int, c_loc(buffer)) /= 0) call report(error)
@@ -575,9 +540,7 @@ contains
       integer(i8), intent(in) :: start(:)
       !> Numbers of indices.
       integer(i8), intent(in) :: count(:)
-      !> Room for the values.
       character(len=1), intent(inout), contiguous, target :: buffer(:)
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       if (c_read(self%handle, start, count, 0_c_int, c_loc(buffer)) /= 0) call report(error)
@@ -593,7 +556,6 @@ contains
       !> Number of texts in the block.
       integer, intent(in) :: n
       type(string_type), allocatable, intent(inout) :: texts(:)
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       integer :: i
@@ -617,7 +579,6 @@ contains
       class(hdf5_item_type), intent(in) :: self
       !> Dimension, from 0.
       integer, intent(in) :: dimension
-      !> The scale and its name.
       type(hdf5_item_type), intent(out) :: scale
 
       scale%handle = c_open_scale(self%handle, int(dimension, c_int))
@@ -651,7 +612,6 @@ contains
 
    !> Set the error that C has just met.
    subroutine report(error)
-      !> Error to create.
       type(error_type), allocatable, intent(out) :: error
 
       call fatal(error, text_from_c(c_message()), status_file)

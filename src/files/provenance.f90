@@ -22,7 +22,6 @@ contains
       character(len=*), intent(in) :: version
       !> How far its content is.
       character(len=*), intent(in) :: status
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       !> Title of the scene.
       character(len=*), intent(in), optional :: title
@@ -40,7 +39,6 @@ contains
    !> Write the group `/provenance`.
    subroutine put_provenance(file, error)
       type(hdf5_file_type), intent(inout) :: file
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
 
       call file%create_group("/provenance", error)

@@ -24,7 +24,6 @@ module contensou_files_recorder
 
    !> Observer that writes the output file.
    type, extends(observer_type) :: recorder_type
-      !> The output file.
       type(trajectory_type) :: output
       !> Steps since the clock was looked at.
       integer :: steps = 0
@@ -41,9 +40,7 @@ module contensou_files_recorder
       !> From where the run can go on.
       type(checkpoint_type), private :: checkpoint
    contains
-      !> Create the output file, and take over what an earlier run left.
       procedure :: begin
-      !> Complete the output file, or leave its part.
       procedure :: finish
       procedure :: keep
       procedure :: sample
@@ -165,7 +162,6 @@ contains
    subroutine keep(self, motion, memory, error)
       class(recorder_type), intent(inout) :: self
       class(motion_type), intent(inout) :: motion
-      !> What the march remembers.
       type(memory_type), intent(inout) :: memory
       !> Set when a file cannot be written.
       type(error_type), allocatable, intent(out) :: error
@@ -202,9 +198,7 @@ contains
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
 
       call self%output%row(motion%system, t, y, error)
@@ -217,9 +211,7 @@ contains
       real(wp), intent(in) :: t
       !> `event_touch` or `event_lift`.
       integer, intent(in) :: kind
-      !> Index of the contact.
       integer, intent(in) :: contact
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
 
       if (kind == event_touch .and. self%first_contact == 0) then
@@ -234,7 +226,6 @@ contains
       class(recorder_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(in) :: t
-      !> Whether to stop here.
       logical, intent(out) :: stop_now
       !> Never set.
       type(error_type), allocatable, intent(out) :: error

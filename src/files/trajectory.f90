@@ -76,7 +76,6 @@ module contensou_files_trajectory
       character(len=8), private :: event_kind(chunk_events)
       !> Contacts of events that wait, as indices.
       integer, private :: event_contact(chunk_events)
-      !> Events that wait.
       integer, private :: events_waiting = 0
       type(hdf5_series_type), private :: event_series(3)
       !> Checksums of the events appended so far, of each series.
@@ -104,29 +103,17 @@ module contensou_files_trajectory
       !> Clocks at the beginning, earlier by the time of the lives before: wall, CPU [s].
       real(wp), private :: clocks(2) = 0.0_wp
    contains
-      !> Create the file.
       procedure :: open
-      !> Add a row.
       procedure :: row
-      !> Add an event.
       procedure :: event
-      !> Take note of the method that is used from here on.
       procedure :: use_method
-      !> Whether it is time to flush.
       procedure :: flush_is_due
-      !> Append what waits and bring the file to the disk.
       procedure :: flush
-      !> Write a flushed file to a checkpoint, or read it back.
       procedure :: exchange
-      !> Take over what an earlier life wrote.
       procedure :: restore
-      !> Wall and CPU time of the run so far, earlier lives included.
       procedure :: elapsed
-      !> Write what remains and close; rename a complete file.
       procedure :: finish
-      !> Give up after a failure to write.
       procedure :: abandon
-      !> Whether the file was created and is not finished.
       procedure :: is_open
    end type trajectory_type
 
@@ -134,21 +121,17 @@ contains
 
    !> Create the file with everything that is known before the run.
    subroutine open(self, name, replace, scene, system, namelist, resolved, command_line, error)
-      !> The file.
       class(trajectory_type), intent(inout) :: self
       !> Name of the complete file.
       character(len=*), intent(in) :: name
       !> Whether it may replace an existing file.
       logical, intent(in) :: replace
       type(scene_type), intent(in) :: scene
-      !> Its equations of motion.
       type(system_type), intent(in) :: system
       !> Text of the scene file.
       character(len=*), intent(in) :: namelist
-      !> All settings.
       character(len=*), intent(in) :: resolved
       character(len=*), intent(in) :: command_line
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
       logical :: exists
 
@@ -187,7 +170,6 @@ contains
 
    !> Names of bodies and contacts as padded arrays.
    subroutine collect_names(self, scene)
-      !> The file.
       type(trajectory_type), intent(inout) :: self
       type(scene_type), intent(in) :: scene
       integer :: i, longest
@@ -212,10 +194,8 @@ contains
 
    !> The bodies.
    subroutine put_bodies(self, scene, error)
-      !> The file.
       type(trajectory_type), intent(inout) :: self
       type(scene_type), intent(in) :: scene
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: mass(size(scene%bodies)), inertia(3, size(scene%bodies))
       integer :: i
@@ -236,10 +216,8 @@ contains
 
    !> The contacts and their models.
    subroutine put_contacts(self, scene, error)
-      !> The file.
       type(trajectory_type), intent(inout) :: self
       type(scene_type), intent(in) :: scene
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       type(normal_model_type), allocatable :: normal(:)
       type(damping_model_type), allocatable :: damping(:)
@@ -277,10 +255,8 @@ contains
 
    !> The columns of the trajectory with their scales.
    subroutine create_columns(self, system, error)
-      !> The file.
       type(trajectory_type), intent(inout) :: self
       type(system_type), intent(in) :: system
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: t = "/trajectory/"
       integer, allocatable :: places(:)
@@ -340,9 +316,7 @@ contains
 
    !> The series of the events.
    subroutine create_events(self, error)
-      !> The file.
       type(trajectory_type), intent(inout) :: self
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: no_extents(0) = [integer ::]
 
@@ -359,15 +333,12 @@ contains
 
    !> Add a row.
    subroutine row(self, system, t, y, error)
-      !> The file.
       class(trajectory_type), intent(inout) :: self
       !> The equations of motion; their workspace is changed.
       type(system_type), intent(inout) :: system
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
       integer :: i
 
@@ -383,9 +354,7 @@ contains
 
    !> Append the rows that wait.
    subroutine append_rows(self, error)
-      !> The file.
       class(trajectory_type), intent(inout) :: self
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: start
       integer :: i, r
@@ -404,15 +373,12 @@ contains
 
    !> Add an event.
    subroutine event(self, t, kind, contact, error)
-      !> The file.
       class(trajectory_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
       !> `event_touch` or `event_lift`.
       integer, intent(in) :: kind
-      !> Index of the contact.
       integer, intent(in) :: contact
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
 
       call self%summary%add_event(kind == event_touch)
@@ -425,9 +391,7 @@ contains
 
    !> Append the events that wait.
    subroutine append_events(self, error)
-      !> The file.
       class(trajectory_type), intent(inout) :: self
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: nl = new_line("a")
       character(len=len(self%contact_names)) :: names(self%events_waiting)
@@ -454,7 +418,6 @@ contains
 
    !> Whether the last flush is some seconds ago.
    function flush_is_due(self) result(answer)
-      !> The file.
       class(trajectory_type), intent(in) :: self
       logical :: answer
 
@@ -463,9 +426,7 @@ contains
 
    !> Append what waits and bring the file to the disk.
    subroutine flush(self, error)
-      !> The file.
       class(trajectory_type), intent(inout) :: self
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
 
       self%last_flush = wall_seconds()
@@ -480,7 +441,6 @@ contains
 
    !> Wall and CPU time of the run so far, earlier lives included [s].
    function elapsed(self) result(seconds)
-      !> The file.
       class(trajectory_type), intent(in) :: self
       real(wp) :: seconds(2)
 
@@ -534,7 +494,6 @@ contains
    !>
    !> The HDF5 library can crash over a file that was damaged: see contensou_base_guard.
    subroutine check_rows(path, checkpoint, error)
-      !> Name of the file.
       character(len=*), intent(in) :: path
       type(checkpoint_type), intent(inout) :: checkpoint
       !> Set when it has others.
@@ -573,7 +532,6 @@ contains
       type(trajectory_type), intent(inout) :: self
       !> Name of the file to read.
       character(len=*), intent(in) :: path
-      !> Whether to append.
       logical, intent(in) :: append
       !> Set when one of the files cannot be read or written, or has other rows.
       type(error_type), allocatable, intent(out) :: error
@@ -596,9 +554,7 @@ contains
       type(trajectory_type), intent(inout) :: self
       !> One of its columns, with the checksum.
       type(column_type), intent(in) :: column
-      !> The file to read.
       type(hdf5_reader_type), intent(in) :: reader
-      !> Whether to append.
       logical, intent(in) :: append
       !> Set when one of the files cannot be read or written, or has other rows.
       type(error_type), allocatable, intent(out) :: error
@@ -643,9 +599,7 @@ contains
    subroutine copy_events(self, reader, append, error)
       !> The other file.
       type(trajectory_type), intent(inout) :: self
-      !> The file to read.
       type(hdf5_reader_type), intent(in) :: reader
-      !> Whether to append.
       logical, intent(in) :: append
       !> Set when one of the files cannot be read or written, or has other events.
       type(error_type), allocatable, intent(out) :: error
@@ -708,7 +662,6 @@ contains
 
    !> Take note of the method that is used from here on.
    subroutine use_method(self, t, method, choice)
-      !> The file.
       class(trajectory_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
@@ -732,9 +685,7 @@ contains
 
    !> Write what remains, close, and give a complete file its final name.
    subroutine finish(self, system, y, statistics, status, error)
-      !> The file.
       class(trajectory_type), intent(inout) :: self
-      !> The equations of motion.
       type(system_type), intent(in) :: system
       !> Final state.
       real(wp), intent(in) :: y(:)
@@ -742,7 +693,6 @@ contains
       type(statistics_type), intent(in) :: statistics
       !> `complete`, `interrupted` or `failed`.
       character(len=*), intent(in) :: status
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
 
       if (self%waiting > 0) call append_rows(self, error)
@@ -799,9 +749,7 @@ contains
 
    !> The row that a run is in a sweep.
    subroutine put_summary(self, system, y, statistics, cpu, error)
-      !> The file.
       class(trajectory_type), intent(inout) :: self
-      !> The equations of motion.
       type(system_type), intent(in) :: system
       !> Final state.
       real(wp), intent(in) :: y(:)
@@ -809,7 +757,6 @@ contains
       type(statistics_type), intent(in) :: statistics
       !> CPU time of the run [s].
       real(wp), intent(in) :: cpu
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: g = "/summary/"
       real(wp), allocatable :: state(:, :)
@@ -852,7 +799,6 @@ contains
 
    !> Whether the file was created and is not finished.
    pure function is_open(self) result(answer)
-      !> The file.
       class(trajectory_type), intent(in) :: self
       logical :: answer
 
@@ -861,7 +807,6 @@ contains
 
    !> Give up after a failure to write: nothing stays open.
    subroutine abandon(self)
-      !> The file.
       class(trajectory_type), intent(inout) :: self
 
       call self%file%abandon()

@@ -28,7 +28,6 @@ module contensou_integrate_choice
       character(len=11) :: method = "explicit8"
       !> Contact that decided: the stiffest one; 0 without contacts.
       integer :: contact = 0
-      !> Number of unknowns.
       integer :: unknowns = 0
       !> Angular frequency of that contact about its load under gravity, or about half the largest
       !> force of an impact at velocity_scale [rad/s].
@@ -50,9 +49,7 @@ contains
 
    !> Choose.
    subroutine choose_method(motion, y, choice)
-      !> The motion, set up.
       class(motion_type), intent(inout) :: motion
-      !> State at the beginning.
       real(wp), intent(in) :: y(:)
       type(choice_type), intent(out) :: choice
       real(wp) :: gap(motion%n_events), frequency, ratio, friction, decay, followed
@@ -84,7 +81,6 @@ contains
    !> Largest angular velocity of a free body [rad/s].
    pure real(wp) function fastest_spin(system, y) result(spin)
       type(system_type), intent(in) :: system
-      !> State.
       real(wp), intent(in) :: y(:)
       integer :: i
 
@@ -98,7 +94,6 @@ contains
    subroutine figures_of(motion, y, index, gap, frequency, ratio, friction)
       !> The motion; the poses of its system are those of the state.
       class(motion_type), intent(inout) :: motion
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Contact.
       integer, intent(in) :: index
@@ -166,7 +161,6 @@ contains
 
       !> What its rotation adds to the mobility of its surface [1/kg].
       pure real(wp) function leverage(body, length)
-         !> Its index.
          integer, intent(in) :: body
          !> Lever arm [m].
          real(wp), intent(in) :: length
@@ -203,7 +197,6 @@ contains
 
    !> A number in two digits.
    pure function short(x) result(text)
-      !> The number, >= 0.
       real(wp), intent(in) :: x
       character(len=:), allocatable :: text
       character(len=16) :: digits

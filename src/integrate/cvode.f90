@@ -91,9 +91,7 @@ module contensou_integrate_cvode
       type(c_ptr) :: memory = c_null_ptr
       !> SUNDIALS context, one per integration.
       type(c_ptr) :: context = c_null_ptr
-      !> What the callbacks see.
       type(handle_type), pointer :: handle => null()
-      !> State.
       real(c_double), pointer, contiguous :: y(:) => null()
       !> Space for interpolation.
       real(c_double), pointer, contiguous :: y_between(:) => null()
@@ -127,18 +125,12 @@ module contensou_integrate_cvode
       !> Mean step before the trial [s].
       real(wp) :: pace = 0.0_wp
    contains
-      !> Begin at a state.
       procedure, public :: start
-      !> Advance by one step, or to the next event within it.
       procedure, public :: step
-      !> State at a time within the last step.
       procedure, public :: interpolate
-      !> Begin anew at a state, after the right-hand side has changed or to try again.
       procedure, public :: restart
       procedure, public :: bound_step
-      !> Counters so far.
       procedure, public :: statistics
-      !> Release everything.
       procedure, public :: free
    end type cvode_type
 
@@ -172,7 +164,6 @@ contains
 
    !> Begin an integration.
    subroutine start(self, problem, method, t, y, t_end, max_step, error)
-      !> The integration.
       class(cvode_type), intent(inout) :: self
       !> The problem; must outlive the integration.
       class(problem_type), intent(in), target :: problem
@@ -253,11 +244,9 @@ contains
 
    !> Advance by one step, or to the next event within it.
    subroutine step(self, t, y, events, error)
-      !> The integration.
       class(cvode_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(inout) :: t
-      !> State there.
       real(wp), intent(out) :: y(:)
       !> For each event function: 1 it rose through zero here, -1 it fell, 0 no event.
       integer, intent(out) :: events(:)
@@ -300,11 +289,9 @@ contains
    !> higher orders, which rings, looks small. Whether order 2 takes longer steps is tried after a
    !> while without events; it is kept while it does.
    subroutine watch_order(self, t, event)
-      !> The integration.
       class(cvode_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(in) :: t
-      !> Whether there is an event.
       logical, intent(in) :: event
 
       self%since = self%since + 1
@@ -349,11 +336,9 @@ contains
 
    !> State at a time within the last step.
    subroutine interpolate(self, t, y)
-      !> The integration.
       class(cvode_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State there.
       real(wp), intent(out) :: y(:)
       integer(c_int) :: flag
 
@@ -364,11 +349,9 @@ contains
 
    !> Begin anew at a state after the right-hand side has changed.
    subroutine restart(self, t, y, error)
-      !> The integration.
       class(cvode_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Set when CVODE refuses.
       type(error_type), allocatable, intent(out) :: error
@@ -387,7 +370,6 @@ contains
 
    !> Bound the step.
    subroutine bound_step(self, max_step)
-      !> The integration.
       class(cvode_type), intent(inout) :: self
       !> Largest step [s]; 0 for no bound.
       real(wp), intent(in) :: max_step
@@ -399,7 +381,6 @@ contains
 
    !> Counters so far.
    function statistics(self) result(s)
-      !> The integration.
       class(cvode_type), intent(in) :: self
       type(statistics_type) :: s
       integer(c_long) :: steps(1), derivatives(1), setups(1), failures(1), iterations(1)
@@ -429,7 +410,6 @@ contains
 
    !> Release everything.
    subroutine free(self)
-      !> The integration.
       class(cvode_type), intent(inout) :: self
       integer(c_int) :: flag
 
@@ -483,9 +463,7 @@ contains
    function derivative_callback(t, vector_y, vector_rate, user_data) result(flag) bind(c)
       !> Time [s].
       real(c_double), intent(in), value :: t
-      !> State.
       type(N_Vector), intent(inout) :: vector_y
-      !> Its time derivative.
       type(N_Vector), intent(inout) :: vector_rate
       !> The handle.
       type(c_ptr), intent(in), value :: user_data
@@ -506,9 +484,7 @@ contains
       result(flag) bind(c)
       !> Time [s].
       real(c_double), intent(in), value :: t
-      !> State.
       type(N_Vector), intent(inout) :: vector_y
-      !> Its time derivative.
       type(N_Vector), intent(inout) :: vector_rate
       !> The Jacobian.
       type(SUNMatrix), intent(inout) :: matrix
@@ -558,7 +534,6 @@ contains
    function events_callback(t, vector_y, g, user_data) result(flag) bind(c)
       !> Time [s].
       real(c_double), intent(in), value :: t
-      !> State.
       type(N_Vector), intent(inout) :: vector_y
       !> Values.
       type(c_ptr), intent(in), value :: g
@@ -577,7 +552,6 @@ contains
 
    !> Error weights for CVODE.
    function weights_callback(vector_y, vector_weight, user_data) result(flag) bind(c)
-      !> State.
       type(N_Vector), intent(inout) :: vector_y
       !> Weights, the inverse of the admissible errors.
       type(N_Vector), intent(inout) :: vector_weight

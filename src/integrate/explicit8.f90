@@ -118,7 +118,6 @@ module contensou_integrate_explicit8
       real(wp), allocatable :: z(:)
       !> Inverse of the admissible error of each unknown.
       real(wp), allocatable :: weight(:)
-      !> The steps.
       type(rk8pd_type) :: pair
       !> Sign of each event function since it last changed; 0 before it has left zero.
       integer, allocatable :: side(:)
@@ -151,7 +150,6 @@ contains
 
    !> Begin an integration.
    subroutine start(self, problem, method, t, y, t_end, max_step, error)
-      !> The integration.
       class(explicit8_type), intent(inout) :: self
       !> The problem; must outlive the integration.
       class(problem_type), intent(in), target :: problem
@@ -183,11 +181,9 @@ contains
 
    !> Set the state, and on which side of zero the event functions are.
    subroutine begin_at(self, t, y)
-      !> The integration.
       type(explicit8_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
 
       self%t = t
@@ -205,7 +201,6 @@ contains
 
    !> Sign of a value, 0 for zero.
    elemental function side_of(g) result(side)
-      !> The value.
       real(wp), intent(in) :: g
       integer :: side
 
@@ -214,7 +209,6 @@ contains
 
    !> Forget the states by which stiffness is seen.
    subroutine forget_states(self)
-      !> The integration.
       type(explicit8_type), intent(inout) :: self
 
       self%n_kept = 0
@@ -224,11 +218,9 @@ contains
 
    !> Advance by one step, or to the next event within it.
    subroutine step(self, t, y, events, error)
-      !> The integration.
       class(explicit8_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(inout) :: t
-      !> State there.
       real(wp), intent(out) :: y(:)
       !> For each event function: 1 it rose through zero here, -1 it fell, 0 no event.
       integer, intent(out) :: events(:)
@@ -320,7 +312,6 @@ contains
 
    !> Right-hand side, weights and a first guess of the length of the step, where the next begins.
    subroutine prepare(self, error)
-      !> The integration.
       type(explicit8_type), intent(inout) :: self
       !> Set when there can be no step.
       type(error_type), allocatable, intent(out) :: error
@@ -354,7 +345,6 @@ contains
    !> Root of the mean of the squares of weighted values.
    pure function size_of(values, weight) result(norm)
       real(wp), intent(in) :: values(:)
-      !> Their weights.
       real(wp), intent(in) :: weight(:)
       real(wp) :: norm
       integer :: i
@@ -368,7 +358,6 @@ contains
 
    !> Guess the length of the first step.
    subroutine guess_step(self)
-      !> The integration.
       type(explicit8_type), intent(inout) :: self
       real(wp) :: d0, d1, d2, h0
       logical :: outside
@@ -398,7 +387,6 @@ contains
 
    !> End the step at the state that was tried, whose right-hand side is the last one evaluated.
    subroutine take_end(self, h, t_new)
-      !> The integration.
       type(explicit8_type), intent(inout) :: self
       !> Length of the step [s].
       real(wp), intent(in) :: h
@@ -426,7 +414,6 @@ contains
 
    !> Have the continuous extension of the last step.
    subroutine have_extension(self)
-      !> The integration.
       type(explicit8_type), intent(inout) :: self
 
       if (.not. self%dense_set) call extend(self%pair, self%t_old, self%h, self%y_old, self%y)
@@ -435,7 +422,6 @@ contains
 
    !> Find the first events within the last step.
    subroutine locate(self, events, h_event)
-      !> The integration.
       type(explicit8_type), intent(inout) :: self
       !> For each event function: 1 it rises through zero there, -1 it falls, 0 no event.
       integer, intent(out) :: events(:)
@@ -508,11 +494,9 @@ contains
 
    !> State at a time within the last step.
    subroutine interpolate(self, t, y)
-      !> The integration.
       class(explicit8_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State there.
       real(wp), intent(out) :: y(:)
 
       if (t >= self%t .or. self%h <= 0.0_wp) then
@@ -525,11 +509,9 @@ contains
 
    !> Begin anew at a state.
    subroutine restart(self, t, y, error)
-      !> The integration.
       class(explicit8_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Never set.
       type(error_type), allocatable, intent(out) :: error
@@ -546,7 +528,6 @@ contains
 
    !> Bound the step.
    subroutine bound_step(self, max_step)
-      !> The integration.
       class(explicit8_type), intent(inout) :: self
       !> Largest step [s]; 0 for no bound.
       real(wp), intent(in) :: max_step
@@ -556,7 +537,6 @@ contains
 
    !> Counters so far.
    function statistics(self) result(s)
-      !> The integration.
       class(explicit8_type), intent(in) :: self
       type(statistics_type) :: s
 
@@ -566,7 +546,6 @@ contains
 
    !> Release everything.
    subroutine free(self)
-      !> The integration.
       class(explicit8_type), intent(inout) :: self
 
       if (allocated(self%y)) then
@@ -582,7 +561,6 @@ contains
 
    !> See whether the steps are far shorter than the solution asks for.
    subroutine judge(self, error)
-      !> The integration.
       type(explicit8_type), intent(inout) :: self
       !> Set when there is no hope to reach the end.
       type(error_type), allocatable, intent(out) :: error

@@ -11,7 +11,6 @@ module contensou_integrate_integrator
 
    !> Counters of an integration.
    type :: statistics_type
-      !> Steps taken.
       integer(i8) :: steps = 0
       !> Evaluations of the right-hand side, including those for Jacobians.
       integer(i8) :: derivatives = 0
@@ -23,7 +22,6 @@ module contensou_integrate_integrator
       !> Size of the last step [s].
       real(wp) :: last_step = 0.0_wp
    contains
-      !> Counters of two integrations together.
       procedure, private :: plus
       procedure :: exchange => exchange_statistics
       generic :: operator(+) => plus
@@ -66,11 +64,9 @@ module contensou_integrate_integrator
       subroutine start_interface(self, problem, method, t, y, t_end, max_step, error)
          import :: error_type, integrator_type, problem_type, wp
          implicit none(type, external)
-         !> The integration.
          class(integrator_type), intent(inout) :: self
          !> The problem; must outlive the integration.
          class(problem_type), intent(in), target :: problem
-         !> Name of the method.
          character(len=*), intent(in) :: method
          !> Initial time [s].
          real(wp), intent(in) :: t
@@ -88,11 +84,9 @@ module contensou_integrate_integrator
       subroutine step_interface(self, t, y, events, error)
          import :: error_type, integrator_type, wp
          implicit none(type, external)
-         !> The integration.
          class(integrator_type), intent(inout) :: self
          !> Time reached [s].
          real(wp), intent(inout) :: t
-         !> State there.
          real(wp), intent(out) :: y(:)
          !> For each event function: 1 it rose through zero here, -1 it fell, 0 no event.
          integer, intent(out) :: events(:)
@@ -104,11 +98,9 @@ module contensou_integrate_integrator
       subroutine interpolate_interface(self, t, y)
          import :: integrator_type, wp
          implicit none(type, external)
-         !> The integration.
          class(integrator_type), intent(inout) :: self
          !> Time [s].
          real(wp), intent(in) :: t
-         !> State there.
          real(wp), intent(out) :: y(:)
       end subroutine interpolate_interface
 
@@ -116,11 +108,9 @@ module contensou_integrate_integrator
       subroutine restart_interface(self, t, y, error)
          import :: error_type, integrator_type, wp
          implicit none(type, external)
-         !> The integration.
          class(integrator_type), intent(inout) :: self
          !> Time [s].
          real(wp), intent(in) :: t
-         !> State.
          real(wp), intent(in) :: y(:)
          !> Set when the integration cannot begin there.
          type(error_type), allocatable, intent(out) :: error
@@ -130,7 +120,6 @@ module contensou_integrate_integrator
       subroutine bound_interface(self, max_step)
          import :: integrator_type, wp
          implicit none(type, external)
-         !> The integration.
          class(integrator_type), intent(inout) :: self
          !> Largest step [s]; 0 for no bound.
          real(wp), intent(in) :: max_step
@@ -140,7 +129,6 @@ module contensou_integrate_integrator
       function statistics_interface(self) result(s)
          import :: integrator_type, statistics_type
          implicit none(type, external)
-         !> The integration.
          class(integrator_type), intent(in) :: self
          type(statistics_type) :: s
       end function statistics_interface
@@ -149,7 +137,6 @@ module contensou_integrate_integrator
       subroutine free_interface(self)
          import :: integrator_type
          implicit none(type, external)
-         !> The integration.
          class(integrator_type), intent(inout) :: self
       end subroutine free_interface
    end interface
@@ -160,7 +147,6 @@ contains
    pure function plus(self, later) result(sum)
       !> The first one.
       class(statistics_type), intent(in) :: self
-      !> The one that followed.
       type(statistics_type), intent(in) :: later
       type(statistics_type) :: sum
 

@@ -76,7 +76,6 @@ module contensou_integrate_march
    type :: memory_type
       !> Time [s].
       real(wp) :: t = 0.0_wp
-      !> State.
       real(wp), allocatable :: y(:)
       !> Next row; 0 if the march has not begun.
       integer(i8) :: row = 0
@@ -103,19 +102,12 @@ module contensou_integrate_march
       !> it has come there, and runs on as if it had not been asked.
       real(wp) :: next_time = huge(1.0_wp)
    contains
-      !> A row is due.
       procedure :: sample
-      !> A contact touched or lifted off.
       procedure :: event
-      !> A step is done; may ask to stop.
       procedure :: after_step
-      !> The state at `next_time`; sets another `next_time`, later by more than rounding.
       procedure :: between
-      !> The method has something to say to the user.
       procedure :: advise
-      !> `auto` goes on with another method.
       procedure :: change_method
-      !> The march can be continued from here: called after a step when due, and at a stop.
       procedure :: keep
    end type observer_type
 
@@ -170,7 +162,6 @@ contains
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Set to end the march.
       type(error_type), allocatable, intent(out) :: error
@@ -183,7 +174,6 @@ contains
       real(wp), intent(in) :: t
       !> `event_touch` or `event_lift`.
       integer, intent(in) :: kind
-      !> Index of the contact.
       integer, intent(in) :: contact
       !> Set to end the march.
       type(error_type), allocatable, intent(out) :: error
@@ -194,7 +184,6 @@ contains
       class(observer_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(in) :: t
-      !> Whether to stop here.
       logical, intent(out) :: stop_now
       !> Set to end the march.
       type(error_type), allocatable, intent(out) :: error
@@ -208,7 +197,6 @@ contains
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
 
       self%next_time = huge(t)
@@ -238,7 +226,6 @@ contains
    subroutine keep(self, motion, memory, error)
       class(observer_type), intent(inout) :: self
       class(motion_type), intent(inout) :: motion
-      !> What the march remembers.
       type(memory_type), intent(inout) :: memory
       !> Set to end the march.
       type(error_type), allocatable, intent(out) :: error
@@ -275,7 +262,6 @@ contains
 
    !> Make ready for a march: settle rigid contacts that touch at once, choose a method.
    subroutine begin_march(motion, method, memory, choice, error)
-      !> The motion, set up.
       class(motion_type), intent(inout) :: motion
       !> One of `integrator_methods`.
       character(len=*), intent(in) :: method
@@ -304,7 +290,6 @@ contains
       type(plan_type), intent(in) :: plan
       !> From where it goes on, as `begin_march` or a march left it.
       type(memory_type), intent(inout) :: memory
-      !> Who looks on.
       class(observer_type), intent(inout) :: observer
       !> Whether the observer asked to stop.
       logical, intent(out) :: stopped
@@ -368,7 +353,6 @@ contains
       type(plan_type), intent(in) :: plan
       !> Where it is: time and state always, the rest when it is kept or at the end.
       type(memory_type), intent(inout), target :: memory
-      !> Who looks on.
       class(observer_type), intent(inout) :: observer
       !> Right-hand sides that were evaluated for states that the observer asked for.
       integer(i8), intent(inout) :: unasked
@@ -530,12 +514,10 @@ contains
 
    !> States that are asked for beside the rows, so that nothing that follows depends on it.
    subroutine look_between(integrator, motion, t, observer, unasked)
-      !> The integration.
       class(integrator_type), intent(inout) :: integrator
       class(motion_type), intent(inout) :: motion
       !> End of the step [s].
       real(wp), intent(in) :: t
-      !> Who looks on.
       class(observer_type), intent(inout) :: observer
       !> Right-hand sides that were evaluated for this.
       integer(i8), intent(inout) :: unasked
@@ -570,7 +552,6 @@ contains
 
    !> Go on with another method where the steps of this one are too short.
    subroutine switch_if_due(integrator, switch, motion, plan, t, y, quiet, observer, error)
-      !> The integration.
       class(integrator_type), allocatable, intent(inout) :: integrator
       !> Which methods are used.
       type(switch_type), intent(inout) :: switch
@@ -578,11 +559,9 @@ contains
       type(plan_type), intent(in) :: plan
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Whether no contact has just opened or closed.
       logical, intent(in) :: quiet
-      !> Who looks on.
       class(observer_type), intent(inout) :: observer
       !> Set when the other method cannot be started.
       type(error_type), allocatable, intent(out) :: error
@@ -673,7 +652,6 @@ contains
       real(wp), intent(in) :: t_before
       !> End of the step, moved to where the contact is as deep as is admitted [s].
       real(wp), intent(inout) :: t
-      !> State there.
       real(wp), intent(inout) :: y(:)
       !> Whether a contact of the accepted state is too deep, not only one of a trial.
       logical, intent(out) :: too_deep
@@ -747,18 +725,15 @@ contains
 
    !> Record events, and let the contacts take note of the impact speed.
    subroutine take_events(integrator, motion, t, y, events, closed, observer, error)
-      !> The integration.
       class(integrator_type), intent(inout) :: integrator
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(inout) :: y(:)
       !> For each contact 1, -1 or 0 as the gap opens, closes, or neither.
       integer, intent(in) :: events(:)
       !> Which contacts are closed.
       logical, intent(inout) :: closed(:)
-      !> Who looks on.
       class(observer_type), intent(inout) :: observer
       !> Set when the observer failed.
       type(error_type), allocatable, intent(out) :: error
@@ -820,7 +795,6 @@ contains
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(inout) :: y(:)
       !> Contacts whose gaps are zero.
       logical, intent(in) :: touching(:)
@@ -840,13 +814,11 @@ contains
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(inout) :: y(:)
       !> For each contact 1, -1 or 0 as it opens, closes, or neither.
       integer, intent(in) :: events(:)
       !> Which contacts are closed.
       logical, intent(inout) :: closed(:)
-      !> Who looks on.
       class(observer_type), intent(inout) :: observer
       !> Set when the contacts cannot be settled or the observer failed.
       type(error_type), allocatable, intent(out) :: error
@@ -876,7 +848,6 @@ contains
    !> Note that gaps have become distinct from zero.
    subroutine part(motion, y)
       class(motion_type), intent(inout) :: motion
-      !> State.
       real(wp), intent(in) :: y(:)
       real(wp) :: gap(motion%n_events)
       integer :: i
@@ -892,7 +863,6 @@ contains
    !> Tell a contact the speed of an impact.
    subroutine begin_impact(motion, contact, speed, changed)
       class(motion_type), intent(inout) :: motion
-      !> Index of the contact.
       integer, intent(in) :: contact
       !> Speed of approach [m/s].
       real(wp), intent(in) :: speed

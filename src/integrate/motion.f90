@@ -103,7 +103,6 @@ contains
       class(motion_type), intent(inout) :: self
       !> Time [s] .
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Its time derivative.
       real(wp), intent(out) :: rate(:)
@@ -147,7 +146,6 @@ contains
       class(motion_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Entries, in the order of `row`.
       real(wp), intent(out) :: value(:)
@@ -169,7 +167,6 @@ contains
       class(motion_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Gaps [m], reversed normal forces [N].
       real(wp), intent(out) :: g(:)
@@ -211,7 +208,6 @@ contains
    !> Admissible local error of each unknown.
    subroutine admissible_error(self, y, size_of_error)
       class(motion_type), intent(in) :: self
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Admissible error.
       real(wp), intent(out) :: size_of_error(:)

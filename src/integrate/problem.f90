@@ -20,9 +20,7 @@ module contensou_integrate_problem
       !> Steps after which an implicit method renews its Jacobian, >= 1.
       integer :: jacobian_steps = 10
    contains
-      !> Lay out the Jacobian: `column_start` and `row`.
       procedure :: lay_out_jacobian
-      !> Entries of the Jacobian of the right-hand side.
       procedure :: jacobian
       !> Right-hand side.
       procedure(derivative_interface), deferred :: derivative

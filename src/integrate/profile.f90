@@ -44,9 +44,7 @@ module contensou_integrate_profile
       !> The shortest one [s].
       real(wp) :: shortest = 1.0e9_wp
    contains
-      !> Add a sample.
       procedure :: add
-      !> Time of all calls [s].
       procedure :: estimate
    end type clock_type
 
@@ -66,11 +64,8 @@ module contensou_integrate_profile
       real(wp) :: sink = 0.0_wp
    contains
       procedure :: begin
-      !> Whether the next call of a clock is to be timed.
       procedure :: due
-      !> Note a right-hand side that was timed, and do its parts again.
       procedure :: take
-      !> CPU time of everything.
       procedure :: result
    end type profile_type
 

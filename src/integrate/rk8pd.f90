@@ -146,7 +146,6 @@ contains
 
    !> Begin the steps of a problem.
    subroutine begin_rk8pd(self, problem)
-      !> The steps.
       type(rk8pd_type), intent(inout) :: self
       !> The problem; must outlive them.
       class(problem_type), intent(in), target :: problem
@@ -166,7 +165,6 @@ contains
       integer, intent(in) :: stage
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Whether the state is outside the domain of the model.
       logical, intent(out) :: outside
@@ -180,7 +178,6 @@ contains
    function stage_callback(t, y, rate, parameters) result(code) bind(c)
       !> Time [s].
       real(c_double), intent(in), value :: t
-      !> State.
       real(c_double), intent(in) :: y(*)
       !> Its rate of change.
       real(c_double), intent(out) :: rate(*)
@@ -223,7 +220,6 @@ contains
 
    !> Set the continuous extension of a step, of which stages 1 to 14 are set.
    subroutine extend(self, t, h, y, y_new)
-      !> The steps.
       type(rk8pd_type), intent(inout) :: self
       !> Beginning of the step [s].
       real(wp), intent(in) :: t
@@ -248,7 +244,6 @@ contains
 
    !> State within a step, of which the continuous extension is set.
    subroutine value_within(self, s, y, z)
-      !> The steps.
       type(rk8pd_type), intent(in) :: self
       !> Time since the beginning of the step over the step, 0 to 1.
       real(wp), intent(in) :: s
@@ -262,7 +257,6 @@ contains
 
    !> Release everything.
    subroutine end_rk8pd(self)
-      !> The steps.
       type(rk8pd_type), intent(inout) :: self
 
       if (c_associated(self%stepper)) call rk8pd_free(self%stepper)
@@ -275,7 +269,6 @@ contains
 
    !> State at which the right-hand side of a stage of the continuous extension is evaluated.
    pure subroutine set_stage(stage, n, h, y, k, z)
-      !> The stage, 15 to 17.
       integer, intent(in) :: stage
       !> Number of unknowns.
       integer, intent(in) :: n

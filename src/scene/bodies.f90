@@ -19,7 +19,6 @@ contains
    subroutine build_body(group, body, diagnostics)
       type(group_settings_type), intent(in) :: group
       type(body_spec_type), intent(inout) :: body
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       integer :: largest
 
@@ -63,7 +62,6 @@ contains
       type(group_settings_type), intent(in) :: group
       !> The body; its motion is set.
       type(body_spec_type), intent(in) :: body
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       character(len=*), parameter :: no_load = &
          "no applied load: nothing can move this body otherwise"
@@ -94,7 +92,6 @@ contains
       !> A key that has no meaning for this motion.
       subroutine refuse(name, expected)
          character(len=*), intent(in) :: name
-         !> What would be right.
          character(len=*), intent(in) :: expected
 
          call group%refuse(name, "'" // name // "' has no meaning for a body whose motion is '" // &
@@ -125,7 +122,6 @@ contains
       type(group_settings_type), intent(in) :: group
       !> The body; its motion and initial state are set.
       type(body_spec_type), intent(inout) :: body
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       logical :: driven
 

@@ -23,7 +23,6 @@ contains
       !> The parts of a contact.
       type(part_type), intent(in) :: parts(:)
       type(contact_spec_type), intent(inout) :: contact
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(damping_model_type), allocatable :: dampings(:)
       integer :: choice(n_parts)

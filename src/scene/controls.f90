@@ -63,7 +63,6 @@ contains
    subroutine build_cost(group, cost, diagnostics)
       type(group_settings_type), intent(in) :: group
       type(cost_spec_type), intent(inout) :: cost
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       integer :: i
 

@@ -22,7 +22,6 @@ module contensou_scene_overrides
    type :: path_type
       !> Name of the group or of what it describes.
       character(len=:), allocatable :: object
-      !> Name of the key.
       character(len=:), allocatable :: key
       !> Which of its values; 0 for all.
       integer :: element = 0
@@ -127,14 +126,12 @@ contains
 
    !> Replace or add values in a document, from `--set PATH=VALUE`.
    subroutine apply_override(document, schema, index_of, override, diagnostics)
-      !> Document to change.
       type(document_type), intent(inout) :: document
       type(schema_type), intent(in) :: schema
       !> Index of the groups of the document.
       type(index_type), intent(inout) :: index_of
       !> Text after `--set`.
       character(len=*), intent(in) :: override
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(value_type), allocatable :: values(:)
       type(path_type) :: path
@@ -186,7 +183,6 @@ contains
 
    !> Find what a path stands for, as `apply_override` takes it.
    subroutine find_path(document, schema, index_of, text, origin, path, found, diagnostics)
-      !> Document to look into.
       type(document_type), intent(in) :: document
       type(schema_type), intent(in) :: schema
       !> Index of the groups of the document.
@@ -195,11 +191,9 @@ contains
       character(len=*), intent(in) :: text
       !> Where it stands, for messages.
       type(origin_type), intent(in) :: origin
-      !> What it stands for.
       type(path_type), intent(out) :: path
       !> Whether there is such a group.
       logical, intent(out) :: found
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       character(len=:), allocatable :: whole
       integer :: dot, g
@@ -280,9 +274,7 @@ contains
       type(document_type), intent(in) :: document
       type(schema_type), intent(in) :: schema
       type(path_type), intent(in) :: path
-      !> Where it stands.
       type(origin_type), intent(in) :: origin
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(string_type), allocatable :: names(:)
       integer :: i, n
@@ -347,9 +339,7 @@ contains
    !> Add an empty group to a document.
    subroutine add_group(document, name, origin)
       type(document_type), intent(inout) :: document
-      !> Name of the group.
       character(len=*), intent(in) :: name
-      !> Where it comes from.
       type(origin_type), intent(in) :: origin
 
       call resize_groups(document, document%n_groups + 1)
@@ -369,7 +359,6 @@ contains
       !> Which value is set; 0 for all.
       integer, intent(in) :: element
       type(value_type), intent(in) :: values(:)
-      !> Where they come from.
       type(origin_type), intent(in) :: origin
       integer :: i, n, slot
 
@@ -410,7 +399,6 @@ contains
       type(group_type), intent(inout) :: group
       type(schema_type), intent(in) :: schema
       character(len=*), intent(in) :: key
-      !> Where they come from.
       type(origin_type), intent(in) :: origin
       type(value_type), allocatable :: values(:)
       integer :: g, k

@@ -41,7 +41,6 @@ module contensou_scene_reader
 
    !> A scene that others are made from by a change of some of its settings.
    type :: loaded_scene_type
-      !> Name of the file.
       character(len=:), allocatable :: path
       !> The groups and keys that there are.
       type(schema_type) :: schema
@@ -143,7 +142,6 @@ contains
       type(loaded_scene_type), intent(out), target :: loaded
       !> Mistakes are appended here; their sources are those of `loaded%document`.
       type(diagnostics_type), intent(inout) :: diagnostics
-      !> Set if the file cannot be read.
       type(error_type), allocatable, intent(out) :: error
       type(settings_type), target :: settings
 
@@ -167,9 +165,7 @@ contains
       type(schema_type), intent(in), target :: schema
       !> Texts of the `--set` options.
       type(string_type), intent(in) :: overrides(:)
-      !> All groups.
       type(settings_type), intent(out) :: settings
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(index_type) :: index_of
       integer :: i
@@ -195,7 +191,6 @@ contains
       character(len=*), intent(in) :: path
       !> The scene; its texts are not set.
       type(scene_file_type), intent(out) :: file
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       call build(settings, schema, path, "", file%scene, file%system, diagnostics)
@@ -208,7 +203,6 @@ contains
       type(schema_type), intent(in) :: schema
       !> Texts of the `--set` options.
       type(string_type), intent(in) :: overrides(:)
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(index_type) :: index_of
       type(names_type) :: names
@@ -245,7 +239,6 @@ contains
       type(scene_type), intent(out) :: scene
       !> Its equations of motion; not allocated after a mistake.
       type(system_type), allocatable, intent(out) :: system
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(references_type) :: references
       type(part_type), pointer :: parts(:)

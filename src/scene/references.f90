@@ -27,9 +27,7 @@ module contensou_scene_references
       !> For each group, its label.
       type(string_type), allocatable :: labels(:)
    contains
-      !> Find what a key refers to.
       procedure :: find
-      !> Number of groups of a kind.
       procedure :: count => count_members
    end type references_type
 
@@ -42,7 +40,6 @@ contains
       type(settings_type), intent(in), target :: settings
       type(schema_type), intent(in), target :: schema
       type(references_type), intent(out) :: references
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(group_settings_type) :: group, first
       integer :: i, known
@@ -82,7 +79,6 @@ contains
    !> Index of what a reference names; 0 for the ground, or after a mistake.
    subroutine find(self, group, name, slot, index, diagnostics)
       class(references_type), intent(in) :: self
-      !> The group that refers.
       type(group_settings_type), intent(in) :: group
       !> The key that refers.
       character(len=*), intent(in) :: name
@@ -90,7 +86,6 @@ contains
       integer, intent(in) :: slot
       !> Number of the group among those of its kind.
       integer, intent(out) :: index
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       character(len=:), allocatable :: wanted, target, right
       integer :: at

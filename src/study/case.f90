@@ -57,7 +57,6 @@ module contensou_study_case
 
    !> Who looks on at a case.
    type, extends(observer_type) :: witness_type
-      !> What is wanted.
       type(outline_type), pointer :: outline => null()
       !> The last row.
       type(row_type) :: row
@@ -72,9 +71,7 @@ module contensou_study_case
       !> The first one that is not.
       integer :: due = 1
    contains
-      !> Make ready for a simulation.
       procedure :: prepare
-      !> Fill the columns after it.
       procedure :: collect
       procedure :: sample
       procedure :: event
@@ -86,7 +83,6 @@ contains
    !> Make a witness ready.
    subroutine prepare(self, outline, motion)
       class(witness_type), intent(inout) :: self
-      !> What is wanted.
       type(outline_type), intent(in), target :: outline
       type(motion_type), intent(in) :: motion
 
@@ -107,7 +103,6 @@ contains
       class(witness_type), intent(inout) :: self
       !> At its end.
       type(simulation_type), intent(in) :: simulation
-      !> The columns.
       real(wp), intent(inout) :: results(:)
       real(wp), allocatable :: summary(:), state(:, :)
       integer :: i
@@ -144,7 +139,6 @@ contains
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Never set.
       type(error_type), allocatable, intent(out) :: error
@@ -160,7 +154,6 @@ contains
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
 
       call self%summary%look(self%row, motion%system, t, y)
@@ -202,7 +195,6 @@ contains
       real(wp), intent(in) :: t
       !> `event_touch` or `event_lift`.
       integer, intent(in) :: kind
-      !> Index of the contact.
       integer, intent(in) :: contact
       !> Never set.
       type(error_type), allocatable, intent(out) :: error

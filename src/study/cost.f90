@@ -58,12 +58,10 @@ module contensou_study_cost
 
    !> A run.
    type :: run_type
-      !> Index of the model.
       integer :: model = 0
       character(len=11) :: method = ""
       !> Relative tolerance [-].
       real(wp) :: rtol = 0.0_wp
-      !> What came out.
       type(trial_type) :: trial
       !> Scaled error against the reference of the own model; NaN if there is none [-].
       real(wp) :: numerical = 0.0_wp
@@ -223,7 +221,6 @@ contains
       type(study_type), intent(inout) :: study
       !> The references, one for each model.
       type(reference_type), allocatable, intent(out) :: references(:)
-      !> Who looks on.
       class(onlooker_type), intent(inout), target :: onlooker
       !> Whether a signal came.
       logical, intent(out) :: stopped
@@ -259,7 +256,6 @@ contains
       type(model_type), intent(inout) :: model
       !> Relative tolerance [-].
       real(wp), intent(in) :: rtol
-      !> Who looks on.
       class(onlooker_type), intent(inout), target :: onlooker
       type(reference_type), intent(out) :: reference
       type(reference_type), intent(out) :: check
@@ -317,7 +313,6 @@ contains
    subroutine compute_runs(study, references, onlooker, stopped)
       type(study_type), intent(inout) :: study
       type(reference_type), intent(in), target :: references(:)
-      !> Who looks on.
       class(onlooker_type), intent(inout), target :: onlooker
       !> Whether a signal came.
       logical, intent(out) :: stopped
@@ -357,13 +352,11 @@ contains
    subroutine one_run(run, model, round, own, exact, onlooker)
       type(run_type), intent(inout) :: run
       type(model_type), intent(in) :: model
-      !> Number of the round.
       integer, intent(in) :: round
       !> Reference of the model.
       type(reference_type), intent(in), target :: own
       !> Reference of the exact model.
       type(reference_type), intent(in), target :: exact
-      !> Who looks on.
       class(onlooker_type), intent(inout), target :: onlooker
 
       if (allocated(model%problem)) then

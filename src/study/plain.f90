@@ -106,7 +106,6 @@ contains
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Never set.
       type(error_type), allocatable, intent(out) :: error

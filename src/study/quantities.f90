@@ -14,7 +14,6 @@ module contensou_study_quantities
 
    !> A row.
    type :: row_type
-      !> Its quantities.
       type(quantity_type), allocatable :: quantities(:)
       !> Numbers, one quantity after the other, components first, then bodies or contacts.
       real(wp), allocatable :: values(:)
@@ -29,13 +28,9 @@ module contensou_study_quantities
       !> What the values are taken from.
       type(moment_type) :: at
    contains
-      !> Make room for the rows of a system.
       procedure :: prepare
-      !> Values of the quantities at `at`.
       procedure :: fill
-      !> Values at the end of the quantities that the summary holds.
       procedure :: final_state
-      !> Size of the values in a file.
       procedure :: bytes
    end type row_type
 
@@ -155,7 +150,6 @@ contains
       type(system_type), intent(in) :: system
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       real(wp), allocatable, intent(out) :: state(:, :)
       integer :: i, j, n, last

@@ -34,11 +34,8 @@ module contensou_study_quantity
       !> Residual of the energy balance since the beginning [J]; the summary knows the beginning.
       real(wp) :: energy_error = 0.0_wp
    contains
-      !> Take the bodies of a state.
       procedure :: look_at_bodies
-      !> Take all of a state, apart from the energy error.
       procedure :: look
-      !> Energy less what was supplied, plus what was lost.
       procedure :: balance
    end type moment_type
 
@@ -50,7 +47,6 @@ module contensou_study_quantity
       character(len=12) :: dims
       !> UDUNITS text.
       character(len=8) :: units
-      !> Description.
       character(len=128) :: long_name
       !> Fills the components of a body or contact.
       procedure(fill_interface), pointer, nopass :: fill => null()
@@ -102,7 +98,6 @@ contains
       type(system_type), intent(in), target :: system
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       integer :: i
 
@@ -123,7 +118,6 @@ contains
       type(system_type), intent(inout), target :: system
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       integer :: i
 

@@ -64,13 +64,9 @@ module contensou_study_simulation
       !> Whether the CPU time is taken by effect.
       logical, private :: profile = .false.
    contains
-      !> Time reached [s].
       procedure :: time
-      !> State there: position, quaternion, velocity, angular velocity of each body, then works.
       procedure :: state
-      !> Why `auto` chose the method it began with; empty if the method was given.
       procedure :: reason
-      !> Write what is needed to go on to a checkpoint, or read it back.
       procedure :: exchange
    end type simulation_type
 
@@ -178,7 +174,6 @@ contains
    !> Simulate to the end, or until the observer stops it; goes on where it was stopped.
    subroutine simulate(simulation, observer, error)
       type(simulation_type), intent(inout), target :: simulation
-      !> Who looks on.
       class(observer_type), intent(inout) :: observer
       !> Set when the integration or the observer failed.
       type(error_type), allocatable, intent(out) :: error
@@ -254,7 +249,6 @@ contains
    !> Name of a contact; its number if the scene was made in memory without names.
    function name_of(scene, contact) result(name)
       type(scene_type), intent(in) :: scene
-      !> Index of the contact.
       integer, intent(in) :: contact
       character(len=:), allocatable :: name
 
@@ -265,7 +259,6 @@ contains
    !> Names of its two surfaces.
    function surfaces_of(scene, contact) result(names)
       type(scene_type), intent(in) :: scene
-      !> Index of the contact.
       integer, intent(in) :: contact
       character(len=:), allocatable :: names
       integer :: side
@@ -286,7 +279,6 @@ contains
    !> What went wrong in an integration, where, and what may help.
    function failure_text(scene, system, y, t, reason) result(text)
       type(scene_type), intent(in) :: scene
-      !> Its equations of motion.
       type(system_type), intent(inout) :: system
       !> Last state.
       real(wp), intent(in) :: y(:)

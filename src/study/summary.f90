@@ -16,7 +16,6 @@ module contensou_study_summary
       character(len=21) :: name
       !> UDUNITS text.
       character(len=8) :: units
-      !> Description.
       character(len=64) :: long_name
       !> Whether it is a count.
       logical :: is_integer = .false.
@@ -66,13 +65,10 @@ module contensou_study_summary
       !> Largest energy supplied or taken by loads and drives so far [J].
       real(wp) :: largest_supply = 0.0_wp
    contains
-      !> Count a row at a state.
       procedure :: add_row
-      !> A row at a state that does not count.
       procedure :: look
       procedure :: add_event
       procedure :: exchange
-      !> The scalars.
       procedure :: values => values_of
    end type summary_type
 
@@ -87,7 +83,6 @@ contains
       type(system_type), intent(inout) :: system
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
 
       call row%at%look(system, t, y)
@@ -104,7 +99,6 @@ contains
       type(system_type), intent(inout) :: system
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
 
       call row%at%look(system, t, y)

@@ -47,14 +47,12 @@ module contensou_study_work_precision
 
    !> A motion that is kept.
    type :: reference_type
-      !> Whether there is one.
       logical :: known = .false.
       character(len=11) :: method = ""
       !> Relative tolerance [-].
       real(wp) :: rtol = 0.0_wp
       !> States of the bodies at the samples, (13 bodies, 0:samples).
       real(wp), allocatable :: y(:, :)
-      !> Number of events.
       integer :: n_events = 0
       !> Times of the events [s].
       real(wp), allocatable :: event_time(:)
@@ -76,11 +74,8 @@ module contensou_study_work_precision
       real(wp) :: cpu = huge(1.0_wp)
       !> Counters.
       type(statistics_type) :: statistics
-      !> Number of events.
       integer :: n_events = 0
-      !> Distance to the reference of the own model.
       type(distance_type) :: own
-      !> Distance to the reference of the exact model.
       type(distance_type) :: total
       !> Largest residual of the energy balance [J].
       real(wp) :: energy = 0.0_wp
@@ -89,11 +84,8 @@ module contensou_study_work_precision
    !> Who looks on at a study; this one does nothing.
    type :: onlooker_type
    contains
-      !> A reference is begun.
       procedure :: stage
-      !> A run is begun.
       procedure :: tell
-      !> Whether to stop; asked after each step.
       procedure :: stops
    end type onlooker_type
 
@@ -177,11 +169,9 @@ contains
       real(wp), intent(in) :: rtol
       !> CPU time that it may take [s].
       real(wp), intent(in) :: deadline
-      !> Who looks on.
       class(onlooker_type), intent(inout), target :: onlooker
       !> The reference; known if it came to the end.
       type(reference_type), intent(out) :: reference
-      !> What it took.
       type(trial_type), intent(inout) :: trial
       type(gauge_type) :: gauge
 
@@ -207,9 +197,7 @@ contains
       type(reference_type), intent(in), target :: own
       !> Reference of the exact model.
       type(reference_type), intent(in), target :: exact
-      !> Who looks on.
       class(onlooker_type), intent(inout), target :: onlooker
-      !> What came out.
       type(trial_type), intent(inout) :: trial
       type(gauge_type) :: gauge
 
@@ -234,7 +222,6 @@ contains
       !> CPU time that it may take [s].
       real(wp), intent(in) :: deadline
       type(gauge_type), intent(inout) :: gauge
-      !> What came out.
       type(trial_type), intent(inout) :: trial
       type(simulation_type) :: simulation
       type(simulation_options_type) :: options
@@ -296,7 +283,6 @@ contains
 
    !> Distance of two references.
    pure function reference_distance(a, b, scene) result(distance)
-      !> One.
       type(reference_type), intent(in) :: a
       !> The other one.
       type(reference_type), intent(in) :: b
@@ -350,7 +336,6 @@ contains
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Never set.
       type(error_type), allocatable, intent(out) :: error
@@ -370,7 +355,6 @@ contains
    subroutine take_energy(self, motion, y)
       type(gauge_type), intent(inout) :: self
       class(motion_type), intent(inout) :: motion
-      !> State.
       real(wp), intent(in) :: y(:)
       type(contact_report_type) :: row
       real(wp) :: kinetic, potential, balance
@@ -397,7 +381,6 @@ contains
    pure subroutine add_distance(free, y, reference, counts, distance)
       !> Which bodies move freely.
       logical, intent(in) :: free(:)
-      !> State.
       real(wp), intent(in) :: y(:)
       !> State of the reference at the same time.
       real(wp), intent(in) :: reference(:)
@@ -425,7 +408,6 @@ contains
 
    !> Events of two motions, contact by contact.
    pure subroutine compare_events(a, b, distance)
-      !> One motion.
       type(reference_type), intent(in) :: a
       !> The other one.
       type(reference_type), intent(in) :: b
@@ -475,7 +457,6 @@ contains
       real(wp), intent(in) :: t
       !> `event_touch` or `event_lift`.
       integer, intent(in) :: kind
-      !> Index of the contact.
       integer, intent(in) :: contact
       !> Never set.
       type(error_type), allocatable, intent(out) :: error
@@ -501,7 +482,6 @@ contains
       class(gauge_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(in) :: t
-      !> Whether to stop here.
       logical, intent(out) :: stop_now
       !> Never set.
       type(error_type), allocatable, intent(out) :: error

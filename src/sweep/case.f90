@@ -105,7 +105,6 @@ contains
       real(wp), intent(out) :: results(:)
       !> One of the `case_*` codes.
       integer, intent(out) :: status
-      !> What went wrong.
       character(len=:), allocatable, intent(out) :: message
       !> Whether the case was left because all stop; then there is no row.
       logical, intent(out) :: stopped
@@ -157,7 +156,6 @@ contains
       class(hurried_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(in) :: t
-      !> Whether to stop here.
       logical, intent(out) :: stop_now
       !> Never set.
       type(error_type), allocatable, intent(out) :: error

@@ -21,7 +21,6 @@ module contensou_sweep_cases
    !> The cases as pieces of work for a crew.
    type, extends(job_type) :: cases_type
       type(sweep_type), pointer :: sweep => null()
-      !> Its cases.
       type(selection_type) :: selection
       !> Where its columns come from.
       type(outline_type) :: outline
@@ -51,7 +50,6 @@ contains
    !> Run a case in a thread of the worker.
    subroutine work_case(self, thread, piece, code)
       class(cases_type), intent(in) :: self
-      !> Number of the thread.
       integer, intent(in) :: thread
       !> Position of the case.
       integer(i8), intent(in) :: piece
@@ -112,7 +110,6 @@ contains
 
    !> Make the table from the journal.
    subroutine write_table(name, force, cases, command_line, tally, stopped, error)
-      !> Name of the table.
       character(len=*), intent(in) :: name
       !> Whether it may replace an existing file.
       logical, intent(in) :: force
@@ -120,11 +117,9 @@ contains
       class(cases_type), intent(in) :: cases
       !> Command line, for the table.
       character(len=*), intent(in) :: command_line
-      !> What they come to.
       type(tally_type), intent(out) :: tally
       !> Whether a signal came.
       logical, intent(out) :: stopped
-      !> Set when it cannot be written.
       type(error_type), allocatable, intent(out) :: error
       type(sweep_table_type) :: table
       type(error_type), allocatable :: append_error

@@ -47,7 +47,6 @@ module contensou_sweep_crew
          class(job_type), intent(in) :: self
          !> Number of the thread, from 0.
          integer, intent(in) :: thread
-         !> Number of the piece.
          integer(i8), intent(in) :: piece
          !> `piece_done`, `piece_stopped`, or a value of errno to end everything.
          integer, intent(out) :: code
@@ -58,7 +57,6 @@ module contensou_sweep_crew
          import :: i8, job_type
          implicit none(type, external)
          class(job_type), intent(in) :: self
-         !> Number of the piece.
          integer(i8), intent(in) :: piece
          logical :: answer
       end function done_interface
@@ -68,7 +66,6 @@ module contensou_sweep_crew
          import :: i8, job_type
          implicit none(type, external)
          class(job_type), intent(inout) :: self
-         !> Number of the piece.
          integer(i8), intent(in) :: piece
          !> Whether it did not end in time; otherwise its process died.
          logical, intent(in) :: late
@@ -98,7 +95,6 @@ module contensou_sweep_crew
       function available_cores() result(cores) bind(c, name="contensou_crew_cores")
          import :: c_int
          implicit none(type, external)
-         !> Number of cores, >= 1.
          integer(c_int) :: cores
       end function available_cores
 
@@ -111,7 +107,6 @@ module contensou_sweep_crew
       subroutine c_begin(thread) bind(c, name="contensou_crew_begin")
          import :: c_int
          implicit none(type, external)
-         !> Number of the thread.
          integer(c_int), value :: thread
       end subroutine c_begin
 
@@ -119,7 +114,6 @@ module contensou_sweep_crew
       function c_stopping() result(answer) bind(c, name="contensou_crew_stopping")
          import :: c_int
          implicit none(type, external)
-         !> 1 or 0.
          integer(c_int) :: answer
       end function c_stopping
 
@@ -127,7 +121,6 @@ module contensou_sweep_crew
       function c_stop_requested() result(answer) bind(c, name="contensou_crew_stop_requested")
          import :: c_int
          implicit none(type, external)
-         !> 1 or 0.
          integer(c_int) :: answer
       end function c_stop_requested
 
@@ -138,9 +131,7 @@ module contensou_sweep_crew
          implicit none(type, external)
          !> What the functions get.
          type(c_ptr), value :: context
-         !> Number of pieces.
          integer(c_int64_t), value :: pieces
-         !> Number of threads.
          integer(c_int), value :: threads
          !> Time limit of a piece [s].
          real(c_double), value :: time_limit
@@ -174,9 +165,7 @@ contains
    !> Do all pieces of a job that are not done.
    subroutine run_crew(job, pieces, threads, time_limit, stopped, error)
       class(job_type), intent(inout), target :: job
-      !> Number of its pieces.
       integer(i8), intent(in) :: pieces
-      !> Number of threads.
       integer, intent(in) :: threads
       !> Wall time of a piece after which, and some more, it is given up [s].
       real(wp), intent(in) :: time_limit
@@ -203,7 +192,6 @@ contains
 
    !> In a worker: the clock of the piece in hand begins now.
    subroutine begin_piece(thread)
-      !> Number of the thread.
       integer, intent(in) :: thread
 
       call c_begin(int(thread, c_int))
@@ -227,7 +215,6 @@ contains
    function work_callback(context, thread, piece) result(code) bind(c)
       !> The holder.
       type(c_ptr), value :: context
-      !> Number of the thread.
       integer(c_int), value :: thread
       !> Number of the piece, from 0.
       integer(c_int64_t), value :: piece

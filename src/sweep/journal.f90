@@ -25,15 +25,10 @@ module contensou_sweep_journal
       !> The journal of the C side.
       type(c_ptr) :: handle = c_null_ptr
    contains
-      !> Open or create and lock a journal.
       procedure, public :: open
-      !> Fill a slot.
       procedure, public :: write
-      !> Whether a slot is filled.
       procedure, public :: has
-      !> Content of a slot.
       procedure, public :: read
-      !> Bring what is written to the disk.
       procedure, public :: sync
       procedure, public :: close
    end type journal_type
@@ -72,7 +67,6 @@ module contensou_sweep_journal
          !> Number of the case.
          integer(c_int64_t), value :: number
          integer(c_int), value :: status
-         !> Numbers.
          real(c_double), intent(in) :: values(*)
          character(kind=c_char), intent(in) :: message(*)
          !> Characters of it.
@@ -89,7 +83,6 @@ module contensou_sweep_journal
          type(c_ptr), value :: handle
          !> Slot, from 0.
          integer(c_int64_t), value :: position
-         !> 1 or 0.
          integer(c_int) :: answer
       end function c_has
 
@@ -105,7 +98,6 @@ module contensou_sweep_journal
          !> Number of the case.
          integer(c_int64_t), intent(out) :: number
          integer(c_int), intent(out) :: status
-         !> Numbers.
          real(c_double), intent(out) :: values(*)
          !> Message; 4096 bytes.
          character(kind=c_char), intent(out) :: message(*)
@@ -149,7 +141,6 @@ contains
    !> Open a journal, or create it.
    subroutine open(self, path, key, count, columns, replace, again, error)
       class(journal_type), intent(inout) :: self
-      !> Name of the file.
       character(len=*), intent(in) :: path
       !> What the work is; one that was begun for something else is refused. Up to 2000 characters.
       character(len=*), intent(in) :: key
@@ -226,7 +217,6 @@ contains
       character(len=journal_message_length), intent(out) :: message
       !> Characters of it.
       integer, intent(out) :: length
-      !> Set when the file cannot be read.
       type(error_type), allocatable, intent(out) :: error
       integer(c_int) :: code, c_status
       integer(c_int64_t) :: c_length
@@ -245,7 +235,6 @@ contains
    !> Bring what is written to the disk.
    subroutine sync(self, error)
       class(journal_type), intent(in) :: self
-      !> Set when that fails.
       type(error_type), allocatable, intent(out) :: error
       integer(c_int) :: code
 

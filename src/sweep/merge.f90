@@ -122,7 +122,6 @@ contains
 
    !> Read what tables say about themselves and plan how they are joined.
    subroutine plan_merge(files, fingerprint, hint, plan, error)
-      !> Their names.
       type(string_type), intent(in) :: files(:)
       !> Fingerprint that they must have; empty for that of the first one.
       character(len=*), intent(in) :: fingerprint

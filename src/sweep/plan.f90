@@ -30,7 +30,6 @@ module contensou_sweep_plan
       type(string_type), allocatable :: paths(:)
       !> Units; empty for a text, or if they depend on the model.
       character(len=:), allocatable :: units
-      !> Description.
       character(len=:), allocatable :: long_name
       !> Whether the values are texts.
       logical :: is_text = .false.
@@ -45,7 +44,6 @@ module contensou_sweep_plan
       !> What the paths stand for; of use to the reader of sweep files and to `sweep_type` only.
       type(target_type), allocatable :: targets(:)
    contains
-      !> How it varies, in words.
       procedure :: words
    end type parameter_column_type
 
@@ -54,7 +52,6 @@ module contensou_sweep_plan
    type :: result_column_type
       character(len=:), allocatable :: name
       character(len=:), allocatable :: units
-      !> Description.
       character(len=:), allocatable :: long_name
       !> Whether it is a count.
       logical :: is_integer = .false.
@@ -109,13 +106,9 @@ module contensou_sweep_plan
       !> Whether cases need their bearings expanded again.
       logical :: expands = .false.
    contains
-      !> Parameters of a case.
       procedure :: parameters_of
-      !> Scene of a case.
       procedure :: scene_of
-      !> Settings of a case, as `--set` takes them.
       procedure :: overrides_of
-      !> A parameter of a case.
       procedure, private :: value => value_of_case
    end type sweep_type
 
@@ -260,7 +253,6 @@ contains
       class(sweep_type), intent(in) :: self
       !> Number of the case, from 1.
       integer(i8), intent(in) :: case_number
-      !> The settings.
       type(string_type), allocatable, intent(out) :: overrides(:)
       type(value_type) :: value
       integer :: i, k, n

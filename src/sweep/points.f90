@@ -18,7 +18,6 @@ module contensou_sweep_points
 
    !> A column that is read.
    type :: points_column_type
-      !> What takes its values.
       type(target_type), allocatable :: targets(:)
       !> Texts that stand in it; a value of the column is a position in this list.
       type(string_type), allocatable :: words(:)
@@ -26,7 +25,6 @@ module contensou_sweep_points
 
    !> A table of cases.
    type :: points_type
-      !> Name of the file.
       character(len=:), allocatable :: path
       !> Names of the columns.
       type(string_type), allocatable :: names(:)
@@ -44,11 +42,8 @@ module contensou_sweep_points
       character(len=:), allocatable, private :: folder
       integer, private :: header_line = 0
    contains
-      !> Find the columns.
       procedure :: open
-      !> Read their values.
       procedure :: read => read_values
-      !> Its header, as a source of messages.
       procedure :: header_source
    end type points_type
 
@@ -71,9 +66,7 @@ contains
 
    !> Find the columns of a table.
    subroutine open(self, path, error)
-      !> The table.
       class(points_type), intent(inout) :: self
-      !> Name of the file.
       character(len=*), intent(in) :: path
       !> Set when it cannot be read or is no table.
       type(error_type), allocatable, intent(out) :: error
@@ -134,9 +127,7 @@ contains
 
    !> The header as a source of messages.
    function header_source(self) result(lines)
-      !> The table.
       class(points_type), intent(in) :: self
-      !> Its name and header.
       type(source_type) :: lines
 
       lines%name = self%path
@@ -145,7 +136,6 @@ contains
 
    !> Find the columns of an HDF5 file.
    subroutine list_columns(self, error)
-      !> The table.
       class(points_type), intent(inout) :: self
       !> Set when it has none.
       type(error_type), allocatable, intent(out) :: error
@@ -215,7 +205,6 @@ contains
 
    !> Read the values of all columns and check each.
    subroutine read_values(self, columns, source, lines, diagnostics, error)
-      !> The table.
       class(points_type), intent(inout) :: self
       !> What takes them, in the order of the columns.
       type(points_column_type), intent(inout) :: columns(:)
@@ -223,9 +212,7 @@ contains
       integer, intent(in) :: source
       !> Lines with mistakes, for messages; the others are not allocated.
       type(source_type), intent(out) :: lines
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      !> Set when the file cannot be read.
       type(error_type), allocatable, intent(out) :: error
       integer :: i, before
 
@@ -246,17 +233,12 @@ contains
 
    !> Read CSV.
    subroutine read_csv(self, columns, source, lines, diagnostics, error)
-      !> The table.
       type(points_type), intent(inout) :: self
-      !> What takes the values.
       type(points_column_type), intent(inout) :: columns(:)
-      !> Number of the source.
       integer, intent(in) :: source
       !> Lines with mistakes.
       type(source_type), intent(inout) :: lines
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      !> Set when the file cannot be read.
       type(error_type), allocatable, intent(out) :: error
       type(string_type), allocatable :: cells(:)
       type(origin_type), allocatable :: places(:)
@@ -312,15 +294,10 @@ contains
 
    !> Read HDF5.
    subroutine read_hdf5(self, columns, source, diagnostics, error)
-      !> The table.
       type(points_type), intent(inout) :: self
-      !> What takes the values.
       type(points_column_type), intent(inout) :: columns(:)
-      !> Number of the source.
       integer, intent(in) :: source
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      !> Set when the file cannot be read.
       type(error_type), allocatable, intent(out) :: error
       type(hdf5_reader_type) :: reader
       type(hdf5_item_type) :: item
@@ -427,7 +404,6 @@ contains
       type(value_type), intent(in) :: value
       !> The number, or the position of the text.
       real(wp), intent(out) :: kept
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       !> Whether it is in order.
       logical, intent(out) :: good

@@ -40,7 +40,6 @@ contains
 
    !> Whether a file has a group `sweep` and no group `scene`; false for one that cannot be read.
    function is_sweep_file(path) result(is)
-      !> Name of the file.
       character(len=*), intent(in) :: path
       logical :: is
       type(document_type) :: document
@@ -152,7 +151,6 @@ contains
       !> Name of the table from the command line; blank for none.
       character(len=*), intent(in) :: output
       type(sweep_type), intent(inout) :: sweep
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       integer :: slash, dot
 
@@ -181,7 +179,6 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       !> Mistakes of the scene.
       type(diagnostics_type), intent(inout) :: in_scene
-      !> Their sources.
       type(source_type), allocatable, intent(out) :: scene_sources(:)
       type(diagnostics_type) :: found
       type(error_type), allocatable :: error
@@ -257,10 +254,8 @@ contains
    subroutine check_keys(main, groups, sampling, diagnostics)
       !> Group `sweep`.
       type(group_settings_type), intent(in) :: main
-      !> All groups.
       type(group_settings_type), intent(in) :: groups(:)
       integer, intent(in) :: sampling
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       integer :: i
 
@@ -297,7 +292,6 @@ contains
          type(group_settings_type), intent(in) :: group
          !> The key.
          character(len=*), intent(in) :: name
-         !> What would be right.
          character(len=*), intent(in) :: expected
 
          call group%refuse(name, "'" // name // "' has no meaning for sampling = '" // &
@@ -310,12 +304,10 @@ contains
    subroutine read_parameters(main, groups, sweep, scene_good, diagnostics)
       !> Group `sweep`.
       type(group_settings_type), intent(in) :: main
-      !> All groups.
       type(group_settings_type), intent(in) :: groups(:)
       type(sweep_type), intent(inout) :: sweep
       !> Whether the base scene is in order, so that paths can be looked up.
       logical, intent(in) :: scene_good
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       real(wp) :: product
       integer :: i, n, before
@@ -382,7 +374,6 @@ contains
       !> Group `parameter`.
       type(group_settings_type), intent(in) :: group
       type(parameter_column_type), intent(inout) :: parameter
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       parameter%name = group%text("column")
@@ -400,9 +391,7 @@ contains
    !> A name of a column has to be one of a data set, too.
    subroutine check_column(name, origin, diagnostics)
       character(len=*), intent(in) :: name
-      !> Where it stands.
       type(origin_type), intent(in) :: origin
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
       if (index(name, "/") > 0 .or. name == "." .or. name == "..") then
@@ -422,7 +411,6 @@ contains
       !> Whether it is in order.
       logical, intent(in) :: scene_good
       type(parameter_column_type), intent(inout) :: parameter
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(target_type), allocatable :: targets(:)
       integer :: i
@@ -468,7 +456,6 @@ contains
    !> Give a parameter what takes its values.
    subroutine take_targets(parameter, targets)
       type(parameter_column_type), intent(inout) :: parameter
-      !> What takes its values.
       type(target_type), intent(in) :: targets(:)
       integer :: i
 
@@ -490,7 +477,6 @@ contains
       type(group_settings_type), intent(in) :: group
       integer, intent(in) :: sampling
       type(parameter_column_type), intent(inout) :: parameter
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       character(len=*), parameter :: of_range(*) = [character(len=5) :: "first", "last", "count"]
       integer :: i
@@ -576,7 +562,6 @@ contains
    subroutine check_values(parameter, values, diagnostics)
       type(parameter_column_type), intent(in) :: parameter
       type(value_type), intent(in) :: values(:)
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       integer :: i, k
       logical :: good
@@ -593,12 +578,10 @@ contains
    subroutine read_table(main, groups, sweep, document, diagnostics)
       !> Group `sweep`.
       type(group_settings_type), intent(in) :: main
-      !> All groups.
       type(group_settings_type), intent(in) :: groups(:)
       type(sweep_type), intent(inout) :: sweep
       !> The table is added to its sources.
       type(document_type), intent(inout) :: document
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(points_column_type), allocatable :: columns(:)
       type(error_type), allocatable :: error
@@ -710,10 +693,8 @@ contains
    subroutine check_parameters(main, groups, sweep, diagnostics)
       !> Group `sweep`.
       type(group_settings_type), intent(in) :: main
-      !> All groups.
       type(group_settings_type), intent(in) :: groups(:)
       type(sweep_type), intent(inout) :: sweep
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(diagnostics_type) :: ignored
       type(target_type) :: other
@@ -774,7 +755,6 @@ contains
    pure function place_of(main, groups, sweep, p, path) result(place)
       !> Group `sweep`.
       type(group_settings_type), intent(in) :: main
-      !> All groups.
       type(group_settings_type), intent(in) :: groups(:)
       type(sweep_type), intent(in) :: sweep
       !> The parameter.
@@ -807,7 +787,6 @@ contains
       type(group_settings_type), intent(in) :: main
       !> For each of `summary_quantities`, `event_names` and `final_quantities`, whether it is kept.
       logical, intent(out) :: keep_summary(:), keep_events(:), keep_state(:)
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(string_type), allocatable :: known(:)
       type(quantity_type), allocatable :: finals(:)
@@ -843,10 +822,8 @@ contains
    subroutine read_results(main, groups, sweep, diagnostics)
       !> Group `sweep`.
       type(group_settings_type), intent(in) :: main
-      !> All groups.
       type(group_settings_type), intent(in) :: groups(:)
       type(sweep_type), intent(inout) :: sweep
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(result_column_type), allocatable :: columns(:)
       logical :: keep_summary(size(summary_quantities)), keep_events(size(event_names))
@@ -935,7 +912,6 @@ contains
       subroutine put(name, units, long_name, is_integer)
          character(len=*), intent(in) :: name
          character(len=*), intent(in) :: units
-         !> Description.
          character(len=*), intent(in) :: long_name
          !> Whether it is a count.
          logical, intent(in) :: is_integer
@@ -981,7 +957,6 @@ contains
       !> The sweep, with its base scene.
       type(sweep_type), intent(in) :: sweep
       type(result_column_type), intent(out) :: column
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(quantity_type) :: quantity
       type(quantity_type), allocatable :: quantities(:)
@@ -1040,7 +1015,6 @@ contains
       type(sweep_type), intent(in) :: sweep
       type(quantity_type), intent(in) :: quantity
       type(result_column_type), intent(inout) :: column
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(string_type), allocatable :: names(:)
       character(len=:), allocatable :: kind, wanted, right
@@ -1091,7 +1065,6 @@ contains
       !> Group `sweep`.
       type(group_settings_type), intent(in) :: main
       type(sweep_type), intent(inout) :: sweep
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       integer(i8), allocatable :: list(:)
       integer(i8) :: last

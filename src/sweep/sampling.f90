@@ -52,9 +52,7 @@ module contensou_sweep_sampling
       !> Shift of each dimension [-].
       real(wp), allocatable :: shift(:)
    contains
-      !> Prepare for a number of dimensions.
       procedure :: begin
-      !> A coordinate of a point.
       procedure :: coordinate
    end type sampler_type
 
@@ -190,7 +188,6 @@ contains
    pure function hash_values(start, values) result(h)
       !> Bits to begin with.
       integer(i8), intent(in) :: start
-      !> The numbers.
       real(wp), intent(in) :: values(:, :)
       integer(i8) :: h
       integer(i8) :: high, low

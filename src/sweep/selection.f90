@@ -13,13 +13,9 @@ module contensou_sweep_selection
       !> First and last case of each range, (2, ranges).
       integer(i8), allocatable :: ranges(:, :)
    contains
-      !> How many cases there are.
       procedure :: count => count_cases
-      !> Number of the case at a position.
       procedure :: case_at
-      !> Position of a case; 0 if it is not there.
       procedure :: position_of
-      !> The ranges as a text such as "1:500,800".
       procedure :: text => selection_text
    end type selection_type
 
@@ -148,7 +144,6 @@ contains
       integer(i8), intent(in) :: first
       !> Last position.
       integer(i8), intent(in) :: last
-      !> What is between.
       type(selection_type), intent(out) :: part
       integer(i8) :: before, low, high, ranges(2, size(whole%ranges, 2))
       integer :: i, n
@@ -252,7 +247,6 @@ contains
    !> A file name with some words before its suffix.
    pure function named(name, infix) result(text)
       character(len=*), intent(in) :: name
-      !> The words.
       character(len=*), intent(in) :: infix
       character(len=:), allocatable :: text
       integer :: dot

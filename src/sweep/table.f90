@@ -77,12 +77,10 @@ module contensou_sweep_table
 
    !> A column with the rows that wait.
    type :: column_type
-      !> Path of the data set.
       character(len=:), allocatable :: path
       character(len=:), allocatable :: name
       !> Units; empty for none.
       character(len=:), allocatable :: units
-      !> Description.
       character(len=:), allocatable :: long_name
       !> `series_real`, `series_long` or `series_text`.
       integer :: kind = series_real
@@ -114,11 +112,9 @@ module contensou_sweep_table
    type :: table_reader_type
       !> What it says about itself.
       type(table_header_type) :: header
-      !> Name of the file.
       character(len=:), allocatable :: path
       !> Texts that it carries.
       type(origins_type), private :: origins
-      !> The file.
       type(hdf5_reader_type), private :: reader
       !> Columns of parameters, then of results.
       type(column_type), allocatable, private :: columns(:)
@@ -127,12 +123,9 @@ module contensou_sweep_table
       !> Number, status and message of the cases.
       type(hdf5_item_type), private :: number, status, message
    contains
-      !> Open a table.
       procedure :: open => open_reader
       procedure :: close => close_reader
-      !> Numbers of some cases.
       procedure :: numbers
-      !> Why rows of two tables cannot stand in one.
       procedure :: difference
    end type table_reader_type
 
@@ -155,22 +148,15 @@ module contensou_sweep_table
       integer(i8), allocatable, private :: numbers(:)
       !> Their status.
       integer(c_int8_t), allocatable, private :: statuses(:)
-      !> Their messages.
       type(string_type), allocatable, private :: messages(:)
       !> How many wait.
       integer, private :: waiting = 0
    contains
-      !> Create the table of a sweep with everything but its rows.
       procedure :: open => open_table
-      !> Create a table like another one.
       procedure :: open_like
-      !> Append rows.
       procedure :: append
-      !> Append rows of another table.
       procedure :: append_from
-      !> Close it and give it its final name.
       procedure :: finish
-      !> Give up and remove what there is.
       procedure :: abandon
    end type sweep_table_type
 
@@ -187,7 +173,6 @@ contains
       !> The cases it is to hold, as ranges such as "1:500,800"; each ascending.
       character(len=*), intent(in) :: cases
       character(len=*), intent(in) :: command_line
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
       type(origins_type) :: origins
       integer :: i, n
@@ -231,7 +216,6 @@ contains
       !> The cases it is to hold.
       character(len=*), intent(in) :: cases
       character(len=*), intent(in) :: command_line
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
       integer :: i
 
@@ -261,7 +245,6 @@ contains
       !> Texts that it carries.
       type(origins_type), intent(in) :: origins
       character(len=*), intent(in) :: command_line
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: scale(1) = ["/case"]
       integer, parameter :: no_extents(0) = [integer ::]
@@ -328,7 +311,6 @@ contains
 
       !> Note the order of the columns, which a group does not keep for all readers.
       subroutine put_order(group, columns)
-         !> Path of the group.
          character(len=*), intent(in) :: group
          type(column_type), intent(in) :: columns(:)
          character(len=:), allocatable :: names(:)
@@ -371,7 +353,6 @@ contains
       type(string_type), intent(in) :: messages(:)
       !> Results, (column, row); what is not known is NaN.
       real(wp), intent(in) :: results(:, :)
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: values(size(sweep%parameters))
       type(string_type) :: words(size(sweep%parameters))
@@ -463,7 +444,6 @@ contains
    !> Write the rows that wait.
    subroutine write_waiting(self, error)
       class(sweep_table_type), intent(inout) :: self
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
       integer :: i, n
 
@@ -499,7 +479,6 @@ contains
       type(hdf5_file_type), intent(inout) :: file
       type(hdf5_series_type), intent(in) :: series
       type(string_type), intent(in) :: texts(:)
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: padded(:)
       integer :: i, first, last, longest
@@ -524,7 +503,6 @@ contains
    !> Close the table and give it its final name.
    subroutine finish(self, error)
       class(sweep_table_type), intent(inout) :: self
-      !> Set when the file cannot be written.
       type(error_type), allocatable, intent(out) :: error
 
       call write_waiting(self, error)
@@ -547,7 +525,6 @@ contains
 
    !> See that a table can be written, and whether it is there already.
    subroutine check_table(path, replace, fingerprint, cases, complete, error)
-      !> Name of the file.
       character(len=*), intent(in) :: path
       !> Whether an existing file may be replaced.
       logical, intent(in) :: replace
@@ -586,9 +563,7 @@ contains
 
    !> What a complete table says about itself.
    subroutine read_table_header(path, header, error)
-      !> Name of the file.
       character(len=*), intent(in) :: path
-      !> What it says.
       type(table_header_type), intent(out) :: header
       !> Set when it is not the table of a sweep, or cannot be read.
       type(error_type), allocatable, intent(out) :: error
@@ -603,7 +578,6 @@ contains
    !> Open a table for reading.
    subroutine open_reader(self, path, error)
       class(table_reader_type), intent(inout) :: self
-      !> Name of the file.
       character(len=*), intent(in) :: path
       !> Set when it is not the complete table of a sweep, or cannot be read.
       type(error_type), allocatable, intent(out) :: error
@@ -652,7 +626,6 @@ contains
 
       !> A text attribute.
       function attribute(object, name) result(value)
-         !> Path of the object.
          character(len=*), intent(in) :: object
          !> Name of the attribute.
          character(len=*), intent(in) :: name
@@ -665,7 +638,6 @@ contains
 
       !> A data set that is one text.
       function content(object) result(value)
-         !> Path of the data set.
          character(len=*), intent(in) :: object
          character(len=:), allocatable :: value
 
@@ -676,7 +648,6 @@ contains
 
       !> The number of cases of the sweep.
       subroutine read_count(n)
-         !> The number.
          integer(i8), intent(out) :: n
          type(hdf5_item_type) :: item
          integer(i8) :: start(max_rank), count(max_rank), buffer(1)
@@ -695,13 +666,10 @@ contains
 
    !> Read a text attribute, or a data set that is one text.
    subroutine read_one_text(reader, object, name, value, error)
-      !> The file.
       type(hdf5_reader_type), intent(in) :: reader
-      !> Path of the object.
       character(len=*), intent(in) :: object
       !> Name of the attribute; empty for the data set.
       character(len=*), intent(in) :: name
-      !> The text.
       character(len=:), allocatable, intent(inout) :: value
       !> Set when there is none.
       type(error_type), allocatable, intent(out) :: error
@@ -725,7 +693,6 @@ contains
    !> Open the columns of a table.
    subroutine open_columns(self, error)
       class(table_reader_type), intent(inout) :: self
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: groups(2) = [character(len=11) :: "/parameters", "/results"]
       type(string_type), allocatable :: names(:)
@@ -762,11 +729,9 @@ contains
 
    !> Names of the columns in a group, in their order.
    subroutine list_names(reader, group, names, error)
-      !> The file.
       type(hdf5_reader_type), intent(in) :: reader
       character(len=*), intent(in) :: group
       type(string_type), allocatable, intent(out) :: names(:)
-      !> Set on failure.
       type(error_type), allocatable, intent(out) :: error
       type(hdf5_entry_type), allocatable :: attributes(:)
       type(hdf5_item_type) :: item
@@ -811,7 +776,6 @@ contains
       integer(i8), intent(in) :: first
       !> Numbers of the cases from there on.
       integer(i8), intent(inout), contiguous :: cases(:)
-      !> Set when the file cannot be read.
       type(error_type), allocatable, intent(out) :: error
       integer(i8) :: start(max_rank), count(max_rank)
 

@@ -32,13 +32,9 @@ module contensou_sweep_target
       !> Names that a reference may take.
       type(string_type), allocatable :: names(:)
    contains
-      !> Whether the values are texts.
       procedure :: is_text
-      !> Check a value.
       procedure :: check
-      !> Give the key a value.
       procedure :: set
-      !> Whether it has a value in common with another one.
       procedure :: overlaps
    end type target_type
 
@@ -52,11 +48,9 @@ contains
       character(len=*), intent(in) :: text
       !> Where it stands, for messages.
       type(origin_type), intent(in) :: origin
-      !> What it stands for.
       type(target_type), intent(out) :: target
       !> Whether it is in order.
       logical, intent(out) :: found
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(path_type) :: path
       type(index_type) :: index_of
@@ -120,12 +114,10 @@ contains
    !> Whether a key can vary.
    subroutine check_key(target, group, path, origin, diagnostics, good)
       type(target_type), intent(in) :: target
-      !> Name of its group.
       character(len=*), intent(in) :: group
       type(path_type), intent(in) :: path
       !> Where it stands, for messages.
       type(origin_type), intent(in) :: origin
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       logical, intent(out) :: good
 
@@ -157,7 +149,6 @@ contains
       type(target_type), intent(in) :: target
       !> Where it stands, for messages.
       type(origin_type), intent(in) :: origin
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       logical, intent(out) :: good
       type(group_settings_type) :: group
@@ -209,7 +200,6 @@ contains
       type(value_type), intent(in) :: value
       !> The value as settings have it.
       type(value_type), intent(inout) :: taken
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       logical, intent(out) :: good
       type(string_type) :: none(0)
@@ -225,7 +215,6 @@ contains
    subroutine check(self, value, diagnostics, good)
       class(target_type), intent(in) :: self
       type(value_type), intent(in) :: value
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       !> Whether it is in order.
       logical, intent(out) :: good

@@ -35,9 +35,7 @@ module contensou_sweep_trajectories
    !> Trajectories as pieces of work for a crew.
    type, extends(job_type) :: trajectories_type
       type(sweep_type), pointer :: sweep => null()
-      !> The cases.
       integer(i8), allocatable :: numbers(:)
-      !> Names of their files.
       type(string_type), allocatable :: files(:)
    contains
       procedure :: work => work_trajectory
@@ -51,7 +49,6 @@ contains
    !> The trajectories that are wanted of these cases.
    subroutine list_trajectories(sweep, selection, may_exist, force, list, error)
       type(sweep_type), intent(in), target :: sweep
-      !> The cases.
       type(selection_type), intent(in) :: selection
       !> Whether files that exist are no reason not to begin.
       logical, intent(in) :: may_exist
@@ -128,7 +125,6 @@ contains
    !> Run a case as `contensou run` does, in a process of its own.
    subroutine work_trajectory(self, thread, piece, code)
       class(trajectories_type), intent(in) :: self
-      !> Number of the thread.
       integer, intent(in) :: thread
       !> Which one.
       integer(i8), intent(in) :: piece
@@ -171,7 +167,6 @@ contains
       class(quiet_recorder_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(in) :: t
-      !> Whether to stop here.
       logical, intent(out) :: stop_now
       !> Never set.
       type(error_type), allocatable, intent(out) :: error

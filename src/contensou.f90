@@ -9,30 +9,30 @@ module contensou
    use contensou_base_kinds, only : wp
 
    ! Scenes and simulations.
-   use contensou_dynamics_scene, only : scene_type
-   use contensou_dynamics_state, only : position_of, quaternion_of, spin_of, velocity_of
-   use contensou_integrate_march, only : event_lift, event_touch, observer_type
-   use contensou_integrate_motion, only : motion_type
    use contensou_scene_reader, only : scene_file_type
    use contensou_study_plain, only : new_simulation, read_scene, simulate
    use contensou_study_simulation, only : simulation_options_type, simulation_type
 
-   ! Kernels.
-   use contensou_contact_hertz, only : effective_modulus, hertz_contact, hertz_models, hertz_type, &
-      new_hertz
-   use contensou_contact_spot, only : elliptic_shape, spot_shape_type
-   use contensou_contact_vilke, only : vilke_chord, vilke_exact, vilke_force, vilke_models, &
-      vilke_power
-   use contensou_contact_wrench, only : wrench_exact, wrench_exact_jacobian, &
-      wrench_exact_potential, wrench_kernel, wrench_pade11, wrench_pade22, wrench_simplified
-   use contensou_special_elliptic, only : complete_elliptic, complete_elliptic_all_of_c, &
-      complete_elliptic_bd, elliptic_models
+   ! Observers.
+   use contensou_dynamics_state, only : position_of, quaternion_of, spin_of, velocity_of
+   use contensou_integrate_march, only : event_lift, event_touch, observer_type
+   use contensou_integrate_motion, only : motion_type
 
-   ! Tables of the models of a contact, with their kernels.
-   use contensou_contact_damping, only : damping_models
+   ! Kernels; approximations of them stand in the tables.
+   use contensou_contact_hertz, only : effective_modulus, hertz_contact
+   use contensou_contact_spot, only : elliptic_shape, spot_shape_type
+   use contensou_contact_vilke, only : vilke_force
+   use contensou_contact_wrench, only : wrench_exact, wrench_exact_potential
+   use contensou_special_elliptic, only : complete_elliptic
+
+   ! Tables: models with their kernels, and the parts of a contact and the pairs of surfaces with
+   ! all that a scene can name.
    use contensou_contact_friction, only : friction_models
-   use contensou_contact_normal, only : normal_models
-   use contensou_contact_rolling, only : rolling_models
+   use contensou_contact_hertz, only : hertz_models
+   use contensou_contact_pairs, only : geometry_models
+   use contensou_contact_parts, only : contact_parts
+   use contensou_contact_vilke, only : vilke_models
+   use contensou_special_elliptic, only : elliptic_models
    implicit none(type, external)
    public
 end module contensou

@@ -99,6 +99,17 @@ def test_one_module_and_one_header_are_installed(installed):
     assert [header.name for header in folder.rglob("include/contensou/*.h")] == ["contensou.h"]
 
 
+def test_the_names_of_the_module_are_those_of_the_page():
+    """Names of the facade are few, and the page explains each."""
+    source = (ROOT / "src" / "contensou.f90").read_text(encoding="utf-8").replace("&\n", " ")
+    lists = re.findall(r"^ *use \w+, only : (.*)$", source, re.MULTILINE)
+    names = {name.strip() for names in lists for name in names.split(",")}
+    assert 20 <= len(names) <= 32
+    page = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
+    explained = set(re.findall(r"\w+", " ".join(re.findall(r"`([^`]*)`", page))))
+    assert not names - explained
+
+
 @pytest.mark.parametrize("language", SUFFIXES)
 def test_program_of_the_page(language, installed, built, run, tmp_path):
     """It prints the rows of `contensou run`, and nothing else is printed."""

@@ -117,15 +117,14 @@ contains
       end subroutine add_ratio
 
       !> Whether there is a rung of this name for K and E.
-      function has(name) result(found)
+      logical function has(name)
          character(len=*), intent(in) :: name
-         logical :: found
          integer :: i
 
-         found = .false.
+         has = .false.
          do i = 1, size(suite%rungs)
             if (suite%cases(suite%rungs(i)%place)%kernel == kernel_ke) then
-               found = found .or. suite%rungs(i)%name == name
+               has = has .or. suite%rungs(i)%name == name
             end if
          end do
       end function has
@@ -166,79 +165,75 @@ contains
       end function largest_ratio
 
       !> Smallest ratio of the times of two rungs on the same case, where the first has all results.
-      function smallest_ratio(kernel, rung, other_kernel, other_rung) result(ratio)
+      real(wp) function smallest_ratio(kernel, rung, other_kernel, other_rung)
          !> Kernel of the rung.
          character(len=*), intent(in) :: kernel
          character(len=*), intent(in) :: rung
          !> Kernel of the rung that it is compared with.
          character(len=*), intent(in) :: other_kernel
          character(len=*), intent(in) :: other_rung
-         real(wp) :: ratio
          integer :: i
 
-         ratio = huge(ratio)
+         smallest_ratio = huge(smallest_ratio)
          do i = 1, size(suite%rungs)
             if (fits(i, kernel, rung, "") .and. suite%rungs(i)%misses == 0) then
-               ratio = min(ratio, ratio_to(i, other_kernel, other_rung))
+               smallest_ratio = min(smallest_ratio, ratio_to(i, other_kernel, other_rung))
             end if
          end do
       end function smallest_ratio
 
       !> Ratio of the time of a rung to that of another on the case of the same name.
-      function ratio_to(i, kernel, rung) result(ratio)
+      real(wp) function ratio_to(i, kernel, rung)
          !> Index of the rung.
          integer, intent(in) :: i
          !> Kernel of the other.
          character(len=*), intent(in) :: kernel
          !> The other.
          character(len=*), intent(in) :: rung
-         real(wp) :: ratio
          integer :: j
 
-         ratio = 0.0_wp
+         ratio_to = 0.0_wp
          do j = 1, size(suite%rungs)
             if (.not. fits(j, kernel, rung, "")) cycle
             if (suite%cases(suite%rungs(j)%place)%name == &
                suite%cases(suite%rungs(i)%place)%name) then
-               ratio = suite%rungs(i)%seconds(1)/suite%rungs(j)%seconds(1)
+               ratio_to = suite%rungs(i)%seconds(1)/suite%rungs(j)%seconds(1)
             end if
          end do
       end function ratio_to
 
       !> Whether a rung is of this kernel and name, and its case of such a name.
-      function fits(i, kernel, rung, place) result(does)
+      logical function fits(i, kernel, rung, place)
          !> Index of the rung.
          integer, intent(in) :: i
          character(len=*), intent(in) :: kernel
          character(len=*), intent(in) :: rung
          !> Part of the name of the case.
          character(len=*), intent(in) :: place
-         logical :: does
 
          associate (c => suite%cases(suite%rungs(i)%place))
-            does = kernel_names(c%kernel) == kernel .and. suite%rungs(i)%name == rung .and. &
+            fits = kernel_names(c%kernel) == kernel .and. suite%rungs(i)%name == rung .and. &
                index(c%name, place) > 0
          end associate
       end function fits
 
       !> Largest error of some quantities of a rung; huge if there are arguments without a result.
-      function worst(kernel, rung, place, quantities) result(error)
+      real(wp) function worst(kernel, rung, place, quantities)
          integer, intent(in) :: kernel
          character(len=*), intent(in) :: rung
          !> Part of the names of the cases.
          character(len=*), intent(in) :: place
          integer, intent(in) :: quantities(:)
-         real(wp) :: error
          integer :: i
 
-         error = 0.0_wp
+         worst = 0.0_wp
          do i = 1, size(suite%rungs)
             if (.not. fits(i, trim(kernel_names(kernel)), rung, place)) cycle
             if (suite%rungs(i)%misses > 0) then
-               error = huge(error)
+               worst = huge(worst)
                return
             end if
-            error = max(error, maxval(suite%rungs(i)%error_max(quantities)))
+            worst = max(worst, maxval(suite%rungs(i)%error_max(quantities)))
          end do
       end function worst
 

@@ -105,12 +105,11 @@ contains
    end subroutine fill_references
 
    !> Number of quantities whose errors are told: as many as `quantities_of` names.
-   pure function quantity_count(kernel) result(n)
+   pure integer function quantity_count(kernel)
       integer, intent(in) :: kernel
-      integer :: n
       integer, parameter :: counts(6) = [0, 6, 2, 5, 3, 4]
 
-      n = counts(kernel)
+      quantity_count = counts(kernel)
    end function quantity_count
 
    !> Results of a rung for one argument.

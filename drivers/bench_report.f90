@@ -157,24 +157,23 @@ contains
    end function table_text
 
    !> Largest error of the quantities in a column; NaN if there are no results.
-   pure function largest_of(errors, layout, group) result(error)
+   pure real(wp) function largest_of(errors, layout, group)
       real(wp), intent(in) :: errors(max_quantities)
       !> What is told about the kernel.
       type(layout_type), intent(in) :: layout
       !> The column.
       integer, intent(in) :: group
-      real(wp) :: error
       integer :: i
 
-      error = 0.0_wp
+      largest_of = 0.0_wp
       do i = 1, layout%n
          if (layout%groups(i) /= group) cycle
          ! Comparing a NaN raises an exception.
          if (ieee_is_nan(errors(i))) then
-            error = errors(i)
+            largest_of = errors(i)
             return
          end if
-         error = max(error, errors(i))
+         largest_of = max(largest_of, errors(i))
       end do
    end function largest_of
 

@@ -218,16 +218,15 @@ contains
    end subroutine pass_in_chain
 
    !> A number that is not known before two others are.
-   pure function tied(x, first, second, mask) result(y)
+   pure real(wp) function tied(x, first, second, mask)
       real(wp), intent(in) :: x
       !> The first of the others.
       real(wp), intent(in) :: first
       real(wp), intent(in) :: second
       !> Zero.
       integer(i8), intent(in) :: mask
-      real(wp) :: y
 
-      y = transfer(ior(transfer(x, 0_i8), iand(ior(transfer(first, 0_i8), &
+      tied = transfer(ior(transfer(x, 0_i8), iand(ior(transfer(first, 0_i8), &
          transfer(second, 0_i8)), mask)), 0.0_wp)
    end function tied
 

@@ -392,33 +392,31 @@ contains
    end function texts_of
 
    !> Number that an option gives.
-   pure function number_of(self, name, default) result(number)
+   pure real(wp) function number_of(self, name, default)
       class(command_line_type), intent(in) :: self
       !> Its name in full.
       character(len=*), intent(in) :: name
       !> Number without the option.
       real(wp), intent(in) :: default
-      real(wp) :: number
       character(len=:), allocatable :: text
       logical :: valid
 
-      number = default
+      number_of = default
       if (.not. self%has(name)) return
       text = self%text(name)
-      call read_real(text, number, valid)
+      call read_real(text, number_of, valid)
    end function number_of
 
    !> Whole number that an option gives; 0 without it.
-   pure function count_of(self, name) result(number)
+   pure integer function count_of(self, name)
       class(command_line_type), intent(in) :: self
       !> Its name in full.
       character(len=*), intent(in) :: name
-      integer :: number
       character(len=:), allocatable :: text
 
-      number = 0
+      count_of = 0
       text = self%text(name)
-      if (text /= "") read(text, *) number
+      if (text /= "") read(text, *) count_of
    end function count_of
 
    !> Usage of the program.

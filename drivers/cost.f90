@@ -156,11 +156,10 @@ contains
    end subroutine tell
 
    !> Whether a signal came.
-   function stops(self) result(answer)
+   logical function stops(self)
       class(display_type), intent(in) :: self
-      logical :: answer
 
-      answer = signal_received() /= 0
+      stops = signal_received() /= 0
    end function stops
 
    !> Write the files that are asked for, each under a temporary name that it loses when all are

@@ -58,18 +58,17 @@ contains
    end subroutine begin
 
    !> Whether there is something to tell: cheap, to be asked before words are made for `tell`.
-   function is_due(self, share) result(due)
+   logical function is_due(self, share)
       class(progress_type), intent(in) :: self
       !> Share of the work that is done, 0 to 1.
       real(wp), intent(in) :: share
-      logical :: due
 
-      due = self%shown .and. share > self%share_before
-      if (.not. due) return
+      is_due = self%shown .and. share > self%share_before
+      if (.not. is_due) return
       if (self%terminal) then
-         due = wall_seconds() - self%last >= refresh
+         is_due = wall_seconds() - self%last >= refresh
       else
-         due = int(10.0_wp*share) > self%tenths
+         is_due = int(10.0_wp*share) > self%tenths
       end if
    end function is_due
 

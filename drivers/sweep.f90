@@ -186,20 +186,19 @@ contains
    contains
 
       !> A positive number from the environment, the first of a list; 0 without one.
-      function from_environment(variable) result(number)
+      integer function from_environment(variable)
          character(len=*), intent(in) :: variable
-         integer :: number
          character(len=64) :: value
          integer :: length, code, last
 
-         number = 0
+         from_environment = 0
          call get_environment_variable(variable, value, length, code)
          if (code /= 0 .or. length < 1) return
          value = adjustl(value)
          last = verify(value, "0123456789") - 1
          if (last < 1 .or. last > 6) return
          if (scan(value(last + 1:last + 1), " ,") /= 1) return
-         read(value(:last), *) number
+         read(value(:last), *) from_environment
       end function from_environment
 
    end function thread_count

@@ -89,21 +89,20 @@ contains
       character(len=*), intent(in) :: message
       !> What would be right; one line.
       character(len=*), intent(in), optional :: expected
-
       type(entry_type), allocatable :: bigger(:)
       integer :: i
 
       do i = self%n_entries, max(self%n_entries - look_back, 1), -1
          associate (entry => self%entries(i))
             if (entry%origin%source == origin%source .and. entry%origin%line == origin%line .and. &
-               & entry%origin%column == origin%column .and. entry%message == message) return
+               entry%origin%column == origin%column .and. entry%message == message) return
          end associate
       end do
       self%n_found = self%n_found + 1
       if (self%n_entries == max_kept) return
       if (.not. allocated(self%entries)) allocate(self%entries(8))
       if (self%n_entries == size(self%entries)) then
-         allocate(bigger(2 * self%n_entries))
+         allocate(bigger(2*self%n_entries))
          do i = 1, self%n_entries
             bigger(i)%origin = self%entries(i)%origin
             call move_alloc(self%entries(i)%message, bigger(i)%message)
@@ -119,27 +118,24 @@ contains
    end subroutine add
 
    !> Number of mistakes.
-   pure function count_entries(self) result(n)
+   pure integer function count_entries(self)
       class(diagnostics_type), intent(in) :: self
-      integer :: n
 
-      n = self%n_found
+      count_entries = self%n_found
    end function count_entries
 
    !> Whether further mistakes are only counted.
-   pure function is_full(self) result(full)
+   pure logical function is_full(self)
       class(diagnostics_type), intent(in) :: self
-      logical :: full
 
-      full = self%n_entries == max_kept
+      is_full = self%n_entries == max_kept
    end function is_full
 
    !> Number of mistakes that are kept; `origin`, `message` and `expected` take 1 to this.
-   pure function kept(self) result(n)
+   pure integer function kept(self)
       class(diagnostics_type), intent(in) :: self
-      integer :: n
 
-      n = self%n_entries
+      kept = self%n_entries
    end function kept
 
    !> Place of a mistake.
@@ -169,7 +165,7 @@ contains
       integer, intent(in) :: i
       character(len=:), allocatable :: expected
 
-      expected = ''
+      expected = ""
       if (allocated(self%entries(i)%expected)) expected = self%entries(i)%expected
    end function entry_expected
 
@@ -180,20 +176,19 @@ contains
       type(source_type), intent(in) :: sources(:)
       !> The text; empty if there are no mistakes.
       character(len=:), allocatable :: text
-
       integer, allocatable :: order(:)
       integer :: i, n_more
 
-      text = ''
+      text = ""
       call sort(self, order)
       do i = 1, min(self%n_entries, max_shown)
          text = text // render_entry(self%entries(order(i)), sources)
       end do
       n_more = self%n_found - max_shown
       if (n_more == 1) then
-         text = text // '... and 1 more error' // newline
+         text = text // "... and 1 more error" // newline
       else if (n_more > 1) then
-         text = text // '... and ' // to_text(n_more) // ' more errors' // newline
+         text = text // "... and " // to_text(n_more) // " more errors" // newline
       end if
    end function render
 
@@ -202,7 +197,6 @@ contains
       class(diagnostics_type), intent(in) :: self
       !> Indices of the mistakes in their new order.
       integer, allocatable, intent(out) :: order(:)
-
       integer :: i, j
 
       allocate(order(self%n_entries))
@@ -218,19 +212,18 @@ contains
    end subroutine sort
 
    !> Whether a place comes before another.
-   pure function comes_before(a, b) result(before)
+   pure logical function comes_before(a, b)
       !> First place.
       type(origin_type), intent(in) :: a
       !> Second place.
       type(origin_type), intent(in) :: b
-      logical :: before
 
       if (a%source /= b%source) then
-         before = a%source < b%source
+         comes_before = a%source < b%source
       else if (a%line /= b%line) then
-         before = a%line < b%line
+         comes_before = a%line < b%line
       else
-         before = a%column < b%column
+         comes_before = a%column < b%column
       end if
    end function comes_before
 
@@ -240,15 +233,14 @@ contains
       !> Sources that its place refers to.
       type(source_type), intent(in) :: sources(:)
       character(len=:), allocatable :: text
-
       character(len=:), allocatable :: excerpt
       type(origin_type) :: origin
       integer :: column
       logical :: has_line
 
       origin = entry%origin
-      text = ''
-      excerpt = ''
+      text = ""
+      excerpt = ""
       if (origin%source >= 1 .and. origin%source <= size(sources)) then
          if (allocated(sources(origin%source)%name)) then
             text = printable(sources(origin%source)%name)
@@ -261,15 +253,15 @@ contains
             end if
             if (has_line) then
                call render_excerpt(sources(origin%source)%lines(origin%line)%s, origin, &
-                  & column, excerpt)
+                  column, excerpt)
             end if
-            text = text // ':' // to_text(origin%line) // ':' // to_text(column)
+            text = text // ":" // to_text(origin%line) // ":" // to_text(column)
          end if
-         text = text // ': '
+         text = text // ": "
       end if
-      text = text // 'error: ' // printable(entry%message) // newline // excerpt
+      text = text // "error: " // printable(entry%message) // newline // excerpt
       if (allocated(entry%expected)) then
-         text = text // '  expected: ' // printable(entry%expected) // newline
+         text = text // "  expected: " // printable(entry%expected) // newline
       end if
    end function render_entry
 
@@ -282,7 +274,6 @@ contains
       integer, intent(out) :: column
       !> The two lines.
       character(len=:), allocatable, intent(out) :: excerpt
-
       ! Bytes at which the last characters before the caret begin, as a ring.
       integer :: starts(0:window - 1)
       character(len=:), allocatable :: carets, gutter, number, shown
@@ -327,22 +318,22 @@ contains
       cut_right = byte <= len(line)
 
       shown = printable(line(first_byte:last_byte))
-      carets = blank_out(line(first_byte:caret_byte - 1)) // '^'
+      carets = blank_out(line(first_byte:caret_byte - 1)) // "^"
       byte = caret_byte + max(1, character_length(line, caret_byte))
       do while (byte <= last_byte .and. byte < origin%column + origin%length)
-         carets = carets // '~'
+         carets = carets // "~"
          byte = byte + max(1, character_length(line, byte))
       end do
       if (cut_left) then
-         shown = '...' // shown
-         carets = '   ' // carets
+         shown = "..." // shown
+         carets = "   " // carets
       end if
-      if (cut_right) shown = shown // '...'
+      if (cut_right) shown = shown // "..."
 
       number = to_text(origin%line)
-      gutter = repeat(' ', max(5, len(number)))
-      excerpt = gutter(len(number) + 1:) // number // ' | ' // shown // newline // &
-         & gutter // ' | ' // carets // newline
+      gutter = repeat(" ", max(5, len(number)))
+      excerpt = gutter(len(number) + 1:) // number // " | " // shown // newline // &
+         gutter // " | " // carets // newline
    end subroutine render_excerpt
 
    !> Text with bytes that cannot be printed replaced by `?`; tabs stay.
@@ -350,14 +341,13 @@ contains
       character(len=*), intent(in) :: s
       !> Text that is safe to print.
       character(len=:), allocatable :: t
-
       integer :: i, n
 
       t = s
       i = 1
       do while (i <= len(s))
          n = character_length(s, i)
-         if (n == 0 .and. s(i:i) /= tab) t(i:i) = '?'
+         if (n == 0 .and. s(i:i) /= tab) t(i:i) = "?"
          i = i + max(1, n)
       end do
    end function printable
@@ -366,16 +356,15 @@ contains
    pure function blank_out(s) result(t)
       character(len=*), intent(in) :: s
       character(len=:), allocatable :: t
-
       integer :: i
 
-      t = ''
+      t = ""
       i = 1
       do while (i <= len(s))
          if (s(i:i) == tab) then
             t = t // tab
          else
-            t = t // ' '
+            t = t // " "
          end if
          i = i + max(1, character_length(s, i))
       end do
@@ -388,7 +377,6 @@ contains
       integer, intent(in) :: i
       !> The number of bytes, 0 to 4.
       integer :: n
-
       integer :: j, lead, second
 
       n = 0

@@ -7,15 +7,15 @@
 module contensou_base_document
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_document_types, only : append_source, assignment_type, copy_values, &
-      & document_type, group_type, move_assignment, move_group, resize_assignments, &
-      & resize_groups, value_integer, value_logical, value_null, value_real, value_text, &
-      & value_type
+      document_type, group_type, move_assignment, move_group, resize_assignments, &
+      resize_groups, value_integer, value_logical, value_null, value_real, value_text, &
+      value_type
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8
    use contensou_base_scanner, only : at_end, blanks, digits, foreign_comment, give_up, here, &
-      & is_key, is_name, key_ends, key_follows, letters, max_assignments, max_bytes, &
-      & max_groups, mistake, parse_continuation, parser_type, peek, peek_next, quotes, &
-      & skip_blanks, skip_space, split_lines, word_end, word_width
+      is_key, is_name, key_ends, key_follows, letters, max_assignments, max_bytes, &
+      max_groups, mistake, parse_continuation, parser_type, peek, peek_next, quotes, &
+      skip_blanks, skip_space, split_lines, word_end, word_width
    use contensou_base_text, only : lower, shorten, to_text
    use contensou_base_value_reader, only : discard_values, parse_values, read_count
    implicit none(type, external)
@@ -36,13 +36,12 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       !> Set if the file cannot be read or is not a text.
       type(error_type), allocatable, intent(out) :: error
-
       character(len=:), allocatable :: text
 
       call read_file(path, text, error)
       if (.not. allocated(error)) then
          if (scan(text, achar(0)) > 0) then
-            call fatal(error, path // ' is not a text file: it contains zero bytes', status_usage)
+            call fatal(error, path // " is not a text file: it contains zero bytes", status_usage)
          end if
       end if
       if (allocated(error)) then
@@ -60,7 +59,6 @@ contains
       !> Its bytes.
       character(len=:), allocatable, intent(out) :: text
       type(error_type), allocatable, intent(out) :: error
-
       integer, parameter :: chunk = 65536
       character(len=:), allocatable :: bigger
       character(len=1) :: c
@@ -68,20 +66,20 @@ contains
       integer(i8) :: n_bytes
       integer :: n, stat, unit
 
-      text = ''
+      text = ""
       if (len_trim(path) == 0) then
-         call fatal(error, 'the name of the file to read is empty', status_usage)
+         call fatal(error, "the name of the file to read is empty", status_usage)
          return
       end if
-      reason = ''
-      open(newunit=unit, file=path, access='stream', form='unformatted', status='old', &
-         & action='read', iostat=stat, iomsg=reason)
+      reason = ""
+      open(newunit=unit, file=path, access="stream", form="unformatted", status="old", &
+         action="read", iostat=stat, iomsg=reason)
       if (stat /= 0) then
-         call fatal(error, path // ' cannot be read: ' // plain_reason(reason), status_file)
+         call fatal(error, path // " cannot be read: " // plain_reason(reason), status_file)
          return
       end if
 
-      inquire (unit=unit, size=n_bytes)
+      inquire(unit=unit, size=n_bytes)
       if (n_bytes > max_bytes) then
          close(unit)
          call fatal(error, too_large(path), status_file)
@@ -90,14 +88,14 @@ contains
       if (n_bytes > 0) then
          deallocate(text)
          allocate(character(len=int(n_bytes)) :: text)
-         read (unit, iostat=stat, iomsg=reason) text
+         read(unit, iostat=stat, iomsg=reason) text
       else
          ! Pipes have no size.
          deallocate(text)
          allocate(character(len=chunk) :: text)
          n = 0
          do
-            read (unit, iostat=stat, iomsg=reason) c
+            read(unit, iostat=stat, iomsg=reason) c
             if (stat /= 0) exit
             if (n == max_bytes) then
                close(unit)
@@ -105,7 +103,7 @@ contains
                return
             end if
             if (n == len(text)) then
-               allocate(character(len=2 * n) :: bigger)
+               allocate(character(len=2*n) :: bigger)
                bigger(1:n) = text
                call move_alloc(bigger, text)
             end if
@@ -116,7 +114,7 @@ contains
          if (is_iostat_end(stat)) stat = 0
       end if
       if (stat /= 0) then
-         call fatal(error, path // ' cannot be read: ' // plain_reason(reason), status_file)
+         call fatal(error, path // " cannot be read: " // plain_reason(reason), status_file)
       end if
       close(unit)
    end subroutine read_file
@@ -127,8 +125,8 @@ contains
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: message
 
-      message = path // ' is too large to be a scene: more than ' // &
-         & to_text(max_bytes / 1024 / 1024) // ' MiB'
+      message = path // " is too large to be a scene: more than " // &
+         to_text(max_bytes/1024/1024) // " MiB"
    end function too_large
 
    !> Reason of the operating system in plain words.
@@ -138,14 +136,14 @@ contains
       !> The reason in it.
       character(len=:), allocatable :: plain
 
-      if (index(reason, 'No such file') > 0) then
-         plain = 'it does not exist'
-      else if (index(reason, 'Is a directory') > 0) then
-         plain = 'it is a folder'
-      else if (index(reason, 'Not a directory') > 0) then
-         plain = 'a part of its path is not a folder'
-      else if (index(reason, 'Permission denied') > 0) then
-         plain = 'no permission'
+      if (index(reason, "No such file") > 0) then
+         plain = "it does not exist"
+      else if (index(reason, "Is a directory") > 0) then
+         plain = "it is a folder"
+      else if (index(reason, "Not a directory") > 0) then
+         plain = "a part of its path is not a folder"
+      else if (index(reason, "Permission denied") > 0) then
+         plain = "no permission"
       else
          plain = trim(reason)
       end if
@@ -158,16 +156,15 @@ contains
       character(len=*), intent(in) :: text
       type(document_type), intent(out) :: document
       type(diagnostics_type), intent(inout) :: diagnostics
-
       type(parser_type) :: parser
 
       allocate(document%groups(0))
       call split_lines(parser, text, diagnostics)
-      parser%last_group = ''
+      parser%last_group = ""
       do
          call skip_space(parser)
          if (at_end(parser)) exit
-         if (peek(parser) == '&') then
+         if (peek(parser) == "&") then
             call parse_ampersand(parser, document, diagnostics)
          else
             call parse_outside(parser, document, diagnostics)
@@ -194,7 +191,6 @@ contains
       !> Whether texts between commas may go without quotes, because a shell removes them;
       !> default `.false.`.
       logical, intent(in), optional :: bare_text
-
       type(parser_type) :: parser
       type(source_type) :: source
       type(value_type), allocatable :: buffer(:)
@@ -210,8 +206,8 @@ contains
       call skip_space(parser)
       if (.not. at_end(parser)) then
          origin = here(parser, 1)
-         call mistake(parser, diagnostics, origin, 'unexpected ''' // peek(parser) // '''', &
-            & 'values separated by commas')
+         call mistake(parser, diagnostics, origin, "unexpected '" // peek(parser) // "'", &
+            "values separated by commas")
       end if
       call copy_values(buffer, n, values)
       if (parser%n_mistakes > 0) document%complete = .false.
@@ -226,7 +222,6 @@ contains
       type(parser_type), intent(inout) :: parser
       type(document_type), intent(inout) :: document
       type(diagnostics_type), intent(inout) :: diagnostics
-
       character(len=:), allocatable :: name, shown
       type(origin_type) :: origin
       integer :: last, n_before
@@ -237,14 +232,14 @@ contains
       name = parser%lines(parser%line)%s(parser%column + 1:last)
       parser%column = last + 1
       if (is_name(name)) then
-         if (lower(name) == 'end') then
-            call mistake(parser, diagnostics, origin, '&end outside any group', &
-               & 'a group that it could end')
+         if (lower(name) == "end") then
+            call mistake(parser, diagnostics, origin, "&end outside any group", &
+               "a group that it could end")
             return
          end if
       else if (len(name) == 0) then
-         call mistake(parser, diagnostics, origin, 'name of a group missing after ''&''', &
-            & '''&'' directly followed by a name, such as &body')
+         call mistake(parser, diagnostics, origin, "name of a group missing after '&'", &
+            "'&' directly followed by a name, such as &body")
          call skip_space(parser)
          last = word_end(parser, parser%column)
          if (.not. at_end(parser)) then
@@ -256,10 +251,10 @@ contains
             end if
          end if
       else
-         call mistake(parser, diagnostics, origin, '''' // shorten(name, word_width) // &
-            & ''' is not the name of a group', &
-            & 'letters, digits and underscores, a letter first')
-         name = ''
+         call mistake(parser, diagnostics, origin, "'" // shorten(name, word_width) // &
+            "' is not the name of a group", &
+            "letters, digits and underscores, a letter first")
+         name = ""
       end if
       call parse_group(parser, lower(name), origin, n_before, document, diagnostics)
    end subroutine parse_ampersand
@@ -269,7 +264,6 @@ contains
       type(parser_type), intent(inout) :: parser
       type(document_type), intent(inout) :: document
       type(diagnostics_type), intent(inout) :: diagnostics
-
       character(len=:), allocatable :: expected, word
       type(origin_type) :: origin
       integer :: last, n_before
@@ -287,32 +281,32 @@ contains
       origin = here(parser, last - parser%column + 1)
       word = parser%lines(parser%line)%s(parser%column:last)
       if (is_key(parser)) then
-         expected = '''&'' and the name of a group before the keys'
-         call mistake(parser, diagnostics, origin, 'key ''' // shorten(word, word_width) // &
-            & ''' outside any group', expected // closed_hint(parser))
-         call parse_group(parser, '', origin, n_before, document, diagnostics)
+         expected = "'&' and the name of a group before the keys"
+         call mistake(parser, diagnostics, origin, "key '" // shorten(word, word_width) // &
+            "' outside any group", expected // closed_hint(parser))
+         call parse_group(parser, "", origin, n_before, document, diagnostics)
          return
       end if
 
-      if (is_name(word) .or. (is_name(word(2:)) .and. word(1:1) == '$')) then
-         if (word(1:1) == '$') word = word(2:)
+      if (is_name(word) .or. (is_name(word(2:)) .and. word(1:1) == "$")) then
+         if (word(1:1) == "$") word = word(2:)
          if (key_follows(parser, last + 1)) then
-            call mistake(parser, diagnostics, origin, '''&'' missing before ''' // &
-               & shorten(word, word_width) // '''', '&' // shorten(word, word_width))
+            call mistake(parser, diagnostics, origin, "'&' missing before '" // &
+               shorten(word, word_width) // "'", "&" // shorten(word, word_width))
             parser%column = last + 1
             call parse_group(parser, lower(word), origin, n_before, document, diagnostics)
             return
          end if
       end if
 
-      call mistake(parser, diagnostics, origin, '''' // shorten(word, word_width) // &
-         & ''' outside any group', &
-         & '''&'' and the name of a group, or ''!'' before a comment' // closed_hint(parser))
+      call mistake(parser, diagnostics, origin, "'" // shorten(word, word_width) // &
+         "' outside any group", &
+         "'&' and the name of a group, or '!' before a comment" // closed_hint(parser))
       parser%column = last + 1
       do
          call skip_space(parser)
          if (at_end(parser)) exit
-         if (peek(parser) == '&' .and. scan(peek_next(parser), letters) > 0) exit
+         if (peek(parser) == "&" .and. scan(peek_next(parser), letters) > 0) exit
          parser%column = parser%column + 1
       end do
    end subroutine parse_outside
@@ -323,10 +317,10 @@ contains
       !> The hint; may be empty.
       character(len=:), allocatable :: hint
 
-      hint = ''
+      hint = ""
       if (parser%last_line == parser%line .and. len(parser%last_group) > 0) then
-         hint = ' (''/'' ended &' // shorten(parser%last_group, word_width) // &
-            & ' in this line)'
+         hint = " ('/' ended &" // shorten(parser%last_group, word_width) // &
+            " in this line)"
       end if
    end function closed_hint
 
@@ -340,7 +334,6 @@ contains
       integer, intent(in) :: n_before
       type(document_type), intent(inout) :: document
       type(diagnostics_type), intent(inout) :: diagnostics
-
       type(group_type) :: group
       type(value_type), allocatable :: buffer(:)
       character(len=:), allocatable :: before
@@ -356,28 +349,28 @@ contains
          line = parser%line
          column = parser%column
          select case (peek(parser))
-         case ('/')
+         case ("/")
             closed = .true.
             parser%column = parser%column + 1
             exit
-         case ('&')
+         case ("&")
             last = word_end(parser, column + 1)
-            if (lower(parser%lines(line)%s(column:last)) == '&end') then
+            if (lower(parser%lines(line)%s(column:last)) == "&end") then
                closed = .true.
                parser%column = last + 1
                exit
             end if
-            if (scan(peek_next(parser), letters // digits // '_') > 0) exit
+            if (scan(peek_next(parser), letters // digits // "_") > 0) exit
             call parse_continuation(parser, diagnostics)
-         case ('=')
-            call mistake(parser, diagnostics, here(parser, 1), 'key missing before ''=''', &
-               & 'KEY = VALUE')
+         case ("=")
+            call mistake(parser, diagnostics, here(parser, 1), "key missing before '='", &
+               "KEY = VALUE")
             parser%column = parser%column + 1
             call discard_values(parser, buffer, diagnostics)
-         case (',', ';')
-            call mistake(parser, diagnostics, here(parser, 1), 'unexpected ''' // &
-               & peek(parser) // '''', 'KEY = VALUE, or ''/'' to end the group')
-            do while (scan(peek(parser), ',;' // blanks) > 0)
+         case (",", ";")
+            call mistake(parser, diagnostics, here(parser, 1), "unexpected '" // &
+               peek(parser) // "'", "KEY = VALUE, or '/' to end the group")
+            do while (scan(peek(parser), ",;" // blanks) > 0)
                parser%column = parser%column + 1
             end do
          case default
@@ -389,7 +382,7 @@ contains
                else
                   last = max(last, column)
                   call mistake(parser, diagnostics, here(parser, last - column + 1), &
-                     & 'value without a key', 'KEY = VALUE')
+                     "value without a key", "KEY = VALUE")
                   call discard_values(parser, buffer, diagnostics)
                end if
             end if
@@ -403,14 +396,14 @@ contains
          parser%last_line = parser%line
       else if (len(name) > 0 .and. .not. parser%lost_end) then
          if (at_end(parser)) then
-            before = 'the end of the file'
+            before = "the end of the file"
          else
             last = word_end(parser, parser%column + 1)
             before = shorten(parser%lines(parser%line)%s(parser%column:last), word_width) // &
-               & ' in line ' // to_text(parser%line)
+               " in line " // to_text(parser%line)
          end if
-         call mistake(parser, diagnostics, origin, 'group &' // shorten(name, word_width) // &
-            & ' is not closed', '''/'' before ' // before)
+         call mistake(parser, diagnostics, origin, "group &" // shorten(name, word_width) // &
+            " is not closed", "'/' before " // before)
       end if
       if (len(name) == 0 .or. parser%stopped) return
 
@@ -426,7 +419,6 @@ contains
       type(group_type), intent(inout) :: group
       type(value_type), allocatable, intent(inout) :: buffer(:)
       type(diagnostics_type), intent(inout) :: diagnostics
-
       type(assignment_type) :: assignment
       character(len=:), allocatable :: word
       logical :: valid, was_quiet
@@ -438,55 +430,55 @@ contains
       parser%column = last + 1
 
       last = len(word)
-      if (last > 1 .and. word(last:) == ':') then
+      if (last > 1 .and. word(last:) == ":") then
          word = word(1:last - 1)
          parser%column = parser%column - 1
          assignment%origin%length = last - 1
       end if
       valid = is_name(word)
       if (.not. valid) then
-         if (scan(word, '%') > 1) then
-            call mistake(parser, diagnostics, assignment%origin, 'key ''' // &
-               & shorten(word, word_width) // ''' has a component', &
-               & 'a plain key, without ''%''')
+         if (scan(word, "%") > 1) then
+            call mistake(parser, diagnostics, assignment%origin, "key '" // &
+               shorten(word, word_width) // "' has a component", &
+               "a plain key, without '%'")
          else
-            call mistake(parser, diagnostics, assignment%origin, '''' // &
-               & shorten(word, word_width) // ''' is not a key', &
-               & 'letters, digits and underscores, a letter first')
+            call mistake(parser, diagnostics, assignment%origin, "'" // &
+               shorten(word, word_width) // "' is not a key", &
+               "letters, digits and underscores, a letter first")
          end if
       end if
       call skip_blanks(parser)
-      if (peek(parser) == '(') then
+      if (peek(parser) == "(") then
          call parse_subscript(parser, assignment, valid, diagnostics)
          call skip_blanks(parser)
       end if
-      if (peek(parser) == '%') then
+      if (peek(parser) == "%") then
          last = word_end(parser, parser%column)
          if (valid) then
             call mistake(parser, diagnostics, here(parser, last - parser%column + 1), &
-               & 'key ''' // shorten(word, word_width) // ''' has a component', &
-               & 'a plain key, without ''%''')
+               "key '" // shorten(word, word_width) // "' has a component", &
+               "a plain key, without '%'")
          end if
          valid = .false.
          parser%column = last + 1
       end if
 
       was_quiet = parser%quiet
-      if (peek(parser) == ':') then
+      if (peek(parser) == ":") then
          n = 1
-         if (peek_next(parser) == '=') n = 2
+         if (peek_next(parser) == "=") n = 2
          call mistake(parser, diagnostics, here(parser, n), &
-            & '''' // parser%lines(parser%line)%s(parser%column:parser%column + n - 1) // &
-            & ''' after ''' // shorten(word, word_width) // '''', '''=''')
+            "'" // parser%lines(parser%line)%s(parser%column:parser%column + n - 1) // &
+            "' after '" // shorten(word, word_width) // "'", "'='")
          parser%column = parser%column + n
       else if (key_ends(parser)) then
          call skip_space(parser)
          parser%column = parser%column + 1
       else
          if (valid) then
-            call mistake(parser, diagnostics, assignment%origin, '''='' missing after ''' // &
-               & shorten(word, word_width) // '''', &
-               & shorten(lower(word), word_width) // ' = VALUE')
+            call mistake(parser, diagnostics, assignment%origin, "'=' missing after '" // &
+               shorten(word, word_width) // "'", &
+               shorten(lower(word), word_width) // " = VALUE")
          end if
          ! Words that follow belong to this mistake.
          parser%quiet = .true.
@@ -509,22 +501,21 @@ contains
       !> Made false if the subscript is not valid.
       logical, intent(inout) :: valid
       type(diagnostics_type), intent(inout) :: diagnostics
-
-      character(len=*), parameter :: forms = '(N), (N:M), (N:), (:M) or (:) with N from 1'
+      character(len=*), parameter :: forms = "(N), (N:M), (N:), (:M) or (:) with N from 1"
       type(origin_type) :: origin
       integer :: colon, first, last, n
       logical :: good
 
       first = parser%column
       associate (line => parser%lines(parser%line))
-         n = scan(line%s(first + 1:), ')(=!/&' // quotes)
+         n = scan(line%s(first + 1:), ")(=!/&" // quotes)
          last = first + n
          good = n > 0
-         if (good) good = line%s(last:last) == ')'
+         if (good) good = line%s(last:last) == ")"
          if (.not. good) then
             if (valid) then
-               call mistake(parser, diagnostics, here(parser, 1), 'parenthesis is not closed', &
-                  & ''')'' after the subscript')
+               call mistake(parser, diagnostics, here(parser, 1), "parenthesis is not closed", &
+                  "')' after the subscript")
             end if
             valid = .false.
             parser%column = last
@@ -532,7 +523,7 @@ contains
             return
          end if
          origin = here(parser, n + 1)
-         colon = index(line%s(first:last), ':')
+         colon = index(line%s(first:last), ":")
          if (colon == 0) then
             call read_subscript(line%s(first + 1:last - 1), 0, assignment%first)
             assignment%last = assignment%first
@@ -545,7 +536,7 @@ contains
          if (good .and. assignment%last > 0) good = assignment%last >= assignment%first
          if (valid .and. .not. good) then
             call mistake(parser, diagnostics, origin, &
-               & 'bad subscript ''' // shorten(line%s(first:last), word_width) // '''', forms)
+               "bad subscript '" // shorten(line%s(first:last), word_width) // "'", forms)
          end if
       end associate
       valid = valid .and. good
@@ -559,7 +550,6 @@ contains
       integer, intent(in) :: default
       !> The bound; 0 if the text is not a number from 1.
       integer, intent(out) :: bound
-
       character(len=:), allocatable :: number
 
       number = trim(adjustl(s))
@@ -579,12 +569,12 @@ contains
 
       if (parser%n_assignments == max_assignments) then
          call give_up(parser, diagnostics, assignment%origin, &
-            & 'more than ' // to_text(max_assignments) // ' keys')
+            "more than " // to_text(max_assignments) // " keys")
          return
       end if
       parser%n_assignments = parser%n_assignments + 1
       if (group%n_assignments == size(group%assignments)) then
-         call resize_assignments(group, 2 * group%n_assignments)
+         call resize_assignments(group, 2*group%n_assignments)
       end if
       group%n_assignments = group%n_assignments + 1
       call move_assignment(assignment, group%assignments(group%n_assignments))
@@ -601,13 +591,13 @@ contains
 
       if (parser%n_groups == max_groups) then
          call give_up(parser, diagnostics, group%origin, &
-            & 'more than ' // to_text(max_groups) // ' groups')
+            "more than " // to_text(max_groups) // " groups")
          return
       end if
       parser%n_groups = parser%n_groups + 1
       call resize_assignments(group, group%n_assignments)
       if (document%n_groups == size(document%groups)) then
-         call resize_groups(document, max(8, 2 * document%n_groups))
+         call resize_groups(document, max(8, 2*document%n_groups))
       end if
       document%n_groups = document%n_groups + 1
       call move_group(group, document%groups(document%n_groups))

@@ -85,7 +85,6 @@ contains
       !> Number of values in it.
       integer, intent(in) :: n
       type(value_type), allocatable, intent(out) :: values(:)
-
       integer :: i
 
       allocate(values(n))
@@ -99,7 +98,6 @@ contains
       type(group_type), intent(inout) :: group
       !> Size, not below the number of assignments.
       integer, intent(in) :: n
-
       type(assignment_type), allocatable :: resized(:)
       integer :: i
 
@@ -129,7 +127,6 @@ contains
       type(document_type), intent(inout) :: document
       !> Size, not below the number of groups.
       integer, intent(in) :: n
-
       type(group_type), allocatable :: resized(:)
       integer :: i
 
@@ -160,7 +157,6 @@ contains
       type(document_type), intent(inout) :: document
       !> The source; it is emptied.
       type(source_type), intent(inout) :: source
-
       type(source_type), allocatable :: bigger(:)
       integer :: i
 

@@ -91,7 +91,6 @@ contains
       character(len=:), allocatable, intent(out) :: reason
       !> What it wrote to the standard error, the first 64 KiB of it.
       character(len=:), allocatable, intent(out) :: output
-
       character(kind=c_char, len=2048) :: place_buffer
       character(kind=c_char, len=256) :: reason_buffer
       character(kind=c_char, len=65536) :: output_buffer

@@ -417,7 +417,6 @@ contains
    function host_name() result(name)
       !> The name, "unknown" if there is none.
       character(len=:), allocatable :: name
-
       character(kind=c_char, len=256) :: buffer
 
       call c_host_name(buffer, len(buffer, c_size_t))
@@ -428,7 +427,6 @@ contains
    function utc_now() result(text)
       !> Coordinated universal time.
       character(len=20) :: text
-
       character(kind=c_char, len=32) :: buffer
 
       call c_utc_now(buffer, len(buffer, c_size_t))
@@ -464,7 +462,6 @@ contains
       type(c_ptr), intent(in) :: pointer
       !> The text without its null character.
       character(len=:), allocatable :: text
-
       character(kind=c_char), pointer :: bytes(:)
       integer :: i
 

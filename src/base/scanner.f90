@@ -50,7 +50,7 @@ module contensou_base_scanner
    end type parser_type
 
    !> Largest file that is read [bytes].
-   integer, parameter :: max_bytes = 16 * 1024 * 1024
+   integer, parameter :: max_bytes = 16*1024*1024
 
    !> Largest number of lines in a source.
    integer, parameter :: max_lines = 1000000
@@ -65,7 +65,7 @@ module contensou_base_scanner
    integer, parameter :: max_values = 1000000
 
    !> Largest number of characters in all values of a source.
-   integer, parameter :: max_characters = 2 * max_bytes
+   integer, parameter :: max_characters = 2*max_bytes
 
    !> Number of bytes of a word that a message shows.
    integer, parameter :: word_width = 40
@@ -74,20 +74,20 @@ module contensou_base_scanner
    character(len=1), parameter :: newline = achar(10)
 
    !> Characters that count as a blank: blank, tab, vertical tab, form feed, carriage return.
-   character(len=*), parameter :: blanks = ' ' // achar(9) // achar(11) // achar(12) // achar(13)
+   character(len=*), parameter :: blanks = " " // achar(9) // achar(11) // achar(12) // achar(13)
 
    !> Both quotes.
    character(len=*), parameter :: quotes = '''"'
 
    !> Decimal digits.
-   character(len=*), parameter :: digits = '0123456789'
+   character(len=*), parameter :: digits = "0123456789"
 
    !> Letters that names are made of.
    character(len=*), parameter :: letters = &
-      & 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ'
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
    !> Characters that end a word.
-   character(len=*), parameter :: stops = blanks // quotes // ',;/!=&()'
+   character(len=*), parameter :: stops = blanks // quotes // ",;/!=&()"
 
 contains
 
@@ -98,7 +98,6 @@ contains
       character(len=*), intent(in) :: text
       !> Too many lines are reported here.
       type(diagnostics_type), intent(inout) :: diagnostics
-
       character(len=*), parameter :: byte_order_mark = char(239) // char(187) // char(191)
       integer :: first, i, last, n, start
 
@@ -110,7 +109,7 @@ contains
       end do
       if (n > max_lines) then
          call mistake(parser, diagnostics, origin_type(source=parser%source, length=0), &
-            & 'more than ' // to_text(max_lines) // ' lines')
+            "more than " // to_text(max_lines) // " lines")
          parser%stopped = .true.
          parser%quiet = .true.
          n = 0
@@ -134,11 +133,10 @@ contains
    end subroutine split_lines
 
    !> Whether all was read.
-   pure function at_end(parser) result(at)
+   pure logical function at_end(parser)
       type(parser_type), intent(in) :: parser
-      logical :: at
 
-      at = parser%line > size(parser%lines)
+      at_end = parser%line > size(parser%lines)
    end function at_end
 
    !> Place of the next character.
@@ -149,7 +147,7 @@ contains
       type(origin_type) :: origin
 
       origin = origin_type(source=parser%source, line=parser%line, column=parser%column, &
-         & length=length)
+         length=length)
    end function here
 
    !> The next character; a line end at the end of each line.
@@ -187,7 +185,6 @@ contains
    pure function shown_character(parser) result(shown)
       type(parser_type), intent(in) :: parser
       character(len=:), allocatable :: shown
-
       integer :: last
 
       last = parser%column
@@ -221,7 +218,6 @@ contains
       integer, intent(inout) :: line
       !> Column of the place.
       integer, intent(inout) :: column
-
       integer :: n
 
       do while (line <= size(lines))
@@ -229,7 +225,7 @@ contains
             n = verify(lines(line)%s(column:), blanks)
             if (n > 0) then
                column = column + n - 1
-               if (lines(line)%s(column:column) /= '!') return
+               if (lines(line)%s(column:column) /= "!") return
             end if
          end if
          line = line + 1
@@ -256,7 +252,6 @@ contains
       integer, intent(in) :: column
       !> Last column.
       integer :: last
-
       integer :: n
 
       n = scan(line(column:), stops)
@@ -266,46 +261,42 @@ contains
    end function word_end_at
 
    !> Whether a word is a legal name.
-   pure function is_name(word) result(is)
+   pure logical function is_name(word)
       !> Word to look at.
       character(len=*), intent(in) :: word
-      logical :: is
 
-      is = .false.
+      is_name = .false.
       if (len(word) == 0) return
-      is = scan(word(1:1), letters) == 1 .and. verify(word, letters // digits // '_') == 0
+      is_name = scan(word(1:1), letters) == 1 .and. verify(word, letters // digits // "_") == 0
    end function is_name
 
    !> Whether a key and its equals sign come next.
-   pure function is_key(parser) result(is)
+   pure logical function is_key(parser)
       type(parser_type), intent(in) :: parser
-      logical :: is
 
-      is = is_key_at(parser%lines, parser%line, parser%column)
+      is_key = is_key_at(parser%lines, parser%line, parser%column)
    end function is_key
 
    !> Whether a key and its equals sign stand at a place.
    !>
    !> Any word counts as key here: whether it is a good one is checked when it is read. Between
    !> the two may stand a subscript, and a colon may stand for the equals sign.
-   pure function is_key_at(lines, line, column) result(is)
+   pure logical function is_key_at(lines, line, column)
       !> Lines of the text.
       type(string_type), intent(in) :: lines(:)
       !> Line of the place.
       integer, intent(in) :: line
       !> Column of the place.
       integer, intent(in) :: column
-      logical :: is
-
       character(len=1) :: c
       integer :: c_last, c_line, last, n
 
-      is = .false.
+      is_key_at = .false.
       if (line > size(lines)) return
       last = word_end_at(lines(line)%s, column)
       if (last < column) return
-      if (lines(line)%s(last:last) == ':' .and. is_name(lines(line)%s(column:last - 1))) then
-         is = scan(char_at(lines, line, last + 1), blanks // newline // '=') > 0
+      if (lines(line)%s(last:last) == ":" .and. is_name(lines(line)%s(column:last - 1))) then
+         is_key_at = scan(char_at(lines, line, last + 1), blanks // newline // "=") > 0
          return
       end if
 
@@ -313,55 +304,51 @@ contains
       c_last = last + 1
       call skip_over(lines, c_line, c_last)
       c = char_at(lines, c_line, c_last)
-      if (c == '(' .and. c_line == line) then
-         n = scan(lines(line)%s(c_last + 1:), ')(=!/&' // quotes)
+      if (c == "(" .and. c_line == line) then
+         n = scan(lines(line)%s(c_last + 1:), ")(=!/&" // quotes)
          if (n == 0) return
          c = lines(line)%s(c_last + n:c_last + n)
          c_last = c_last + n
-         if (c == '=') then
+         if (c == "=") then
             ! The parenthesis is not closed, which is reported when the subscript is read.
-            is = .true.
+            is_key_at = .true.
             return
          end if
-         if (c /= ')') return
+         if (c /= ")") return
          c_last = c_last + 1
          call skip_over(lines, c_line, c_last)
          c = char_at(lines, c_line, c_last)
-         if (c == '%') then
-            is = .true.
+         if (c == "%") then
+            is_key_at = .true.
             return
          end if
       end if
-      is = c == '='
-      if (c == ':') is = char_at(lines, c_line, c_last + 1) == '='
+      is_key_at = c == "="
+      if (c == ":") is_key_at = char_at(lines, c_line, c_last + 1) == "="
    end function is_key_at
 
    !> Whether a key and its equals sign follow a column.
-   pure function key_follows(parser, column) result(follows)
+   pure logical function key_follows(parser, column)
       type(parser_type), intent(in) :: parser
       !> Column in the present line.
       integer, intent(in) :: column
-      logical :: follows
-
       integer :: c, line
 
       line = parser%line
       c = column
       call skip_over(parser%lines, line, c)
-      follows = is_key_at(parser%lines, line, c)
+      key_follows = is_key_at(parser%lines, line, c)
    end function key_follows
 
    !> Whether an equals sign follows, possibly after blanks, line ends and comments.
-   pure function key_ends(parser) result(ends)
+   pure logical function key_ends(parser)
       type(parser_type), intent(in) :: parser
-      logical :: ends
-
       integer :: column, line
 
       line = parser%line
       column = parser%column
       call skip_over(parser%lines, line, column)
-      ends = char_at(parser%lines, line, column) == '='
+      key_ends = char_at(parser%lines, line, column) == "="
    end function key_ends
 
    !> Report a mistake, unless it follows from another.
@@ -385,7 +372,7 @@ contains
       character(len=*), intent(in) :: message
 
       parser%quiet = parser%stopped
-      call mistake(parser, diagnostics, origin, message, 'less of it in one file')
+      call mistake(parser, diagnostics, origin, message, "less of it in one file")
       parser%stopped = .true.
       parser%quiet = .true.
       parser%line = size(parser%lines) + 1
@@ -397,23 +384,22 @@ contains
    !> If the line ends with a slash, that is taken for the end of the group.
    pure subroutine lose_line(parser)
       type(parser_type), intent(inout) :: parser
-
       integer :: comment, first, last
 
       first = parser%column
       associate (line => parser%lines(parser%line))
-         comment = scan(line%s(first:), '!')
+         comment = scan(line%s(first:), "!")
          last = len(line%s)
          if (comment > 0) last = first + comment - 2
          last = first - 1 + verify(line%s(first:last), blanks, back=.true.)
          parser%column = len(line%s) + 1
          if (last >= first) then
-            if (line%s(last:last) == '/' .and. .not. parser%list_only) then
+            if (line%s(last:last) == "/" .and. .not. parser%list_only) then
                parser%column = last
                return
             end if
          end if
-         if (scan(line%s(first:), '/') > 0) parser%lost_end = .true.
+         if (scan(line%s(first:), "/") > 0) parser%lost_end = .true.
       end associate
    end subroutine lose_line
 
@@ -424,9 +410,9 @@ contains
       !> Whether there was one.
       logical, intent(out) :: found
 
-      found = peek(parser) == '#'
+      found = peek(parser) == "#"
       if (.not. found) return
-      call mistake(parser, diagnostics, here(parser, 1), '''#'' does not begin a comment', '''!''')
+      call mistake(parser, diagnostics, here(parser, 1), "'#' does not begin a comment", "'!'")
       call lose_line(parser)
    end subroutine foreign_comment
 
@@ -435,8 +421,8 @@ contains
       type(parser_type), intent(inout) :: parser
       type(diagnostics_type), intent(inout) :: diagnostics
 
-      call mistake(parser, diagnostics, here(parser, 1), 'unexpected ''&''', &
-         & 'nothing here: values go on in the next line by themselves')
+      call mistake(parser, diagnostics, here(parser, 1), "unexpected '&'", &
+         "nothing here: values go on in the next line by themselves")
       parser%column = parser%column + 1
    end subroutine parse_continuation
 

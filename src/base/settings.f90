@@ -308,13 +308,12 @@ contains
    end function is_number
 
    !> Whether a finite number is in the domain of a key.
-   pure function admits(key, x) result(ok)
+   pure logical function admits(key, x)
       type(key_type), intent(in) :: key
       real(wp), intent(in) :: x
-      logical :: ok
 
-      ok = x >= key%low .and. x <= key%high
-      if (key%above_low) ok = ok .and. x > key%low
+      admits = x >= key%low .and. x <= key%high
+      if (key%above_low) admits = admits .and. x > key%low
    end function admits
 
    !> Domain and unit of the numbers of a key in words, as "a number > 0 [kg]".
@@ -857,7 +856,6 @@ contains
       !> Which of its values, the first if not given.
       integer, intent(in), optional :: i
       character(len=:), allocatable :: text
-
       type(value_type) :: value
 
       value = self%value(name, i)

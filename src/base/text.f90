@@ -47,10 +47,10 @@ module contensou_base_text
    integer, parameter :: max_digits = 800
 
    !> Bit pattern of positive infinity; made from bits because arithmetic would trap.
-   integer(i8), parameter :: infinity_bits = int(z'7FF0000000000000', i8)
+   integer(i8), parameter :: infinity_bits = int(z"7FF0000000000000", i8)
 
    !> Bit pattern of a quiet NaN.
-   integer(i8), parameter :: nan_bits = int(z'7FF8000000000000', i8)
+   integer(i8), parameter :: nan_bits = int(z"7FF8000000000000", i8)
 
 contains
 
@@ -83,11 +83,10 @@ contains
    pure function lower(s) result(t)
       character(len=*), intent(in) :: s
       character(len=len(s)) :: t
-
       integer :: i
 
       do i = 1, len(s)
-         if (s(i:i) >= 'A' .and. s(i:i) <= 'Z') then
+         if (s(i:i) >= "A" .and. s(i:i) <= "Z") then
             t(i:i) = achar(iachar(s(i:i)) + 32)
          else
             t(i:i) = s(i:i)
@@ -130,10 +129,9 @@ contains
       !> Number to write.
       integer(i8), intent(in) :: x
       character(len=:), allocatable :: s
-
       character(len=24) :: buffer
 
-      write (buffer, '(i0)') x
+      write(buffer, "(i0)") x
       s = trim(buffer)
    end function long_integer_to_text
 
@@ -144,9 +142,9 @@ contains
       character(len=:), allocatable :: s
 
       if (x) then
-         s = '.true.'
+         s = ".true."
       else
-         s = '.false.'
+         s = ".false."
       end if
    end function logical_to_text
 
@@ -158,8 +156,7 @@ contains
       !> Number to write.
       real(wp), intent(in) :: x
       character(len=:), allocatable :: s
-
-      character(len=*), parameter :: zeros = '000000'
+      character(len=*), parameter :: zeros = "000000"
       integer, parameter :: lowest_fixed = -2, highest_fixed = 5
       real(wp), parameter :: coarse = 1.0e-290_wp
       character(len=40) :: buffer
@@ -171,14 +168,14 @@ contains
 
       ! A comparison with a NaN would trap in a build that traps invalid operations.
       if (ieee_is_nan(x)) then
-         s = 'NaN'
+         s = "NaN"
          return
       end if
 
-      sign_text = ''
-      if (sign(1.0_wp, x) < 0.0_wp) sign_text = '-'
+      sign_text = ""
+      if (sign(1.0_wp, x) < 0.0_wp) sign_text = "-"
       if (.not. ieee_is_finite(x)) then
-         s = sign_text // 'Infinity'
+         s = sign_text // "Infinity"
          return
       end if
 
@@ -187,26 +184,26 @@ contains
       decimals = 14
       if (abs(x) < coarse) decimals = 0
       do decimals = decimals, 16
-         write (form, '(a,i0,a)') '(es40.', decimals, 'e4)'
-         write (buffer, form) abs(x)
+         write(form, "(a,i0,a)") "(es40.", decimals, "e4)"
+         write(buffer, form) abs(x)
          buffer = adjustl(buffer)
          call read_real(trim(buffer), back, valid)
          if (transfer(back, 0_i8) == transfer(abs(x), 0_i8)) exit
       end do
 
-      e = scan(buffer, 'E')
-      read (buffer(e + 1:), *) exponent
+      e = scan(buffer, "E")
+      read(buffer(e + 1:), *) exponent
       digits = buffer(1:1) // buffer(3:e - 1)
-      n = max(verify(digits, '0', back=.true.), 1)
+      n = max(verify(digits, "0", back=.true.), 1)
       digits = digits(1:n)
       if (exponent < lowest_fixed .or. exponent > highest_fixed) then
-         if (n == 1) digits = digits // '0'
-         s = digits(1:1) // '.' // digits(2:) // 'e' // integer_to_text(exponent)
+         if (n == 1) digits = digits // "0"
+         s = digits(1:1) // "." // digits(2:) // "e" // integer_to_text(exponent)
       else if (exponent < 0) then
-         s = '0.' // zeros(1:-exponent - 1) // digits
+         s = "0." // zeros(1:-exponent - 1) // digits
       else
          if (n < exponent + 2) digits = digits // zeros(1:exponent + 2 - n)
-         s = digits(1:exponent + 1) // '.' // digits(exponent + 2:)
+         s = digits(1:exponent + 1) // "." // digits(exponent + 2:)
       end if
       s = sign_text // s
    end function real_to_text
@@ -223,9 +220,8 @@ contains
       real(wp), intent(out) :: x
       !> Whether the text is a number.
       logical, intent(out) :: valid
-
       !> Leading digits of the midpoint between the largest double and 2**1024.
-      character(len=*), parameter :: ceiling_digits = '179769313486231580793728971405'
+      character(len=*), parameter :: ceiling_digits = "179769313486231580793728971405"
       integer, parameter :: ceiling_scale = 309, floor_scale = -400
       integer(i8), parameter :: max_exponent = 1000000000_i8
       character(len=max_digits) :: digits
@@ -242,12 +238,12 @@ contains
       i = 1
       negative = .false.
       if (len(s) > 0) then
-         negative = s(1:1) == '-'
-         if (scan(s(1:1), '+-') == 1) i = 2
+         negative = s(1:1) == "-"
+         if (scan(s(1:1), "+-") == 1) i = 2
       end if
       if (is_special(s(i:))) then
          valid = .true.
-         if (scan(s(i:i), 'iI') == 1) x = signed(transfer(infinity_bits, 1.0_wp), negative)
+         if (scan(s(i:i), "iI") == 1) x = signed(transfer(infinity_bits, 1.0_wp), negative)
          return
       end if
 
@@ -258,12 +254,12 @@ contains
       beyond_point = .false.
       remainder = .false.
       do i = i, len(s)
-         if (s(i:i) == '.') then
+         if (s(i:i) == ".") then
             if (beyond_point) return
             beyond_point = .true.
          else if (is_digit(s(i:i))) then
             n_read = n_read + 1
-            if (n_digits == 0 .and. s(i:i) == '0') then
+            if (n_digits == 0 .and. s(i:i) == "0") then
                if (beyond_point) scaling = scaling - 1
                cycle
             end if
@@ -272,7 +268,7 @@ contains
                n_digits = n_digits + 1
                digits(n_digits:n_digits) = s(i:i)
             else
-               remainder = remainder .or. s(i:i) /= '0'
+               remainder = remainder .or. s(i:i) /= "0"
             end if
          else
             exit
@@ -282,18 +278,18 @@ contains
 
       exponent = 0
       if (i <= len(s)) then
-         if (scan(s(i:i), 'eEdD') == 1) then
+         if (scan(s(i:i), "eEdD") == 1) then
             i = i + 1
-         else if (scan(s(i:i), '+-') == 0) then
+         else if (scan(s(i:i), "+-") == 0) then
             return
          end if
          if (i > len(s)) return
-         negative_exponent = s(i:i) == '-'
-         if (scan(s(i:i), '+-') == 1) i = i + 1
+         negative_exponent = s(i:i) == "-"
+         if (scan(s(i:i), "+-") == 1) i = i + 1
          if (i > len(s)) return
          do i = i, len(s)
             if (.not. is_digit(s(i:i))) return
-            exponent = min(10 * exponent + iachar(s(i:i)) - iachar('0'), max_exponent)
+            exponent = min(10*exponent + iachar(s(i:i)) - iachar("0"), max_exponent)
          end do
          if (negative_exponent) exponent = -exponent
       end if
@@ -302,7 +298,7 @@ contains
       scaling = scaling + exponent
       if (remainder) then
          n_digits = max_digits
-         digits(n_digits:) = '1'
+         digits(n_digits:) = "1"
       end if
       if (n_digits == 0 .or. scaling < floor_scale) then
          x = signed(0.0_wp, negative)
@@ -312,7 +308,7 @@ contains
       if (n_digits <= 15 .and. abs(scaling - n_digits) <= ubound(powers_of_ten, 1)) then
          read_digits = 0
          do i = 1, n_digits
-            read_digits = 10*read_digits + (iachar(digits(i:i)) - iachar('0'))
+            read_digits = 10*read_digits + (iachar(digits(i:i)) - iachar("0"))
          end do
          if (scaling >= n_digits) then
             x = signed(real(read_digits, wp)*powers_of_ten(int(scaling) - n_digits), negative)
@@ -321,16 +317,16 @@ contains
          end if
          return
       end if
-      leading = repeat('0', len(leading))
+      leading = repeat("0", len(leading))
       leading(1:min(n_digits, len(leading))) = digits(1:min(n_digits, len(leading)))
       if (scaling > ceiling_scale &
-         & .or. (scaling == ceiling_scale .and. leading >= ceiling_digits)) then
+         .or. (scaling == ceiling_scale .and. leading >= ceiling_digits)) then
          x = signed(transfer(infinity_bits, 1.0_wp), negative)
          return
       end if
       ! Only the part that is used: the rest of a long record costs more than the number.
-      write (buffer(:n_digits + 16), '(3a,i0)') '0.', digits(1:n_digits), 'e', scaling
-      read (buffer(:n_digits + 16), *, iostat=stat) x
+      write(buffer(:n_digits + 16), "(3a,i0)") "0.", digits(1:n_digits), "e", scaling
+      read(buffer(:n_digits + 16), *, iostat=stat) x
       if (stat /= 0) then
          valid = .false.
          x = transfer(nan_bits, 1.0_wp)
@@ -340,25 +336,23 @@ contains
    end subroutine read_real
 
    !> Whether a text without sign is one of the forms of infinity and NaN.
-   pure function is_special(s) result(special)
+   pure logical function is_special(s)
       character(len=*), intent(in) :: s
-      logical :: special
-
       character(len=*), parameter :: allowed = &
-         & 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_'
+         "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_"
 
-      special = .false.
+      is_special = .false.
       select case (len(s))
       case (:2)
          continue
       case (3)
-         special = lower(s) == 'inf' .or. lower(s) == 'nan'
+         is_special = lower(s) == "inf" .or. lower(s) == "nan"
       case (4)
          continue
       case default
-         if (len(s) == 8) special = lower(s) == 'infinity'
-         if (lower(s(1:4)) == 'nan(' .and. s(len(s):) == ')') then
-            special = verify(s(5:len(s) - 1), allowed) == 0
+         if (len(s) == 8) is_special = lower(s) == "infinity"
+         if (lower(s(1:4)) == "nan(" .and. s(len(s):) == ")") then
+            is_special = verify(s(5:len(s) - 1), allowed) == 0
          end if
       end select
    end function is_special
@@ -377,37 +371,35 @@ contains
    end function signed
 
    !> Whether a character is a decimal digit.
-   pure function is_digit(c) result(digit)
+   pure logical function is_digit(c)
       !> Character to look at.
       character(len=1), intent(in) :: c
-      logical :: digit
 
-      digit = c >= '0' .and. c <= '9'
+      is_digit = c >= "0" .and. c <= "9"
    end function is_digit
 
    !> Fortran character literal of a text, with quotes in it doubled.
    pure function quote(s) result(t)
       character(len=*), intent(in) :: s
       character(len=:), allocatable :: t
-
       integer :: i, n
 
       n = 2 + len(s)
       do i = 1, len(s)
-         if (s(i:i) == '''') n = n + 1
+         if (s(i:i) == "'") n = n + 1
       end do
       allocate(character(len=n) :: t)
-      t(1:1) = ''''
+      t(1:1) = "'"
       n = 1
       do i = 1, len(s)
          n = n + 1
          t(n:n) = s(i:i)
-         if (s(i:i) == '''') then
+         if (s(i:i) == "'") then
             n = n + 1
-            t(n:n) = ''''
+            t(n:n) = "'"
          end if
       end do
-      t(n + 1:) = ''''
+      t(n + 1:) = "'"
    end function quote
 
    !> Texts of their own length from texts padded with blanks.
@@ -415,7 +407,6 @@ contains
       !> Padded texts.
       character(len=*), intent(in) :: padded(:)
       type(string_type), allocatable :: names(:)
-
       integer :: i
 
       allocate(names(size(padded)))
@@ -431,10 +422,9 @@ contains
       !> Text between two of them.
       character(len=*), intent(in) :: separator
       character(len=:), allocatable :: t
-
       integer :: i
 
-      t = ''
+      t = ""
       do i = 1, size(list)
          if (i > 1) t = t // separator
          if (allocated(list(i)%s)) t = t // list(i)%s
@@ -447,7 +437,6 @@ contains
       !> Largest number of bytes of the result, at least 3.
       integer, intent(in) :: width
       character(len=:), allocatable :: t
-
       integer :: last
 
       if (len(s) <= width) then
@@ -460,18 +449,17 @@ contains
          if (iand(ichar(s(last + 1:last + 1)), 192) /= 128) exit
          last = last - 1
       end do
-      t = s(1:last) // '...'
+      t = s(1:last) // "..."
    end function shorten
 
    !> Whether a text begins with another.
-   pure function starts_with(s, prefix) result(does)
+   pure logical function starts_with(s, prefix)
       character(len=*), intent(in) :: s
       !> Beginning to look for.
       character(len=*), intent(in) :: prefix
-      logical :: does
 
-      does = .false.
-      if (len(s) >= len(prefix)) does = s(1:len(prefix)) == prefix
+      starts_with = .false.
+      if (len(s) >= len(prefix)) starts_with = s(1:len(prefix)) == prefix
    end function starts_with
 
    !> A command line of the program as one text.
@@ -494,13 +482,11 @@ contains
 
    !> Damerau-Levenshtein distance of two texts (optimal string alignment): the number of
    !> insertions, deletions, substitutions and swaps of neighbours that turn one into the other.
-   pure function edit_distance(a, b, most) result(distance)
+   pure integer function edit_distance(a, b, most)
       character(len=*), intent(in) :: a
       character(len=*), intent(in) :: b
       !> Any number above this will do for a larger distance; not given, there is no such bound.
       integer, intent(in), optional :: most
-      integer :: distance
-
       ! Rows i - 2, i - 1 and i of the table of distances between beginnings of the texts; only
       ! what lies within `limit` of the diagonal can be so small.
       integer :: rows(0:len(b), 0:2)
@@ -508,7 +494,7 @@ contains
 
       limit = max(len(a), len(b))
       if (present(most)) limit = min(limit, most)
-      distance = limit + 1
+      edit_distance = limit + 1
       if (abs(len(a) - len(b)) > limit) return
       rows = limit + 1
       rows(:, 0) = [(j, j=0, len(b))]
@@ -521,19 +507,19 @@ contains
          do j = max(1, i - limit), min(len(b), i + limit)
             cost = 1
             if (a(i:i) == b(j:j)) cost = 0
-            distance = min(rows(j, previous) + 1, rows(j - 1, current) + 1, &
+            edit_distance = min(rows(j, previous) + 1, rows(j - 1, current) + 1, &
                rows(j - 1, previous) + cost)
             if (i > 1 .and. j > 1) then
                if (a(i:i) == b(j - 1:j - 1) .and. a(i - 1:i - 1) == b(j:j)) then
-                  distance = min(distance, rows(j - 2, before) + 1)
+                  edit_distance = min(edit_distance, rows(j - 2, before) + 1)
                end if
             end if
-            rows(j, current) = distance
+            rows(j, current) = edit_distance
          end do
-         distance = limit + 1
+         edit_distance = limit + 1
          if (minval(rows(:, current)) > limit .and. minval(rows(:, previous)) > limit) return
       end do
-      distance = rows(len(b), mod(len(a), 3))
+      edit_distance = rows(len(b), mod(len(a), 3))
    end function edit_distance
 
    !> End of a message about an unknown word: `; did you mean 'x'?` if a candidate is near.
@@ -560,7 +546,6 @@ contains
       character(len=*), intent(in) :: candidates(:)
       !> Index of the nearest candidate or 0.
       integer :: best
-
       type(string_type), allocatable :: list(:)
       integer :: i
 
@@ -582,13 +567,12 @@ contains
       type(string_type), intent(in) :: candidates(:)
       !> Index of the nearest candidate or 0.
       integer :: best
-
       integer :: containing, i, shortest, starting
 
       best = 0
       starting = 0
       containing = 0
-      shortest = min(max(1, len_trim(word) / 3) + 1, len_trim(word))
+      shortest = min(max(1, len_trim(word)/3) + 1, len_trim(word))
       do i = 1, size(candidates)
          if (allocated(candidates(i)%s)) call consider(lower(trim(word)), &
             lower(candidates(i)%s), i, shortest, best, starting, containing)
@@ -609,7 +593,6 @@ contains
       integer, intent(inout) :: best
       !> Index of the first candidate that begins with the word, and that contains it; 0 for none.
       integer, intent(inout) :: starting, containing
-
       integer :: distance
 
       distance = edit_distance(sought, candidate, shortest - 1)

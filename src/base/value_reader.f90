@@ -4,12 +4,12 @@ module contensou_base_value_reader
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document_types, only : value_integer, value_logical, value_real, &
-      & value_text, value_type
+      value_text, value_type
    use contensou_base_kinds, only : i8
    use contensou_base_scanner, only : at_end, blanks, char_at, digits, foreign_comment, give_up, &
-      & here, is_key, is_key_at, is_name, letters, lose_line, max_characters, max_values, &
-      & mistake, newline, parse_continuation, parser_type, peek, peek_next, quotes, &
-      & shown_character, skip_space, word_end, word_width
+      here, is_key, is_key_at, is_name, letters, lose_line, max_characters, max_values, &
+      mistake, newline, parse_continuation, parser_type, peek, peek_next, quotes, &
+      shown_character, skip_space, word_end, word_width
    use contensou_base_text, only : lower, quote, read_real, shorten, to_text
    implicit none(type, external)
    private
@@ -35,7 +35,6 @@ contains
       !> Number of values.
       integer, intent(out) :: n
       type(diagnostics_type), intent(inout) :: diagnostics
-
       type(value_type) :: missing
       logical :: after_comma, found, has_value
       integer :: column, line
@@ -49,10 +48,10 @@ contains
          line = parser%line
          column = parser%column
          select case (peek(parser))
-         case (',', ';')
-            if (peek(parser) == ';') then
+         case (",", ";")
+            if (peek(parser) == ";") then
                call mistake(parser, diagnostics, here(parser, 1), &
-                  & ''';'' does not separate values', 'a comma or a blank')
+                  "';' does not separate values", "a comma or a blank")
             end if
             if (.not. has_value) then
                missing%origin = here(parser, 1)
@@ -62,25 +61,25 @@ contains
             after_comma = .true.
             parser%column = parser%column + 1
             cycle
-         case ('/')
+         case ("/")
             if (parser%bare_text) then
                call parse_token(parser, buffer, n, after_comma, found, diagnostics)
             else if (.not. after_comma .and. .not. has_value &
-               & .and. scan(peek_next(parser), letters // digits // '._~') > 0) then
+               .and. scan(peek_next(parser), letters // digits // "._~") > 0) then
                call report_word(parser, diagnostics)
             else
                exit
             end if
-         case ('&')
-            if (scan(peek_next(parser), letters // digits // '_') > 0) exit
+         case ("&")
+            if (scan(peek_next(parser), letters // digits // "_") > 0) exit
             call parse_continuation(parser, diagnostics)
             cycle
-         case ('=')
+         case ("=")
             if (has_value .or. after_comma .or. parser%list_only) exit
-            call mistake(parser, diagnostics, here(parser, 1), 'second ''=''', 'one ''=''')
+            call mistake(parser, diagnostics, here(parser, 1), "second '='", "one '='")
             parser%column = parser%column + 1
             cycle
-         case ('''', '"')
+         case ("'", '"')
             call parse_text(parser, 1, column, buffer, n, diagnostics)
          case default
             if (.not. parser%bare_text) then
@@ -102,7 +101,6 @@ contains
       type(value_type), allocatable, intent(inout) :: buffer(:)
       !> Where too many values are reported.
       type(diagnostics_type), intent(inout) :: diagnostics
-
       logical :: was_quiet
       integer :: n
 
@@ -110,7 +108,7 @@ contains
       parser%quiet = .true.
       do
          call parse_values(parser, buffer, n, diagnostics)
-         if (at_end(parser) .or. peek(parser) /= '=') exit
+         if (at_end(parser) .or. peek(parser) /= "=") exit
          parser%column = parser%column + 1
       end do
       parser%quiet = was_quiet .or. parser%stopped
@@ -128,7 +126,6 @@ contains
       !> False if this is a key without equals sign, which is left for others to read.
       logical, intent(out) :: found
       type(diagnostics_type), intent(inout) :: diagnostics
-
       type(value_type) :: value
       character(len=:), allocatable :: word
       integer :: count, first, form, last, star, start
@@ -155,13 +152,13 @@ contains
       start = first
       star = verify(word, digits)
       if (star > 1) then
-         if (word(star:star) == '*') then
+         if (word(star:star) == "*") then
             start = first + star
             count = read_count(word(1:star - 1))
             if (count == 0) then
-               call mistake(parser, diagnostics, here(parser, star), 'bad repeat count ''' // &
-                  & shorten(word(1:star - 1), word_width) // '''', &
-                  & 'a number from 1 to ' // to_text(max_values))
+               call mistake(parser, diagnostics, here(parser, star), "bad repeat count '" // &
+                  shorten(word(1:star - 1), word_width) // "'", &
+                  "a number from 1 to " // to_text(max_values))
             end if
             word = word(star + 1:)
             if (len(word) == 0) then
@@ -185,18 +182,18 @@ contains
       case (form_value)
          value%origin = here(parser, last - first + 1)
          parser%column = last + 1
-         if (scan(peek(parser), quotes // '(') > 0) then
-            call mistake(parser, diagnostics, here(parser, 1), 'unexpected ''' // &
-               & peek(parser) // ''' after ''' // shorten(word, word_width) // '''', &
-               & 'a comma or a blank between values')
+         if (scan(peek(parser), quotes // "(") > 0) then
+            call mistake(parser, diagnostics, here(parser, 1), "unexpected '" // &
+               peek(parser) // "' after '" // shorten(word, word_width) // "'", &
+               "a comma or a blank between values")
             call lose_line(parser)
          end if
          call append_value(parser, value, count, buffer, n, diagnostics)
       case (form_overflow)
          parser%column = start
-         call mistake(parser, diagnostics, here(parser, last - start + 1), '''' // &
-            & shorten(word, word_width) // ''' is too large for double precision', &
-            & 'a magnitude below 1.8e308')
+         call mistake(parser, diagnostics, here(parser, last - start + 1), "'" // &
+            shorten(word, word_width) // "' is too large for double precision", &
+            "a magnitude below 1.8e308")
          parser%column = last + 1
       case default
          if (start == first .and. .not. parser%list_only .and. (n > 0 .or. after_comma)) then
@@ -215,42 +212,38 @@ contains
       type(parser_type), intent(in) :: parser
       !> Last column of the word.
       integer, intent(inout) :: last
-
       integer :: n
 
       associate (line => parser%lines(parser%line))
-         if (char_at(parser%lines, parser%line, last + 1) /= '(') return
-         n = verify(line%s(last + 2:), letters // digits // '_')
+         if (char_at(parser%lines, parser%line, last + 1) /= "(") return
+         n = verify(line%s(last + 2:), letters // digits // "_")
          if (n == 0) return
-         if (line%s(last + 1 + n:last + 1 + n) == ')') last = last + 1 + n
+         if (line%s(last + 1 + n:last + 1 + n) == ")") last = last + 1 + n
       end associate
    end subroutine extend_nan
 
    !> Whether a number, or a text in quotes, follows in the line with no comma before it.
-   pure function value_follows(parser, column) result(follows)
+   pure logical function value_follows(parser, column)
       type(parser_type), intent(in) :: parser
       !> Column from which on to look.
       integer, intent(in) :: column
-      logical :: follows
-
       integer :: n
 
-      follows = .false.
+      value_follows = .false.
       associate (line => parser%lines(parser%line))
          n = verify(line%s(column:), blanks)
          if (n < 2) return
-         follows = scan(line%s(column + n - 1:column + n - 1), digits // quotes // '+-.') > 0
+         value_follows = scan(line%s(column + n - 1:column + n - 1), digits // quotes // "+-.") > 0
       end associate
    end function value_follows
 
    !> Whether a value without quotes may be meant as a text.
-   pure function may_be_bare(parser) result(may)
+   pure logical function may_be_bare(parser)
       type(parser_type), intent(in) :: parser
-      logical :: may
 
       ! What begins like a number shall be one, so that a misprint in it is found.
-      may = scan(peek(parser), digits // '+-') == 0
-      if (peek(parser) == '.') may = scan(peek_next(parser), digits) == 0
+      may_be_bare = scan(peek(parser), digits // "+-") == 0
+      if (peek(parser) == ".") may_be_bare = scan(peek_next(parser), digits) == 0
    end function may_be_bare
 
    !> Read a text without quotes up to the next comma.
@@ -261,13 +254,12 @@ contains
       !> Number of values.
       integer, intent(inout) :: n
       type(diagnostics_type), intent(inout) :: diagnostics
-
       type(value_type) :: value
       integer :: first, last
 
       first = parser%column
       associate (line => parser%lines(parser%line))
-         last = scan(line%s(first:), ',')
+         last = scan(line%s(first:), ",")
          if (last == 0) then
             last = len(line%s)
          else
@@ -295,7 +287,6 @@ contains
       !> Number of values.
       integer, intent(inout) :: n
       type(diagnostics_type), intent(inout) :: diagnostics
-
       type(value_type) :: value
       character(len=1) :: delimiter
       integer :: first, i, length, n_double
@@ -317,18 +308,18 @@ contains
          end do
       end associate
       if (i > length) then
-         call mistake(parser, diagnostics, here(parser, 1), 'text is not closed in its line', &
-            & 'a closing ' // delimiter)
+         call mistake(parser, diagnostics, here(parser, 1), "text is not closed in its line", &
+            "a closing " // delimiter)
          call lose_line(parser)
          return
       end if
 
       parser%column = i + 1
-      if (scan(peek(parser), blanks // ',;/!&' // newline) == 0) then
-         if (peek(parser) /= '=' .or. .not. parser%quiet) then
+      if (scan(peek(parser), blanks // ",;/!&" // newline) == 0) then
+         if (peek(parser) /= "=" .or. .not. parser%quiet) then
             call mistake(parser, diagnostics, here(parser, 1), &
-               & 'text is directly followed by ''' // shown_character(parser) // '''', &
-               & 'a comma or a blank; a quote inside a text is written twice')
+               "text is directly followed by '" // shown_character(parser) // "'", &
+               "a comma or a blank; a quote inside a text is written twice")
             call lose_line(parser)
             return
          end if
@@ -336,7 +327,7 @@ contains
 
       value%kind = value_text
       value%origin = origin_type(source=parser%source, line=parser%line, column=start, &
-         & length=i - start + 1)
+         length=i - start + 1)
       call unquote(parser%lines(parser%line)%s(first + 1:i - 1), delimiter, n_double, value%text)
       call append_value(parser, value, count, buffer, n, diagnostics)
    end subroutine parse_text
@@ -350,7 +341,6 @@ contains
       !> Number of doubled quotes.
       integer, intent(in) :: n_double
       character(len=:), allocatable, intent(out) :: text
-
       integer :: i, n
 
       allocate(character(len=len(s) - n_double) :: text)
@@ -369,19 +359,18 @@ contains
       type(value_type), intent(out) :: value
       !> Whether it is a value, one of the `form_*` parameters.
       integer, intent(out) :: form
-
       logical :: fits, valid
 
       form = form_none
       if (len(word) == 0) return
-      if (len(word) <= len('.false.')) then
+      if (len(word) <= len(".false.")) then
          select case (lower(word))
-         case ('t', '.t', '.t.', 'true', '.true', '.true.')
+         case ("t", ".t", ".t.", "true", ".true", ".true.")
             form = form_value
             value%kind = value_logical
             value%logical = .true.
             return
-         case ('f', '.f', '.f.', 'false', '.false', '.false.')
+         case ("f", ".f", ".f.", "false", ".false", ".false.")
             form = form_value
             value%kind = value_logical
             value%logical = .false.
@@ -395,7 +384,7 @@ contains
       if (.not. valid) return
       form = form_value
       value%kind = value_real
-      if (verify(word(1:1), '+-' // digits) == 0 .and. verify(word(2:), digits) == 0) then
+      if (verify(word(1:1), "+-" // digits) == 0 .and. verify(word(2:), digits) == 0) then
          call read_integer(word, value%integer, fits)
          if (fits) value%kind = value_integer
       end if
@@ -410,7 +399,6 @@ contains
       integer(i8), intent(out) :: x
       !> Whether it fits into eight bytes.
       logical, intent(out) :: fits
-
       integer(i8) :: digit
       integer :: i
 
@@ -418,15 +406,15 @@ contains
       fits = .true.
       do i = 1, len(s)
          if (scan(s(i:i), digits) == 0) cycle
-         digit = iachar(s(i:i)) - iachar('0')
-         if (x > (huge(x) - digit) / 10) then
+         digit = iachar(s(i:i)) - iachar("0")
+         if (x > (huge(x) - digit)/10) then
             x = 0
             fits = .false.
             return
          end if
-         x = 10 * x + digit
+         x = 10*x + digit
       end do
-      if (s(1:1) == '-') x = -x
+      if (s(1:1) == "-") x = -x
    end subroutine read_integer
 
    !> Positive integer of a text.
@@ -434,13 +422,12 @@ contains
       character(len=*), intent(in) :: s
       !> The integer; 0 if the text is none or it is larger than `max_values`.
       integer :: n
-
       integer :: i
 
       n = 0
       if (verify(s, digits) > 0) return
       do i = 1, len(s)
-         n = 10 * n + iachar(s(i:i)) - iachar('0')
+         n = 10*n + iachar(s(i:i)) - iachar("0")
          if (n > max_values) then
             n = 0
             return
@@ -458,7 +445,6 @@ contains
       !> Number of values.
       integer, intent(inout) :: n
       type(diagnostics_type), intent(inout) :: diagnostics
-
       type(value_type), allocatable :: bigger(:)
       integer :: i, length
 
@@ -467,19 +453,19 @@ contains
       if (allocated(value%text)) length = len(value%text)
       if (count > max_values - parser%n_values) then
          call give_up(parser, diagnostics, value%origin, &
-            & 'more than ' // to_text(max_values) // ' values')
+            "more than " // to_text(max_values) // " values")
          return
       end if
-      if (int(count, i8) * length > max_characters - parser%n_characters) then
+      if (int(count, i8)*length > max_characters - parser%n_characters) then
          call give_up(parser, diagnostics, value%origin, &
-            & 'more than ' // to_text(max_characters) // ' characters of text')
+            "more than " // to_text(max_characters) // " characters of text")
          return
       end if
       parser%n_values = parser%n_values + count
-      parser%n_characters = parser%n_characters + count * length
+      parser%n_characters = parser%n_characters + count*length
 
       if (n + count > size(buffer)) then
-         allocate(bigger(max(n + count, 2 * size(buffer))))
+         allocate(bigger(max(n + count, 2*size(buffer))))
          do i = 1, n
             bigger(i)%kind = buffer(i)%kind
             bigger(i)%real = buffer(i)%real
@@ -501,7 +487,6 @@ contains
       !> State of the reading, at the word.
       type(parser_type), intent(inout) :: parser
       type(diagnostics_type), intent(inout) :: diagnostics
-
       character(len=:), allocatable :: expected, message, word
       type(origin_type) :: origin
       type(value_type) :: value
@@ -510,20 +495,20 @@ contains
 
       first = parser%column
       last = max(word_end(parser, first), first)
-      if (peek(parser) == '/') last = max(word_end(parser, first + 1), first)
+      if (peek(parser) == "/") last = max(word_end(parser, first + 1), first)
       loses = .false.
       associate (line => parser%lines(parser%line))
          do
             column = last + 1
             select case (char_at(parser%lines, parser%line, column))
-            case ('/')
+            case ("/")
                ! A slash inside a word belongs to a path and does not end the group.
                if (scan(char_at(parser%lines, parser%line, column + 1), &
-                  & blanks // newline // '!&,') > 0) exit
+                  blanks // newline // "!&,") > 0) exit
                last = max(word_end(parser, column + 1), column)
-            case ('(', ')')
+            case ("(", ")")
                last = max(word_end(parser, column + 1), column)
-            case ('''', '"')
+            case ("'", '"')
                loses = .true.
                exit
             case default
@@ -541,27 +526,27 @@ contains
       end associate
 
       if (scan(word(1:1), digits) > 0 .or. &
-         & (scan(word(1:1), '+-.') > 0 .and. scan(word, digits) > 0 .and. &
-         & verify(word, '+-.' // digits // 'eEdD') == 0)) then
-         message = '''' // shorten(word, word_width) // ''' is not a number'
-         expected = 'a number such as 2, 0.5 or 1.0e-3, or a text in quotes'
-      else if (word(1:1) == '.' .and. scan(char_at(parser%lines, parser%line, first + 1), &
-         & 'tTfF') > 0 .and. scan(word, '/') == 0) then
-         message = '''' // shorten(word, word_width) // ''' is not a logical'
-         expected = '.true. or .false.'
+         (scan(word(1:1), "+-.") > 0 .and. scan(word, digits) > 0 .and. &
+         verify(word, "+-." // digits // "eEdD") == 0)) then
+         message = "'" // shorten(word, word_width) // "' is not a number"
+         expected = "a number such as 2, 0.5 or 1.0e-3, or a text in quotes"
+      else if (word(1:1) == "." .and. scan(char_at(parser%lines, parser%line, first + 1), &
+         "tTfF") > 0 .and. scan(word, "/") == 0) then
+         message = "'" // shorten(word, word_width) // "' is not a logical"
+         expected = ".true. or .false."
       else if (is_curly(word)) then
-         message = 'typographic quotes around a text'
+         message = "typographic quotes around a text"
          expected = 'straight quotes, '' or "'
          loses = .true.
-      else if (any(lower(word) == [character(len=3) :: 'yes', 'no', 'on', 'off'])) then
-         message = '''' // word // ''' is not a logical'
-         expected = '.true. or .false.'
-      else if (scan(word(1:1), letters // '_./~') > 0 .or. ichar(word(1:1)) > 127) then
-         message = 'text ''' // shorten(word, word_width) // ''' needs quotes'
+      else if (any(lower(word) == [character(len=3) :: "yes", "no", "on", "off"])) then
+         message = "'" // word // "' is not a logical"
+         expected = ".true. or .false."
+      else if (scan(word(1:1), letters // "_./~") > 0 .or. ichar(word(1:1)) > 127) then
+         message = "text '" // shorten(word, word_width) // "' needs quotes"
          expected = quote(shorten(word, word_width))
       else
-         message = '''' // shorten(word, word_width) // ''' is not a value'
-         expected = 'a number, .true., .false., or a text in quotes'
+         message = "'" // shorten(word, word_width) // "' is not a value"
+         expected = "a number, .true., .false., or a text in quotes"
       end if
       origin = here(parser, last - first + 1)
       call mistake(parser, diagnostics, origin, message, expected)
@@ -570,15 +555,14 @@ contains
    end subroutine report_word
 
    !> Whether a word begins with a quote from a word processor (U+2018 to U+201F).
-   pure function is_curly(word) result(curly)
+   pure logical function is_curly(word)
       !> Word to look at.
       character(len=*), intent(in) :: word
-      logical :: curly
 
-      curly = .false.
+      is_curly = .false.
       if (len(word) < 3) return
-      curly = word(1:2) == char(226) // char(128) .and. &
-         & ichar(word(3:3)) >= 152 .and. ichar(word(3:3)) <= 159
+      is_curly = word(1:2) == char(226) // char(128) .and. &
+         ichar(word(3:3)) >= 152 .and. ichar(word(3:3)) <= 159
    end function is_curly
 
    !> Report a parenthesis in the place of a value and skip to its end.
@@ -586,26 +570,25 @@ contains
       !> State of the reading, at the parenthesis.
       type(parser_type), intent(inout) :: parser
       type(diagnostics_type), intent(inout) :: diagnostics
-
       type(origin_type) :: origin
       integer :: n
 
       associate (line => parser%lines(parser%line))
          n = 1
-         if (peek(parser) == '(') then
-            n = scan(line%s(parser%column + 1:), ')(=!/&' // quotes)
+         if (peek(parser) == "(") then
+            n = scan(line%s(parser%column + 1:), ")(=!/&" // quotes)
             if (n == 0) then
                n = 1
-            else if (line%s(parser%column + n:parser%column + n) == ')') then
+            else if (line%s(parser%column + n:parser%column + n) == ")") then
                n = n + 1
             else
                n = 1
             end if
          end if
          origin = here(parser, n)
-         call mistake(parser, diagnostics, origin, 'unexpected ''' // &
-            & shorten(line%s(origin%column:origin%column + n - 1), word_width) // '''', &
-            & 'values without parentheses')
+         call mistake(parser, diagnostics, origin, "unexpected '" // &
+            shorten(line%s(origin%column:origin%column + n - 1), word_width) // "'", &
+            "values without parentheses")
       end associate
       parser%column = parser%column + n
    end subroutine report_parenthesis

@@ -107,17 +107,15 @@ contains
    end subroutine run
 
    !> Whether the files differ.
-   pure function different(self) result(answer)
+   pure logical function different(self)
       class(comparison_type), intent(in) :: self
-      logical :: answer
 
-      answer = self%n_different + self%n_different_attributes + self%n_missing > 0
+      different = self%n_different + self%n_different_attributes + self%n_missing > 0
    end function different
 
    !> The last line.
    subroutine summarize(self)
       class(comparison_type), intent(inout) :: self
-
       character(len=:), allocatable :: text
 
       if (self%listing%has_head) call self%listing%output%line("")
@@ -266,7 +264,7 @@ contains
    end function joined
 
    !> Which of two sorted lists has the next name: negative for the first, 0 for both.
-   pure function next_of(a, b, i, j) result(order)
+   pure integer function next_of(a, b, i, j)
       !> First list.
       type(hdf5_entry_type), intent(in) :: a(:)
       !> Second list.
@@ -275,23 +273,22 @@ contains
       integer, intent(in) :: i
       !> Place in the second.
       integer, intent(in) :: j
-      integer :: order
       integer :: k
 
       if (i > size(a)) then
-         order = 1
+         next_of = 1
          return
       else if (j > size(b)) then
-         order = -1
+         next_of = -1
          return
       end if
       ! Not by Fortran's comparison, for which trailing blanks do not count.
       associate (x => a(i)%name, y => b(j)%name)
          do k = 1, min(len(x), len(y))
-            order = ichar(x(k:k)) - ichar(y(k:k))
-            if (order /= 0) return
+            next_of = ichar(x(k:k)) - ichar(y(k:k))
+            if (next_of /= 0) return
          end do
-         order = len(x) - len(y)
+         next_of = len(x) - len(y)
       end associate
    end function next_of
 

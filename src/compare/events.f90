@@ -182,22 +182,20 @@ contains
    end subroutine finish
 
    !> Whether the lists differ beyond the tolerance.
-   pure function differ(self) result(answer)
+   pure logical function differ(self)
       class(event_matcher_type), intent(in) :: self
-      logical :: answer
 
-      answer = self%n_beyond + self%n_kind + sum(self%n_only) > 0_i8
+      differ = self%n_beyond + self%n_kind + sum(self%n_only) > 0_i8
    end function differ
 
    !> Number of events that wait.
-   pure function waiting_of(lane, side) result(n)
+   pure integer function waiting_of(lane, side)
       !> Events of a contact.
       type(lane_type), intent(in) :: lane
       !> List, 1 or 2.
       integer, intent(in) :: side
-      integer :: n
 
-      n = lane%queue(side)%tail - lane%queue(side)%head + 1
+      waiting_of = lane%queue(side)%tail - lane%queue(side)%head + 1
    end function waiting_of
 
    !> Match the events of a contact.
@@ -396,15 +394,14 @@ contains
    end subroutine drop
 
    !> Whether a time is before another; what is no number is before nothing.
-   pure function earlier(a, b) result(answer)
+   pure logical function earlier(a, b)
       !> A time [s].
       real(wp), intent(in) :: a
       !> Another time [s].
       real(wp), intent(in) :: b
-      logical :: answer
 
-      answer = .false.
-      if (ieee_is_finite(a) .and. ieee_is_finite(b)) answer = a < b
+      earlier = .false.
+      if (ieee_is_finite(a) .and. ieee_is_finite(b)) earlier = a < b
    end function earlier
 
 end module contensou_compare_events

@@ -104,7 +104,6 @@ contains
       type(string_type), intent(out) :: remarks(3)
       !> Whether the values can be compared.
       logical, intent(out) :: comparable
-
       character(len=:), allocatable :: words(:)
       integer(i8) :: sizes(2, max_rank)
       integer :: side, d
@@ -234,7 +233,6 @@ contains
       type(hdf5_item_type), intent(in) :: items(2)
       type(subject_type), intent(in) :: subject
       type(found_type), intent(in) :: found
-
       character(len=:), allocatable :: units
 
       if (found%n_nan > 0) call listing%detail("NaN", to_text(found%n_nan) // &
@@ -269,7 +267,6 @@ contains
          integer(i8), intent(in) :: place(max_rank)
          !> The two values.
          type(string_type), intent(in) :: values(2)
-
          character(len=:), allocatable :: where_text
          character(len=9) :: head
 
@@ -299,7 +296,6 @@ contains
       character(len=*), intent(in) :: label
       !> The two texts.
       type(string_type), intent(in) :: values(2)
-
       character(len=*), parameter :: nl = new_line("a")
       type(string_type) :: lines(2)
       character(len=:), allocatable :: prefix

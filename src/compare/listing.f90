@@ -84,7 +84,6 @@ contains
       character(len=*), intent(in) :: path
       !> What is said of it; empty for nothing as yet.
       character(len=*), intent(in) :: text
-
       character(len=:), allocatable :: name
 
       if (.not. self%has_head) call self%output%line(column("", name_width) // &
@@ -141,7 +140,6 @@ contains
       !> Difference, not negative.
       real(wp), intent(in) :: x
       character(len=:), allocatable :: text
-
       character(len=16) :: buffer
 
       if (ieee_is_nan(x)) then

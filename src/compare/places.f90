@@ -106,7 +106,6 @@ contains
    pure function time_text(x) result(text)
       real(wp), intent(in) :: x
       character(len=:), allocatable :: text
-
       character(len=24) :: buffer
 
       text = to_text(x)
@@ -116,11 +115,10 @@ contains
    end function time_text
 
    !> Number of a text.
-   pure function rounded(buffer) result(x)
+   pure real(wp) function rounded(buffer)
       character(len=*), intent(in) :: buffer
-      real(wp) :: x
 
-      read (buffer, *) x
+      read(buffer, *) rounded
    end function rounded
 
    !> A text without control characters.

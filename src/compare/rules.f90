@@ -99,7 +99,6 @@ contains
       type(rules_type), intent(inout) :: rules
       !> Set when it cannot be read, or holds mistakes; it then tells all of them.
       type(error_type), allocatable, intent(out) :: error
-
       character(len=:), allocatable :: text
 
       call read_file(path, text, error)
@@ -155,7 +154,6 @@ contains
       !> Whether there is a rule, without mistake.
       logical, intent(out) :: found
       type(diagnostics_type), intent(inout) :: diagnostics
-
       character(len=*), parameter :: form = "PATTERN ATOL RTOL or PATTERN ignore"
       integer :: starts(4), ends(4), n, n_before
       real(wp) :: tolerances(2)
@@ -230,7 +228,6 @@ contains
       integer, intent(out) :: ends(4)
       !> Number of words, at most 4.
       integer, intent(out) :: n
-
       character(len=*), parameter :: blanks = " " // achar(9) // achar(13)
       integer :: i
 
@@ -256,18 +253,17 @@ contains
    end subroutine split
 
    !> Whether every set of a pattern has its end.
-   pure function sets_closed(pattern) result(closed)
+   pure logical function sets_closed(pattern)
       character(len=*), intent(in) :: pattern
-      logical :: closed
       integer :: i, last
 
-      closed = .true.
+      sets_closed = .true.
       i = 1
-      do while (i <= len(pattern) .and. closed)
+      do while (i <= len(pattern) .and. sets_closed)
          last = i
          if (pattern(i:i) == "[") then
             last = set_end(pattern, i)
-            closed = last > 0
+            sets_closed = last > 0
          end if
          i = last + 1
       end do
@@ -356,24 +352,21 @@ contains
    end function find_verdict
 
    !> Whether a pattern stands for an object or attribute.
-   pure function stands_for(pattern, path, attribute) result(does)
+   pure logical function stands_for(pattern, path, attribute)
       character(len=*), intent(in) :: pattern
       character(len=*), intent(in) :: path
       !> Name of its attribute; empty for the object itself.
       character(len=*), intent(in) :: attribute
-      logical :: does
 
-      does = matches(pattern, path)
-      if (does .or. attribute == "" .or. index(pattern, "@") == 0) return
-      does = matches(pattern, path // "@" // attribute)
+      stands_for = matches(pattern, path)
+      if (stands_for .or. attribute == "" .or. index(pattern, "@") == 0) return
+      stands_for = matches(pattern, path // "@" // attribute)
    end function stands_for
 
    !> Whether a pattern stands for a text.
-   pure function matches(pattern, text) result(does)
+   pure logical function matches(pattern, text)
       character(len=*), intent(in) :: pattern
       character(len=*), intent(in) :: text
-      logical :: does
-
       ! Place after the last '*' met, and of the text that it has to go on with: only that one need
       ! be tried again, so the time is at most the product of the lengths.
       integer :: star, again, p, t, width
@@ -401,11 +394,11 @@ contains
             t = again
             p = star
          else
-            does = .false.
+            matches = .false.
             return
          end if
       end do
-      does = verify(pattern(p:), "*") == 0
+      matches = verify(pattern(p:), "*") == 0
    end function matches
 
    !> Match one character.

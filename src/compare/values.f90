@@ -419,7 +419,6 @@ contains
       character(len=*), intent(in) :: text
       !> The same without the line.
       character(len=:), allocatable :: rest
-
       character(len=*), parameter :: key = new_line("a") // "   file = "
       integer :: group, line, last
 

@@ -544,7 +544,6 @@ contains
       character(len=:), allocatable, intent(out) :: status_text
       !> Set when the file is no readable HDF5 file, has no status, or is being written.
       type(error_type), allocatable, intent(out) :: error
-
       character(kind=c_char, len=256) :: buffer
 
       status_text = ""

@@ -391,7 +391,6 @@ contains
       logical, intent(in) :: attributes
       type(hdf5_entry_type), allocatable, intent(out) :: entries(:)
       type(error_type), allocatable, intent(out) :: error
-
       type(c_ptr) :: names
       integer(c_int) :: i, kind
 
@@ -431,7 +430,6 @@ contains
       !> Where it leads.
       character(len=:), allocatable, intent(out) :: text
       type(error_type), allocatable, intent(out) :: error
-
       type(c_ptr) :: pointer
 
       text = ""
@@ -463,7 +461,6 @@ contains
    !> Take over what C knows about an item.
    subroutine describe(item)
       class(hdf5_item_type), intent(inout) :: item
-
       integer(c_int) :: rank, is_null
 
       item%class = int(c_describe(item%handle, item%size, rank, item%extents, item%chunk, is_null))
@@ -481,11 +478,10 @@ contains
    end subroutine close_item
 
    !> Whether an item is open.
-   pure function item_is_open(self) result(answer)
+   pure logical function item_is_open(self)
       class(hdf5_item_type), intent(in) :: self
-      logical :: answer
 
-      answer = c_associated(self%handle)
+      item_is_open = c_associated(self%handle)
    end function item_is_open
 
    !> Words for the type of an item's values.
@@ -498,13 +494,12 @@ contains
    end function type_text
 
    !> Whether the values of two items are of the same type, bit for bit.
-   function same_type(self, other) result(same)
+   logical function same_type(self, other)
       class(hdf5_item_type), intent(in) :: self
       !> Another item.
       class(hdf5_item_type), intent(in) :: other
-      logical :: same
 
-      same = c_same_type(self%handle, other%handle) /= 0
+      same_type = c_same_type(self%handle, other%handle) /= 0
    end function same_type
 
    !> Read a block of reals, or of integers as reals.
@@ -557,7 +552,6 @@ contains
       integer, intent(in) :: n
       type(string_type), allocatable, intent(inout) :: texts(:)
       type(error_type), allocatable, intent(out) :: error
-
       integer :: i
 
       if (c_read_texts(self%handle, start, count) /= 0) then

@@ -417,11 +417,10 @@ contains
    end subroutine append_events
 
    !> Whether the last flush is some seconds ago.
-   function flush_is_due(self) result(answer)
+   logical function flush_is_due(self)
       class(trajectory_type), intent(in) :: self
-      logical :: answer
 
-      answer = wall_seconds() - self%last_flush >= self%flush_interval
+      flush_is_due = wall_seconds() - self%last_flush >= self%flush_interval
    end function flush_is_due
 
    !> Append what waits and bring the file to the disk.

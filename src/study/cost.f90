@@ -448,22 +448,21 @@ contains
    end subroutine judge_runs
 
    !> The cheapest run whose error is within a bound; 0 for none.
-   pure function cheapest(study, largest) result(best)
+   pure integer function cheapest(study, largest)
       !> The study, judged.
       type(study_type), intent(in) :: study
       !> Largest scaled error [-].
       real(wp), intent(in) :: largest
-      integer :: best
       integer :: i
 
-      best = 0
+      cheapest = 0
       do i = 1, size(study%runs)
          if (.not. ieee_is_finite(study%runs(i)%bound)) cycle
          if (study%runs(i)%bound > largest) cycle
-         if (best > 0) then
-            if (study%runs(i)%trial%cpu >= study%runs(best)%trial%cpu) cycle
+         if (cheapest > 0) then
+            if (study%runs(i)%trial%cpu >= study%runs(cheapest)%trial%cpu) cycle
          end if
-         best = i
+         cheapest = i
       end do
    end function cheapest
 

@@ -153,11 +153,10 @@ contains
    end subroutine tell
 
    !> Whether to stop; no unless an onlooker overrides this.
-   function stops(self) result(answer)
+   logical function stops(self)
       class(onlooker_type), intent(in) :: self
-      logical :: answer
 
-      answer = .false.
+      stops = .false.
    end function stops
 
    !> Compute a reference.

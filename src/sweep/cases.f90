@@ -68,13 +68,12 @@ contains
    end subroutine work_case
 
    !> Whether the row of a case is in the journal.
-   function done_case(self, piece) result(answer)
+   logical function done_case(self, piece)
       class(cases_type), intent(in) :: self
       !> Position of the case.
       integer(i8), intent(in) :: piece
-      logical :: answer
 
-      answer = self%journal%has(piece)
+      done_case = self%journal%has(piece)
    end function done_case
 
    !> Write the row of a case that never ended.

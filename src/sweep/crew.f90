@@ -53,12 +53,11 @@ module contensou_sweep_crew
       end subroutine work_interface
 
       !> Whether a piece is done already. Called by many threads at once.
-      function done_interface(self, piece) result(answer)
+      logical function done_interface(self, piece)
          import :: i8, job_type
          implicit none(type, external)
          class(job_type), intent(in) :: self
          integer(i8), intent(in) :: piece
-         logical :: answer
       end function done_interface
 
       !> A piece is given up.
@@ -126,7 +125,7 @@ module contensou_sweep_crew
 
       !> Do all pieces.
       function c_run(context, pieces, threads, time_limit, work, done, lost, look, reason) &
-         & result(code) bind(c, name="contensou_crew_run")
+         result(code) bind(c, name="contensou_crew_run")
          import :: c_char, c_double, c_funptr, c_int, c_int64_t, c_ptr
          implicit none(type, external)
          !> What the functions get.
@@ -198,17 +197,15 @@ contains
    end subroutine begin_piece
 
    !> In a worker: whether all are to stop; costs one load.
-   function crew_stopping() result(answer)
-      logical :: answer
+   logical function crew_stopping()
 
-      answer = c_stopping() /= 0
+      crew_stopping = c_stopping() /= 0
    end function crew_stopping
 
    !> Whether a signal has asked to stop since `hold_signals`.
-   function stop_requested() result(answer)
-      logical :: answer
+   logical function stop_requested()
 
-      answer = c_stop_requested() /= 0
+      stop_requested = c_stop_requested() /= 0
    end function stop_requested
 
    !> Do a piece.

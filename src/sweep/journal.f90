@@ -36,7 +36,7 @@ module contensou_sweep_journal
    interface
       !> Open or create a journal.
       function c_open(path, key, count, columns, replace, outcome) result(handle) &
-         & bind(c, name="contensou_journal_open")
+         bind(c, name="contensou_journal_open")
          import :: c_char, c_int, c_int64_t, c_ptr
          implicit none(type, external)
          !> Name, null-terminated.
@@ -57,7 +57,7 @@ module contensou_sweep_journal
 
       !> Fill a slot.
       function c_write(handle, position, number, status, values, message, length) result(code) &
-         & bind(c, name="contensou_journal_write")
+         bind(c, name="contensou_journal_write")
          import :: c_char, c_double, c_int, c_int64_t, c_ptr
          implicit none(type, external)
          !> The journal.
@@ -88,7 +88,7 @@ module contensou_sweep_journal
 
       !> Content of a slot.
       function c_read(handle, position, number, status, values, message, length) result(code) &
-         & bind(c, name="contensou_journal_read")
+         bind(c, name="contensou_journal_read")
          import :: c_char, c_double, c_int, c_int64_t, c_ptr
          implicit none(type, external)
          !> The journal.
@@ -193,13 +193,12 @@ contains
    end subroutine write
 
    !> Whether a slot is filled. Thread-safe.
-   function has(self, position) result(answer)
+   logical function has(self, position)
       class(journal_type), intent(in) :: self
       !> Slot, from 1.
       integer(i8), intent(in) :: position
-      logical :: answer
 
-      answer = c_has(self%handle, position - 1) /= 0
+      has = c_has(self%handle, position - 1) /= 0
    end function has
 
    !> Content of a slot.

@@ -39,9 +39,8 @@ module contensou_sweep_reader
 contains
 
    !> Whether a file has a group `sweep` and no group `scene`; false for one that cannot be read.
-   function is_sweep_file(path) result(is)
+   logical function is_sweep_file(path)
       character(len=*), intent(in) :: path
-      logical :: is
       type(document_type) :: document
       type(schema_type) :: schema
       type(diagnostics_type) :: ignored
@@ -49,15 +48,15 @@ contains
       integer :: i
 
       call read_document(path, document, ignored, error)
-      is = .false.
+      is_sweep_file = .false.
       if (allocated(error)) return
       call sweep_schema(schema)
       do i = 1, document%n_groups
          if (document%groups(i)%name == "scene") then
-            is = .false.
+            is_sweep_file = .false.
             return
          end if
-         is = is .or. schema%find(document%groups(i)%name) > 0
+         is_sweep_file = is_sweep_file .or. schema%find(document%groups(i)%name) > 0
       end do
    end function is_sweep_file
 

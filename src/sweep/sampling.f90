@@ -78,18 +78,17 @@ contains
    end subroutine begin
 
    !> A coordinate of a point, in [0, 1).
-   pure function coordinate(self, i, d) result(u)
+   pure real(wp) function coordinate(self, i, d)
       class(sampler_type), intent(in) :: self
       !> Number of the point, from 1.
       integer(i8), intent(in) :: i
       !> Dimension, from 1.
       integer, intent(in) :: d
-      real(wp) :: u
       integer(i8) :: gray, numerator
       integer :: bit
 
       if (self%sampling == sampling_latin) then
-         u = (real(permuted(i - 1, self%n, self%seed, d), wp) + uniform(self%seed, d, i)) &
+         coordinate = (real(permuted(i - 1, self%n, self%seed, d), wp) + uniform(self%seed, d, i)) &
             /real(self%n, wp)
       else
          gray = ieor(i, shiftr(i, 1))
@@ -97,14 +96,14 @@ contains
          do bit = 1, size(self%directions, 1)
             if (btest(gray, bit - 1)) numerator = ieor(numerator, self%directions(bit, d))
          end do
-         u = real(numerator, wp)*2.0_wp**(-sobol_bits) + self%shift(d)
-         if (u >= 1.0_wp) u = u - 1.0_wp
+         coordinate = real(numerator, wp)*2.0_wp**(-sobol_bits) + self%shift(d)
+         if (coordinate >= 1.0_wp) coordinate = coordinate - 1.0_wp
       end if
-      u = min(u, 1.0_wp - epsilon(u))
+      coordinate = min(coordinate, 1.0_wp - epsilon(coordinate))
    end function coordinate
 
    !> Where a keyed permutation of 0 to n - 1 sends a number.
-   pure function permuted(i, n, seed, key) result(j)
+   pure integer(i8) function permuted(i, n, seed, key)
       !> The number, from 0.
       integer(i8), intent(in) :: i
       !> How many there are, at most 2^40.
@@ -112,7 +111,6 @@ contains
       integer(i8), intent(in) :: seed
       !> Which permutation.
       integer, intent(in) :: key
-      integer(i8) :: j
       ! On fewer numbers a Feistel network has few permutations.
       integer, parameter :: least_half = 4
       integer(i8) :: left, right, next, mask
@@ -123,55 +121,52 @@ contains
          half = half + 1
       end do
       mask = shiftl(1_i8, half) - 1
-      j = i
+      permuted = i
       do
-         left = shiftr(j, half)
-         right = iand(j, mask)
+         left = shiftr(permuted, half)
+         right = iand(permuted, mask)
          do round = 1, rounds
             next = ieor(left, iand(hash(seed, 64*key + round, right), mask))
             left = right
             right = next
          end do
-         j = ior(shiftl(left, half), right)
-         if (j < n) exit
+         permuted = ior(shiftl(left, half), right)
+         if (permuted < n) exit
       end do
    end function permuted
 
    !> A number in [0, 1) that looks random, always the same for the same arguments.
-   pure function uniform(seed, key, i) result(u)
+   pure real(wp) function uniform(seed, key, i)
       integer(i8), intent(in) :: seed
       !> Which sequence.
       integer, intent(in) :: key
       !> Number in the sequence.
       integer(i8), intent(in) :: i
-      real(wp) :: u
       integer(i8) :: high, low
 
       high = hash(seed, -2*key, i)
       low = hash(seed, -2*key - 1, i)
-      u = real(ior(shiftl(high, 21), shiftr(low, 11)), wp)*2.0_wp**(-53)
+      uniform = real(ior(shiftl(high, 21), shiftr(low, 11)), wp)*2.0_wp**(-53)
    end function uniform
 
    !> 32 bits that depend on all bits of the arguments.
-   pure function hash(seed, key, i) result(h)
+   pure integer(i8) function hash(seed, key, i)
       integer(i8), intent(in) :: seed
       !> Which function.
       integer, intent(in) :: key
       !> Argument.
       integer(i8), intent(in) :: i
-      integer(i8) :: h
 
-      h = mixed(ieor(iand(seed, low32), int(z"9E3779B9", i8)))
-      h = mixed(ieor(h, iand(shiftr(seed, 32), low32)))
-      h = mixed(ieor(h, iand(int(key, i8), low32)))
-      h = mixed(ieor(h, iand(i, low32)))
-      h = mixed(ieor(h, iand(shiftr(i, 32), low32)))
+      hash = mixed(ieor(iand(seed, low32), int(z"9E3779B9", i8)))
+      hash = mixed(ieor(hash, iand(shiftr(seed, 32), low32)))
+      hash = mixed(ieor(hash, iand(int(key, i8), low32)))
+      hash = mixed(ieor(hash, iand(i, low32)))
+      hash = mixed(ieor(hash, iand(shiftr(i, 32), low32)))
    end function hash
 
    !> 64 bits that depend on all of a text.
-   pure function hash_text(text) result(h)
+   pure integer(i8) function hash_text(text)
       character(len=*), intent(in) :: text
-      integer(i8) :: h
       integer(i8) :: high, low
       integer :: i
 
@@ -181,15 +176,14 @@ contains
          high = mixed(ieor(high, int(ichar(text(i:i)), i8)))
          low = mixed(ieor(low, int(ichar(text(i:i)), i8)))
       end do
-      h = ior(shiftl(high, 32), low)
+      hash_text = ior(shiftl(high, 32), low)
    end function hash_text
 
    !> 64 bits that depend on all of a table of numbers.
-   pure function hash_values(start, values) result(h)
+   pure integer(i8) function hash_values(start, values)
       !> Bits to begin with.
       integer(i8), intent(in) :: start
       real(wp), intent(in) :: values(:, :)
-      integer(i8) :: h
       integer(i8) :: high, low
       integer :: i, k
 
@@ -201,22 +195,21 @@ contains
             low = hash(low, 2, transfer(values(k, i), 0_i8))
          end do
       end do
-      h = ior(shiftl(high, 32), low)
+      hash_values = ior(shiftl(high, 32), low)
    end function hash_values
 
    !> A permutation of the 32-bit numbers each bit of which depends on every bit (the finalizer of
    !> A. Appleby's MurmurHash3, with a start that does not leave zero where it is).
-   pure function mixed(x) result(h)
+   pure integer(i8) function mixed(x)
       !> A number of 32 bits.
       integer(i8), intent(in) :: x
-      integer(i8) :: h
 
-      h = iand(x + int(z"6A09E667", i8), low32)
-      h = ieor(h, shiftr(h, 16))
-      h = times(h, int(z"85EBCA6B", i8))
-      h = ieor(h, shiftr(h, 13))
-      h = times(h, int(z"C2B2AE35", i8))
-      h = ieor(h, shiftr(h, 16))
+      mixed = iand(x + int(z"6A09E667", i8), low32)
+      mixed = ieor(mixed, shiftr(mixed, 16))
+      mixed = times(mixed, int(z"85EBCA6B", i8))
+      mixed = ieor(mixed, shiftr(mixed, 13))
+      mixed = times(mixed, int(z"C2B2AE35", i8))
+      mixed = ieor(mixed, shiftr(mixed, 16))
    end function mixed
 
    !> Product modulo 2^32, without overflow on the way.

@@ -62,16 +62,15 @@ contains
    contains
 
       !> Cases before the shard after the k-th one, without overflow.
-      pure function first_of(n, k, m) result(before)
+      pure integer(i8) function first_of(n, k, m)
          !> Number of cases.
          integer(i8), intent(in) :: n
          !> Shards before.
          integer(i8), intent(in) :: k
          !> Number of shards.
          integer, intent(in) :: m
-         integer(i8) :: before
 
-         before = (n/m)*k + min(k, mod(n, int(m, i8)))
+         first_of = (n/m)*k + min(k, mod(n, int(m, i8)))
       end function first_of
 
    end subroutine select_cases
@@ -125,16 +124,15 @@ contains
    end subroutine parse_ranges
 
    !> A number of a case; -1 if it is none.
-   pure function case_number(word) result(number)
+   pure integer(i8) function case_number(word)
       character(len=*), intent(in) :: word
-      integer(i8) :: number
       integer :: code
 
-      number = -1
+      case_number = -1
       if (len(word) == 0 .or. len(word) > 18) return
       if (verify(word, "0123456789") > 0) return
-      read(word, *, iostat=code) number
-      if (code /= 0) number = -1
+      read(word, *, iostat=code) case_number
+      if (code /= 0) case_number = -1
    end function case_number
 
    !> The cases between two positions of a selection.
@@ -164,28 +162,26 @@ contains
    end subroutine cut
 
    !> How many cases a selection has.
-   pure function count_cases(self) result(count)
+   pure integer(i8) function count_cases(self)
       class(selection_type), intent(in) :: self
-      integer(i8) :: count
 
-      count = sum(self%ranges(2, :) - self%ranges(1, :) + 1)
+      count_cases = sum(self%ranges(2, :) - self%ranges(1, :) + 1)
    end function count_cases
 
    !> Number of the case at a position.
-   pure function case_at(self, position) result(number)
+   pure integer(i8) function case_at(self, position)
       class(selection_type), intent(in) :: self
       !> Position, from 1.
       integer(i8), intent(in) :: position
-      integer(i8) :: number
       integer(i8) :: left, length
       integer :: i
 
       left = position
-      number = 0
+      case_at = 0
       do i = 1, size(self%ranges, 2)
          length = self%ranges(2, i) - self%ranges(1, i) + 1
          if (left <= length) then
-            number = self%ranges(1, i) + left - 1
+            case_at = self%ranges(1, i) + left - 1
             return
          end if
          left = left - length
@@ -193,19 +189,18 @@ contains
    end function case_at
 
    !> Position of a case; 0 if it is not there.
-   pure function position_of(self, number) result(position)
+   pure integer(i8) function position_of(self, number)
       class(selection_type), intent(in) :: self
       !> Number of the case.
       integer(i8), intent(in) :: number
-      integer(i8) :: position
       integer(i8) :: before
       integer :: i
 
-      position = 0
+      position_of = 0
       before = 0
       do i = 1, size(self%ranges, 2)
          associate (first => self%ranges(1, i), last => self%ranges(2, i))
-            if (number >= first .and. number <= last) position = before + number - first + 1
+            if (number >= first .and. number <= last) position_of = before + number - first + 1
             before = before + last - first + 1
          end associate
       end do

@@ -200,13 +200,12 @@ contains
    end subroutine run_words
 
    !> Whether a trajectory is there.
-   function done_trajectory(self, piece) result(answer)
+   logical function done_trajectory(self, piece)
       class(trajectories_type), intent(in) :: self
       !> Which one.
       integer(i8), intent(in) :: piece
-      logical :: answer
 
-      answer = file_exists(self%files(piece)%s)
+      done_trajectory = file_exists(self%files(piece)%s)
    end function done_trajectory
 
    !> A trajectory that cannot be written is not there.

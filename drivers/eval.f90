@@ -9,7 +9,7 @@ module contensou_drivers_eval
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : admits, kind_real
+   use contensou_base_schema, only : admits, kind_real
    use contensou_base_text, only : did_you_mean, join, lower, quote, strings
    use contensou_contact_catalogue, only : law_keys_type
    use contensou_contact_friction, only : friction_model_type, friction_models, friction_type

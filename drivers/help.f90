@@ -3,7 +3,7 @@ module contensou_drivers_help
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_operating_system, only : write_stdout
    use contensou_base_resolve, only : expected_of
-   use contensou_base_settings, only : any_number, domain_text, group_spec_type, is_number, &
+   use contensou_base_schema, only : any_number, domain_text, group_spec_type, is_number, &
       key_type, kind_any, kind_choice, kind_logical, kind_name, kind_reference, kind_text
    use contensou_base_text, only : did_you_mean, join, lower, quote
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &

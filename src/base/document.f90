@@ -159,15 +159,16 @@ contains
       type(parser_type) :: parser
 
       allocate(document%groups(0))
-      call split_lines(parser, text, diagnostics)
+      parser%diagnostics = diagnostics
+      call split_lines(parser, text)
       parser%last_group = ""
       do
          call skip_space(parser)
          if (at_end(parser)) exit
          if (peek(parser) == "&") then
-            call parse_ampersand(parser, document, diagnostics)
+            call parse_ampersand(parser, document)
          else
-            call parse_outside(parser, document, diagnostics)
+            call parse_outside(parser, document)
          end if
       end do
       call resize_groups(document, document%n_groups)
@@ -176,6 +177,7 @@ contains
       document%n_sources = 1
       document%sources(1)%name = name
       call move_alloc(parser%lines, document%sources(1)%lines)
+      diagnostics = parser%diagnostics
    end subroutine parse_document
 
    !> Read a list of values that does not stand in a file, such as a setting from the command
@@ -200,13 +202,14 @@ contains
       parser%source = document%n_sources + 1
       parser%list_only = .true.
       if (present(bare_text)) parser%bare_text = bare_text
-      call split_lines(parser, text, diagnostics)
+      parser%diagnostics = diagnostics
+      call split_lines(parser, text)
       allocate(buffer(4))
-      call parse_values(parser, buffer, n, diagnostics)
+      call parse_values(parser, buffer, n)
       call skip_space(parser)
       if (.not. at_end(parser)) then
          origin = here(parser, 1)
-         call mistake(parser, diagnostics, origin, "unexpected '" // peek(parser) // "'", &
+         call mistake(parser, origin, "unexpected '" // peek(parser) // "'", &
             "values separated by commas")
       end if
       call copy_values(buffer, n, values)
@@ -215,13 +218,13 @@ contains
       source%name = name
       call move_alloc(parser%lines, source%lines)
       call append_source(document, source)
+      diagnostics = parser%diagnostics
    end subroutine parse_value_list
 
    !> Read what begins with an ampersand outside any group.
-   pure subroutine parse_ampersand(parser, document, diagnostics)
+   pure subroutine parse_ampersand(parser, document)
       type(parser_type), intent(inout) :: parser
       type(document_type), intent(inout) :: document
-      type(diagnostics_type), intent(inout) :: diagnostics
       character(len=:), allocatable :: name, shown
       type(origin_type) :: origin
       integer :: last, n_before
@@ -233,12 +236,11 @@ contains
       parser%column = last + 1
       if (is_name(name)) then
          if (lower(name) == "end") then
-            call mistake(parser, diagnostics, origin, "&end outside any group", &
-               "a group that it could end")
+            call mistake(parser, origin, "&end outside any group", "a group that it could end")
             return
          end if
       else if (len(name) == 0) then
-         call mistake(parser, diagnostics, origin, "name of a group missing after '&'", &
+         call mistake(parser, origin, "name of a group missing after '&'", &
             "'&' directly followed by a name, such as &body")
          call skip_space(parser)
          last = word_end(parser, parser%column)
@@ -251,26 +253,25 @@ contains
             end if
          end if
       else
-         call mistake(parser, diagnostics, origin, "'" // shorten(name, word_width) // &
+         call mistake(parser, origin, "'" // shorten(name, word_width) // &
             "' is not the name of a group", &
             "letters, digits and underscores, a letter first")
          name = ""
       end if
-      call parse_group(parser, lower(name), origin, n_before, document, diagnostics)
+      call parse_group(parser, lower(name), origin, n_before, document)
    end subroutine parse_ampersand
 
    !> Report text outside any group and find the next place to go on.
-   pure subroutine parse_outside(parser, document, diagnostics)
+   pure subroutine parse_outside(parser, document)
       type(parser_type), intent(inout) :: parser
       type(document_type), intent(inout) :: document
-      type(diagnostics_type), intent(inout) :: diagnostics
       character(len=:), allocatable :: expected, word
       type(origin_type) :: origin
       integer :: last, n_before
       logical :: found
 
       n_before = parser%n_mistakes
-      call foreign_comment(parser, diagnostics, found)
+      call foreign_comment(parser, found)
       if (found) then
          parser%line = parser%line + 1
          parser%column = 1
@@ -282,24 +283,24 @@ contains
       word = parser%lines(parser%line)%s(parser%column:last)
       if (is_key(parser)) then
          expected = "'&' and the name of a group before the keys"
-         call mistake(parser, diagnostics, origin, "key '" // shorten(word, word_width) // &
+         call mistake(parser, origin, "key '" // shorten(word, word_width) // &
             "' outside any group", expected // closed_hint(parser))
-         call parse_group(parser, "", origin, n_before, document, diagnostics)
+         call parse_group(parser, "", origin, n_before, document)
          return
       end if
 
       if (is_name(word) .or. (is_name(word(2:)) .and. word(1:1) == "$")) then
          if (word(1:1) == "$") word = word(2:)
          if (key_follows(parser, last + 1)) then
-            call mistake(parser, diagnostics, origin, "'&' missing before '" // &
+            call mistake(parser, origin, "'&' missing before '" // &
                shorten(word, word_width) // "'", "&" // shorten(word, word_width))
             parser%column = last + 1
-            call parse_group(parser, lower(word), origin, n_before, document, diagnostics)
+            call parse_group(parser, lower(word), origin, n_before, document)
             return
          end if
       end if
 
-      call mistake(parser, diagnostics, origin, "'" // shorten(word, word_width) // &
+      call mistake(parser, origin, "'" // shorten(word, word_width) // &
          "' outside any group", &
          "'&' and the name of a group, or '!' before a comment" // closed_hint(parser))
       parser%column = last + 1
@@ -319,13 +320,12 @@ contains
 
       hint = ""
       if (parser%last_line == parser%line .and. len(parser%last_group) > 0) then
-         hint = " ('/' ended &" // shorten(parser%last_group, word_width) // &
-            " in this line)"
+         hint = " ('/' ended &" // shorten(parser%last_group, word_width) // " in this line)"
       end if
    end function closed_hint
 
    !> Read the assignments of a group up to its end.
-   pure subroutine parse_group(parser, name, origin, n_before, document, diagnostics)
+   pure subroutine parse_group(parser, name, origin, n_before, document)
       type(parser_type), intent(inout) :: parser
       !> Name in lower case; empty if what is read belongs to no known group.
       character(len=*), intent(in) :: name
@@ -333,7 +333,6 @@ contains
       !> Number of mistakes before the group.
       integer, intent(in) :: n_before
       type(document_type), intent(inout) :: document
-      type(diagnostics_type), intent(inout) :: diagnostics
       type(group_type) :: group
       type(value_type), allocatable :: buffer(:)
       character(len=:), allocatable :: before
@@ -361,29 +360,28 @@ contains
                exit
             end if
             if (scan(peek_next(parser), letters // digits // "_") > 0) exit
-            call parse_continuation(parser, diagnostics)
+            call parse_continuation(parser)
          case ("=")
-            call mistake(parser, diagnostics, here(parser, 1), "key missing before '='", &
-               "KEY = VALUE")
+            call mistake(parser, here(parser, 1), "key missing before '='", "KEY = VALUE")
             parser%column = parser%column + 1
-            call discard_values(parser, buffer, diagnostics)
+            call discard_values(parser, buffer)
          case (",", ";")
-            call mistake(parser, diagnostics, here(parser, 1), "unexpected '" // &
+            call mistake(parser, here(parser, 1), "unexpected '" // &
                peek(parser) // "'", "KEY = VALUE, or '/' to end the group")
             do while (scan(peek(parser), ",;" // blanks) > 0)
                parser%column = parser%column + 1
             end do
          case default
-            call foreign_comment(parser, diagnostics, found)
+            call foreign_comment(parser, found)
             if (.not. found) then
                last = word_end(parser, column)
                if (is_key(parser) .or. is_name(parser%lines(line)%s(column:last))) then
-                  call parse_assignment(parser, group, buffer, diagnostics)
+                  call parse_assignment(parser, group, buffer)
                else
                   last = max(last, column)
-                  call mistake(parser, diagnostics, here(parser, last - column + 1), &
+                  call mistake(parser, here(parser, last - column + 1), &
                      "value without a key", "KEY = VALUE")
-                  call discard_values(parser, buffer, diagnostics)
+                  call discard_values(parser, buffer)
                end if
             end if
          end select
@@ -402,7 +400,7 @@ contains
             before = shorten(parser%lines(parser%line)%s(parser%column:last), word_width) // &
                " in line " // to_text(parser%line)
          end if
-         call mistake(parser, diagnostics, origin, "group &" // shorten(name, word_width) // &
+         call mistake(parser, origin, "group &" // shorten(name, word_width) // &
             " is not closed", "'/' before " // before)
       end if
       if (len(name) == 0 .or. parser%stopped) return
@@ -410,15 +408,14 @@ contains
       group%name = name
       group%origin = origin
       group%complete = parser%n_mistakes == n_before
-      call append_group(parser, group, document, diagnostics)
+      call append_group(parser, group, document)
    end subroutine parse_group
 
    !> Read a key, its equals sign and its values.
-   pure subroutine parse_assignment(parser, group, buffer, diagnostics)
+   pure subroutine parse_assignment(parser, group, buffer)
       type(parser_type), intent(inout) :: parser
       type(group_type), intent(inout) :: group
       type(value_type), allocatable, intent(inout) :: buffer(:)
-      type(diagnostics_type), intent(inout) :: diagnostics
       type(assignment_type) :: assignment
       character(len=:), allocatable :: word
       logical :: valid, was_quiet
@@ -438,24 +435,24 @@ contains
       valid = is_name(word)
       if (.not. valid) then
          if (scan(word, "%") > 1) then
-            call mistake(parser, diagnostics, assignment%origin, "key '" // &
+            call mistake(parser, assignment%origin, "key '" // &
                shorten(word, word_width) // "' has a component", &
                "a plain key, without '%'")
          else
-            call mistake(parser, diagnostics, assignment%origin, "'" // &
+            call mistake(parser, assignment%origin, "'" // &
                shorten(word, word_width) // "' is not a key", &
                "letters, digits and underscores, a letter first")
          end if
       end if
       call skip_blanks(parser)
       if (peek(parser) == "(") then
-         call parse_subscript(parser, assignment, valid, diagnostics)
+         call parse_subscript(parser, assignment, valid)
          call skip_blanks(parser)
       end if
       if (peek(parser) == "%") then
          last = word_end(parser, parser%column)
          if (valid) then
-            call mistake(parser, diagnostics, here(parser, last - parser%column + 1), &
+            call mistake(parser, here(parser, last - parser%column + 1), &
                "key '" // shorten(word, word_width) // "' has a component", &
                "a plain key, without '%'")
          end if
@@ -467,7 +464,7 @@ contains
       if (peek(parser) == ":") then
          n = 1
          if (peek_next(parser) == "=") n = 2
-         call mistake(parser, diagnostics, here(parser, n), &
+         call mistake(parser, here(parser, n), &
             "'" // parser%lines(parser%line)%s(parser%column:parser%column + n - 1) // &
             "' after '" // shorten(word, word_width) // "'", "'='")
          parser%column = parser%column + n
@@ -476,31 +473,30 @@ contains
          parser%column = parser%column + 1
       else
          if (valid) then
-            call mistake(parser, diagnostics, assignment%origin, "'=' missing after '" // &
+            call mistake(parser, assignment%origin, "'=' missing after '" // &
                shorten(word, word_width) // "'", &
                shorten(lower(word), word_width) // " = VALUE")
          end if
          ! Words that follow belong to this mistake.
          parser%quiet = .true.
       end if
-      call parse_values(parser, buffer, n, diagnostics)
+      call parse_values(parser, buffer, n)
       parser%quiet = was_quiet .or. parser%stopped
       if (.not. valid .or. parser%stopped) return
 
       assignment%key = lower(word)
       call copy_values(buffer, n, assignment%values)
-      call append_assignment(parser, group, assignment, diagnostics)
+      call append_assignment(parser, group, assignment)
    end subroutine parse_assignment
 
    !> Read a subscript in parentheses.
-   pure subroutine parse_subscript(parser, assignment, valid, diagnostics)
+   pure subroutine parse_subscript(parser, assignment, valid)
       !> State of the reading, at the opening parenthesis.
       type(parser_type), intent(inout) :: parser
       !> Assignment that gets the subscript.
       type(assignment_type), intent(inout) :: assignment
       !> Made false if the subscript is not valid.
       logical, intent(inout) :: valid
-      type(diagnostics_type), intent(inout) :: diagnostics
       character(len=*), parameter :: forms = "(N), (N:M), (N:), (:M) or (:) with N from 1"
       type(origin_type) :: origin
       integer :: colon, first, last, n
@@ -514,7 +510,7 @@ contains
          if (good) good = line%s(last:last) == ")"
          if (.not. good) then
             if (valid) then
-               call mistake(parser, diagnostics, here(parser, 1), "parenthesis is not closed", &
+               call mistake(parser, here(parser, 1), "parenthesis is not closed", &
                   "')' after the subscript")
             end if
             valid = .false.
@@ -535,7 +531,7 @@ contains
          good = assignment%first > 0 .and. assignment%last /= 0
          if (good .and. assignment%last > 0) good = assignment%last >= assignment%first
          if (valid .and. .not. good) then
-            call mistake(parser, diagnostics, origin, &
+            call mistake(parser, origin, &
                "bad subscript '" // shorten(line%s(first:last), word_width) // "'", forms)
          end if
       end associate
@@ -559,16 +555,15 @@ contains
    end subroutine read_subscript
 
    !> Append an assignment.
-   pure subroutine append_assignment(parser, group, assignment, diagnostics)
+   pure subroutine append_assignment(parser, group, assignment)
       type(parser_type), intent(inout) :: parser
       !> Group to append to; its list of assignments may be larger than their number.
       type(group_type), intent(inout) :: group
       !> The assignment; its key and values are moved.
       type(assignment_type), intent(inout) :: assignment
-      type(diagnostics_type), intent(inout) :: diagnostics
 
       if (parser%n_assignments == max_assignments) then
-         call give_up(parser, diagnostics, assignment%origin, &
+         call give_up(parser, assignment%origin, &
             "more than " // to_text(max_assignments) // " keys")
          return
       end if
@@ -581,17 +576,15 @@ contains
    end subroutine append_assignment
 
    !> Append a group.
-   pure subroutine append_group(parser, group, document, diagnostics)
+   pure subroutine append_group(parser, group, document)
       type(parser_type), intent(inout) :: parser
       !> The group; its assignments are moved.
       type(group_type), intent(inout) :: group
       !> Document to append to; its list of groups may be larger than their number.
       type(document_type), intent(inout) :: document
-      type(diagnostics_type), intent(inout) :: diagnostics
 
       if (parser%n_groups == max_groups) then
-         call give_up(parser, diagnostics, group%origin, &
-            "more than " // to_text(max_groups) // " groups")
+         call give_up(parser, group%origin, "more than " // to_text(max_groups) // " groups")
          return
       end if
       parser%n_groups = parser%n_groups + 1

@@ -26,6 +26,7 @@ module contensou_base_operating_system
       module procedure :: checksum_of_text
    end interface checksum
 
+   ! Functions of C. One that acts returns 0 or errno, one that answers 1 or 0.
    interface
       !> Give closed standard streams to /dev/null, before any file can take their place.
       subroutine open_standard_streams() bind(c, name="contensou_system_open_standard_streams")
@@ -65,15 +66,13 @@ module contensou_base_operating_system
       end function cpu_seconds
 
       !> Columns of the terminal on stderr; without one as COLUMNS says, else 80.
-      function terminal_width() result(columns) &
-         bind(c, name="contensou_system_terminal_width")
+      integer(c_int) function terminal_width() bind(c, name="contensou_system_terminal_width")
          import :: c_int
          implicit none(type, external)
-         integer(c_int) :: columns
       end function terminal_width
 
       !> Rename after bringing the content to the disk.
-      function c_rename(from, to, replace) result(code) bind(c, name="contensou_system_rename")
+      integer(c_int) function c_rename(from, to, replace) bind(c, name="contensou_system_rename")
          import :: c_char, c_int
          implicit none(type, external)
          !> Present name, null-terminated.
@@ -82,8 +81,6 @@ module contensou_base_operating_system
          character(kind=c_char), intent(in) :: to(*)
          !> Whether a file of the new name is replaced.
          integer(c_int), value :: replace
-         !> 0 or errno.
-         integer(c_int) :: code
       end function c_rename
 
       !> Names in a folder, each followed by a slash; null on failure.
@@ -105,59 +102,52 @@ module contensou_base_operating_system
       end subroutine c_free
 
       !> Remove a file.
-      function c_remove(path) result(code) bind(c, name="contensou_system_remove")
+      integer(c_int) function c_remove(path) bind(c, name="contensou_system_remove")
          import :: c_char, c_int
          implicit none(type, external)
          !> Name of the file, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
-         !> 0 or errno.
-         integer(c_int) :: code
       end function c_remove
 
       !> Whether a name is taken.
-      function c_exists(path) result(answer) bind(c, name="contensou_system_exists")
+      integer(c_int) function c_exists(path) bind(c, name="contensou_system_exists")
          import :: c_char, c_int
          implicit none(type, external)
          !> Name, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
-         integer(c_int) :: answer
       end function c_exists
 
       !> Whether a name is that of a folder.
-      function c_is_folder(path) result(answer) bind(c, name="contensou_system_is_folder")
+      integer(c_int) function c_is_folder(path) bind(c, name="contensou_system_is_folder")
          import :: c_char, c_int
          implicit none(type, external)
          !> Name, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
-         integer(c_int) :: answer
       end function c_is_folder
 
       !> Whether a file can be created where its name says.
-      function c_folder_writable(path) result(answer) &
+      integer(c_int) function c_folder_writable(path) &
          bind(c, name="contensou_system_folder_writable")
          import :: c_char, c_int
          implicit none(type, external)
          !> Name of the file, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
-         integer(c_int) :: answer
       end function c_folder_writable
 
       !> Whether another process is writing a file.
-      function c_is_locked(path) result(answer) bind(c, name="contensou_system_is_locked")
+      integer(c_int) function c_is_locked(path) bind(c, name="contensou_system_is_locked")
          import :: c_char, c_int
          implicit none(type, external)
          !> Name of the file, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
-         integer(c_int) :: answer
       end function c_is_locked
 
       !> Whether a standard stream is a terminal.
-      function c_is_terminal(unit) result(answer) bind(c, name="contensou_system_is_terminal")
+      integer(c_int) function c_is_terminal(unit) bind(c, name="contensou_system_is_terminal")
          import :: c_int
          implicit none(type, external)
          !> Number of the stream.
          integer(c_int), value :: unit
-         integer(c_int) :: answer
       end function c_is_terminal
 
       !> Name of this machine.
@@ -195,17 +185,15 @@ module contensou_base_operating_system
       end function c_write
 
       !> The system's words for an error number.
-      function c_reason(code) result(text) bind(c, name="contensou_system_reason")
+      type(c_ptr) function c_reason(code) bind(c, name="contensou_system_reason")
          import :: c_int, c_ptr
          implicit none(type, external)
          !> Value of errno.
          integer(c_int), value :: code
-         !> Null-terminated text.
-         type(c_ptr) :: text
       end function c_reason
 
       !> Replace a file at once.
-      function c_save(path, bytes, length) result(code) bind(c, name="contensou_system_save")
+      integer(c_int) function c_save(path, bytes, length) bind(c, name="contensou_system_save")
          import :: c_char, c_int, c_size_t
          implicit none(type, external)
          !> Name of the file, null-terminated.
@@ -214,8 +202,6 @@ module contensou_base_operating_system
          character(kind=c_char), intent(in) :: bytes(*)
          !> Number of bytes.
          integer(c_size_t), value :: length
-         !> 0 or errno.
-         integer(c_int) :: code
       end function c_save
 
       !> Continue a checksum.

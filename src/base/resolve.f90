@@ -6,15 +6,16 @@ module contensou_base_resolve
    use contensou_base_document_types, only : assignment_type, document_type, group_type, &
       value_integer, value_logical, value_null, value_real, value_text, value_type
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : admits, any_number, domain_text, group_schema_type, &
-      group_settings_type, is_number, key_type, kind_any, kind_choice, kind_file, kind_integer, &
-      kind_logical, kind_name, kind_real, kind_reference, kind_text, new_setting, schema_type, &
-      setting_type, settings_type, stored_group_type
+   use contensou_base_schema, only : admits, any_number, domain_text, group_schema_type, &
+      is_number, key_type, kind_any, kind_choice, kind_file, kind_integer, kind_logical, &
+      kind_name, kind_real, kind_reference, kind_text, schema_type, setting_type
+   use contensou_base_settings, only : group_settings_type, new_setting, settings_type, &
+      stored_group_type
    use contensou_base_text, only : join, lower, nearest, quote, string_type, strings, to_text
    implicit none(type, external)
    private
 
-   public :: resolve, take_value, expected_of, key_position, largest_number
+   public :: resolve, take_value, expected_of, largest_number
 
    !> Bound of the magnitudes of numbers and of the inverses of those that are not zero, so that
    !> products of a few of them neither overflow nor vanish: SI values of this world are far within.
@@ -26,11 +27,12 @@ contains
    subroutine resolve(document, schema, settings, diagnostics)
       type(document_type), intent(in) :: document
       type(schema_type), intent(in), target :: schema
-      !> All groups that the schema has.
+      !> What stands in the document, and the groups that may be left out, with their defaults.
       type(settings_type), intent(out), target :: settings
       type(diagnostics_type), intent(inout) :: diagnostics
       integer :: first(size(schema%groups)), kinds(document%n_groups)
       integer :: i, g, n
+      logical :: missing(size(schema%groups))
 
       first = 0
       kinds = 0
@@ -52,7 +54,9 @@ contains
             kinds(i) = g
          end associate
       end do
-      allocate(settings%groups(count(kinds > 0)))
+      missing = first == 0 .and. .not. (schema%groups%spec%repeats .or. &
+         schema%groups%spec%mandatory)
+      allocate(settings%groups(count(kinds > 0) + count(missing)))
       n = 0
       do i = 1, document%n_groups
          if (kinds(i) == 0) cycle
@@ -63,6 +67,11 @@ contains
          call check_complete(settings%group(n, schema), schema%groups(kinds(i)), diagnostics)
       end do
       do g = 1, size(schema%groups)
+         if (missing(g)) then
+            n = n + 1
+            settings%groups(n)%kind = g
+            settings%groups(n)%origin = origin_type(1, 0, 0, 1)
+         end if
          associate (spec => schema%groups(g)%spec)
             if (first(g) > 0 .or. settings%lost(g) .or. .not. spec%mandatory) cycle
             call diagnostics%add(origin_type(1, 0, 0, 1), "there is no group &" // &
@@ -185,7 +194,7 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
 
       misspelt = .false.
-      position = key_position(schema, assignment%key)
+      position = schema%position(assignment%key)
       if (position > 0) return
       position = nearest(assignment%key, schema%keys%name)
       misspelt = position > 0
@@ -198,18 +207,6 @@ contains
             "one of " // join(strings(schema%keys%name), ", "))
       end if
    end subroutine find_key
-
-   !> Position of a key in its group; 0 if the group does not have it.
-   pure integer function key_position(schema, name) result(position)
-      !> The keys of the group.
-      type(group_schema_type), intent(in) :: schema
-      character(len=*), intent(in) :: name
-
-      do position = 1, size(schema%keys)
-         if (schema%keys(position)%name == name) return
-      end do
-      position = 0
-   end function key_position
 
    !> Take the values of an assignment.
    subroutine take_assignment(assignment, key, names, setting, first, complete, diagnostics)

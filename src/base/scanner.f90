@@ -23,6 +23,8 @@ module contensou_base_scanner
       integer :: line = 1
       !> Column of the next character; beyond the end of the line stands the line end.
       integer :: column = 1
+      !> Mistakes so far.
+      type(diagnostics_type) :: diagnostics
       !> Whether a list of values is read, not a file.
       logical :: list_only = .false.
       !> Whether texts in that list may go without quotes.
@@ -83,8 +85,7 @@ module contensou_base_scanner
    character(len=*), parameter :: digits = "0123456789"
 
    !> Letters that names are made of.
-   character(len=*), parameter :: letters = &
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+   character(len=*), parameter :: letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
    !> Characters that end a word.
    character(len=*), parameter :: stops = blanks // quotes // ",;/!=&()"
@@ -92,12 +93,10 @@ module contensou_base_scanner
 contains
 
    !> Cut a text into lines; a byte order mark and carriage returns at line ends are dropped.
-   pure subroutine split_lines(parser, text, diagnostics)
+   pure subroutine split_lines(parser, text)
       !> Parser that gets the lines.
       type(parser_type), intent(inout) :: parser
       character(len=*), intent(in) :: text
-      !> Too many lines are reported here.
-      type(diagnostics_type), intent(inout) :: diagnostics
       character(len=*), parameter :: byte_order_mark = char(239) // char(187) // char(191)
       integer :: first, i, last, n, start
 
@@ -108,7 +107,7 @@ contains
          if (text(i:i) == newline .and. i < len(text)) n = n + 1
       end do
       if (n > max_lines) then
-         call mistake(parser, diagnostics, origin_type(source=parser%source, length=0), &
+         call mistake(parser, origin_type(source=parser%source, length=0), &
             "more than " // to_text(max_lines) // " lines")
          parser%stopped = .true.
          parser%quiet = .true.
@@ -352,27 +351,25 @@ contains
    end function key_ends
 
    !> Report a mistake, unless it follows from another.
-   pure subroutine mistake(parser, diagnostics, origin, message, expected)
+   pure subroutine mistake(parser, origin, message, expected)
       type(parser_type), intent(inout) :: parser
-      type(diagnostics_type), intent(inout) :: diagnostics
       type(origin_type), intent(in) :: origin
       character(len=*), intent(in) :: message
       character(len=*), intent(in), optional :: expected
 
       parser%n_mistakes = parser%n_mistakes + 1
-      if (.not. parser%quiet) call diagnostics%add(origin, message, expected)
+      if (.not. parser%quiet) call parser%diagnostics%add(origin, message, expected)
    end subroutine mistake
 
    !> Report that there is too much of something and give up reading.
-   pure subroutine give_up(parser, diagnostics, origin, message)
+   pure subroutine give_up(parser, origin, message)
       type(parser_type), intent(inout) :: parser
-      type(diagnostics_type), intent(inout) :: diagnostics
       type(origin_type), intent(in) :: origin
       !> What there is too much of.
       character(len=*), intent(in) :: message
 
       parser%quiet = parser%stopped
-      call mistake(parser, diagnostics, origin, message, "less of it in one file")
+      call mistake(parser, origin, message, "less of it in one file")
       parser%stopped = .true.
       parser%quiet = .true.
       parser%line = size(parser%lines) + 1
@@ -404,24 +401,22 @@ contains
    end subroutine lose_line
 
    !> Report a comment in the manner of other languages and skip it.
-   pure subroutine foreign_comment(parser, diagnostics, found)
+   pure subroutine foreign_comment(parser, found)
       type(parser_type), intent(inout) :: parser
-      type(diagnostics_type), intent(inout) :: diagnostics
       !> Whether there was one.
       logical, intent(out) :: found
 
       found = peek(parser) == "#"
       if (.not. found) return
-      call mistake(parser, diagnostics, here(parser, 1), "'#' does not begin a comment", "'!'")
+      call mistake(parser, here(parser, 1), "'#' does not begin a comment", "'!'")
       call lose_line(parser)
    end subroutine foreign_comment
 
    !> Report an ampersand that begins no group.
-   pure subroutine parse_continuation(parser, diagnostics)
+   pure subroutine parse_continuation(parser)
       type(parser_type), intent(inout) :: parser
-      type(diagnostics_type), intent(inout) :: diagnostics
 
-      call mistake(parser, diagnostics, here(parser, 1), "unexpected '&'", &
+      call mistake(parser, here(parser, 1), "unexpected '&'", &
          "nothing here: values go on in the next line by themselves")
       parser%column = parser%column + 1
    end subroutine parse_continuation

@@ -2,7 +2,7 @@
 !> counts, and words that are none of these.
 module contensou_base_value_reader
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
-   use contensou_base_diagnostics, only : diagnostics_type, origin_type
+   use contensou_base_diagnostics, only : origin_type
    use contensou_base_document_types, only : value_integer, value_logical, value_real, &
       value_text, value_type
    use contensou_base_kinds, only : i8
@@ -28,13 +28,12 @@ module contensou_base_value_reader
 contains
 
    !> Read values up to the next key, the end of the group, or an equals sign.
-   pure subroutine parse_values(parser, buffer, n, diagnostics)
+   pure subroutine parse_values(parser, buffer, n)
       type(parser_type), intent(inout) :: parser
       !> The values; its size is at least `n`.
       type(value_type), allocatable, intent(inout) :: buffer(:)
       !> Number of values.
       integer, intent(out) :: n
-      type(diagnostics_type), intent(inout) :: diagnostics
       type(value_type) :: missing
       logical :: after_comma, found, has_value
       integer :: column, line
@@ -50,12 +49,12 @@ contains
          select case (peek(parser))
          case (",", ";")
             if (peek(parser) == ";") then
-               call mistake(parser, diagnostics, here(parser, 1), &
+               call mistake(parser, here(parser, 1), &
                   "';' does not separate values", "a comma or a blank")
             end if
             if (.not. has_value) then
                missing%origin = here(parser, 1)
-               call append_value(parser, missing, 1, buffer, n, diagnostics)
+               call append_value(parser, missing, 1, buffer, n)
             end if
             has_value = .false.
             after_comma = .true.
@@ -63,31 +62,31 @@ contains
             cycle
          case ("/")
             if (parser%bare_text) then
-               call parse_token(parser, buffer, n, after_comma, found, diagnostics)
+               call parse_token(parser, buffer, n, after_comma, found)
             else if (.not. after_comma .and. .not. has_value &
                .and. scan(peek_next(parser), letters // digits // "._~") > 0) then
-               call report_word(parser, diagnostics)
+               call report_word(parser)
             else
                exit
             end if
          case ("&")
             if (scan(peek_next(parser), letters // digits // "_") > 0) exit
-            call parse_continuation(parser, diagnostics)
+            call parse_continuation(parser)
             cycle
          case ("=")
             if (has_value .or. after_comma .or. parser%list_only) exit
-            call mistake(parser, diagnostics, here(parser, 1), "second '='", "one '='")
+            call mistake(parser, here(parser, 1), "second '='", "one '='")
             parser%column = parser%column + 1
             cycle
          case ("'", '"')
-            call parse_text(parser, 1, column, buffer, n, diagnostics)
+            call parse_text(parser, 1, column, buffer, n)
          case default
             if (.not. parser%bare_text) then
                if (is_key(parser)) exit
             end if
-            call foreign_comment(parser, diagnostics, found)
+            call foreign_comment(parser, found)
             if (found) cycle
-            call parse_token(parser, buffer, n, after_comma, found, diagnostics)
+            call parse_token(parser, buffer, n, after_comma, found)
             if (.not. found) exit
          end select
          has_value = .true.
@@ -96,18 +95,16 @@ contains
    end subroutine parse_values
 
    !> Read values that belong to a mistake reported already.
-   pure subroutine discard_values(parser, buffer, diagnostics)
+   pure subroutine discard_values(parser, buffer)
       type(parser_type), intent(inout) :: parser
       type(value_type), allocatable, intent(inout) :: buffer(:)
-      !> Where too many values are reported.
-      type(diagnostics_type), intent(inout) :: diagnostics
       logical :: was_quiet
       integer :: n
 
       was_quiet = parser%quiet
       parser%quiet = .true.
       do
-         call parse_values(parser, buffer, n, diagnostics)
+         call parse_values(parser, buffer, n)
          if (at_end(parser) .or. peek(parser) /= "=") exit
          parser%column = parser%column + 1
       end do
@@ -115,7 +112,7 @@ contains
    end subroutine discard_values
 
    !> Read a value that is not in quotes, or report what stands in its place.
-   pure subroutine parse_token(parser, buffer, n, after_comma, found, diagnostics)
+   pure subroutine parse_token(parser, buffer, n, after_comma, found)
       type(parser_type), intent(inout) :: parser
       !> The values read so far.
       type(value_type), allocatable, intent(inout) :: buffer(:)
@@ -125,7 +122,6 @@ contains
       logical, intent(in) :: after_comma
       !> False if this is a key without equals sign, which is left for others to read.
       logical, intent(out) :: found
-      type(diagnostics_type), intent(inout) :: diagnostics
       type(value_type) :: value
       character(len=:), allocatable :: word
       integer :: count, first, form, last, star, start
@@ -138,12 +134,12 @@ contains
       if (parser%bare_text) then
          call value_of(word, value, form)
          if (form == form_none .and. may_be_bare(parser)) then
-            call parse_bare_text(parser, buffer, n, diagnostics)
+            call parse_bare_text(parser, buffer, n)
             return
          end if
       end if
       if (len(word) == 0) then
-         call report_parenthesis(parser, diagnostics)
+         call report_parenthesis(parser)
          return
       end if
 
@@ -156,7 +152,7 @@ contains
             start = first + star
             count = read_count(word(1:star - 1))
             if (count == 0) then
-               call mistake(parser, diagnostics, here(parser, star), "bad repeat count '" // &
+               call mistake(parser, here(parser, star), "bad repeat count '" // &
                   shorten(word(1:star - 1), word_width) // "'", &
                   "a number from 1 to " // to_text(max_values))
             end if
@@ -164,12 +160,12 @@ contains
             if (len(word) == 0) then
                parser%column = start
                if (scan(peek(parser), quotes) > 0) then
-                  call parse_text(parser, count, first, buffer, n, diagnostics)
+                  call parse_text(parser, count, first, buffer, n)
                else
                   parser%column = first
                   value%origin = here(parser, start - first)
                   parser%column = start
-                  call append_value(parser, value, count, buffer, n, diagnostics)
+                  call append_value(parser, value, count, buffer, n)
                end if
                return
             end if
@@ -183,15 +179,15 @@ contains
          value%origin = here(parser, last - first + 1)
          parser%column = last + 1
          if (scan(peek(parser), quotes // "(") > 0) then
-            call mistake(parser, diagnostics, here(parser, 1), "unexpected '" // &
+            call mistake(parser, here(parser, 1), "unexpected '" // &
                peek(parser) // "' after '" // shorten(word, word_width) // "'", &
                "a comma or a blank between values")
             call lose_line(parser)
          end if
-         call append_value(parser, value, count, buffer, n, diagnostics)
+         call append_value(parser, value, count, buffer, n)
       case (form_overflow)
          parser%column = start
-         call mistake(parser, diagnostics, here(parser, last - start + 1), "'" // &
+         call mistake(parser, here(parser, last - start + 1), "'" // &
             shorten(word, word_width) // "' is too large for double precision", &
             "a magnitude below 1.8e308")
          parser%column = last + 1
@@ -203,7 +199,7 @@ contains
             end if
          end if
          parser%column = start
-         call report_word(parser, diagnostics)
+         call report_word(parser)
       end select
    end subroutine parse_token
 
@@ -247,13 +243,12 @@ contains
    end function may_be_bare
 
    !> Read a text without quotes up to the next comma.
-   pure subroutine parse_bare_text(parser, buffer, n, diagnostics)
+   pure subroutine parse_bare_text(parser, buffer, n)
       type(parser_type), intent(inout) :: parser
       !> The values read so far.
       type(value_type), allocatable, intent(inout) :: buffer(:)
       !> Number of values.
       integer, intent(inout) :: n
-      type(diagnostics_type), intent(inout) :: diagnostics
       type(value_type) :: value
       integer :: first, last
 
@@ -271,11 +266,11 @@ contains
       end associate
       value%origin = here(parser, last - first + 1)
       parser%column = last + 1
-      call append_value(parser, value, 1, buffer, n, diagnostics)
+      call append_value(parser, value, 1, buffer, n)
    end subroutine parse_bare_text
 
    !> Read a text in quotes.
-   pure subroutine parse_text(parser, count, start, buffer, n, diagnostics)
+   pure subroutine parse_text(parser, count, start, buffer, n)
       !> State of the reading, at the opening quote.
       type(parser_type), intent(inout) :: parser
       !> Number of times that the value stands for.
@@ -286,7 +281,6 @@ contains
       type(value_type), allocatable, intent(inout) :: buffer(:)
       !> Number of values.
       integer, intent(inout) :: n
-      type(diagnostics_type), intent(inout) :: diagnostics
       type(value_type) :: value
       character(len=1) :: delimiter
       integer :: first, i, length, n_double
@@ -308,7 +302,7 @@ contains
          end do
       end associate
       if (i > length) then
-         call mistake(parser, diagnostics, here(parser, 1), "text is not closed in its line", &
+         call mistake(parser, here(parser, 1), "text is not closed in its line", &
             "a closing " // delimiter)
          call lose_line(parser)
          return
@@ -317,7 +311,7 @@ contains
       parser%column = i + 1
       if (scan(peek(parser), blanks // ",;/!&" // newline) == 0) then
          if (peek(parser) /= "=" .or. .not. parser%quiet) then
-            call mistake(parser, diagnostics, here(parser, 1), &
+            call mistake(parser, here(parser, 1), &
                "text is directly followed by '" // shown_character(parser) // "'", &
                "a comma or a blank; a quote inside a text is written twice")
             call lose_line(parser)
@@ -329,7 +323,7 @@ contains
       value%origin = origin_type(source=parser%source, line=parser%line, column=start, &
          length=i - start + 1)
       call unquote(parser%lines(parser%line)%s(first + 1:i - 1), delimiter, n_double, value%text)
-      call append_value(parser, value, count, buffer, n, diagnostics)
+      call append_value(parser, value, count, buffer, n)
    end subroutine parse_text
 
    !> Text with doubled quotes made single.
@@ -436,7 +430,7 @@ contains
    end function read_count
 
    !> Append a value.
-   pure subroutine append_value(parser, value, count, buffer, n, diagnostics)
+   pure subroutine append_value(parser, value, count, buffer, n)
       type(parser_type), intent(inout) :: parser
       type(value_type), intent(in) :: value
       !> Number of times to append it.
@@ -444,7 +438,6 @@ contains
       type(value_type), allocatable, intent(inout) :: buffer(:)
       !> Number of values.
       integer, intent(inout) :: n
-      type(diagnostics_type), intent(inout) :: diagnostics
       type(value_type), allocatable :: bigger(:)
       integer :: i, length
 
@@ -452,12 +445,11 @@ contains
       length = 0
       if (allocated(value%text)) length = len(value%text)
       if (count > max_values - parser%n_values) then
-         call give_up(parser, diagnostics, value%origin, &
-            "more than " // to_text(max_values) // " values")
+         call give_up(parser, value%origin, "more than " // to_text(max_values) // " values")
          return
       end if
       if (int(count, i8)*length > max_characters - parser%n_characters) then
-         call give_up(parser, diagnostics, value%origin, &
+         call give_up(parser, value%origin, &
             "more than " // to_text(max_characters) // " characters of text")
          return
       end if
@@ -483,10 +475,9 @@ contains
    end subroutine append_value
 
    !> Report a word that is not a value and skip it, with the words that belong to it.
-   pure subroutine report_word(parser, diagnostics)
+   pure subroutine report_word(parser)
       !> State of the reading, at the word.
       type(parser_type), intent(inout) :: parser
-      type(diagnostics_type), intent(inout) :: diagnostics
       character(len=:), allocatable :: expected, message, word
       type(origin_type) :: origin
       type(value_type) :: value
@@ -549,7 +540,7 @@ contains
          expected = "a number, .true., .false., or a text in quotes"
       end if
       origin = here(parser, last - first + 1)
-      call mistake(parser, diagnostics, origin, message, expected)
+      call mistake(parser, origin, message, expected)
       parser%column = last + 1
       if (loses) call lose_line(parser)
    end subroutine report_word
@@ -566,10 +557,9 @@ contains
    end function is_curly
 
    !> Report a parenthesis in the place of a value and skip to its end.
-   pure subroutine report_parenthesis(parser, diagnostics)
+   pure subroutine report_parenthesis(parser)
       !> State of the reading, at the parenthesis.
       type(parser_type), intent(inout) :: parser
-      type(diagnostics_type), intent(inout) :: diagnostics
       type(origin_type) :: origin
       integer :: n
 
@@ -586,7 +576,7 @@ contains
             end if
          end if
          origin = here(parser, n)
-         call mistake(parser, diagnostics, origin, "unexpected '" // &
+         call mistake(parser, origin, "unexpected '" // &
             shorten(line%s(origin%column:origin%column + n - 1), word_width) // "'", &
             "values without parentheses")
       end associate

@@ -5,7 +5,7 @@
 !> and the test that constructs each entry.
 module contensou_contact_catalogue
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : admits, choice_names, domain_text, key_type, kind_choice, &
+   use contensou_base_schema, only : admits, choice_names, domain_text, key_type, kind_choice, &
       kind_logical, kind_real
    use contensou_contact_parameters, only : parameters_type
    implicit none(type, external)

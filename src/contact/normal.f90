@@ -1,7 +1,7 @@
 !> Table of the models of the normal force.
 module contensou_contact_normal
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : kind_choice, kind_real
+   use contensou_base_schema, only : kind_choice, kind_real
    use contensou_base_text, only : string_type, strings
    use contensou_contact_catalogue, only : law_keys_type, model_info_type
    use contensou_contact_hertz, only : hertz_model_type

@@ -3,8 +3,9 @@
 module contensou_contact_parts
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : admits, choice_names, group_settings_type, key_list_type, &
-      key_type, kind_choice, kind_logical, kind_real
+   use contensou_base_schema, only : admits, choice_names, key_list_type, key_type, kind_choice, &
+      kind_logical, kind_real
+   use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote, string_type, strings
    use contensou_base_text_lock, only : lock_texts, unlock_texts
    use contensou_contact_catalogue, only : law_key_type, law_keys_type, model_info_type, &

@@ -5,7 +5,8 @@
 module contensou_contact_surface
    use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : domain_text, group_settings_type, key_list_type
+   use contensou_base_schema, only : domain_text, key_list_type
+   use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote, string_type
    use contensou_contact_shapes_shape, only : shape_info_type, shape_type
    use contensou_contact_shapes_table, only : all_shapes, shape_list_type

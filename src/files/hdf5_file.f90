@@ -78,55 +78,47 @@ module contensou_files_hdf5_file
       procedure :: append
    end type hdf5_file_type
 
+   ! Functions of C. One that acts returns 0 on success, one that makes something null on failure.
    interface
       !> Create a file.
-      function c_create(path) result(file) bind(c, name="contensou_hdf5_create")
+      type(c_ptr) function c_create(path) bind(c, name="contensou_hdf5_create")
          import :: c_char, c_ptr
          implicit none(type, external)
          !> Name of the file, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
-         !> The file, or null.
-         type(c_ptr) :: file
       end function c_create
 
       !> Flush a file.
-      function c_flush(file) result(code) bind(c, name="contensou_hdf5_flush")
+      integer(c_int) function c_flush(file) bind(c, name="contensou_hdf5_flush")
          import :: c_int, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: file
-         !> 0 on success.
-         integer(c_int) :: code
       end function c_flush
 
       !> Bring a flushed file to the disk.
-      function c_sync(file) result(code) bind(c, name="contensou_hdf5_sync")
+      integer(c_int) function c_sync(file) bind(c, name="contensou_hdf5_sync")
          import :: c_int, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: file
-         !> 0 on success.
-         integer(c_int) :: code
       end function c_sync
 
       !> Let metadata leave the memory before a flush.
-      function c_bound_memory(file) result(code) bind(c, name="contensou_hdf5_bound_memory")
+      integer(c_int) function c_bound_memory(file) bind(c, name="contensou_hdf5_bound_memory")
          import :: c_int, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: file
-         !> 0 on success.
-         integer(c_int) :: code
       end function c_bound_memory
 
       !> Close a file and free what belongs to it.
-      function c_close(file) result(code) bind(c, name="contensou_hdf5_close")
+      integer(c_int) function c_close(file) bind(c, name="contensou_hdf5_close")
          import :: c_int, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: file
-         !> 0 on success.
-         integer(c_int) :: code
       end function c_close
 
       !> Close a file, rename it while its lock is held, and free what belongs to it.
-      function c_close_as(file, name, replace) result(code) bind(c, name="contensou_hdf5_close_as")
+      integer(c_int) function c_close_as(file, name, replace) &
+         bind(c, name="contensou_hdf5_close_as")
          import :: c_char, c_int, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: file
@@ -134,8 +126,6 @@ module contensou_files_hdf5_file
          character(kind=c_char), intent(in) :: name(*)
          !> Whether a file of the new name is replaced.
          integer(c_int), value :: replace
-         !> 0 on success.
-         integer(c_int) :: code
       end function c_close_as
 
       !> Give a file up and free what belongs to it.
@@ -146,19 +136,16 @@ module contensou_files_hdf5_file
       end subroutine c_abandon
 
       !> Create a group.
-      function c_create_group(file, path) result(code) &
-         bind(c, name="contensou_hdf5_create_group")
+      integer(c_int) function c_create_group(file, path) bind(c, name="contensou_hdf5_create_group")
          import :: c_char, c_int, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: file
          !> Path of the group, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
-         !> 0 on success.
-         integer(c_int) :: code
       end function c_create_group
 
       !> Write an attribute.
-      function c_put_attribute(file, object, name, values) result(code) &
+      integer(c_int) function c_put_attribute(file, object, name, values) &
          bind(c, name="contensou_hdf5_put_attribute")
          import :: c_char, c_int, c_ptr
          implicit none(type, external)
@@ -168,8 +155,6 @@ module contensou_files_hdf5_file
          !> Name of the attribute, null-terminated.
          character(kind=c_char), intent(in) :: name(*)
          type(*), intent(in), contiguous :: values(..)
-         !> 0 on success.
-         integer(c_int) :: code
       end function c_put_attribute
 
       !> Write a data set of fixed size.
@@ -221,7 +206,7 @@ module contensou_files_hdf5_file
       end function c_create_series
 
       !> Append rows to a series.
-      function c_append(series, rows, values, path) result(code) &
+      integer(c_int) function c_append(series, rows, values, path) &
          bind(c, name="contensou_hdf5_append")
          import :: c_char, c_int, c_ptr
          implicit none(type, external)
@@ -230,12 +215,10 @@ module contensou_files_hdf5_file
          type(*), intent(in), contiguous :: values(..)
          !> Path of the data set, null-terminated, for messages.
          character(kind=c_char), intent(in) :: path(*)
-         !> 0 on success.
-         integer(c_int) :: code
       end function c_append
 
       !> Read the status of a file.
-      function c_read_status(path, status, size) result(code) &
+      integer(c_int) function c_read_status(path, status, size) &
          bind(c, name="contensou_hdf5_read_status")
          import :: c_char, c_int, c_size_t
          implicit none(type, external)
@@ -245,24 +228,18 @@ module contensou_files_hdf5_file
          character(kind=c_char), intent(out) :: status(*)
          !> Size of that room.
          integer(c_size_t), value :: size
-         !> 0 on success.
-         integer(c_int) :: code
       end function c_read_status
 
       !> Reason of the last failure.
-      function c_message() result(text) bind(c, name="contensou_hdf5_message")
+      type(c_ptr) function c_message() bind(c, name="contensou_hdf5_message")
          import :: c_ptr
          implicit none(type, external)
-         !> Null-terminated text.
-         type(c_ptr) :: text
       end function c_message
 
       !> Version of the library.
-      function c_version() result(text) bind(c, name="contensou_hdf5_version")
+      type(c_ptr) function c_version() bind(c, name="contensou_hdf5_version")
          import :: c_ptr
          implicit none(type, external)
-         !> Null-terminated text.
-         type(c_ptr) :: text
       end function c_version
    end interface
 

@@ -115,15 +115,14 @@ module contensou_files_hdf5_reader
       procedure :: units
    end type hdf5_item_type
 
+   ! Functions of C. One that acts returns 0 on success, one that makes something null on failure.
    interface
       !> Open a file.
-      function c_open_reader(path) result(reader) bind(c, name="contensou_hdf5_open_reader")
+      type(c_ptr) function c_open_reader(path) bind(c, name="contensou_hdf5_open_reader")
          import :: c_char, c_ptr
          implicit none(type, external)
          !> Name of the file, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
-         !> The file, or null.
-         type(c_ptr) :: reader
       end function c_open_reader
 
       !> Close a file.
@@ -135,8 +134,7 @@ module contensou_files_hdf5_reader
       end subroutine c_close_reader
 
       !> List a group or the attributes of an object.
-      function c_list(reader, object, attributes) result(names) &
-         bind(c, name="contensou_hdf5_list")
+      type(c_ptr) function c_list(reader, object, attributes) bind(c, name="contensou_hdf5_list")
          import :: c_char, c_int, c_ptr
          implicit none(type, external)
          !> The file.
@@ -145,16 +143,13 @@ module contensou_files_hdf5_reader
          character(kind=c_char), intent(in) :: object(*)
          !> 1 for its attributes, 0 for its links.
          integer(c_int), value :: attributes
-         !> The names, or null.
-         type(c_ptr) :: names
       end function c_list
 
       !> Number of names.
-      function c_listed_count(names) result(count) bind(c, name="contensou_hdf5_listed_count")
+      integer(c_int) function c_listed_count(names) bind(c, name="contensou_hdf5_listed_count")
          import :: c_int, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: names
-         integer(c_int) :: count
       end function c_listed_count
 
       !> A name of a list.
@@ -192,19 +187,17 @@ module contensou_files_hdf5_reader
       end function c_object
 
       !> Where a link leads.
-      function c_link_value(reader, path) result(text) bind(c, name="contensou_hdf5_link_value")
+      type(c_ptr) function c_link_value(reader, path) bind(c, name="contensou_hdf5_link_value")
          import :: c_char, c_ptr
          implicit none(type, external)
          !> The file.
          type(c_ptr), value :: reader
          !> Path of the link, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
-         !> Null-terminated text, or null.
-         type(c_ptr) :: text
       end function c_link_value
 
       !> Open a data set or attribute.
-      function c_open_item(reader, object, attribute) result(item) &
+      type(c_ptr) function c_open_item(reader, object, attribute) &
          bind(c, name="contensou_hdf5_open_item")
          import :: c_char, c_ptr
          implicit none(type, external)
@@ -214,25 +207,20 @@ module contensou_files_hdf5_reader
          character(kind=c_char), intent(in) :: object(*)
          !> Name of the attribute, null-terminated; empty for the data set itself.
          character(kind=c_char), intent(in) :: attribute(*)
-         !> The item, or null.
-         type(c_ptr) :: item
       end function c_open_item
 
       !> Open the scale of a dimension.
-      function c_open_scale(item, dimension) result(scale) &
-         bind(c, name="contensou_hdf5_open_scale")
+      type(c_ptr) function c_open_scale(item, dimension) bind(c, name="contensou_hdf5_open_scale")
          import :: c_int, c_ptr
          implicit none(type, external)
          !> The data set.
          type(c_ptr), value :: item
          !> Dimension, from 0.
          integer(c_int), value :: dimension
-         !> The scale, or null.
-         type(c_ptr) :: scale
       end function c_open_scale
 
       !> Label of a dimension.
-      function c_dimension_name(item, dimension) result(text) &
+      type(c_ptr) function c_dimension_name(item, dimension) &
          bind(c, name="contensou_hdf5_dimension_name")
          import :: c_int, c_ptr
          implicit none(type, external)
@@ -240,8 +228,6 @@ module contensou_files_hdf5_reader
          type(c_ptr), value :: item
          !> Dimension, from 0.
          integer(c_int), value :: dimension
-         !> Null-terminated text.
-         type(c_ptr) :: text
       end function c_dimension_name
 
       !> Close an item.
@@ -271,12 +257,10 @@ module contensou_files_hdf5_reader
       end function c_describe
 
       !> Words for a type.
-      function c_type_text(item) result(text) bind(c, name="contensou_hdf5_type_text")
+      type(c_ptr) function c_type_text(item) bind(c, name="contensou_hdf5_type_text")
          import :: c_ptr
          implicit none(type, external)
          type(c_ptr), value :: item
-         !> Null-terminated text.
-         type(c_ptr) :: text
       end function c_type_text
 
       !> Whether two types are the same.
@@ -292,7 +276,7 @@ module contensou_files_hdf5_reader
       end function c_same_type
 
       !> Read a block of numbers or bytes.
-      function c_read(item, start, count, as_real, buffer) result(code) &
+      integer(c_int) function c_read(item, start, count, as_real, buffer) &
          bind(c, name="contensou_hdf5_read")
          import :: c_int, c_int64_t, c_ptr
          implicit none(type, external)
@@ -305,12 +289,10 @@ module contensou_files_hdf5_reader
          integer(c_int), value :: as_real
          !> Address of the room for the values.
          type(c_ptr), value :: buffer
-         !> 0 on success.
-         integer(c_int) :: code
       end function c_read
 
       !> Read a block of texts.
-      function c_read_texts(item, start, count) result(code) &
+      integer(c_int) function c_read_texts(item, start, count) &
          bind(c, name="contensou_hdf5_read_texts")
          import :: c_int, c_int64_t, c_ptr
          implicit none(type, external)
@@ -319,45 +301,36 @@ module contensou_files_hdf5_reader
          integer(c_int64_t), intent(in) :: start(*)
          !> Numbers of indices.
          integer(c_int64_t), intent(in) :: count(*)
-         !> 0 on success.
-         integer(c_int) :: code
       end function c_read_texts
 
       !> A text that was read.
-      function c_text_of(item, i) result(text) bind(c, name="contensou_hdf5_text")
+      type(c_ptr) function c_text_of(item, i) bind(c, name="contensou_hdf5_text")
          import :: c_int64_t, c_ptr
          implicit none(type, external)
          type(c_ptr), value :: item
          !> Index in the block, from 0.
          integer(c_int64_t), value :: i
-         type(c_ptr) :: text
       end function c_text_of
 
       !> Name of an item.
-      function c_scale_name(item) result(text) bind(c, name="contensou_hdf5_item_name")
+      type(c_ptr) function c_scale_name(item) bind(c, name="contensou_hdf5_item_name")
          import :: c_ptr
          implicit none(type, external)
          type(c_ptr), value :: item
-         !> Null-terminated text.
-         type(c_ptr) :: text
       end function c_scale_name
 
       !> Units of a data set.
-      function c_units(item) result(text) bind(c, name="contensou_hdf5_units")
+      type(c_ptr) function c_units(item) bind(c, name="contensou_hdf5_units")
          import :: c_ptr
          implicit none(type, external)
          !> The data set.
          type(c_ptr), value :: item
-         !> Null-terminated text.
-         type(c_ptr) :: text
       end function c_units
 
       !> Reason of the last failure.
-      function c_message() result(text) bind(c, name="contensou_hdf5_message")
+      type(c_ptr) function c_message() bind(c, name="contensou_hdf5_message")
          import :: c_ptr
          implicit none(type, external)
-         !> Null-terminated text.
-         type(c_ptr) :: text
       end function c_message
    end interface
 

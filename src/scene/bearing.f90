@@ -8,7 +8,8 @@ module contensou_scene_bearing
    use contensou_base_rotations, only : rotation_matrix, unit_quaternion
    use contensou_base_names, only : names_type
    use contensou_base_resolve, only : resolve
-   use contensou_base_settings, only : group_settings_type, key_type, schema_type, settings_type
+   use contensou_base_schema, only : key_type, schema_type
+   use contensou_base_settings, only : group_settings_type, settings_type
    use contensou_base_text, only : lower, to_text
    use contensou_base_vectors, only : cross, unit_vector
    use contensou_contact_hertz, only : effective_modulus
@@ -177,7 +178,7 @@ contains
    end function selection
 
    !> Largest number of groups that a bearing stands for.
-   pure integer function size_of(group)
+   integer function size_of(group)
       type(group_settings_type), intent(in) :: group
 
       size_of = 5 + 6*max(group%integer("ball_count"), 1)
@@ -248,7 +249,7 @@ contains
       end subroutine wrong
 
       !> Whether a key is given.
-      pure logical function has(key)
+      logical function has(key)
          character(len=*), intent(in) :: key
 
          has = instance%is_given(key)
@@ -767,7 +768,7 @@ contains
    end function material_of
 
    !> Where a key of a bearing has its value, or where the group begins.
-   pure function place_of(instance, key) result(place)
+   function place_of(instance, key) result(place)
       !> The group.
       type(group_settings_type), intent(in) :: instance
       character(len=*), intent(in) :: key

@@ -4,7 +4,8 @@ module contensou_scene_checks
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : schema_type, settings_type
+   use contensou_base_schema, only : schema_type
+   use contensou_base_settings, only : settings_type
    use contensou_base_resolve, only : largest_number
    use contensou_base_text, only : quote, to_text
    use contensou_contact_geometry, only : contact_point_type, contact_trouble, geometry_type, &

@@ -9,8 +9,7 @@ module contensou_scene_overrides
       parse_value_list, value_text, value_type
    use contensou_base_document_types, only : move_assignment, resize_assignments, resize_groups
    use contensou_base_names, only : names_type
-   use contensou_base_resolve, only : key_position
-   use contensou_base_settings, only : is_number, schema_type
+   use contensou_base_schema, only : is_number, schema_type
    use contensou_base_text, only : lower, nearest, string_type, to_text
    implicit none(type, external)
    private
@@ -258,12 +257,12 @@ contains
          more = index_of%groups("&" // object)
          groups = [groups, pack(more, [(all(groups /= more(i)), i=1, size(more))])]
       end if
-      if (.not. any([(key_position(schema%groups(i), key) > 0, i=1, size(schema%groups))])) return
+      if (.not. any([(schema%groups(i)%position(key) > 0, i=1, size(schema%groups))])) return
       allocate(has(size(groups)))
       do i = 1, size(groups)
          has(i) = .false.
          associate (g => schema%find(document%groups(groups(i))%name))
-            if (g > 0) has(i) = key_position(schema%groups(g), key) > 0
+            if (g > 0) has(i) = schema%groups(g)%position(key) > 0
          end associate
       end do
       groups = pack(groups, has)
@@ -405,7 +404,7 @@ contains
 
       g = schema%find(group%name)
       if (g == 0) return
-      k = key_position(schema%groups(g), key)
+      k = schema%groups(g)%position(key)
       if (k == 0) return
       associate (of_key => schema%groups(g)%keys(k), default => schema%groups(g)%defaults(k))
          if (.not. is_number(of_key) .or. .not. default%set .or. of_key%values == 1) return

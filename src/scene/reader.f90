@@ -5,7 +5,8 @@ module contensou_scene_reader
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_names, only : names_type
    use contensou_base_resolve, only : resolve
-   use contensou_base_settings, only : group_settings_type, schema_type, settings_type
+   use contensou_base_schema, only : schema_type
+   use contensou_base_settings, only : group_settings_type, settings_type
    use contensou_base_text, only : string_type, to_text
    use contensou_base_text_lock, only : lock_texts, unlock_texts
    use contensou_contact_parts, only : part_type, shared_parts
@@ -179,7 +180,6 @@ contains
          end do
       end if
       call resolve(document, schema, settings, diagnostics)
-      call settings%add_missing(schema)
    end subroutine resolve_scene
 
    !> Build a scene from settings in which values were changed. Thread-safe.

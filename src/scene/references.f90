@@ -2,7 +2,8 @@
 module contensou_scene_references
    use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_names, only : names_type
-   use contensou_base_settings, only : group_settings_type, schema_type, settings_type
+   use contensou_base_schema, only : schema_type
+   use contensou_base_settings, only : group_settings_type, settings_type
    use contensou_base_text, only : lower, quote, string_type, to_text
    implicit none(type, external)
    private

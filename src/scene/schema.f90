@@ -2,10 +2,9 @@
 !> documents, and the resolved scene in an output file is written.
 module contensou_scene_schema
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : group_spec_type, key_list_type, key_type, kind_choice, &
+   use contensou_base_schema, only : group_spec_type, key_list_type, key_type, kind_choice, &
       kind_file, kind_integer, kind_logical, kind_name, kind_real, kind_reference, kind_text, &
-      most_values, &
-      new_schema, schema_type
+      most_values, new_schema, schema_type
    use contensou_base_text, only : string_type, strings
    use contensou_contact_parts, only : friction_names, normal_names, put_part_keys
    use contensou_contact_shapes_table, only : put_shape_keys, shape_names

@@ -39,21 +39,19 @@ module contensou_special_gsl
       end function ellint_ecomp
 
       !> Make a Sobol sequence; of gsl.c.
-      function sobol_new(dimensions) result(sequence) bind(c, name="contensou_sobol_new")
+      type(c_ptr) function sobol_new(dimensions) bind(c, name="contensou_sobol_new")
          import :: c_int, c_ptr
          implicit none(type, external)
          !> Number of dimensions.
          integer(c_int), intent(in), value :: dimensions
-         type(c_ptr) :: sequence
       end function sobol_new
 
       !> Next point of a sequence.
-      function qrng_get(sequence, point) result(code) bind(c, name="gsl_qrng_get")
+      integer(c_int) function qrng_get(sequence, point) bind(c, name="gsl_qrng_get")
          import :: c_double, c_int, c_ptr
          implicit none(type, external)
          type(c_ptr), intent(in), value :: sequence
          real(c_double), intent(out) :: point(*)
-         integer(c_int) :: code
       end function qrng_get
 
       !> Free a sequence.
@@ -64,11 +62,9 @@ module contensou_special_gsl
       end subroutine qrng_free
 
       !> Version; of gsl.c.
-      function c_version() result(text) bind(c, name="contensou_gsl_version")
+      type(c_ptr) function c_version() bind(c, name="contensou_gsl_version")
          import :: c_ptr
          implicit none(type, external)
-         !> Null-terminated text.
-         type(c_ptr) :: text
       end function c_version
    end interface
 

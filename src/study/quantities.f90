@@ -42,47 +42,47 @@ contains
       type(quantity_type), allocatable :: rows(:)
 
       rows = [ &
-         quantity_type("time", "", "s", "time", time), &
-         quantity_type("position", "body xyz", "m", "centre of mass", position, &
+         quantity_type("time", "", "s", "time", of_motion), &
+         quantity_type("position", "body xyz", "m", "centre of mass", of_body, &
          "final centre of mass"), &
          quantity_type("velocity", "body xyz", "m s-1", "velocity of the centre of mass", &
-         velocity, "final velocity"), &
+         of_body, "final velocity"), &
          quantity_type("angular_velocity", "body xyz", "rad s-1", &
-         "angular velocity, inertial frame", angular_velocity, &
+         "angular velocity, inertial frame", of_body, &
          "final angular velocity, inertial frame"), &
          quantity_type("quaternion", "body wxyz", "1", "attitude, body to inertial frame", &
-         quaternion, "final attitude, body to inertial frame"), &
-         quantity_type("energy_kinetic", "", "J", "kinetic energy", energy_kinetic), &
+         of_body, "final attitude, body to inertial frame"), &
+         quantity_type("energy_kinetic", "", "J", "kinetic energy", of_motion), &
          quantity_type("energy_potential", "", "J", &
-         "potential energy of gravity, zero at the origin", energy_potential), &
+         "potential energy of gravity, zero at the origin", of_motion), &
          quantity_type("energy_elastic", "", "J", "elastic energy of the contacts", &
-         energy_elastic), &
+         of_motion), &
          quantity_type("work_friction", "", "J", &
-         "energy lost in friction and rolling resistance so far", work_friction), &
-         quantity_type("work_damping", "", "J", "energy lost in damping so far", work_damping), &
+         "energy lost in friction and rolling resistance so far", of_motion), &
+         quantity_type("work_damping", "", "J", "energy lost in damping so far", of_motion), &
          quantity_type("work_applied", "", "J", &
-         "energy supplied by applied loads and prescribed motions so far", work_applied), &
+         "energy supplied by applied loads and prescribed motions so far", of_motion), &
          quantity_type("drive_force", "body xyz", "N", &
          "force that keeps a prescribed motion against the contacts, inertial frame", &
-         drive_force, of_drives=.true.), &
+         of_body, of_drives=.true.), &
          quantity_type("drive_torque", "body xyz", "N m", "torque about the centre of mass " // &
          "that keeps a prescribed rotation against the contacts, inertial frame", &
-         drive_torque, of_drives=.true.), &
+         of_body, of_drives=.true.), &
          quantity_type("energy_error", "", "J", &
-         "residual of the energy balance since the beginning", energy_error), &
+         "residual of the energy balance since the beginning", of_motion), &
          quantity_type("gap", "contact", "m", &
-         "signed distance of the undeformed surfaces, negative for overlap", gap), &
-         quantity_type("normal_force", "contact", "N", "normal force", normal_force), &
+         "signed distance of the undeformed surfaces, negative for overlap", of_contact), &
+         quantity_type("normal_force", "contact", "N", "normal force", of_contact), &
          quantity_type("friction_force", "contact xyz", "N", &
-         "friction force on body B, inertial frame", friction_force), &
+         "friction force on body B, inertial frame", of_contact), &
          quantity_type("friction_torque", "contact", "N m", &
-         "friction torque on body B about the normal from A to B", friction_torque), &
+         "friction torque on body B about the normal from A to B", of_contact), &
          quantity_type("slip_velocity", "contact xyz", "m s-1", &
-         "slip velocity of B against A, inertial frame; zero while open", slip_velocity), &
+         "slip velocity of B against A, inertial frame; zero while open", of_contact), &
          quantity_type("spin", "contact", "rad s-1", &
-         "spin of B against A about the normal; zero while open", spin), &
+         "spin of B against A about the normal; zero while open", of_contact), &
          quantity_type("semi_axes", "contact axis", "m", "semi-axes of the contact spot", &
-         semi_axes)]
+         of_contact)]
    end function row_quantities
 
    !> The quantities whose values at the end are in the summary, with their text there.
@@ -173,172 +173,85 @@ contains
       end associate
    end subroutine final_state
 
-   subroutine time(at, i, values)
+   !> A quantity of the motion as a whole.
+   subroutine of_motion(self, at, i, values)
+      class(quantity_type), intent(in) :: self
       type(moment_type), intent(in) :: at
       integer, intent(in) :: i
       real(wp), intent(out) :: values(:)
 
-      values = at%t
-   end subroutine time
+      select case (self%name)
+      case ("time")
+         values = at%t
+      case ("energy_kinetic")
+         values = at%kinetic
+      case ("energy_potential")
+         values = at%potential
+      case ("energy_elastic")
+         values = at%elastic
+      case ("work_friction")
+         values = at%work_friction
+      case ("work_damping")
+         values = at%work_damping
+      case ("work_applied")
+         values = at%work_applied
+      case ("energy_error")
+         values = at%energy_error
+      case default
+         error stop "a quantity has the procedure of another owner"
+      end select
+   end subroutine of_motion
 
-   subroutine position(at, i, values)
+   !> A quantity of a body.
+   subroutine of_body(self, at, i, values)
+      class(quantity_type), intent(in) :: self
       type(moment_type), intent(in) :: at
       integer, intent(in) :: i
       real(wp), intent(out) :: values(:)
 
-      values = at%pose(i)%position
-   end subroutine position
+      select case (self%name)
+      case ("position")
+         values = at%pose(i)%position
+      case ("velocity")
+         values = at%pose(i)%velocity
+      case ("angular_velocity")
+         values = at%pose(i)%spin
+      case ("quaternion")
+         values = at%quaternion(:, i)
+      case ("drive_force")
+         values = at%drive_force(:, i)
+      case ("drive_torque")
+         values = at%drive_torque(:, i)
+      case default
+         error stop "a quantity has the procedure of another owner"
+      end select
+   end subroutine of_body
 
-   subroutine velocity(at, i, values)
+   !> A quantity of a contact.
+   subroutine of_contact(self, at, i, values)
+      class(quantity_type), intent(in) :: self
       type(moment_type), intent(in) :: at
       integer, intent(in) :: i
       real(wp), intent(out) :: values(:)
 
-      values = at%pose(i)%velocity
-   end subroutine velocity
-
-   subroutine angular_velocity(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%pose(i)%spin
-   end subroutine angular_velocity
-
-   subroutine quaternion(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%quaternion(:, i)
-   end subroutine quaternion
-
-   subroutine energy_kinetic(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%kinetic
-   end subroutine energy_kinetic
-
-   subroutine energy_potential(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%potential
-   end subroutine energy_potential
-
-   subroutine energy_elastic(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%elastic
-   end subroutine energy_elastic
-
-   subroutine work_friction(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%work_friction
-   end subroutine work_friction
-
-   subroutine work_damping(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%work_damping
-   end subroutine work_damping
-
-   subroutine work_applied(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%work_applied
-   end subroutine work_applied
-
-   subroutine drive_force(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%drive_force(:, i)
-   end subroutine drive_force
-
-   subroutine drive_torque(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%drive_torque(:, i)
-   end subroutine drive_torque
-
-   subroutine energy_error(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%energy_error
-   end subroutine energy_error
-
-   subroutine gap(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%contact(i)%at%gap
-   end subroutine gap
-
-   subroutine normal_force(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%contact(i)%load%normal_force
-   end subroutine normal_force
-
-   subroutine friction_force(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%contact(i)%load%friction_force
-   end subroutine friction_force
-
-   subroutine friction_torque(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%contact(i)%load%friction_torque
-   end subroutine friction_torque
-
-   subroutine slip_velocity(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%contact(i)%slip
-   end subroutine slip_velocity
-
-   subroutine spin(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%contact(i)%spin
-   end subroutine spin
-
-   subroutine semi_axes(at, i, values)
-      type(moment_type), intent(in) :: at
-      integer, intent(in) :: i
-      real(wp), intent(out) :: values(:)
-
-      values = at%contact(i)%semi_axes
-   end subroutine semi_axes
+      select case (self%name)
+      case ("gap")
+         values = at%contact(i)%at%gap
+      case ("normal_force")
+         values = at%contact(i)%load%normal_force
+      case ("friction_force")
+         values = at%contact(i)%load%friction_force
+      case ("friction_torque")
+         values = at%contact(i)%load%friction_torque
+      case ("slip_velocity")
+         values = at%contact(i)%slip
+      case ("spin")
+         values = at%contact(i)%spin
+      case ("semi_axes")
+         values = at%contact(i)%semi_axes
+      case default
+         error stop "a quantity has the procedure of another owner"
+      end select
+   end subroutine of_contact
 
 end module contensou_study_quantities

@@ -49,7 +49,7 @@ module contensou_study_quantity
       character(len=8) :: units
       character(len=128) :: long_name
       !> Fills the components of a body or contact.
-      procedure(fill_interface), pointer, nopass :: fill => null()
+      procedure(fill_interface), pointer :: fill => null()
       !> Description in the summary, of the value at the end; blank if it is not in there.
       character(len=64) :: final = ""
       !> Whether it is there only if a body is driven.
@@ -63,9 +63,10 @@ module contensou_study_quantity
 
    abstract interface
       !> Values of a quantity.
-      subroutine fill_interface(at, i, values)
-         import :: moment_type, wp
+      subroutine fill_interface(self, at, i, values)
+         import :: moment_type, quantity_type, wp
          implicit none(type, external)
+         class(quantity_type), intent(in) :: self
          type(moment_type), intent(in) :: at
          !> Number of the body or contact; 1 for a quantity of neither.
          integer, intent(in) :: i

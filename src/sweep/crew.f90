@@ -89,12 +89,12 @@ module contensou_sweep_crew
       class(job_type), pointer :: job => null()
    end type holder_type
 
+   ! Functions of C. One that acts returns 0 or errno.
    interface
       !> Cores that this process may use.
-      function available_cores() result(cores) bind(c, name="contensou_crew_cores")
+      integer(c_int) function available_cores() bind(c, name="contensou_crew_cores")
          import :: c_int
          implicit none(type, external)
-         integer(c_int) :: cores
       end function available_cores
 
       !> Keep SIGINT, SIGTERM and SIGUSR1 for `stop_requested` and `run_crew`.
@@ -110,17 +110,15 @@ module contensou_sweep_crew
       end subroutine c_begin
 
       !> In a worker: whether all are to stop.
-      function c_stopping() result(answer) bind(c, name="contensou_crew_stopping")
+      integer(c_int) function c_stopping() bind(c, name="contensou_crew_stopping")
          import :: c_int
          implicit none(type, external)
-         integer(c_int) :: answer
       end function c_stopping
 
       !> Whether a signal has asked to stop.
-      function c_stop_requested() result(answer) bind(c, name="contensou_crew_stop_requested")
+      integer(c_int) function c_stop_requested() bind(c, name="contensou_crew_stop_requested")
          import :: c_int
          implicit none(type, external)
-         integer(c_int) :: answer
       end function c_stop_requested
 
       !> Do all pieces.

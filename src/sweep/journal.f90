@@ -33,6 +33,7 @@ module contensou_sweep_journal
       procedure, public :: close
    end type journal_type
 
+   ! Functions of C. One that acts returns 0 or errno.
    interface
       !> Open or create a journal.
       function c_open(path, key, count, columns, replace, outcome) result(handle) &
@@ -56,7 +57,7 @@ module contensou_sweep_journal
       end function c_open
 
       !> Fill a slot.
-      function c_write(handle, position, number, status, values, message, length) result(code) &
+      integer(c_int) function c_write(handle, position, number, status, values, message, length) &
          bind(c, name="contensou_journal_write")
          import :: c_char, c_double, c_int, c_int64_t, c_ptr
          implicit none(type, external)
@@ -71,19 +72,16 @@ module contensou_sweep_journal
          character(kind=c_char), intent(in) :: message(*)
          !> Characters of it.
          integer(c_int64_t), value :: length
-         !> 0 or errno.
-         integer(c_int) :: code
       end function c_write
 
       !> Whether a slot is filled.
-      function c_has(handle, position) result(answer) bind(c, name="contensou_journal_has")
+      integer(c_int) function c_has(handle, position) bind(c, name="contensou_journal_has")
          import :: c_int, c_int64_t, c_ptr
          implicit none(type, external)
          !> The journal.
          type(c_ptr), value :: handle
          !> Slot, from 0.
          integer(c_int64_t), value :: position
-         integer(c_int) :: answer
       end function c_has
 
       !> Content of a slot.
@@ -108,13 +106,11 @@ module contensou_sweep_journal
       end function c_read
 
       !> Bring what is written to the disk.
-      function c_sync(handle) result(code) bind(c, name="contensou_journal_sync")
+      integer(c_int) function c_sync(handle) bind(c, name="contensou_journal_sync")
          import :: c_int, c_ptr
          implicit none(type, external)
          !> The journal.
          type(c_ptr), value :: handle
-         !> 0 or errno.
-         integer(c_int) :: code
       end function c_sync
 
       !> Close a journal.

@@ -6,7 +6,7 @@ module contensou_sweep_points
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : file_exists, is_folder
-   use contensou_base_settings, only : kind_logical
+   use contensou_base_schema, only : kind_logical
    use contensou_base_text, only : lower, quote, read_real, starts_with, string_type, to_text
    use contensou_files_hdf5_reader, only : class_integer, class_real, class_text, class_unsigned, &
       hdf5_entry_type, hdf5_item_type, hdf5_reader_type, max_rank, object_dataset, object_group

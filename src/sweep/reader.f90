@@ -8,7 +8,8 @@ module contensou_sweep_reader
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8, wp
    use contensou_base_resolve, only : expected_of, resolve
-   use contensou_base_settings, only : group_settings_type, key_type, schema_type, settings_type
+   use contensou_base_schema, only : key_type, schema_type
+   use contensou_base_settings, only : group_settings_type, settings_type
    use contensou_base_text, only : join, lower, nearest, quote, starts_with, string_type, strings, &
       to_text
    use contensou_dynamics_scene, only : turns_by_drive
@@ -751,7 +752,7 @@ contains
    end subroutine check_parameters
 
    !> Where a path of a parameter stands; the name of its column for path 0.
-   pure function place_of(main, groups, sweep, p, path) result(place)
+   function place_of(main, groups, sweep, p, path) result(place)
       !> Group `sweep`.
       type(group_settings_type), intent(in) :: main
       type(group_settings_type), intent(in) :: groups(:)

@@ -2,7 +2,7 @@
 !> documents it.
 module contensou_sweep_schema
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : any_number, group_spec_type, key_list_type, key_type, &
+   use contensou_base_schema, only : any_number, group_spec_type, key_list_type, key_type, &
       kind_any, kind_choice, kind_file, kind_integer, kind_real, kind_text, new_schema, schema_type
    use contensou_base_text, only : string_type, strings
    use contensou_study_quantities, only : row_quantities

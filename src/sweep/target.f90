@@ -4,9 +4,10 @@ module contensou_sweep_target
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : value_logical, value_real, value_text, value_type
    use contensou_base_kinds, only : wp
-   use contensou_base_resolve, only : expected_of, key_position, take_value
-   use contensou_base_settings, only : group_settings_type, is_number, key_type, kind_choice, &
-      kind_file, kind_name, kind_reference, kind_text, new_setting, schema_type, settings_type
+   use contensou_base_resolve, only : expected_of, take_value
+   use contensou_base_schema, only : is_number, key_type, kind_choice, kind_file, kind_name, &
+      kind_reference, kind_text, schema_type
+   use contensou_base_settings, only : group_settings_type, new_setting, settings_type
    use contensou_base_text, only : lower, nearest, quote, string_type, to_text
    use contensou_scene_bearing, only : bearing_names, concerns_bearings, has_bearings
    use contensou_scene_overrides, only : find_path, index_groups, index_type, path_type
@@ -81,7 +82,7 @@ contains
       end if
       g = scene%schema%find(group)
       associate (keys => scene%schema%groups(g)%keys)
-         k = key_position(scene%schema%groups(g), path%key)
+         k = scene%schema%groups(g)%position(path%key)
          if (k == 0) then
             k = nearest(path%key, keys%name)
             if (k > 0) then

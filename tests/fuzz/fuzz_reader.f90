@@ -6,7 +6,7 @@
 module fuzz_reader_run
    use contensou_base_errors, only : error_type, status_usage
    use contensou_base_kinds, only : i8
-   use contensou_base_settings, only : key_type
+   use contensou_base_schema, only : key_type
    use contensou_base_text, only : string_type
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_scene_schema, only : schema_keys

@@ -3,7 +3,7 @@ module test_contact
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
    use contensou_base_kinds, only : pi, wp
    use contensou_base_rotations, only : rotation_matrix
-   use contensou_base_settings, only : key_type
+   use contensou_base_schema, only : key_type
    use contensou_base_text, only : string_type
    use contensou_base_vectors, only : cross, frame_along
    use contensou_contact_catalogue, only : model_info_type

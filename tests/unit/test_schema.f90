@@ -4,10 +4,10 @@ module test_schema
    use contensou_base_document, only : document_type, parse_document
    use contensou_base_kinds, only : wp
    use contensou_base_resolve, only : resolve
-   use contensou_base_settings, only : admits, domain_text, group_settings_type, group_spec_type, &
-      is_number, key_type, kind_choice, kind_file, kind_integer, kind_logical, kind_name, &
-      kind_real, &
-      kind_reference, kind_text, most_values, schema_type, settings_type
+   use contensou_base_schema, only : admits, domain_text, group_spec_type, is_number, key_type, &
+      kind_choice, kind_file, kind_integer, kind_logical, kind_name, kind_real, kind_reference, &
+      kind_text, most_values, schema_type
+   use contensou_base_settings, only : group_settings_type, settings_type
    use contensou_base_text, only : read_real, string_type
    use contensou_scene_overrides, only : apply_override, index_groups, index_type
    use contensou_scene_schema, only : scene_schema, schema_groups, schema_keys

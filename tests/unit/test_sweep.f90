@@ -3,7 +3,7 @@ module test_sweep
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_settings, only : group_spec_type, key_type, kind_choice
+   use contensou_base_schema, only : group_spec_type, key_type, kind_choice
    use contensou_base_text, only : string_type, to_text
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_study_summary, only : summary_quantities

@@ -6,8 +6,8 @@
 module contensou_contact_damping_coefficient
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
    use contensou_base_checkpoint, only : checkpoint_type
-   use contensou_base_kinds, only : wp, pi
-   use contensou_base_settings, only : kind_real
+   use contensou_base_kinds, only : pi, wp
+   use contensou_base_schema, only : kind_real
    use contensou_contact_catalogue, only : law_keys_type, model_info_type
    use contensou_contact_damping_law, only : damping_kernel, damping_model_type, damping_slopes, &
       damping_type

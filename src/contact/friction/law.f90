@@ -1,7 +1,7 @@
 !> Friction part of a contact: what each law of friction must answer, and the keys that most share.
 module contensou_contact_friction_law
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : kind_logical, kind_real
+   use contensou_base_schema, only : kind_logical, kind_real
    use contensou_contact_catalogue, only : law_keys_type, model_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_contact_spot, only : spot_shape_type

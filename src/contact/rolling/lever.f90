@@ -9,7 +9,7 @@
 !> 229 (1955) 198.
 module contensou_contact_rolling_lever
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : kind_real
+   use contensou_base_schema, only : kind_real
    use contensou_base_vectors, only : cross
    use contensou_contact_catalogue, only : law_keys_type, model_info_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type

@@ -7,7 +7,8 @@ module contensou_contact_shapes_cone
    use contensou_base_attitude, only : read_frame
    use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_kinds, only : pi, wp
-   use contensou_base_settings, only : group_settings_type, key_list_type, kind_real
+   use contensou_base_schema, only : key_list_type, kind_real
+   use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote
    use contensou_base_vectors, only : any_tangent
    use contensou_contact_shapes_shape, only : apex_curvature, put_centre, put_direction, &

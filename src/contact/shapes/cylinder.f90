@@ -3,7 +3,8 @@ module contensou_contact_shapes_cylinder
    use contensou_base_attitude, only : read_frame
    use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : group_settings_type, key_list_type
+   use contensou_base_schema, only : key_list_type
+   use contensou_base_settings, only : group_settings_type
    use contensou_contact_shapes_shape, only : half_tangents, put_centre, put_direction, &
       put_radius, shape_info_type, shape_type, turning_form
    implicit none(type, external)

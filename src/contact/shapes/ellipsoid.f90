@@ -4,7 +4,8 @@ module contensou_contact_shapes_ellipsoid
    use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : rotation_matrix
-   use contensou_base_settings, only : group_settings_type, key_list_type, kind_real
+   use contensou_base_schema, only : key_list_type, kind_real
+   use contensou_base_settings, only : group_settings_type
    use contensou_contact_shapes_shape, only : put_centre, quadric_cubic, quadric_form, &
       shape_info_type, shape_type
    implicit none(type, external)

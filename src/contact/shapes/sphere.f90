@@ -2,7 +2,8 @@
 module contensou_contact_shapes_sphere
    use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_kinds, only : wp
-   use contensou_base_settings, only : group_settings_type, key_list_type
+   use contensou_base_schema, only : key_list_type
+   use contensou_base_settings, only : group_settings_type
    use contensou_contact_shapes_shape, only : put_centre, put_radius, shape_info_type, shape_type
    implicit none(type, external)
    private

@@ -1,6 +1,6 @@
 !> The shapes that a surface can have: the only list of them.
 module contensou_contact_shapes_table
-   use contensou_base_settings, only : key_list_type, key_type, kind_choice
+   use contensou_base_schema, only : key_list_type, key_type, kind_choice
    use contensou_base_text, only : string_type, strings
    use contensou_contact_shapes_cone, only : cone_type
    use contensou_contact_shapes_cylinder, only : cylinder_type

@@ -78,6 +78,7 @@ contains
             text = text // "  " // trim(info(i)%name) // nl
             text = text // "      " // trim(info(i)%summary) // nl
             if (info(i)%keys /= "") text = text // "      keys: " // trim(info(i)%keys) // nl
+            if (info(i)%states /= "") text = text // "      states: " // trim(info(i)%states) // nl
             if (info(i)%reference /= "") text = text // "      reference: " // &
                trim(info(i)%reference) // nl
          end do

@@ -8,6 +8,7 @@ module contensou_contact_catalogue
    use contensou_base_schema, only : admits, choice_names, domain_text, key_type, kind_choice, &
       kind_logical, kind_real
    use contensou_contact_parameters, only : parameters_type
+   use contensou_contact_states, only : state_list_type
    implicit none(type, external)
    private
 
@@ -23,6 +24,8 @@ module contensou_contact_catalogue
       character(len=240) :: keys = ""
       !> Where the formula comes from.
       character(len=120) :: reference = ""
+      !> Names and units of its states, separated by commas.
+      character(len=120) :: states = ""
    end type model_info_type
 
    !> A key of the group `contact` as a model has it.
@@ -70,13 +73,19 @@ module contensou_contact_catalogue
       logical :: acts = .true.
       !> Adds its keys; not associated if it has none.
       procedure(key_writer), pointer, nopass :: put_keys => null()
+      !> Adds its states; not associated if it has none.
+      procedure(state_writer), pointer, nopass :: put_states => null()
    contains
       !> Its keys.
       procedure :: keys => keys_of
+      !> Its states.
+      procedure :: states => states_of
       !> Whether a key of it has an effect.
       procedure :: uses
       !> Its keys as a user reads them.
       procedure :: keys_text
+      !> Its states as a user reads them; blank for none.
+      procedure :: states_text
       !> What is missing or wrong among the values of its keys.
       procedure :: misfit
       !> Values of its keys, with their defaults.
@@ -90,6 +99,13 @@ module contensou_contact_catalogue
          implicit none(type, external)
          type(law_keys_type), intent(inout) :: list
       end subroutine key_writer
+
+      !> Add the states of a model.
+      subroutine state_writer(list)
+         import :: state_list_type
+         implicit none(type, external)
+         type(state_list_type), intent(inout) :: list
+      end subroutine state_writer
    end interface
 
 contains
@@ -171,6 +187,14 @@ contains
       if (associated(self%put_keys)) call self%put_keys(list)
    end function keys_of
 
+   !> The states of a model.
+   function states_of(self) result(list)
+      class(model_type), intent(in) :: self
+      type(state_list_type) :: list
+
+      if (associated(self%put_states)) call self%put_states(list)
+   end function states_of
+
    !> Whether a model has a key, and with an effect.
    logical function uses(self, name)
       class(model_type), intent(in) :: self
@@ -215,6 +239,24 @@ contains
          end associate
       end do
    end function keys_text
+
+   !> What a user reads of the states of a model: names and units, separated by commas.
+   function states_text(self) result(text)
+      class(model_type), intent(in) :: self
+      character(len=:), allocatable :: text
+      type(state_list_type) :: list
+      integer :: i
+
+      text = ""
+      if (.not. associated(self%put_states)) return
+      list = self%states()
+      do i = 1, list%n
+         associate (item => list%items(i))
+            if (i > 1) text = text // ", "
+            text = text // trim(item%name) // " [" // plain_unit(item%units) // "]"
+         end associate
+      end do
+   end function states_text
 
    !> Name, symbol and unit of a key, as "damping_coefficient alpha [s/m]".
    pure function law_key_text(self) result(text)

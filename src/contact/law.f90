@@ -1,14 +1,16 @@
 !> Contact law: the exchangeable parts of a contact, and the load they give together.
 !>
 !> A part that a scene does not name is absent, not zero: it is neither evaluated nor stored.
+!> `evolve` and `vary` are `evaluate` and `linearize` of a law whose parts own states.
 module contensou_contact_law
    use contensou_base_kinds, only : wp
    use contensou_base_vectors, only : cross
    use contensou_contact_damping_law, only : damping_type
-   use contensou_contact_friction_law, only : friction_type
+   use contensou_contact_friction_law, only : friction_type, sliding_type
    use contensou_contact_geometry, only : contact_point_type, geometry_type
    use contensou_contact_normal_law, only : normal_type
    use contensou_contact_rolling_law, only : rolling_type
+   use contensou_contact_states, only : most_states
    implicit none(type, external)
    private
 
@@ -28,11 +30,19 @@ module contensou_contact_law
       class(rolling_type), allocatable :: rolling
       !> Largest approach that Hertz's theory admits [m].
       real(wp) :: largest_approach = 0.0_wp
+      !> Numbers of state of damping, which come before those of friction.
+      integer :: n_damping = 0
    contains
       !> Load of closed contact.
       procedure :: evaluate
       !> Load of closed contact and its derivatives.
       procedure :: linearize
+      !> Load at given states, and the rates of these.
+      procedure :: evolve
+      !> Their derivatives.
+      procedure :: vary
+      !> What slides at a normal force.
+      procedure :: sliding
    end type contact_law_type
 
    !> What a closed contact does to body B (and, reversed, to body A).
@@ -45,9 +55,9 @@ module contensou_contact_law
       real(wp) :: friction_torque = 0.0_wp
       !> Torque of rolling resistance on B [N m], inertial frame, in the tangent plane.
       real(wp) :: rolling_torque(3) = 0.0_wp
-      !> Power lost in friction and rolling resistance [W], >= 0.
+      !> Power that friction and rolling resistance take [W]: lost, >= 0, unless states store some.
       real(wp) :: friction_power = 0.0_wp
-      !> Power lost in damping [W], >= 0.
+      !> Power that damping takes [W], lost as well.
       real(wp) :: damping_power = 0.0_wp
    end type contact_load_type
 
@@ -86,12 +96,83 @@ contains
          load%friction_force = fx*at%major + fy*minor
          load%friction_power = -(fx*vx + fy*vy + load%friction_torque*w)
       end if
-      if (allocated(self%rolling)) then
-         load%rolling_torque = self%rolling%torque(load%normal_force, at%normal, at%major, &
-            self%normal%axis_a*sqrt(approach), self%normal%axis_b*sqrt(approach), spin)
-         load%friction_power = load%friction_power - dot_product(load%rolling_torque, spin)
-      end if
+      if (allocated(self%rolling)) call add_rolling(self, at, spin, load)
    end subroutine evaluate
+
+   !> Add rolling resistance to a load.
+   pure subroutine add_rolling(self, at, spin, load)
+      type(contact_law_type), intent(in) :: self
+      !> Geometry of the contact, its gap < 0.
+      type(contact_point_type), intent(in) :: at
+      !> Angular velocity of B against A [rad/s].
+      real(wp), intent(in) :: spin(3)
+      type(contact_load_type), intent(inout) :: load
+      real(wp) :: root
+
+      root = sqrt(-at%gap)
+      load%rolling_torque = self%rolling%torque(load%normal_force, at%normal, at%major, &
+         self%normal%axis_a*root, self%normal%axis_b*root, spin)
+      load%friction_power = load%friction_power - dot_product(load%rolling_torque, spin)
+   end subroutine add_rolling
+
+   !> Load of a closed contact at given states, and the rates of these.
+   pure subroutine evolve(self, at, velocity, spin, resolution, states, load, rates)
+      class(contact_law_type), intent(in) :: self
+      !> Geometry of the contact, its gap < 0.
+      type(contact_point_type), intent(in) :: at
+      !> Velocity of B against A at the contact point [m/s].
+      real(wp), intent(in) :: velocity(3)
+      !> Angular velocity of B against A [rad/s].
+      real(wp), intent(in) :: spin(3)
+      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
+      real(wp), intent(in) :: resolution
+      !> States of damping, then of friction.
+      real(wp), intent(in) :: states(:)
+      type(contact_load_type), intent(out) :: load
+      !> Time derivatives of the states.
+      real(wp), intent(out) :: rates(:)
+      type(sliding_type) :: slides
+      real(wp) :: approach, rate, elastic, minor(3), force, wrench(3)
+
+      approach = -at%gap
+      elastic = self%normal%force(approach)
+      load%normal_force = elastic
+      if (allocated(self%damping)) then
+         rate = -dot_product(velocity, at%normal)
+         call self%damping%evolve(elastic, approach, rate, states(:self%n_damping), force, &
+            rates(:self%n_damping))
+         load%normal_force = max(elastic + force, 0.0_wp)
+         load%damping_power = (load%normal_force - elastic)*rate
+      end if
+      if (allocated(self%friction)) then
+         minor = cross(at%normal, at%major)
+         slides = self%sliding(load%normal_force, approach, [dot_product(velocity, at%major), &
+            dot_product(velocity, minor), dot_product(spin, at%normal)], resolution)
+         call self%friction%evolve(slides, states(self%n_damping + 1:), wrench, &
+            rates(self%n_damping + 1:))
+         load%friction_force = wrench(1)*at%major + wrench(2)*minor
+         load%friction_torque = wrench(3)
+         load%friction_power = -(wrench(1)*slides%vx + wrench(2)*slides%vy + wrench(3)*slides%w)
+      end if
+      if (allocated(self%rolling)) call add_rolling(self, at, spin, load)
+   end subroutine evolve
+
+   !> What slides at a normal force.
+   pure function sliding(self, load, approach, motion, resolution) result(slides)
+      class(contact_law_type), intent(in) :: self
+      !> Normal force [N], >= 0.
+      real(wp), intent(in) :: load
+      !> Approach d [m], >= 0.
+      real(wp), intent(in) :: approach
+      !> Sliding velocity along the axes [m/s], spin [rad/s].
+      real(wp), intent(in) :: motion(3)
+      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
+      real(wp), intent(in) :: resolution
+      type(sliding_type) :: slides
+
+      slides = sliding_type(load, self%normal%shape, self%normal%major_axis(approach), motion(1), &
+         motion(2), motion(3), resolution)
+   end function sliding
 
    !> Normal force, friction force along the major and the minor axis, and friction torque about the
    !> normal, with their derivatives by the approach [m], its rate [m/s], the sliding velocities
@@ -139,5 +220,68 @@ contains
       slopes(2:4, 2) = by_motion(:, 1)*slopes(1, 2)
       slopes(2:4, 3:5) = by_motion(:, 3:5)
    end subroutine linearize
+
+   !> Normal force, friction force along the major and the minor axis, friction torque about the
+   !> normal and rates of the states, with their derivatives by the approach [m], its rate [m/s],
+   !> the sliding velocities along the two axes [m/s], the spin [rad/s] and the states, at constant
+   !> curvatures.
+   pure subroutine vary(self, approach, rate, motion, resolution, states, scales, values, slopes)
+      class(contact_law_type), intent(in) :: self
+      !> Approach d [m], > 0.
+      real(wp), intent(in) :: approach
+      !> Its rate [m/s].
+      real(wp), intent(in) :: rate
+      !> Sliding velocity along the axes [m/s], spin [rad/s].
+      real(wp), intent(in) :: motion(3)
+      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
+      real(wp), intent(in) :: resolution
+      !> States of damping, then of friction.
+      real(wp), intent(in) :: states(:)
+      !> Values against which they count as small.
+      real(wp), intent(in) :: scales(:)
+      !> N, F_x, F_y [N], T [N m], then the rates.
+      real(wp), intent(out) :: values(:)
+      !> Derivative of value i by d, d', v_x, v_y, w, then by the states.
+      real(wp), intent(out) :: slopes(:, :)
+      type(sliding_type) :: slides
+      real(wp) :: elastic, stiffness, force, wrench(3)
+      real(wp) :: by_normal(1 + most_states, 3 + most_states)
+      real(wp) :: by_motion(3 + most_states, 5 + most_states)
+      integer :: nd, nf, i, row
+
+      nd = self%n_damping
+      nf = size(states) - nd
+      values = 0.0_wp
+      slopes = 0.0_wp
+      elastic = self%normal%force(approach)
+      stiffness = 1.5_wp*elastic/approach
+      values(1) = elastic
+      slopes(1, 1) = stiffness
+      if (allocated(self%damping)) then
+         call self%damping%vary(elastic, approach, rate, states(:nd), scales(:nd), force, &
+            values(5:4 + nd), by_normal(:1 + nd, :3 + nd))
+         values(1) = max(elastic + force, 0.0_wp)
+         do i = 0, nd
+            row = merge(1, 4 + i, i == 0)
+            slopes(row, 1) = by_normal(1 + i, 1)*stiffness + by_normal(1 + i, 2)
+            slopes(row, 2) = by_normal(1 + i, 3)
+            slopes(row, 6:5 + nd) = by_normal(1 + i, 4:3 + nd)
+         end do
+         slopes(1, 1) = slopes(1, 1) + stiffness
+         if (.not. values(1) > 0.0_wp) slopes(1, :) = 0.0_wp
+      end if
+      if (.not. allocated(self%friction)) return
+      slides = self%sliding(values(1), approach, motion, resolution)
+      call self%friction%vary(slides, states(nd + 1:), scales(nd + 1:), wrench, values(5 + nd:), &
+         by_motion(:3 + nf, :5 + nf))
+      values(2:4) = wrench
+      do i = 1, 3 + nf
+         row = merge(1, 1 + nd, i <= 3) + i
+         slopes(row, :) = by_motion(i, 1)*slopes(1, :)
+         slopes(row, 1) = slopes(row, 1) + by_motion(i, 2)*(0.5_wp*slides%a/approach)
+         slopes(row, 3:5) = by_motion(i, 3:5)
+         slopes(row, 6 + nd:) = by_motion(i, 6:5 + nf)
+      end do
+   end subroutine vary
 
 end module contensou_contact_law

@@ -15,11 +15,12 @@ module contensou_contact_parts
    use contensou_contact_normal, only : normal_model_type, normal_models
    use contensou_contact_parameters, only : parameters_type
    use contensou_contact_rolling, only : rolling_model_type, rolling_models
+   use contensou_contact_states, only : state_list_type
    implicit none(type, external)
    private
 
    public :: part_type, contact_parts, shared_parts, n_parts, put_part_keys, read_models
-   public :: normal_names, friction_names
+   public :: normal_names, friction_names, part_states, owns_state
 
    !> Number of parts.
    integer, parameter :: n_parts = 4
@@ -79,6 +80,47 @@ contains
       end do
    end function contact_parts
 
+   !> The states of all models that have some, in the order of the documentation. Thread-safe.
+   function part_states() result(lists)
+      type(state_list_type), allocatable :: lists(:)
+      type(part_type), pointer :: parts(:)
+      integer :: i, j, n
+
+      parts => shared_parts()
+      n = 0
+      do i = 1, n_parts
+         do j = 1, size(parts(i)%models)
+            if (associated(parts(i)%models(j)%put_states)) n = n + 1
+         end do
+      end do
+      allocate(lists(n))
+      n = 0
+      do i = 1, n_parts
+         do j = 1, size(parts(i)%models)
+            if (.not. associated(parts(i)%models(j)%put_states)) cycle
+            n = n + 1
+            lists(n) = parts(i)%models(j)%states()
+         end do
+      end do
+   end function part_states
+
+   !> Whether a contact has a state of some name. Thread-safe.
+   logical function owns_state(choice, name)
+      !> Position of the model of each part in its table.
+      integer, intent(in) :: choice(n_parts)
+      character(len=*), intent(in) :: name
+      type(part_type), pointer :: parts(:)
+      type(state_list_type) :: list
+      integer :: i
+
+      parts => shared_parts()
+      owns_state = .false.
+      do i = 1, n_parts
+         list = parts(i)%models(choice(i))%states()
+         owns_state = owns_state .or. any(list%items(:list%n)%name == name)
+      end do
+   end function owns_state
+
    !> What a user reads about the models of a part, their keys included.
    function described(self) result(info)
       class(part_type), intent(in) :: self
@@ -88,6 +130,7 @@ contains
       info = self%models%info
       do i = 1, size(info)
          info(i)%keys = self%models(i)%keys_text()
+         info(i)%states = self%models(i)%states_text()
       end do
    end function described
 
@@ -101,6 +144,7 @@ contains
       type(parameters_type), intent(in) :: parameters
       character(len=:), allocatable :: text
       type(string_type), allocatable :: names(:)
+      character(len=:), allocatable :: states
       integer :: k
 
       text = ""
@@ -131,6 +175,8 @@ contains
       if (self%name == "friction" .and. parameters%number("regularization_velocity") > 0.0_wp) then
          text = text // ", regularised"
       end if
+      states = self%models(choice)%states_text()
+      if (states /= "") text = text // ", integrating " // states
    end function words
 
    !> Table of the models of a part; empty if there is no such part.

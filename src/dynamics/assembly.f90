@@ -12,6 +12,7 @@ module contensou_dynamics_assembly
    use contensou_contact_pairs, only : new_geometry
    use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_contact_rolling, only : rolling_model_type, rolling_models
+   use contensou_contact_states, only : state_list_type
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_mechanism, only : body_type, contact_type
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, moves_freely, &
@@ -127,8 +128,22 @@ contains
             values = rolling%completed(spec%parameters)
             call rolling%create(values, around, law%rolling)
          end if
+         if (associated(damping%put_states) .or. associated(friction%put_states)) then
+            call own_states(damping, friction, contact)
+         end if
       end associate
    end subroutine set_law
+
+   !> The states of the parts of a contact; without compliance there is no damping.
+   subroutine own_states(damping, friction, contact)
+      type(damping_model_type), intent(in) :: damping
+      type(friction_model_type), intent(in) :: friction
+      type(contact_type), intent(inout) :: contact
+      type(state_list_type) :: of_damping
+
+      if (.not. contact%rigid) of_damping = damping%states()
+      call contact%own(of_damping, friction%states())
+   end subroutine own_states
 
    !> Half relative curvatures A and B of a pair at the beginning [1/m]; where it has no point of
    !> contact then, those of a sphere of its smallest radius.

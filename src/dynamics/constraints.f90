@@ -13,10 +13,12 @@
 module contensou_dynamics_constraints
    use contensou_base_kinds, only : wp
    use contensou_base_vectors, only : cross
+   use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_geometry, only : contact_point_type, contact_variation_type, pose_type, &
       track_type, trouble_jammed, trouble_lost, trouble_none, trouble_redundant
    use contensou_contact_law, only : contact_law_type
-   use contensou_dynamics_mechanism, only : mechanism_type, relative_motion
+   use contensou_contact_states, only : most_states
+   use contensou_dynamics_mechanism, only : contact_type, mechanism_type, relative_motion
    use contensou_dynamics_scene, only : motion_free, motion_prescribed
    use contensou_dynamics_state, only : add_to_motion, spin_of, velocity_of
    implicit none(type, external)
@@ -193,6 +195,9 @@ contains
             do j = 1, 2
                if (link%body(j) > 0) call accelerate(mechanism, link, j, rate)
             end do
+            if (mechanism%contacts(link%contact)%states%n > 0) call set_state_rates(link, &
+               mechanism%contacts(link%contact), mechanism%pose(link%body(1)), &
+               mechanism%pose(link%body(2)))
          end associate
       end do
    end subroutine apply
@@ -309,7 +314,7 @@ contains
       end do
       do k = 1, most_iterations
          do i = 1, n
-            call set_load(self%links(i), mechanism%contacts(self%links(i)%contact)%law, &
+            call set_load(self%links(i), mechanism%contacts(self%links(i)%contact), &
                self%links(i)%normal_force)
          end do
          do i = 1, n
@@ -404,46 +409,108 @@ contains
    !> Wrench of a contact at a normal force, and its derivative.
    !>
    !> Below N = 0, where an integrator looks for lift-off, the wrench of a point goes on linearly.
-   pure subroutine set_load(self, law, normal_force)
+   pure subroutine set_load(self, contact, normal_force)
       !> The contact, its kinematics set.
       type(link_type), intent(inout) :: self
-      type(contact_law_type), intent(in) :: law
+      type(contact_type), intent(in) :: contact
       !> Normal force [N].
       real(wp), intent(in) :: normal_force
       real(wp) :: root, a, wrench(3), slopes(3, 5), torque(3)
 
-      self%normal_force = normal_force
-      self%wrench(1:3) = normal_force*self%at%normal
-      self%wrench(4:6) = 0.0_wp
-      self%slope(1:3) = self%at%normal
-      self%slope(4:6) = 0.0_wp
-      root = 0.0_wp
-      if (normal_force > 0.0_wp) root = sqrt(law%normal%approach(normal_force))
-      a = law%normal%axis_a*root
-      if (allocated(law%friction)) then
-         call law%friction%linearize(normal_force, law%normal%shape, a, self%motion(1), &
-            self%motion(2), self%motion(3), self%resolution, wrench, slopes)
-         if (normal_force > 0.0_wp) slopes(:, 1) = slopes(:, 1) &
-            + slopes(:, 2)*(a/(3.0_wp*normal_force))
-         self%wrench(1:3) = self%wrench(1:3) + wrench(1)*self%at%major + wrench(2)*self%minor
-         self%wrench(4:6) = wrench(3)*self%at%normal
-         self%slope(1:3) = self%slope(1:3) + slopes(1, 1)*self%at%major + slopes(2, 1)*self%minor
-         self%slope(4:6) = slopes(3, 1)*self%at%normal
-      end if
-      if (.not. allocated(law%rolling)) return
-      if (.not. law%rolling%follows_spot) then
-         torque = law%rolling%torque(1.0_wp, self%at%normal, self%at%major, a, &
-            law%normal%axis_b*root, self%spin)
-         self%slope(4:6) = self%slope(4:6) + torque
-         self%wrench(4:6) = self%wrench(4:6) + normal_force*torque
-      else if (normal_force > 0.0_wp) then
-         ! The lever arm follows the spot.
-         torque = law%rolling%torque(normal_force, self%at%normal, self%at%major, a, &
-            law%normal%axis_b*root, self%spin)
-         self%wrench(4:6) = self%wrench(4:6) + torque
-         self%slope(4:6) = self%slope(4:6) + (4.0_wp/(3.0_wp*normal_force))*torque
-      end if
+      associate (law => contact%law)
+
+         self%normal_force = normal_force
+         self%wrench(1:3) = normal_force*self%at%normal
+         self%wrench(4:6) = 0.0_wp
+         self%slope(1:3) = self%at%normal
+         self%slope(4:6) = 0.0_wp
+         root = 0.0_wp
+         if (normal_force > 0.0_wp) root = sqrt(law%normal%approach(normal_force))
+         a = law%normal%axis_a*root
+         if (allocated(law%friction)) then
+            if (contact%states%n == 0) then
+               call law%friction%linearize(normal_force, law%normal%shape, a, self%motion(1), &
+                  self%motion(2), self%motion(3), self%resolution, wrench, slopes)
+            else
+               call load_at_states(self, contact, normal_force, wrench, slopes)
+            end if
+            if (normal_force > 0.0_wp) slopes(:, 1) = slopes(:, 1) &
+               + slopes(:, 2)*(a/(3.0_wp*normal_force))
+            self%wrench(1:3) = self%wrench(1:3) + wrench(1)*self%at%major + wrench(2)*self%minor
+            self%wrench(4:6) = wrench(3)*self%at%normal
+            self%slope(1:3) = self%slope(1:3) + slopes(1, 1)*self%at%major + slopes(2, 1)*self%minor
+            self%slope(4:6) = slopes(3, 1)*self%at%normal
+         end if
+         if (.not. allocated(law%rolling)) return
+         if (.not. law%rolling%follows_spot) then
+            torque = law%rolling%torque(1.0_wp, self%at%normal, self%at%major, a, &
+               law%normal%axis_b*root, self%spin)
+            self%slope(4:6) = self%slope(4:6) + torque
+            self%wrench(4:6) = self%wrench(4:6) + normal_force*torque
+         else if (normal_force > 0.0_wp) then
+            ! The lever arm follows the spot.
+            torque = law%rolling%torque(normal_force, self%at%normal, self%at%major, a, &
+               law%normal%axis_b*root, self%spin)
+            self%wrench(4:6) = self%wrench(4:6) + torque
+            self%slope(4:6) = self%slope(4:6) + (4.0_wp/(3.0_wp*normal_force))*torque
+         end if
+      end associate
    end subroutine set_load
+
+   !> Friction wrench of a contact at the states of its parts, and its derivatives by normal force
+   !> and size of the spot. Below N = 0 it goes on linearly.
+   pure subroutine load_at_states(self, contact, normal_force, wrench, slopes)
+      !> The contact, its kinematics set.
+      type(link_type), intent(in) :: self
+      type(contact_type), intent(in) :: contact
+      !> Normal force [N].
+      real(wp), intent(in) :: normal_force
+      real(wp), intent(out) :: wrench(3)
+      !> Only the derivatives by these two are set.
+      real(wp), intent(out) :: slopes(3, 5)
+      real(wp) :: local(most_states), rates(most_states)
+      real(wp) :: all_slopes(3 + most_states, 5 + most_states)
+
+      local = contact%local_states(self%at)
+      associate (n => contact%states%n_local)
+         call contact%law%friction%vary(slides_of(self, contact, normal_force), local(:n), &
+            contact%states%scales, wrench, rates(:n), all_slopes(:3 + n, :5 + n))
+      end associate
+      slopes = all_slopes(:3, :5)
+      wrench = wrench + min(normal_force, 0.0_wp)*slopes(:, 1)
+   end subroutine load_at_states
+
+   !> What slides at a closed contact.
+   pure function slides_of(self, contact, normal_force) result(slides)
+      type(link_type), intent(in) :: self
+      type(contact_type), intent(in) :: contact
+      !> Normal force [N].
+      real(wp), intent(in) :: normal_force
+      type(sliding_type) :: slides
+      real(wp) :: approach
+
+      approach = 0.0_wp
+      if (normal_force > 0.0_wp) approach = contact%law%normal%approach(normal_force)
+      slides = contact%law%sliding(max(normal_force, 0.0_wp), approach, self%motion, &
+         self%resolution)
+   end function slides_of
+
+   !> Rates of the states of the parts of a closed contact, its normal force known.
+   subroutine set_state_rates(self, contact, a, b)
+      type(link_type), intent(in) :: self
+      type(contact_type), intent(inout) :: contact
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      real(wp) :: wrench(3), local(most_states), rates(most_states)
+
+      local = contact%local_states(self%at)
+      associate (n => contact%states%n_local)
+         call contact%law%friction%evolve(slides_of(self, contact, self%normal_force), local(:n), &
+            wrench, rates(:n))
+         call contact%set_rates(a, b, self%at, self%slip() + self%rate*self%at%normal, self%spin, &
+            rates(:n))
+      end associate
+   end subroutine set_state_rates
 
    !> Second derivative of the gap of one contact by a wrench at another one, or at itself [m/s2].
    pure function response(self, other, wrench) result(acceleration)

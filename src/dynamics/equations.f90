@@ -19,7 +19,7 @@ module contensou_dynamics_equations
    use contensou_dynamics_mechanism, only : body_type, contact_type, mechanism_type, relative_motion
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
       motion_spindle, moves_freely, turns_by_drive
-   use contensou_dynamics_state, only : put_body, quaternion_of, spin_of, velocity_of
+   use contensou_dynamics_state, only : body_size, put_body, quaternion_of, spin_of, velocity_of
    implicit none(type, external)
    private
 
@@ -63,6 +63,8 @@ module contensou_dynamics_equations
       real(wp), allocatable, private :: scratch(:)
       !> Whether there is gravity.
       logical, private :: has_gravity = .false.
+      !> Whether there are rigid contacts or states of parts.
+      logical, private :: has_more = .false.
    contains
       !> Make ready after bodies and contacts are set.
       procedure :: prepare
@@ -70,8 +72,8 @@ module contensou_dynamics_equations
       procedure :: derivative
       !> Normal forces of the closed rigid contacts.
       procedure :: constraint_forces
-      !> What the closed rigid contacts do; bound, as inlining it would slow all scenes down.
-      procedure, private :: constrain
+      !> What rigid contacts and states add; bound, as inlining it would slow all scenes down.
+      procedure, private :: complete
       !> When the next ramp of a drive ends.
       procedure :: next_corner
       procedure, private :: ramps
@@ -83,7 +85,7 @@ contains
    subroutine prepare(self)
       class(system_type), intent(inout) :: self
       logical :: rubs, damps, supplied
-      integer :: i, nb
+      integer :: i, nb, states
 
       nb = size(self%bodies)
       self%has_gravity = norm2(self%gravity) > 0.0_wp
@@ -99,11 +101,17 @@ contains
       do i = 1, nb
          supplied = supplied .or. self%bodies(i)%loaded .or. turns_by_drive(self%bodies(i)%motion)
       end do
-      call self%layout%lay_out(nb, rubs, damps, supplied)
+      states = 0
+      do i = 1, size(self%contacts)
+         self%contacts(i)%states%first = body_size*nb + states + 1
+         states = states + self%contacts(i)%states%n
+      end do
+      call self%layout%lay_out(nb, states, rubs, damps, supplied)
       if (allocated(self%pose)) deallocate(self%pose, self%load, self%scratch)
       allocate(self%pose(0:nb), self%load(nb), self%scratch(self%layout%n))
       self%pose(0)%ground = .true.
       call self%constraints%prepare(self%mechanism_type)
+      self%has_more = self%constraints%n_rigid > 0 .or. states > 0
    end subroutine prepare
 
    !> Time derivative of the state. Allocates nothing.
@@ -125,6 +133,7 @@ contains
       self%outside = count(abs(y) < runaway) < self%layout%n
       if (self%outside) return
       call self%set_poses(y)
+      if (self%layout%states > 0) call self%set_states(y)
       do i = 1, size(self%bodies)
          self%load(i) = body_load_type()
       end do
@@ -146,25 +155,33 @@ contains
       do i = 1, size(self%bodies)
          call accelerate(self, i, t, y, rate)
       end do
-      if (self%constraints%n_rigid > 0) then
-         call self%constrain(rate, friction_power)
+      if (self%has_more) then
+         call self%complete(rate, friction_power)
          if (self%outside) return
       end if
       if (self%layout%friction > 0) rate(self%layout%friction) = friction_power
       if (self%layout%damping > 0) rate(self%layout%damping) = damping_power
    end subroutine derivative
 
-   !> Add what the closed rigid contacts do to the accelerations.
-   subroutine constrain(self, rate, friction_power)
+   !> Add what the closed rigid contacts do to the accelerations, and the rates of the states of
+   !> parts, which are constant while a contact is open.
+   subroutine complete(self, rate, friction_power)
       class(system_type), intent(inout) :: self
       !> Time derivative of the state, without rigid contacts on entry.
       real(wp), intent(inout) :: rate(:)
       !> Power lost in friction so far [W].
       real(wp), intent(inout) :: friction_power
+      integer :: i
 
-      call self%constraints%apply(self%mechanism_type, rate, friction_power, self%trouble, &
-         self%trouble_code, self%outside)
-   end subroutine constrain
+      if (self%constraints%n_rigid > 0) call self%constraints%apply(self%mechanism_type, rate, &
+         friction_power, self%trouble, self%trouble_code, self%outside)
+      if (self%outside .or. self%layout%states == 0) return
+      do i = 1, size(self%contacts)
+         associate (states => self%contacts(i)%states)
+            if (states%n > 0) rate(states%first:states%first + states%n - 1) = states%rates
+         end associate
+      end do
+   end subroutine complete
 
    !> Normal forces of the closed rigid contacts at a state, in their components `normal_force`.
    subroutine constraint_forces(self, t, y)
@@ -302,7 +319,7 @@ contains
       real(wp), intent(inout) :: damping_power
       type(contact_point_type) :: at
       type(contact_load_type) :: load
-      real(wp) :: gap, force(3), torque(3), velocity(3), spin(3), shape_force(6)
+      real(wp) :: gap, force(3), torque(3), velocity(3), spin(3), resolution, shape_force(6)
       integer :: trouble
 
       associate (a => self%pose(contact%a), b => self%pose(contact%b))
@@ -328,7 +345,12 @@ contains
             return
          end if
          call relative_motion(a, b, at%point, velocity, spin)
-         call contact%law%evaluate(at, velocity, spin, self%resolution%of(a, b, at%point), load)
+         resolution = self%resolution%of(a, b, at%point)
+         if (contact%states%n == 0) then
+            call contact%law%evaluate(at, velocity, spin, resolution, load)
+         else
+            call contact%evolve(a, b, at, velocity, spin, resolution, load)
+         end if
          force = load%normal_force*at%normal
          torque = 0.0_wp
          if (allocated(contact%law%friction)) then

@@ -4,6 +4,10 @@
 !> The rows of a body depend on the body itself and on the bodies that it can touch; every column
 !> of a body has the same rows, so that an entry is found without a search.
 !>
+!> States of the parts of a contact are rows in the columns of its bodies, and columns with rows in
+!> the accelerations of its bodies. There is no such Jacobian of a scene with rigid contacts and
+!> states, see `is_available`.
+!>
 !> Rigid contacts: with z the accelerations at given normal forces N and g the second derivatives of
 !> the gaps, dN = -(g_z z_N)^-1 (g_y + g_z z_y) dy, since g(y, z(y, N)) stays zero.
 module contensou_dynamics_jacobian
@@ -11,7 +15,9 @@ module contensou_dynamics_jacobian
    use contensou_base_rotations, only : norm_rate
    use contensou_base_vectors, only : cross
    use contensou_contact_geometry, only : pose_type
-   use contensou_dynamics_linear_load, only : linear_load_type, linearize, linearize_link, outcomes
+   use contensou_contact_states, only : contact_states_type, most_numbers
+   use contensou_dynamics_linear_load, only : freedoms, linear_load_type, linearize, &
+      linearize_link, outcomes
    use contensou_dynamics_constraints, only : response, solve_linear
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
@@ -20,7 +26,7 @@ module contensou_dynamics_jacobian
    implicit none(type, external)
    private
 
-   public :: jacobian_type
+   public :: jacobian_type, is_available
 
    !> Rows of a body that its contacts act on: velocity and angular velocity.
    integer, parameter :: first_row = 8, acted_rows = 6
@@ -42,6 +48,9 @@ module contensou_dynamics_jacobian
       integer, allocatable, private :: row_body(:)
       !> Offset of the first row of each within the columns.
       integer, allocatable, private :: offset(:)
+      !> For each contact whose parts own states: offset of the first row of these within the
+      !> columns of its body A, those of its body B and those of the states themselves.
+      integer, allocatable, private :: state_offset(:, :)
       !> Torque of all contacts on each body [N m], inertial frame.
       real(wp), allocatable, private :: torque(:, :)
       !> Force of all contacts on each body [N].
@@ -67,15 +76,27 @@ contains
       class(jacobian_type), intent(inout) :: self
       type(system_type), intent(in) :: system
       integer :: nb, works, j, k, c, m, next, base, entries
+      integer, allocatable :: owners(:), of_body(:)
 
       nb = system%layout%bodies
       works = system%layout%works()
       self%n = system%layout%n
       if (allocated(self%row)) deallocate(self%row, self%value, self%column_start, &
-         self%first_body, self%row_body, self%offset, self%torque, self%force, self%rate)
+         self%first_body, self%row_body, self%offset, self%state_offset, self%torque, self%force, &
+         self%rate)
       call couple_bodies(system, self%first_body, self%row_body)
+      call find_owners(self, system, of_body, owners)
       entries = body_size*(nb*(body_size - acted_rows + works) + acted_rows*size(self%row_body)) &
          + works
+      do k = 1, size(owners)
+         entries = entries + body_size*system%contacts(owners(k))%states%n
+      end do
+      do k = 1, size(self%state_offset, 2)
+         associate (contact => system%contacts(k), n => system%contacts(k)%states%n)
+            entries = entries + n*(n + works + acted_rows*count([is_acted_on(system, contact%a), &
+               is_acted_on(system, contact%b)]))
+         end associate
+      end do
       allocate(self%row(entries), self%value(entries), self%column_start(self%n + 1))
       allocate(self%offset(size(self%row_body)), self%torque(3, nb), self%force(3, nb))
       allocate(self%rate(merge(self%n, 0, system%constraints%n_rigid > 0)))
@@ -98,18 +119,130 @@ contains
                   end if
                end associate
             end do
-            self%row(next + 1:next + works) = [(body_size*nb + k, k=1, works)]
-            next = next + works
+            do k = of_body(j), of_body(j + 1) - 1
+               associate (contact => system%contacts(owners(k)))
+                  if (contact%a == j) self%state_offset(1, owners(k)) = next - base
+                  if (contact%b == j) self%state_offset(2, owners(k)) = next - base
+                  call add_state_rows(contact%states)
+               end associate
+            end do
+            call add_works()
          end do
+      end do
+      do k = 1, size(self%state_offset, 2)
+         associate (contact => system%contacts(k))
+            do c = 1, contact%states%n
+               self%column_start(contact%states%first + c - 1) = next + 1
+               base = next
+               call add_acted_rows(min(contact%a, contact%b))
+               call add_acted_rows(max(contact%a, contact%b))
+               self%state_offset(3, k) = next - base
+               call add_state_rows(contact%states)
+               call add_works()
+            end do
+         end associate
       end do
       do k = 1, works
          ! The works act on nothing; the entry is there for the identity that a solver adds.
-         self%column_start(body_size*nb + k) = next + 1
+         self%column_start(self%n - works + k) = next + 1
          next = next + 1
-         self%row(next) = body_size*nb + k
+         self%row(next) = self%n - works + k
       end do
       self%column_start(self%n + 1) = next + 1
+
+   contains
+
+      !> Add the rows of the works to a column.
+      subroutine add_works()
+         integer :: i
+
+         self%row(next + 1:next + works) = [(self%n - works + i, i=1, works)]
+         next = next + works
+      end subroutine add_works
+
+      !> Add the rows of the states of a contact to a column.
+      subroutine add_state_rows(states)
+         type(contact_states_type), intent(in) :: states
+         integer :: i
+
+         self%row(next + 1:next + states%n) = [(states%first + i, i=0, states%n - 1)]
+         next = next + states%n
+      end subroutine add_state_rows
+
+      !> Add the rows of a body that a contact acts on.
+      subroutine add_acted_rows(body)
+         integer, intent(in) :: body
+         integer :: i
+
+         if (.not. is_acted_on(system, body)) return
+         self%row(next + 1:next + acted_rows) = &
+            [(body_size*(body - 1) + first_row - 1 + i, i=1, acted_rows)]
+         next = next + acted_rows
+      end subroutine add_acted_rows
+
    end subroutine prepare
+
+   !> Whether there is a Jacobian for a system: states of parts and normal forces of rigid contacts
+   !> that depend on each other are left to differences.
+   pure logical function is_available(system)
+      type(system_type), intent(in) :: system
+
+      is_available = system%layout%states == 0 .or. system%constraints%n_rigid == 0
+   end function is_available
+
+   !> Whether contacts accelerate a body.
+   pure logical function is_acted_on(system, body)
+      type(system_type), intent(in) :: system
+      !> Its index; 0 for the ground.
+      integer, intent(in) :: body
+
+      is_acted_on = .false.
+      if (body > 0) is_acted_on = moves_freely(system%bodies(body)%motion)
+   end function is_acted_on
+
+   !> Contacts with states, body by body in ascending order.
+   subroutine find_owners(self, system, of_body, owners)
+      type(jacobian_type), intent(inout) :: self
+      type(system_type), intent(in) :: system
+      !> Index of the first contact of each body, and one beyond the last.
+      integer, allocatable, intent(out) :: of_body(:)
+      integer, allocatable, intent(out) :: owners(:)
+      integer :: place(system%layout%bodies), i
+
+      allocate(self%state_offset(3, merge(size(system%contacts), 0, system%layout%states > 0)))
+      allocate(of_body(system%layout%bodies + 1), source=0)
+      do i = 1, size(self%state_offset, 2)
+         associate (contact => system%contacts(i))
+            if (contact%states%n == 0) cycle
+            if (contact%a > 0) of_body(contact%a) = of_body(contact%a) + 1
+            if (contact%b > 0) of_body(contact%b) = of_body(contact%b) + 1
+         end associate
+      end do
+      allocate(owners(sum(of_body)))
+      of_body(size(of_body)) = size(owners) + 1
+      do i = size(of_body) - 1, 1, -1
+         of_body(i) = of_body(i + 1) - of_body(i)
+      end do
+      place = of_body(:size(place))
+      do i = 1, size(self%state_offset, 2)
+         associate (contact => system%contacts(i))
+            if (contact%states%n == 0) cycle
+            if (contact%a > 0) call add(contact%a)
+            if (contact%b > 0) call add(contact%b)
+         end associate
+      end do
+
+   contains
+
+      !> Add the contact to a body.
+      subroutine add(body)
+         integer, intent(in) :: body
+
+         owners(place(body)) = i
+         place(body) = place(body) + 1
+      end subroutine add
+
+   end subroutine find_owners
 
    !> Make room for a number of closed rigid contacts.
    subroutine reserve(self, n)
@@ -334,6 +467,7 @@ contains
          if (system%outside) return
       else
          call system%set_poses(y)
+         if (system%layout%states > 0) call system%set_states(y)
       end if
       do i = 1, size(system%contacts)
          associate (contact => system%contacts(i))
@@ -390,7 +524,7 @@ contains
       !> State.
       real(wp), intent(in) :: y(:)
       real(wp) :: columns(outcomes, body_size)
-      integer :: side, column_body
+      integer :: side, column_body, before
 
       associate (a => system%contacts(index)%a, b => system%contacts(index)%b)
          if (a > 0) then
@@ -407,15 +541,62 @@ contains
             if (system%bodies(column_body)%motion == motion_fixed) cycle
             call to_state(load%slopes(:, 12*side - 11:12*side), system%pose(column_body), &
                quaternion_of(y, column_body), columns)
-            if (a > 0) call add_rows(self, system, a, column_body, -columns(1:3, :), &
-               columns(4:6, :))
-            if (b > 0) call add_rows(self, system, b, column_body, columns(1:3, :), &
-               columns(7:9, :))
-            call add_work(self, column_body, system%layout%friction, columns(10, :))
-            call add_work(self, column_body, system%layout%damping, columns(11, :))
+            before = body_size*(column_body - 1)
+            if (a > 0) call add_rows(self, system, a, before, place_of(self, a, column_body), &
+               -columns(1:3, :), columns(4:6, :))
+            if (b > 0) call add_rows(self, system, b, before, place_of(self, b, column_body), &
+               columns(1:3, :), columns(7:9, :))
+            call add_work(self, before, system%layout%friction, columns(10, :))
+            call add_work(self, before, system%layout%damping, columns(11, :))
          end do
+         if (system%contacts(index)%states%n > 0) call add_states(self, system, index, load, y)
       end associate
    end subroutine add_contact
+
+   !> Add the rates of the states of a contact, and what the states do.
+   subroutine add_states(self, system, index, load, y)
+      type(jacobian_type), intent(inout) :: self
+      type(system_type), intent(in) :: system
+      !> Index of the contact.
+      integer, intent(in) :: index
+      type(linear_load_type), intent(in) :: load
+      !> State.
+      real(wp), intent(in) :: y(:)
+      real(wp) :: columns(most_numbers, body_size)
+      integer :: side, c, k, place(2)
+
+      associate (contact => system%contacts(index), n => system%contacts(index)%states%n, &
+         before => system%contacts(index)%states%first - 1)
+         do side = 1, 2
+            associate (body => merge(contact%a, contact%b, side == 1))
+               if (body == 0) cycle
+               if (system%bodies(body)%motion == motion_fixed) cycle
+               call to_state(load%rate_slopes(:n, 12*side - 11:12*side), system%pose(body), &
+                  quaternion_of(y, body), columns(:n, :))
+               do c = 1, body_size
+                  k = self%column_start(body_size*(body - 1) + c) + self%state_offset(side, index)
+                  self%value(k:k + n - 1) = self%value(k:k + n - 1) + columns(:n, c)
+               end do
+            end associate
+         end do
+         ! The accelerations of both bodies come first, in ascending order.
+         place = 0
+         if (contact%a > contact%b .and. is_acted_on(system, contact%b)) place(1) = acted_rows
+         if (contact%b > contact%a .and. is_acted_on(system, contact%a)) place(2) = acted_rows
+         do c = 1, n
+            k = self%column_start(before + c) + self%state_offset(3, index)
+            self%value(k:k + n - 1) = load%rate_slopes(:n, freedoms + c)
+         end do
+         associate (slopes => load%slopes(:, freedoms + 1:freedoms + n))
+            if (contact%a > 0) call add_rows(self, system, contact%a, before, place(1), &
+               -slopes(1:3, :), slopes(4:6, :))
+            if (contact%b > 0) call add_rows(self, system, contact%b, before, place(2), &
+               slopes(1:3, :), slopes(7:9, :))
+            call add_work(self, before, system%layout%friction, slopes(10, :))
+            call add_work(self, before, system%layout%damping, slopes(11, :))
+         end associate
+      end associate
+   end subroutine add_states
 
    !> Keep the derivatives of the second derivative of the gap of a rigid contact by the state, at
    !> given accelerations.
@@ -510,12 +691,12 @@ contains
                      torque(:, c) = change(c)*moment(:, side)
                   end do
                   if (side == 1) then
-                     call add_rows(self, system, row, j, -force, -torque)
+                     call add_rows(self, system, row, k, place_of(self, row, j), -force, -torque)
                   else
-                     call add_rows(self, system, row, j, force, torque)
+                     call add_rows(self, system, row, k, place_of(self, row, j), force, torque)
                   end if
                end do
-               call add_work(self, j, system%layout%friction, -change*(dot_product( &
+               call add_work(self, k, system%layout%friction, -change*(dot_product( &
                   link%slope(1:3), link%slip()) &
                   + dot_product(link%slope(4:6), link%spin)))
             end do
@@ -562,26 +743,26 @@ contains
    end function rotation_of
 
    !> Add a load to the acceleration of a body, or to the power that keeps its motion.
-   pure subroutine add_rows(self, system, row_body, column_body, force, torque)
+   pure subroutine add_rows(self, system, row_body, before, place, force, torque)
       type(jacobian_type), intent(inout) :: self
       type(system_type), intent(in) :: system
       !> Body that is acted upon.
       integer, intent(in) :: row_body
-      !> Body whose state varies.
-      integer, intent(in) :: column_body
+      !> Index of the column before those of what varies.
+      integer, intent(in) :: before
+      !> Offset of the accelerations of the body in these columns, -1 if they are not there.
+      integer, intent(in) :: place
       !> Derivatives of the force [N].
-      real(wp), intent(in) :: force(3, body_size)
+      real(wp), intent(in) :: force(:, :)
       !> Derivatives of the torque about the centre of mass [N m], inertial frame.
-      real(wp), intent(in) :: torque(3, body_size)
+      real(wp), intent(in) :: torque(:, :)
       real(wp) :: moment(3)
-      integer :: c, k, place
+      integer :: c, k
 
       associate (body => system%bodies(row_body), pose => system%pose(row_body))
-         place = -1
-         if (moves_freely(body%motion)) place = place_of(self, row_body, column_body)
-         if (place >= 0) then
-            do c = 1, body_size
-               k = self%column_start(body_size*(column_body - 1) + c) + place
+         if (moves_freely(body%motion) .and. place >= 0) then
+            do c = 1, size(force, 2)
+               k = self%column_start(before + c) + place
                self%value(k:k + 2) = self%value(k:k + 2) + force(:, c)/body%mass
                if (turns_by_drive(body%motion)) cycle
                moment = matmul(torque(:, c), pose%rotation)
@@ -589,28 +770,30 @@ contains
             end do
          end if
          if (.not. turns_by_drive(body%motion)) return
-         call add_work(self, column_body, system%layout%applied, -matmul(pose%spin, torque))
-         if (body%motion == motion_prescribed) then
-            call add_work(self, column_body, system%layout%applied, -matmul(pose%velocity, force))
-         end if
+         do c = 1, size(torque, 2)
+            call add_work(self, before + c - 1, system%layout%applied, &
+               [-dot_product(pose%spin, torque(:, c))])
+            if (body%motion == motion_prescribed) call add_work(self, before + c - 1, &
+               system%layout%applied, [-dot_product(pose%velocity, force(:, c))])
+         end do
       end associate
    end subroutine add_rows
 
    !> Add to the rate of a work.
-   pure subroutine add_work(self, column_body, index, power)
+   pure subroutine add_work(self, before, index, power)
       type(jacobian_type), intent(inout) :: self
-      !> Body whose state varies.
-      integer, intent(in) :: column_body
+      !> Index of the column before those of what varies.
+      integer, intent(in) :: before
       !> Index of the work in the state; 0 for none.
       integer, intent(in) :: index
       !> Derivatives of the power [W].
-      real(wp), intent(in) :: power(body_size)
+      real(wp), intent(in) :: power(:)
       integer :: c, k
 
       if (index == 0) return
-      do c = 1, body_size
+      do c = 1, size(power)
          ! The works are the last rows of a column.
-         k = self%column_start(body_size*(column_body - 1) + c + 1) - 1 - (self%n - index)
+         k = self%column_start(before + c + 1) - 1 - (self%n - index)
          self%value(k) = self%value(k) + power(c)
       end do
    end subroutine add_work
@@ -692,7 +875,7 @@ contains
             self%value(k:k + body_size - 1) = self%value(k:k + body_size - 1) + block(:, i)
          end do
       end associate
-      call add_work(self, index, system%layout%applied, power)
+      call add_work(self, body_size*(index - 1), system%layout%applied, power)
    end subroutine add_body
 
    !> Derivatives of the rate of a quaternion, see `quaternion_rate`.

@@ -2,6 +2,8 @@
 !>
 !> A load depends on the pose through the contact point, its normal and its curvatures (their
 !> variation comes from the geometry) and on the velocities through the kernels' own derivatives.
+!> States of parts are degrees of freedom beside those; how fast the frame of their vectors turns is
+!> varied with the velocities only, as the vectors are small.
 !> That of the force of the elastic energy through the curvatures, small against the normal force by
 !> the approach over the radii, comes from differences.
 !>
@@ -17,6 +19,7 @@ module contensou_dynamics_linear_load
       pose_type, track_type, trouble_none
    use contensou_contact_law, only : contact_law_type
    use contensou_contact_normal, only : normal_type
+   use contensou_contact_states, only : most_numbers, most_states
    use contensou_dynamics_constraints, only : link_type, set_kinematics
    use contensou_dynamics_mechanism, only : contact_type, relative_motion, resolution_type
    implicit none(type, external)
@@ -48,8 +51,10 @@ module contensou_dynamics_linear_load
       real(wp) :: force(3)
       !> Torques about the centres of mass of A and B [N m].
       real(wp) :: torque_a(3), torque_b(3)
-      !> Derivatives of the outcomes by the degrees of freedom.
-      real(wp) :: slopes(outcomes, freedoms)
+      !> Derivatives of the outcomes by the degrees of freedom and the states of parts.
+      real(wp) :: slopes(outcomes, freedoms + most_numbers)
+      !> Derivatives of the rates of the states of parts.
+      real(wp) :: rate_slopes(most_numbers, freedoms + most_numbers)
       !> Of a rigid contact: derivatives of the second derivative of the gap, with what stabilises
       !> it, at given accelerations in the frames of the state [m/s2 by freedom].
       real(wp) :: gap_slopes(1, freedoms)
@@ -83,6 +88,16 @@ module contensou_dynamics_linear_load
       real(wp) :: elastic
       !> Derivatives of the values and of the elastic force by the curvatures.
       real(wp) :: by_curvature(5, 2)
+      !> States of the parts, and their rates.
+      real(wp) :: states(most_states), rates(most_states)
+      !> Derivatives of the values by the states.
+      real(wp) :: by_states(4, most_states)
+      !> Derivatives of the rates as those of the values, then by the states.
+      real(wp) :: rate_slopes(most_states, 5 + most_states)
+      !> Derivatives of the rates by the curvatures.
+      real(wp) :: rates_by_curvature(most_states, 2)
+      !> Angular velocity of the frame of the states [rad/s].
+      real(wp) :: frame_spin(3)
       !> Force and torque of the elastic energy through the curvatures [N, N m].
       real(wp) :: shape(6)
       !> Their derivatives by a twist of B against A.
@@ -194,6 +209,28 @@ contains
       slopes(2:4, 3:5) = by_motion(:, 3:5)
    end subroutine evaluate
 
+   !> The same of a compliant contact whose parts own states: values, rates and their derivatives.
+   subroutine evaluate_states(contact, touch)
+      type(contact_type), intent(in) :: contact
+      !> The contact at its state: the rest is set.
+      type(touch_type), intent(inout) :: touch
+      real(wp) :: values(4 + most_states), slopes(4 + most_states, 5 + most_states)
+
+      associate (law => contact%law, states => contact%states, n => contact%states%n_local)
+         touch%elastic = law%normal%force(touch%approach)
+         touch%states = contact%local_states(touch%at)
+         call law%vary(touch%approach, touch%rate, [dot_product(touch%velocity, touch%at%major), &
+            dot_product(touch%velocity, touch%minor), dot_product(touch%spin, touch%at%normal)], &
+            touch%resolution, touch%states(:n), states%scales, values(:4 + n), &
+            slopes(:4 + n, :5 + n))
+         touch%values = values(:4)
+         touch%slopes = slopes(:4, :5)
+         touch%by_states(:, :n) = slopes(:4, 6:5 + n)
+         touch%rates(:n) = values(5:4 + n)
+         touch%rate_slopes(:n, :5 + n) = slopes(5:4 + n, :5 + n)
+      end associate
+   end subroutine evaluate_states
+
    !> Approach by which Hertz's theory has a normal force [m]; 0 for none.
    pure function approach_of(law, normal_force) result(approach)
       type(contact_law_type), intent(in) :: law
@@ -225,14 +262,20 @@ contains
       touch%rate = -dot_product(touch%velocity, touch%at%normal)
       touch%shape = 0.0_wp
       if (touch%rigid) touch%approach = approach_of(contact%law, touch%values(1))
-      call evaluate(contact%law, touch, touch%values, touch%slopes, touch%elastic)
+      if (contact%states%n == 0) then
+         call evaluate(contact%law, touch, touch%values, touch%slopes, touch%elastic)
+      else
+         call evaluate_states(contact, touch)
+      end if
       if (touch%varies) then
-         call differ_curvatures(contact, touch, touch%by_curvature)
+         call differ_curvatures(contact, touch)
          if (.not. touch%rigid) then
             call contact%shape_force(a, b, touch%at, touch%shape)
             call differ_shape_force(contact, a, b, touch%at, touch%shape, touch%shape_by_twist)
          end if
       end if
+      if (contact%states%n > 0) touch%frame_spin = contact%frame_spin(a, b, touch%at, &
+         touch%velocity, touch%spin)
       touch%rolling = 0.0_wp
       if (allocated(contact%law%rolling)) touch%rolling = rolling_torque(touch%values(1), &
          touch%at%normal, touch%at%major, touch%spin)
@@ -256,6 +299,10 @@ contains
          call move(15 + k, cross(e, arm_b), e, none, none, none, none)
          call speed_up(18 + k, e, none)
          call speed_up(21 + k, cross(e, arm_b), e)
+      end do
+      do k = 1, contact%states%n
+         call vary_load(freedoms + k, 0.0_wp, [0.0_wp, 0.0_wp], [none, none], none, none, none, &
+            none, none, none, none)
       end do
 
    contains
@@ -355,6 +402,8 @@ contains
             d_motion(4) = dot_product(d_velocity, minor) + dot_product(velocity, d_minor)
             d_motion(5) = dot_product(d_spin, at%normal) + dot_product(spin, d_normal)
             d_values = matmul(touch%slopes, d_motion)
+            if (contact%states%n > 0) call vary_states(freedom, d_motion, d_curvatures, d_normal, &
+               d_major, d_minor, d_velocity, d_spin, d_values)
             d_elastic = 0.0_wp
             if (.not. touch%rigid) d_elastic = -1.5_wp*touch%elastic/touch%approach*d_gap
             if (touch%varies) then
@@ -391,6 +440,63 @@ contains
             end if
          end associate
       end subroutine vary_load
+
+      !> Variation of the rates of the states of parts, and what the states add to that of the load.
+      subroutine vary_states(freedom, d_motion, d_curvatures, d_normal, d_major, d_minor, &
+         d_velocity, d_spin, d_values)
+         !> Which degree of freedom, or which state behind these.
+         integer, intent(in) :: freedom
+         !> Of approach, its rate, sliding and spin.
+         real(wp), intent(in) :: d_motion(5)
+         !> Of the curvatures A and B.
+         real(wp), intent(in) :: d_curvatures(2)
+         real(wp), intent(in) :: d_normal(3)
+         !> Of the major axis.
+         real(wp), intent(in) :: d_major(3)
+         !> Of the minor axis.
+         real(wp), intent(in) :: d_minor(3)
+         !> Of the velocity of B against A at the contact point.
+         real(wp), intent(in) :: d_velocity(3)
+         !> Of the angular velocity of B against A.
+         real(wp), intent(in) :: d_spin(3)
+         !> Of N, F_x, F_y and T; added to.
+         real(wp), intent(inout) :: d_values(4)
+         real(wp) :: d_states(contact%states%n), d_local(contact%states%n_local)
+         real(wp) :: along(contact%states%n_local), d_rates(contact%states%n_local)
+         real(wp) :: twist(6), turning(3), of_a(3), of_b(3)
+
+         associate (states => contact%states, n => contact%states%n_local, at => touch%at, &
+            slopes => load%rate_slopes(:contact%states%n, freedom))
+            d_states = 0.0_wp
+            if (freedom > freedoms) d_states(freedom - freedoms) = 1.0_wp
+            call states%gather(d_states, at%major, touch%minor, d_local)
+            ! A number has no axes, and none of its variation: what is left is that of vectors.
+            call states%gather(states%values, d_major, d_minor, along)
+            where (states%vectors()) d_local = d_local + along
+            d_values = d_values + matmul(touch%by_states(:, :n), d_local)
+            d_rates = matmul(touch%rate_slopes(:n, :5), d_motion) &
+               + matmul(touch%rate_slopes(:n, 6:5 + n), d_local)
+            if (touch%varies) d_rates = d_rates &
+               + matmul(touch%rates_by_curvature(:n, :), d_curvatures)
+            slopes = 0.0_wp
+            call states%scatter(d_rates, at%major, touch%minor, slopes)
+            if (.not. states%tangent) return
+            d_rates = touch%rates(:n)
+            where (.not. states%vectors()) d_rates = 0.0_wp
+            call states%scatter(d_rates, d_major, d_minor, slopes)
+            call states%turn(d_states, touch%frame_spin, slopes)
+            of_a = 0.0_wp
+            of_b = 0.0_wp
+            if (freedom > 9 .and. freedom <= 12) of_a(freedom - 9) = 1.0_wp
+            if (freedom > 21 .and. freedom <= 24) of_b(freedom - 21) = 1.0_wp
+            twist = [d_velocity, d_spin]
+            turning = matmul(touch%variation%normal, twist)
+            turning = turning + cross(of_a, at%normal) + cross(a%spin, d_normal)
+            turning = cross(at%normal, turning) &
+               + 0.5_wp*dot_product(of_a + of_b, at%normal)*at%normal
+            call states%turn(states%values, turning, slopes)
+         end associate
+      end subroutine vary_states
 
       !> Torque of rolling resistance.
       pure function rolling_torque(normal_force, normal, major, relative) result(moment)
@@ -491,19 +597,20 @@ contains
       end do
    end subroutine differ_shape_force
 
-   !> Derivatives of N, F_x, F_y, T and the elastic force by the curvatures A and B, by differences
-   !> of the shape of the spot, which the wrench depends on smoothly.
-   subroutine differ_curvatures(contact, touch, by_curvature)
+   !> Derivatives of N, F_x, F_y, T, the elastic force and the rates of states by the curvatures A
+   !> and B, by differences of the shape of the spot, which the wrench depends on smoothly.
+   subroutine differ_curvatures(contact, touch)
       !> The contact; its normal part is left as it was.
       type(contact_type), intent(inout) :: contact
-      !> Its state.
-      type(touch_type), intent(in) :: touch
-      !> The derivatives.
-      real(wp), intent(out) :: by_curvature(5, 2)
+      !> Its state; the derivatives are set.
+      type(touch_type), intent(inout) :: touch
       type(normal_type) :: normal
-      real(wp) :: curvatures(2), varied(2), unused(4, 5), ends(2), results(5, 2)
-      integer :: i, k
+      type(touch_type) :: there
+      real(wp) :: curvatures(2), varied(2), unused(4, 5), ends(2)
+      real(wp) :: results(5 + most_states, 2)
+      integer :: i, k, n
 
+      n = contact%states%n_local
       normal = contact%law%normal
       curvatures = [normal%curvature_a, normal%curvature_b]
       do i = 1, 2
@@ -514,11 +621,21 @@ contains
             if (varied(1) > varied(2)) varied = curvatures
             ends(k) = varied(i)
             call contact%law%normal%follow(varied(1), varied(2))
-            call evaluate(contact%law, touch, results(1:4, k), unused, results(5, k))
+            if (n == 0) then
+               call evaluate(contact%law, touch, results(1:4, k), unused, results(5, k))
+            else
+               there = touch
+               call evaluate_states(contact, there)
+               results(:5, k) = [there%values, there%elastic]
+               results(6:5 + n, k) = there%rates(:n)
+            end if
          end do
-         by_curvature(:, i) = 0.0_wp
+         touch%by_curvature(:, i) = 0.0_wp
+         touch%rates_by_curvature(:n, i) = 0.0_wp
          if (ends(1) > ends(2)) then
-            by_curvature(:, i) = (results(:, 1) - results(:, 2))/(ends(1) - ends(2))
+            touch%by_curvature(:, i) = (results(:5, 1) - results(:5, 2))/(ends(1) - ends(2))
+            touch%rates_by_curvature(:n, i) = &
+               (results(6:5 + n, 1) - results(6:5 + n, 2))/(ends(1) - ends(2))
          end if
       end do
       contact%law%normal = normal

@@ -12,7 +12,8 @@ module contensou_dynamics_mechanism
    use contensou_base_vectors, only : cross
    use contensou_contact_geometry, only : contact_point_type, contact_trouble, &
       contact_variation_type, pose_type, track_type, trouble_no_spot, trouble_none
-   use contensou_contact_law, only : contact_law_type
+   use contensou_contact_law, only : contact_law_type, contact_load_type
+   use contensou_contact_states, only : contact_states_type, most_states, state_list_type
    use contensou_dynamics_scene, only : motion_free
    use contensou_dynamics_state, only : layout_type, position_of, quaternion_of, spin_of, &
       velocity_of
@@ -53,6 +54,8 @@ module contensou_dynamics_mechanism
       !> Body B; 0 is the ground.
       integer :: b = 0
       type(contact_law_type) :: law
+      !> States of its parts.
+      type(contact_states_type) :: states
       !> Where the surfaces were closest last.
       type(track_type) :: track
       !> Whether the contact is rigid.
@@ -79,6 +82,20 @@ module contensou_dynamics_mechanism
       procedure :: follow
       !> Force of the elastic energy through the curvatures.
       procedure :: shape_force
+      !> Take the states of its parts.
+      procedure :: own
+      !> States of the parts as these see them.
+      procedure :: local_states
+      !> Load at the states of the parts, and the rates of these.
+      procedure :: evolve
+      !> Rates of the states in the inertial frame.
+      procedure :: set_rates
+      !> How fast the frame of the states turns.
+      procedure :: frame_spin
+      !> Energies stored in the states.
+      procedure :: stored_energies
+      !> Set the states at touch and lift-off.
+      procedure :: renew
       procedure :: exchange => exchange_contact
    end type contact_type
 
@@ -120,6 +137,8 @@ module contensou_dynamics_mechanism
    contains
       !> Poses of all bodies at a state.
       procedure :: set_poses
+      !> States of the parts of all contacts at a state.
+      procedure :: set_states
       !> Pose of a body.
       procedure :: pose_of
       !> Kinematics of a contact at the poses that are set.
@@ -205,6 +224,153 @@ contains
       force = force_a*variation%curvature_a + force_b*variation%curvature_b
    end subroutine shape_force
 
+   !> Take the states of its parts.
+   subroutine own(self, damping, friction)
+      class(contact_type), intent(inout) :: self
+      type(state_list_type), intent(in) :: damping
+      type(state_list_type), intent(in) :: friction
+
+      call self%states%own(damping, friction)
+      self%law%n_damping = self%states%n_damping
+   end subroutine own
+
+   !> States of the parts as these see them.
+   pure function local_states(self, at) result(local)
+      class(contact_type), intent(in) :: self
+      !> Where it touches.
+      type(contact_point_type), intent(in) :: at
+      real(wp) :: local(most_states)
+
+      call self%states%gather(self%states%values, at%major, cross(at%normal, at%major), local)
+   end function local_states
+
+   !> Load of a closed contact at the states of its parts, and the rates of these.
+   subroutine evolve(self, a, b, at, velocity, spin, resolution, load)
+      !> The contact; its normal part has followed, the rates are set.
+      class(contact_type), intent(inout) :: self
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      !> Where it touches, its gap < 0.
+      type(contact_point_type), intent(in) :: at
+      !> Velocity of B against A there [m/s].
+      real(wp), intent(in) :: velocity(3)
+      !> Angular velocity of B against A [rad/s].
+      real(wp), intent(in) :: spin(3)
+      !> Square of the velocity below which sliding is not resolved [m2/s2].
+      real(wp), intent(in) :: resolution
+      type(contact_load_type), intent(out) :: load
+      real(wp) :: local(most_states), rates(most_states)
+
+      local = self%local_states(at)
+      associate (n => self%states%n_local)
+         call self%law%evolve(at, velocity, spin, resolution, local(:n), load, rates(:n))
+         call self%set_rates(a, b, at, velocity, spin, rates(:n))
+      end associate
+   end subroutine evolve
+
+   !> Rates of the states in the inertial frame, from those that the parts give.
+   subroutine set_rates(self, a, b, at, velocity, spin, rates)
+      class(contact_type), intent(inout) :: self
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      !> Where it touches.
+      type(contact_point_type), intent(in) :: at
+      !> Velocity of B against A there [m/s].
+      real(wp), intent(in) :: velocity(3)
+      !> Angular velocity of B against A [rad/s].
+      real(wp), intent(in) :: spin(3)
+      !> Rates along the axes of the spot.
+      real(wp), intent(in) :: rates(:)
+
+      associate (states => self%states)
+         states%rates = 0.0_wp
+         call states%scatter(rates, at%major, cross(at%normal, at%major), states%rates)
+         if (states%tangent) call states%turn(states%values, &
+            self%frame_spin(a, b, at, velocity, spin), states%rates)
+      end associate
+   end subroutine set_rates
+
+   !> Angular velocity of the frame in which the vectors among the states are constant [rad/s]: it
+   !> follows the normal, and turns about it by the mean of the two bodies.
+   function frame_spin(self, a, b, at, velocity, spin) result(rate)
+      class(contact_type), intent(in) :: self
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      !> Where it touches.
+      type(contact_point_type), intent(in) :: at
+      !> Velocity of B against A there [m/s].
+      real(wp), intent(in) :: velocity(3)
+      !> Angular velocity of B against A [rad/s].
+      real(wp), intent(in) :: spin(3)
+      real(wp) :: rate(3)
+      type(contact_variation_type) :: variation
+      real(wp) :: twist(6), normal_rate(3)
+
+      call self%law%geometry%vary(a, b, self%track, at, variation)
+      twist = [velocity, spin]
+      normal_rate = matmul(variation%normal, twist)
+      normal_rate = normal_rate + cross(a%spin, at%normal)
+      rate = cross(at%normal, normal_rate) &
+         + 0.5_wp*dot_product(a%spin + b%spin, at%normal)*at%normal
+   end function frame_spin
+
+   !> Energies stored in the states of damping and of friction.
+   pure subroutine stored_energies(self, at, approach, motion, load, damping, friction)
+      class(contact_type), intent(in) :: self
+      !> Where it touches.
+      type(contact_point_type), intent(in) :: at
+      !> Approach [m], > 0.
+      real(wp), intent(in) :: approach
+      !> Sliding velocity along the axes of the spot [m/s], spin [rad/s].
+      real(wp), intent(in) :: motion(3)
+      !> Normal force [N].
+      real(wp), intent(in) :: load
+      !> [J].
+      real(wp), intent(out) :: damping
+      !> [J].
+      real(wp), intent(out) :: friction
+      real(wp) :: local(most_states)
+
+      damping = 0.0_wp
+      friction = 0.0_wp
+      local = self%local_states(at)
+      associate (law => self%law, nd => self%states%n_damping, n => self%states%n_local)
+         if (nd > 0) damping = law%damping%stored_energy(law%normal%force(approach), approach, &
+            local(:nd))
+         if (n > nd) friction = law%friction%stored_energy(law%sliding(load, approach, motion, &
+            0.0_wp), local(nd + 1:n))
+      end associate
+   end subroutine stored_energies
+
+   !> Set the states of the parts at touch, or after lift-off.
+   subroutine renew(self, now, closed, y)
+      class(contact_type), intent(in) :: self
+      !> Its kinematics.
+      type(contact_motion_type), intent(in) :: now
+      !> Whether the contact is closed.
+      logical, intent(in) :: closed
+      !> State, in which they are set.
+      real(wp), intent(inout) :: y(:)
+      real(wp) :: local(most_states), speed
+
+      if (self%states%n == 0) return
+      local = 0.0_wp
+      speed = -dot_product(now%velocity, now%at%normal)
+      associate (states => self%states, law => self%law, nd => self%states%n_damping, &
+         n => self%states%n_local, first => self%states%first)
+         if (closed) then
+            if (nd > 0) call law%damping%at_touch(speed, local(:nd))
+            if (n > nd) call law%friction%at_touch(speed, local(nd + 1:n))
+         else
+            if (nd > 0) call law%damping%after_lift(local(:nd))
+            if (n > nd) call law%friction%after_lift(local(nd + 1:n))
+         end if
+         y(first:first + states%n - 1) = 0.0_wp
+         call states%scatter(local(:n), now%at%major, cross(now%at%normal, now%at%major), &
+            y(first:first + states%n - 1))
+      end associate
+   end subroutine renew
+
    !> Velocity of B against A at a point, and angular velocity of B against A.
    pure subroutine relative_motion(a, b, point, velocity, spin)
       type(pose_type), intent(in) :: a
@@ -284,6 +450,22 @@ contains
          self%pose(i)%spin = to_inertial(self%pose(i)%rotation, spin_of(y, i))
       end do
    end subroutine set_poses
+
+   !> States of the parts of all contacts; their rates are zero until a closed contact has others.
+   subroutine set_states(self, y)
+      class(mechanism_type), intent(inout) :: self
+      !> State.
+      real(wp), intent(in) :: y(self%layout%n)
+      integer :: i
+
+      do i = 1, size(self%contacts)
+         associate (states => self%contacts(i)%states)
+            if (states%n == 0) cycle
+            states%values = y(states%first:states%first + states%n - 1)
+            states%rates = 0.0_wp
+         end associate
+      end do
+   end subroutine set_states
 
    !> Pose of a body, and its unit quaternion.
    subroutine pose_of(self, y, body, pose, quaternion)

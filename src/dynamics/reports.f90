@@ -30,8 +30,11 @@ module contensou_dynamics_reports
       real(wp) :: spin = 0.0_wp
       !> Semi-axes of the spot [m], zero when open.
       real(wp) :: semi_axes(2) = 0.0_wp
-      !> Elastic energy [J].
+      !> Elastic energy of the spot [J].
       real(wp) :: elastic_energy = 0.0_wp
+      !> Energy stored in the states of damping and friction [J]: of what these took, so much is not
+      !> lost.
+      real(wp) :: stored_damping = 0.0_wp, stored_friction = 0.0_wp
    end type contact_report_type
 
 contains
@@ -46,6 +49,7 @@ contains
 
       call system%constraint_forces(t, y)
       call system%set_poses(y)
+      if (system%layout%states > 0) call system%set_states(y)
    end subroutine begin_report
 
    !> All that an output row says of a contact, after `begin_report`.
@@ -72,7 +76,16 @@ contains
          if (trouble /= trouble_none) return
          resolution = system%resolution%of(system%pose(contact%a), system%pose(contact%b), &
             row%at%point)
-         call law%evaluate(row%at, now%velocity, now%spin, resolution, row%load)
+         if (contact%states%n == 0) then
+            call law%evaluate(row%at, now%velocity, now%spin, resolution, row%load)
+         else
+            call contact%evolve(system%pose(contact%a), system%pose(contact%b), row%at, &
+               now%velocity, now%spin, resolution, row%load)
+            call contact%stored_energies(row%at, -row%at%gap, [dot_product(now%velocity, &
+               row%at%major), dot_product(now%velocity, cross(row%at%normal, row%at%major)), &
+               dot_product(now%spin, row%at%normal)], row%load%normal_force, row%stored_damping, &
+               row%stored_friction)
+         end if
          row%slip = slip_velocity(now%velocity, row%at%normal)
          row%spin = dot_product(now%spin, row%at%normal)
          row%semi_axes(1) = law%normal%major_axis(-row%at%gap)
@@ -105,6 +118,9 @@ contains
             row%semi_axes(1) = law%normal%major_axis( &
                law%normal%approach(row%load%normal_force))
             row%semi_axes(2) = law%normal%shape%k*row%semi_axes(1)
+            if (system%contacts(index)%states%n > 0) call system%contacts(index)%stored_energies( &
+               row%at, law%normal%approach(row%load%normal_force), link%motion, &
+               row%load%normal_force, row%stored_damping, row%stored_friction)
          end associate
       end do
    end subroutine report_rigid

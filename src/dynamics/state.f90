@@ -2,9 +2,10 @@
 !>
 !> State of a body, 13 numbers: centre of mass r (inertial), quaternion q (w, x, y, z; body to
 !> inertial; its norm carries no meaning), velocity v (inertial), angular velocity (body frame).
-!> After the bodies come, only if the scene has the effect, the work lost in friction, the work lost
-!> in damping and the work supplied by applied loads and drives, so that a run closes its own energy
-!> balance.
+!> After the bodies come, only if the scene has them, the states of the parts of contacts, one
+!> contact after the other, and then the work of friction, the work of damping and the work supplied
+!> by applied loads and drives, so that a run closes its own energy balance. The first two are lost
+!> but for what states of parts store.
 !> The accessors take a state or its time derivative alike.
 module contensou_dynamics_state
    use contensou_base_kinds, only : wp
@@ -26,6 +27,8 @@ module contensou_dynamics_state
       integer :: n = 0
       !> Number of bodies, without the ground.
       integer :: bodies = 0
+      !> Number of states of parts.
+      integer :: states = 0
       !> Index of the work of friction; 0 without friction.
       integer :: friction = 0
       !> Index of the work of damping; 0 without damping.
@@ -41,10 +44,12 @@ module contensou_dynamics_state
 contains
 
    !> Lay out a state.
-   pure subroutine lay_out(self, bodies, friction, damping, applied)
+   pure subroutine lay_out(self, bodies, states, friction, damping, applied)
       class(layout_type), intent(inout) :: self
       !> Number of bodies.
       integer, intent(in) :: bodies
+      !> Number of states of parts.
+      integer, intent(in) :: states
       !> Whether anything rubs.
       logical, intent(in) :: friction
       !> Whether anything else loses energy.
@@ -53,7 +58,8 @@ contains
       logical, intent(in) :: applied
 
       self%bodies = bodies
-      self%n = body_size*bodies
+      self%states = states
+      self%n = body_size*bodies + states
       call append(self%n, friction, self%friction)
       call append(self%n, damping, self%damping)
       call append(self%n, applied, self%applied)

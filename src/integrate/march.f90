@@ -6,6 +6,7 @@ module contensou_integrate_march
    use contensou_base_kinds, only : i8, wp
    use contensou_contact_geometry, only : track_type
    use contensou_dynamics_impact, only : open_contact, settle, touching_gap
+   use contensou_dynamics_mechanism, only : contact_motion_type
    use contensou_integrate_choice, only : choice_type, choose_method, &
       explicit_reach
    use contensou_integrate_cvode, only : cvode_type
@@ -272,6 +273,7 @@ contains
       !> Set when the rigid contacts cannot be settled.
       type(error_type), allocatable, intent(out) :: error
 
+      if (motion%system%layout%states > 0) call begin_states(motion, memory%y)
       if (motion%system%constraints%n_rigid > 0) call begin_rigid(motion, memory%t, memory%y, error)
       if (allocated(error)) return
       choice%method = method
@@ -377,7 +379,7 @@ contains
       call motion%system%gaps(y, gap)
       call motion%system%gap_rates(y, rate)
       ! A gap that is zero to rounding is a contact from the start, not a touch.
-      resolution = 64.0_wp*epsilon(gap)*(1.0_wp + maxval(abs(y)))
+      resolution = zero_gap(y)
       rows = row_count(plan%t_end, plan%interval)
       if (memory%row > 0) then
          undecided = memory%undecided
@@ -750,9 +752,11 @@ contains
             closed(i) = .true.
             call begin_impact(motion, i, -rate(i), changed)
             any_changed = any_changed .or. changed
+            call renew_states(motion, i, .true., y, any_changed)
             call observer%event(t, event_touch, i, error)
          else if (events(i) > 0 .and. closed(i)) then
             closed(i) = .false.
+            call renew_states(motion, i, .false., y, any_changed)
             call observer%event(t, event_lift, i, error)
          end if
          if (allocated(error)) return
@@ -764,6 +768,54 @@ contains
       end if
       if (any_changed) call integrator%restart(t, y, error)
    end subroutine take_events
+
+   !> Set the states of parts at the beginning.
+   subroutine begin_states(motion, y)
+      class(motion_type), intent(inout) :: motion
+      !> State.
+      real(wp), intent(inout) :: y(:)
+      type(contact_motion_type) :: now
+      real(wp) :: limit
+      integer :: i
+
+      call motion%system%set_poses(y)
+      do i = 1, motion%n_events
+         call motion%system%observe(i, now)
+         associate (contact => motion%system%contacts(i))
+            limit = zero_gap(y)
+            if (contact%rigid) limit = touching_gap(contact)
+            call contact%renew(now, now%at%gap <= limit, y)
+         end associate
+      end do
+   end subroutine begin_states
+
+   !> Gap that is zero to rounding [m].
+   pure real(wp) function zero_gap(y)
+      !> State.
+      real(wp), intent(in) :: y(:)
+
+      zero_gap = 64.0_wp*epsilon(y)*(1.0_wp + maxval(abs(y)))
+   end function zero_gap
+
+   !> Set the states of the parts of a contact that touches or lifts off.
+   subroutine renew_states(motion, contact, closed, y, changed)
+      class(motion_type), intent(inout) :: motion
+      !> Index of the contact.
+      integer, intent(in) :: contact
+      !> Whether it is closed now.
+      logical, intent(in) :: closed
+      !> State.
+      real(wp), intent(inout) :: y(:)
+      !> Set if it has states: their rates change at once.
+      logical, intent(inout) :: changed
+      type(contact_motion_type) :: now
+
+      if (motion%system%contacts(contact)%states%n == 0) return
+      call motion%system%set_poses(y)
+      call motion%system%observe(contact, now)
+      call motion%system%contacts(contact)%renew(now, closed, y)
+      changed = .true.
+   end subroutine renew_states
 
    !> Close the rigid contacts that touch at the beginning.
    subroutine begin_rigid(motion, t, y, error)
@@ -822,7 +874,7 @@ contains
       class(observer_type), intent(inout) :: observer
       !> Set when the contacts cannot be settled or the observer failed.
       type(error_type), allocatable, intent(out) :: error
-      logical :: touching(size(events))
+      logical :: touching(size(events)), changed
       integer :: i
 
       associate (contacts => motion%system%contacts)
@@ -839,6 +891,7 @@ contains
          do i = 1, size(events)
             if (.not. contacts(i)%rigid .or. (contacts(i)%closed .eqv. closed(i))) cycle
             closed(i) = contacts(i)%closed
+            call renew_states(motion, i, closed(i), y, changed)
             call observer%event(t, merge(event_touch, event_lift, closed(i)), i, error)
             if (allocated(error)) return
          end do

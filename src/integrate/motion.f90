@@ -2,9 +2,11 @@
 module contensou_integrate_motion
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : wall_seconds
+   use contensou_contact_states, only : against_angular_velocity, against_energy, against_length, &
+      against_velocity, state_type
    use contensou_dynamics_assembly, only : contact_time
    use contensou_dynamics_equations, only : system_type
-   use contensou_dynamics_jacobian, only : jacobian_type
+   use contensou_dynamics_jacobian, only : is_available, jacobian_type
    use contensou_dynamics_reports, only : energies
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_state, only : body_size, position_of, put_body, spin_of, velocity_of
@@ -33,6 +35,8 @@ module contensou_integrate_motion
       real(wp) :: rotation = 1.0_wp
       !> Works: against the larger of this and the work [J].
       real(wp) :: energy = 1.0_wp
+   contains
+      procedure :: of_state
    end type scales_type
 
    !> Velocity below which sliding is not resolved, over the admissible error of a velocity alone
@@ -57,6 +61,7 @@ module contensou_integrate_motion
       procedure :: derivative
       procedure :: events
       procedure :: admissible_error
+      procedure, private :: admit_states
    end type motion_type
 
 contains
@@ -96,6 +101,7 @@ contains
             s%energy = s%energy + 0.5_wp*motion%system%bodies(i)%mass*s%velocity**2
          end do
       end associate
+      if (motion%system%layout%states > 0) call set_state_scales(motion)
    end subroutine set_up_motion
 
    !> Right-hand side.
@@ -134,7 +140,7 @@ contains
    subroutine lay_out_jacobian(self)
       class(motion_type), intent(inout) :: self
 
-      if (self%differences .or. allocated(self%row)) return
+      if (self%differences .or. allocated(self%row) .or. .not. is_available(self%system)) return
       call self%differential%prepare(self%system)
       ! Not by assignment, before which gfortran looks at the bounds of what is not allocated.
       allocate(self%column_start, source=self%differential%column_start)
@@ -223,10 +229,73 @@ contains
             spin = s%rtol*max(s%angular_velocity, norm2(spin_of(y, i)))
             call put_body(size_of_error, i, position, rotation, velocity, spin)
          end do
-         do k = body_size*self%system%layout%bodies + 1, self%n
+         if (self%system%layout%states > 0) call self%admit_states(y, size_of_error)
+         do k = body_size*self%system%layout%bodies + self%system%layout%states + 1, self%n
             size_of_error(k) = s%rtol*max(s%energy, abs(y(k)))
          end do
       end associate
    end subroutine admissible_error
+
+   !> Admissible local errors of the states of parts: those of a vector against its length.
+   subroutine admit_states(self, y, size_of_error)
+      class(motion_type), intent(in) :: self
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Admissible error.
+      real(wp), intent(inout) :: size_of_error(:)
+      integer :: i, j, k, n
+
+      do i = 1, size(self%system%contacts)
+         associate (states => self%system%contacts(i)%states)
+            if (states%n == 0) cycle
+            k = states%first
+            do j = 1, size(states%items)
+               n = merge(3, 1, states%items(j)%tangent)
+               size_of_error(k:k + n - 1) = self%scales%rtol &
+                  *max(self%scales%of_state(states%items(j)), norm2(y(k:k + n - 1)))
+               k = k + n
+            end do
+         end associate
+      end do
+   end subroutine admit_states
+
+   !> Value of a state against which its error counts as soon as the state is smaller.
+   pure function of_state(self, item) result(scale)
+      class(scales_type), intent(in) :: self
+      type(state_type), intent(in) :: item
+      real(wp) :: scale
+
+      select case (item%against)
+      case (against_length)
+         scale = self%length
+      case (against_velocity)
+         scale = self%velocity
+      case (against_angular_velocity)
+         scale = self%angular_velocity
+      case (against_energy)
+         scale = self%energy
+      case default
+         scale = 1.0_wp
+      end select
+      scale = scale*item%scale
+   end function of_state
+
+   !> Tell the contacts against what differences of their states are small.
+   subroutine set_state_scales(motion)
+      class(motion_type), intent(inout) :: motion
+      integer :: i, j, k, n
+
+      do i = 1, size(motion%system%contacts)
+         associate (states => motion%system%contacts(i)%states)
+            if (states%n == 0) cycle
+            k = 0
+            do j = 1, size(states%items)
+               n = merge(2, 1, states%items(j)%tangent)
+               states%scales(k + 1:k + n) = motion%scales%of_state(states%items(j))
+               k = k + n
+            end do
+         end associate
+      end do
+   end subroutine set_state_scales
 
 end module contensou_integrate_motion

@@ -4,6 +4,8 @@
 !> checkpoints and the columns of sweeps follow from it.
 module contensou_study_quantities
    use contensou_base_kinds, only : wp
+   use contensou_contact_parts, only : part_states
+   use contensou_contact_states, only : state_list_type
    use contensou_dynamics_scene, only : turns_by_drive
    use contensou_dynamics_equations, only : system_type
    use contensou_study_quantity, only : moment_type, quantity_type
@@ -37,9 +39,12 @@ module contensou_study_quantities
 contains
 
    !> All quantities of a row. What a quantity needs is its row here, and the procedure that takes
-   !> its values from a moment.
-   pure function row_quantities() result(rows)
+   !> its values from a moment; those of the states of parts follow from the tables of the parts.
+   function row_quantities() result(rows)
       type(quantity_type), allocatable :: rows(:)
+      type(state_list_type), allocatable :: lists(:)
+      type(quantity_type) :: row
+      integer :: i, j
 
       rows = [ &
          quantity_type("time", "", "s", "time", of_motion), &
@@ -83,10 +88,22 @@ contains
          "spin of B against A about the normal; zero while open", of_contact), &
          quantity_type("semi_axes", "contact axis", "m", "semi-axes of the contact spot", &
          of_contact)]
+      lists = part_states()
+      do i = 1, size(lists)
+         do j = 1, lists(i)%n
+            associate (item => lists(i)%items(j))
+               if (any(rows%name == item%name)) cycle
+               row = quantity_type(item%name, "contact", item%units, item%long_name, of_part)
+               if (item%tangent) row%dims = "contact xyz"
+            end associate
+            row%of_states = .true.
+            rows = [rows, row]
+         end do
+      end do
    end function row_quantities
 
    !> The quantities whose values at the end are in the summary, with their text there.
-   pure function final_quantities() result(rows)
+   function final_quantities() result(rows)
       type(quantity_type), allocatable :: rows(:)
 
       rows = row_quantities()
@@ -98,7 +115,7 @@ contains
    subroutine prepare(self, system)
       class(row_type), intent(inout) :: self
       type(system_type), intent(in) :: system
-      integer :: i, n, before
+      integer :: i, j, n, before
 
       self%quantities = row_quantities()
       if (allocated(self%values)) deallocate(self%values, self%start, self%width, &
@@ -113,6 +130,8 @@ contains
             if (q%owner() == "body") self%width(i) = self%width(i)*size(system%bodies)
             if (q%owner() == "contact") self%width(i) = self%width(i)*size(system%contacts)
             self%has(i) = .not. q%of_drives .or. any(turns_by_drive(system%bodies%motion))
+            if (q%of_states) self%has(i) = any([(system%contacts(j)%states%place(q%name) >= 0, &
+               j=1, size(system%contacts))])
             if (.not. self%has(i)) self%width(i) = 0
          end associate
          self%start(i) = before
@@ -172,6 +191,19 @@ contains
          end do
       end associate
    end subroutine final_state
+
+   !> A state of a part of a contact; zero if it has no such state.
+   subroutine of_part(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+      integer :: place
+
+      values = 0.0_wp
+      place = at%system%contacts(i)%states%place(self%name)
+      if (place >= 0) values = at%y(place + 1:place + size(values))
+   end subroutine of_part
 
    !> A quantity of the motion as a whole.
    subroutine of_motion(self, at, i, values)

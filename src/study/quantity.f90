@@ -54,6 +54,8 @@ module contensou_study_quantity
       character(len=64) :: final = ""
       !> Whether it is there only if a body is driven.
       logical :: of_drives = .false.
+      !> Whether it is a state of a part of contacts, and there only if a contact has it.
+      logical :: of_states = .false.
    contains
       !> Number of components per body or contact.
       procedure :: components
@@ -120,6 +122,7 @@ contains
       !> Time [s].
       real(wp), intent(in) :: t
       real(wp), intent(in) :: y(:)
+      real(wp) :: stored_friction, stored_damping
       integer :: i
 
       call self%look_at_bodies(system, t, y)
@@ -130,14 +133,18 @@ contains
          call report_contact(system, i, self%contact(i))
          self%elastic = self%elastic + self%contact(i)%elastic_energy
       end do
+      stored_friction = sum(self%contact%stored_friction)
+      stored_damping = sum(self%contact%stored_damping)
       if (any(turns_by_drive(system%bodies%motion))) then
          if (.not. allocated(self%drive_force)) allocate(self%drive_force(3, &
             size(system%bodies)), self%drive_torque(3, size(system%bodies)))
          call drive_loads(system, self%drive_force, self%drive_torque)
       end if
       call energies(system, y, self%kinetic, self%potential)
-      self%work_friction = work(system%layout%friction)
-      self%work_damping = work(system%layout%damping)
+      ! What the states of parts store is not lost.
+      self%work_friction = work(system%layout%friction) - stored_friction
+      self%work_damping = work(system%layout%damping) - stored_damping
+      self%elastic = self%elastic + stored_friction + stored_damping
       self%work_applied = work(system%layout%applied)
       self%energy_error = 0.0_wp
 

@@ -12,6 +12,7 @@ module contensou_sweep_reader
    use contensou_base_settings, only : group_settings_type, settings_type
    use contensou_base_text, only : join, lower, nearest, quote, starts_with, string_type, strings, &
       to_text
+   use contensou_contact_parts, only : owns_state
    use contensou_dynamics_scene, only : turns_by_drive
    use contensou_study_quantities, only : final_quantities, row_quantities
    use contensou_study_quantity, only : quantity_type
@@ -991,6 +992,14 @@ contains
          .not. any(turns_by_drive(sweep%scene%bodies%motion))) call diagnostics%add( &
          group%place("dataset", 1), "no body of the scene is driven", &
          "a body with another motion")
+      if (quantity%of_states) then
+         if (.not. any([(owns_state([sweep%scene%contacts(i)%normal, &
+            sweep%scene%contacts(i)%damping, sweep%scene%contacts(i)%friction, &
+            sweep%scene%contacts(i)%rolling], quantity%name), &
+            i=1, size(sweep%scene%contacts))])) call diagnostics%add( &
+            group%place("dataset", 1), "no contact of the scene has such a state", &
+            "a contact with a law that has it")
+      end if
       if (group%is_set("component")) column%component = group%integer("component")
       if (components == 1) then
          call group%refuse("component", "'component' has no meaning for " // &

@@ -7,12 +7,21 @@ module contensou_contact_damping_law
    use contensou_base_kinds, only : wp
    use contensou_contact_catalogue, only : model_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type
+   use contensou_contact_states, only : most_states, owner_type
    implicit none(type, external)
    private
 
    public :: damping_type, damping_model_type, damping_kernel, damping_slopes
-   !> A damping law with its parameters.
-   type, abstract :: damping_type
+
+   !> Relative step of differences.
+   real(wp), parameter :: step = 6.0e-6_wp
+
+   !> Rate of approach that is small [m/s].
+   real(wp), parameter :: slow = 1.0e-3_wp
+
+   !> A damping law with its parameters. One with states has `evolve` beside `force`, which is then
+   !> that of a state in which it would stay.
+   type, abstract, extends(owner_type) :: damping_type
    contains
       !> Damping force.
       procedure(force_of), deferred :: force
@@ -20,6 +29,12 @@ module contensou_contact_damping_law
       procedure(slopes_of), deferred :: slopes
       !> Total normal force.
       procedure, non_overridable :: total
+      !> Damping force at given states, and the rates of these.
+      procedure :: evolve
+      !> Derivatives of these.
+      procedure :: vary
+      !> Energy that is stored in the states.
+      procedure :: stored_energy
       !> Take note of the speed of an impact.
       procedure :: begin_impact
       !> What it remembers, for a checkpoint.
@@ -139,6 +154,87 @@ contains
 
       f = max(elastic + self%force(elastic, approach, rate), 0.0_wp)
    end function total
+
+   !> Damping force at given states, and the rates of these: that of a law without states.
+   pure subroutine evolve(self, elastic, approach, rate, states, f, rates)
+      class(damping_type), intent(in) :: self
+      !> Elastic force [N].
+      real(wp), intent(in) :: elastic
+      !> Approach d [m], >= 0.
+      real(wp), intent(in) :: approach
+      !> Rate of approach [m/s].
+      real(wp), intent(in) :: rate
+      real(wp), intent(in) :: states(:)
+      !> Damping force [N].
+      real(wp), intent(out) :: f
+      !> Time derivatives of the states.
+      real(wp), intent(out) :: rates(:)
+
+      f = self%force(elastic, approach, rate)
+      rates = 0.0_wp
+   end subroutine evolve
+
+   !> Damping force and rates of the states, and their derivatives by elastic force, approach, its
+   !> rate and the states: by differences, unless a law knows better.
+   pure subroutine vary(self, elastic, approach, rate, states, scales, f, rates, slopes)
+      class(damping_type), intent(in) :: self
+      !> Elastic force [N], > 0.
+      real(wp), intent(in) :: elastic
+      !> Approach d [m], > 0.
+      real(wp), intent(in) :: approach
+      !> Rate of approach [m/s].
+      real(wp), intent(in) :: rate
+      real(wp), intent(in) :: states(:)
+      !> Values against which the states count as small.
+      real(wp), intent(in) :: scales(:)
+      !> Damping force [N].
+      real(wp), intent(out) :: f
+      !> Time derivatives of the states.
+      real(wp), intent(out) :: rates(:)
+      !> Derivatives of the force, then of the rates.
+      real(wp), intent(out) :: slopes(:, :)
+      real(wp) :: x(3 + most_states), varied(1 + most_states, 2), h
+      integer :: i, k, n
+
+      call self%evolve(elastic, approach, rate, states, f, rates)
+      if (size(states) == 0) then
+         slopes(1, :) = self%slopes(elastic, approach, rate)
+         return
+      end if
+      n = size(states)
+      do i = 1, 3 + n
+         select case (i)
+         case (1)
+            h = step*elastic
+         case (2)
+            h = step*approach
+         case (3)
+            h = step*max(abs(rate), slow)
+         case default
+            h = step*max(abs(states(i - 3)), scales(i - 3))
+         end select
+         do k = 1, 2
+            x(:3) = [elastic, approach, rate]
+            x(4:3 + n) = states
+            x(i) = x(i) + merge(h, -h, k == 1)
+            call self%evolve(x(1), x(2), x(3), x(4:3 + n), varied(1, k), &
+               varied(2:1 + n, k))
+         end do
+         slopes(:, i) = (varied(:1 + n, 1) - varied(:1 + n, 2))/(2.0_wp*h)
+      end do
+   end subroutine vary
+
+   !> Energy that is stored in the states [J]: none. It counts as lost in damping when it is lost.
+   pure real(wp) function stored_energy(self, elastic, approach, states)
+      class(damping_type), intent(in) :: self
+      !> Elastic force [N].
+      real(wp), intent(in) :: elastic
+      !> Approach d [m], >= 0.
+      real(wp), intent(in) :: approach
+      real(wp), intent(in) :: states(:)
+
+      stored_energy = 0.0_wp
+   end function stored_energy
 
    !> Take note of the speed of an impact; most laws do not depend on it.
    pure subroutine begin_impact(self, speed, changed)

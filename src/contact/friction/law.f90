@@ -1,19 +1,46 @@
 !> Friction part of a contact: what each law of friction must answer, and the keys that most share.
+!>
+!> A law without states has its wrench and, unless differences will do, the derivatives of it. A law
+!> with states has beside that `evolve`, the wrench that acts and the rates of the states; `wrench`
+!> is then that of steady sliding, by which impacts of rigid contacts go, which leave a state no
+!> time.
 module contensou_contact_friction_law
    use contensou_base_kinds, only : wp
    use contensou_base_schema, only : kind_logical, kind_real
    use contensou_contact_catalogue, only : law_keys_type, model_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type
-   use contensou_contact_spot, only : spot_shape_type
+   use contensou_contact_spot, only : circular_shape, spot_shape_type
+   use contensou_contact_states, only : most_states, owner_type
    use contensou_contact_wrench, only : wrench_jacobian_kernel, wrench_kernel
    implicit none(type, external)
    private
 
-   public :: friction_type, friction_model_type
+   public :: friction_type, friction_model_type, sliding_type
    public :: put_friction_coefficient, put_regularization_velocity, put_drilling
 
+   !> Relative step of differences.
+   real(wp), parameter :: step = 6.0e-6_wp
+
+   !> Velocity that is small wherever nothing else says so [m/s].
+   real(wp), parameter :: creep = 1.0e-6_wp
+
+   !> What friction acts on: a spot under a load, and how it slides.
+   type :: sliding_type
+      !> Normal force N [N], >= 0.
+      real(wp) :: load = 0.0_wp
+      type(spot_shape_type) :: shape = circular_shape
+      !> Major semi-axis [m], >= 0.
+      real(wp) :: a = 0.0_wp
+      !> Sliding velocity along the major and the minor axis [m/s].
+      real(wp) :: vx = 0.0_wp, vy = 0.0_wp
+      !> Spin about the normal [rad/s].
+      real(wp) :: w = 0.0_wp
+      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
+      real(wp) :: resolution = 0.0_wp
+   end type sliding_type
+
    !> A law of friction with its parameters.
-   type, abstract :: friction_type
+   type, abstract, extends(owner_type) :: friction_type
       !> Friction coefficient f [-]; with `delta`, how steep friction is near rest is judged by.
       real(wp) :: coefficient = 0.0_wp
       !> Regularisation velocity delta [m/s].
@@ -24,7 +51,13 @@ module contensou_contact_friction_law
       !> Wrench in SI units.
       procedure(wrench_of), deferred :: wrench
       !> Wrench and its derivatives in SI units.
-      procedure(linearize_wrench), deferred :: linearize
+      procedure :: linearize => differ_wrench
+      !> Wrench at given states, and the rates of these.
+      procedure :: evolve
+      !> Derivatives of these.
+      procedure :: vary
+      !> Energy that is stored in the states.
+      procedure :: stored_energy
    end type friction_type
 
    !> A row in the table of the laws of friction.
@@ -64,30 +97,6 @@ module contensou_contact_friction_law
          real(wp), intent(out) :: torque
       end subroutine wrench_of
 
-      !> Friction wrench and its derivatives by normal force, size of the spot and velocities.
-      pure subroutine linearize_wrench(self, load, shape, a, vx, vy, w, resolution, wrench, slopes)
-         import :: friction_type, spot_shape_type, wp
-         implicit none(type, external)
-         class(friction_type), intent(in) :: self
-         !> Normal force N [N], >= 0.
-         real(wp), intent(in) :: load
-         type(spot_shape_type), intent(in) :: shape
-         !> Major semi-axis [m], >= 0.
-         real(wp), intent(in) :: a
-         !> Sliding velocity along the major axis [m/s].
-         real(wp), intent(in) :: vx
-         !> Sliding velocity along the minor axis [m/s].
-         real(wp), intent(in) :: vy
-         !> Spin about the normal [rad/s].
-         real(wp), intent(in) :: w
-         !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
-         real(wp), intent(in) :: resolution
-         !> Force along the major and the minor axis [N], torque about the normal [N m].
-         real(wp), intent(out) :: wrench(3)
-         !> Derivative of component i by N, a, vx, vy, w.
-         real(wp), intent(out) :: slopes(3, 5)
-      end subroutine linearize_wrench
-
       !> Make a law of friction.
       subroutine new_friction(self, parameters, around, friction)
          import :: friction_model_type, friction_type, parameters_type, surroundings_type
@@ -102,6 +111,147 @@ module contensou_contact_friction_law
    end interface
 
 contains
+
+   !> Friction wrench and its derivatives by normal force, size of the spot and velocities: by
+   !> differences, unless a law knows better.
+   pure subroutine differ_wrench(self, load, shape, a, vx, vy, w, resolution, wrench, slopes)
+      class(friction_type), intent(in) :: self
+      !> Normal force N [N], >= 0.
+      real(wp), intent(in) :: load
+      type(spot_shape_type), intent(in) :: shape
+      !> Major semi-axis [m], >= 0.
+      real(wp), intent(in) :: a
+      !> Sliding velocity along the major axis [m/s].
+      real(wp), intent(in) :: vx
+      !> Sliding velocity along the minor axis [m/s].
+      real(wp), intent(in) :: vy
+      !> Spin about the normal [rad/s].
+      real(wp), intent(in) :: w
+      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
+      real(wp), intent(in) :: resolution
+      !> Force along the major and the minor axis [N], torque about the normal [N m].
+      real(wp), intent(out) :: wrench(3)
+      !> Derivative of component i by N, a, vx, vy, w.
+      real(wp), intent(out) :: slopes(3, 5)
+      type(sliding_type) :: here, there(2)
+      real(wp) :: varied(3, 2), h(2)
+      integer :: i, k
+
+      here = sliding_type(load, shape, a, vx, vy, w, resolution)
+      call self%wrench(load, shape, a, vx, vy, w, resolution, wrench(1), wrench(2), wrench(3))
+      do i = 1, 5
+         do k = 1, 2
+            call shift(here, i, self%delta, k == 1, there(k), h(k))
+            associate (at => there(k))
+               call self%wrench(at%load, shape, at%a, at%vx, at%vy, at%w, resolution, &
+                  varied(1, k), varied(2, k), varied(3, k))
+            end associate
+         end do
+         slopes(:, i) = (varied(:, 1) - varied(:, 2))/(h(1) - h(2))
+      end do
+   end subroutine differ_wrench
+
+   !> Vary what friction acts on by a small step.
+   pure subroutine shift(at, which, delta, up, there, h)
+      type(sliding_type), intent(in) :: at
+      !> 1 load, 2 major semi-axis, 3 and 4 sliding velocity, 5 spin.
+      integer, intent(in) :: which
+      !> Velocity over which friction changes near rest [m/s], 0 for none.
+      real(wp), intent(in) :: delta
+      logical, intent(in) :: up
+      type(sliding_type), intent(out) :: there
+      !> The step; none where the load or the size of the spot would become negative.
+      real(wp), intent(out) :: h
+      real(wp) :: speed
+
+      there = at
+      speed = sqrt(at%vx**2 + at%vy**2 + (at%a*at%w)**2 + at%resolution)
+      speed = max(speed, delta, creep)
+      select case (which)
+      case (1)
+         h = step*merge(at%load, 1.0_wp, at%load > 0.0_wp)
+         if (.not. up) h = merge(-h, 0.0_wp, at%load > 0.0_wp)
+         there%load = at%load + h
+      case (2)
+         h = step*merge(at%a, 1.0e-6_wp, at%a > 0.0_wp)
+         if (.not. up) h = merge(-h, 0.0_wp, at%a > 0.0_wp)
+         there%a = at%a + h
+      case (3)
+         h = merge(step, -step, up)*speed
+         there%vx = at%vx + h
+      case (4)
+         h = merge(step, -step, up)*speed
+         there%vy = at%vy + h
+      case default
+         h = merge(step, -step, up)*merge(speed/max(at%a, tiny(speed)), 1.0_wp, at%a > 0.0_wp)
+         there%w = at%w + h
+      end select
+   end subroutine shift
+
+   !> Wrench at given states, and the rates of these: that of a law without states.
+   pure subroutine evolve(self, at, states, wrench, rates)
+      class(friction_type), intent(in) :: self
+      type(sliding_type), intent(in) :: at
+      real(wp), intent(in) :: states(:)
+      !> Force along the major and the minor axis [N], torque about the normal [N m].
+      real(wp), intent(out) :: wrench(3)
+      !> Time derivatives of the states.
+      real(wp), intent(out) :: rates(:)
+
+      call self%wrench(at%load, at%shape, at%a, at%vx, at%vy, at%w, at%resolution, wrench(1), &
+         wrench(2), wrench(3))
+      rates = 0.0_wp
+   end subroutine evolve
+
+   !> Wrench and rates of the states, and their derivatives by normal force, size of the spot,
+   !> velocities and states: by differences, unless a law knows better.
+   pure subroutine vary(self, at, states, scales, wrench, rates, slopes)
+      class(friction_type), intent(in) :: self
+      type(sliding_type), intent(in) :: at
+      real(wp), intent(in) :: states(:)
+      !> Values against which the states count as small.
+      real(wp), intent(in) :: scales(:)
+      !> Force along the major and the minor axis [N], torque about the normal [N m].
+      real(wp), intent(out) :: wrench(3)
+      !> Time derivatives of the states.
+      real(wp), intent(out) :: rates(:)
+      !> Derivatives of the wrench, then of the rates, by N, a, vx, vy, w, then by the states.
+      real(wp), intent(out) :: slopes(:, :)
+      type(sliding_type) :: there
+      real(wp) :: varied(3 + most_states, 2), moved(most_states), h(2)
+      integer :: i, k, n
+
+      if (size(states) == 0) then
+         call self%linearize(at%load, at%shape, at%a, at%vx, at%vy, at%w, at%resolution, wrench, &
+            slopes)
+         return
+      end if
+      n = size(states)
+      call self%evolve(at, states, wrench, rates)
+      do i = 1, 5 + n
+         do k = 1, 2
+            there = at
+            moved(:n) = states
+            if (i <= 5) then
+               call shift(at, i, self%delta, k == 1, there, h(k))
+            else
+               h(k) = merge(step, -step, k == 1)*max(abs(states(i - 5)), scales(i - 5))
+               moved(i - 5) = states(i - 5) + h(k)
+            end if
+            call self%evolve(there, moved(:n), varied(:3, k), varied(4:3 + n, k))
+         end do
+         slopes(:, i) = (varied(:3 + n, 1) - varied(:3 + n, 2))/(h(1) - h(2))
+      end do
+   end subroutine vary
+
+   !> Energy that is stored in the states [J]: none. It counts as lost in friction when it is lost.
+   pure real(wp) function stored_energy(self, at, states)
+      class(friction_type), intent(in) :: self
+      type(sliding_type), intent(in) :: at
+      real(wp), intent(in) :: states(:)
+
+      stored_energy = 0.0_wp
+   end function stored_energy
 
    !> The key friction_coefficient.
    subroutine put_friction_coefficient(list)

@@ -19,11 +19,13 @@ module contensou
    use contensou_integrate_motion, only : motion_type
 
    ! Kernels; approximations of them stand in the tables.
-   use contensou_contact_hertz, only : effective_modulus, hertz_contact
+   use contensou_contact_hertz, only : effective_modulus, hertz_contact, hertz_type, new_hertz
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
    use contensou_contact_vilke, only : vilke_force
-   use contensou_contact_wrench, only : wrench_exact, wrench_exact_potential
-   use contensou_special_elliptic, only : complete_elliptic
+   use contensou_contact_wrench, only : wrench_exact, wrench_exact_jacobian, &
+      wrench_exact_potential
+   use contensou_special_elliptic, only : complete_elliptic, complete_elliptic_all, &
+      complete_elliptic_bd
 
    ! Tables: models with their kernels, and the parts of a contact and the pairs of surfaces with
    ! all that a scene can name.

@@ -21,8 +21,8 @@ contains
          print "(es9.2, 3f14.10)", c1(i), k(i), e(i), d(i)
       end do
 
-      ! By the parameter: K, E, B, D, dK/dc, dE/dc.
-      call complete_elliptic_all_of_c(0.687_wp, values(1), values(2), values(3), values(4), &
+      ! By the parameter c = 1 - c1: K, E, B, D, dK/dc, dE/dc.
+      call complete_elliptic_all(1.0_wp - 0.687_wp, values(1), values(2), values(3), values(4), &
          values(5), values(6))
       print "(a, 6f10.6)", "c = 0.687", values
    end subroutine show

@@ -27,12 +27,11 @@ contains
    subroutine resolve(document, schema, settings, diagnostics)
       type(document_type), intent(in) :: document
       type(schema_type), intent(in), target :: schema
-      !> What stands in the document, and the groups that may be left out, with their defaults.
+      !> What stands in the document.
       type(settings_type), intent(out), target :: settings
       type(diagnostics_type), intent(inout) :: diagnostics
       integer :: first(size(schema%groups)), kinds(document%n_groups)
       integer :: i, g, n
-      logical :: missing(size(schema%groups))
 
       first = 0
       kinds = 0
@@ -54,9 +53,7 @@ contains
             kinds(i) = g
          end associate
       end do
-      missing = first == 0 .and. .not. (schema%groups%spec%repeats .or. &
-         schema%groups%spec%mandatory)
-      allocate(settings%groups(count(kinds > 0) + count(missing)))
+      allocate(settings%groups(count(kinds > 0)))
       n = 0
       do i = 1, document%n_groups
          if (kinds(i) == 0) cycle
@@ -67,11 +64,6 @@ contains
          call check_complete(settings%group(n, schema), schema%groups(kinds(i)), diagnostics)
       end do
       do g = 1, size(schema%groups)
-         if (missing(g)) then
-            n = n + 1
-            settings%groups(n)%kind = g
-            settings%groups(n)%origin = origin_type(1, 0, 0, 1)
-         end if
          associate (spec => schema%groups(g)%spec)
             if (first(g) > 0 .or. settings%lost(g) .or. .not. spec%mandatory) cycle
             call diagnostics%add(origin_type(1, 0, 0, 1), "there is no group &" // &

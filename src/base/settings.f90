@@ -38,6 +38,7 @@ module contensou_base_settings
    contains
       procedure :: group => view_group
       procedure :: text => settings_text
+      procedure :: add_missing
    end type settings_type
 
    !> View on a group and its keys. It is of use as long as the settings and the schema it was made
@@ -80,7 +81,6 @@ module contensou_base_settings
       procedure :: derive_number
       procedure :: derive_text
       procedure :: unset
-      procedure, private :: find
    end type group_settings_type
 
 contains
@@ -190,21 +190,51 @@ contains
 
    end function settings_text
 
+   !> Add the groups that may be left out and do not repeat, with their defaults.
+   subroutine add_missing(self, schema)
+      class(settings_type), intent(inout) :: self
+      type(schema_type), intent(in) :: schema
+      type(stored_group_type), allocatable :: groups(:)
+      logical :: missing(size(schema%groups))
+      integer :: g, i, n
+
+      missing = .not. (schema%groups%spec%repeats .or. schema%groups%spec%mandatory)
+      do i = 1, size(self%groups)
+         missing(self%groups(i)%kind) = .false.
+      end do
+      n = size(self%groups)
+      allocate(groups(n + count(missing)))
+      do i = 1, n
+         groups(i)%kind = self%groups(i)%kind
+         groups(i)%origin = self%groups(i)%origin
+         groups(i)%complete = self%groups(i)%complete
+         groups(i)%n = self%groups(i)%n
+         call move_alloc(self%groups(i)%settings, groups(i)%settings)
+      end do
+      do g = 1, size(missing)
+         if (.not. missing(g)) cycle
+         n = n + 1
+         groups(n)%kind = g
+         groups(n)%origin = origin_type(1, 0, 0, 1)
+      end do
+      call move_alloc(groups, self%groups)
+   end subroutine add_missing
+
    !> What is in force for a key: what the group has, or the default, which stands nowhere.
-   function find(self, name) result(setting)
-      class(group_settings_type), intent(in) :: self
+   function setting_of(group, name) result(setting)
+      class(group_settings_type), intent(in) :: group
       character(len=*), intent(in) :: name
       type(setting_type), pointer :: setting
       integer :: k, s
 
-      k = self%schema%position(name)
+      k = group%schema%position(name)
       if (k == 0) error stop "a key is asked for that the schema does not have"
-      do s = 1, self%stored%n
-         setting => self%stored%settings(s)
+      do s = 1, group%stored%n
+         setting => group%stored%settings(s)
          if (setting%key == k) return
       end do
-      setting => self%schema%defaults(k)
-   end function find
+      setting => group%schema%defaults(k)
+   end function setting_of
 
    !> Name of the group, as "body".
    pure function group_name(self) result(name)
@@ -246,7 +276,7 @@ contains
       type(key_type) :: key
       type(setting_type), pointer :: setting
 
-      setting => self%find(name)
+      setting => setting_of(self, name)
       key = self%schema%keys(setting%key)
    end function key
 
@@ -257,7 +287,7 @@ contains
       character(len=:), allocatable :: target
       type(setting_type), pointer :: setting
 
-      setting => self%find(name)
+      setting => setting_of(self, name)
       target = trim(self%schema%keys(setting%key)%target)
    end function target_of
 
@@ -267,7 +297,7 @@ contains
       character(len=*), intent(in) :: name
       type(setting_type), pointer :: setting
 
-      setting => self%find(name)
+      setting => setting_of(self, name)
       target_kind = self%schema%targets(setting%key)
    end function target_kind
 
@@ -294,7 +324,7 @@ contains
       character(len=*), intent(in) :: name
       type(setting_type), pointer :: setting
 
-      setting => self%find(name)
+      setting => setting_of(self, name)
       is_given = setting%given
    end function is_given
 
@@ -304,7 +334,7 @@ contains
       character(len=*), intent(in) :: name
       type(setting_type), pointer :: setting
 
-      setting => self%find(name)
+      setting => setting_of(self, name)
       is_misspelt = setting%misspelt
    end function is_misspelt
 
@@ -314,7 +344,7 @@ contains
       character(len=*), intent(in) :: name
       type(setting_type), pointer :: setting
 
-      setting => self%find(name)
+      setting => setting_of(self, name)
       is_set = setting%set
    end function is_set
 
@@ -332,7 +362,7 @@ contains
       character(len=*), intent(in) :: name
       type(setting_type), pointer :: setting
 
-      setting => self%find(name)
+      setting => setting_of(self, name)
       count_values = size(setting%values)
    end function count_values
 
@@ -348,7 +378,7 @@ contains
 
       slot = 1
       if (present(i)) slot = i
-      setting => self%find(name)
+      setting => setting_of(self, name)
       if (slot <= size(setting%values)) value = setting%values(slot)
       value%origin = self%place(name, slot)
    end function value
@@ -360,7 +390,7 @@ contains
       type(value_type), allocatable :: values(:)
       type(setting_type), pointer :: setting
 
-      setting => self%find(name)
+      setting => setting_of(self, name)
       values = setting%values
    end function all_values
 
@@ -393,7 +423,7 @@ contains
       type(setting_type), pointer :: setting
       integer :: m
 
-      setting => self%find(name)
+      setting => setting_of(self, name)
       m = min(n, size(setting%values))
       vector(:m) = setting%values(:m)%real
       vector(m + 1:) = 0.0_wp
@@ -445,7 +475,7 @@ contains
       character(len=*), intent(in) :: name
       type(setting_type), pointer :: setting
 
-      setting => self%find(name)
+      setting => setting_of(self, name)
       choice = 0
       if (size(setting%values) > 0) choice = int(setting%values(1)%integer)
    end function choice
@@ -457,7 +487,7 @@ contains
       integer, allocatable :: list(:)
       type(setting_type), pointer :: setting
 
-      setting => self%find(name)
+      setting => setting_of(self, name)
       list = int(setting%values%integer)
    end function choices
 
@@ -470,7 +500,7 @@ contains
       type(origin_type) :: place
       type(setting_type), pointer :: setting
 
-      setting => self%find(name)
+      setting => setting_of(self, name)
       place = setting%origin
       if (present(i)) then
          if (i <= size(setting%values)) place = setting%values(i)%origin

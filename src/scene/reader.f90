@@ -180,6 +180,7 @@ contains
          end do
       end if
       call resolve(document, schema, settings, diagnostics)
+      call settings%add_missing(schema)
    end subroutine resolve_scene
 
    !> Build a scene from settings in which values were changed. Thread-safe.

@@ -6,7 +6,7 @@ module contensou_base_text
    private
 
    public :: string_type, text_buffer_type
-   public :: lower, number_text, to_text, read_real, quote, strings, join, shorten, starts_with
+   public :: lower, number_text, to_text, read_real, quote, pad, strings, join, shorten, starts_with
    public :: edit_distance, nearest, did_you_mean, command_text
 
    !> A text of its own length, for lists of texts.
@@ -414,6 +414,22 @@ contains
          names(i)%s = trim(padded(i))
       end do
    end function strings
+
+   !> Texts as an array of one length, that of the longest one and at least one.
+   pure subroutine pad(texts, padded)
+      type(string_type), intent(in) :: texts(:)
+      character(len=:), allocatable, intent(out) :: padded(:)
+      integer :: i, longest
+
+      longest = 1
+      do i = 1, size(texts)
+         longest = max(longest, len(texts(i)%s))
+      end do
+      allocate(character(len=longest) :: padded(size(texts)))
+      do i = 1, size(texts)
+         padded(i) = texts(i)%s
+      end do
+   end subroutine pad
 
    !> Texts of a list one after the other with a separator between them.
    pure function join(list, separator) result(t)

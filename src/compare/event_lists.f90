@@ -97,17 +97,15 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(string_type), allocatable :: kinds(:), contacts(:)
       real(wp) :: times(block_texts)
-      integer(i8) :: start(max_rank), count(max_rank)
+      integer(i8) :: start(1), count(1)
       integer :: i, n
       logical :: later
 
       n = int(min(int(block_texts, i8), items(1)%extents(1) - done))
       if (n == 0) return
-      start = 0
-      count = 1
-      start(1) = done
-      count(1) = n
-      call items(1)%read_reals(start, count, times, error)
+      start = done
+      count = n
+      call items(1)%read(start, count, times, error)
       if (.not. allocated(error)) call items(2)%read_texts(start, count, n, kinds, error)
       if (.not. allocated(error)) call items(3)%read_texts(start, count, n, contacts, error)
       if (allocated(error)) return

@@ -196,7 +196,7 @@ contains
       integer(i8), intent(inout) :: n
       type(hdf5_item_type) :: scale
       type(error_type), allocatable :: error
-      integer(i8) :: low, high, middle, one(max_rank), at(max_rank)
+      integer(i8) :: low, high, middle
       real(wp) :: time(1)
       logical :: later
 
@@ -204,14 +204,11 @@ contains
       if (scale%is_open()) then
          if (scale%name == "time" .and. scale%class == class_real) then
             ! Times grow: the first one after `until` is found by halving.
-            one = 1
-            at = 0
             low = 0
             high = min(n, scale%extents(1))
             do while (low < high)
                middle = low + (high - low)/2
-               at(1) = middle
-               call scale%read_reals(at, one, time, error)
+               call scale%read([middle], [1_i8], time, error)
                if (allocated(error)) exit
                later = ieee_is_nan(time(1))
                if (.not. later) later = time(1) > until

@@ -54,15 +54,12 @@ contains
       type(error_type), allocatable :: error
       type(string_type), allocatable :: texts(:)
       character(len=:), allocatable :: name, units
-      integer(i8) :: at(max_rank), one(max_rank), k(1)
+      integer(i8) :: k(1)
       real(wp) :: x(1)
       integer :: slash
 
       text = ""
       if (i >= scale%extents(1)) return
-      at = 0_i8
-      at(1) = i
-      one = 1_i8
       name = printable(scale%name)
       slash = index(path, "/", back=.true.)
       ! A scale that is looked at itself has nothing else to go by than its index.
@@ -82,10 +79,10 @@ contains
       end select
       select case (scale%class)
       case (class_text)
-         call scale%read_texts(at, one, 1, texts, error)
+         call scale%read_texts([i], [1_i8], 1, texts, error)
          if (.not. allocated(error)) text = name // " " // shorten(printable(texts(1)%s), 40)
       case (class_real)
-         call scale%read_reals(at, one, x, error)
+         call scale%read([i], [1_i8], x, error)
          if (allocated(error)) return
          units = scale%units()
          if (units == "1") units = ""
@@ -93,7 +90,7 @@ contains
          text = name // " = " // time_text(x(1))
          if (units /= "") text = text // " " // printable(units)
       case (class_integer, class_unsigned)
-         call scale%read_integers(at, one, k, error)
+         call scale%read([i], [1_i8], k, error)
          if (.not. allocated(error)) text = name // " " // integer_text(k(1), &
             scale%class == class_unsigned)
       case default

@@ -139,12 +139,12 @@ contains
          found%n = found%n + n
          select case (way)
          case (as_real)
-            call items(1)%read_reals(start, count, a, error)
-            if (.not. allocated(error)) call items(2)%read_reals(start, count, b, error)
+            call items(1)%read(start, count, a, error)
+            if (.not. allocated(error)) call items(2)%read(start, count, b, error)
             if (.not. allocated(error)) call compare_reals(a, b, n, subject%verdict, found, at)
          case (as_integer)
-            call items(1)%read_integers(start, count, k, error)
-            if (.not. allocated(error)) call items(2)%read_integers(start, count, l, error)
+            call items(1)%read(start, count, k, error)
+            if (.not. allocated(error)) call items(2)%read(start, count, l, error)
             if (.not. allocated(error)) call compare_integers(k, l, n, &
                items(1)%class == class_unsigned, subject%verdict, found, at)
          case (as_text)
@@ -152,8 +152,8 @@ contains
             if (.not. allocated(error)) call items(2)%read_texts(start, count, n, t, error)
             if (.not. allocated(error)) call compare_texts(s, t, n, subject%path, found, at)
          case default
-            call items(1)%read_bytes(start, count, p, error)
-            if (.not. allocated(error)) call items(2)%read_bytes(start, count, q, error)
+            call items(1)%read(start, count, p, error)
+            if (.not. allocated(error)) call items(2)%read(start, count, q, error)
             if (.not. allocated(error)) call compare_bytes(p, q, n, int(items(1)%size), found, at)
          end select
          if (allocated(error)) return

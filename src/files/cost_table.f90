@@ -4,13 +4,13 @@ module contensou_files_cost_table
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_quiet_nan, ieee_value
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
-   use contensou_base_text, only : to_text
+   use contensou_base_text, only : pad, string_type, to_text
    use contensou_dynamics_scene, only : cost_measures, cost_quantities
    use contensou_study_cost, only : kind_names, kind_units, model_type, outcome_names, run_type, &
       study_type
    use contensou_study_work_precision, only : distance_type, kinds, measures, outcome_done
    use contensou_files_hdf5_file, only : hdf5_file_type
-   use contensou_files_provenance, only : put_header, put_provenance
+   use contensou_files_provenance, only : put_header, put_input
    implicit none(type, external)
    private
 
@@ -169,13 +169,8 @@ contains
       !> The file, left open.
       type(hdf5_file_type), intent(inout) :: file
       type(error_type), allocatable, intent(out) :: error
-      type(column_type), allocatable :: columns(:)
-      character(len=:), allocatable :: names(:)
       character(len=8), parameter :: units(*) = [character(len=8) :: kind_units, "s", "J"]
-      character(len=11), allocatable :: methods(:)
-      integer :: counts(size(cost_quantities))
-      real(wp), allocatable :: values(:)
-      integer :: i, j, k, n, longest
+      character(len=*), parameter :: scale(1) = ["/quantity/name"]
 
       call file%create(name, error)
       if (allocated(error)) return
@@ -183,116 +178,110 @@ contains
       call file%put_attribute("/", "measure", trim(cost_measures(study%scene%cost%measure)), error)
       call file%put_attribute("/", "NX_class", "NXroot", error)
       call file%put_attribute("/", "default", "run", error)
-      call file%create_group("/input", error)
-      call file%put_text("/input/namelist", namelist, "text of the scene file", error)
-      call file%put_text("/input/resolved", resolved, "all settings with defaults", error)
-      call file%put_text("/input/command_line", command_line, "command line", error)
-      call put_provenance(file, error)
-
+      call put_input(file, namelist, resolved, command_line, error)
       call file%create_group("/quantity", error)
       call file%put_labels("/quantity/name", cost_quantities, "quantity", error)
-      call file%put_array("/quantity/scale", study%scales, ["/quantity/name"], "1", &
+      call file%put_array("/quantity/scale", study%scales, scale, "1", &
          "what its errors are divided by, in its unit", error)
-      call file%put_texts("/quantity/unit", units, ["/quantity/name"], "unit", error)
-      counts = merge(1, 0, study%scene%cost%counts)
-      call file%put_array("/quantity/counts", counts, ["/quantity/name"], "1", &
+      call file%put_texts("/quantity/unit", units, scale, "unit", error)
+      call file%put_array("/quantity/counts", merge(1, 0, study%scene%cost%counts), scale, "1", &
          "1 if it counts for the error", error)
-
-      n = size(study%models)
-      longest = 1
-      do i = 1, n
-         longest = max(longest, len(study%models(i)%name))
-      end do
-      allocate(character(len=longest) :: names(n))
-      do i = 1, n
-         names(i) = study%models(i)%name
-      end do
-      call file%create_group("/model", error)
-      call file%put_labels("/model/name", names, "model; the first one is the exact one", error)
-      allocate(methods(n), values(n))
-      methods = study%models%method
-      call file%put_texts("/model/reference_method", methods, ["/model/name"], &
-         "method of the reference", error)
-      methods = study%models%check
-      call file%put_texts("/model/check_method", methods, ["/model/name"], &
-         "method that checks the reference", error)
-      values = [(study%models(i)%rtol(1), i=1, n)]
-      call file%put_array("/model/reference_rtol", values, ["/model/name"], "1", &
-         "relative tolerance of the reference", error)
-      values = [(study%models(i)%rtol(2), i=1, n)]
-      call file%put_array("/model/check_rtol", values, ["/model/name"], "1", &
-         "relative tolerance of its check", error)
-      values = study%models%check_explicit_share
-      call file%put_array("/model/check_explicit_share", values, ["/model/name"], "1", &
-         "share of the time in which the check went by explicit8", error)
-      values = study%models%cpu
-      call file%put_array("/model/reference_cpu", values, ["/model/name"], "s", &
-         "CPU time of the reference", error)
-      values = study%models%agreement_error
-      call file%put_array("/model/agreement", values, ["/model/name"], "1", &
-         "scaled distance of the reference and its check", error)
-      values = study%models%modelling_error
-      call file%put_array("/model/error", values, ["/model/name"], "1", &
-         "scaled error of the model: distance of its reference to that of the exact one", error)
-      do k = 1, kinds
-         do i = 1, measures
-            values = [(study%models(j)%modelling%value(i, k), j=1, n)]
-            call file%put_array("/model/error_" // trim(kind_names(k)) // "_" // &
-               trim(cost_measures(i)), values, ["/model/name"], trim(kind_units(k)), &
-               "error of the model", error)
-            values = [(study%models(j)%agreement%value(i, k), j=1, n)]
-            call file%put_array("/model/agreement_" // trim(kind_names(k)) // "_" // &
-               trim(cost_measures(i)), values, ["/model/name"], trim(kind_units(k)), &
-               "distance of the reference and its check", error)
-         end do
-      end do
-
-      call put_runs(file, error)
+      call put_models(study, file, error)
+      call put_runs(study, file, error)
       ! A failure is kept by the file, so that this last call sees the first one.
       call file%flush(error)
+   end subroutine write_hdf5
+
+   !> The models with their references.
+   subroutine put_models(study, file, error)
+      type(study_type), intent(in) :: study
+      type(hdf5_file_type), intent(inout) :: file
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: scale(1) = ["/model/name"]
+      type(string_type) :: models(size(study%models))
+      character(len=:), allocatable :: names(:)
+      integer :: i, j, k, n
+
+      n = size(study%models)
+      do i = 1, n
+         models(i)%s = study%models(i)%name
+      end do
+      call pad(models, names)
+      call file%create_group("/model", error)
+      call file%put_labels("/model/name", names, "model; the first one is the exact one", error)
+      call file%put_texts("/model/reference_method", (study%models%method), scale, &
+         "method of the reference", error)
+      call file%put_texts("/model/check_method", (study%models%check), scale, &
+         "method that checks the reference", error)
+      call put("reference_rtol", [(study%models(i)%rtol(1), i=1, n)], "1", &
+         "relative tolerance of the reference")
+      call put("check_rtol", [(study%models(i)%rtol(2), i=1, n)], "1", &
+         "relative tolerance of its check")
+      call put("check_explicit_share", study%models%check_explicit_share, "1", &
+         "share of the time in which the check went by explicit8")
+      call put("reference_cpu", study%models%cpu, "s", "CPU time of the reference")
+      call put("agreement", study%models%agreement_error, "1", &
+         "scaled distance of the reference and its check")
+      call put("error", study%models%modelling_error, "1", &
+         "scaled error of the model: distance of its reference to that of the exact one")
+      do k = 1, kinds
+         do i = 1, measures
+            call put("error_" // trim(kind_names(k)) // "_" // trim(cost_measures(i)), &
+               [(study%models(j)%modelling%value(i, k), j=1, n)], trim(kind_units(k)), &
+               "error of the model")
+            call put("agreement_" // trim(kind_names(k)) // "_" // trim(cost_measures(i)), &
+               [(study%models(j)%agreement%value(i, k), j=1, n)], trim(kind_units(k)), &
+               "distance of the reference and its check")
+         end do
+      end do
 
    contains
 
-      !> The runs.
-      subroutine put_runs(out, problem)
-         type(hdf5_file_type), intent(inout) :: out
-         type(error_type), allocatable, intent(out) :: problem
-         character(len=:), allocatable :: labels(:), messages(:)
-         character(len=8), allocatable :: status(:)
-         integer :: width
+      !> A number of each model.
+      subroutine put(name, values, units, long_name)
+         character(len=*), intent(in) :: name
+         real(wp), intent(in) :: values(:)
+         character(len=*), intent(in) :: units
+         character(len=*), intent(in) :: long_name
 
-         width = 1
-         do j = 1, size(study%runs)
-            width = max(width, len(study%runs(j)%trial%message))
-         end do
-         allocate(character(len=longest + 40) :: labels(size(study%runs)))
-         allocate(character(len=width) :: messages(size(study%runs)))
-         deallocate(names)
-         allocate(character(len=longest) :: names(size(study%runs)))
-         do j = 1, size(study%runs)
-            associate (run => study%runs(j))
-               names(j) = study%models(run%model)%name
-               messages(j) = run%trial%message
-               labels(j) = trim(names(j)) // " " // trim(run%method) // " " // to_text(run%rtol)
-            end associate
-         end do
-         deallocate(methods)
-         allocate(methods(size(study%runs)), status(size(study%runs)))
-         methods = study%runs%method
-         status = outcome_names(study%runs%trial%outcome)
-         call out%create_group("/run", problem)
-         call out%put_labels("/run/label", labels, "run", problem)
-         call out%put_texts("/run/model", names, ["/run/label"], "model", problem)
-         call out%put_texts("/run/method", methods, ["/run/label"], "method", problem)
-         call out%put_texts("/run/status", status, ["/run/label"], "how it ended", problem)
-         call out%put_texts("/run/message", messages, ["/run/label"], "why it failed", problem)
-         columns = columns_of(study)
-         do j = 1, size(columns)
-            call out%put_array("/run/" // trim(columns(j)%name), columns(j)%values, &
-               ["/run/label"], trim(columns(j)%units), trim(columns(j)%about), problem)
-         end do
-      end subroutine put_runs
+         call file%put_array("/model/" // name, values, scale, units, long_name, error)
+      end subroutine put
 
-   end subroutine write_hdf5
+   end subroutine put_models
+
+   !> The runs.
+   subroutine put_runs(study, file, error)
+      type(study_type), intent(in) :: study
+      type(hdf5_file_type), intent(inout) :: file
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: scale(1) = ["/run/label"]
+      type(string_type), dimension(size(study%runs)) :: labels, models, messages
+      character(len=:), allocatable :: padded(:)
+      type(column_type), allocatable :: columns(:)
+      integer :: i
+
+      do i = 1, size(study%runs)
+         associate (run => study%runs(i))
+            models(i)%s = study%models(run%model)%name
+            messages(i)%s = run%trial%message
+            labels(i)%s = models(i)%s // " " // trim(run%method) // " " // to_text(run%rtol)
+         end associate
+      end do
+      call file%create_group("/run", error)
+      call pad(labels, padded)
+      call file%put_labels("/run/label", padded, "run", error)
+      call pad(models, padded)
+      call file%put_texts("/run/model", padded, scale, "model", error)
+      call file%put_texts("/run/method", (study%runs%method), scale, "method", error)
+      call file%put_texts("/run/status", outcome_names(study%runs%trial%outcome), scale, &
+         "how it ended", error)
+      call pad(messages, padded)
+      call file%put_texts("/run/message", padded, scale, "why it failed", error)
+      columns = columns_of(study)
+      do i = 1, size(columns)
+         call file%put_array("/run/" // trim(columns(i)%name), columns(i)%values, scale, &
+            trim(columns(i)%units), trim(columns(i)%about), error)
+      end do
+   end subroutine put_runs
 
 end module contensou_files_cost_table

@@ -7,13 +7,12 @@ module contensou_files_earlier
    use contensou_base_build, only : git_commit, program_version
    use contensou_base_errors, only : error_type, fatal, status_failed, status_file
    use contensou_base_guard, only : finish_guard, start_guard, wait_for_worker
-   use contensou_base_kinds, only : i8, wp
+   use contensou_base_kinds, only : wp
    use contensou_base_operating_system, only : file_exists, folder_writable, is_folder, &
       is_locked, remove_file, rename_file, unfinished_suffix, write_stderr
-   use contensou_base_text, only : quote, starts_with, string_type
+   use contensou_base_text, only : quote, starts_with
    use contensou_base_checkpoint, only : checkpoint_type
-   use contensou_files_hdf5_file, only : hdf5_readable_status
-   use contensou_files_hdf5_reader, only : hdf5_item_type, hdf5_reader_type, max_rank
+   use contensou_files_hdf5_reader, only : hdf5_reader_type, readable_status
    use contensou_files_trajectory, only : check_rows, part_suffix
    implicit none(type, external)
    private
@@ -117,7 +116,7 @@ contains
          return
       end if
       if (force) return
-      call hdf5_readable_status(part, status, unreadable)
+      call readable_status(part, status, unreadable)
       if (allocated(unreadable)) status = ""
       is = is_resumable(name)
       if (is .and. status /= "failed") then
@@ -232,7 +231,7 @@ contains
          character(len=:), allocatable :: status
          type(error_type), allocatable :: unreadable
 
-         call hdf5_readable_status(earlier%source, status, unreadable)
+         call readable_status(earlier%source, status, unreadable)
          if (allocated(unreadable)) status = "running"
          if (status == "running") then
             call notice(earlier%source // " was left by a run that was killed before its " // &
@@ -294,24 +293,17 @@ contains
       integer, intent(out) :: found
       character(len=:), allocatable, intent(out) :: message
       type(hdf5_reader_type) :: reader
-      type(hdf5_item_type) :: item
-      type(string_type), allocatable :: stored(:)
       type(error_type), allocatable :: error
-      character(len=:), allocatable :: status
-      integer(i8) :: start(max_rank), count(max_rank)
+      character(len=:), allocatable :: status, stored
 
       found = found_damaged
       message = ""
-      call hdf5_readable_status(path, status, error)
+      call readable_status(path, status, error)
       if (.not. allocated(error)) call reader%open(path, error)
-      if (.not. allocated(error)) call reader%open_item("/input/resolved", "", item, error)
-      start = 0
-      count = 1
-      if (.not. allocated(error)) call item%read_texts(start, count, 1, stored, error)
-      call item%close()
+      if (.not. allocated(error)) call reader%read_text("/input/resolved", "", stored, error)
       call reader%close()
       if (.not. allocated(error)) then
-         message = difference(stored(1)%s, resolved)
+         message = difference(stored, resolved)
          if (message /= "") then
             message = path // " is of another scene: " // message
             found = found_other
@@ -435,7 +427,7 @@ contains
 
       is = file_exists(name // part_suffix)
       if (.not. is) return
-      call hdf5_readable_status(name // part_suffix, status, unreadable)
+      call readable_status(name // part_suffix, status, unreadable)
       if (.not. allocated(unreadable)) then
          error%message = error%message // new_line("a") // "the rows written before are in " // &
             name // part_suffix

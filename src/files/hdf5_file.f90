@@ -15,7 +15,7 @@
 !> is closed. A first flush after the set-up makes the file worth reading from the start.
 module contensou_files_hdf5_file
    use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_int, c_null_char, c_null_ptr, &
-      c_ptr, c_size_t
+      c_ptr
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_operating_system, only : text_from_c
    implicit none(type, external)
@@ -23,7 +23,7 @@ module contensou_files_hdf5_file
 
    public :: hdf5_file_type, hdf5_series_type
    public :: series_real, series_integer, series_text, series_long, series_byte
-   public :: hdf5_readable_status, hdf5_version
+   public :: hdf5_version
 
    !> Kind of a series of reals.
    integer, parameter :: series_real = 1
@@ -216,19 +216,6 @@ module contensou_files_hdf5_file
          !> Path of the data set, null-terminated, for messages.
          character(kind=c_char), intent(in) :: path(*)
       end function c_append
-
-      !> Read the status of a file.
-      integer(c_int) function c_read_status(path, status, size) &
-         bind(c, name="contensou_hdf5_read_status")
-         import :: c_char, c_int, c_size_t
-         implicit none(type, external)
-         !> Name of the file, null-terminated.
-         character(kind=c_char), intent(in) :: path(*)
-         !> Room for the status and its null character.
-         character(kind=c_char), intent(out) :: status(*)
-         !> Size of that room.
-         integer(c_size_t), value :: size
-      end function c_read_status
 
       !> Reason of the last failure.
       type(c_ptr) function c_message() bind(c, name="contensou_hdf5_message")
@@ -513,21 +500,6 @@ contains
          call check(c_append(series%handle, n_rows, buffer, c_text(series%path)), error)
       end if
    end subroutine append
-
-   !> Status that the file of an earlier run carries, or why the file is unreadable.
-   subroutine hdf5_readable_status(path, status_text, error)
-      character(len=*), intent(in) :: path
-      !> Its root attribute `status`.
-      character(len=:), allocatable, intent(out) :: status_text
-      !> Set when the file is no readable HDF5 file, has no status, or is being written.
-      type(error_type), allocatable, intent(out) :: error
-      character(kind=c_char, len=256) :: buffer
-
-      status_text = ""
-      call check(c_read_status(c_text(path), buffer, len(buffer, c_size_t)), error)
-      if (allocated(error)) return
-      status_text = buffer(:index(buffer, c_null_char) - 1)
-   end subroutine hdf5_readable_status
 
    !> Version of the HDF5 library in use.
    function hdf5_version() result(text)

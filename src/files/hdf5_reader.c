@@ -3,10 +3,10 @@
  */
 #include "hdf5_common.h"
 
+#include <ISO_Fortran_binding.h>
 #include <fenv.h>
 #include <stddef.h>
 
-int contensou_hdf5_read_status(const char *path, char *status, size_t size);
 struct reader;
 struct item;
 struct names;
@@ -27,8 +27,8 @@ int contensou_hdf5_describe(const struct item *item, int64_t *size, int *rank, i
    int64_t *chunk, int *is_null);
 const char *contensou_hdf5_type_text(const struct item *item);
 int contensou_hdf5_same_type(const struct item *a, const struct item *b);
-int contensou_hdf5_read(struct item *item, const int64_t *start, const int64_t *count, int as_real,
-   void *buffer);
+int contensou_hdf5_read(struct item *item, const int64_t *start, const int64_t *count,
+   const CFI_cdesc_t *buffer);
 int contensou_hdf5_read_texts(struct item *item, const int64_t *start, const int64_t *count);
 const char *contensou_hdf5_text(const struct item *item, int64_t i);
 const char *contensou_hdf5_item_name(const struct item *item);
@@ -37,40 +37,6 @@ const char *contensou_hdf5_units(struct item *item);
 /* src/base/guard.c */
 void contensou_guard_enter(const char *path, const char *object);
 void contensou_guard_leave(void);
-
-/* ---- Reading --------------------------------------------------------------------------------- */
-
-/* Read the text attribute `status` of an open file. */
-static int read_status(hid_t file, const char *path, char *status, size_t size)
-{
-   int failed = 1;
-   char *text = NULL;
-   hid_t type = contensou_hdf5_text_type();
-   hid_t attribute = H5Aopen(file, "status", H5P_DEFAULT);
-   if (type >= 0 && attribute >= 0 && H5Aread(attribute, type, &text) >= 0) {
-      snprintf(status, size, "%s", text ? text : "");
-      H5free_memory(text);
-      failed = 0;
-   }
-   if (failed) contensou_hdf5_explain("read the status of", path, NULL);
-   if (attribute >= 0) H5Aclose(attribute);
-   return failed;
-}
-
-int contensou_hdf5_read_status(const char *path, char *status, size_t size)
-{
-   contensou_hdf5_start();
-   hid_t access = contensou_hdf5_access(1);
-   hid_t file = access < 0 ? H5I_INVALID_HID : H5Fopen(path, H5F_ACC_RDONLY, access);
-   int failed = file < 0;
-   if (failed) contensou_hdf5_explain("read", path, NULL);
-   if (!failed) failed = read_status(file, path, status, size);
-   if (access >= 0) H5Pclose(access);
-   if (file >= 0) H5Fclose(file);
-   return failed;
-}
-
-/* ---- Reading of any file --------------------------------------------------------------------- */
 
 /* Classes of values, and kinds of links and objects, as hdf5_reader.f90 knows them. */
 enum {
@@ -724,18 +690,18 @@ static double values_of(const struct item *item, const int64_t *count)
    return values;
 }
 
-int contensou_hdf5_read(struct item *item, const int64_t *start, const int64_t *count, int as_real,
-   void *buffer)
+int contensou_hdf5_read(struct item *item, const int64_t *start, const int64_t *count,
+   const CFI_cdesc_t *buffer)
 {
    double values = values_of(item, count);
    if (spend(item->reader, item->object, values * (double)item->size)) return 1;
    contensou_guard_enter(item->reader->path, item->object);
    hid_t memory = item->type;
    if (item->class != CLASS_RAW) {
-      memory = as_real || item->class == CLASS_REAL ? H5T_NATIVE_DOUBLE
+      memory = buffer->type == CFI_type_double ? H5T_NATIVE_DOUBLE
          : item->class == CLASS_INTEGER ? H5T_NATIVE_INT64 : H5T_NATIVE_UINT64;
    }
-   int failed = read_block(item, memory, H5P_DEFAULT, start, count, buffer);
+   int failed = read_block(item, memory, H5P_DEFAULT, start, count, buffer->base_addr);
    contensou_guard_leave();
    return failed;
 }

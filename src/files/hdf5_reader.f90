@@ -7,16 +7,16 @@
 !>
 !> Dimensions, starts and counts are in the order of the file, outermost first, indices from 0.
 module contensou_files_hdf5_reader
-   use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_int, c_int64_t, c_loc, &
+   use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_int, c_int64_t, &
       c_null_char, c_null_ptr, c_ptr
    use contensou_base_errors, only : error_type, fatal, status_file
-   use contensou_base_kinds, only : i8, wp
+   use contensou_base_kinds, only : i8
    use contensou_base_operating_system, only : text_from_c
    use contensou_base_text, only : string_type
    implicit none(type, external)
    private
 
-   public :: hdf5_reader_type, hdf5_item_type, hdf5_entry_type
+   public :: hdf5_reader_type, hdf5_item_type, hdf5_entry_type, readable_status
    public :: class_real, class_integer, class_unsigned, class_text, class_raw, class_other
    public :: link_hard, link_soft, link_other
    public :: object_group, object_dataset, object_type, object_other
@@ -82,6 +82,7 @@ module contensou_files_hdf5_reader
       procedure :: object
       procedure :: link_value
       procedure :: open_item
+      procedure :: read_text
    end type hdf5_reader_type
 
    !> A data set or attribute that is being read.
@@ -106,9 +107,7 @@ module contensou_files_hdf5_reader
       procedure :: is_open => item_is_open
       procedure :: type_text
       procedure :: same_type
-      procedure :: read_reals
-      procedure :: read_integers
-      procedure :: read_bytes
+      procedure :: read => read_values
       procedure :: read_texts
       procedure :: open_scale
       procedure :: dimension_name
@@ -276,7 +275,7 @@ module contensou_files_hdf5_reader
       end function c_same_type
 
       !> Read a block of numbers or bytes.
-      integer(c_int) function c_read(item, start, count, as_real, buffer) &
+      integer(c_int) function c_read(item, start, count, buffer) &
          bind(c, name="contensou_hdf5_read")
          import :: c_int, c_int64_t, c_ptr
          implicit none(type, external)
@@ -285,10 +284,7 @@ module contensou_files_hdf5_reader
          integer(c_int64_t), intent(in) :: start(*)
          !> Numbers of indices.
          integer(c_int64_t), intent(in) :: count(*)
-         !> 1 to get integers as reals.
-         integer(c_int), value :: as_real
-         !> Address of the room for the values.
-         type(c_ptr), value :: buffer
+         type(*), intent(inout), contiguous :: buffer(..)
       end function c_read
 
       !> Read a block of texts.
@@ -431,6 +427,45 @@ contains
       end if
    end subroutine open_item
 
+   !> Read a text: a data set or an attribute.
+   subroutine read_text(self, path, attribute, text, error)
+      class(hdf5_reader_type), intent(in) :: self
+      character(len=*), intent(in) :: path
+      !> Name of its attribute; empty for the data set itself.
+      character(len=*), intent(in) :: attribute
+      !> The text; empty after an error.
+      character(len=:), allocatable, intent(out) :: text
+      !> Set when there is none.
+      type(error_type), allocatable, intent(out) :: error
+      type(hdf5_item_type) :: item
+      type(string_type), allocatable :: texts(:)
+
+      text = ""
+      call self%open_item(path, attribute, item, error)
+      if (allocated(error)) return
+      if (item%class /= class_text) then
+         call fatal(error, path // " " // attribute // " is not a text", status_file)
+      else
+         call item%read_texts([0_i8], [1_i8], 1, texts, error)
+         if (.not. allocated(error)) text = texts(1)%s
+      end if
+      call item%close()
+   end subroutine read_text
+
+   !> Status that the file of an earlier run carries, its root attribute `status`.
+   subroutine readable_status(path, status_text, error)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable, intent(out) :: status_text
+      !> Set when the file is no readable HDF5 file, has no status, or is being written.
+      type(error_type), allocatable, intent(out) :: error
+      type(hdf5_reader_type) :: reader
+
+      status_text = ""
+      call reader%open(path, error)
+      if (.not. allocated(error)) call reader%read_text("/", "status", status_text, error)
+      call reader%close()
+   end subroutine readable_status
+
    !> Take over what C knows about an item.
    subroutine describe(item)
       class(hdf5_item_type), intent(inout) :: item
@@ -475,49 +510,25 @@ contains
       same_type = c_same_type(self%handle, other%handle) /= 0
    end function same_type
 
-   !> Read a block of reals, or of integers as reals.
-   subroutine read_reals(self, start, count, buffer, error)
+   !> Read a block of values: numbers into reals, integers into integers, which for unsigned ones
+   !> are their bits, and values of class `class_raw` into bytes.
+   subroutine read_values(self, start, count, buffer, error)
       class(hdf5_item_type), intent(in) :: self
-      !> First indices, of size `max_rank`; not used for attributes, which are read whole.
+      !> First indices; not used for attributes, which are read whole.
       integer(i8), intent(in) :: start(:)
       !> Numbers of indices.
       integer(i8), intent(in) :: count(:)
-      real(wp), intent(inout), contiguous, target :: buffer(:)
+      !> Room for the values: eight-byte reals or integers, or bytes.
+      type(*), intent(inout), contiguous, target :: buffer(..)
       type(error_type), allocatable, intent(out) :: error
 
-      if (c_read(self%handle, start, count, 1_c_int, c_loc(buffer)) /= 0) call report(error)
-   end subroutine read_reals
-
-   !> Read a block of integers; unsigned ones as their bits.
-   subroutine read_integers(self, start, count, buffer, error)
-      class(hdf5_item_type), intent(in) :: self
-      !> First indices, of size `max_rank`; not used for attributes, which are read whole.
-      integer(i8), intent(in) :: start(:)
-      !> Numbers of indices.
-      integer(i8), intent(in) :: count(:)
-      integer(i8), intent(inout), contiguous, target :: buffer(:)
-      type(error_type), allocatable, intent(out) :: error
-
-      if (c_read(self%handle, start, count, 0_c_int, c_loc(buffer)) /= 0) call report(error)
-   end subroutine read_integers
-
-   !> Read a block of values of class `class_raw` as bytes.
-   subroutine read_bytes(self, start, count, buffer, error)
-      class(hdf5_item_type), intent(in) :: self
-      !> First indices, of size `max_rank`; not used for attributes, which are read whole.
-      integer(i8), intent(in) :: start(:)
-      !> Numbers of indices.
-      integer(i8), intent(in) :: count(:)
-      character(len=1), intent(inout), contiguous, target :: buffer(:)
-      type(error_type), allocatable, intent(out) :: error
-
-      if (c_read(self%handle, start, count, 0_c_int, c_loc(buffer)) /= 0) call report(error)
-   end subroutine read_bytes
+      if (c_read(self%handle, start, count, buffer) /= 0) call report(error)
+   end subroutine read_values
 
    !> Read a block of texts.
    subroutine read_texts(self, start, count, n, texts, error)
       class(hdf5_item_type), intent(in) :: self
-      !> First indices, of size `max_rank`; not used for attributes, which are read whole.
+      !> First indices; not used for attributes, which are read whole.
       integer(i8), intent(in) :: start(:)
       !> Numbers of indices.
       integer(i8), intent(in) :: count(:)

@@ -9,7 +9,7 @@ module contensou_files_provenance
    implicit none(type, external)
    private
 
-   public :: put_header, put_provenance
+   public :: put_header, put_input, put_provenance
 
 contains
 
@@ -35,6 +35,23 @@ contains
       if (present(title)) call file%put_attribute("/", "title", title, error)
       call file%put_attribute("/", "Conventions", "CF-1.8", error)
    end subroutine put_header
+
+   !> Write what a run was made from, and what it was made with.
+   subroutine put_input(file, namelist, resolved, command_line, error)
+      type(hdf5_file_type), intent(inout) :: file
+      !> Text of the scene file.
+      character(len=*), intent(in) :: namelist
+      !> The scene with all settings.
+      character(len=*), intent(in) :: resolved
+      character(len=*), intent(in) :: command_line
+      type(error_type), allocatable, intent(out) :: error
+
+      call file%create_group("/input", error)
+      call file%put_text("/input/namelist", namelist, "text of the scene file", error)
+      call file%put_text("/input/resolved", resolved, "all settings with defaults", error)
+      call file%put_text("/input/command_line", command_line, "command line", error)
+      call put_provenance(file, error)
+   end subroutine put_input
 
    !> Write the group `/provenance`.
    subroutine put_provenance(file, error)

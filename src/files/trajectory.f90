@@ -8,7 +8,7 @@ module contensou_files_trajectory
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : checksum, cpu_seconds, file_exists, remove_file, &
       wall_seconds
-   use contensou_base_text, only : string_type, to_text
+   use contensou_base_text, only : pad, string_type, to_text
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_normal, only : normal_model_type, normal_models
@@ -21,7 +21,7 @@ module contensou_files_trajectory
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_real, series_text
    use contensou_files_hdf5_reader, only : class_real, class_text, hdf5_item_type, &
       hdf5_reader_type, max_rank
-   use contensou_files_provenance, only : put_header, put_provenance
+   use contensou_files_provenance, only : put_header, put_input
    use contensou_study_quantities, only : final_quantities, row_type
    use contensou_study_quantity, only : quantity_type
    use contensou_study_summary, only : summary_quantities, summary_type
@@ -154,11 +154,7 @@ contains
          call put_header(f, filetype, filetype_version, "running", error, scene%title)
          call f%put_attribute("/", "NX_class", "NXroot", error)
          call f%put_attribute("/", "default", "trajectory", error)
-         call f%create_group("/input", error)
-         call f%put_text("/input/namelist", namelist, "text of the scene file", error)
-         call f%put_text("/input/resolved", resolved, "all settings with defaults", error)
-         call f%put_text("/input/command_line", command_line, "command line", error)
-         call put_provenance(f, error)
+         call put_input(f, namelist, resolved, command_line, error)
          call put_bodies(self, scene, error)
          call put_contacts(self, scene, error)
          call create_columns(self, system, error)
@@ -172,24 +168,17 @@ contains
    subroutine collect_names(self, scene)
       type(trajectory_type), intent(inout) :: self
       type(scene_type), intent(in) :: scene
-      integer :: i, longest
+      type(string_type) :: bodies(size(scene%bodies)), contacts(size(scene%contacts))
+      integer :: i
 
-      longest = 1
-      do i = 1, size(scene%bodies)
-         longest = max(longest, len(scene%bodies(i)%name))
+      do i = 1, size(bodies)
+         bodies(i)%s = scene%bodies(i)%name
       end do
-      allocate(character(len=longest) :: self%body_names(size(scene%bodies)))
-      do i = 1, size(scene%bodies)
-         self%body_names(i) = scene%bodies(i)%name
+      do i = 1, size(contacts)
+         contacts(i)%s = scene%contacts(i)%name
       end do
-      longest = 1
-      do i = 1, size(scene%contacts)
-         longest = max(longest, len(scene%contacts(i)%name))
-      end do
-      allocate(character(len=longest) :: self%contact_names(size(scene%contacts)))
-      do i = 1, size(scene%contacts)
-         self%contact_names(i) = scene%contacts(i)%name
-      end do
+      call pad(bodies, self%body_names)
+      call pad(contacts, self%contact_names)
    end subroutine collect_names
 
    !> The bodies.
@@ -222,22 +211,22 @@ contains
       type(normal_model_type), allocatable :: normal(:)
       type(damping_model_type), allocatable :: damping(:)
       type(friction_model_type), allocatable :: friction(:)
-      character(len=:), allocatable :: surfaces(:, :)
-      integer :: i, n, longest
+      type(string_type) :: names(2*size(scene%contacts))
+      character(len=:), allocatable :: padded(:), surfaces(:, :)
+      integer :: i, n
 
       normal = normal_models()
       damping = damping_models()
       friction = friction_models()
       n = size(scene%contacts)
-      longest = 1
-      do i = 1, size(scene%surfaces)
-         longest = max(longest, len(scene%surfaces(i)%name))
-      end do
-      allocate(character(len=longest) :: surfaces(2, n))
       do i = 1, n
-         surfaces(1, i) = scene%surfaces(scene%contacts(i)%surfaces(1))%name
-         surfaces(2, i) = scene%surfaces(scene%contacts(i)%surfaces(2))%name
+         names(2*i - 1)%s = scene%surfaces(scene%contacts(i)%surfaces(1))%name
+         names(2*i)%s = scene%surfaces(scene%contacts(i)%surfaces(2))%name
       end do
+      call pad(names, padded)
+      allocate(character(len=len(padded)) :: surfaces(2, n))
+      surfaces(1, :) = padded(1::2)
+      surfaces(2, :) = padded(2::2)
       associate (f => self%file, scale => ["/contact/name"])
          call f%create_group("/contact", error)
          call f%put_labels("/contact/name", self%contact_names, "name of the contact", error)
@@ -534,130 +523,91 @@ contains
       logical, intent(in) :: append
       !> Set when one of the files cannot be read or written, or has other rows.
       type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: parts(3) = [character(len=7) :: "time", "kind", "contact"]
       type(hdf5_reader_type) :: reader
+      integer(i8) :: events
       integer :: i
 
       call reader%open(path, error)
       if (allocated(error)) return
       do i = 1, size(self%columns)
-         if (.not. allocated(error)) call copy_column(self, self%columns(i), reader, append, error)
+         associate (column => self%columns(i))
+            call copy_series("/trajectory/", column%name, class_real, column%series, &
+               self%summary%rows, chunk_rows, column%sum)
+         end associate
       end do
-      if (.not. allocated(error)) call copy_events(self, reader, append, error)
+      events = self%summary%touches + self%summary%lifts
+      do i = 1, size(parts)
+         call copy_series("/events/", trim(parts(i)), merge(class_real, class_text, i == 1), &
+            self%event_series(i), events, chunk_events, self%event_sum(i))
+      end do
       call reader%close()
       if (allocated(error)) error%message = path // ": " // error%message
-   end subroutine copy_rows
 
-   !> Read a column of a file, compare it with its checksum, and append it to another one.
-   subroutine copy_column(self, column, reader, append, error)
-      !> The other file.
-      type(trajectory_type), intent(inout) :: self
-      !> One of its columns, with the checksum.
-      type(column_type), intent(in) :: column
-      type(hdf5_reader_type), intent(in) :: reader
-      logical, intent(in) :: append
-      !> Set when one of the files cannot be read or written, or has other rows.
-      type(error_type), allocatable, intent(out) :: error
-      type(hdf5_item_type) :: item
-      integer(i8) :: rows, done, start(max_rank), count(max_rank), sum
-      real(wp), allocatable :: values(:)
-      integer :: width, n
+   contains
 
-      call reader%open_item("/trajectory/" // column%name, "", item, error)
-      if (allocated(error)) return
-      rows = self%summary%rows
-      sum = 0
-      width = int(product(item%extents(2:item%rank)))
-      if (item%class /= class_real .or. item%rank < 1 .or. item%extents(1) < rows) then
-         call fatal(error, column%name // &
-            " has fewer rows than its checkpoint", status_file)
-      else
-         allocate(values(width*chunk_rows))
+      !> Copy the first rows of a series; nothing after an error.
+      subroutine copy_series(group, name, class, series, rows, block, expected)
+         !> Path of its group, with a slash at the end.
+         character(len=*), intent(in) :: group
+         character(len=*), intent(in) :: name
+         !> `class_real` or `class_text`.
+         integer, intent(in) :: class
+         !> Where its rows go.
+         type(hdf5_series_type), intent(in) :: series
+         integer(i8), intent(in) :: rows
+         !> Rows that are copied at a time.
+         integer, intent(in) :: block
+         !> Checksum of the rows.
+         integer(i8), intent(in) :: expected
+         type(hdf5_item_type) :: item
+         type(string_type), allocatable :: texts(:)
+         character(len=:), allocatable :: padded(:)
+         real(wp), allocatable :: values(:)
+         integer(i8) :: done, start(max_rank), count(max_rank), sum
+         integer :: k, n, width
+
+         if (allocated(error)) return
+         call reader%open_item(group // name, "", item, error)
+         if (allocated(error)) return
+         if (item%class /= class .or. item%rank < 1 .or. item%extents(1) < rows) then
+            call fatal(error, name // " has fewer rows than its checkpoint", status_file)
+            call item%close()
+            return
+         end if
+         width = int(product(item%extents(2:item%rank)))
+         allocate(values(width*block))
+         start = 0
+         count = item%extents
+         sum = 0
          done = 0
-         do while (done < rows)
-            n = int(min(rows - done, int(chunk_rows, i8)))
-            start = 0
+         do while (done < rows .and. .not. allocated(error))
+            n = int(min(rows - done, int(block, i8)))
             start(1) = done
-            count = item%extents
             count(1) = n
-            if (width > 0) call item%read_reals(start, count, values, error)
-            if (allocated(error)) exit
-            sum = checksum(sum, values(:n*width))
-            if (append) call self%file%append(column%series, n, &
-               reshape(values(:n*width), [width, n]), error)
-            if (allocated(error)) exit
+            if (class == class_text) then
+               call item%read_texts(start, count, n, texts, error)
+               if (allocated(error)) exit
+               do k = 1, n
+                  sum = checksum(sum, texts(k)%s // new_line("a"))
+               end do
+               call pad(texts(:n), padded)
+               if (append) call self%file%append(series, n, padded, error)
+            else
+               if (width > 0) call item%read(start, count, values, error)
+               if (allocated(error)) exit
+               sum = checksum(sum, values(:n*width))
+               if (append) call self%file%append(series, n, &
+                  reshape(values(:n*width), [width, n]), error)
+            end if
             done = done + n
          end do
-         if (.not. allocated(error) .and. sum /= column%sum) call fatal(error, &
-            "the rows of " // column%name // &
-            " are not those of its checkpoint", status_file)
-      end if
-      call item%close()
-   end subroutine copy_column
-
-   !> Read the events of a file, compare them with their checksums, and append them to another one.
-   subroutine copy_events(self, reader, append, error)
-      !> The other file.
-      type(trajectory_type), intent(inout) :: self
-      type(hdf5_reader_type), intent(in) :: reader
-      logical, intent(in) :: append
-      !> Set when one of the files cannot be read or written, or has other events.
-      type(error_type), allocatable, intent(out) :: error
-      character(len=*), parameter :: names(3) = [character(len=15) :: "/events/time", &
-         "/events/kind", "/events/contact"]
-      type(hdf5_item_type) :: item
-      type(string_type), allocatable :: texts(:)
-      character(len=:), allocatable :: padded(:)
-      integer(i8) :: events, done, start(max_rank), count(max_rank), sum
-      real(wp) :: times(chunk_events)
-      integer :: i, k, n, longest
-
-      events = self%summary%touches + self%summary%lifts
-      do i = 1, 3
-         call reader%open_item(trim(names(i)), "", item, error)
-         if (allocated(error)) return
-         sum = 0
-         if (item%class /= merge(class_real, class_text, i == 1) .or. item%rank /= 1 .or. &
-            item%extents(1) < events) then
-            call fatal(error, trim(names(i)) // " has fewer events than its checkpoint", &
-               status_file)
-         else
-            done = 0
-            do while (done < events)
-               n = int(min(events - done, int(chunk_events, i8)))
-               start = 0
-               start(1) = done
-               count = 1
-               count(1) = n
-               if (i == 1) then
-                  call item%read_reals(start, count, times, error)
-                  if (allocated(error)) exit
-                  sum = checksum(sum, times(:n))
-                  if (append) call self%file%append(self%event_series(i), n, times, error)
-               else
-                  call item%read_texts(start, count, n, texts, error)
-                  if (allocated(error)) exit
-                  longest = 1
-                  do k = 1, n
-                     sum = checksum(sum, texts(k)%s // new_line("a"))
-                     longest = max(longest, len(texts(k)%s))
-                  end do
-                  if (allocated(padded)) deallocate(padded)
-                  allocate(character(len=longest) :: padded(n))
-                  do k = 1, n
-                     padded(k) = texts(k)%s
-                  end do
-                  if (append) call self%file%append(self%event_series(i), n, padded, error)
-               end if
-               if (allocated(error)) exit
-               done = done + n
-            end do
-            if (.not. allocated(error) .and. sum /= self%event_sum(i)) call fatal(error, &
-               trim(names(i)) // " are not those of its checkpoint", status_file)
-         end if
+         if (.not. allocated(error) .and. sum /= expected) call fatal(error, &
+            "the rows of " // name // " are not those of its checkpoint", status_file)
          call item%close()
-         if (allocated(error)) return
-      end do
-   end subroutine copy_events
+      end subroutine copy_series
+
+   end subroutine copy_rows
 
    !> Take note of the method that is used from here on.
    subroutine use_method(self, t, method, choice)

@@ -305,8 +305,8 @@ contains
       type(string_type), allocatable :: texts(:)
       type(value_type) :: value
       real(wp), allocatable :: reals(:)
-      integer(i8) :: start(max_rank), count(max_rank), row
-      integer :: i, k
+      integer(i8) :: row
+      integer :: i, k, n
       logical :: good
 
       call reader%open(self%path, error)
@@ -317,21 +317,18 @@ contains
          if (allocated(error)) exit
          row = 0
          do while (row < self%n)
-            start = 0
-            count = 1
-            start(1) = row
-            count(1) = min(block_rows, self%n - row)
+            n = int(min(block_rows, self%n - row))
             select case (item%class)
             case (class_real, class_integer, class_unsigned)
-               call item%read_reals(start, count, reals(:count(1)), error)
+               call item%read([row], [int(n, i8)], reals(:n), error)
             case (class_text)
-               call item%read_texts(start, count, int(count(1)), texts, error)
+               call item%read_texts([row], [int(n, i8)], n, texts, error)
             case default
                call fatal(error, self%path // ": " // self%names(i)%s // &
                   " holds neither numbers nor texts", status_usage)
             end select
             if (allocated(error)) exit
-            do k = 1, int(count(1))
+            do k = 1, n
                value = value_type()
                value%origin = origin_type(source, 0, 0, 1)
                if (item%class == class_text) then
@@ -347,7 +344,7 @@ contains
                   self%names(i)%s // ": " // found%message(1), found%expected(1))
                if (diagnostics%count() >= enough_mistakes) exit
             end do
-            row = row + count(1)
+            row = row + n
             if (diagnostics%count() >= enough_mistakes) exit
          end do
          call item%close()

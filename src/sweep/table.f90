@@ -9,11 +9,11 @@ module contensou_sweep_table
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : check_writable, file_exists, remove_file
-   use contensou_base_text, only : string_type, to_text
+   use contensou_base_text, only : pad, string_type, to_text
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_byte, &
       series_long, series_real, series_text
    use contensou_files_hdf5_reader, only : class_integer, class_text, hdf5_entry_type, &
-      hdf5_item_type, hdf5_reader_type, max_rank
+      hdf5_item_type, hdf5_reader_type
    use contensou_files_provenance, only : put_header, put_provenance
    use contensou_sweep_plan, only : sweep_type
    implicit none(type, external)
@@ -313,18 +313,15 @@ contains
       subroutine put_order(group, columns)
          character(len=*), intent(in) :: group
          type(column_type), intent(in) :: columns(:)
-         character(len=:), allocatable :: names(:)
-         integer :: k, longest
+         type(string_type) :: names(size(columns))
+         character(len=:), allocatable :: padded(:)
+         integer :: k
 
-         longest = 1
          do k = 1, size(columns)
-            longest = max(longest, len(columns(k)%name))
+            names(k)%s = columns(k)%name
          end do
-         allocate(character(len=longest) :: names(size(columns)))
-         do k = 1, size(columns)
-            names(k) = columns(k)%name
-         end do
-         if (size(names) > 0) call self%file%put_attribute_values(group, "columns", names, error)
+         call pad(names, padded)
+         if (size(names) > 0) call self%file%put_attribute_values(group, "columns", padded, error)
       end subroutine put_order
 
       !> Words for the status values, separated by blanks.
@@ -399,20 +396,18 @@ contains
       integer(i8), intent(in) :: last
       !> Set when a file cannot be read or written.
       type(error_type), allocatable, intent(out) :: error
-      integer(i8) :: start(max_rank), count(max_rank), longs(chunk_rows), row
+      integer(i8) :: start(1), count(1), longs(chunk_rows), row
       integer :: i, n
       type(string_type), allocatable :: texts(:)
 
       row = first
       do while (row <= last)
          n = int(min(last - row + 1, int(chunk_rows - self%waiting, i8)))
-         start = 0
-         count = 1
-         start(1) = row - 1
-         count(1) = n
+         start = row - 1
+         count = n
          associate (a => self%waiting + 1, b => self%waiting + n)
-            call other%number%read_integers(start, count, self%numbers(a:b), error)
-            if (.not. allocated(error)) call other%status%read_integers(start, count, longs(:n), &
+            call other%number%read(start, count, self%numbers(a:b), error)
+            if (.not. allocated(error)) call other%status%read(start, count, longs(:n), &
                error)
             if (.not. allocated(error)) call other%message%read_texts(start, count, n, texts, error)
             if (allocated(error)) return
@@ -422,12 +417,12 @@ contains
                associate (column => self%columns(i), item => other%columns(i)%item)
                   select case (column%kind)
                   case (series_long)
-                     call item%read_integers(start, count, column%longs(a:b), error)
+                     call item%read(start, count, column%longs(a:b), error)
                   case (series_text)
                      call item%read_texts(start, count, n, texts, error)
                      if (.not. allocated(error)) column%texts(a:b) = texts(:n)
                   case default
-                     call item%read_reals(start, count, column%reals(a:b), error)
+                     call item%read(start, count, column%reals(a:b), error)
                   end select
                end associate
                if (allocated(error)) return
@@ -587,31 +582,31 @@ contains
       self%n_parameters = 0
       call self%reader%open(path, error)
       if (allocated(error)) return
-      text = attribute("/", "filetype")
+      text = text_of("/", "filetype")
       if (allocated(error) .or. text /= sweep_filetype) then
          call fatal(error, path // " is not the table of a sweep", status_usage)
          call self%reader%close()
          return
       end if
-      if (attribute("/", "status") /= "complete") then
+      if (text_of("/", "status") /= "complete") then
          call fatal(error, path // " is not complete", status_usage)
          call self%reader%close()
          return
       end if
-      text = attribute("/", "filetype_version")
+      text = text_of("/", "filetype_version")
       if (index(text, "1.") /= 1) then
          call fatal(error, path // " has version " // text // " of the format, this program " // &
             "reads version " // sweep_filetype_version, status_usage)
          call self%reader%close()
          return
       end if
-      self%header%fingerprint = attribute("/", "fingerprint")
-      self%header%cases = attribute("/", "cases")
-      self%origins%title = attribute("/", "title")
+      self%header%fingerprint = text_of("/", "fingerprint")
+      self%header%cases = text_of("/", "cases")
+      self%origins%title = text_of("/", "title")
       if (.not. allocated(error)) call read_count(self%header%n_cases)
-      self%origins%sweep = content("/input/sweep")
-      self%origins%scene = content("/input/scene")
-      self%origins%resolved = content("/input/resolved")
+      self%origins%sweep = text_of("/input/sweep", "")
+      self%origins%scene = text_of("/input/scene", "")
+      self%origins%resolved = text_of("/input/resolved", "")
       if (.not. allocated(error)) call self%reader%open_item("/case", "", self%number, error)
       if (.not. allocated(error)) call self%reader%open_item("/status", "", self%status, error)
       if (.not. allocated(error)) call self%reader%open_item("/message", "", self%message, error)
@@ -622,73 +617,34 @@ contains
          return
       end if
       self%header%n_rows = self%number%extents(1)
+
    contains
 
-      !> A text attribute.
-      function attribute(object, name) result(value)
+      !> A text: an attribute, or a data set if no attribute is named.
+      function text_of(object, name) result(value)
          character(len=*), intent(in) :: object
-         !> Name of the attribute.
          character(len=*), intent(in) :: name
          character(len=:), allocatable :: value
 
          value = ""
-         if (allocated(error)) return
-         call read_one_text(self%reader, object, name, value, error)
-      end function attribute
-
-      !> A data set that is one text.
-      function content(object) result(value)
-         character(len=*), intent(in) :: object
-         character(len=:), allocatable :: value
-
-         value = ""
-         if (allocated(error)) return
-         call read_one_text(self%reader, object, "", value, error)
-      end function content
+         if (.not. allocated(error)) call self%reader%read_text(object, name, value, error)
+      end function text_of
 
       !> The number of cases of the sweep.
       subroutine read_count(n)
          integer(i8), intent(out) :: n
          type(hdf5_item_type) :: item
-         integer(i8) :: start(max_rank), count(max_rank), buffer(1)
+         integer(i8) :: buffer(1)
 
          n = 0
-         start = 0
-         count = 1
          call self%reader%open_item("/", "case_count", item, error)
          if (allocated(error)) return
-         call item%read_integers(start, count, buffer, error)
+         call item%read([0_i8], [1_i8], buffer, error)
          call item%close()
          n = buffer(1)
       end subroutine read_count
 
    end subroutine open_reader
-
-   !> Read a text attribute, or a data set that is one text.
-   subroutine read_one_text(reader, object, name, value, error)
-      type(hdf5_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: object
-      !> Name of the attribute; empty for the data set.
-      character(len=*), intent(in) :: name
-      character(len=:), allocatable, intent(inout) :: value
-      !> Set when there is none.
-      type(error_type), allocatable, intent(out) :: error
-      type(hdf5_item_type) :: item
-      type(string_type), allocatable :: texts(:)
-      integer(i8) :: start(max_rank), count(max_rank)
-
-      start = 0
-      count = 1
-      call reader%open_item(object, name, item, error)
-      if (allocated(error)) return
-      if (item%class /= class_text) then
-         call fatal(error, object // " " // name // " is not a text", status_file)
-      else
-         call item%read_texts(start, count, 1, texts, error)
-         if (.not. allocated(error)) value = texts(1)%s
-      end if
-      call item%close()
-   end subroutine read_one_text
 
    !> Open the columns of a table.
    subroutine open_columns(self, error)
@@ -711,9 +667,8 @@ contains
             associate (column => columns(n + i))
                column%name = names(i)%s
                column%path = trim(groups(g)) // "/" // names(i)%s
-               column%long_name = ""
                call self%reader%open_item(column%path, "", column%item, error)
-               if (.not. allocated(error)) call read_one_text(self%reader, column%path, &
+               if (.not. allocated(error)) call self%reader%read_text(column%path, &
                   "long_name", column%long_name, error)
                if (allocated(error)) exit
                column%units = column%item%units()
@@ -735,7 +690,6 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(hdf5_entry_type), allocatable :: attributes(:)
       type(hdf5_item_type) :: item
-      integer(i8) :: start(max_rank), count(max_rank)
       integer :: i
 
       call reader%list(group, .true., attributes, error)
@@ -746,10 +700,7 @@ contains
       end if
       call reader%open_item(group, "columns", item, error)
       if (allocated(error)) return
-      start = 0
-      count = 1
-      count(1) = item%extents(1)
-      call item%read_texts(start, count, int(count(1)), names, error)
+      call item%read_texts([0_i8], item%extents(:1), int(item%extents(1)), names, error)
       call item%close()
    end subroutine list_names
 
@@ -777,13 +728,8 @@ contains
       !> Numbers of the cases from there on.
       integer(i8), intent(inout), contiguous :: cases(:)
       type(error_type), allocatable, intent(out) :: error
-      integer(i8) :: start(max_rank), count(max_rank)
 
-      start = 0
-      count = 1
-      start(1) = first - 1
-      count(1) = size(cases)
-      call self%number%read_integers(start, count, cases, error)
+      call self%number%read([first - 1], [size(cases, kind=i8)], cases, error)
    end subroutine numbers
 
    !> Why rows of two tables cannot stand in one; empty if they can.

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from result import read
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD_KINDS = ("release", "checked")
@@ -224,6 +225,29 @@ def run(executable, tmp_path):
     empty if not given; `env` is added to the environment. A signal gives a negative status.
     """
     return runner(executable, tmp_path)
+
+
+@pytest.fixture
+def simulate(run, tmp_path):
+    """Run a scene (text or path) with `--set` options, and read what it wrote."""
+
+    def simulate_it(scene, *sets, name="out.h5"):
+        path = scene
+        if isinstance(scene, str):
+            path = tmp_path / "scene.nml"
+            path.write_text(scene)
+        options = [word for text in sets for word in ("--set", text)]
+        done = run("run", path, "-o", name, "--force", "-q", *options, timeout=600)
+        assert done.status == 0, done.err
+        return read(tmp_path / name, done.err)
+
+    return simulate_it
+
+
+@pytest.fixture
+def slow_build(build_kind) -> bool:
+    """Whether the build is far slower than a release."""
+    return build_kind != "release"
 
 
 @pytest.fixture

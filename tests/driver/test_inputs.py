@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_physics import read
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENES = sorted(path.stem for path in (ROOT / "inputs").glob("*.nml"))
@@ -17,26 +16,15 @@ GRAVITY = 9.81
 
 
 @pytest.fixture
-def simulate(run, inputs, tmp_path):
+def ship(simulate, inputs):
     """Run a shipped scene with `--set` options, without some text, and read what it wrote."""
 
-    def simulate_it(name, *sets, without=""):
-        options = [word for text in sets for word in ("--set", text)]
+    def ship_it(name, *sets, without=""):
         text = (inputs / f"{name}.nml").read_text(encoding="utf-8")
         assert without in text
-        scene = tmp_path / f"{name}.nml"
-        scene.write_text(text.replace(without, "") if without else text, encoding="utf-8")
-        result = run("run", scene, "-o", "out.h5", "--force", "-q", *options, timeout=600)
-        assert result.status == 0, result.err
-        return read(tmp_path / "out.h5", result.err)
+        return simulate(text.replace(without, "") if without else text, *sets)
 
-    return simulate_it
-
-
-@pytest.fixture
-def slow_build(build_kind):
-    """Whether the build is far slower than a release."""
-    return build_kind != "release"
+    return ship_it
 
 
 # ---- All of them -------------------------------------------------------------------------------
@@ -62,10 +50,10 @@ def test_scene_is_in_order_and_says_what_it_shows(run, inputs, name, settings):
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_scene_balances_its_energy(simulate, name, slow_build):
+def test_scene_balances_its_energy(ship, name, slow_build):
     # In a slow build the long ones are cut.
     sets = ["scene.t_end = 0.5"] if slow_build and re.match("tippe|rattle|egg", name) else []
-    scene = simulate(name, *sets)
+    scene = ship(name, *sets)
     assert scene.residual() <= 1e-7
     assert scene.summary["energy_error_relative"] <= 1e-7
     for work in (scene.work_friction, scene.work_damping):
@@ -149,8 +137,8 @@ def reversals(time, vertical):
     return [t for i, t in enumerate(found) if i == 0 or t > found[i - 1] + 1.0]
 
 
-def test_rattleback_turns_back_as_the_theory_says(simulate, slow_build):
-    stone = simulate("rattleback", f"scene.t_end = {3.0 if slow_build else 20.0}")
+def test_rattleback_turns_back_as_the_theory_says(ship, slow_build):
+    stone = ship("rattleback", f"scene.t_end = {3.0 if slow_build else 20.0}")
     found = reversals(stone.time, stone.angular_velocity[:, 0, 2])
     assert found[0] == pytest.approx(2.685, abs=5e-3)
     if not slow_build:
@@ -165,14 +153,14 @@ def test_rattleback_turns_back_as_the_theory_says(simulate, slow_build):
     assert np.linalg.norm(stone.slip_velocity[:, 0], axis=1).max() < 1e-2 * speed.max()
 
 
-def test_stiffer_rattlebacks_come_closer_to_the_theory(simulate, slow_build):
+def test_stiffer_rattlebacks_come_closer_to_the_theory(ship, slow_build):
     time, theory = no_slip_theory(5.0, 3.0, step=5e-4)
     first = reversals(time, theory)[0]
     assert first == pytest.approx(2.690, abs=1e-3)
     late, apart = [], []
     for young in (2.1e12, 2.1e13, 2.1e14) if slow_build else (2.1e12, 2.1e13, 2.1e14, 2.1e15):
         overlap = 0.9 * 2.4e-9 * (2.1e14 / young) ** (2.0 / 3.0)
-        stone = simulate(
+        stone = ship(
             "rattleback",
             "scene.t_end = 3",
             "output.interval = 5e-4",
@@ -189,9 +177,9 @@ def test_stiffer_rattlebacks_come_closer_to_the_theory(simulate, slow_build):
     assert late[-1] <= (5e-3 if slow_build else 2.5e-3)
 
 
-def test_rattleback_goes_on_the_other_way(simulate, slow_build):
+def test_rattleback_goes_on_the_other_way(ship, slow_build):
     # The theory has it go on for 11.46 s.
-    stone = simulate(
+    stone = ship(
         "rattleback",
         f"scene.t_end = {3.0 if slow_build else 12.0}",
         "stone.spin = 0, 0, -5",
@@ -236,10 +224,10 @@ DISC_MASS, DISC_SPOT = 0.1, 0.999767358817601e-3
 
 @pytest.mark.parametrize(("ratio", "terminal"), [(0.25, 1.0), (0.3, 0.816497), (0.4, 0.537779)])
 @pytest.mark.parametrize("start", [0.5, 0.97, 1.0, 1.03, 2.0])
-def test_disc_comes_to_the_fixed_point(simulate, ratio, terminal, start):
+def test_disc_comes_to_the_fixed_point(ship, ratio, terminal, start):
     assert fixed_point(ratio) == pytest.approx(terminal, abs=1e-6)
     moment = ratio * DISC_MASS * DISC_SPOT**2
-    disc = simulate(
+    disc = ship(
         "sliding_disc",
         f"disc.inertia = 1, 1, {moment!r}",
         f"disc.velocity = {start * terminal * DISC_SPOT!r}, 0, 0",
@@ -267,9 +255,9 @@ def test_disc_comes_to_the_fixed_point(simulate, ratio, terminal, start):
 
 
 @pytest.mark.parametrize("spin", [20.0, 100.0, 500.0])
-def test_sliding_and_spinning_stop_together(simulate, spin):
+def test_sliding_and_spinning_stop_together(ship, spin):
     interval = 1e-5
-    disc = simulate(
+    disc = ship(
         "sliding_disc",
         f"disc.spin = 0, 0, {spin}",
         f"output.interval = {interval}",
@@ -289,9 +277,9 @@ def test_sliding_and_spinning_stop_together(simulate, spin):
     assert disc.work_friction[-1] == pytest.approx(lost, rel=1e-6)
 
 
-def test_sliding_ball_follows_the_coupled_equations(simulate):
+def test_sliding_ball_follows_the_coupled_equations(ship):
     mass, radius, spot, mu = 0.05, 0.02, 1.3289449299215567e-3, 0.3
-    ball = simulate("sliding_ball", "integrator.rtol = 1e-10", "scene.t_end = 0.2")
+    ball = ship("sliding_ball", "integrator.rtol = 1e-10", "scene.t_end = 0.2")
     np.testing.assert_allclose(ball.semi_axes[:, 0], spot, rtol=1e-6)
     v, w, x = 0.1, 30.0, 0.0
     step = 1e-5
@@ -317,8 +305,8 @@ def test_sliding_ball_follows_the_coupled_equations(simulate):
     assert ball.mass[0] == mass
 
 
-def test_sliding_ball_rolls_on(simulate):
-    ball = simulate("sliding_ball")
+def test_sliding_ball_rolls_on(ship):
+    ball = ship("sliding_ball")
     late = ball.time > 2.2
     speed = 5.0 / 7.0 * 0.1
     np.testing.assert_allclose(ball.velocity[late, 0, 0], speed, rtol=1e-6)
@@ -331,8 +319,8 @@ def test_sliding_ball_rolls_on(simulate):
 # ---- spinning_ball, bowling --------------------------------------------------------------------
 
 
-def test_spinning_ball_stops_in_time(simulate):
-    ball = simulate("spinning_ball", "output.interval = 1e-3")
+def test_spinning_ball_stops_in_time(ship):
+    ball = ship("spinning_ball", "output.interval = 1e-3")
     spot = 1.3289449299215567e-3
     stop = 32.0 / (15.0 * math.pi) * 0.02**2 * 20.0 / (0.3 * GRAVITY * spot)
     assert stop == pytest.approx(1.389, abs=5e-4)
@@ -345,10 +333,10 @@ def test_spinning_ball_stops_in_time(simulate):
     assert ball.work_friction[-1] == pytest.approx(0.5 * 8.0e-6 * 20.0**2, rel=1e-7)
 
 
-def test_bowling_ball_comes_to_roll(simulate):
+def test_bowling_ball_comes_to_roll(ship):
     v0, mu, radius = 8.0, 0.1, 0.108
     roll = 2.0 * v0 / (7.0 * mu * GRAVITY)
-    ball = simulate("bowling", "output.interval = 1e-3")
+    ball = ship("bowling", "output.interval = 1e-3")
     slides = ball.time < roll - 1e-6
     velocity, turns = ball.velocity[:, 0, 0], ball.angular_velocity[:, 0, 1]
     slip = np.linalg.norm(ball.slip_velocity[:, 0], axis=1)
@@ -379,27 +367,27 @@ WEIGHTLESS = (
 DURATION = 3.218065 * (BALL_MASS**2 / (BALL_STIFFNESS**2 * BALL_SPEED)) ** 0.2
 
 
-def test_elastic_impact_lasts_as_hertz_says(simulate):
-    hit = simulate("bouncing_ball", "contact.damping = none", *WEIGHTLESS)
+def test_elastic_impact_lasts_as_hertz_says(ship):
+    hit = ship("bouncing_ball", "contact.damping = none", *WEIGHTLESS)
     (touch, lift) = hit.events
     assert (touch[1], lift[1]) == ("touch", "lift")
     assert lift[0] - touch[0] == pytest.approx(DURATION, rel=1e-6)
     assert hit.velocity[-1, 0, 2] == pytest.approx(BALL_SPEED, rel=1e-8)
     # Under gravity the weight, a few 1e-5 of the force, changes it in the fifth digit.
-    fallen = simulate("bouncing_ball", "contact.damping = none", "scene.t_end = 0.4")
+    fallen = ship("bouncing_ball", "contact.damping = none", "scene.t_end = 0.4")
     (touch, lift) = fallen.events
     assert touch[0] == pytest.approx(math.sqrt(2.0 * 0.5 / GRAVITY), rel=1e-8)
     assert lift[0] - touch[0] == pytest.approx(DURATION, rel=1e-4)
 
 
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.8, 1.0])
-def test_bouncing_ball_returns_what_hunt_and_crossley_say(simulate, restitution):
-    hit = simulate("bouncing_ball", f"contact.restitution = {restitution}", *WEIGHTLESS)
+def test_bouncing_ball_returns_what_hunt_and_crossley_say(ship, restitution):
+    hit = ship("bouncing_ball", f"contact.restitution = {restitution}", *WEIGHTLESS)
     returned = hit.velocity[-1, 0, 2] / BALL_SPEED
     assert returned == pytest.approx(restitution, rel=1e-6)
     # By the formula, from the damping work: (1 + e) D = ln((1 + D)/(1 - e D)).
     coefficient = number_of(restitution) / (1.5 * BALL_SPEED)
-    again = simulate(
+    again = ship(
         "bouncing_ball",
         f"contact.damping_coefficient = {coefficient!r}",
         *WEIGHTLESS,
@@ -421,10 +409,10 @@ def number_of(restitution):
 
 
 @pytest.mark.parametrize(("restitution", "rounded"), [(0.2, 0.33), (0.5, 0.55), (0.8, 0.81)])
-def test_bouncing_ball_returns_what_tsuji_says(simulate, restitution, rounded):
+def test_bouncing_ball_returns_what_tsuji_says(ship, restitution, rounded):
     # With d^(1/4) dt for dt Tsuji's impact is that of a linear spring and damper that may pull at
     # the end; here no contact pulls, and the ball flies on from where the force comes to zero.
-    hit = simulate(
+    hit = ship(
         "bouncing_ball",
         "contact.damping = tsuji",
         f"contact.restitution = {restitution}",
@@ -438,11 +426,11 @@ def test_bouncing_ball_returns_what_tsuji_says(simulate, restitution, rounded):
 
 
 @pytest.mark.parametrize("strength", [0.1, 0.5, 2.0])
-def test_bouncing_ball_returns_what_a_viscous_impact_does(simulate, strength):
+def test_bouncing_ball_returns_what_a_viscous_impact_does(ship, strength):
     # In units of length (m v0^2/K)^(2/5) and of time over v0: x'' = -x^(3/2) - s x x', no pull.
     length = (BALL_MASS * BALL_SPEED**2 / BALL_STIFFNESS) ** 0.4
     coefficient = strength * BALL_MASS * BALL_SPEED / length**2
-    hit = simulate(
+    hit = ship(
         "bouncing_ball",
         "contact.damping = viscous",
         f"contact.damping_coefficient = {coefficient!r}",
@@ -466,8 +454,8 @@ def test_bouncing_ball_returns_what_a_viscous_impact_does(simulate, strength):
     assert hit.velocity[-1, 0, 2] / BALL_SPEED == pytest.approx(-v, rel=1e-6)
 
 
-def test_bouncing_ball_keeps_to_its_restitution(simulate):
-    ball = simulate("bouncing_ball")
+def test_bouncing_ball_keeps_to_its_restitution(ship):
+    ball = ship("bouncing_ball")
     touches = [t for t, kind, _ in ball.events if kind == "touch"]
     lifts = [t for t, kind, _ in ball.events if kind == "lift"]
     flights = [b - a for a, b in zip(lifts, touches[1:], strict=False)]
@@ -480,11 +468,11 @@ def test_bouncing_ball_keeps_to_its_restitution(simulate):
 # ---- ellipsoid_egg -----------------------------------------------------------------------------
 
 
-def test_egg_rises(simulate, slow_build):
+def test_egg_rises(ship, slow_build):
     if slow_build:
-        simulate("ellipsoid_egg", "scene.t_end = 0.2")
+        ship("ellipsoid_egg", "scene.t_end = 0.2")
         return
-    egg = simulate("ellipsoid_egg")
+    egg = ship("ellipsoid_egg")
     theta = np.degrees(egg.theta())
     assert theta[0] == pytest.approx(85.0)
     assert theta[egg.time > 1.2].max() < 6.0
@@ -505,9 +493,9 @@ def test_egg_rises(simulate, slow_build):
     assert any(kind == "lift" for _, kind, _ in egg.events)
 
 
-def test_slow_egg_stays_down(simulate, slow_build):
+def test_slow_egg_stays_down(ship, slow_build):
     # Below the spin that carries its height it only rocks.
-    egg = simulate(
+    egg = ship(
         "ellipsoid_egg",
         f"scene.t_end = {0.3 if slow_build else 2.0}",
         "egg.angular_velocity = 0, 0, 20",

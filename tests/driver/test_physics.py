@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import csv
 import math
-from dataclasses import dataclass, field
 from itertools import pairwise
 
-import h5py
 import numpy as np
 import pytest
 
@@ -51,116 +49,6 @@ def ball(**settings):
     values.setdefault("interval", values["t_end"] / 100)
     assert values.keys() >= settings.keys()
     return BALL.format(**{k: v if isinstance(v, str) else repr(v) for k, v in values.items()})
-
-
-@dataclass
-class Run:
-    """What a run wrote: columns of the trajectory, events, input scalars of the summary."""
-
-    columns: dict[str, np.ndarray] = field(repr=False)
-    events: list[tuple[float, str, str]] = field(repr=False)
-    summary: dict[str, object] = field(repr=False)
-    mass: np.ndarray = field(repr=False)
-    inertia: np.ndarray = field(repr=False)
-    err: str = field(default="", repr=False)
-
-    def __getattr__(self, name):
-        try:
-            return self.columns[name]
-        except KeyError:
-            raise AttributeError(name) from None
-
-    def rotation(self, body=0):
-        """Rotation matrices, body to inertial frame, one for each row."""
-        w, x, y, z = self.columns["quaternion"][:, body].T
-        return np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-            ]
-        ).transpose(2, 0, 1)
-
-    def axis(self, body=0):
-        """The z axis of a body."""
-        return self.rotation(body)[:, :, 2]
-
-    def theta(self, body=0):
-        """Angle between the z axis of a body and the vertical."""
-        axis = self.axis(body)
-        return np.arctan2(np.hypot(axis[:, 0], axis[:, 1]), axis[:, 2])
-
-    def body_rates(self, body=0):
-        """Angular velocity in body axes."""
-        return np.einsum("tji,tj->ti", self.rotation(body), self.angular_velocity[:, body])
-
-    def angular_momentum(self, body=0):
-        """Angular momentum about the centre of mass, inertial frame."""
-        inner = self.inertia[body] * self.body_rates(body)
-        return np.einsum("tij,tj->ti", self.rotation(body), inner)
-
-    def energy(self):
-        """Sum of the energies and of the work that was lost, less what was supplied."""
-        return (
-            self.energy_kinetic
-            + self.energy_potential
-            + self.energy_elastic
-            + self.work_friction
-            + self.work_damping
-            - self.work_applied
-        )
-
-    def residual(self):
-        """Largest deviation of the energy balance, over the initial energy.
-
-        Where energy is supplied, over the largest of that, the kinetic and the initial energy.
-        """
-        energy = self.energy()
-        scale = abs(energy[0])
-        if self.work_applied.any():
-            scale = max(scale, self.energy_kinetic.max(), np.abs(self.work_applied).max())
-        return np.abs(energy - energy[0]).max() / scale
-
-
-def read(path, err=""):
-    """Read an output file."""
-    with h5py.File(path) as file:
-        columns = {
-            name: item[()]
-            for name, item in file["trajectory"].items()
-            if item.dtype == np.float64  # labels are text
-        }
-        times = file["events/time"][()]
-        kinds = file["events/kind"].asstr()[()]
-        contacts = file["events/contact"].asstr()[()]
-        summary = {name: item[()] for name, item in file["summary"].items()}
-        mass, inertia = file["body/mass"][()], file["body/inertia"][()]
-    events = [(float(t), str(k), str(c)) for t, k, c in zip(times, kinds, contacts, strict=True)]
-    return Run(columns, events, summary, mass, inertia, err)
-
-
-@pytest.fixture
-def simulate(run, tmp_path):
-    """Run a scene (text or path) with `--set` options, and read what it wrote."""
-
-    def simulate_it(scene, *sets):
-        if isinstance(scene, str):
-            path = tmp_path / "scene.nml"
-            path.write_text(scene)
-        else:
-            path = scene
-        options = [word for text in sets for word in ("--set", text)]
-        result = run("run", path, "-o", "out.h5", "--force", "-q", *options, timeout=600)
-        assert result.status == 0, result.err
-        return read(tmp_path / "out.h5", result.err)
-
-    return simulate_it
-
-
-@pytest.fixture
-def slow_build(build_kind):
-    """Whether the build is far slower than a release."""
-    return build_kind != "release"
 
 
 # ---- The Tippe-Top against independent data ----------------------------------------------------
@@ -462,8 +350,8 @@ def test_bouncing_ball_keeps_its_heights(simulate):
             rtol=1e-9,
         )
     )
-    touches = [t for t, kind, _ in bounce.events if kind == "touch"]
-    lifts = [t for t, kind, _ in bounce.events if kind == "lift"]
+    touches = bounce.times("touch")
+    lifts = bounce.times("lift")
     assert touches[0] == pytest.approx(math.sqrt(2 * 0.05 / GRAVITY), rel=1e-8)
     flights = [touch - lift for lift, touch in zip(lifts, touches[1:], strict=False)]
     assert len(flights) >= 4

@@ -7,7 +7,6 @@ import math
 import h5py
 import numpy as np
 import pytest
-from test_physics import read
 
 GRAVITY = 9.81
 HEAD = "&material name = 'steel', young = 2.1e11, poisson = 0.3 /\n"
@@ -43,23 +42,6 @@ def contact(first="ball_skin", second="floor", keys=""):
         f"&contact name = '{first}_{second}', surfaces = '{first}', '{second}',"
         f" normal = 'rigid'{keys} /\n"
     )
-
-
-@pytest.fixture
-def simulate(run, tmp_path):
-    """Run a scene (text or path) with `--set` options, and read what it wrote."""
-
-    def simulate_it(text, *sets, name="out.h5"):
-        path = text
-        if isinstance(text, str):
-            path = tmp_path / "scene.nml"
-            path.write_text(text)
-        options = [word for each in sets for word in ("--set", each)]
-        done = run("run", path, "-o", name, "--force", "-q", *options, timeout=600)
-        assert done.status == 0, done.err
-        return read(tmp_path / name, done.err)
-
-    return simulate_it
 
 
 @pytest.fixture
@@ -179,8 +161,8 @@ def test_bouncing_ball_flies_and_comes_to_rest(simulate, method, e):
             method=method,
         )
     )
-    touches = [t for t, kind, _ in run.events if kind == "touch"]
-    lifts = [t for t, kind, _ in run.events if kind == "lift"]
+    touches = run.times("touch")
+    lifts = run.times("lift")
     # Flights of 2 v e^k/g, until one would be lower than the overlap at rest.
     speed = GRAVITY * fall
     expected, v = [fall], speed * e
@@ -205,7 +187,7 @@ def test_without_restitution_the_rebound_is_elastic(simulate):
     run = simulate(scene(text, t_end=2.0))
     assert run.work_damping[-1] < 1e-15
     flight = 2 * math.sqrt(2 * 0.1 / GRAVITY)
-    touches = np.array([t for t, kind, _ in run.events if kind == "touch"])
+    touches = run.times("touch")
     assert np.diff(touches) == pytest.approx(flight, abs=1e-9)
 
 

@@ -5,8 +5,9 @@ module test_hdf5_file
    use contensou_base_operating_system, only : catch_signals, cpu_seconds, file_exists, &
       folder_writable, host_name, is_folder, is_locked, remove_file, rename_file, &
       signal_received, terminal_width, utc_now, wall_seconds
-   use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_readable_status, hdf5_series_type, &
+   use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, &
       hdf5_version, series_integer, series_real, series_text
+   use contensou_files_hdf5_reader, only : readable_status
    use test_harness, only : shell_quote
    implicit none(type, external)
    private
@@ -243,13 +244,13 @@ contains
       character(len=:), allocatable :: status_text
       integer :: unit
 
-      call hdf5_readable_status(folder // "/missing.h5", status_text, error)
-      call check_error(check, error, "No such file or directory", "status: missing file")
+      call readable_status(folder // "/missing.h5", status_text, error)
+      call check_error(check, error, "it does not exist", "status: missing file")
 
       open(newunit=unit, file=folder // "/foreign.h5", status="replace", action="write")
       write(unit, "(a)") "no HDF5 at all"
       close(unit)
-      call hdf5_readable_status(folder // "/foreign.h5", status_text, error)
+      call readable_status(folder // "/foreign.h5", status_text, error)
       call check_error(check, error, "foreign.h5", "status: not HDF5")
 
       call file%create(folder // "/live.h5", error)
@@ -259,7 +260,7 @@ contains
       call check_error(check, error, "another program has it open", "create: a file being written")
       call file%close(error)
       call check(.not. is_locked(folder // "/live.h5"), "is_locked: a closed file")
-      call hdf5_readable_status(folder // "/live.h5", status_text, error)
+      call readable_status(folder // "/live.h5", status_text, error)
       call check_error(check, error, "status", "status: none in the file")
    end subroutine test_status
 
@@ -387,7 +388,7 @@ contains
       type(error_type), allocatable :: error
       character(len=:), allocatable :: status_text
 
-      call hdf5_readable_status(path, status_text, error)
+      call readable_status(path, status_text, error)
       call check(.not. allocated(error) .and. status_text == expected, "status: " // name)
    end subroutine check_status
 

@@ -112,6 +112,31 @@ module contensou_integrate_march
       procedure :: keep
    end type observer_type
 
+   !> A march under way: what takes part in it. Where it is stands in its memory.
+   type :: march_type
+      class(integrator_type), allocatable :: integrator
+      class(motion_type), pointer :: motion => null()
+      type(plan_type) :: plan
+      type(memory_type), pointer :: memory => null()
+      class(observer_type), pointer :: observer => null()
+      !> Number of the last row.
+      integer(i8) :: rows = 0
+      !> Right-hand sides for states beside the rows, which do not count.
+      integer(i8) :: unasked = 0
+      !> Gap that is zero to rounding [m].
+      real(wp) :: resolution = 0.0_wp
+      !> For each contact 1, -1 or 0 as its gap opens, closes, or neither at the end of the step.
+      integer, allocatable :: events(:)
+      !> Rates of the gaps [m/s]; not kept while all contacts are closed.
+      real(wp), allocatable :: rate(:)
+      !> Time, state and rates at the beginning of the step.
+      real(wp) :: t_before = 0.0_wp
+      real(wp), allocatable :: y_before(:), rate_before(:)
+      !> Time at which the pace was looked at last [s], steps since, and looks at which it was poor.
+      real(wp) :: t_watch = 0.0_wp
+      integer :: steps = 0, looks = 0
+   end type march_type
+
    !> Steps after which the pace is looked at.
    integer, parameter :: watched_steps = 50000
 
@@ -291,258 +316,268 @@ contains
       class(motion_type), intent(inout), target :: motion
       type(plan_type), intent(in) :: plan
       !> From where it goes on, as `begin_march` or a march left it.
-      type(memory_type), intent(inout) :: memory
-      class(observer_type), intent(inout) :: observer
+      type(memory_type), intent(inout), target :: memory
+      class(observer_type), intent(inout), target :: observer
       !> Whether the observer asked to stop.
       logical, intent(out) :: stopped
       !> Set when the integration or the observer failed.
       type(error_type), allocatable, intent(out) :: error
-      class(integrator_type), allocatable :: integrator
-      integer(i8) :: unasked
+      type(march_type) :: self
 
       stopped = .false.
+      self%rows = row_count(plan%t_end, plan%interval)
       ! All rows were written when it stopped.
-      if (memory%row > row_count(plan%t_end, plan%interval)) return
-      associate (switch => memory%switch)
-         switch%before = memory%statistics
-         switch%may = plan%method == "auto"
-         switch%t_look = memory%t
-         switch%steps = 0
-         call new_integrator(trim(switch%method), integrator)
-         integrator%alert = switch%may
-         call set_stop(integrator, motion, memory%t)
-         call integrator%start(motion, trim(switch%method), memory%t, memory%y, plan%t_end, &
-            plan%max_step, error)
-         unasked = 0
-         if (.not. allocated(error)) call advance(integrator, motion, plan, memory, observer, &
-            unasked, stopped, error)
-         memory%statistics = counters(switch, integrator, unasked)
-      end associate
-      call integrator%free()
+      if (memory%row > self%rows) return
+      self%motion => motion
+      self%plan = plan
+      self%memory => memory
+      self%observer => observer
+      memory%switch%before = memory%statistics
+      memory%switch%may = plan%method == "auto"
+      call start(self, trim(memory%switch%method), error)
+      if (.not. allocated(error)) call advance(self, stopped, error)
+      memory%statistics = counters(self)
+      call self%integrator%free()
    end subroutine march
 
+   !> Start a method where the march is.
+   subroutine start(self, method, error)
+      type(march_type), intent(inout) :: self
+      !> One of `integrator_methods`.
+      character(len=*), intent(in) :: method
+      !> Set when it cannot be started.
+      type(error_type), allocatable, intent(out) :: error
+
+      call new_integrator(method, self%integrator)
+      self%integrator%alert = self%memory%switch%may
+      call set_stop(self)
+      call self%integrator%start(self%motion, method, self%memory%t, self%memory%y, &
+         self%plan%t_end, self%plan%max_step, error)
+      self%memory%switch%t_look = self%memory%t
+      self%memory%switch%steps = 0
+   end subroutine start
+
    !> Counters of a march so far, and of those that it continues.
-   function counters(switch, integrator, unasked) result(statistics)
-      !> Which methods were used.
-      type(switch_type), intent(in) :: switch
-      !> The integration at present.
-      class(integrator_type), intent(in) :: integrator
-      !> Right-hand sides for states beside the rows, which do not count.
-      integer(i8), intent(in) :: unasked
+   function counters(self) result(statistics)
+      type(march_type), intent(in) :: self
       type(statistics_type) :: statistics
 
-      statistics = switch%before + integrator%statistics()
-      statistics%derivatives = statistics%derivatives - unasked
+      statistics = self%memory%switch%before + self%integrator%statistics()
+      statistics%derivatives = statistics%derivatives - self%unasked
    end function counters
 
-   !> Let an integration go up to the end of the next ramp of a drive, no further.
-   subroutine set_stop(integrator, motion, t)
-      !> The integration, to be started or restarted.
-      class(integrator_type), intent(inout) :: integrator
-      class(motion_type), intent(inout) :: motion
-      !> Time [s].
-      real(wp), intent(in) :: t
+   !> Let the integration, to be started or restarted, go up to the end of the next ramp of a drive,
+   !> no further.
+   subroutine set_stop(self)
+      type(march_type), intent(inout) :: self
 
-      integrator%t_stop = motion%system%next_corner(t)
-      motion%system%corner = integrator%t_stop
+      self%integrator%t_stop = self%motion%system%next_corner(self%memory%t)
+      self%motion%system%corner = self%integrator%t_stop
    end subroutine set_stop
 
    !> The loop of `march`.
-   subroutine advance(integrator, motion, plan, memory, observer, unasked, stopped, error)
-      !> The integration, started.
-      class(integrator_type), allocatable, intent(inout) :: integrator
-      class(motion_type), intent(inout), target :: motion
-      type(plan_type), intent(in) :: plan
-      !> Where it is: time and state always, the rest when it is kept or at the end.
-      type(memory_type), intent(inout), target :: memory
-      class(observer_type), intent(inout) :: observer
-      !> Right-hand sides that were evaluated for states that the observer asked for.
-      integer(i8), intent(inout) :: unasked
+   subroutine advance(self, stopped, error)
+      !> The march, its integration started.
+      type(march_type), intent(inout) :: self
       !> Whether the observer asked to stop.
       logical, intent(inout) :: stopped
       !> Set when the integration or the observer failed.
       type(error_type), allocatable, intent(out) :: error
-      integer(i8) :: row, rows
-      real(wp), pointer, contiguous :: y(:)
-      real(wp), pointer :: t
-      real(wp) :: t_row, row_state(motion%n), t_before, y_before(motion%n), t_dip, bounded_until
-      real(wp) :: gap(motion%n_events), rate(motion%n_events), rate_before(motion%n_events)
-      real(wp) :: resolution
-      real(wp) :: t_watch
-      integer :: steps, looks
-      logical :: closed(motion%n_events), undecided(motion%n_events), suspect(motion%n_events)
-      logical :: changed, too_deep
-      integer :: events(motion%n_events), i
+      logical :: too_deep, again
 
-      t => memory%t
-      y => memory%y
-      call motion%system%gaps(y, gap)
-      call motion%system%gap_rates(y, rate)
-      ! A gap that is zero to rounding is a contact from the start, not a touch.
-      resolution = zero_gap(y)
-      rows = row_count(plan%t_end, plan%interval)
-      if (memory%row > 0) then
-         undecided = memory%undecided
-         closed = memory%closed
-         row = memory%row
-         bounded_until = memory%bounded_until
-         if (bounded_until > t) call integrator%bound_step((bounded_until - t)/4.0_wp)
-      else
-         undecided = abs(gap) <= resolution
-         closed = gap <= 0.0_wp .or. undecided
-         where (motion%system%contacts%rigid)
-            undecided = .false.
-            closed = motion%system%contacts%closed
-         end where
-         do i = 1, motion%n_events
-            if (closed(i)) call begin_impact(motion, i, -rate(i), changed)
-         end do
-         call observer%sample(motion, t, y, error)
-         if (allocated(error)) return
-         row = 1
-         bounded_until = 0.0_wp
-      end if
-      t_watch = t
-      steps = 0
-      looks = 0
-      do while (row <= rows)
-         steps = steps + 1
-         if (steps >= watched_steps) then
-            call watch_pace(motion, (t - t_watch)/steps, plan%t_end - t, looks, error)
+      call set_out(self, error)
+      if (allocated(error)) return
+      associate (system => self%motion%system, memory => self%memory, t => self%memory%t, &
+         y => self%memory%y)
+         do while (memory%row <= self%rows)
+            call watch_pace(self, error)
             if (allocated(error)) return
-            t_watch = t
-            steps = 0
-            motion%system%trouble = 0
-         end if
-         t_before = t
-         y_before = y
-         rate_before = rate
-         call integrator%step(t, y, events, error)
-         if (allocated(error)) return
-         too_deep = motion%system%too_deep > 0
-         if (too_deep) call find_depth(integrator, motion, t_before, t, y, too_deep)
-         if (.not. all(closed)) then
-            call motion%system%gap_rates(y, rate)
-            suspect = .not. closed .and. events == 0 .and. rate_before < 0.0_wp .and. &
-               rate > 0.0_wp .and. .not. motion%system%contacts%leaving
-            t_dip = huge(t_dip)
-            if (any(suspect)) call find_dip(integrator, motion, t_before, t, suspect, resolution, &
-               t_dip)
-            if (t_dip < t) then
-               ! A contact closed and opened again within the step: take it in smaller ones.
-               t = t_before
-               y = y_before
-               rate = rate_before
-               bounded_until = t_dip
-               call integrator%bound_step((t_dip - t)/4.0_wp)
-               call integrator%restart(t, y, error)
+            self%t_before = t
+            self%y_before = y
+            self%rate_before = self%rate
+            call self%integrator%step(t, y, self%events, error)
+            if (allocated(error)) return
+            too_deep = system%too_deep > 0
+            if (too_deep) call find_depth(self, too_deep)
+            if (.not. all(memory%closed)) then
+               call avoid_dip(self, again, error)
                if (allocated(error)) return
-               cycle
+               if (again) cycle
             end if
-            if (bounded_until > 0.0_wp .and. t > bounded_until) then
-               call integrator%bound_step(plan%max_step)
-               bounded_until = 0.0_wp
+            call give_rows(self, error)
+            if (allocated(error)) return
+            if (self%observer%next_time < t) call look_between(self)
+            if (too_deep) then
+               call fatal(error, "the motion leaves the domain of the model")
+               return
             end if
+            if (any(memory%undecided)) call decide(self)
+            if (any(self%events /= 0)) then
+               call take_events(self, error)
+               if (allocated(error)) return
+               ! While all contacts were closed the rates were not kept; impacts change velocities.
+               call system%gap_rates(y, self%rate)
+            end if
+            if (system%constraints%n_rigid > 0) then
+               if (any(system%contacts%leaving)) call note_separation(self%motion, y)
+            end if
+            if (t >= self%integrator%t_stop) then
+               call set_stop(self)
+               call self%integrator%restart(t, y, error)
+               if (allocated(error)) return
+            end if
+            if (memory%switch%may .and. memory%bounded_until <= 0.0_wp .and. &
+               memory%row <= self%rows) then
+               call switch_if_due(self, error)
+               if (allocated(error)) return
+            else if (allocated(self%integrator%advice)) then
+               call self%observer%advise(t, self%integrator%advice)
+               deallocate(self%integrator%advice)
+            end if
+            call self%observer%after_step(t, stopped, error)
+            if (allocated(error)) return
+            if (stopped .or. self%observer%keep_due) then
+               memory%statistics = counters(self)
+               call self%observer%keep(self%motion, memory, error)
+               if (allocated(error) .or. stopped) return
+            end if
+         end do
+      end associate
+   end subroutine advance
+
+   !> Begin with the first row, or go on where a march has stopped.
+   subroutine set_out(self, error)
+      type(march_type), intent(inout) :: self
+      !> Set when the observer failed.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: gap(self%motion%n_events)
+      logical :: changed
+      integer :: i, n
+
+      n = self%motion%n_events
+      allocate(self%events(n), self%rate(n))
+      associate (system => self%motion%system, memory => self%memory, y => self%memory%y)
+         call system%gaps(y, gap)
+         call system%gap_rates(y, self%rate)
+         self%resolution = zero_gap(y)
+         self%t_watch = memory%t
+         if (memory%row > 0) then
+            if (memory%bounded_until > memory%t) call self%integrator%bound_step( &
+               (memory%bounded_until - memory%t)/4.0_wp)
+            return
          end if
-         do while (row <= rows)
-            t_row = min(row*plan%interval, plan%t_end)
-            if (row == rows) t_row = plan%t_end
-            if (t_row > t) exit
-            call integrator%interpolate(t_row, row_state)
-            call observer%sample(motion, t_row, row_state, error)
+         ! A gap that is zero to rounding is a contact from the start, not a touch.
+         memory%undecided = abs(gap) <= self%resolution
+         memory%closed = gap <= 0.0_wp .or. memory%undecided
+         where (system%contacts%rigid)
+            memory%undecided = .false.
+            memory%closed = system%contacts%closed
+         end where
+         do i = 1, n
+            if (memory%closed(i)) call begin_impact(self%motion, i, -self%rate(i), changed)
+         end do
+         call self%observer%sample(self%motion, memory%t, y, error)
+         if (allocated(error)) return
+         memory%row = 1
+         memory%bounded_until = 0.0_wp
+      end associate
+   end subroutine set_out
+
+   !> If a contact closed and opened again within the step, go back to take it in smaller ones.
+   subroutine avoid_dip(self, again, error)
+      type(march_type), intent(inout) :: self
+      !> Whether the march is at the beginning of the step again.
+      logical, intent(out) :: again
+      !> Set when the integration cannot go on there.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: t_dip
+      logical :: suspect(self%motion%n_events)
+
+      again = .false.
+      associate (memory => self%memory, t => self%memory%t, y => self%memory%y)
+         call self%motion%system%gap_rates(y, self%rate)
+         suspect = .not. memory%closed .and. self%events == 0 .and. &
+            self%rate_before < 0.0_wp .and. self%rate > 0.0_wp .and. &
+            .not. self%motion%system%contacts%leaving
+         t_dip = huge(t_dip)
+         if (any(suspect)) call find_dip(self, suspect, t_dip)
+         again = t_dip < t
+         if (again) then
+            t = self%t_before
+            y = self%y_before
+            self%rate = self%rate_before
+            memory%bounded_until = t_dip
+            call self%integrator%bound_step((t_dip - t)/4.0_wp)
+            call self%integrator%restart(t, y, error)
+         else if (memory%bounded_until > 0.0_wp .and. t > memory%bounded_until) then
+            call self%integrator%bound_step(self%plan%max_step)
+            memory%bounded_until = 0.0_wp
+         end if
+      end associate
+   end subroutine avoid_dip
+
+   !> Hand over the rows that the step has come by.
+   subroutine give_rows(self, error)
+      type(march_type), intent(inout) :: self
+      !> Set when the observer failed.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: t, y(self%motion%n)
+
+      associate (row => self%memory%row)
+         do while (row <= self%rows)
+            t = min(row*self%plan%interval, self%plan%t_end)
+            if (row == self%rows) t = self%plan%t_end
+            if (t > self%memory%t) exit
+            call self%integrator%interpolate(t, y)
+            call self%observer%sample(self%motion, t, y, error)
             if (allocated(error)) return
             row = row + 1
          end do
-         if (observer%next_time < t) call look_between(integrator, motion, t, observer, unasked)
-         if (too_deep) then
-            call fatal(error, "the motion leaves the domain of the model")
-            return
-         end if
-         if (any(undecided)) then
-            call motion%system%gaps(y, gap)
-            where (undecided .and. events /= 0)
-               closed = events < 0
-               undecided = .false.
-               events = 0
-            else where (undecided .and. abs(gap) > resolution)
-               closed = gap < 0.0_wp
-               undecided = .false.
-            end where
-         end if
-         if (any(events /= 0)) then
-            call take_events(integrator, motion, t, y, events, closed, observer, error)
-            if (allocated(error)) return
-            ! While all contacts were closed the rates were not kept; impacts change velocities.
-            call motion%system%gap_rates(y, rate)
-         end if
-         if (motion%system%constraints%n_rigid > 0) then
-            if (any(motion%system%contacts%leaving)) call part(motion, y)
-         end if
-         if (t >= integrator%t_stop) then
-            call set_stop(integrator, motion, t)
-            call integrator%restart(t, y, error)
-            if (allocated(error)) return
-         end if
-         if (memory%switch%may .and. bounded_until <= 0.0_wp .and. row <= rows) then
-            call switch_if_due(integrator, memory%switch, motion, plan, t, y, all(events == 0), &
-               observer, error)
-            if (allocated(error)) return
-         else if (allocated(integrator%advice)) then
-            call observer%advise(t, integrator%advice)
-            deallocate(integrator%advice)
-         end if
-         call observer%after_step(t, stopped, error)
-         if (allocated(error)) return
-         if (stopped .or. observer%keep_due) then
-            call take_stock()
-            call observer%keep(motion, memory, error)
-            if (allocated(error) .or. stopped) return
-         end if
-      end do
-      call take_stock()
+      end associate
+   end subroutine give_rows
 
-   contains
+   !> Tell whether contacts with a gap of zero at the beginning are closed, once they show it.
+   subroutine decide(self)
+      type(march_type), intent(inout) :: self
+      real(wp) :: gap(self%motion%n_events)
 
-      !> Bring up to date from where the march goes on.
-      subroutine take_stock()
-         memory%row = row
-         memory%closed = closed
-         memory%undecided = undecided
-         memory%bounded_until = bounded_until
-         memory%statistics = counters(memory%switch, integrator, unasked)
-      end subroutine take_stock
-
-   end subroutine advance
+      call self%motion%system%gaps(self%memory%y, gap)
+      associate (closed => self%memory%closed, undecided => self%memory%undecided, &
+         events => self%events)
+         where (undecided .and. events /= 0)
+            closed = events < 0
+            undecided = .false.
+            events = 0
+         else where (undecided .and. abs(gap) > self%resolution)
+            closed = gap < 0.0_wp
+            undecided = .false.
+         end where
+      end associate
+   end subroutine decide
 
    !> States that are asked for beside the rows, so that nothing that follows depends on it.
-   subroutine look_between(integrator, motion, t, observer, unasked)
-      class(integrator_type), intent(inout) :: integrator
-      class(motion_type), intent(inout) :: motion
-      !> End of the step [s].
-      real(wp), intent(in) :: t
-      class(observer_type), intent(inout) :: observer
-      !> Right-hand sides that were evaluated for this.
-      integer(i8), intent(inout) :: unasked
+   subroutine look_between(self)
+      type(march_type), intent(inout) :: self
       type(statistics_type) :: before, after
-      type(track_type) :: track(motion%n_events)
-      real(wp) :: y(motion%n), force(motion%n_events)
+      type(track_type) :: track(self%motion%n_events)
+      real(wp) :: y(self%motion%n), force(self%motion%n_events)
       integer :: too_deep, trouble, trouble_code
       logical :: outside
 
-      associate (system => motion%system)
+      associate (system => self%motion%system, observer => self%observer)
          too_deep = system%too_deep
          trouble = system%trouble
          trouble_code = system%trouble_code
          outside = system%outside
          track = system%contacts%track
          force = system%contacts%normal_force
-         before = integrator%statistics()
-         do while (observer%next_time < t)
-            call integrator%interpolate(observer%next_time, y)
-            call observer%between(motion, observer%next_time, y)
+         before = self%integrator%statistics()
+         do while (observer%next_time < self%memory%t)
+            call self%integrator%interpolate(observer%next_time, y)
+            call observer%between(self%motion, observer%next_time, y)
          end do
-         after = integrator%statistics()
-         unasked = unasked + after%derivatives - before%derivatives
+         after = self%integrator%statistics()
+         self%unasked = self%unasked + after%derivatives - before%derivatives
          system%contacts%track = track
          system%contacts%normal_force = force
          system%too_deep = too_deep
@@ -553,54 +588,46 @@ contains
    end subroutine look_between
 
    !> Go on with another method where the steps of this one are too short.
-   subroutine switch_if_due(integrator, switch, motion, plan, t, y, quiet, observer, error)
-      class(integrator_type), allocatable, intent(inout) :: integrator
-      !> Which methods are used.
-      type(switch_type), intent(inout) :: switch
-      class(motion_type), intent(inout), target :: motion
-      type(plan_type), intent(in) :: plan
-      !> Time [s].
-      real(wp), intent(in) :: t
-      real(wp), intent(in) :: y(:)
-      !> Whether no contact has just opened or closed.
-      logical, intent(in) :: quiet
-      class(observer_type), intent(inout) :: observer
+   subroutine switch_if_due(self, error)
+      type(march_type), intent(inout) :: self
       !> Set when the other method cannot be started.
       type(error_type), allocatable, intent(out) :: error
       character(len=64) :: digits
       real(wp) :: mean
 
-      switch%steps = switch%steps + 1
-      switch%to_go = max(switch%to_go - 1_i8, 0_i8)
-      if (integrator%steps_of_trial > 0) call look()
-      if (.not. quiet .or. integrator%steps_of_trial > 0) return
-      mean = (t - switch%t_look)/switch%steps
-      if (switch%method == "explicit8") then
-         if (switch%steps >= steps_between_looks .or. allocated(integrator%advice)) then
-            switch%explicit_step = max(switch%explicit_step, mean)
+      associate (switch => self%memory%switch)
+         switch%steps = switch%steps + 1
+         switch%to_go = max(switch%to_go - 1_i8, 0_i8)
+         if (self%integrator%steps_of_trial > 0) call look()
+         if (any(self%events /= 0) .or. self%integrator%steps_of_trial > 0) return
+         mean = (self%memory%t - switch%t_look)/switch%steps
+         if (switch%method == "explicit8") then
+            if (switch%steps >= steps_between_looks .or. allocated(self%integrator%advice)) then
+               switch%explicit_step = max(switch%explicit_step, mean)
+               call look()
+            end if
+            if (.not. allocated(self%integrator%advice)) return
+            deallocate(self%integrator%advice)
+            if (switch%to_go > 0 .and. .not. self%integrator%hopeless) return
+            call change("cvode_bdf", "stability, not accuracy, bounds the steps of explicit8")
+         else if (switch%steps >= steps_between_looks) then
             call look()
+            if (switch%explicit_step <= 0.0_wp .or. mean >= switch%explicit_step) return
+            switch%to_go = switch%patience
+            switch%patience = 2_i8*switch%patience
+            write(digits, "(es8.1, a, es8.1, a)") mean, " s, those of explicit8 were", &
+               switch%explicit_step, " s"
+            switch%explicit_step = 0.0_wp
+            call change("explicit8", "the steps of cvode_bdf are" // trim(digits))
          end if
-         if (.not. allocated(integrator%advice)) return
-         deallocate(integrator%advice)
-         if (switch%to_go > 0 .and. .not. integrator%hopeless) return
-         call change("cvode_bdf", "stability, not accuracy, bounds the steps of explicit8")
-      else if (switch%steps >= steps_between_looks) then
-         call look()
-         if (switch%explicit_step <= 0.0_wp .or. mean >= switch%explicit_step) return
-         switch%to_go = switch%patience
-         switch%patience = 2_i8*switch%patience
-         write(digits, "(es8.1, a, es8.1, a)") mean, " s, those of explicit8 were", &
-            switch%explicit_step, " s"
-         switch%explicit_step = 0.0_wp
-         call change("explicit8", "the steps of cvode_bdf are" // trim(digits))
-      end if
+      end associate
 
    contains
 
       !> Begin to look anew.
       subroutine look()
-         switch%t_look = t
-         switch%steps = 0
+         self%memory%switch%t_look = self%memory%t
+         self%memory%switch%steps = 0
       end subroutine look
 
       !> Go on with a method.
@@ -609,113 +636,101 @@ contains
          !> Why.
          character(len=*), intent(in) :: reason
 
-         switch%before = switch%before + integrator%statistics()
-         call integrator%free()
-         call new_integrator(method, integrator)
-         integrator%alert = .true.
-         call set_stop(integrator, motion, t)
-         call integrator%start(motion, method, t, y, plan%t_end, plan%max_step, &
-            error)
-         switch%method = method
-         call look()
-         call observer%change_method(t, method, reason)
+         self%memory%switch%before = self%memory%switch%before + self%integrator%statistics()
+         call self%integrator%free()
+         call start(self, method, error)
+         self%memory%switch%method = method
+         call self%observer%change_method(self%memory%t, method, reason)
       end subroutine change
 
    end subroutine switch_if_due
 
    !> End a march whose steps have become so small that it would not come to its end.
-   subroutine watch_pace(motion, step, left, looks, error)
-      class(motion_type), intent(in) :: motion
-      !> Mean step of late [s].
-      real(wp), intent(in) :: step
-      !> Time to go [s].
-      real(wp), intent(in) :: left
-      !> For how many looks the steps have been too small.
-      integer, intent(inout) :: looks
+   subroutine watch_pace(self, error)
+      type(march_type), intent(inout) :: self
       !> Set when there is no sense in going on.
       type(error_type), allocatable, intent(out) :: error
       character(len=64) :: digits
+      real(wp) :: step, left
 
-      looks = looks + 1
-      if (step >= poor*motion%contact_time .or. left <= poor_steps*step) looks = 0
-      if (looks < poor_looks .and. &
-         (step >= hopeless*motion%contact_time .or. left <= hopeless_steps*step)) return
-      write(digits, "(es8.1, a, es8.1, a)") step, " s, and ", left/step, " more would be needed"
-      call fatal(error, "the steps have shrunk to" // trim(digits))
+      self%steps = self%steps + 1
+      if (self%steps < watched_steps) return
+      step = (self%memory%t - self%t_watch)/self%steps
+      left = self%plan%t_end - self%memory%t
+      self%looks = self%looks + 1
+      if (step >= poor*self%motion%contact_time .or. left <= poor_steps*step) self%looks = 0
+      if (self%looks >= poor_looks .or. &
+         (step < hopeless*self%motion%contact_time .and. left > hopeless_steps*step)) then
+         write(digits, "(es8.1, a, es8.1, a)") step, " s, and ", left/step, " more would be needed"
+         call fatal(error, "the steps have shrunk to" // trim(digits))
+         return
+      end if
+      self%t_watch = self%memory%t
+      self%steps = 0
+      self%motion%system%trouble = 0
    end subroutine watch_pace
 
-   !> Find where within a step a contact becomes too deep.
-   subroutine find_depth(integrator, motion, t_before, t, y, too_deep)
-      !> The integration, its last step from `t_before` to `t`.
-      class(integrator_type), intent(inout) :: integrator
-      !> The motion; `too_deep` of its system names the contact.
-      class(motion_type), intent(inout) :: motion
-      !> Beginning of the step [s].
-      real(wp), intent(in) :: t_before
-      !> End of the step, moved to where the contact is as deep as is admitted [s].
-      real(wp), intent(inout) :: t
-      real(wp), intent(inout) :: y(:)
+   !> Find where within the step a contact becomes too deep, and move its end there.
+   subroutine find_depth(self, too_deep)
+      !> The march; `too_deep` of its system names the contact.
+      type(march_type), intent(inout) :: self
       !> Whether a contact of the accepted state is too deep, not only one of a trial.
       logical, intent(out) :: too_deep
-      real(wp) :: gap(motion%n_events), limit(motion%n_events), low, high, middle
+      real(wp), dimension(self%motion%n_events) :: gap, limit
+      real(wp) :: low, high, middle
       integer :: i
 
-      limit = [(motion%system%contacts(i)%law%largest_approach, i=1, motion%n_events)]
-      call motion%system%gaps(y, gap)
-      too_deep = any(-gap > limit)
-      if (.not. too_deep) return
-      low = t_before
-      high = t
-      do i = 1, 60
-         middle = 0.5_wp*(low + high)
-         if (middle <= low .or. middle >= high) exit
-         call integrator%interpolate(middle, y)
-         call motion%system%gaps(y, gap)
-         if (any(-gap > limit)) then
-            high = middle
-            motion%system%too_deep = maxloc(-gap - limit, dim=1)
-         else
-            low = middle
-         end if
-      end do
-      t = high
-      call integrator%interpolate(t, y)
+      associate (system => self%motion%system, y => self%memory%y)
+         limit = [(system%contacts(i)%law%largest_approach, i=1, size(limit))]
+         call system%gaps(y, gap)
+         too_deep = any(-gap > limit)
+         if (.not. too_deep) return
+         low = self%t_before
+         high = self%memory%t
+         do i = 1, 60
+            middle = 0.5_wp*(low + high)
+            if (middle <= low .or. middle >= high) exit
+            call self%integrator%interpolate(middle, y)
+            call system%gaps(y, gap)
+            if (any(-gap > limit)) then
+               high = middle
+               system%too_deep = maxloc(-gap - limit, dim=1)
+            else
+               low = middle
+            end if
+         end do
+         self%memory%t = high
+         call self%integrator%interpolate(high, y)
+      end associate
    end subroutine find_depth
 
-   !> First time within a step at which an open gap that falls and rises again is closed; a time
+   !> First time within the step at which an open gap that falls and rises again is closed; a time
    !> after the step if there is none.
-   subroutine find_dip(integrator, motion, t_before, t, suspect, resolution, t_dip)
-      !> The integration, its last step from `t_before` to `t` or beyond.
-      class(integrator_type), intent(inout) :: integrator
-      class(motion_type), intent(inout) :: motion
-      !> Beginning of the step [s].
-      real(wp), intent(in) :: t_before
-      !> End of the step [s].
-      real(wp), intent(in) :: t
+   subroutine find_dip(self, suspect, t_dip)
+      type(march_type), intent(inout) :: self
       !> Contacts whose gap is open at both ends, falls at the first and rises at the second.
       logical, intent(in) :: suspect(:)
-      !> Overlaps below this are not seen [m].
-      real(wp), intent(in) :: resolution
       !> The time [s].
       real(wp), intent(out) :: t_dip
-      real(wp) :: low, high, middle, y(motion%n), gap(motion%n_events), rate(motion%n_events)
+      real(wp) :: low, high, middle, y(self%motion%n)
+      real(wp), dimension(self%motion%n_events) :: gap, rate
       integer :: i, k
 
       t_dip = huge(t_dip)
       do i = 1, size(suspect)
          if (.not. suspect(i)) cycle
-         low = t_before
-         high = t
+         low = self%t_before
+         high = self%memory%t
          do k = 1, 60
             middle = 0.5_wp*(low + high)
             if (middle <= low .or. middle >= high) exit
-            call integrator%interpolate(middle, y)
-            call motion%system%gaps(y, gap)
-            if (gap(i) < -resolution) then
+            call self%integrator%interpolate(middle, y)
+            call self%motion%system%gaps(y, gap)
+            if (gap(i) < -self%resolution) then
                t_dip = min(t_dip, middle)
                exit
             end if
-            call motion%system%gap_rates(y, rate)
+            call self%motion%system%gap_rates(y, rate)
             if (rate(i) < 0.0_wp) then
                low = middle
             else
@@ -726,48 +741,76 @@ contains
    end subroutine find_dip
 
    !> Record events, and let the contacts take note of the impact speed.
-   subroutine take_events(integrator, motion, t, y, events, closed, observer, error)
-      class(integrator_type), intent(inout) :: integrator
-      class(motion_type), intent(inout) :: motion
-      !> Time [s].
-      real(wp), intent(in) :: t
-      real(wp), intent(inout) :: y(:)
-      !> For each contact 1, -1 or 0 as the gap opens, closes, or neither.
-      integer, intent(in) :: events(:)
-      !> Which contacts are closed.
-      logical, intent(inout) :: closed(:)
-      class(observer_type), intent(inout) :: observer
+   subroutine take_events(self, error)
+      type(march_type), intent(inout) :: self
       !> Set when the observer failed.
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: rate(size(events))
+      real(wp) :: rate(size(self%events))
       logical :: changed, any_changed, any_rigid
       integer :: i
 
       any_changed = .false.
       any_rigid = .false.
-      call motion%system%gap_rates(y, rate)
-      do i = 1, size(events)
-         any_rigid = any_rigid .or. (motion%system%contacts(i)%rigid .and. events(i) /= 0)
-         if (events(i) < 0 .and. .not. closed(i)) then
-            closed(i) = .true.
-            call begin_impact(motion, i, -rate(i), changed)
-            any_changed = any_changed .or. changed
-            call renew_states(motion, i, .true., y, any_changed)
-            call observer%event(t, event_touch, i, error)
-         else if (events(i) > 0 .and. closed(i)) then
-            closed(i) = .false.
-            call renew_states(motion, i, .false., y, any_changed)
-            call observer%event(t, event_lift, i, error)
+      associate (motion => self%motion, t => self%memory%t, y => self%memory%y, &
+         closed => self%memory%closed, events => self%events)
+         call motion%system%gap_rates(y, rate)
+         do i = 1, size(events)
+            any_rigid = any_rigid .or. (motion%system%contacts(i)%rigid .and. events(i) /= 0)
+            if (events(i) < 0 .and. .not. closed(i)) then
+               closed(i) = .true.
+               call begin_impact(motion, i, -rate(i), changed)
+               any_changed = any_changed .or. changed
+               call renew_states(motion, i, .true., y, any_changed)
+               call self%observer%event(t, event_touch, i, error)
+            else if (events(i) > 0 .and. closed(i)) then
+               closed(i) = .false.
+               call renew_states(motion, i, .false., y, any_changed)
+               call self%observer%event(t, event_lift, i, error)
+            end if
+            if (allocated(error)) return
+         end do
+         if (any_rigid) then
+            call take_rigid_events(self, error)
+            if (allocated(error)) return
+            any_changed = .true.
          end if
-         if (allocated(error)) return
-      end do
-      if (any_rigid) then
-         call meet(motion, t, y, events, closed, observer, error)
-         if (allocated(error)) return
-         any_changed = .true.
-      end if
-      if (any_changed) call integrator%restart(t, y, error)
+         if (any_changed) call self%integrator%restart(t, y, error)
+      end associate
    end subroutine take_events
+
+   !> What follows from an event of a rigid contact: impacts, and which contacts stay closed.
+   subroutine take_rigid_events(self, error)
+      type(march_type), intent(inout) :: self
+      !> Set when the impacts cannot be resolved or the observer failed.
+      type(error_type), allocatable, intent(out) :: error
+      logical :: touching(size(self%events)), changed
+      integer :: i
+
+      associate (motion => self%motion, t => self%memory%t, y => self%memory%y, &
+         closed => self%memory%closed, events => self%events)
+         ! One that lifts off has no force and its gap no acceleration.
+         call motion%system%set_poses(y)
+         do i = 1, size(events)
+            if (motion%system%contacts(i)%closed .and. events(i) > 0) call open_contact( &
+               motion%system, i)
+         end do
+         touching = motion%system%contacts%rigid .and. &
+            (motion%system%contacts%closed .or. events < 0)
+         if (any(touching .and. events < 0)) then
+            call resolve_impacts(motion, t, y, touching, error)
+            if (allocated(error)) return
+         end if
+         do i = 1, size(events)
+            associate (contact => motion%system%contacts(i))
+               if (.not. contact%rigid .or. (contact%closed .eqv. closed(i))) cycle
+               closed(i) = contact%closed
+            end associate
+            call renew_states(motion, i, closed(i), y, changed)
+            call self%observer%event(t, merge(event_touch, event_lift, closed(i)), i, error)
+            if (allocated(error)) return
+         end do
+      end associate
+   end subroutine take_rigid_events
 
    !> Set the states of parts at the beginning.
    subroutine begin_states(motion, y)
@@ -839,11 +882,11 @@ contains
             if (contact%rigid) touching(i) = gap(i) <= touching_gap(contact)
          end associate
       end do
-      if (any(touching)) call settle_all(motion, t, y, touching, error)
+      if (any(touching)) call resolve_impacts(motion, t, y, touching, error)
    end subroutine begin_rigid
 
-   !> Settle rigid contacts.
-   subroutine settle_all(motion, t, y, touching, error)
+   !> Resolve the impacts of rigid contacts that touch, and find which of them stay closed.
+   subroutine resolve_impacts(motion, t, y, touching, error)
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -859,47 +902,10 @@ contains
       motion%system%trouble = index
       motion%system%trouble_code = trouble
       call fatal(error, "the rigid contacts cannot be settled")
-   end subroutine settle_all
-
-   !> What follows from an event of a rigid contact: impacts, and which contacts stay closed.
-   subroutine meet(motion, t, y, events, closed, observer, error)
-      class(motion_type), intent(inout) :: motion
-      !> Time [s].
-      real(wp), intent(in) :: t
-      real(wp), intent(inout) :: y(:)
-      !> For each contact 1, -1 or 0 as it opens, closes, or neither.
-      integer, intent(in) :: events(:)
-      !> Which contacts are closed.
-      logical, intent(inout) :: closed(:)
-      class(observer_type), intent(inout) :: observer
-      !> Set when the contacts cannot be settled or the observer failed.
-      type(error_type), allocatable, intent(out) :: error
-      logical :: touching(size(events)), changed
-      integer :: i
-
-      associate (contacts => motion%system%contacts)
-         ! One that lifts off has no force and its gap no acceleration.
-         call motion%system%set_poses(y)
-         do i = 1, size(events)
-            if (contacts(i)%closed .and. events(i) > 0) call open_contact(motion%system, i)
-         end do
-         touching = contacts%rigid .and. (contacts%closed .or. events < 0)
-         if (any(touching .and. events < 0)) then
-            call settle_all(motion, t, y, touching, error)
-            if (allocated(error)) return
-         end if
-         do i = 1, size(events)
-            if (.not. contacts(i)%rigid .or. (contacts(i)%closed .eqv. closed(i))) cycle
-            closed(i) = contacts(i)%closed
-            call renew_states(motion, i, closed(i), y, changed)
-            call observer%event(t, merge(event_touch, event_lift, closed(i)), i, error)
-            if (allocated(error)) return
-         end do
-      end associate
-   end subroutine meet
+   end subroutine resolve_impacts
 
    !> Note that gaps have become distinct from zero.
-   subroutine part(motion, y)
+   subroutine note_separation(motion, y)
       class(motion_type), intent(inout) :: motion
       real(wp), intent(in) :: y(:)
       real(wp) :: gap(motion%n_events)
@@ -911,7 +917,7 @@ contains
             if (contact%leaving) contact%leaving = gap(i) <= touching_gap(contact)
          end associate
       end do
-   end subroutine part
+   end subroutine note_separation
 
    !> Tell a contact the speed of an impact.
    subroutine begin_impact(motion, contact, speed, changed)

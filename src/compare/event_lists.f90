@@ -118,7 +118,7 @@ contains
          if (ignore(1)) times(i) = 0.0_wp
          if (ignore(2)) kinds(i)%s = "event"
          if (ignore(3)) contacts(i)%s = ""
-         call matcher%push(side, contacts(i)%s, kinds(i)%s, times(i))
+         call matcher%add(side, contacts(i)%s, kinds(i)%s, times(i))
       end do
    end subroutine feed
 

@@ -80,7 +80,7 @@ module contensou_compare_events
       type(string_type), allocatable, private :: kinds(:)
       integer, private :: n_kinds = 0
    contains
-      procedure :: push
+      procedure :: add
       procedure :: match
       procedure :: finish
       procedure :: differ
@@ -98,7 +98,7 @@ module contensou_compare_events
 contains
 
    !> Take in an event.
-   subroutine push(self, side, contact, kind, time)
+   subroutine add(self, side, contact, kind, time)
       class(event_matcher_type), intent(inout) :: self
       !> List, 1 or 2.
       integer, intent(in) :: side
@@ -140,7 +140,7 @@ contains
          queue%events(queue%tail)%time = time
          queue%events(queue%tail)%kind = kind_index
       end associate
-   end subroutine push
+   end subroutine add
 
    !> Index of a name in a list, which grows if it is new.
    subroutine index_of(names, n, name, i)

@@ -3,6 +3,7 @@
 !> Blocks hold at most 262144 numbers, so memory does not grow with the data sets.
 module contensou_compare_values
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
+   use, intrinsic :: iso_c_binding, only : c_int8_t
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
    use contensou_base_text, only : string_type, to_text
@@ -59,6 +60,17 @@ module contensou_compare_values
       type(string_type) :: values_first(2)
    end type found_type
 
+   !> Values of a block, in the one list that goes with their kind.
+   type :: block_type
+      real(wp), allocatable :: reals(:)
+      integer(i8), allocatable :: integers(:)
+      type(string_type), allocatable :: texts(:)
+      integer(c_int8_t), allocatable :: bytes(:)
+   end type block_type
+
+   !> Kinds of comparison.
+   integer, parameter :: as_real = 1, as_integer = 2, as_text = 3, as_bytes = 4
+
    integer, parameter :: block_numbers = 262144
 
    integer, parameter :: block_texts = 64
@@ -77,39 +89,19 @@ contains
       type(found_type), intent(inout) :: found
       !> Set when the values cannot be read.
       type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: as_real = 1, as_integer = 2, as_text = 3, as_bytes = 4
-      real(wp), allocatable :: a(:), b(:)
-      integer(i8), allocatable :: k(:), l(:)
-      character(len=1), allocatable :: p(:), q(:)
-      type(string_type), allocatable :: s(:), t(:)
-      integer(i8) :: tile(max_rank), start(max_rank), count(max_rank), at(3), limit
-      integer :: rank, way, d, n
+      type(block_type) :: blocks(2)
+      integer(i8) :: tile(max_rank), start(max_rank), count(max_rank), at(3)
+      integer :: rank, kind, d, n, side
       logical :: had_first
 
       rank = items(1)%rank
       if (any(extents(:rank) == 0_i8)) return
-      if (items(1)%class == class_text) then
-         way = as_text
-         limit = block_texts
-      else if (items(1)%class == class_raw) then
-         way = as_bytes
-         limit = max(1_i8, block_bytes/items(1)%size)
-      else if (items(1)%class == items(2)%class .and. items(1)%class /= class_real) then
-         way = as_integer
-         limit = block_numbers
-      else
-         way = as_real
-         limit = block_numbers
-      end if
-      call choose_tile(items(1), extents, rank, limit, tile)
+      kind = kind_of(items)
+      call choose_tile(items(1), extents, rank, values_in_block(items(1), kind), tile)
       if (subject%attribute /= "") then
-         ! Attributes are read whole.
-         if (any(items(1)%extents(:rank) /= items(2)%extents(:rank))) then
-            ! The parts of attributes cannot be read, and their lengths differ anyway.
-            return
-         end if
+         ! Attributes are read whole; their parts cannot be read, and their lengths differ anyway.
+         if (any(items(1)%extents(:rank) /= items(2)%extents(:rank))) return
          tile = extents
-         limit = 16*block_bytes/max(8_i8, items(1)%size)
       end if
       if (product(real(tile(:rank), wp))*max(8.0_wp, real(items(1)%size, wp)) > &
          16.0_wp*block_bytes) then
@@ -117,46 +109,29 @@ contains
             "cannot be compared")
          return
       end if
-      n = int(product(tile(:rank)))
-      select case (way)
-      case (as_real)
-         allocate(a(n), b(n))
-      case (as_integer)
-         allocate(k(n), l(n))
-      case (as_bytes)
-         allocate(p(n*int(items(1)%size)), q(n*int(items(1)%size)))
-      case default
-         ! Texts are allocated as they are read.
-         continue
-      end select
       start = 0
       do
          count = 1
          count(:rank) = min(tile(:rank), extents(:rank) - start(:rank))
          n = int(product(count(:rank)))
+         do side = 1, 2
+            call read_block(items(side), kind, start, count, n, blocks(side), error)
+            if (allocated(error)) return
+         end do
          at = 0
          had_first = found%n_beyond > 0
          found%n = found%n + n
-         select case (way)
+         select case (kind)
          case (as_real)
-            call items(1)%read(start, count, a, error)
-            if (.not. allocated(error)) call items(2)%read(start, count, b, error)
-            if (.not. allocated(error)) call compare_reals(a, b, n, subject%verdict, found, at)
+            call compare_reals(blocks(1)%reals, blocks(2)%reals, n, subject%verdict, found, at)
          case (as_integer)
-            call items(1)%read(start, count, k, error)
-            if (.not. allocated(error)) call items(2)%read(start, count, l, error)
-            if (.not. allocated(error)) call compare_integers(k, l, n, &
+            call compare_integers(blocks(1)%integers, blocks(2)%integers, n, &
                items(1)%class == class_unsigned, subject%verdict, found, at)
          case (as_text)
-            call items(1)%read_texts(start, count, n, s, error)
-            if (.not. allocated(error)) call items(2)%read_texts(start, count, n, t, error)
-            if (.not. allocated(error)) call compare_texts(s, t, n, subject%path, found, at)
+            call compare_texts(blocks(1)%texts, blocks(2)%texts, n, subject%path, found, at)
          case default
-            call items(1)%read(start, count, p, error)
-            if (.not. allocated(error)) call items(2)%read(start, count, q, error)
-            if (.not. allocated(error)) call compare_bytes(p, q, n, int(items(1)%size), found, at)
+            call compare_bytes(blocks(1)%bytes, blocks(2)%bytes, n, int(items(1)%size), found, at)
          end select
-         if (allocated(error)) return
          if (at(1) > 0_i8) call note(at(1), found%at_largest, found%values_largest)
          if (at(2) > 0_i8) call note(at(2), found%at_relative, found%values_relative)
          if (at(3) > 0_i8) call note_first()
@@ -189,20 +164,20 @@ contains
             rest = rest/count(m)
          end do
          m = int(i)
-         select case (way)
-         case (as_real)
-            values(1)%s = to_text(a(m))
-            values(2)%s = to_text(b(m))
-         case (as_integer)
-            values(1)%s = integer_text(k(m), items(1)%class == class_unsigned)
-            values(2)%s = integer_text(l(m), items(1)%class == class_unsigned)
-         case (as_text)
-            values(1)%s = s(m)%s
-            values(2)%s = t(m)%s
-         case default
-            ! Bytes are not shown.
-            continue
-         end select
+         do side = 1, 2
+            select case (kind)
+            case (as_real)
+               values(side)%s = to_text(blocks(side)%reals(m))
+            case (as_integer)
+               values(side)%s = integer_text(blocks(side)%integers(m), &
+                  items(1)%class == class_unsigned)
+            case (as_text)
+               values(side)%s = blocks(side)%texts(m)%s
+            case default
+               ! Bytes are not shown.
+               continue
+            end select
+         end do
       end subroutine note
 
       !> Note the first difference beyond the tolerance; blocks may come in any order of indices.
@@ -223,6 +198,59 @@ contains
       end subroutine note_first
 
    end subroutine compare_values
+
+   !> How the values of two items are compared, one of the `as_*` codes.
+   pure integer function kind_of(items)
+      type(hdf5_item_type), intent(in) :: items(2)
+
+      if (items(1)%class == class_text) then
+         kind_of = as_text
+      else if (items(1)%class == class_raw) then
+         kind_of = as_bytes
+      else if (items(1)%class == items(2)%class .and. items(1)%class /= class_real) then
+         kind_of = as_integer
+      else
+         kind_of = as_real
+      end if
+   end function kind_of
+
+   !> Largest number of values of a block.
+   pure integer(i8) function values_in_block(item, kind)
+      type(hdf5_item_type), intent(in) :: item
+      !> One of the `as_*` codes.
+      integer, intent(in) :: kind
+
+      values_in_block = block_numbers
+      if (kind == as_text) values_in_block = block_texts
+      if (kind == as_bytes) values_in_block = max(1_i8, block_bytes/item%size)
+   end function values_in_block
+
+   !> Read a block of values.
+   subroutine read_block(item, kind, start, count, n, block, error)
+      type(hdf5_item_type), intent(in) :: item
+      !> One of the `as_*` codes.
+      integer, intent(in) :: kind
+      !> First indices, and numbers of indices.
+      integer(i8), intent(in) :: start(:), count(:)
+      !> Number of values; the first block is the largest.
+      integer, intent(in) :: n
+      type(block_type), intent(inout) :: block
+      type(error_type), allocatable, intent(out) :: error
+
+      select case (kind)
+      case (as_real)
+         if (.not. allocated(block%reals)) allocate(block%reals(n))
+         call item%read(start, count, block%reals, error)
+      case (as_integer)
+         if (.not. allocated(block%integers)) allocate(block%integers(n))
+         call item%read(start, count, block%integers, error)
+      case (as_text)
+         call item%read_texts(start, count, n, block%texts, error)
+      case default
+         if (.not. allocated(block%bytes)) allocate(block%bytes(n*int(item%size)))
+         call item%read(start, count, block%bytes, error)
+      end select
+   end subroutine read_block
 
    !> Choose the extents of blocks: multiples of those of the chunks where there are any, so that no
    !> chunk is read twice.
@@ -271,10 +299,8 @@ contains
 
    !> Compare reals.
    subroutine compare_reals(a, b, n, verdict, found, at)
-      !> Values of the first file.
-      real(wp), intent(in) :: a(:)
-      !> Values of the second file.
-      real(wp), intent(in) :: b(:)
+      !> Values of the two files.
+      real(wp), intent(in) :: a(:), b(:)
       integer, intent(in) :: n
       !> Tolerances.
       type(verdict_type), intent(in) :: verdict
@@ -340,10 +366,8 @@ contains
 
    !> Compare integers.
    subroutine compare_integers(a, b, n, is_unsigned, verdict, found, at)
-      !> Values of the first file.
-      integer(i8), intent(in) :: a(:)
-      !> Values of the second file.
-      integer(i8), intent(in) :: b(:)
+      !> Values of the two files.
+      integer(i8), intent(in) :: a(:), b(:)
       integer, intent(in) :: n
       !> Whether they are unsigned.
       logical, intent(in) :: is_unsigned
@@ -435,10 +459,8 @@ contains
 
    !> Compare values byte for byte.
    subroutine compare_bytes(a, b, n, size, found, at)
-      !> Values of the first file.
-      character(len=1), intent(in) :: a(:)
-      !> Values of the second file.
-      character(len=1), intent(in) :: b(:)
+      !> Values of the two files.
+      integer(c_int8_t), intent(in) :: a(:), b(:)
       integer, intent(in) :: n
       !> Bytes of a value.
       integer, intent(in) :: size

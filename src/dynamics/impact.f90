@@ -27,7 +27,7 @@ module contensou_dynamics_impact
    implicit none(type, external)
    private
 
-   public :: settle, open_contact, touching_gap, restitution_at
+   public :: resolve_impacts, open_contact, touching_gap, restitution_at
 
    !> Gap of closed surfaces over the smallest radius: what a rigid contact does not distinguish
    !> from touching.
@@ -105,7 +105,7 @@ contains
    end function restitution_at
 
    !> Take the impacts of contacts that touch, and decide which of them are closed from here on.
-   subroutine settle(system, t, y, candidate, velocity_scale, index, trouble)
+   subroutine resolve_impacts(system, t, y, candidate, velocity_scale, index, trouble)
       !> The system; `closed` and `leaving` of the candidates are set.
       type(system_type), intent(inout) :: system
       !> Time [s].
@@ -133,13 +133,13 @@ contains
          i = minloc(rate, dim=1, mask=candidate)
          if (rate(i) >= -still) exit
          where (candidate) system%contacts%closed = .false.
-         call pressing(system, t, y, i, y_rate, link, press(i), trouble)
+         call find_pressing_acceleration(system, t, y, i, y_rate, link, press(i), trouble)
          if (trouble /= trouble_none) exit
          slowest = slowest_rebound(system%contacts(i), link, press(i), velocity_scale)
          e = restitution_at(system%contacts(i), -rate(i))
          ! Where nothing presses the bodies together, the slowest rebound is one.
          if (press(i) > 0.0_wp .and. -e*rate(i) < slowest) e = 0.0_wp
-         call strike(system, y, i, link, e, trouble)
+         call take_impact(system, y, i, link, e, trouble)
          if (trouble /= trouble_none) exit
       end do
       if (trouble == trouble_none .and. k > most_impacts) trouble = trouble_jammed
@@ -149,22 +149,22 @@ contains
       end if
       resting = candidate .and. rate <= still
       if (any(candidate .and. .not. resting)) then
-         call catch_slow(system, t, y, candidate, velocity_scale, rate, resting, index, trouble)
+         call keep_slow(system, t, y, candidate, velocity_scale, rate, resting, index, trouble)
          if (trouble /= trouble_none) return
       end if
-      call choose(system, t, y, resting, y_rate, index, trouble)
+      call choose_loaded_contacts(system, t, y, resting, y_rate, index, trouble)
       if (trouble /= trouble_none) return
-      call halt(system, y, rest*still)
+      call stop_closed_gaps(system, y, rest*still)
       do i = 1, size(candidate)
          if (.not. candidate(i)) cycle
          system%contacts(i)%leaving = .false.
          if (.not. system%contacts(i)%closed) call open_contact(system, i)
       end do
-   end subroutine settle
+   end subroutine resolve_impacts
 
    !> Contacts that impacts at others open, slower than a rebound may be, stay closed: a body that
    !> rocks between two of them comes to rest on both after a finite number of impacts.
-   subroutine catch_slow(system, t, y, candidate, velocity_scale, rate, resting, index, trouble)
+   subroutine keep_slow(system, t, y, candidate, velocity_scale, rate, resting, index, trouble)
       type(system_type), intent(inout) :: system
       !> Time [s].
       real(wp), intent(in) :: t
@@ -190,7 +190,7 @@ contains
       where (candidate) system%contacts%closed = .false.
       do i = 1, size(candidate)
          if (.not. candidate(i) .or. resting(i)) cycle
-         call pressing(system, t, y, i, y_rate, link, press, trouble)
+         call find_pressing_acceleration(system, t, y, i, y_rate, link, press, trouble)
          if (trouble /= trouble_none) then
             index = i
             return
@@ -198,7 +198,7 @@ contains
          resting(i) = press > 0.0_wp .and. &
             rate(i) < slowest_rebound(system%contacts(i), link, press, velocity_scale)
       end do
-   end subroutine catch_slow
+   end subroutine keep_slow
 
    !> Open a rigid contact at the poses that are set.
    subroutine open_contact(system, index)
@@ -216,7 +216,7 @@ contains
    end subroutine open_contact
 
    !> Acceleration by which a contact is pressed together while no candidate is closed [m/s2].
-   subroutine pressing(system, t, y, index, y_rate, link, press, trouble)
+   subroutine find_pressing_acceleration(system, t, y, index, y_rate, link, press, trouble)
       !> The system; no candidate is closed.
       type(system_type), intent(inout) :: system
       !> Time [s].
@@ -240,7 +240,7 @@ contains
       if (system%outside) return
       call find_link(system%mechanism_type, index, y_rate, link, trouble)
       press = -link%free
-   end subroutine pressing
+   end subroutine find_pressing_acceleration
 
    !> Slowest rebound [m/s]: the flight that follows a slower one is lower than the overlap that
    !> the elastic bodies have at rest, and would not open the contact.
@@ -264,7 +264,7 @@ contains
    end function slowest_rebound
 
    !> Which of the contacts at rest carry a load: without those that would have to pull.
-   subroutine choose(system, t, y, resting, y_rate, index, trouble)
+   subroutine choose_loaded_contacts(system, t, y, resting, y_rate, index, trouble)
       type(system_type), intent(inout) :: system
       !> Time [s].
       real(wp), intent(in) :: t
@@ -324,10 +324,10 @@ contains
       end do
       index = worst
       trouble = trouble_jammed
-   end subroutine choose
+   end subroutine choose_loaded_contacts
 
    !> Take what is left of the rates of the closed gaps after impacts in turn.
-   subroutine halt(system, y, limit)
+   subroutine stop_closed_gaps(system, y, limit)
       !> The system; its links are those of the state.
       type(system_type), intent(inout) :: system
       !> State; velocities and the work of damping change a little.
@@ -346,10 +346,11 @@ contains
             call system%gap_rates(y, rate)
             associate (link => system%constraints%links(i))
                impact = impact_type()
-               call prepare(system, link, impact)
+               call prepare_impact(system, link, impact)
                impact%impulse(4) = -rate(link%contact)/impact%inverse_mass(4, 4)
                do j = 1, 2
-                  if (link%body(j) > 0) call kick(system, link, impact%impulse, j, y, supplied)
+                  if (link%body(j) > 0) call apply_impulse(system, link, impact%impulse, j, y, &
+                     supplied)
                end do
             end associate
          end do
@@ -361,10 +362,10 @@ contains
       call energies(system, y, kinetic(2), potential)
       y(system%layout%damping) = y(system%layout%damping) + kinetic(1) - kinetic(2) + supplied
       if (system%layout%applied > 0) y(system%layout%applied) = y(system%layout%applied) + supplied
-   end subroutine halt
+   end subroutine stop_closed_gaps
 
    !> An impact at one contact.
-   subroutine strike(system, y, index, link, e, trouble)
+   subroutine take_impact(system, y, index, link, e, trouble)
       !> The system; its poses are those of the state.
       type(system_type), intent(in) :: system
       !> State; velocities and works change.
@@ -383,14 +384,14 @@ contains
 
       trouble = trouble_none
       associate (law => system%contacts(index)%law)
-         call prepare(system, link, impact)
+         call prepare_impact(system, link, impact)
          associate (c => impact%inverse_mass(4, 4), speed => impact%before(4))
             impact%a = mean_root*law%normal%axis_a &
                *(1.25_wp*speed**2/(c*law%normal%stiffness))**0.2_wp
             impact%resolution = smoothed**2*(dot_product(impact%before(1:2), impact%before(1:2)) &
                + (impact%a*impact%before(3))**2 + speed**2)
             if (allocated(law%friction)) then
-               call rub(impact, law, e, trouble)
+               call integrate_impact(impact, law, e, trouble)
                if (trouble /= trouble_none) return
             else
                impact%impulse(4) = -(1.0_wp + e)*speed/c
@@ -399,7 +400,7 @@ contains
          call energies(system, y, kinetic(1), potential)
          supplied = 0.0_wp
          do j = 1, 2
-            if (link%body(j) > 0) call kick(system, link, impact%impulse, j, y, supplied)
+            if (link%body(j) > 0) call apply_impulse(system, link, impact%impulse, j, y, supplied)
          end do
          call energies(system, y, kinetic(2), potential)
          loss = kinetic(1) - kinetic(2) + supplied
@@ -414,10 +415,10 @@ contains
             y(system%layout%applied) = y(system%layout%applied) + supplied
          end if
       end associate
-   end subroutine strike
+   end subroutine take_impact
 
    !> Inverse mass and velocities at a contact.
-   pure subroutine prepare(system, link, impact)
+   pure subroutine prepare_impact(system, link, impact)
       type(system_type), intent(in) :: system
       !> Kinematics of the contact.
       type(link_type), intent(in) :: link
@@ -450,10 +451,10 @@ contains
             end do
          end associate
       end do
-   end subroutine prepare
+   end subroutine prepare_impact
 
    !> Give a body its share of the impulse.
-   pure subroutine kick(system, link, impulse, side, y, supplied)
+   pure subroutine apply_impulse(system, link, impulse, side, y, supplied)
       type(system_type), intent(in) :: system
       !> Kinematics of the contact.
       type(link_type), intent(in) :: link
@@ -481,10 +482,10 @@ contains
             supplied = supplied - dot_product(force, pose%velocity) - dot_product(torque, pose%spin)
          end if
       end associate
-   end subroutine kick
+   end subroutine apply_impulse
 
    !> Impulses of an impact with friction.
-   pure subroutine rub(impact, law, e, trouble)
+   pure subroutine integrate_impact(impact, law, e, trouble)
       type(impact_type), intent(inout) :: impact
       type(contact_law_type), intent(in) :: law
       !> Coefficient of restitution.
@@ -503,7 +504,7 @@ contains
       target = 0.0_wp
       phase = 1
       do k = 1, most_steps
-         call advance(impact, law, h, trial, solved)
+         call advance_impact(impact, law, h, trial, solved)
          if (.not. solved) then
             h = 0.5_wp*h
             if (h < 1.0e-15_wp*largest) exit
@@ -524,7 +525,7 @@ contains
             h = min(2.0_wp*h, largest)
             cycle
          end if
-         call meet(impact, law, h, phase, work, target, trial, solved)
+         call find_phase_end(impact, law, h, phase, work, target, trial, solved)
          if (.not. solved) exit
          impact = trial
          if (phase == 2) then
@@ -538,10 +539,10 @@ contains
          phase = 2
       end do
       trouble = trouble_jammed
-   end subroutine rub
+   end subroutine integrate_impact
 
    !> Find the step at which a phase of an impact ends: the Illinois method.
-   pure subroutine meet(impact, law, h, phase, work, target, trial, solved)
+   pure subroutine find_phase_end(impact, law, h, phase, work, target, trial, solved)
       !> The impact before the step.
       type(impact_type), intent(in) :: impact
       type(contact_law_type), intent(in) :: law
@@ -564,7 +565,7 @@ contains
       low = 0.0_wp
       high = h
       f_low = merge(speed, work - target, phase == 1)
-      call advance(impact, law, h, trial, solved)
+      call advance_impact(impact, law, h, trial, solved)
       f_high = excess(high)
       side = 0
       middle = high
@@ -574,7 +575,7 @@ contains
          middle = (f_high*low - f_low*high)/(f_high - f_low)
          if (middle <= low .or. middle >= high) middle = 0.5_wp*(low + high)
          if (middle <= low .or. middle >= high) exit
-         call advance(impact, law, middle, trial, solved)
+         call advance_impact(impact, law, middle, trial, solved)
          f = excess(middle)
          if (f < 0.0_wp) then
             low = middle
@@ -606,7 +607,7 @@ contains
          end if
       end function excess
 
-   end subroutine meet
+   end subroutine find_phase_end
 
    !> Rate of the gap in an impact [m/s].
    pure function gap_rate(impact) result(rate)
@@ -617,7 +618,7 @@ contains
    end function gap_rate
 
    !> Go on with an impact by a step of the normal impulse: two implicit stages.
-   pure subroutine advance(impact, law, h, after, solved)
+   pure subroutine advance_impact(impact, law, h, after, solved)
       type(impact_type), intent(in) :: impact
       type(contact_law_type), intent(in) :: law
       !> The step [N s].
@@ -635,7 +636,7 @@ contains
       after%impulse(4) = impact%impulse(4) + h
       call solve_stage(after, law, gamma*h, stage, solved)
       after%impulse(1:3) = after%impulse(1:3) + gamma*h*stage
-   end subroutine advance
+   end subroutine advance_impact
 
    !> Wrench over the normal force at the end of an implicit stage.
    pure subroutine solve_stage(impact, law, h, wrench, solved)

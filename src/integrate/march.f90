@@ -5,7 +5,7 @@ module contensou_integrate_march
    use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : i8, wp
    use contensou_contact_geometry, only : track_type
-   use contensou_dynamics_impact, only : open_contact, settle, touching_gap
+   use contensou_dynamics_impact, only : open_contact, resolve_impacts, touching_gap
    use contensou_dynamics_mechanism, only : contact_motion_type
    use contensou_integrate_choice, only : choice_type, choose_method, &
       explicit_reach
@@ -286,7 +286,7 @@ contains
       end do
    end subroutine exchange_memory
 
-   !> Make ready for a march: settle rigid contacts that touch at once, choose a method.
+   !> Make ready for a march: resolve impacts of rigid contacts that touch at once, choose a method.
    subroutine begin_march(motion, method, memory, choice, error)
       class(motion_type), intent(inout) :: motion
       !> One of `integrator_methods`.
@@ -797,7 +797,7 @@ contains
          touching = motion%system%contacts%rigid .and. &
             (motion%system%contacts%closed .or. events < 0)
          if (any(touching .and. events < 0)) then
-            call resolve_impacts(motion, t, y, touching, error)
+            call resolve_rigid(motion, t, y, touching, error)
             if (allocated(error)) return
          end if
          do i = 1, size(events)
@@ -882,11 +882,11 @@ contains
             if (contact%rigid) touching(i) = gap(i) <= touching_gap(contact)
          end associate
       end do
-      if (any(touching)) call resolve_impacts(motion, t, y, touching, error)
+      if (any(touching)) call resolve_rigid(motion, t, y, touching, error)
    end subroutine begin_rigid
 
    !> Resolve the impacts of rigid contacts that touch, and find which of them stay closed.
-   subroutine resolve_impacts(motion, t, y, touching, error)
+   subroutine resolve_rigid(motion, t, y, touching, error)
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
@@ -897,12 +897,12 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer :: index, trouble
 
-      call settle(motion%system, t, y, touching, motion%scales%velocity, index, trouble)
+      call resolve_impacts(motion%system, t, y, touching, motion%scales%velocity, index, trouble)
       if (index == 0) return
       motion%system%trouble = index
       motion%system%trouble_code = trouble
       call fatal(error, "the rigid contacts cannot be settled")
-   end subroutine resolve_impacts
+   end subroutine resolve_rigid
 
    !> Note that gaps have become distinct from zero.
    subroutine note_separation(motion, y)

@@ -208,8 +208,8 @@ contains
       integer :: i
 
       do i = 1, 1000
-         call matcher%push(1, "a", merge("touch", "lift ", mod(i, 2) == 1), 1.0e-2_wp*i)
-         call matcher%push(2, "a", merge("touch", "lift ", mod(i, 2) == 1), 1.0e-2_wp*i)
+         call matcher%add(1, "a", merge("touch", "lift ", mod(i, 2) == 1), 1.0e-2_wp*i)
+         call matcher%add(2, "a", merge("touch", "lift ", mod(i, 2) == 1), 1.0e-2_wp*i)
          if (mod(i, 64) == 0) call matcher%match()
       end do
       call matcher%finish()
@@ -225,8 +225,8 @@ contains
 
       matcher%atol = 5.0e-5_wp
       do i = 1, 100
-         call matcher%push(1, "a", merge("touch", "lift ", mod(i, 2) == 1), 1.0_wp*i)
-         call matcher%push(2, "a", merge("touch", "lift ", mod(i, 2) == 1), (1.0_wp + 1.0e-6_wp)*i)
+         call matcher%add(1, "a", merge("touch", "lift ", mod(i, 2) == 1), 1.0_wp*i)
+         call matcher%add(2, "a", merge("touch", "lift ", mod(i, 2) == 1), (1.0_wp + 1.0e-6_wp)*i)
       end do
       call matcher%finish()
       call check(matcher%n_pairs == 100_i8, "shifted events: all matched")
@@ -246,11 +246,11 @@ contains
       do side = 1, 2
          matcher = event_matcher_type()
          do i = 1, 100
-            call matcher%push(1, "a", merge("touch", "lift ", mod(i, 2) == 1), 1.0_wp*i)
-            call matcher%push(2, "a", merge("touch", "lift ", mod(i, 2) == 1), 1.0_wp*i)
+            call matcher%add(1, "a", merge("touch", "lift ", mod(i, 2) == 1), 1.0_wp*i)
+            call matcher%add(2, "a", merge("touch", "lift ", mod(i, 2) == 1), 1.0_wp*i)
             if (i == 40) then
-               call matcher%push(side, "a", "touch", 40.3_wp)
-               call matcher%push(side, "a", "lift", 40.4_wp)
+               call matcher%add(side, "a", "touch", 40.3_wp)
+               call matcher%add(side, "a", "lift", 40.4_wp)
             end if
          end do
          call matcher%match()
@@ -270,8 +270,8 @@ contains
       integer :: i
 
       do i = 1, 10
-         call matcher%push(1, "a", "touch", 1.0_wp*i)
-         call matcher%push(2, "a", merge("lift ", "touch", i == 4), 1.0_wp*i)
+         call matcher%add(1, "a", "touch", 1.0_wp*i)
+         call matcher%add(2, "a", merge("lift ", "touch", i == 4), 1.0_wp*i)
       end do
       call matcher%finish()
       call check(matcher%n_kind == 1_i8, "other kind: one of them")
@@ -284,11 +284,11 @@ contains
    subroutine test_order_of_contacts()
       type(event_matcher_type) :: matcher
 
-      call matcher%push(1, "a", "touch", 1.0_wp)
-      call matcher%push(1, "b", "touch", 1.0_wp)
-      call matcher%push(2, "b", "touch", 1.0_wp)
-      call matcher%push(2, "a", "touch", 1.0_wp)
-      call matcher%push(2, "c", "touch", 2.0_wp)
+      call matcher%add(1, "a", "touch", 1.0_wp)
+      call matcher%add(1, "b", "touch", 1.0_wp)
+      call matcher%add(2, "b", "touch", 1.0_wp)
+      call matcher%add(2, "a", "touch", 1.0_wp)
+      call matcher%add(2, "c", "touch", 2.0_wp)
       call matcher%finish()
       call check(matcher%n_pairs == 2_i8, "contacts: each for itself")
       call check(matcher%n_only(2) == 1_i8, "contacts: one has no partner")

@@ -7,7 +7,7 @@ module test_rigid
    use contensou_contact_geometry, only : trouble_none
    use contensou_contact_normal, only : normal_rigid
    use contensou_contact_shapes_ellipsoid, only : ellipsoid_type
-   use contensou_dynamics_impact, only : settle
+   use contensou_dynamics_impact, only : resolve_impacts
    use contensou_dynamics_constraints, only : solve_linear
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_reports, only : begin_report, contact_report_type, energies, momenta, &
@@ -229,7 +229,7 @@ contains
          if (rate(1) >= 0.0_wp) cycle
          call momenta(motion%system, y, linear(:, 1), angular(:, 1))
          call energies(motion%system, y, kinetic(1), potential)
-         call settle(motion%system, 0.0_wp, y, [.true.], 1.0e-2_wp, index, trouble)
+         call resolve_impacts(motion%system, 0.0_wp, y, [.true.], 1.0e-2_wp, index, trouble)
          if (trouble /= trouble_none) cycle
          solved = solved + 1
          call motion%system%gap_rates(y, later)

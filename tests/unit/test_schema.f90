@@ -184,7 +184,7 @@ contains
    end subroutine test_domain
 
    !> Parse and resolve a text.
-   subroutine settle(text, settings, diagnostics)
+   subroutine decode(text, settings, diagnostics)
       character(len=*), intent(in) :: text
       type(settings_type), intent(out), target :: settings
       !> Its mistakes.
@@ -193,7 +193,7 @@ contains
 
       call parse_document("scene.nml", text, document, diagnostics)
       call resolve(document, schema, settings, diagnostics)
-   end subroutine settle
+   end subroutine decode
 
    !> A text without a mistake.
    subroutine test_resolve()
@@ -202,7 +202,7 @@ contains
       type(group_settings_type) :: scene, body
       type(origin_type) :: key, value
 
-      call settle(least, settings, diagnostics)
+      call decode(least, settings, diagnostics)
       call check(diagnostics%count() == 0 .and. size(settings%groups) == 2, "the least scene")
       scene = settings%group(1, schema)
       body = settings%group(2, schema)
@@ -224,7 +224,7 @@ contains
       type(diagnostics_type) :: diagnostics
       type(group_settings_type) :: contact, body
 
-      call settle(least // "&contact name = ' A b ', surfaces = 'x', 'y', drilling = F" // lf // &
+      call decode(least // "&contact name = ' A b ', surfaces = 'x', 'y', drilling = F" // lf // &
          "friction = 'PADE22', normal = 'Hertz' /" // lf // &
          "&body name = 'b', mass = 2, inertia(2) = 5, inertia(1) = 4, inertia(3:3) = 6" // lf // &
          "position = 3*1.5, velocity(1:2) = 7, 8, velocity(3) = 9 /", settings, diagnostics)
@@ -257,7 +257,7 @@ contains
       type(settings_type), target :: settings
       type(diagnostics_type) :: diagnostics
 
-      call settle(text, settings, diagnostics)
+      call decode(text, settings, diagnostics)
       call check_mistake(diagnostics, message, expected, line, name)
    end subroutine expect
 
@@ -347,7 +347,7 @@ contains
       call expect(least // "&contact name = 'c', surfaces = 'a' /", &
          "'surfaces' has 1 of 2 values", "the names of two surfaces", 3, "one reference for two")
 
-      call settle("&scen t_end = 1 /" // lf // "&material nam = 'x', young = 'y' /", &
+      call decode("&scen t_end = 1 /" // lf // "&material nam = 'x', young = 'y' /", &
          settings, diagnostics)
       ! Group, key, kind, the missing poisson and body; not what is meant by the misspelt ones.
       call check(diagnostics%count() == 5, "all mistakes are reported at once")
@@ -378,7 +378,7 @@ contains
          ">= 1.0e-14 and <= 0.1 [-]", 3, "tolerance too large")
       call expect(least // "&contact name = 'c', surfaces = 'a', 'b', restitution = 1.1 /", &
          "'restitution' is out of range", ">= 0.0 and <= 1.0 [-]", 3, "restitution too large")
-      call settle(least // "&material name = 'm', young = 1, poisson = 0.5 /" // lf // &
+      call decode(least // "&material name = 'm', young = 1, poisson = 0.5 /" // lf // &
          "&integrator rtol = 1.0d-14 /", settings, diagnostics)
       call check(diagnostics%count() == 0, "ranges: the bounds themselves")
    end subroutine test_ranges
@@ -389,14 +389,14 @@ contains
       type(diagnostics_type) :: diagnostics
       character(len=:), allocatable :: text
 
-      call settle(least // "&surface name = 'it''s', body = 'top', shape = 'SPHERE', radius = 0.1" &
+      call decode(least // "&surface name = 'it''s', body = 'top', shape = 'SPHERE', radius = 0.1" &
          // " material = 'm' /" // lf // "&output interval = 1.0e-3 /", settings, diagnostics)
       text = settings%text(schema)
       call check(index(text, "gravity = 0.0, 0.0, 0.0") > 0, "resolved text: defaults")
       call check(index(text, "name = 'it''s'") > 0, "resolved text: quotes")
       call check(index(text, "shape = 'sphere'") > 0, "resolved text: choices")
       call check(index(text, "axis") == 0, "resolved text: nothing that is not set")
-      call settle(text, again, diagnostics)
+      call decode(text, again, diagnostics)
       call check(diagnostics%count() == 0, "resolved text: can be read")
       call check(again%text(schema) == text, "resolved text: the same again")
    end subroutine test_resolved_text

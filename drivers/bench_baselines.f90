@@ -3,7 +3,7 @@
 module contensou_drivers_bench_baselines
    use, intrinsic :: iso_c_binding, only : c_double, c_int
    use contensou_base_kinds, only : wp
-   use contensou_contact_hertz, only : hertz_newton_with
+   use contensou_contact_hertz, only : hertz_newton_with, hertz_spot_type
    use contensou_special_elliptic, only : elliptic_agm, elliptic_gsl
    implicit none(type, external)
    private
@@ -71,8 +71,7 @@ contains
    end subroutine elliptic_boost
 
    !> Contact by Newton's method with the arithmetic-geometric mean.
-   pure subroutine newton_agm(curvature_a, curvature_b, modulus, approach, c1, a, b, force, &
-      pressure)
+   pure subroutine newton_agm(curvature_a, curvature_b, modulus, approach, spot)
       !> Half relative curvature A along the major axis [1/m], > 0.
       real(wp), intent(in) :: curvature_a
       !> Half relative curvature B along the minor axis [1/m], >= A.
@@ -81,24 +80,13 @@ contains
       real(wp), intent(in) :: modulus
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach
-      !> Complementary parameter c1 = (b/a)^2 of the spot [-].
-      real(wp), intent(out) :: c1
-      !> Major semi-axis a [m].
-      real(wp), intent(out) :: a
-      !> Minor semi-axis b [m].
-      real(wp), intent(out) :: b
-      !> Force N [N].
-      real(wp), intent(out) :: force
-      !> Largest pressure p0 [Pa].
-      real(wp), intent(out) :: pressure
+      type(hertz_spot_type), intent(out) :: spot
 
-      call hertz_newton_with(elliptic_agm, curvature_a, curvature_b, modulus, approach, c1, a, b, &
-         force, pressure)
+      call hertz_newton_with(elliptic_agm, curvature_a, curvature_b, modulus, approach, spot)
    end subroutine newton_agm
 
    !> Contact by Newton's method with K and E of the GNU Scientific Library.
-   pure subroutine newton_gsl(curvature_a, curvature_b, modulus, approach, c1, a, b, force, &
-      pressure)
+   pure subroutine newton_gsl(curvature_a, curvature_b, modulus, approach, spot)
       !> Half relative curvature A along the major axis [1/m], > 0.
       real(wp), intent(in) :: curvature_a
       !> Half relative curvature B along the minor axis [1/m], >= A.
@@ -107,19 +95,9 @@ contains
       real(wp), intent(in) :: modulus
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach
-      !> Complementary parameter c1 = (b/a)^2 of the spot [-].
-      real(wp), intent(out) :: c1
-      !> Major semi-axis a [m].
-      real(wp), intent(out) :: a
-      !> Minor semi-axis b [m].
-      real(wp), intent(out) :: b
-      !> Force N [N].
-      real(wp), intent(out) :: force
-      !> Largest pressure p0 [Pa].
-      real(wp), intent(out) :: pressure
+      type(hertz_spot_type), intent(out) :: spot
 
-      call hertz_newton_with(elliptic_gsl, curvature_a, curvature_b, modulus, approach, c1, a, b, &
-         force, pressure)
+      call hertz_newton_with(elliptic_gsl, curvature_a, curvature_b, modulus, approach, spot)
    end subroutine newton_gsl
 
 end module contensou_drivers_bench_baselines

@@ -5,6 +5,8 @@ module contensou_drivers_bench_errors
    use contensou_drivers_bench_baselines, only : boost_ke
    use contensou_drivers_bench_reference, only : new_rule, qp, reference_elliptic, &
       reference_hertz, reference_wrench, rule_type
+   use contensou_contact_hertz, only : hertz_spot_type
+   use contensou_contact_wrench, only : slip_type
    use contensou_drivers_bench_suite, only : case_type, kernel_elliptic, kernel_hertz, &
       kernel_jacobian, kernel_ke, kernel_log, kernel_wrench, max_results, n_arguments, rung_type, &
       suite_type, way_boost_ke, way_elliptic, way_fixed_hertz, way_gsl_ke, way_hertz, &
@@ -120,6 +122,7 @@ contains
       integer, intent(in) :: j
       !> Results in the order of the reference; zero beyond those that the kernel has.
       real(wp), intent(out) :: results(max_results)
+      type(hertz_spot_type) :: spot
       real(wp) :: jacobian(3, 3)
       logical :: found
 
@@ -136,14 +139,15 @@ contains
             call gsl_complete_ke(sqrt(1.0_wp - x(1)), r(1), r(2), found)
             if (.not. found) r(1) = ieee_value(r(1), ieee_quiet_nan)
          case (way_hertz)
-            call rung%hertz(x(1), x(2), x(3), x(4), r(1), r(2), r(3), r(4), r(5))
+            call rung%hertz(x(1), x(2), x(3), x(4), spot)
+            r(:5) = [spot%c1, spot%a, spot%b, spot%force, spot%pressure]
          case (way_fixed_hertz)
-            r(1) = c%contacts(j)%c1
-            call c%contacts(j)%contact(x(4), r(2), r(3), r(4), r(5))
+            call c%contacts(j)%contact(x(4), spot)
+            r(:5) = [spot%c1, spot%a, spot%b, spot%force, spot%pressure]
          case (way_wrench)
-            call rung%wrench(c%shape, x(1), x(2), x(3), 0.0_wp, .true., r(1), r(2), r(3))
+            call rung%wrench(c%shape, slip_type(x(1), x(2), x(3)), .true., r(:3))
          case default
-            call rung%jacobian(c%shape, x(1), x(2), x(3), 0.0_wp, r(:3), jacobian)
+            call rung%jacobian(c%shape, slip_type(x(1), x(2), x(3)), r(:3), jacobian)
             r(4:) = reshape(jacobian, [9])
          end select
       end associate

@@ -8,6 +8,8 @@ module contensou_drivers_bench_times
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : wall_seconds
    use contensou_drivers_bench_baselines, only : boost_ke
+   use contensou_contact_hertz, only : hertz_spot_type
+   use contensou_contact_wrench, only : slip_type
    use contensou_drivers_bench_suite, only : case_type, n_arguments, rung_type, suite_type, &
       way_boost_ke, way_elliptic, way_fixed_hertz, way_gsl_ke, way_hertz, way_log, &
       way_tables_ke, way_wrench
@@ -99,6 +101,7 @@ contains
    subroutine pass_in_throughput(rung, c)
       type(rung_type), intent(in) :: rung
       type(case_type), intent(in) :: c
+      type(hertz_spot_type) :: spot
       real(wp) :: total, r(6), wrench(3), jacobian(3, 3)
       integer :: i
       logical :: found
@@ -132,23 +135,22 @@ contains
             end do
          case (way_hertz)
             do i = 1, n_arguments
-               call rung%hertz(x(1, i), x(2, i), x(3, i), x(4, i), r(1), r(2), r(3), r(4), r(5))
+               call rung%hertz(x(1, i), x(2, i), x(3, i), x(4, i), spot)
             end do
-            total = r(4)
+            total = spot%force
          case (way_fixed_hertz)
             do i = 1, n_arguments
-               call c%contacts(i)%contact(x(4, i), r(2), r(3), r(4), r(5))
-               total = total + ((r(2) + r(3)) + (r(4) + r(5)))
+               call c%contacts(i)%contact(x(4, i), spot)
+               total = total + ((spot%a + spot%b) + (spot%force + spot%pressure))
             end do
          case (way_wrench)
             do i = 1, n_arguments
-               call rung%wrench(c%shape, x(1, i), x(2, i), x(3, i), 0.0_wp, .true., wrench(1), &
-                  wrench(2), wrench(3))
+               call rung%wrench(c%shape, slip_type(x(1, i), x(2, i), x(3, i)), .true., wrench)
             end do
             total = wrench(1)
          case default
             do i = 1, n_arguments
-               call rung%jacobian(c%shape, x(1, i), x(2, i), x(3, i), 0.0_wp, wrench, jacobian)
+               call rung%jacobian(c%shape, slip_type(x(1, i), x(2, i), x(3, i)), wrench, jacobian)
             end do
             total = jacobian(1, 1)
          end select
@@ -160,6 +162,7 @@ contains
    subroutine pass_in_chain(rung, c)
       type(rung_type), intent(in) :: rung
       type(case_type), intent(in) :: c
+      type(hertz_spot_type) :: spot
       real(wp) :: r(6), wrench(3), jacobian(3, 3)
       integer(i8) :: mask
       integer :: i
@@ -167,6 +170,7 @@ contains
 
       mask = no_bits
       r = 0.0_wp
+      spot = hertz_spot_type(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
       wrench = 0.0_wp
       jacobian = 0.0_wp
       associate (x => c%arguments)
@@ -195,26 +199,26 @@ contains
             end do
          case (way_hertz)
             do i = 1, n_arguments
-               call rung%hertz(tied(x(1, i), r(4), r(5), mask), x(2, i), x(3, i), x(4, i), r(1), &
-                  r(2), r(3), r(4), r(5))
+               call rung%hertz(tied(x(1, i), spot%force, spot%pressure, mask), x(2, i), x(3, i), &
+                  x(4, i), spot)
             end do
          case (way_fixed_hertz)
             do i = 1, n_arguments
-               call c%contacts(i)%contact(tied(x(4, i), r(4), r(5), mask), r(2), r(3), r(4), r(5))
+               call c%contacts(i)%contact(tied(x(4, i), spot%force, spot%pressure, mask), spot)
             end do
          case (way_wrench)
             do i = 1, n_arguments
-               call rung%wrench(c%shape, tied(x(1, i), wrench(1), wrench(3), mask), x(2, i), &
-                  x(3, i), 0.0_wp, .true., wrench(1), wrench(2), wrench(3))
+               call rung%wrench(c%shape, slip_type(tied(x(1, i), wrench(1), wrench(3), mask), &
+                  x(2, i), x(3, i)), .true., wrench)
             end do
          case default
             do i = 1, n_arguments
-               call rung%jacobian(c%shape, tied(x(1, i), wrench(1), jacobian(3, 3), mask), &
-                  x(2, i), x(3, i), 0.0_wp, wrench, jacobian)
+               call rung%jacobian(c%shape, slip_type(tied(x(1, i), wrench(1), jacobian(3, 3), &
+                  mask), x(2, i), x(3, i)), wrench, jacobian)
             end do
          end select
       end associate
-      sink = r(1) + wrench(1)
+      sink = r(1) + wrench(1) + spot%force
    end subroutine pass_in_chain
 
    !> A number that is not known before two others are.

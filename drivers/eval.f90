@@ -13,8 +13,9 @@ module contensou_drivers_eval
    use contensou_base_text, only : did_you_mean, join, lower, quote, strings
    use contensou_contact_catalogue, only : law_keys_type
    use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
+   use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_models, &
-      hertz_newton_with
+      hertz_newton_with, hertz_spot_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
    use contensou_contact_vilke, only : vilke_models
@@ -321,6 +322,7 @@ contains
       real(wp), intent(in) :: x(:)
       !> Outputs.
       real(wp), intent(out) :: y(:)
+      type(hertz_spot_type) :: spot
       real(wp) :: c1
 
       if (associated(evaluation%elliptic)) then
@@ -335,12 +337,11 @@ contains
          end if
          call evaluation%elliptic(c1, y(1), y(2), y(3), y(4), y(5), y(6))
       else if (associated(evaluation%integrals)) then
-         call hertz_newton_with(evaluation%integrals, x(1), x(2), x(3), x(4), y(2), y(3), y(4), &
-            y(5), y(6))
-         y(1) = 1.0_wp - y(2)
+         call hertz_newton_with(evaluation%integrals, x(1), x(2), x(3), x(4), spot)
+         y(:6) = [1.0_wp - spot%c1, spot%c1, spot%a, spot%b, spot%force, spot%pressure]
       else if (associated(evaluation%hertz)) then
-         call evaluation%hertz(x(1), x(2), x(3), x(4), y(2), y(3), y(4), y(5), y(6))
-         y(1) = 1.0_wp - y(2)
+         call evaluation%hertz(x(1), x(2), x(3), x(4), spot)
+         y(:6) = [1.0_wp - spot%c1, spot%c1, spot%a, spot%b, spot%force, spot%pressure]
       else
          call evaluate_wrench(evaluation, names, x, y)
       end if
@@ -360,6 +361,7 @@ contains
          0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
       class(friction_type), allocatable :: friction
       type(parameters_type) :: parameters
+      type(sliding_type) :: slides
       type(spot_shape_type) :: shape
       real(wp) :: minor, major, motion(3), wrench(3), jacobian(3, 3), slopes(3, 5)
       logical :: swapped
@@ -386,13 +388,12 @@ contains
          motion = matmul(turn, motion)
          major = x(3)
       end if
-      call friction%wrench(x(1), shape, major, motion(1), motion(2), motion(3), 0.0_wp, wrench(1), &
-         wrench(2), wrench(3))
+      slides = sliding_type(x(1), major, motion(1), motion(2), motion(3))
+      call friction%wrench(shape, slides, wrench)
       if (swapped) wrench = matmul(wrench, turn)
       y(:3) = wrench
       if (.not. evaluation%jacobian) return
-      call friction%linearize(x(1), shape, major, motion(1), motion(2), motion(3), 0.0_wp, wrench, &
-         slopes)
+      call friction%linearize(shape, slides, wrench, slopes)
       jacobian = slopes(:, 3:5)
       if (swapped) jacobian = matmul(transpose(turn), matmul(jacobian, turn))
       y(4:12) = reshape(transpose(jacobian), [9])

@@ -19,10 +19,11 @@ module contensou
    use contensou_integrate_motion, only : motion_type
 
    ! Kernels; approximations of them stand in the tables.
-   use contensou_contact_hertz, only : effective_modulus, hertz_contact, hertz_type, new_hertz
+   use contensou_contact_hertz, only : effective_modulus, hertz_contact, hertz_spot_type, hertz_type, &
+      new_hertz
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
    use contensou_contact_vilke, only : vilke_force
-   use contensou_contact_wrench, only : wrench_exact, wrench_exact_jacobian, &
+   use contensou_contact_wrench, only : slip_type, wrench_exact, wrench_exact_jacobian, &
       wrench_exact_potential
    use contensou_special_elliptic, only : complete_elliptic, complete_elliptic_all, &
       complete_elliptic_bd

@@ -11,18 +11,19 @@ contains
    subroutine show()
       !> Radii of the roller across and along its profile [m].
       real(wp), parameter :: radius_across = 0.010_wp, radius_along = 0.120_wp
-      real(wp) :: curvature_a, curvature_b, modulus, c1, a, b, force, pressure
+      real(wp) :: curvature_a, curvature_b, modulus
+      type(hertz_spot_type) :: spot
       type(hertz_type) :: roller
 
       modulus = effective_modulus(2.1e11_wp, 0.3_wp, 2.1e11_wp, 0.3_wp)
       curvature_a = 0.5_wp/radius_along
       curvature_b = 0.5_wp/radius_across
-      call hertz_contact(curvature_a, curvature_b, modulus, 5.0e-6_wp, c1, a, b, force, pressure)
-      print "(a, f11.6)", "c  [-]  ", 1.0_wp - c1
-      print "(a, f11.6)", "a  [mm] ", 1.0e3_wp*a
-      print "(a, f11.6)", "b  [mm] ", 1.0e3_wp*b
-      print "(a, f11.4)", "N  [N]  ", force
-      print "(a, f11.4)", "p0 [MPa]", 1.0e-6_wp*pressure
+      call hertz_contact(curvature_a, curvature_b, modulus, 5.0e-6_wp, spot)
+      print "(a, f11.6)", "c  [-]  ", 1.0_wp - spot%c1
+      print "(a, f11.6)", "a  [mm] ", 1.0e3_wp*spot%a
+      print "(a, f11.6)", "b  [mm] ", 1.0e3_wp*spot%b
+      print "(a, f11.4)", "N  [N]  ", spot%force
+      print "(a, f11.4)", "p0 [MPa]", 1.0e-6_wp*spot%pressure
 
       ! The curvatures stay, so all but the approach is computed once.
       roller = new_hertz(curvature_a, curvature_b, modulus)

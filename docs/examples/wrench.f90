@@ -30,12 +30,12 @@ contains
       call print_wrench("pade22", wrench_pade22, shape, [vx, vy, a*w], 0.0_wp)
 
       ! In units of f N and f N a, by (vx, vy, a w) in m/s.
-      call wrench_exact_jacobian(shape, vx, vy, a*w, 0.0_wp, wrench, jacobian)
+      call wrench_exact_jacobian(shape, slip_type(vx, vy, a*w), wrench, jacobian)
       print "(a)", "Jacobian of the exact wrench [s/m]"
       do i = 1, 3
          print "(10x, 3f12.6)", jacobian(i, :)
       end do
-      power = f*load*wrench_exact_potential(shape, vx, vy, a*w, 0.0_wp)
+      power = f*load*wrench_exact_potential(shape, slip_type(vx, vy, a*w))
       print "(a, f13.6)", "power [W]", power
 
       ! Close to rest, regularised by 1 mm/s.
@@ -55,11 +55,11 @@ contains
       !> Regularisation velocity [m/s].
       real(wp), intent(in) :: delta
       character(len=10) :: label
-      real(wp) :: fx, fy, torque
+      real(wp) :: r(3)
 
-      call kernel(shape, v(1), v(2), v(3), delta, .true., fx, fy, torque)
+      call kernel(shape, slip_type(v(1), v(2), v(3), delta), .true., r)
       label = name
-      print "(a, 3f12.6)", label, f*load*fx, f*load*fy, f*load*a*torque
+      print "(a, 3f12.6)", label, f*load*r(1), f*load*r(2), f*load*a*r(3)
    end subroutine print_wrench
 
 end program wrench_example

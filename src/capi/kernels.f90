@@ -5,7 +5,8 @@ module contensou_capi_kernels
       c_null_char, c_null_ptr, c_ptr, c_associated
    use contensou_base_build, only : program_version
    use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
-   use contensou_contact_hertz, only : hertz_contact, in_hertz_domain
+   use contensou_contact_friction_law, only : sliding_type
+   use contensou_contact_hertz, only : hertz_contact, hertz_spot_type, in_hertz_domain
    use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
    implicit none(type, external)
@@ -63,7 +64,7 @@ contains
       !> Largest pressure p0 [Pa].
       real(c_double), intent(out) :: pressure
       integer(c_int) :: status
-      real(c_double) :: c1
+      type(hertz_spot_type) :: spot
 
       a = 0.0_c_double
       b = 0.0_c_double
@@ -71,7 +72,11 @@ contains
       pressure = 0.0_c_double
       status = bad_argument
       if (.not. in_hertz_domain(curvature_a, curvature_b, modulus, approach)) return
-      call hertz_contact(curvature_a, curvature_b, modulus, approach, c1, a, b, force, pressure)
+      call hertz_contact(curvature_a, curvature_b, modulus, approach, spot)
+      a = spot%a
+      b = spot%b
+      force = spot%force
+      pressure = spot%pressure
       status = ok
    end function contensou_hertz
 
@@ -144,8 +149,7 @@ contains
       shape = circular_shape
       if (b < a) shape = elliptic_shape(b/a)
       call c_f_pointer(handle, friction)
-      call friction%law%wrench(load, shape, a, vx, vy, spin, 0.0_c_double, wrench(1), wrench(2), &
-         wrench(3))
+      call friction%law%wrench(shape, sliding_type(load, a, vx, vy, spin), wrench)
       status = ok
    end function contensou_friction_wrench
 

@@ -24,15 +24,28 @@ module contensou_contact_hertz
 
    public :: effective_modulus
    public :: hertz_contact, hertz_shape, hertz_approach, in_hertz_domain
-   public :: hertz_type, new_hertz
+   public :: hertz_type, hertz_spot_type, no_spot, new_hertz
    public :: hertz_kernel, hertz_model_type, hertz_models
    public :: hertz_newton, hertz_newton_with, hertz_brewe_hamrock, hertz_greenwood
 
+   !> Spot and force of a contact; NaN outside the domain.
+   type :: hertz_spot_type
+      !> Complementary parameter c1 = (b/a)^2 [-].
+      real(wp) :: c1
+      !> Major semi-axis a [m].
+      real(wp) :: a
+      !> Minor semi-axis b [m].
+      real(wp) :: b
+      !> Force N [N].
+      real(wp) :: force
+      !> Largest pressure p0 [Pa].
+      real(wp) :: pressure
+   end type hertz_spot_type
+
    abstract interface
       !> A way to compute a contact.
-      pure subroutine hertz_kernel(curvature_a, curvature_b, modulus, approach, c1, a, b, force, &
-         pressure)
-         import :: wp
+      pure subroutine hertz_kernel(curvature_a, curvature_b, modulus, approach, spot)
+         import :: hertz_spot_type, wp
          implicit none(type, external)
          !> Half relative curvature A along the major axis [1/m], > 0.
          real(wp), intent(in) :: curvature_a
@@ -42,16 +55,7 @@ module contensou_contact_hertz
          real(wp), intent(in) :: modulus
          !> Approach d [m], >= 0.
          real(wp), intent(in) :: approach
-         !> Complementary parameter c1 = (b/a)^2 of the spot [-].
-         real(wp), intent(out) :: c1
-         !> Major semi-axis a [m].
-         real(wp), intent(out) :: a
-         !> Minor semi-axis b [m].
-         real(wp), intent(out) :: b
-         !> Force N [N].
-         real(wp), intent(out) :: force
-         !> Largest pressure p0 [Pa].
-         real(wp), intent(out) :: pressure
+         type(hertz_spot_type), intent(out) :: spot
       end subroutine hertz_kernel
    end interface
 
@@ -82,6 +86,7 @@ module contensou_contact_hertz
       procedure :: energy
       !> Approach that belongs to a force.
       procedure :: approach
+      procedure :: scale_from
    end type hertz_type
 
    !> Bits of a double below its exponent.
@@ -117,8 +122,7 @@ contains
    end function effective_modulus
 
    !> Spot, force and largest pressure of a contact, exact to rounding.
-   pure subroutine hertz_contact(curvature_a, curvature_b, modulus, approach, c1, a, b, force, &
-      pressure)
+   pure subroutine hertz_contact(curvature_a, curvature_b, modulus, approach, spot)
       !> Half relative curvature A along the major axis [1/m], > 0.
       real(wp), intent(in) :: curvature_a
       !> Half relative curvature B along the minor axis [1/m], >= A.
@@ -127,20 +131,11 @@ contains
       real(wp), intent(in) :: modulus
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach
-      !> Complementary parameter c1 = (b/a)^2 of the spot [-], in (0, 1].
-      real(wp), intent(out) :: c1
-      !> Major semi-axis a [m].
-      real(wp), intent(out) :: a
-      !> Minor semi-axis b [m].
-      real(wp), intent(out) :: b
-      !> Force N [N].
-      real(wp), intent(out) :: force
-      !> Largest pressure p0 [Pa].
-      real(wp), intent(out) :: pressure
+      type(hertz_spot_type), intent(out) :: spot
       real(wp) :: g, pair(2), t, inverse_k, t1, product
 
       if (.not. in_range(curvature_a, curvature_b, modulus, approach)) then
-         call hertz_edge(curvature_a, curvature_b, modulus, approach, c1, a, b, force, pressure)
+         call hertz_edge(curvature_a, curvature_b, modulus, approach, spot)
          return
       end if
       g = curvature_a/curvature_b
@@ -152,17 +147,16 @@ contains
       t = pair(1)
       inverse_k = pair(2)
       t1 = 1.0_wp - t
-      a = sqrt(t1*(approach/curvature_a))
-      c1 = g*t/t1
-      b = sqrt(t*(approach/curvature_b))
+      spot%a = sqrt(t1*(approach/curvature_a))
+      spot%c1 = g*t/t1
+      spot%b = sqrt(t*(approach/curvature_b))
       product = modulus*approach*inverse_k
-      force = two_pi_thirds*product*a
-      pressure = product/b
+      spot%force = two_pi_thirds*product*spot%a
+      spot%pressure = product/spot%b
    end subroutine hertz_contact
 
    !> Contact outside the range of `hertz_contact`: zero or a very small approach, or no contact.
-   pure subroutine hertz_edge(curvature_a, curvature_b, modulus, approach, c1, a, b, force, &
-      pressure)
+   pure subroutine hertz_edge(curvature_a, curvature_b, modulus, approach, spot)
       !> Half relative curvature A along the major axis [1/m].
       real(wp), intent(in) :: curvature_a
       !> Half relative curvature B along the minor axis [1/m].
@@ -171,35 +165,22 @@ contains
       real(wp), intent(in) :: modulus
       !> Approach d [m].
       real(wp), intent(in) :: approach
-      !> Complementary parameter c1 = (b/a)^2 of the spot [-]; NaN outside the domain.
-      real(wp), intent(out) :: c1
-      !> Major semi-axis a [m]; NaN outside the domain.
-      real(wp), intent(out) :: a
-      !> Minor semi-axis b [m]; NaN outside the domain.
-      real(wp), intent(out) :: b
-      !> Force N [N]; NaN outside the domain.
-      real(wp), intent(out) :: force
-      !> Largest pressure p0 [Pa]; NaN outside the domain.
-      real(wp), intent(out) :: pressure
+      type(hertz_spot_type), intent(out) :: spot
       real(wp) :: t, inverse_k, axis_a, axis_b, root
 
       if (.not. in_hertz_domain(curvature_a, curvature_b, modulus, approach)) then
-         c1 = ieee_value(c1, ieee_quiet_nan)
-         a = c1
-         b = c1
-         force = c1
-         pressure = c1
+         spot = no_spot()
          return
       end if
-      call hertz_shape(curvature_a/curvature_b, c1, t, inverse_k)
+      call hertz_shape(curvature_a/curvature_b, spot%c1, t, inverse_k)
       ! Here d < 2^-128, so a product with d may be smaller than any number, but not with sqrt(d).
       root = sqrt(approach)
       axis_a = sqrt((1.0_wp - t)/curvature_a)
       axis_b = sqrt(t/curvature_b)
-      a = axis_a*root
-      b = axis_b*root
-      force = two_pi_thirds*modulus*inverse_k*axis_a*approach*root
-      pressure = modulus*inverse_k/axis_b*root
+      spot%a = axis_a*root
+      spot%b = axis_b*root
+      spot%force = two_pi_thirds*modulus*inverse_k*axis_a*approach*root
+      spot%pressure = modulus*inverse_k/axis_b*root
    end subroutine hertz_edge
 
    !> Shape of the spot: all that depends on the ratio of the curvatures alone.
@@ -322,33 +303,47 @@ contains
       !> Effective modulus E* [Pa], > 0.
       real(wp), intent(in) :: modulus
       type(hertz_type) :: self
+      type(hertz_spot_type) :: spot
 
-      ! At d = 1 m.
-      call hertz_contact(curvature_a, curvature_b, modulus, 1.0_wp, self%c1, self%axis_a, &
-         self%axis_b, self%stiffness, self%pressure)
+      call hertz_contact(curvature_a, curvature_b, modulus, 1.0_wp, spot)
+      call self%scale_from(spot)
    end function new_hertz
 
+   !> Take over the contact of an approach of 1 m.
+   pure subroutine scale_from(self, spot)
+      class(hertz_type), intent(inout) :: self
+      type(hertz_spot_type), intent(in) :: spot
+
+      self%stiffness = spot%force
+      self%c1 = spot%c1
+      self%axis_a = spot%a
+      self%axis_b = spot%b
+      self%pressure = spot%pressure
+   end subroutine scale_from
+
+   !> NaN, for what is outside the domain.
+   pure function no_spot() result(spot)
+      type(hertz_spot_type) :: spot
+
+      spot%c1 = ieee_value(spot%c1, ieee_quiet_nan)
+      spot = hertz_spot_type(spot%c1, spot%c1, spot%c1, spot%c1, spot%c1)
+   end function no_spot
+
    !> Spot, force and largest pressure.
-   pure subroutine contact(self, approach, a, b, force, pressure)
+   pure subroutine contact(self, approach, spot)
       !> The contact.
       class(hertz_type), intent(in) :: self
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach
-      !> Major semi-axis a [m].
-      real(wp), intent(out) :: a
-      !> Minor semi-axis b [m].
-      real(wp), intent(out) :: b
-      !> Force N [N].
-      real(wp), intent(out) :: force
-      !> Largest pressure p0 [Pa].
-      real(wp), intent(out) :: pressure
+      type(hertz_spot_type), intent(out) :: spot
       real(wp) :: root
 
       root = sqrt(approach)
-      a = self%axis_a*root
-      b = self%axis_b*root
-      force = self%stiffness*approach*root
-      pressure = self%pressure*root
+      spot%c1 = self%c1
+      spot%a = self%axis_a*root
+      spot%b = self%axis_b*root
+      spot%force = self%stiffness*approach*root
+      spot%pressure = self%pressure*root
    end subroutine contact
 
    !> Force [N], N = k_n d^(3/2).
@@ -447,8 +442,7 @@ contains
    end function hertz_models
 
    !> Contact by Newton's method on g = c1 D/B, with the tabulated elliptic integrals.
-   pure subroutine hertz_newton(curvature_a, curvature_b, modulus, approach, c1, a, b, force, &
-      pressure)
+   pure subroutine hertz_newton(curvature_a, curvature_b, modulus, approach, spot)
       !> Half relative curvature A along the major axis [1/m], > 0.
       real(wp), intent(in) :: curvature_a
       !> Half relative curvature B along the minor axis [1/m], >= A.
@@ -457,27 +451,16 @@ contains
       real(wp), intent(in) :: modulus
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach
-      !> Complementary parameter c1 = (b/a)^2 of the spot [-].
-      real(wp), intent(out) :: c1
-      !> Major semi-axis a [m].
-      real(wp), intent(out) :: a
-      !> Minor semi-axis b [m].
-      real(wp), intent(out) :: b
-      !> Force N [N].
-      real(wp), intent(out) :: force
-      !> Largest pressure p0 [Pa].
-      real(wp), intent(out) :: pressure
+      type(hertz_spot_type), intent(out) :: spot
 
-      call hertz_newton_with(elliptic_tables, curvature_a, curvature_b, modulus, approach, c1, a, &
-         b, force, pressure)
+      call hertz_newton_with(elliptic_tables, curvature_a, curvature_b, modulus, approach, spot)
    end subroutine hertz_newton
 
    !> Contact by Newton's method on g = c1 D/B, with elliptic integrals of choice.
    !>
    !> In log(c1) the slope of log(c1 D/B) is between 1/2 and 1, so a few steps do. Steps that leave
    !> the interval known to hold the root are replaced by its geometric mean.
-   pure subroutine hertz_newton_with(integrals, curvature_a, curvature_b, modulus, approach, c1, &
-      a, b, force, pressure)
+   pure subroutine hertz_newton_with(integrals, curvature_a, curvature_b, modulus, approach, spot)
       procedure(elliptic_kernel) :: integrals
       !> Half relative curvature A along the major axis [1/m], > 0.
       real(wp), intent(in) :: curvature_a
@@ -487,29 +470,16 @@ contains
       real(wp), intent(in) :: modulus
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach
-      !> Complementary parameter c1 = (b/a)^2 of the spot [-].
-      real(wp), intent(out) :: c1
-      !> Major semi-axis a [m].
-      real(wp), intent(out) :: a
-      !> Minor semi-axis b [m].
-      real(wp), intent(out) :: b
-      !> Force N [N].
-      real(wp), intent(out) :: force
-      !> Largest pressure p0 [Pa].
-      real(wp), intent(out) :: pressure
+      type(hertz_spot_type), intent(out) :: spot
       !> Largest number of steps.
       integer, parameter :: max_steps = 100
       !> Relative size of a step that is the last one.
       real(wp), parameter :: small_step = 1.0e-8_wp
-      real(wp) :: g, k, e, b_integral, d_integral, dk_dc, de_dc, low, high, ratio, slope, next
+      real(wp) :: c1, g, k, e, b_integral, d_integral, dk_dc, de_dc, low, high, ratio, slope, next
       integer :: step
       logical :: last
 
-      c1 = ieee_value(c1, ieee_quiet_nan)
-      a = c1
-      b = c1
-      force = c1
-      pressure = c1
+      spot = no_spot()
       if (.not. in_hertz_domain(curvature_a, curvature_b, modulus, approach)) return
       g = curvature_a/curvature_b
       ! The leading terms near the circle and for slender spots.
@@ -525,10 +495,10 @@ contains
          c1 = next
          call integrals(c1, k, e, b_integral, d_integral, dk_dc, de_dc)
          if (ieee_is_nan(b_integral) .or. ieee_is_nan(d_integral)) then
-            c1 = a
+            spot = no_spot()
             return
          else if (min(b_integral, d_integral) <= 0.0_wp) then
-            c1 = a
+            spot = no_spot()
             return
          end if
          ratio = c1*d_integral/(b_integral*g)
@@ -547,10 +517,11 @@ contains
          last = abs(next - c1) <= small_step*c1
       end do
       k = b_integral + d_integral
-      a = sqrt(d_integral/k*(approach/curvature_a))
-      b = sqrt(b_integral/k*(approach/curvature_b))
-      force = two_pi_thirds*modulus*approach*a/k
-      pressure = modulus*b*(curvature_b/b_integral)
+      spot%c1 = c1
+      spot%a = sqrt(d_integral/k*(approach/curvature_a))
+      spot%b = sqrt(b_integral/k*(approach/curvature_b))
+      spot%force = two_pi_thirds*modulus*approach*spot%a/k
+      spot%pressure = modulus*spot%b*(curvature_b/b_integral)
    end subroutine hertz_newton_with
 
    !> Contact by the fits of Brewe and Hamrock.
@@ -559,8 +530,7 @@ contains
    !> B/A up to 100. Their d = K ((9/(2 E R)) (N/(2 pi (a/b) E*))^2)^(1/3) and
    !> b = (3 E N R/(pi (a/b) E*))^(1/3), 1/R = 2 (A + B), are here solved for N and b by d.
    !> D. Brewe and B. Hamrock, J. Lubr. Technol. 99 (1977) 485.
-   pure subroutine hertz_brewe_hamrock(curvature_a, curvature_b, modulus, approach, c1, a, b, &
-      force, pressure)
+   pure subroutine hertz_brewe_hamrock(curvature_a, curvature_b, modulus, approach, spot)
       !> Half relative curvature A along the major axis [1/m], > 0.
       real(wp), intent(in) :: curvature_a
       !> Half relative curvature B along the minor axis [1/m], >= A.
@@ -569,35 +539,22 @@ contains
       real(wp), intent(in) :: modulus
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach
-      !> Complementary parameter c1 = (b/a)^2 of the spot [-].
-      real(wp), intent(out) :: c1
-      !> Major semi-axis a [m].
-      real(wp), intent(out) :: a
-      !> Minor semi-axis b [m].
-      real(wp), intent(out) :: b
-      !> Force N [N].
-      real(wp), intent(out) :: force
-      !> Largest pressure p0 [Pa].
-      real(wp), intent(out) :: pressure
+      type(hertz_spot_type), intent(out) :: spot
       real(wp) :: ratio, axis_ratio, k_integral, e_integral
 
       if (.not. in_hertz_domain(curvature_a, curvature_b, modulus, approach)) then
-         c1 = ieee_value(c1, ieee_quiet_nan)
-         a = c1
-         b = c1
-         force = c1
-         pressure = c1
+         spot = no_spot()
          return
       end if
       ratio = curvature_b/curvature_a
       axis_ratio = 1.0339_wp*ratio**0.6360_wp
       e_integral = 1.0003_wp + 0.5968_wp/ratio
       k_integral = 1.5277_wp + 0.6023_wp*log(ratio)
-      c1 = 1.0_wp/(axis_ratio*axis_ratio)
-      b = sqrt(e_integral*approach/(k_integral*(curvature_a + curvature_b)))
-      a = axis_ratio*b
-      force = two_pi_thirds*modulus*approach*a/k_integral
-      pressure = modulus*b*(curvature_a + curvature_b)/e_integral
+      spot%c1 = 1.0_wp/(axis_ratio*axis_ratio)
+      spot%b = sqrt(e_integral*approach/(k_integral*(curvature_a + curvature_b)))
+      spot%a = axis_ratio*spot%b
+      spot%force = two_pi_thirds*modulus*approach*spot%a/k_integral
+      spot%pressure = modulus*spot%b*(curvature_a + curvature_b)/e_integral
    end subroutine hertz_brewe_hamrock
 
    !> Contact by Greenwood's equivalent circles.
@@ -605,8 +562,7 @@ contains
    !> Formulas of the circle with the radius (A'B')^(-1/2) for the approach and
    !> (A'B'(A' + B')/2)^(-1/3) for spot and pressure, A' = 2 A, B' = 2 B; a/b = (B/A)^(2/3).
    !> J. Greenwood, J. Tribology 107 (1985) 501.
-   pure subroutine hertz_greenwood(curvature_a, curvature_b, modulus, approach, c1, a, b, force, &
-      pressure)
+   pure subroutine hertz_greenwood(curvature_a, curvature_b, modulus, approach, spot)
       !> Half relative curvature A along the major axis [1/m], > 0.
       real(wp), intent(in) :: curvature_a
       !> Half relative curvature B along the minor axis [1/m], >= A.
@@ -615,38 +571,25 @@ contains
       real(wp), intent(in) :: modulus
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach
-      !> Complementary parameter c1 = (b/a)^2 of the spot [-].
-      real(wp), intent(out) :: c1
-      !> Major semi-axis a [m].
-      real(wp), intent(out) :: a
-      !> Minor semi-axis b [m].
-      real(wp), intent(out) :: b
-      !> Force N [N].
-      real(wp), intent(out) :: force
-      !> Largest pressure p0 [Pa].
-      real(wp), intent(out) :: pressure
+      type(hertz_spot_type), intent(out) :: spot
       real(wp) :: axis_ratio, root, mean, squares
 
       if (.not. in_hertz_domain(curvature_a, curvature_b, modulus, approach)) then
-         c1 = ieee_value(c1, ieee_quiet_nan)
-         a = c1
-         b = c1
-         force = c1
-         pressure = c1
+         spot = no_spot()
          return
       end if
       axis_ratio = (curvature_b/curvature_a)**(2.0_wp/3.0_wp)
-      c1 = 1.0_wp/(axis_ratio*axis_ratio)
+      spot%c1 = 1.0_wp/(axis_ratio*axis_ratio)
       ! N = (4/3) E* sqrt(R d) d, and (a b)^(3/2) = (3/4) N R/E* with the other radius.
       root = sqrt(approach/(2.0_wp*sqrt(curvature_a*curvature_b)))
-      force = (4.0_wp/3.0_wp)*modulus*approach*root
+      spot%force = (4.0_wp/3.0_wp)*modulus*approach*root
       squares = 4.0_wp*curvature_a*curvature_b*(curvature_a + curvature_b)
       mean = (approach*root)**(1.0_wp/3.0_wp)*squares**(-1.0_wp/9.0_wp)
       root = sqrt(axis_ratio)
-      a = mean*root
-      b = mean/root
-      pressure = 0.0_wp
-      if (mean > 0.0_wp) pressure = 1.5_wp*force/(pi*mean*mean)
+      spot%a = mean*root
+      spot%b = mean/root
+      spot%pressure = 0.0_wp
+      if (mean > 0.0_wp) spot%pressure = 1.5_wp*spot%force/(pi*mean*mean)
    end subroutine hertz_greenwood
 
 end module contensou_contact_hertz

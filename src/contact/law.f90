@@ -75,7 +75,8 @@ contains
       !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
       real(wp), intent(in) :: resolution
       type(contact_load_type), intent(out) :: load
-      real(wp) :: approach, rate, elastic, minor(3), fx, fy, vx, vy, w
+      type(sliding_type) :: slides
+      real(wp) :: approach, rate, elastic, minor(3), wrench(3)
 
       approach = -at%gap
       elastic = self%normal%force(approach)
@@ -87,14 +88,13 @@ contains
       end if
       if (allocated(self%friction)) then
          minor = cross(at%normal, at%major)
-         vx = dot_product(velocity, at%major)
-         vy = dot_product(velocity, minor)
-         w = dot_product(spin, at%normal)
-         call self%friction%wrench(load%normal_force, self%normal%shape, &
-            self%normal%major_axis(approach), vx, vy, w, resolution, fx, fy, &
-            load%friction_torque)
-         load%friction_force = fx*at%major + fy*minor
-         load%friction_power = -(fx*vx + fy*vy + load%friction_torque*w)
+         slides = sliding_type(load%normal_force, self%normal%major_axis(approach), &
+            dot_product(velocity, at%major), dot_product(velocity, minor), &
+            dot_product(spin, at%normal), resolution)
+         call self%friction%wrench(self%normal%shape, slides, wrench)
+         load%friction_force = wrench(1)*at%major + wrench(2)*minor
+         load%friction_torque = wrench(3)
+         load%friction_power = -(wrench(1)*slides%vx + wrench(2)*slides%vy + wrench(3)*slides%w)
       end if
       if (allocated(self%rolling)) call add_rolling(self, at, spin, load)
    end subroutine evaluate
@@ -148,7 +148,7 @@ contains
          minor = cross(at%normal, at%major)
          slides = self%sliding(load%normal_force, approach, [dot_product(velocity, at%major), &
             dot_product(velocity, minor), dot_product(spin, at%normal)], resolution)
-         call self%friction%evolve(slides, states(self%n_damping + 1:), wrench, &
+         call self%friction%evolve(self%normal%shape, slides, states(self%n_damping + 1:), wrench, &
             rates(self%n_damping + 1:))
          load%friction_force = wrench(1)*at%major + wrench(2)*minor
          load%friction_torque = wrench(3)
@@ -170,32 +170,29 @@ contains
       real(wp), intent(in) :: resolution
       type(sliding_type) :: slides
 
-      slides = sliding_type(load, self%normal%shape, self%normal%major_axis(approach), motion(1), &
-         motion(2), motion(3), resolution)
+      slides = sliding_type(load, self%normal%major_axis(approach), motion(1), motion(2), &
+         motion(3), resolution)
    end function sliding
 
    !> Normal force, friction force along the major and the minor axis, and friction torque about the
    !> normal, with their derivatives by the approach [m], its rate [m/s], the sliding velocities
    !> along the two axes [m/s] and the spin [rad/s], at constant curvatures.
-   pure subroutine linearize(self, approach, rate, vx, vy, w, resolution, values, slopes)
+   pure subroutine linearize(self, approach, rate, motion, resolution, values, slopes)
       class(contact_law_type), intent(in) :: self
       !> Approach d [m], > 0.
       real(wp), intent(in) :: approach
       !> Its rate [m/s].
       real(wp), intent(in) :: rate
-      !> Sliding velocity along the major axis [m/s].
-      real(wp), intent(in) :: vx
-      !> Sliding velocity along the minor axis [m/s].
-      real(wp), intent(in) :: vy
-      !> Spin about the normal [rad/s].
-      real(wp), intent(in) :: w
+      !> Sliding velocity along the axes [m/s], spin [rad/s].
+      real(wp), intent(in) :: motion(3)
       !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
       real(wp), intent(in) :: resolution
       !> N, F_x, F_y [N], T [N m].
       real(wp), intent(out) :: values(4)
       !> Derivative of value i by d, d', v_x, v_y, w.
       real(wp), intent(out) :: slopes(4, 5)
-      real(wp) :: elastic, by_elastic(3), a, by_motion(3, 5)
+      type(sliding_type) :: slides
+      real(wp) :: elastic, by_elastic(3), by_motion(3, 5)
 
       values = 0.0_wp
       slopes = 0.0_wp
@@ -213,10 +210,9 @@ contains
          end if
       end if
       if (.not. allocated(self%friction)) return
-      a = self%normal%major_axis(approach)
-      call self%friction%linearize(values(1), self%normal%shape, a, vx, vy, w, resolution, &
-         values(2:4), by_motion)
-      slopes(2:4, 1) = by_motion(:, 1)*slopes(1, 1) + by_motion(:, 2)*(0.5_wp*a/approach)
+      slides = self%sliding(values(1), approach, motion, resolution)
+      call self%friction%linearize(self%normal%shape, slides, values(2:4), by_motion)
+      slopes(2:4, 1) = by_motion(:, 1)*slopes(1, 1) + by_motion(:, 2)*(0.5_wp*slides%a/approach)
       slopes(2:4, 2) = by_motion(:, 1)*slopes(1, 2)
       slopes(2:4, 3:5) = by_motion(:, 3:5)
    end subroutine linearize
@@ -272,8 +268,8 @@ contains
       end if
       if (.not. allocated(self%friction)) return
       slides = self%sliding(values(1), approach, motion, resolution)
-      call self%friction%vary(slides, states(nd + 1:), scales(nd + 1:), wrench, values(5 + nd:), &
-         by_motion(:3 + nf, :5 + nf))
+      call self%friction%vary(self%normal%shape, slides, states(nd + 1:), scales(nd + 1:), wrench, &
+         values(5 + nd:), by_motion(:3 + nf, :5 + nf))
       values(2:4) = wrench
       do i = 1, 3 + nf
          row = merge(1, 1 + nd, i <= 3) + i

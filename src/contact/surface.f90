@@ -180,8 +180,11 @@ contains
       real(wp), intent(in) :: t(3, 2)
       real(wp) :: cubic(4)
 
-      cubic = surface%shape%cubic(x, merge(-normal, normal, surface%inside), t)
-      if (surface%inside) cubic = -cubic
+      if (surface%inside) then
+         cubic = -surface%shape%cubic(x, -normal, t)
+      else
+         cubic = surface%shape%cubic(x, normal, t)
+      end if
    end function cubic_at
 
 end module contensou_contact_surface

@@ -22,6 +22,21 @@ module contensou_contact_surface_pair
    !> Smallest part of its radius that a convex surface keeps as a scale in a concave one.
    real(wp), parameter :: least_part = 0.01_wp
 
+   !> Two surfaces where they are closest, in their own frames.
+   type :: meeting_type
+      !> Closest point of the base and of the other surface [m].
+      real(wp) :: x(3)
+      real(wp) :: y(3)
+      !> Normal of the base, out of its material.
+      real(wp) :: normal(3)
+      !> Tangents of the base.
+      real(wp) :: tangents(3, 2)
+      !> Those in the frame of the other surface, if its form depends on them.
+      real(wp) :: tangents_other(3, 2)
+      !> Both, inertial frame.
+      type(contact_frame_type) :: spot
+   end type meeting_type
+
    !> Two surfaces.
    type, abstract, extends(geometry_type) :: surface_pair_type
       !> The surfaces, and how they are searched where no closed form is known.
@@ -376,33 +391,52 @@ contains
       !> Gap of these poses [m].
       real(wp), intent(in) :: gap
       type(contact_point_type), intent(out) :: at
-      type(contact_frame_type) :: spot
-      real(wp) :: t(3, 2)
+      type(meeting_type) :: met
 
+      call meet(self, a, b, track, gap, .not. self%constant_curvatures, met)
       at%gap = gap
-      if (self%base_first) then
-         call set_frame(self, self%search%surfaces(1), self%search%surfaces(2), a, b, track, &
-            gap, .not. self%constant_curvatures, &
-            spot, t)
-      else
-         call set_frame(self, self%search%surfaces(2), self%search%surfaces(1), b, a, track, &
-            gap, .not. self%constant_curvatures, &
-            spot, t)
-      end if
-      at%point = spot%point
-      at%normal = spot%normal
+      at%point = met%spot%point
+      at%normal = met%spot%normal
       if (self%constant_curvatures) then
          at%curvature_a = self%curvature_a
          at%curvature_b = self%curvature_b
-         at%major = spot%tangent(:, merge(2, 1, self%major_second))
+         at%major = met%spot%tangent(:, merge(2, 1, self%major_second))
       else
-         call set_curvatures(spot, at)
+         call set_curvatures(met%spot, at)
       end if
    end subroutine pair_locate
 
+   !> The two surfaces at their closest points.
+   pure subroutine meet(self, a, b, track, gap, curved, met)
+      class(surface_pair_type), intent(in) :: self
+      !> Pose of body A.
+      type(pose_type), intent(in) :: a
+      !> Pose of body B.
+      type(pose_type), intent(in) :: b
+      !> The closest points, and the normal of the base.
+      type(track_type), intent(in) :: track
+      !> Gap [m].
+      real(wp), intent(in) :: gap
+      !> Whether the forms are wanted.
+      logical, intent(in) :: curved
+      type(meeting_type), intent(out) :: met
+
+      met%normal = track%normal
+      met%spot%gap = gap
+      met%spot%share = self%share
+      if (self%base_first) then
+         met%x = track%first
+         met%y = track%second
+         call set_frame(self, self%search%surfaces(1), self%search%surfaces(2), a, b, curved, met)
+      else
+         met%x = track%second
+         met%y = track%first
+         call set_frame(self, self%search%surfaces(2), self%search%surfaces(1), b, a, curved, met)
+      end if
+   end subroutine meet
+
    !> The two surfaces at their closest points, seen from the base.
-   pure subroutine set_frame(self, base, other, pose, pose_of_other, track, gap, curved, spot, &
-      t_other)
+   pure subroutine set_frame(self, base, other, pose, pose_of_other, curved, met)
       class(surface_pair_type), intent(in) :: self
       type(surface_type), intent(in) :: base
       type(surface_type), intent(in) :: other
@@ -410,61 +444,47 @@ contains
       type(pose_type), intent(in) :: pose
       !> Pose of the other body.
       type(pose_type), intent(in) :: pose_of_other
-      !> The closest points, and the normal of the base.
-      type(track_type), intent(in) :: track
-      !> Gap [m].
-      real(wp), intent(in) :: gap
       !> Whether the forms are wanted.
       logical, intent(in) :: curved
-      !> The surfaces where they are closest.
-      type(contact_frame_type), intent(out) :: spot
-      !> The tangents in the frame of the other surface, if `curved` and its form depends on them.
-      real(wp), intent(out) :: t_other(3, 2)
-      real(wp) :: frame(3, 3), t(3, 2), n(3), x(3), y(3), m(3), lead, form_base(3), form_other(3)
-      real(wp) :: frame_other(3, 3)
+      !> The closest points and the normal of the base are set.
+      type(meeting_type), intent(inout) :: met
+      real(wp) :: frame(3, 3), frame_other(3, 3), n(3), m(3), lead, form_base(3), form_other(3)
 
-      frame = matmul(pose%rotation, base%frame)
-      spot%gap = gap
-      spot%share = self%share
-      lead = self%share*gap
-      if (self%base_first) then
-         x = track%first
-         y = track%second
-         n = track%normal
-      else
-         x = track%second
-         y = track%first
-         n = -track%normal
-         lead = lead - gap
-      end if
-      t(:, 1) = base%shape%principal(x, track%normal)
-      t(:, 2) = cross(n, t(:, 1))
-      spot%normal = matmul(frame, n)
-      spot%tangent = matmul(frame, t)
-      spot%point = pose%position + matmul(pose%rotation, base%centre)
-      spot%point = spot%point + matmul(frame, x + lead*n)
-      t_other = 0.0_wp
-      spot%first = 0.0_wp
-      spot%second = 0.0_wp
-      if (.not. curved) return
-      form_base = form_at(base, x, track%normal, t)
-      if (self%isotropic) then
-         form_other = self%form_other
-      else
-         frame_other = matmul(pose_of_other%rotation, other%frame)
-         t_other = matmul(transpose(frame_other), spot%tangent)
-         ! Out of the material of the other surface, in its frame.
-         m = matmul(spot%normal, frame_other)
-         if (self%base_first) m = -m
-         form_other = form_at(other, y, m, t_other)
-      end if
-      if (self%base_first) then
-         spot%first = form_base
-         spot%second = form_other
-      else
-         spot%first = form_other
-         spot%second = form_base
-      end if
+      associate (spot => met%spot, t => met%tangents)
+         frame = matmul(pose%rotation, base%frame)
+         lead = self%share*spot%gap
+         if (self%base_first) then
+            n = met%normal
+         else
+            n = -met%normal
+            lead = lead - spot%gap
+         end if
+         t(:, 1) = base%shape%principal(met%x, met%normal)
+         t(:, 2) = cross(n, t(:, 1))
+         spot%normal = matmul(frame, n)
+         spot%tangent = matmul(frame, t)
+         spot%point = pose%position + matmul(pose%rotation, base%centre)
+         spot%point = spot%point + matmul(frame, met%x + lead*n)
+         if (.not. curved) return
+         form_base = form_at(base, met%x, met%normal, t)
+         if (self%isotropic) then
+            form_other = self%form_other
+         else
+            frame_other = matmul(pose_of_other%rotation, other%frame)
+            met%tangents_other = matmul(transpose(frame_other), spot%tangent)
+            ! Out of the material of the other surface, in its frame.
+            m = matmul(spot%normal, frame_other)
+            if (self%base_first) m = -m
+            form_other = form_at(other, met%y, m, met%tangents_other)
+         end if
+         if (self%base_first) then
+            spot%first = form_base
+            spot%second = form_other
+         else
+            spot%first = form_other
+            spot%second = form_base
+         end if
+      end associate
    end subroutine set_frame
 
    !> Variation of the contact.
@@ -478,56 +498,34 @@ contains
       type(track_type), intent(in) :: track
       type(contact_point_type), intent(in) :: at
       type(contact_variation_type), intent(out) :: variation
-      type(contact_frame_type) :: spot
-      real(wp) :: t_other(3, 2), cubic_base(4), cubic_other(4)
+      type(meeting_type) :: met
+      real(wp) :: cubic_base(4), cubic_other(4), normal(3)
 
+      call meet(self, a, b, track, at%gap, .true., met)
+      associate (base => self%search%surfaces(merge(1, 2, self%base_first)), &
+         other => self%search%surfaces(merge(2, 1, self%base_first)))
+         cubic_base = cubic_at(base, met%x, met%normal, met%tangents)
+         cubic_other = 0.0_wp
+         if (.not. self%even) then
+            if (self%base_first) then
+               normal = matmul(met%spot%normal, b%rotation)
+            else
+               normal = matmul(met%spot%normal, a%rotation)
+            end if
+            normal = matmul(normal, other%frame)
+            if (self%base_first) normal = -normal
+            cubic_other = cubic_at(other, met%y, normal, met%tangents_other)
+         end if
+      end associate
       if (self%base_first) then
-         call set_frame(self, self%search%surfaces(1), self%search%surfaces(2), a, b, track, &
-            at%gap, .true., spot, t_other)
-         call cubics(self%search%surfaces(1), self%search%surfaces(2), b, track%first, &
-            track%second, cubic_base, cubic_other)
-         call set_variation(spot, cubic_base, cubic_other, variation)
+         call set_variation(met%spot, cubic_base, cubic_other, variation)
       else
-         call set_frame(self, self%search%surfaces(2), self%search%surfaces(1), b, a, track, &
-            at%gap, .true., spot, t_other)
-         call cubics(self%search%surfaces(2), self%search%surfaces(1), a, track%second, &
-            track%first, cubic_base, cubic_other)
-         call set_variation(spot, cubic_other, cubic_base, variation)
+         call set_variation(met%spot, cubic_other, cubic_base, variation)
       end if
       if (self%constant_curvatures) then
          variation%curvature_a = 0.0_wp
          variation%curvature_b = 0.0_wp
       end if
-
-   contains
-
-      !> Derivatives of the forms of the two surfaces.
-      pure subroutine cubics(base, other, pose_of_other, x, y, cubic_base, cubic_other)
-         type(surface_type), intent(in) :: base
-         type(surface_type), intent(in) :: other
-         !> Pose of its body.
-         type(pose_type), intent(in) :: pose_of_other
-         !> Closest point of the base [m].
-         real(wp), intent(in) :: x(3)
-         !> Closest point of the other surface [m].
-         real(wp), intent(in) :: y(3)
-         real(wp), intent(out) :: cubic_base(4)
-         !> That of the other surface.
-         real(wp), intent(out) :: cubic_other(4)
-         real(wp) :: t_base(3, 2), n_base(3), n_other(3)
-
-         n_base = track%normal
-         t_base(:, 1) = base%shape%principal(x, n_base)
-         t_base(:, 2) = cross(merge(n_base, -n_base, self%base_first), t_base(:, 1))
-         cubic_base = cubic_at(base, x, n_base, t_base)
-         cubic_other = 0.0_wp
-         if (self%even) return
-         n_other = matmul(spot%normal, pose_of_other%rotation)
-         n_other = matmul(n_other, other%frame)
-         if (self%base_first) n_other = -n_other
-         cubic_other = cubic_at(other, y, n_other, t_other)
-      end subroutine cubics
-
    end subroutine pair_vary
 
    !> Scale of the overlaps that a pair admits [m].

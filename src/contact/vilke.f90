@@ -12,7 +12,8 @@ module contensou_contact_vilke
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_catalogue, only : model_info_type
-   use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_shape, in_hertz_domain
+   use contensou_contact_hertz, only : hertz_model_type, hertz_shape, hertz_spot_type, &
+      in_hertz_domain, no_spot
    implicit none(type, external)
    private
 
@@ -102,9 +103,8 @@ contains
       c1 = g*g**(1.0_wp/3.0_wp)
    end function power_c1
 
-   !> Contact with the spot of the chord.
-   pure subroutine vilke_chord(curvature_a, curvature_b, modulus, approach, c1, a, b, force, &
-      pressure)
+   !> Contact with the spot of the chord, of which there is none if A/B is small.
+   pure subroutine vilke_chord(curvature_a, curvature_b, modulus, approach, spot)
       !> Half relative curvature A along the major axis [1/m], > 0.
       real(wp), intent(in) :: curvature_a
       !> Half relative curvature B along the minor axis [1/m], >= A.
@@ -113,28 +113,17 @@ contains
       real(wp), intent(in) :: modulus
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach
-      !> Complementary parameter c1 = (b/a)^2 of the spot [-]; NaN if the chord gives none.
-      real(wp), intent(out) :: c1
-      !> Major semi-axis a [m]; NaN likewise.
-      real(wp), intent(out) :: a
-      !> Minor semi-axis b [m]; NaN likewise.
-      real(wp), intent(out) :: b
-      !> Force N [N].
-      real(wp), intent(out) :: force
-      !> Largest pressure p0 [Pa]; NaN likewise.
-      real(wp), intent(out) :: pressure
+      type(hertz_spot_type), intent(out) :: spot
 
-      force = vilke_force(curvature_a, curvature_b, modulus, approach)
-      c1 = 0.0_wp
+      spot%c1 = 0.0_wp
       if (in_hertz_domain(curvature_a, curvature_b, modulus, approach)) then
-         c1 = chord_c1(curvature_a/curvature_b)
+         spot%c1 = chord_c1(curvature_a/curvature_b)
       end if
-      call spot(curvature_a, curvature_b, approach, force, c1, a, b, pressure)
+      call complete(curvature_a, curvature_b, modulus, approach, spot)
    end subroutine vilke_chord
 
    !> Contact with the spot of the power.
-   pure subroutine vilke_power(curvature_a, curvature_b, modulus, approach, c1, a, b, force, &
-      pressure)
+   pure subroutine vilke_power(curvature_a, curvature_b, modulus, approach, spot)
       !> Half relative curvature A along the major axis [1/m], > 0.
       real(wp), intent(in) :: curvature_a
       !> Half relative curvature B along the minor axis [1/m], >= A.
@@ -143,28 +132,17 @@ contains
       real(wp), intent(in) :: modulus
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach
-      !> Complementary parameter c1 = (b/a)^2 of the spot [-].
-      real(wp), intent(out) :: c1
-      !> Major semi-axis a [m].
-      real(wp), intent(out) :: a
-      !> Minor semi-axis b [m].
-      real(wp), intent(out) :: b
-      !> Force N [N].
-      real(wp), intent(out) :: force
-      !> Largest pressure p0 [Pa].
-      real(wp), intent(out) :: pressure
+      type(hertz_spot_type), intent(out) :: spot
 
-      force = vilke_force(curvature_a, curvature_b, modulus, approach)
-      c1 = 0.0_wp
+      spot%c1 = 0.0_wp
       if (in_hertz_domain(curvature_a, curvature_b, modulus, approach)) then
-         c1 = power_c1(curvature_a/curvature_b)
+         spot%c1 = power_c1(curvature_a/curvature_b)
       end if
-      call spot(curvature_a, curvature_b, approach, force, c1, a, b, pressure)
+      call complete(curvature_a, curvature_b, modulus, approach, spot)
    end subroutine vilke_power
 
    !> Contact with Hertz's spot.
-   pure subroutine vilke_exact(curvature_a, curvature_b, modulus, approach, c1, a, b, force, &
-      pressure)
+   pure subroutine vilke_exact(curvature_a, curvature_b, modulus, approach, spot)
       !> Half relative curvature A along the major axis [1/m], > 0.
       real(wp), intent(in) :: curvature_a
       !> Half relative curvature B along the minor axis [1/m], >= A.
@@ -173,57 +151,42 @@ contains
       real(wp), intent(in) :: modulus
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach
-      !> Complementary parameter c1 = (b/a)^2 of the spot [-].
-      real(wp), intent(out) :: c1
-      !> Major semi-axis a [m].
-      real(wp), intent(out) :: a
-      !> Minor semi-axis b [m].
-      real(wp), intent(out) :: b
-      !> Force N [N].
-      real(wp), intent(out) :: force
-      !> Largest pressure p0 [Pa].
-      real(wp), intent(out) :: pressure
+      type(hertz_spot_type), intent(out) :: spot
       real(wp) :: t, inverse_k
 
-      force = vilke_force(curvature_a, curvature_b, modulus, approach)
-      c1 = 0.0_wp
+      spot%c1 = 0.0_wp
       if (in_hertz_domain(curvature_a, curvature_b, modulus, approach)) then
-         call hertz_shape(curvature_a/curvature_b, c1, t, inverse_k)
+         call hertz_shape(curvature_a/curvature_b, spot%c1, t, inverse_k)
       end if
-      call spot(curvature_a, curvature_b, approach, force, c1, a, b, pressure)
+      call complete(curvature_a, curvature_b, modulus, approach, spot)
    end subroutine vilke_exact
 
-   !> Spot and largest pressure that belong to c1; NaN, c1 included, if c1 is not positive.
-   pure subroutine spot(curvature_a, curvature_b, approach, force, c1, a, b, pressure)
+   !> Force, spot and largest pressure that belong to c1; all but the force NaN if c1 is not
+   !> positive.
+   pure subroutine complete(curvature_a, curvature_b, modulus, approach, spot)
       !> Half relative curvature A along the major axis [1/m], > 0.
       real(wp), intent(in) :: curvature_a
       !> Half relative curvature B along the minor axis [1/m], >= A.
       real(wp), intent(in) :: curvature_b
+      !> Effective modulus E* [Pa], > 0.
+      real(wp), intent(in) :: modulus
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach
-      !> Force N [N].
-      real(wp), intent(in) :: force
-      !> Complementary parameter c1 = (b/a)^2 of the spot [-].
-      real(wp), intent(inout) :: c1
-      !> Major semi-axis a [m].
-      real(wp), intent(out) :: a
-      !> Minor semi-axis b [m].
-      real(wp), intent(out) :: b
-      !> Largest pressure p0 [Pa].
-      real(wp), intent(out) :: pressure
+      type(hertz_spot_type), intent(inout) :: spot
+      real(wp) :: force
 
-      if (c1 <= 0.0_wp) then
-         c1 = ieee_value(c1, ieee_quiet_nan)
-         a = c1
-         b = c1
-         pressure = c1
+      force = vilke_force(curvature_a, curvature_b, modulus, approach)
+      if (spot%c1 <= 0.0_wp) then
+         spot = no_spot()
+         spot%force = force
          return
       end if
-      a = sqrt(approach/(curvature_a + c1*curvature_b))
-      b = sqrt(c1)*a
-      pressure = 0.0_wp
+      spot%force = force
+      spot%a = sqrt(approach/(curvature_a + spot%c1*curvature_b))
+      spot%b = sqrt(spot%c1)*spot%a
+      spot%pressure = 0.0_wp
       ! Factor by factor: the area of a small spot may be smaller than any number.
-      if (b > 0.0_wp) pressure = (1.5_wp/pi)*(force/a)/b
-   end subroutine spot
+      if (spot%b > 0.0_wp) spot%pressure = (1.5_wp/pi)*(force/spot%a)/spot%b
+   end subroutine complete
 
 end module contensou_contact_vilke

@@ -17,7 +17,8 @@
 module contensou_contact_wrench_exact
    use contensou_base_kinds, only : wp
    use contensou_contact_spot, only : spot_shape_type
-   use contensou_contact_wrench_scaling, only : length, prepare, prepare_extreme, rescaled
+   use contensou_contact_wrench_scaling, only : length, prepare, rescaled, scaled_type, &
+      slip_type
    use contensou_special_quadrature, only : w_12, w_16, w_4, w_6, w_8, x_12, x_16, &
       x_4, x_6, x_8
    implicit none(type, external)
@@ -80,43 +81,28 @@ module contensou_contact_wrench_exact
 contains
 
    !> The exact wrench.
-   pure subroutine wrench_exact(shape, vx, vy, spin, delta, with_torque, fx, fy, torque)
+   pure subroutine wrench_exact(shape, slip, with_torque, wrench)
       type(spot_shape_type), intent(in) :: shape
-      !> Sliding velocity of the centre along the major axis [m/s].
-      real(wp), intent(in) :: vx
-      !> Sliding velocity of the centre along the minor axis [m/s].
-      real(wp), intent(in) :: vy
-      !> Spin velocity W = a w [m/s], with the sign of w.
-      real(wp), intent(in) :: spin
-      !> Regularisation velocity [m/s], >= 0.
-      real(wp), intent(in) :: delta
+      type(slip_type), intent(in) :: slip
       !> Whether the torque is wanted; otherwise it is zero and costs nothing.
       logical, intent(in) :: with_torque
-      !> Force along the major axis, in units of f N.
-      real(wp), intent(out) :: fx
-      !> Force along the minor axis, in units of f N.
-      real(wp), intent(out) :: fy
-      !> Torque about the normal, in units of f N a.
-      real(wp), intent(out) :: torque
-      real(wp) :: rest, x, y, w, d, we, excess, torque_rate
-      integer :: shift
-      logical :: moving
+      !> Force along the major and the minor axis, in units of f N, and torque, of f N a.
+      real(wp), intent(out) :: wrench(3)
+      real(wp) :: we, excess
+      type(scaled_type) :: s
 
-      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, rest)
-      if (.not. moving) call prepare_extreme(shape, x, y, w, d, shift, moving, rest)
-      fx = rest
-      fy = rest
-      torque = rest
-      if (.not. moving) return
-      we = w
-      if (d > 0.0_wp) we = length(w, shape%slope_x*d)
-      excess = x*x + shape%k2*((abs(y) - we)*(abs(y) + we))
+      call prepare(shape, slip, s)
+      wrench = s%rest
+      if (.not. s%moving) return
+      we = s%w
+      if (s%d > 0.0_wp) we = length(s%w, shape%slope_x*s%d)
+      excess = s%x*s%x + shape%k2*((abs(s%y) - we)*(abs(s%y) + we))
       if (excess <= 0.0_wp) then
-         call centre_inside(shape, x/we, y/we, with_torque, fx, fy, torque)
-         if (with_torque) torque = sign(1.0_wp, spin)*torque*(w/we)
+         call centre_inside(shape, s%x/we, s%y/we, with_torque, wrench(1), wrench(2), wrench(3))
+         if (with_torque) wrench(3) = sign(1.0_wp, slip%spin)*wrench(3)*(s%w/we)
       else
-         call centre_outside(shape, x, y, we, excess, with_torque, fx, fy, torque_rate)
-         if (with_torque) torque = sign(w, spin)*torque_rate
+         call centre_outside(shape, s, we, excess, with_torque, wrench)
+         if (with_torque) wrench(3) = sign(s%w, slip%spin)*wrench(3)
       end if
    end subroutine wrench_exact
 
@@ -124,99 +110,83 @@ contains
    !>
    !> At rest without regularisation there is no derivative; wrench and Jacobian are then zero.
    !> Entries that would overflow are the largest number of the kind.
-   pure subroutine wrench_exact_jacobian(shape, vx, vy, spin, delta, wrench, jacobian)
+   pure subroutine wrench_exact_jacobian(shape, slip, wrench, jacobian)
       type(spot_shape_type), intent(in) :: shape
-      !> Sliding velocity of the centre along the major axis [m/s].
-      real(wp), intent(in) :: vx
-      !> Sliding velocity of the centre along the minor axis [m/s].
-      real(wp), intent(in) :: vy
-      !> Spin velocity W = a w [m/s], with the sign of w.
-      real(wp), intent(in) :: spin
-      !> Regularisation velocity [m/s], >= 0.
-      real(wp), intent(in) :: delta
+      type(slip_type), intent(in) :: slip
       !> Force along the major and the minor axis, in units of f N, and torque, of f N a.
       real(wp), intent(out) :: wrench(3)
       !> Derivative of component i by velocity j of (vx, vy, W), in units of the wrench over m/s.
       real(wp), intent(out) :: jacobian(3, 3)
-      real(wp) :: rest, x, y, w, d, we, excess, torque_rate, ratio, inverse, ux, uy
-      integer :: shift
-      logical :: moving
+      real(wp) :: we, excess, torque_rate, ratio, inverse, ux, uy
+      type(scaled_type) :: s
 
-      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, rest)
-      if (.not. moving) call prepare_extreme(shape, x, y, w, d, shift, moving, rest)
-      if (.not. moving .and. .not. d > 0.0_wp) then
-         wrench = rest
-         jacobian = rest
+      call prepare(shape, slip, s)
+      if (.not. s%moving .and. .not. s%d > 0.0_wp) then
+         wrench = s%rest
+         jacobian = s%rest
          return
       end if
-      we = w
-      if (d > 0.0_wp) we = length(w, shape%slope_x*d)
-      excess = x*x + shape%k2*((abs(y) - we)*(abs(y) + we))
+      we = s%w
+      if (s%d > 0.0_wp) we = length(s%w, shape%slope_x*s%d)
+      excess = s%x*s%x + shape%k2*((abs(s%y) - we)*(abs(s%y) + we))
       if (excess <= 0.0_wp) then
          ! One division for all.
          inverse = 1.0_wp/we
-         ux = x*inverse
-         uy = y*inverse
-         call centre_inside(shape, ux, uy, .true., wrench(1), wrench(2), torque_rate)
+         ux = s%x*inverse
+         uy = s%y*inverse
+         call centre_inside(shape, ux, uy, .true., wrench(1), wrench(2), wrench(3))
          call sliding_inside(shape, ux, uy, inverse, jacobian)
          call complete(ux, uy, jacobian)
-         torque_rate = torque_rate*inverse
+         torque_rate = wrench(3)*inverse
       else
-         call centre_outside(shape, x, y, we, excess, .true., wrench(1), wrench(2), torque_rate, &
-            jacobian)
+         call centre_outside(shape, s, we, excess, .true., wrench, jacobian)
+         torque_rate = wrench(3)
       end if
-      ratio = sign(1.0_wp, spin)
-      if (d > 0.0_wp) ratio = sign(w/we, spin)
-      wrench(3) = sign(w, spin)*torque_rate
+      ratio = sign(1.0_wp, slip%spin)
+      if (s%d > 0.0_wp) ratio = sign(s%w/we, slip%spin)
+      wrench(3) = sign(s%w, slip%spin)*torque_rate
       jacobian(1:2, 3) = jacobian(1:2, 3)*ratio
       jacobian(3, 1:2) = jacobian(1:2, 3)
-      if (d > 0.0_wp) then
-         jacobian(3, 3) = jacobian(3, 3)*ratio**2 + torque_rate*(shape%slope_x*d/we)**2
+      if (s%d > 0.0_wp) then
+         jacobian(3, 3) = jacobian(3, 3)*ratio**2 + torque_rate*(shape%slope_x*s%d/we)**2
       end if
-      if (shift /= 0) jacobian = rescaled(jacobian, shift)
+      if (s%shift /= 0) jacobian = rescaled(jacobian, s%shift)
    end subroutine wrench_exact_jacobian
 
    !> Dissipation potential Phi of the exact wrench: (F, T) = -grad Phi(vx, vy, W), zero at rest.
    !>
    !> Without regularisation it is the power -(F.v + T W). With it, Phi(v, W_e) - k_T d.
-   pure function wrench_exact_potential(shape, vx, vy, spin, delta) result(potential)
+   pure function wrench_exact_potential(shape, slip) result(potential)
       type(spot_shape_type), intent(in) :: shape
-      !> Sliding velocity of the centre along the major axis [m/s].
-      real(wp), intent(in) :: vx
-      !> Sliding velocity of the centre along the minor axis [m/s].
-      real(wp), intent(in) :: vy
-      !> Spin velocity W = a w [m/s], with the sign of w.
-      real(wp), intent(in) :: spin
-      !> Regularisation velocity [m/s], >= 0.
-      real(wp), intent(in) :: delta
+      type(slip_type), intent(in) :: slip
       !> The potential, in units of f N m/s.
       real(wp) :: potential
-      real(wp) :: x, y, w, d, we, excess, fx, fy, torque_rate, ux2, uy2
-      integer :: shift
-      logical :: moving
+      real(wp) :: d, we, excess, wrench(3), ux2, uy2
+      type(scaled_type) :: s
 
-      call prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, potential)
-      if (.not. moving) call prepare_extreme(shape, x, y, w, d, shift, moving, potential)
-      if (.not. moving) return
-      d = shape%slope_x*d
-      we = w
-      if (d > 0.0_wp) we = length(w, d)
-      excess = x*x + shape%k2*((abs(y) - we)*(abs(y) + we))
+      call prepare(shape, slip, s)
+      potential = s%rest
+      if (.not. s%moving) return
+      d = shape%slope_x*s%d
+      we = s%w
+      if (d > 0.0_wp) we = length(s%w, d)
+      excess = s%x*s%x + shape%k2*((abs(s%y) - we)*(abs(s%y) + we))
       if (excess <= 0.0_wp) then
-         ux2 = (x/we)**2
-         uy2 = (y/we)**2
-         potential = shape%torque*w*(w/(we + d)) + 0.75_wp*we*( &
+         ux2 = (s%x/we)**2
+         uy2 = (s%y/we)**2
+         potential = shape%torque*s%w*(s%w/(we + d)) + 0.75_wp*we*( &
             ux2*(shape%d_integral - shape%j11*uy2 - 0.5_wp*shape%j02*ux2) &
             + uy2*(shape%b_integral - 0.5_wp*shape%j20*uy2))
       else
-         call centre_outside(shape, x, y, we, excess, .true., fx, fy, torque_rate)
-         potential = -(x*fx + y*fy) - we*we*torque_rate - shape%torque*d
+         call centre_outside(shape, s, we, excess, .true., wrench)
+         potential = -(s%x*wrench(1) + s%y*wrench(2)) - we*we*wrench(3) - shape%torque*d
       end if
-      if (shift /= 0) potential = rescaled(potential, -shift)
+      if (s%shift /= 0) potential = rescaled(potential, -s%shift)
    end function wrench_exact_potential
 
    !> Wrench for a positive spin with the rotation centre inside the spot; near it, outside, this is
-   !> the complete part of the integral.
+   !> the complete part of the integral. The results are three numbers, as an array would be
+   !> computed in pairs, which is slower.
    pure subroutine centre_inside(shape, ux, uy, with_torque, fx, fy, torque)
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity along the major axis over the spin velocity.
@@ -225,10 +195,8 @@ contains
       real(wp), intent(in) :: uy
       !> Whether the torque is wanted.
       logical, intent(in) :: with_torque
-      !> Force along the major axis, in units of f N.
-      real(wp), intent(out) :: fx
-      !> Force along the minor axis, in units of f N.
-      real(wp), intent(out) :: fy
+      !> Force along the major and the minor axis, in units of f N.
+      real(wp), intent(out) :: fx, fy
       !> Torque about the normal, in units of f N a.
       real(wp), intent(out) :: torque
       real(wp) :: ux2, p, q, u
@@ -277,28 +245,22 @@ contains
    !>   t = tan(theta/2), even as well;
    !> - between (slender spots near the rim): the first rule from rho = 1/4 on, and below panels in
    !>   rho with a fractional linear map that keeps the singularities +-i k away.
-   pure subroutine centre_outside(shape, x, y, w, excess, with_torque, fx, fy, torque_rate, &
-      jacobian)
+   pure subroutine centre_outside(shape, slip, w, excess, with_torque, wrench, jacobian)
       type(spot_shape_type), intent(in) :: shape
-      !> Sliding velocity along the major axis.
-      real(wp), intent(in) :: x
-      !> Sliding velocity along the minor axis.
-      real(wp), intent(in) :: y
-      !> Spin velocity, >= 0.
+      !> Its sliding velocity x, y.
+      type(scaled_type), intent(in) :: slip
+      !> Regularised spin velocity, >= 0.
       real(wp), intent(in) :: w
       !> x^2 + k^2 (y^2 - w^2), > 0.
       real(wp), intent(in) :: excess
       !> Whether the torque is wanted; it must be if the Jacobian is.
       logical, intent(in) :: with_torque
-      !> Force along the major axis, in units of f N.
-      real(wp), intent(out) :: fx
-      !> Force along the minor axis, in units of f N.
-      real(wp), intent(out) :: fy
-      !> Torque about the normal over the spin velocity.
-      real(wp), intent(out) :: torque_rate
+      !> Force along the major and the minor axis, in units of f N, and torque over
+      !> the spin velocity.
+      real(wp), intent(out) :: wrench(3)
       !> Derivatives.
       real(wp), intent(out), optional :: jacobian(3, 3)
-      real(wp) :: s, root, l, h, px, py, tau, sums(all_sums), wrench(3), inside(3, 3)
+      real(wp) :: s, root, l, h, px, py, tau, sums(all_sums), near_rim(3), inside(3, 3)
       type(nodes_type) :: nodes
       integer :: n_sums
       logical :: with_jacobian
@@ -309,7 +271,7 @@ contains
       sums = 0.0_wp
       ! The largest root of x^2/(k^2 w^2 + l) + y^2/(w^2 + l) = 1: the ellipse through the rotation
       ! centre confocal with the spot.
-      s = x*x + (abs(y) - w)*(abs(y) + w) - shape%k2*w*w
+      s = slip%x*slip%x + (abs(slip%y) - w)*(abs(slip%y) + w) - shape%k2*w*w
       root = sqrt(s*s + 4.0_wp*w*w*excess)
       if (s >= 0.0_wp) then
          l = 0.5_wp*(s + root)
@@ -319,18 +281,18 @@ contains
       root = sqrt(l)
       if (root > tail_start*w .and. root > shape%k*w) then
          h = 1.0_wp/(root + sqrt(l + w*w))
-         px = x*h
-         py = y*h
+         px = slip%x*h
+         py = slip%y*h
          tau = w*h
          call direct_nodes(shape%k2, tau, root, w, nodes)
          ! Where W is small compared with v, J V = 0 does not give the derivatives by W.
          if (with_jacobian .and. root > far_8*w) n_sums = all_sums
          call add(nodes, shape%k2, px*px, py*py, tau*tau, n_sums, sums)
-         call finish_wrench(sums, px, py, h, fx, fy, torque_rate)
+         call finish_wrench(sums, px, py, h, wrench)
          if (.not. with_jacobian) return
          call finish_sliding(sums, px, py, h, jacobian)
          if (n_sums < all_sums) then
-            call complete(x/w, y/w, jacobian)
+            call complete(slip%x/w, slip%y/w, jacobian)
             return
          end if
          jacobian(1, 3) = -0.75_wp*h*px*tau*sums(7)
@@ -342,17 +304,16 @@ contains
       end if
 
       h = 1.0_wp/w
-      px = x*h
-      py = y*h
+      px = slip%x*h
+      py = slip%y*h
       root = root*h
       if (root <= shape%k) then
          call rim_nodes(shape, root, nodes)
          call add(nodes, shape%k2, px*px, py*py, 1.0_wp, n_sums, sums)
-         call finish_wrench(sums, px, py, h, wrench(1), wrench(2), wrench(3))
-         call centre_inside(shape, px, py, with_torque, fx, fy, torque_rate)
-         fx = fx - wrench(1)
-         fy = fy - wrench(2)
-         torque_rate = torque_rate*h - wrench(3)
+         call finish_wrench(sums, px, py, h, near_rim)
+         call centre_inside(shape, px, py, with_torque, wrench(1), wrench(2), wrench(3))
+         wrench(1:2) = wrench(1:2) - near_rim(1:2)
+         wrench(3) = wrench(3)*h - near_rim(3)
       else
          call tail_nodes(shape%k2, nodes)
          call add(nodes, shape%k2, px*px, py*py, 1.0_wp, n_sums, sums)
@@ -363,7 +324,7 @@ contains
             call panel_nodes(shape%k2, s, l, nodes)
             call add(nodes, shape%k2, px*px, py*py, 1.0_wp, n_sums, sums)
          end do
-         call finish_wrench(sums, px, py, h, fx, fy, torque_rate)
+         call finish_wrench(sums, px, py, h, wrench)
       end if
       if (.not. with_jacobian) return
       call finish_sliding(sums, px, py, h, jacobian)
@@ -638,7 +599,7 @@ contains
    end subroutine add_terms
 
    !> Wrench from the sums.
-   pure subroutine finish_wrench(sums, px, py, scale, fx, fy, torque_rate)
+   pure subroutine finish_wrench(sums, px, py, scale, wrench)
       real(wp), intent(in) :: sums(wrench_sums)
       !> Scaled sliding velocity along the major axis.
       real(wp), intent(in) :: px
@@ -646,16 +607,13 @@ contains
       real(wp), intent(in) :: py
       !> Scale of the velocities.
       real(wp), intent(in) :: scale
-      !> Force along the major axis, in units of f N.
-      real(wp), intent(out) :: fx
-      !> Force along the minor axis, in units of f N.
-      real(wp), intent(out) :: fy
-      !> Torque about the normal over the spin velocity.
-      real(wp), intent(out) :: torque_rate
+      !> Force along the major and the minor axis, in units of f N, and torque over
+      !> the spin velocity.
+      real(wp), intent(out) :: wrench(3)
 
-      fx = -0.75_wp*px*sums(1)
-      fy = -0.75_wp*py*sums(2)
-      torque_rate = -0.1875_wp*scale*sums(3)
+      wrench(1) = -0.75_wp*px*sums(1)
+      wrench(2) = -0.75_wp*py*sums(2)
+      wrench(3) = -0.1875_wp*scale*sums(3)
    end subroutine finish_wrench
 
    !> Derivatives of the force by the sliding velocity from the sums.

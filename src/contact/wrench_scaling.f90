@@ -9,7 +9,35 @@ module contensou_contact_wrench_scaling
    implicit none(type, external)
    private
 
-   public :: prepare, prepare_extreme, length, rescaled
+   public :: slip_type, scaled_type, prepare, length, rescaled
+
+   !> How a spot slides and spins.
+   type :: slip_type
+      !> Sliding velocity of the centre along the major axis [m/s].
+      real(wp) :: x = 0.0_wp
+      !> Sliding velocity of the centre along the minor axis [m/s].
+      real(wp) :: y = 0.0_wp
+      !> Spin velocity at the end of the major axis, W = a w [m/s], with the sign of w.
+      real(wp) :: spin = 0.0_wp
+      !> Regularisation velocity [m/s], >= 0.
+      real(wp) :: delta = 0.0_wp
+   end type slip_type
+
+   !> Such a motion where squares are safe: the velocities times two to the power `shift`.
+   type :: scaled_type
+      !> Sliding velocity along the major and the minor axis.
+      real(wp) :: x
+      real(wp) :: y
+      !> Absolute spin velocity.
+      real(wp) :: w
+      !> Regularisation velocity; zero outside the domain.
+      real(wp) :: d
+      integer :: shift
+      !> Whether anything moves.
+      logical :: moving
+      !> What every component of the wrench begins with: that of rest, zero; NaN outside the domain.
+      real(wp) :: rest
+   end type scaled_type
 
    !> Velocities between these bounds are used as they are.
    real(wp), parameter :: smallest_plain = 1.0e-40_wp, largest_plain = 1.0e40_wp
@@ -20,85 +48,56 @@ module contensou_contact_wrench_scaling
 
 contains
 
-   !> Take the arguments of a kernel if squares are safe with them; what is not `moving` is left to
+   !> Take the motion of a spot if squares are safe with it; what is not `moving` is left to
    !> `prepare_extreme`. Two procedures, as only a small one is inlined in each kernel.
-   pure subroutine prepare(shape, vx, vy, spin, delta, x, y, w, d, shift, moving, rest)
+   pure subroutine prepare(shape, slip, scaled)
       type(spot_shape_type), intent(in) :: shape
-      !> Sliding velocity along the major axis [m/s].
-      real(wp), intent(in) :: vx
-      !> Sliding velocity along the minor axis [m/s].
-      real(wp), intent(in) :: vy
-      !> Spin velocity [m/s].
-      real(wp), intent(in) :: spin
-      !> Regularisation velocity [m/s].
-      real(wp), intent(in) :: delta
-      !> `vx`.
-      real(wp), intent(out) :: x
-      !> `vy`.
-      real(wp), intent(out) :: y
-      !> |`spin`|.
-      real(wp), intent(out) :: w
-      !> `delta`.
-      real(wp), intent(out) :: d
-      !> Power of two of the scale: none.
-      integer, intent(out) :: shift
-      !> Whether squares are safe.
-      logical, intent(out) :: moving
-      !> What every component of the wrench begins with: that of rest, zero.
-      real(wp), intent(out) :: rest
+      type(slip_type), intent(in) :: slip
+      type(scaled_type), intent(out) :: scaled
       integer(i8) :: largest, regular
 
-      x = vx
-      y = vy
-      w = abs(spin)
-      d = delta
-      shift = 0
-      rest = 0.0_wp
+      scaled%x = slip%x
+      scaled%y = slip%y
+      scaled%w = abs(slip%spin)
+      scaled%d = slip%delta
+      scaled%shift = 0
+      scaled%rest = 0.0_wp
       ! As integers: comparing a NaN raises an exception, and a NaN is larger than all numbers.
-      largest = max(transfer(abs(vx), 0_i8), transfer(abs(vy), 0_i8), transfer(w, 0_i8))
-      regular = transfer(d, 0_i8)
-      moving = largest >= smallest_bits .and. max(largest, regular) <= largest_bits .and. &
+      largest = max(transfer(abs(slip%x), 0_i8), transfer(abs(slip%y), 0_i8), &
+         transfer(scaled%w, 0_i8))
+      regular = transfer(slip%delta, 0_i8)
+      scaled%moving = largest >= smallest_bits .and. max(largest, regular) <= largest_bits .and. &
          regular >= 0_i8 .and. transfer(shape%k, 0_i8) <= largest_bits
+      if (.not. scaled%moving) call prepare_extreme(shape, scaled)
    end subroutine prepare
 
-   !> Bring other arguments into the range of safe squares, and begin with the wrench of rest,
-   !> or NaN outside the domain.
-   pure subroutine prepare_extreme(shape, x, y, w, d, shift, moving, rest)
+   !> Bring another motion into the range of safe squares, and begin with the wrench of rest, or NaN
+   !> outside the domain.
+   pure subroutine prepare_extreme(shape, scaled)
       type(spot_shape_type), intent(in) :: shape
-      !> Sliding velocity along the major axis, rescaled by two to the power `shift` on return.
-      real(wp), intent(inout) :: x
-      !> Sliding velocity along the minor axis, rescaled.
-      real(wp), intent(inout) :: y
-      !> Absolute spin velocity, rescaled.
-      real(wp), intent(inout) :: w
-      !> Regularisation velocity, rescaled; zero outside the domain.
-      real(wp), intent(inout) :: d
-      !> Power of two of the scale.
-      integer, intent(out) :: shift
-      !> Whether there is anything left to compute.
-      logical, intent(out) :: moving
-      !> Zero; NaN outside the domain.
-      real(wp), intent(inout) :: rest
+      type(scaled_type), intent(inout) :: scaled
       real(wp) :: largest
 
-      shift = 0
-      moving = ieee_is_finite(x) .and. ieee_is_finite(y) .and. ieee_is_finite(w) .and. &
-         ieee_is_finite(d) .and. ieee_is_finite(shape%k)
-      if (moving) moving = d >= 0.0_wp
-      if (.not. moving) then
-         d = 0.0_wp
-         rest = ieee_value(rest, ieee_quiet_nan)
-         return
-      end if
-      largest = max(abs(x), abs(y), w)
-      moving = largest > 0.0_wp
-      largest = max(largest, d)
-      if (largest <= 0.0_wp) return
-      shift = -exponent(largest)
-      x = scale(x, shift)
-      y = scale(y, shift)
-      w = scale(w, shift)
-      d = scale(d, shift)
+      associate (x => scaled%x, y => scaled%y, w => scaled%w, d => scaled%d, &
+         moving => scaled%moving)
+         moving = ieee_is_finite(x) .and. ieee_is_finite(y) .and. ieee_is_finite(w) .and. &
+            ieee_is_finite(d) .and. ieee_is_finite(shape%k)
+         if (moving) moving = d >= 0.0_wp
+         if (.not. moving) then
+            d = 0.0_wp
+            scaled%rest = ieee_value(scaled%rest, ieee_quiet_nan)
+            return
+         end if
+         largest = max(abs(x), abs(y), w)
+         moving = largest > 0.0_wp
+         largest = max(largest, d)
+         if (largest <= 0.0_wp) return
+         scaled%shift = -exponent(largest)
+         x = scale(x, scaled%shift)
+         y = scale(y, scaled%shift)
+         w = scale(w, scaled%shift)
+         d = scale(d, scaled%shift)
+      end associate
    end subroutine prepare_extreme
 
    !> Length of a plane vector, also where the squares underflow.

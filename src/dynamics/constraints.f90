@@ -418,7 +418,6 @@ contains
       real(wp) :: root, a, wrench(3), slopes(3, 5), torque(3)
 
       associate (law => contact%law)
-
          self%normal_force = normal_force
          self%wrench(1:3) = normal_force*self%at%normal
          self%wrench(4:6) = 0.0_wp
@@ -429,8 +428,9 @@ contains
          a = law%normal%axis_a*root
          if (allocated(law%friction)) then
             if (contact%states%n == 0) then
-               call law%friction%linearize(normal_force, law%normal%shape, a, self%motion(1), &
-                  self%motion(2), self%motion(3), self%resolution, wrench, slopes)
+               call law%friction%linearize(law%normal%shape, sliding_type(normal_force, a, &
+                  self%motion(1), self%motion(2), self%motion(3), self%resolution), wrench, &
+                  slopes)
             else
                call load_at_states(self, contact, normal_force, wrench, slopes)
             end if
@@ -473,8 +473,9 @@ contains
 
       local = contact%local_states(self%at)
       associate (n => contact%states%n_local)
-         call contact%law%friction%vary(slides_of(self, contact, normal_force), local(:n), &
-            contact%states%scales, wrench, rates(:n), all_slopes(:3 + n, :5 + n))
+         call contact%law%friction%vary(contact%law%normal%shape, &
+            slides_of(self, contact, normal_force), local(:n), contact%states%scales, wrench, &
+            rates(:n), all_slopes(:3 + n, :5 + n))
       end associate
       slopes = all_slopes(:3, :5)
       wrench = wrench + min(normal_force, 0.0_wp)*slopes(:, 1)
@@ -505,8 +506,8 @@ contains
 
       local = contact%local_states(self%at)
       associate (n => contact%states%n_local)
-         call contact%law%friction%evolve(slides_of(self, contact, self%normal_force), local(:n), &
-            wrench, rates(:n))
+         call contact%law%friction%evolve(contact%law%normal%shape, &
+            slides_of(self, contact, self%normal_force), local(:n), wrench, rates(:n))
          call contact%set_rates(a, b, self%at, self%slip() + self%rate*self%at%normal, self%spin, &
             rates(:n))
       end associate
@@ -553,6 +554,13 @@ contains
       real(wp) :: factor, held, largest
       integer :: i, j, k, pivot
 
+      if (n == 1) then
+         ! By far the most frequent case.
+         largest = abs(matrix(1, 1))
+         singular = .not. largest > 64.0_wp*epsilon(largest)*largest
+         if (.not. singular) right(1) = right(1)/matrix(1, 1)
+         return
+      end if
       singular = .false.
       largest = maxval(abs(matrix(:n, :n)))
       do k = 1, n

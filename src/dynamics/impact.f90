@@ -15,6 +15,7 @@ module contensou_dynamics_impact
    use contensou_base_kinds, only : wp
    use contensou_base_vectors, only : cross
    use contensou_contact_damping_coefficient, only : hunt_crossley_restitution
+   use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_geometry, only : trouble_jammed, trouble_none
    use contensou_contact_law, only : contact_law_type
    use contensou_dynamics_constraints, only : find_link, link_type, response, solve_linear, &
@@ -659,8 +660,8 @@ contains
          wrench = 0.0_wp
          solved = .false.
          do k = 1, 30
-            call law%friction%linearize(1.0_wp, law%normal%shape, impact%a, motion(1), motion(2), &
-               motion(3), impact%resolution, value, slopes)
+            call law%friction%linearize(law%normal%shape, sliding_type(1.0_wp, impact%a, &
+               motion(1), motion(2), motion(3), impact%resolution), value, slopes)
             if (k == 1) wrench = value
             right = value - wrench
             matrix = -h*matmul(slopes(:, 3:5), mass(1:3, 1:3))

@@ -187,15 +187,13 @@ contains
       real(wp), intent(out) :: slopes(4, 5)
       !> The elastic force [N].
       real(wp), intent(out) :: elastic
-      real(wp) :: vx, vy, w, by_motion(3, 5)
+      real(wp) :: motion(3), by_motion(3, 5)
 
-      vx = dot_product(touch%velocity, touch%at%major)
-      vy = dot_product(touch%velocity, touch%minor)
-      w = dot_product(touch%spin, touch%at%normal)
+      motion = [dot_product(touch%velocity, touch%at%major), &
+         dot_product(touch%velocity, touch%minor), dot_product(touch%spin, touch%at%normal)]
       if (.not. touch%rigid) then
          elastic = law%normal%force(touch%approach)
-         call law%linearize(touch%approach, touch%rate, vx, vy, w, touch%resolution, values, &
-            slopes)
+         call law%linearize(touch%approach, touch%rate, motion, touch%resolution, values, slopes)
          return
       end if
       elastic = 0.0_wp
@@ -203,9 +201,8 @@ contains
       values(1) = touch%values(1)
       values(2:4) = 0.0_wp
       if (.not. allocated(law%friction)) return
-      call law%friction%linearize(values(1), law%normal%shape, &
-         law%normal%major_axis(approach_of(law, values(1))), vx, vy, w, touch%resolution, &
-         values(2:4), by_motion)
+      call law%friction%linearize(law%normal%shape, law%sliding(values(1), &
+         approach_of(law, values(1)), motion, touch%resolution), values(2:4), by_motion)
       slopes(2:4, 3:5) = by_motion(:, 3:5)
    end subroutine evaluate
 

@@ -337,8 +337,8 @@ contains
       associate (law => self%law, nd => self%states%n_damping, n => self%states%n_local)
          if (nd > 0) damping = law%damping%stored_energy(law%normal%force(approach), approach, &
             local(:nd))
-         if (n > nd) friction = law%friction%stored_energy(law%sliding(load, approach, motion, &
-            0.0_wp), local(nd + 1:n))
+         if (n > nd) friction = law%friction%stored_energy(law%normal%shape, &
+            law%sliding(load, approach, motion, 0.0_wp), local(nd + 1:n))
       end associate
    end subroutine stored_energies
 

@@ -5,6 +5,8 @@
 module contensou_integrate_profile
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : wall_seconds
+   use contensou_base_vectors, only : cross
+   use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_geometry, only : contact_point_type, trouble_none
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_mechanism, only : relative_motion
@@ -178,12 +180,10 @@ contains
                call start_clock()
                do r = 1, repeats
                   x = 1.0_wp + r*epsilon(x)
-                  call c%law%friction%wrench(x*elastic, c%law%normal%shape, major, &
-                     dot_product(velocity, at%major), velocity(1)*(at%normal(2)*at%major(3) &
-                     - at%normal(3)*at%major(2)) + velocity(2)*(at%normal(3)*at%major(1) &
-                     - at%normal(1)*at%major(3)) + velocity(3)*(at%normal(1)*at%major(2) &
-                     - at%normal(2)*at%major(1)), dot_product(spin, at%normal), &
-                     system%resolution%of(a, b, at%point), force(1), force(2), force(3))
+                  call c%law%friction%wrench(c%law%normal%shape, sliding_type(x*elastic, major, &
+                     dot_product(velocity, at%major), &
+                     dot_product(velocity, cross(at%normal, at%major)), &
+                     dot_product(spin, at%normal), system%resolution%of(a, b, at%point)), force)
                   self%sink = self%sink + force(1)
                end do
                call stop_clock(p_friction)

@@ -74,8 +74,8 @@ FAULTS = {
     ),
     "power of friction": (
         "contact/law.f90",
-        "load%friction_power = -(fx*vx + fy*vy + load%friction_torque*w)",
-        "load%friction_power = -(fx*vx + fy*vy - load%friction_torque*w)",
+        "load%friction_power = -(wrench(1)*slides%vx + wrench(2)*slides%vy + wrench(3)*slides%w)",
+        "load%friction_power = -(wrench(1)*slides%vx + wrench(2)*slides%vy - wrench(3)*slides%w)",
     ),
     "sign in the rate of a quaternion": (
         "base/rotations.f90",

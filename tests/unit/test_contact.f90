@@ -22,7 +22,7 @@ module test_contact
    use contensou_contact_shapes_plane, only : plane_type
    use contensou_contact_shapes_sphere, only : sphere_type
    use contensou_contact_surface, only : surface_type
-   use contensou_contact_wrench, only : wrench_exact
+   use contensou_contact_wrench, only : slip_type, wrench_exact
    use contensou_dynamics_scene, only : scene_type
    use contensou_integrate_motion, only : motion_type
    use contensou_scene_schema, only : schema_keys
@@ -550,7 +550,7 @@ contains
       type(contact_point_type) :: at
       type(contact_load_type) :: load
       type(damping_model_type), allocatable :: damping(:)
-      real(wp) :: elastic, fx, fy, torque, a
+      real(wp) :: elastic, r(3), a
       real(wp), parameter :: velocity(3) = [0.02_wp, 0.01_wp, -0.05_wp]
       real(wp), parameter :: spin(3) = [1.0_wp, 2.0_wp, -30.0_wp]
 
@@ -575,13 +575,13 @@ contains
       call law%evaluate(at, velocity, spin, 0.0_wp, load)
       a = law%normal%major_axis(2.0e-5_wp)
       ! The major axis is y, so the minor one is normal x major = -x.
-      call wrench_exact(circular_shape, 0.01_wp, -0.02_wp, -30.0_wp*a, 0.0_wp, .true., fx, fy, &
-         torque)
+      call wrench_exact(circular_shape, slip_type(0.01_wp, -0.02_wp, -30.0_wp*a), .true., r)
       associate (limit => 0.4_wp*load%normal_force)
-         call check_relative(load%friction_force(2), limit*fx, 1.0e-15_wp, "law: friction along")
-         call check_relative(load%friction_force(1), -limit*fy, 1.0e-15_wp, "law: friction across")
+         call check_relative(load%friction_force(2), limit*r(1), 1.0e-15_wp, "law: friction along")
+         call check_relative(load%friction_force(1), -limit*r(2), 1.0e-15_wp, &
+            "law: friction across")
          call check_close(load%friction_force(3), 0.0_wp, 0.0_wp, "law: friction is tangential")
-         call check_relative(load%friction_torque, limit*a*torque, 1.0e-15_wp, "law: torque")
+         call check_relative(load%friction_torque, limit*a*r(3), 1.0e-15_wp, "law: torque")
       end associate
       call check_close(norm2(slip_velocity(velocity, at%normal) - [0.02_wp, 0.01_wp, 0.0_wp]), &
          0.0_wp, 1.0e-17_wp, "law: slip")

@@ -4,8 +4,8 @@ module test_hertz
       ieee_value
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_hertz, only : hertz_approach, hertz_contact, &
-      hertz_model_type, hertz_models, hertz_newton_with, hertz_shape, hertz_type, in_hertz_domain, &
-      new_hertz
+      hertz_model_type, hertz_models, hertz_newton_with, hertz_shape, hertz_spot_type, &
+      hertz_type, in_hertz_domain, new_hertz
    use contensou_contact_vilke, only : chord_c1, power_c1, vilke_exact, vilke_force, vilke_models, &
       vilke_stiffness
    use contensou_special_elliptic, only : complete_elliptic, complete_elliptic_bd, elliptic_agm
@@ -15,12 +15,6 @@ module test_hertz
    private
 
    public :: run_hertz_tests
-
-   !> Results of a contact.
-   type :: result_type
-      !> Complementary parameter c1, semi-axes a and b, force N, largest pressure p0.
-      real(wp) :: c1, a, b, force, pressure
-   end type result_type
 
    !> Error budget of the exact contact in units in the last place; the rounding of the reference
    !> values, half a unit, is included.
@@ -63,10 +57,9 @@ contains
       !> Approach [m].
       real(wp), intent(in) :: approach
       !> The contact.
-      type(result_type), intent(out) :: result
+      type(hertz_spot_type), intent(out) :: result
 
-      call hertz_contact(curvature_a, curvature_b, modulus, approach, result%c1, result%a, &
-         result%b, result%force, result%pressure)
+      call hertz_contact(curvature_a, curvature_b, modulus, approach, result)
    end subroutine exact
 
    !> Difference in units in the last place of the expected number.
@@ -105,7 +98,7 @@ contains
    subroutine test_table()
       type(table_type) :: table
       type(worst_type) :: c1, a, b, force, pressure, k_integral, e_integral, c
-      type(result_type) :: r
+      type(hertz_spot_type) :: r
       real(wp), allocatable :: in(:, :), out(:, :)
       real(wp) :: g, s, t, inverse_k
       integer :: i
@@ -143,7 +136,7 @@ contains
    subroutine test_circle()
       type(random_type) :: random
       type(worst_type) :: shape, force, pressure, near
-      type(result_type) :: r
+      type(hertz_spot_type) :: r
       real(wp) :: a, b, modulus, approach, c1, t, inverse_k, gap
       integer :: i
 
@@ -173,7 +166,7 @@ contains
    subroutine test_identities()
       type(random_type) :: random
       type(worst_type) :: equation, ratio, k_of, e_of, area, minor, leading
-      type(result_type) :: r
+      type(hertz_spot_type) :: r
       real(wp) :: a, b, modulus, approach, g, c1, t, inverse_k, k, e, bb, d
       integer :: i
 
@@ -281,7 +274,7 @@ contains
    subroutine test_scaling()
       type(random_type) :: random
       type(worst_type) :: scaled
-      type(result_type) :: r, s
+      type(hertz_spot_type) :: r, s
       real(wp) :: a, b, modulus, approach, length, stress
       integer :: i
 
@@ -303,7 +296,8 @@ contains
       real(wp), parameter :: corner(2) = [2.0_wp**(-128), 2.0_wp**127]
       type(hertz_model_type), allocatable :: models(:)
       type(hertz_type) :: h
-      real(wp) :: outside(8), x(4), g(5), c1, t, inverse_k, a, b, force, pressure
+      type(hertz_spot_type) :: s
+      real(wp) :: outside(8), x(4), g(5), c1, t, inverse_k
       integer :: i, k, m
       logical :: passed, finite
 
@@ -319,14 +313,13 @@ contains
                x = [1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp]
                x(k) = outside(i)
                passed = passed .and. .not. in_hertz_domain(x(1), x(2), x(3), x(4))
-               call models(m)%kernel(x(1), x(2), x(3), x(4), c1, a, b, force, pressure)
-               passed = passed .and. ieee_is_nan(c1) .and. ieee_is_nan(a) .and. ieee_is_nan(b) &
-                  .and. ieee_is_nan(force) .and. ieee_is_nan(pressure)
+               call models(m)%kernel(x(1), x(2), x(3), x(4), s)
+               passed = passed .and. ieee_is_nan(s%c1) .and. ieee_is_nan(s%a) &
+                  .and. ieee_is_nan(s%b) .and. ieee_is_nan(s%force) .and. ieee_is_nan(s%pressure)
             end do
          end do
-         call models(m)%kernel(1.0_wp + epsilon(1.0_wp), 1.0_wp, 1.0_wp, 1.0_wp, c1, a, b, force, &
-            pressure)
-         passed = passed .and. ieee_is_nan(c1) .and. ieee_is_nan(force)
+         call models(m)%kernel(1.0_wp + epsilon(1.0_wp), 1.0_wp, 1.0_wp, 1.0_wp, s)
+         passed = passed .and. ieee_is_nan(s%c1) .and. ieee_is_nan(s%force)
          call check(passed, "domain: NaN outside, " // trim(models(m)%info%name))
       end do
       finite = .true.
@@ -334,9 +327,9 @@ contains
          x = corner([1 + ibits(i, 0, 1), 1 + ibits(i, 1, 1), 1 + ibits(i, 2, 1), &
             1 + ibits(i, 3, 1)])
          if (x(1) > x(2)) cycle
-         call hertz_contact(x(1), x(2), x(3), x(4), c1, a, b, force, pressure)
-         finite = finite .and. min(c1, a, b, force, pressure) >= tiny(c1) &
-            .and. max(c1, a, b, force, pressure) <= huge(c1)
+         call hertz_contact(x(1), x(2), x(3), x(4), s)
+         finite = finite .and. min(s%c1, s%a, s%b, s%force, s%pressure) >= tiny(c1) &
+            .and. max(s%c1, s%a, s%b, s%force, s%pressure) <= huge(c1)
       end do
       call check(finite, "domain: positive and finite at its corners")
       passed = .true.
@@ -356,7 +349,7 @@ contains
    !> Approaches from the smallest number on, and zero.
    subroutine test_small_approach()
       type(worst_type) :: axes, force
-      type(result_type) :: r, one
+      type(hertz_spot_type) :: r, one
       type(hertz_model_type), allocatable :: models(:)
       real(wp) :: d
       logical :: passed
@@ -375,8 +368,7 @@ contains
       models = [hertz_models(), vilke_models()]
       passed = .true.
       do i = 1, size(models)
-         call models(i)%kernel(3.0_wp, 5.0_wp, 1.0e10_wp, 0.0_wp, r%c1, r%a, r%b, r%force, &
-            r%pressure)
+         call models(i)%kernel(3.0_wp, 5.0_wp, 1.0e10_wp, 0.0_wp, r)
          passed = passed .and. max(abs(r%a), abs(r%b), abs(r%force), abs(r%pressure)) <= 0.0_wp &
             .and. r%c1 > 0.4_wp .and. r%c1 < 0.6_wp
       end do
@@ -387,20 +379,20 @@ contains
    subroutine test_set_up()
       type(random_type) :: random
       type(worst_type) :: c1, axes, force, pressure
-      type(result_type) :: r
+      type(hertz_spot_type) :: r, s
       type(hertz_type) :: h
-      real(wp) :: a, b, modulus, d, s(4)
+      real(wp) :: a, b, modulus, d
       integer :: i
 
       do i = 1, 20000
          call draw(random, -20.0_wp, a, b, modulus, d)
          call exact(a, b, modulus, d, r)
          h = new_hertz(a, b, modulus)
-         call h%contact(d, s(1), s(2), s(3), s(4))
+         call h%contact(d, s)
          call c1%note(abs(h%c1 - r%c1), i)
-         call axes%note(max(ulps(s(1), r%a), ulps(s(2), r%b)), i)
-         call force%note(max(ulps(s(3), r%force), ulps(h%force(d), r%force)), i)
-         call pressure%note(ulps(s(4), r%pressure), i)
+         call axes%note(max(ulps(s%a, r%a), ulps(s%b, r%b)), i)
+         call force%note(max(ulps(s%force, r%force), ulps(h%force(d), r%force)), i)
+         call pressure%note(ulps(s%pressure, r%pressure), i)
       end do
       call c1%check_below(0.0_wp, "set-up: the same c1")
       call axes%check_below(4.0_wp, "set-up: the same axes, ulp")
@@ -473,7 +465,7 @@ contains
       type(hertz_model_type), allocatable :: models(:)
       type(random_type) :: random
       type(worst_type) :: errors(5)
-      type(result_type) :: r, s
+      type(hertz_spot_type) :: r, s
       real(wp) :: a, b, modulus, d
       character(len=*), parameter :: outputs(5) = [character(len=2) :: "c1", "a", "b", "N", "p0"]
       integer :: i, k, m
@@ -488,7 +480,7 @@ contains
          do i = 1, 5000
             call draw(random, -2.0_wp, a, b, modulus, d)
             call exact(a, b, modulus, d, r)
-            call models(m)%kernel(a, b, modulus, d, s%c1, s%a, s%b, s%force, s%pressure)
+            call models(m)%kernel(a, b, modulus, d, s)
             call errors(1)%note(abs(s%c1/r%c1 - 1.0_wp), i)
             call errors(2)%note(abs(s%a/r%a - 1.0_wp), i)
             call errors(3)%note(abs(s%b/r%b - 1.0_wp), i)
@@ -509,7 +501,7 @@ contains
       type(hertz_model_type), allocatable :: models(:)
       type(random_type) :: random
       type(worst_type) :: tables, agm
-      type(result_type) :: r, s
+      type(hertz_spot_type) :: r, s
       real(wp) :: a, b, modulus, d
       integer :: i
 
@@ -519,12 +511,12 @@ contains
          if (a < 1.0e-38_wp) cycle
          if (modulo(i, 5) == 0) a = b*(1.0_wp - 10.0_wp**random%uniform(-16.0_wp, 0.0_wp))
          call exact(a, b, modulus, d, r)
-         call models(2)%kernel(a, b, modulus, d, s%c1, s%a, s%b, s%force, s%pressure)
+         call models(2)%kernel(a, b, modulus, d, s)
          call tables%note(max(abs(s%c1/r%c1 - 1.0_wp), abs(s%a/r%a - 1.0_wp), &
             abs(s%b/r%b - 1.0_wp), abs(s%force/r%force - 1.0_wp), &
             abs(s%pressure/r%pressure - 1.0_wp)), i)
          if (a < 1.0e-3_wp*b) cycle
-         call hertz_newton_with(elliptic_agm, a, b, modulus, d, s%c1, s%a, s%b, s%force, s%pressure)
+         call hertz_newton_with(elliptic_agm, a, b, modulus, d, s)
          call agm%note(max(abs(s%c1/r%c1 - 1.0_wp), abs(s%a/r%a - 1.0_wp), &
             abs(s%b/r%b - 1.0_wp), abs(s%force/r%force - 1.0_wp), &
             abs(s%pressure/r%pressure - 1.0_wp)), i)
@@ -541,7 +533,7 @@ contains
       real(wp), parameter :: digits(3) = [0.05_wp, 0.5_wp, 0.5_wp]
       type(random_type) :: random
       type(worst_type) :: circle, stiffness, softer
-      type(result_type) :: r
+      type(hertz_spot_type) :: r
       real(wp) :: a, b, modulus, d, bb, dd, g, last
       integer :: i
 
@@ -577,7 +569,7 @@ contains
       type(hertz_model_type), allocatable :: models(:)
       type(random_type) :: random
       type(worst_type) :: spot, volume, of_c1, force
-      type(result_type) :: r, s
+      type(hertz_spot_type) :: r, s
       real(wp) :: a, b, modulus, d
       integer :: i, m
 
@@ -587,10 +579,10 @@ contains
       do i = 1, 5000
          call draw(random, merge(-20.0_wp, -1.0_wp, modulo(i, 2) == 0), a, b, modulus, d)
          call exact(a, b, modulus, d, r)
-         call vilke_exact(a, b, modulus, d, s%c1, s%a, s%b, s%force, s%pressure)
+         call vilke_exact(a, b, modulus, d, s)
          call spot%note(max(abs(s%a/r%a - 1.0_wp), abs(s%b/r%b - 1.0_wp)), i)
          do m = 1, size(models)
-            call models(m)%kernel(a, b, modulus, d, s%c1, s%a, s%b, s%force, s%pressure)
+            call models(m)%kernel(a, b, modulus, d, s)
             call force%note(abs(s%force - vilke_force(a, b, modulus, d)), i)
             if (m == 1 .and. a < 0.0937_wp*b) cycle
             call volume%note(abs(2.0_wp/3.0_wp*pi*s%a*s%b*s%pressure/s%force - 1.0_wp), i)
@@ -601,11 +593,11 @@ contains
       call force%check_below(0.0_wp, "vilke: the same force for each formula")
       call volume%check_below(2.0e-15_wp, "vilke: N = (2/3) pi a b p0")
       call of_c1%check_below(2.0e-15_wp, "vilke: c1 = (b/a)^2")
-      call models(1)%kernel(0.0936_wp, 1.0_wp, 1.0_wp, 1.0_wp, s%c1, s%a, s%b, s%force, s%pressure)
+      call models(1)%kernel(0.0936_wp, 1.0_wp, 1.0_wp, 1.0_wp, s)
       call check(ieee_is_nan(s%c1) .and. ieee_is_nan(s%a) .and. s%force > 0.0_wp, &
          "vilke: the chord ends")
       do m = 1, size(models)
-         call models(m)%kernel(2.0_wp, 2.0_wp, 1.0_wp, 1.0_wp, s%c1, s%a, s%b, s%force, s%pressure)
+         call models(m)%kernel(2.0_wp, 2.0_wp, 1.0_wp, 1.0_wp, s)
          call check_close(s%c1, 1.0_wp, 0.0_wp, "vilke: circle, " // trim(models(m)%info%name))
       end do
    end subroutine test_vilke_spot

@@ -4,11 +4,13 @@ module test_jacobian
    use contensou_base_rotations, only : rotation_matrix
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
+   use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_normal, only : normal_hertz, normal_rigid
    use contensou_contact_rolling_lever, only : lever_type
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
    use contensou_contact_shapes_ellipsoid, only : ellipsoid_type
    use contensou_contact_shapes_sphere, only : sphere_type
+   use contensou_contact_wrench, only : slip_type
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
       motion_spindle, moves_freely, scene_type
    use contensou_dynamics_mechanism, only : contact_motion_type
@@ -52,9 +54,8 @@ contains
             v(3) = v(3)*10.0_wp**random%uniform(-3.0_wp, 3.0_wp)
             speed = norm2(v)
             delta = speed*merge(0.0_wp, 10.0_wp**random%uniform(-3.0_wp, 1.0_wp), modulo(i, 3) == 0)
-            call models(k)%jacobian(shape, v(1), v(2), v(3), delta, wrench, jacobian)
-            call models(k)%kernel(shape, v(1), v(2), v(3), delta, .true., plain(1), plain(2), &
-               plain(3))
+            call models(k)%jacobian(shape, slip_type(v(1), v(2), v(3), delta), wrench, jacobian)
+            call models(k)%kernel(shape, slip_type(v(1), v(2), v(3), delta), .true., plain)
             call same%note(maxval(abs(wrench - plain)), i)
             if (.not. smooth(models(k)%info%name, shape, v, delta)) cycle
             do j = 1, 3
@@ -90,8 +91,7 @@ contains
          do m = -2, 2
             x = v
             x(component) = x(component) + m*h
-            call models(model)%kernel(shape, x(1), x(2), x(3), delta, .true., f(1, m), f(2, m), &
-               f(3, m))
+            call models(model)%kernel(shape, slip_type(x(1), x(2), x(3), delta), .true., f(:, m))
          end do
          column = (8.0_wp*(f(:, 1) - f(:, -1)) - (f(:, 2) - f(:, -2)))/(12.0_wp*h)
       end subroutine differ
@@ -470,23 +470,22 @@ contains
          r2 = 1.0e-14_wp
          do i = 1, 300
             v = random%vector(3)*1.0e-7_wp*10.0_wp**random%uniform(-2.0_wp, 1.5_wp)
-            call part%linearize(3.0_wp, shape, 1.0_wp, v(1), v(2), v(3), r2, wrench, slopes)
+            call part%linearize(shape, sliding_type(3.0_wp, 1.0_wp, v(1), v(2), v(3), r2), &
+               wrench, slopes)
             do j = 1, 3
                h = 1.0e-3_wp*norm2(v)
                do m = -2, 2
                   x = v
                   x(j) = x(j) + m*h
-                  call part%wrench(3.0_wp, shape, 1.0_wp, x(1), x(2), x(3), r2, f(1, m), f(2, m), &
-                     f(3, m))
+                  call part%wrench(shape, sliding_type(3.0_wp, 1.0_wp, x(1), x(2), x(3), r2), &
+                     f(:, m))
                end do
                call worst%note(maxval(abs((8.0_wp*(f(:, 1) - f(:, -1)) - (f(:, 2) - f(:, -2))) &
                   /(12.0_wp*h) - slopes(:, 2 + j)))/maxval(abs(slopes(:, 3:))), i)
             end do
             v = 1.0e-5_wp*v/norm2(v)
-            call part%wrench(3.0_wp, shape, 1.0_wp, v(1), v(2), v(3), r2, wrench(1), wrench(2), &
-               wrench(3))
-            call part%wrench(3.0_wp, shape, 1.0_wp, v(1), v(2), v(3), 0.0_wp, plain(1), &
-               plain(2), plain(3))
+            call part%wrench(shape, sliding_type(3.0_wp, 1.0_wp, v(1), v(2), v(3), r2), wrench)
+            call part%wrench(shape, sliding_type(3.0_wp, 1.0_wp, v(1), v(2), v(3)), plain)
             call far%note(maxval(abs(wrench - plain)), i)
          end do
       end associate

@@ -6,8 +6,9 @@ module test_wrench
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_friction_ladder, only : rung_type
+   use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_spot, only : circular_shape
-   use contensou_contact_wrench, only : wrench_coulomb, wrench_exact, wrench_kernel, &
+   use contensou_contact_wrench, only : slip_type, wrench_coulomb, wrench_exact, wrench_kernel, &
       wrench_pade11, wrench_pade22, wrench_simplified
    use test_harness, only : check, check_close, check_relative, random_type, read_table, &
       table_type, worst_type
@@ -64,9 +65,9 @@ contains
       real(wp) :: w(3)
 
       if (present(delta)) then
-         call kernel(circular_shape, v(1), v(2), v(3), delta, .true., w(1), w(2), w(3))
+         call kernel(circular_shape, slip_type(v(1), v(2), v(3), delta), .true., w)
       else
-         call kernel(circular_shape, v(1), v(2), v(3), 0.0_wp, .true., w(1), w(2), w(3))
+         call kernel(circular_shape, slip_type(v(1), v(2), v(3)), .true., w)
       end if
    end function wrench_of
 
@@ -166,7 +167,7 @@ contains
       type(table_type) :: table
       type(rung_type) :: friction
       real(wp), allocatable :: load(:), a(:), b(:), f(:), vx(:), vy(:), w(:), fx(:), fy(:), tz(:)
-      real(wp) :: x, y, t
+      real(wp) :: r(3)
       type(worst_type) :: force, torque
       integer :: i
 
@@ -185,17 +186,17 @@ contains
       do i = 1, table%rows
          if (b(i) < a(i)) cycle
          friction%coefficient = f(i)
-         call friction%wrench(load(i), circular_shape, a(i), vx(i), vy(i), w(i), 0.0_wp, x, y, t)
-         call force%note(max(abs(x - fx(i)), abs(y - fy(i)))/(f(i)*load(i)), i)
-         call torque%note(abs(t - tz(i))/(f(i)*load(i)*a(i)), i)
+         call friction%wrench(circular_shape, sliding_type(load(i), a(i), vx(i), vy(i), w(i)), r)
+         call force%note(max(abs(r(1) - fx(i)), abs(r(2) - fy(i)))/(f(i)*load(i)), i)
+         call torque%note(abs(r(3) - tz(i))/(f(i)*load(i)*a(i)), i)
       end do
       call force%check_below(2.0e-15_wp, "force of the table in SI units")
       call torque%check_below(2.0e-15_wp, "torque of the table in SI units")
 
       friction%drilling = .false.
-      call friction%wrench(2.0_wp, circular_shape, 1.0e-3_wp, 1.0_wp, 1.0_wp, 1.0e3_wp, 0.0_wp, &
-         x, y, t)
-      call check(abs(t) <= 0.0_wp .and. x < 0.0_wp, "no torque in SI units without drilling")
+      call friction%wrench(circular_shape, &
+         sliding_type(2.0_wp, 1.0e-3_wp, 1.0_wp, 1.0_wp, 1.0e3_wp), r)
+      call check(abs(r(3)) <= 0.0_wp .and. r(1) < 0.0_wp, "no torque in SI units without drilling")
    end subroutine test_dimensional
 
    !> The names of the table belong to their rungs.
@@ -693,8 +694,8 @@ contains
             v = random_velocity(random, -8.0_wp, 8.0_wp)
             delta = merge(0.0_wp, abs(random%decades(-3.0_wp, 3.0_wp)), modulo(j, 2) == 0)
             w = wrench_of(models(i)%kernel, v, delta)
-            call models(i)%kernel(circular_shape, v(1), v(2), v(3), delta, .false., without(1), &
-               without(2), without(3))
+            call models(i)%kernel(circular_shape, slip_type(v(1), v(2), v(3), delta), .false., &
+               without)
             call worst%note(maxval(abs(without - [w(1), w(2), 0.0_wp])), j)
          end do
          call worst%check_below(0.0_wp, trim(models(i)%info%name) // &
@@ -723,12 +724,12 @@ contains
             do j = 1, 4
                arguments = [1.0_wp, 2.0_wp, 3.0_wp, 0.1_wp]
                arguments(j) = bad(k)
-               call models(i)%kernel(circular_shape, arguments(1), arguments(2), arguments(3), &
-                  arguments(4), .true., w(1), w(2), w(3))
+               call models(i)%kernel(circular_shape, slip_type(arguments(1), arguments(2), &
+                  arguments(3), arguments(4)), .true., w)
                good = ieee_is_nan(w)
                all_good = all_good .and. all(good)
-               call models(i)%kernel(circular_shape, arguments(1), arguments(2), arguments(3), &
-                  arguments(4), .false., w(1), w(2), w(3))
+               call models(i)%kernel(circular_shape, slip_type(arguments(1), arguments(2), &
+                  arguments(3), arguments(4)), .false., w)
                good = ieee_is_nan(w)
                all_good = all_good .and. all(good)
             end do
@@ -741,8 +742,7 @@ contains
       end do
       friction%kernel => wrench_pade11
       friction%coefficient = 0.3_wp
-      call friction%wrench(1.0_wp, circular_shape, 1.0_wp, bad(1), 0.0_wp, 1.0_wp, 0.0_wp, w(1), &
-         w(2), w(3))
+      call friction%wrench(circular_shape, sliding_type(1.0_wp, 1.0_wp, bad(1), 0.0_wp, 1.0_wp), w)
       good = ieee_is_nan(w)
       call check(all(good), "NaN in SI units")
    end subroutine test_outside_domain

@@ -12,11 +12,12 @@ module test_wrench_ellipse
       ieee_quiet_nan, ieee_value
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_friction_ladder, only : rung_type
+   use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_spot, only : circular_shape, elliptic_shape, elliptic_shape_of_c1, &
       spot_shape_type
-   use contensou_contact_wrench, only : wrench_coulomb, wrench_exact, wrench_exact_jacobian, &
-      wrench_exact_potential, wrench_jacobian_kernel, wrench_kernel, wrench_pade11, &
-      wrench_pade22, wrench_simplified, wrench_simplified_jacobian
+   use contensou_contact_wrench, only : slip_type, wrench_coulomb, wrench_exact, &
+      wrench_exact_jacobian, wrench_exact_potential, wrench_jacobian_kernel, wrench_kernel, &
+      wrench_pade11, wrench_pade22, wrench_simplified, wrench_simplified_jacobian
    use test_harness, only : check, check_close, check_relative, random_type, read_table, &
       table_type, worst_type
    implicit none(type, external)
@@ -96,7 +97,7 @@ contains
       real(wp), intent(in) :: delta
       real(wp) :: w(3)
 
-      call kernel(shape, v(1), v(2), v(3), delta, .true., w(1), w(2), w(3))
+      call kernel(shape, slip_type(v(1), v(2), v(3), delta), .true., w)
    end function wrench_of
 
    !> Exact wrench without regularisation.
@@ -118,7 +119,7 @@ contains
       real(wp), intent(in) :: delta
       real(wp) :: phi
 
-      phi = wrench_exact_potential(shape, v(1), v(2), v(3), delta)
+      phi = wrench_exact_potential(shape, slip_type(v(1), v(2), v(3), delta))
    end function potential
 
    !> A random axis ratio from 1e-6 to 1, in part close to 1.
@@ -302,7 +303,7 @@ contains
          if (k(i) >= 0.2_wp .and. spins(i) > 0.0_wp) call relative%note(abs(w(3)/tz(i) - 1.0_wp), i)
          other = exact(shape, [-ux(i), -uy(i), -spins(i)])
          call reversed%note(maxval(abs(w + other)), i)
-         call wrench_exact_jacobian(shape, ux(i), uy(i), spins(i), 0.0_wp, other, jacobian)
+         call wrench_exact_jacobian(shape, slip_type(ux(i), uy(i), spins(i)), other, jacobian)
          call with_jacobian%note(maxval(abs(w - other)), i)
          call dissipated%note(abs(potential(shape, [ux(i), uy(i), spins(i)], 0.0_wp) &
             + dot_product(expected, [ux(i), uy(i), spins(i)]))/norm2([ux(i), uy(i), spins(i)]), i)
@@ -334,8 +335,8 @@ contains
       end do
       do i = 1, table%rows
          shape = elliptic_shape(k(i))
-         call wrench_exact_jacobian(shape, columns(i, 1), columns(i, 2), columns(i, 3), 0.0_wp, w, &
-            jacobian)
+         call wrench_exact_jacobian(shape, &
+            slip_type(columns(i, 1), columns(i, 2), columns(i, 3)), w, jacobian)
          call values%note(maxval(abs(w - columns(i, 4:6))), i)
          given(1, :) = columns(i, [7, 8, 10])
          given(2, :) = columns(i, [8, 9, 11])
@@ -386,7 +387,7 @@ contains
          shape = elliptic_shape(random_ratio(random))
          v = random_velocity(random, shape)
          if (.not. abs(v(3)) > 0.0_wp) cycle
-         call wrench_exact_jacobian(shape, v(1), v(2), v(3), 0.0_wp, w, jacobian)
+         call wrench_exact_jacobian(shape, slip_type(v(1), v(2), v(3)), w, jacobian)
          h = 1.0e-10_qp*shape%k*norm2(v)
          do j = 1, 3
             e = 0.0_qp
@@ -494,7 +495,7 @@ contains
       type(rung_type) :: friction
       type(spot_shape_type) :: shape
       real(wp), allocatable :: load(:), a(:), b(:), f(:), vx(:), vy(:), w(:), fx(:), fy(:), tz(:)
-      real(wp) :: x, y, t
+      real(wp) :: r(3)
       type(worst_type) :: force, torque
       integer :: i
 
@@ -513,9 +514,9 @@ contains
       do i = 1, table%rows
          friction%coefficient = f(i)
          shape = elliptic_shape(b(i)/a(i))
-         call friction%wrench(load(i), shape, a(i), vx(i), vy(i), w(i), 0.0_wp, x, y, t)
-         call force%note(max(abs(x - fx(i)), abs(y - fy(i)))/(f(i)*load(i)), i)
-         call torque%note(abs(t - tz(i))/(f(i)*load(i)*a(i)), i)
+         call friction%wrench(shape, sliding_type(load(i), a(i), vx(i), vy(i), w(i)), r)
+         call force%note(max(abs(r(1) - fx(i)), abs(r(2) - fy(i)))/(f(i)*load(i)), i)
+         call torque%note(abs(r(3) - tz(i))/(f(i)*load(i)*a(i)), i)
       end do
       call force%check_below(2.0_wp*wrench_bound, "force of the table in SI units")
       call torque%check_below(2.0_wp*wrench_bound, "torque of the table in SI units")
@@ -538,9 +539,9 @@ contains
          psi = random%uniform(0.0_wp, 2.0_wp*pi)
          turn = reshape([cos(psi), sin(psi), 0.0_wp, -sin(psi), cos(psi), 0.0_wp, 0.0_wp, 0.0_wp, &
             1.0_wp], [3, 3])
-         call wrench_exact_jacobian(circular_shape, v(1), v(2), v(3), 0.0_wp, w, expected)
+         call wrench_exact_jacobian(circular_shape, slip_type(v(1), v(2), v(3)), w, expected)
          v = matmul(turn, v)
-         call wrench_exact_jacobian(circular_shape, v(1), v(2), v(3), 0.0_wp, other, jacobian)
+         call wrench_exact_jacobian(circular_shape, slip_type(v(1), v(2), v(3)), other, jacobian)
          expected = matmul(turn, matmul(expected, transpose(turn)))
          call turned%note(max(maxval(abs(other - matmul(turn, w))), &
             maxval(abs(jacobian - expected))/maxval(abs(expected))), i)
@@ -598,14 +599,14 @@ contains
 
       do j = 1, 2000
          shape = elliptic_shape(random_ratio(random))
-         call wrench_exact_jacobian(shape, 0.0_wp, 0.0_wp, -2.0_wp, 0.0_wp, w, jacobian)
+         call wrench_exact_jacobian(shape, slip_type(0.0_wp, 0.0_wp, -2.0_wp), w, jacobian)
          expected = 0.0_wp
          expected(1, 1) = -0.5_wp*shape%slope_x
          expected(2, 2) = -0.5_wp*shape%slope_y
          call spin_jacobian%note(maxval(abs(jacobian - expected))/abs(expected(1, 1)), j)
          e = random%vector(2)
          e = e/norm2(e)
-         call wrench_exact_jacobian(shape, 4.0_wp*e(1), 4.0_wp*e(2), 0.0_wp, 0.0_wp, w, jacobian)
+         call wrench_exact_jacobian(shape, slip_type(4.0_wp*e(1), 4.0_wp*e(2), 0.0_wp), w, jacobian)
          expected(1, 1) = -0.25_wp*e(2)**2
          expected(2, 2) = -0.25_wp*e(1)**2
          expected(1, 2) = 0.25_wp*e(1)*e(2)
@@ -716,9 +717,9 @@ contains
             scale(delta, power)) - wrench_of(wrench_exact, shape, v, delta))), i)
          factor = abs(random%decades(-292.0_wp, 292.0_wp))
          call decimal%note(maxval(abs(exact(shape, factor*v) - w)), i)
-         call wrench_exact_jacobian(shape, v(1), v(2), v(3), delta, w, jacobian)
-         call wrench_exact_jacobian(shape, scale(v(1), power), scale(v(2), power), &
-            scale(v(3), power), scale(delta, power), other, scaled)
+         call wrench_exact_jacobian(shape, slip_type(v(1), v(2), v(3), delta), w, jacobian)
+         call wrench_exact_jacobian(shape, slip_type(scale(v(1), power), scale(v(2), power), &
+            scale(v(3), power), scale(delta, power)), other, scaled)
          call derivatives%note(max(maxval(abs(other - w)), maxval(abs(scale(scaled, power) &
             - jacobian))/maxval(abs(jacobian))), i)
          phi = potential(shape, v, delta)
@@ -744,10 +745,11 @@ contains
          shape = elliptic_shape(random_ratio(random))
          v = random_velocity(random, shape)
          delta = merge(0.0_wp, abs(random%decades(-6.0_wp, 6.0_wp)), modulo(i, 2) == 0)
-         call wrench_exact_jacobian(shape, v(1), v(2), v(3), delta, w, jacobian)
+         call wrench_exact_jacobian(shape, slip_type(v(1), v(2), v(3), delta), w, jacobian)
          s = [merge(1.0_wp, -1.0_wp, modulo(i, 4) < 2), merge(1.0_wp, -1.0_wp, modulo(i, 8) < 4), &
             merge(1.0_wp, -1.0_wp, modulo(i, 16) < 8)]
-         call wrench_exact_jacobian(shape, s(1)*v(1), s(2)*v(2), s(3)*v(3), delta, other, mirrored)
+         call wrench_exact_jacobian(shape, slip_type(s(1)*v(1), s(2)*v(2), s(3)*v(3), delta), &
+            other, mirrored)
          call values%note(maxval(abs(other - s*w)), i)
          do j = 1, 3
             mirrored(:, j) = s*s(j)*mirrored(:, j)
@@ -831,7 +833,7 @@ contains
       do i = 1, n_states
          shape = elliptic_shape(random_ratio(random))
          v = random_velocity(random, shape)
-         call wrench_exact_jacobian(shape, v(1), v(2), v(3), 0.0_wp, w, jacobian)
+         call wrench_exact_jacobian(shape, slip_type(v(1), v(2), v(3)), w, jacobian)
          largest = maxval(abs(jacobian))
          jacobian = jacobian/largest
          call symmetric%note(maxval(abs(jacobian - transpose(jacobian))), i)
@@ -843,7 +845,7 @@ contains
             call minor%note(jacobian(j, l)**2 - jacobian(j, j)*jacobian(l, l), i)
          end do
          delta = abs(random%decades(-6.0_wp, 6.0_wp))
-         call wrench_exact_jacobian(shape, v(1), v(2), v(3), delta, w, jacobian)
+         call wrench_exact_jacobian(shape, slip_type(v(1), v(2), v(3), delta), w, jacobian)
          call regular_positive%note(dot_product(e, matmul(jacobian, e))/maxval(abs(jacobian)), i)
       end do
       call symmetric%check_below(0.0_wp, "Jacobian symmetric")
@@ -879,8 +881,8 @@ contains
             - wrench_of(wrench_exact, shape, v - step, delta)
          phi = potential(shape, v + step, delta) - potential(shape, v - step, delta)
          do j = 1, size(nodes)
-            call wrench_exact_jacobian(shape, v(1) + nodes(j)*step(1), v(2) + nodes(j)*step(2), &
-               v(3) + nodes(j)*step(3), delta, w, jacobian)
+            call wrench_exact_jacobian(shape, slip_type(v(1) + nodes(j)*step(1), &
+               v(2) + nodes(j)*step(2), v(3) + nodes(j)*step(3), delta), w, jacobian)
             change = change - weights(j)*matmul(jacobian, step)
             phi = phi + weights(j)*dot_product(w, step)
          end do
@@ -913,7 +915,7 @@ contains
          call limit%note(maxval(abs(w - plain)), i)
 
          ! At rest: minus the inverse slopes, also far below delta.
-         call wrench_exact_jacobian(shape, 0.0_wp, 0.0_wp, 0.0_wp, delta, w, jacobian)
+         call wrench_exact_jacobian(shape, slip_type(0.0_wp, 0.0_wp, 0.0_wp, delta), w, jacobian)
          expected = 0.0_wp
          expected(1, 1) = -1.0_wp/delta
          expected(2, 2) = -shape%slope_y/(shape%slope_x*delta)
@@ -959,7 +961,7 @@ contains
                - exact(shape, rim - h*outward))), j + 1)
             do l = 1, 2
                h = merge(1.0e-4_wp, 1.0e-6_wp, l == 1)
-               call wrench_exact_jacobian(shape, rim(1), rim(2), rim(3), 0.0_wp, w, at)
+               call wrench_exact_jacobian(shape, slip_type(rim(1), rim(2), rim(3)), w, at)
                call derivative_at(rim + h*outward, near)
                call derivative_at(rim + 2.0_wp*h*outward, far)
                call derivative_at(rim - h*outward, inner)
@@ -982,7 +984,7 @@ contains
          real(wp), intent(out) :: jacobian(3, 3)
          real(wp) :: wrench(3)
 
-         call wrench_exact_jacobian(shape, v(1), v(2), v(3), 0.0_wp, wrench, jacobian)
+         call wrench_exact_jacobian(shape, slip_type(v(1), v(2), v(3)), wrench, jacobian)
       end subroutine derivative_at
 
    end subroutine test_rim
@@ -1010,10 +1012,10 @@ contains
                   below = [above(1:2)*(1.0_wp - step), 1.0_wp]
                   above(1:2) = above(1:2)*(1.0_wp + step)
                end if
-               call wrench_exact_jacobian(shape, below(1), below(2), below(3), 0.0_wp, w(:, 1), &
-                  jacobian(:, :, 1))
-               call wrench_exact_jacobian(shape, above(1), above(2), above(3), 0.0_wp, w(:, 2), &
-                  jacobian(:, :, 2))
+               call wrench_exact_jacobian(shape, slip_type(below(1), below(2), below(3)), &
+                  w(:, 1), jacobian(:, :, 1))
+               call wrench_exact_jacobian(shape, slip_type(above(1), above(2), above(3)), &
+                  w(:, 2), jacobian(:, :, 2))
                phi = [potential(shape, below, 0.0_wp), potential(shape, above, 0.0_wp)]
                ! What the derivatives account for is no jump.
                w(:, 2) = w(:, 2) - matmul(jacobian(:, :, 1), above - below)
@@ -1108,7 +1110,7 @@ contains
             v(j) = random%decades(-2.0_wp, 2.0_wp)
          end do
          delta = merge(0.0_wp, abs(random%decades(-2.0_wp, 2.0_wp)), modulo(i, 2) == 0)
-         call wrench_simplified_jacobian(shape, v(1), v(2), v(3), delta, w, jacobian)
+         call wrench_simplified_jacobian(shape, slip_type(v(1), v(2), v(3), delta), w, jacobian)
          call values%note(maxval(abs(w - wrench_of(wrench_simplified, shape, v, delta))), i)
          do j = 1, 3
             e = 0.0_wp
@@ -1119,8 +1121,8 @@ contains
             above = h*jacobian(:, j) - 0.5_wp*(above - below)
             if (maxval(abs(above)) > 1.0e-14_wp) n_wrong = n_wrong + 1
          end do
-         call wrench_simplified_jacobian(shape, scale(v(1), 900), scale(v(2), 900), &
-            scale(v(3), 900), scale(delta, 900), w, other)
+         call wrench_simplified_jacobian(shape, slip_type(scale(v(1), 900), scale(v(2), 900), &
+            scale(v(3), 900), scale(delta, 900)), w, other)
          call scaled%note(maxval(abs(scale(other, 900) - jacobian))/maxval(abs(jacobian)), i)
       end do
       call values%check_below(3.0e-16_wp, "simplified: wrench that comes with the Jacobian")
@@ -1128,7 +1130,7 @@ contains
       call check(n_wrong < n_states/2000, "simplified: Jacobian by differences, but for kinks")
 
       shape = elliptic_shape(0.4_wp)
-      call wrench_simplified_jacobian(shape, 0.0_wp, 0.0_wp, 0.0_wp, 0.5_wp, w, jacobian)
+      call wrench_simplified_jacobian(shape, slip_type(0.0_wp, 0.0_wp, 0.0_wp, 0.5_wp), w, jacobian)
       call check_close(jacobian(1, 1), -2.0_wp, 1.0e-15_wp, "simplified: slope 1/delta at rest")
       call check_close(jacobian(2, 2), -2.0_wp, 1.0e-15_wp, "simplified: slope 1/delta at rest, y")
       call check_close(jacobian(3, 3), -2.0_wp*shape%torque/min(shape%slope_x, shape%slope_y), &
@@ -1201,8 +1203,7 @@ contains
          v = random_velocity(random, shape)
          delta = merge(0.0_wp, abs(random%decades(-6.0_wp, 6.0_wp)), modulo(i, 2) == 0)
          w = wrench_of(wrench_exact, shape, v, delta)
-         call wrench_exact(shape, v(1), v(2), v(3), delta, .false., without(1), without(2), &
-            without(3))
+         call wrench_exact(shape, slip_type(v(1), v(2), v(3), delta), .false., without)
          call worst%note(maxval(abs(without - [w(1), w(2), 0.0_wp])), i)
       end do
       call worst%check_below(0.0_wp, "exact: without torque the same force")
@@ -1237,16 +1238,16 @@ contains
          end select
          w = wrench_of(kernel, shape, v, delta)
          call bounds%note(max(maxval(abs(w(1:2))), abs(w(3))/shape%torque) - 1.0_wp, i)
-         call wrench_exact_jacobian(shape, v(1), v(2), v(3), delta, w, jacobian)
+         call wrench_exact_jacobian(shape, slip_type(v(1), v(2), v(3), delta), w, jacobian)
          phi = potential(shape, v, delta)
          call bounds%note(max(maxval(abs(w(1:2))), abs(w(3))/shape%torque) - 1.0_wp, i)
          call dissipated%note(-phi, i)
          call diagonal%note(maxval([(jacobian(j, j), j=1, 3)])/maxval(abs(jacobian)), i)
-         call wrench_simplified_jacobian(shape, v(1), v(2), v(3), delta, w, jacobian)
+         call wrench_simplified_jacobian(shape, slip_type(v(1), v(2), v(3), delta), w, jacobian)
          call bounds%note(max(maxval(abs(w(1:2))), abs(w(3))/shape%torque) - 1.0_wp, i)
          ! Beyond the stated range of shapes.
          shape = elliptic_shape(10.0_wp**random%uniform(-60.0_wp, -6.0_wp))
-         call wrench_exact_jacobian(shape, v(1), v(2), v(3), delta, w, jacobian)
+         call wrench_exact_jacobian(shape, slip_type(v(1), v(2), v(3), delta), w, jacobian)
          call needles%note(max(maxval(abs(w(1:2))), abs(w(3))/shape%torque) - 1.0_wp, i)
       end do
       call bounds%check_below(1.0e-15_wp, "|F| <= 1 and |T| <= k_T, each velocity 1e-300 to 1e300")
@@ -1254,11 +1255,11 @@ contains
       call diagonal%check_below(jacobian_bound, "the Jacobian is not positive, 1e-300 to 1e300")
       call needles%check_below(3.0e-15_wp, "|F| <= 1 and |T| <= k_T for k down to 1e-60")
 
-      call wrench_exact_jacobian(circular_shape, tiny(1.0_wp)/4.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, w, &
-         jacobian)
+      call wrench_exact_jacobian(circular_shape, slip_type(tiny(1.0_wp)/4.0_wp, 0.0_wp, 0.0_wp), &
+         w, jacobian)
       call check_close(w(1), -1.0_wp, 1.0e-15_wp, "subnormal velocity")
       call check(jacobian(2, 2) <= -0.5_wp*huge(1.0_wp), "largest number instead of an overflow")
-      call wrench_exact_jacobian(circular_shape, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, w, jacobian)
+      call wrench_exact_jacobian(circular_shape, slip_type(0.0_wp, 0.0_wp, 0.0_wp), w, jacobian)
       call check(maxval(abs(w)) <= 0.0_wp .and. maxval(abs(jacobian)) <= 0.0_wp, &
          "rest without regularisation: zero")
       call check(abs(potential(circular_shape, [0.0_wp, 0.0_wp, 0.0_wp], 1.0_wp)) <= 0.0_wp, &
@@ -1284,24 +1285,25 @@ contains
                if (i == 4 .and. j < 4) cycle
                a = [1.0_wp, 2.0_wp, 3.0_wp, 0.1_wp]
                a(j) = bad(i)
-               call kernel(elliptic_shape(0.3_wp), a(1), a(2), a(3), a(4), w, jacobian)
-               phi = wrench_exact_potential(elliptic_shape(0.3_wp), a(1), a(2), a(3), a(4))
+               call kernel(elliptic_shape(0.3_wp), slip_type(a(1), a(2), a(3), a(4)), w, jacobian)
+               phi = wrench_exact_potential(elliptic_shape(0.3_wp), &
+                  slip_type(a(1), a(2), a(3), a(4)))
                good = good .and. all(ieee_is_nan(w)) .and. all(ieee_is_nan(jacobian)) &
                   .and. ieee_is_nan(phi)
             end do
          end do
          call check(good, "velocities outside the domain give NaN")
          shape = elliptic_shape(-1.0_wp)
-         call kernel(shape, 1.0_wp, 2.0_wp, 3.0_wp, 0.1_wp, w, jacobian)
+         call kernel(shape, slip_type(1.0_wp, 2.0_wp, 3.0_wp, 0.1_wp), w, jacobian)
          call check(all(ieee_is_nan(w)) .and. all(ieee_is_nan(jacobian)), &
             "a shape of NaN gives NaN")
-         call kernel(shape, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, w, jacobian)
+         call kernel(shape, slip_type(0.0_wp, 0.0_wp, 0.0_wp), w, jacobian)
          call check(all(ieee_is_nan(w)), "a shape of NaN gives NaN at rest")
       end do
       shape = elliptic_shape(2.0_wp)
-      call wrench_exact(shape, 1.0_wp, 2.0_wp, 3.0_wp, 0.0_wp, .true., w(1), w(2), w(3))
+      call wrench_exact(shape, slip_type(1.0_wp, 2.0_wp, 3.0_wp), .true., w)
       call check(all(ieee_is_nan(w)), "exact: a shape of NaN gives NaN")
-      call wrench_pade22(shape, 1.0_wp, 2.0_wp, 3.0_wp, 0.0_wp, .true., w(1), w(2), w(3))
+      call wrench_pade22(shape, slip_type(1.0_wp, 2.0_wp, 3.0_wp), .true., w)
       call check(all(ieee_is_nan(w)), "pade22: a shape of NaN gives NaN")
    end subroutine test_outside_domain
 

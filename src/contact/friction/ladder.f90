@@ -4,10 +4,10 @@ module contensou_contact_friction_ladder
    use contensou_base_kinds, only : wp
    use contensou_contact_catalogue, only : law_keys_type, model_info_type
    use contensou_contact_friction_law, only : friction_model_type, friction_type, &
-      put_drilling, put_friction_coefficient, put_regularization_velocity
+      put_drilling, put_friction_coefficient, put_regularization_velocity, sliding_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_contact_spot, only : spot_shape_type
-   use contensou_contact_wrench, only : wrench_coulomb, wrench_coulomb_jacobian, &
+   use contensou_contact_wrench, only : slip_type, wrench_coulomb, wrench_coulomb_jacobian, &
       wrench_exact, wrench_exact_jacobian, wrench_jacobian_kernel, wrench_kernel, wrench_pade11, &
       wrench_pade11_jacobian, wrench_pade22, wrench_pade22_jacobian, wrench_simplified, &
       wrench_simplified_jacobian
@@ -22,10 +22,9 @@ module contensou_contact_friction_ladder
       !> The rung with its derivatives.
       procedure(wrench_jacobian_kernel), pointer, nopass :: jacobian => null()
    contains
-      procedure :: wrench
+      procedure :: wrench => wrench_of
       procedure :: linearize
-      !> Regularisation velocity that acts.
-      procedure, private :: effective_delta
+      procedure, private :: slip => slip_of
    end type rung_type
 
 contains
@@ -131,107 +130,81 @@ contains
    end subroutine new_rung
 
    !> Friction force and torque on the body that slips, in the axes of the spot.
-   pure subroutine wrench(self, load, shape, a, vx, vy, w, resolution, fx, fy, torque)
+   pure subroutine wrench_of(self, shape, at, wrench)
       class(rung_type), intent(in) :: self
-      !> Normal force N [N], >= 0.
-      real(wp), intent(in) :: load
       type(spot_shape_type), intent(in) :: shape
-      !> Major semi-axis [m], >= 0.
-      real(wp), intent(in) :: a
-      !> Sliding velocity along the major axis [m/s].
-      real(wp), intent(in) :: vx
-      !> Sliding velocity along the minor axis [m/s].
-      real(wp), intent(in) :: vy
-      !> Spin about the normal [rad/s].
-      real(wp), intent(in) :: w
-      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
-      real(wp), intent(in) :: resolution
-      !> Force along the major axis [N].
-      real(wp), intent(out) :: fx
-      !> Force along the minor axis [N].
-      real(wp), intent(out) :: fy
-      !> Torque about the normal [N m].
-      real(wp), intent(out) :: torque
+      type(sliding_type), intent(in) :: at
+      !> Force along the major and the minor axis [N], torque about the normal [N m].
+      real(wp), intent(out) :: wrench(3)
       real(wp) :: limit
 
-      call self%kernel(shape, vx, vy, a*w, self%effective_delta(vx, vy, a*w, resolution), &
-         self%drilling, fx, fy, torque)
-      limit = self%coefficient*load
-      fx = limit*fx
-      fy = limit*fy
-      torque = limit*a*torque
-   end subroutine wrench
+      call self%kernel(shape, self%slip(at), self%drilling, wrench)
+      limit = self%coefficient*at%load
+      wrench(1) = limit*wrench(1)
+      wrench(2) = limit*wrench(2)
+      wrench(3) = limit*at%a*wrench(3)
+   end subroutine wrench_of
 
-   !> Regularisation velocity [m/s]: the part's own, or what an integrator resolves near rest.
+   !> Velocities of the spot, with the part's own regularisation velocity or what an integrator
+   !> resolves near rest.
    !>
    !> Where sliding and spinning stop together the wrench jumps, over a velocity that no tolerance
    !> can resolve. There delta grows to r, the velocity that is resolved: r (1 + V^2/r^2)^(-3/2) at
    !> the velocity V. Away from rest that changes the wrench by (r/V)^8, and nothing beyond 100 r.
-   pure function effective_delta(self, vx, vy, spin, resolution) result(delta)
+   pure function slip_of(self, at) result(slip)
       class(rung_type), intent(in) :: self
-      !> Sliding velocity along the major axis [m/s].
-      real(wp), intent(in) :: vx
-      !> Sliding velocity along the minor axis [m/s].
-      real(wp), intent(in) :: vy
-      !> Spin velocity a w [m/s].
-      real(wp), intent(in) :: spin
-      !> r^2 [m2/s2], 0 for a perfect resolution.
-      real(wp), intent(in) :: resolution
-      real(wp) :: delta
+      type(sliding_type), intent(in) :: at
+      type(slip_type) :: slip
       real(wp) :: square
 
-      delta = self%delta
-      if (resolution <= 0.0_wp) return
-      square = vx*vx + vy*vy + spin*spin
-      if (square >= 1.0e4_wp*resolution) return
-      delta = max(delta, resolution**2/(resolution + square)/sqrt(resolution + square))
-   end function effective_delta
+      slip%x = at%vx
+      slip%y = at%vy
+      slip%spin = at%a*at%w
+      slip%delta = self%delta
+      if (at%resolution <= 0.0_wp) return
+      square = slip%x*slip%x + slip%y*slip%y + slip%spin*slip%spin
+      associate (resolution => at%resolution)
+         if (square >= 1.0e4_wp*resolution) return
+         slip%delta = max(slip%delta, &
+            resolution**2/(resolution + square)/sqrt(resolution + square))
+      end associate
+   end function slip_of
 
    !> Friction wrench and its derivatives by normal force, size of the spot and velocities.
-   pure subroutine linearize(self, load, shape, a, vx, vy, w, resolution, wrench, slopes)
+   pure subroutine linearize(self, shape, at, wrench, slopes)
       class(rung_type), intent(in) :: self
-      !> Normal force N [N], >= 0.
-      real(wp), intent(in) :: load
       type(spot_shape_type), intent(in) :: shape
-      !> Major semi-axis [m], >= 0.
-      real(wp), intent(in) :: a
-      !> Sliding velocity along the major axis [m/s].
-      real(wp), intent(in) :: vx
-      !> Sliding velocity along the minor axis [m/s].
-      real(wp), intent(in) :: vy
-      !> Spin about the normal [rad/s].
-      real(wp), intent(in) :: w
-      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
-      real(wp), intent(in) :: resolution
+      type(sliding_type), intent(in) :: at
       !> Force along the major and the minor axis [N], torque about the normal [N m].
       real(wp), intent(out) :: wrench(3)
       !> Derivative of component i by N, a, vx, vy, w.
       real(wp), intent(out) :: slopes(3, 5)
-      real(wp) :: unit(3), motion(3), delta
+      type(slip_type) :: slip
+      real(wp) :: unit(3), velocity(3)
 
-      motion = [vx, vy, a*w]
-      delta = self%effective_delta(vx, vy, a*w, resolution)
-      call self%jacobian(shape, vx, vy, a*w, delta, wrench, slopes(:, 3:5))
-      if (delta > self%delta) then
+      slip = self%slip(at)
+      call self%jacobian(shape, slip, wrench, slopes(:, 3:5))
+      if (slip%delta > self%delta) then
          ! The wrench is homogeneous of degree zero in the velocities and delta together.
-         slopes(:, 1) = matmul(slopes(:, 3:5), motion) &
-            *(3.0_wp/(resolution + dot_product(motion, motion)))
-         slopes(:, 3) = slopes(:, 3) + slopes(:, 1)*motion(1)
-         slopes(:, 4) = slopes(:, 4) + slopes(:, 1)*motion(2)
-         slopes(:, 5) = slopes(:, 5) + slopes(:, 1)*motion(3)
+         velocity = [slip%x, slip%y, slip%spin]
+         slopes(:, 1) = matmul(slopes(:, 3:5), velocity) &
+            *(3.0_wp/(at%resolution + dot_product(velocity, velocity)))
+         slopes(:, 3) = slopes(:, 3) + slopes(:, 1)*velocity(1)
+         slopes(:, 4) = slopes(:, 4) + slopes(:, 1)*velocity(2)
+         slopes(:, 5) = slopes(:, 5) + slopes(:, 1)*velocity(3)
       end if
       if (.not. self%drilling) then
          wrench(3) = 0.0_wp
          slopes(3, 3:5) = 0.0_wp
       end if
-      unit = self%coefficient*[1.0_wp, 1.0_wp, a]
+      unit = self%coefficient*[1.0_wp, 1.0_wp, at%a]
       slopes(:, 1) = unit*wrench
-      unit = load*unit
-      slopes(:, 2) = unit*slopes(:, 5)*w
-      slopes(3, 2) = slopes(3, 2) + self%coefficient*load*wrench(3)
+      unit = at%load*unit
+      slopes(:, 2) = unit*slopes(:, 5)*at%w
+      slopes(3, 2) = slopes(3, 2) + self%coefficient*at%load*wrench(3)
       slopes(:, 3) = unit*slopes(:, 3)
       slopes(:, 4) = unit*slopes(:, 4)
-      slopes(:, 5) = unit*slopes(:, 5)*a
+      slopes(:, 5) = unit*slopes(:, 5)*at%a
       wrench = unit*wrench
    end subroutine linearize
 

@@ -24,11 +24,10 @@ module contensou_contact_friction_law
    !> Velocity that is small wherever nothing else says so [m/s].
    real(wp), parameter :: creep = 1.0e-6_wp
 
-   !> What friction acts on: a spot under a load, and how it slides.
+   !> What friction acts on beside the shape of the spot: its load and size, and how it slides.
    type :: sliding_type
       !> Normal force N [N], >= 0.
       real(wp) :: load = 0.0_wp
-      type(spot_shape_type) :: shape = circular_shape
       !> Major semi-axis [m], >= 0.
       real(wp) :: a = 0.0_wp
       !> Sliding velocity along the major and the minor axis [m/s].
@@ -72,29 +71,14 @@ module contensou_contact_friction_law
 
    abstract interface
       !> Friction force and torque on the body that slips, in the axes of the spot.
-      pure subroutine wrench_of(self, load, shape, a, vx, vy, w, resolution, fx, fy, torque)
-         import :: friction_type, spot_shape_type, wp
+      pure subroutine wrench_of(self, shape, at, wrench)
+         import :: friction_type, sliding_type, spot_shape_type, wp
          implicit none(type, external)
          class(friction_type), intent(in) :: self
-         !> Normal force N [N], >= 0.
-         real(wp), intent(in) :: load
          type(spot_shape_type), intent(in) :: shape
-         !> Major semi-axis [m], >= 0.
-         real(wp), intent(in) :: a
-         !> Sliding velocity along the major axis [m/s].
-         real(wp), intent(in) :: vx
-         !> Sliding velocity along the minor axis [m/s].
-         real(wp), intent(in) :: vy
-         !> Spin about the normal [rad/s].
-         real(wp), intent(in) :: w
-         !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
-         real(wp), intent(in) :: resolution
-         !> Force along the major axis [N].
-         real(wp), intent(out) :: fx
-         !> Force along the minor axis [N].
-         real(wp), intent(out) :: fy
-         !> Torque about the normal [N m].
-         real(wp), intent(out) :: torque
+         type(sliding_type), intent(in) :: at
+         !> Force along the major and the minor axis [N], torque about the normal [N m].
+         real(wp), intent(out) :: wrench(3)
       end subroutine wrench_of
 
       !> Make a law of friction.
@@ -114,38 +98,23 @@ contains
 
    !> Friction wrench and its derivatives by normal force, size of the spot and velocities: by
    !> differences, unless a law knows better.
-   pure subroutine differ_wrench(self, load, shape, a, vx, vy, w, resolution, wrench, slopes)
+   pure subroutine differ_wrench(self, shape, at, wrench, slopes)
       class(friction_type), intent(in) :: self
-      !> Normal force N [N], >= 0.
-      real(wp), intent(in) :: load
       type(spot_shape_type), intent(in) :: shape
-      !> Major semi-axis [m], >= 0.
-      real(wp), intent(in) :: a
-      !> Sliding velocity along the major axis [m/s].
-      real(wp), intent(in) :: vx
-      !> Sliding velocity along the minor axis [m/s].
-      real(wp), intent(in) :: vy
-      !> Spin about the normal [rad/s].
-      real(wp), intent(in) :: w
-      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
-      real(wp), intent(in) :: resolution
+      type(sliding_type), intent(in) :: at
       !> Force along the major and the minor axis [N], torque about the normal [N m].
       real(wp), intent(out) :: wrench(3)
       !> Derivative of component i by N, a, vx, vy, w.
       real(wp), intent(out) :: slopes(3, 5)
-      type(sliding_type) :: here, there(2)
+      type(sliding_type) :: there
       real(wp) :: varied(3, 2), h(2)
       integer :: i, k
 
-      here = sliding_type(load, shape, a, vx, vy, w, resolution)
-      call self%wrench(load, shape, a, vx, vy, w, resolution, wrench(1), wrench(2), wrench(3))
+      call self%wrench(shape, at, wrench)
       do i = 1, 5
          do k = 1, 2
-            call shift(here, i, self%delta, k == 1, there(k), h(k))
-            associate (at => there(k))
-               call self%wrench(at%load, shape, at%a, at%vx, at%vy, at%w, resolution, &
-                  varied(1, k), varied(2, k), varied(3, k))
-            end associate
+            call shift(at, i, self%delta, k == 1, there, h(k))
+            call self%wrench(shape, there, varied(:, k))
          end do
          slopes(:, i) = (varied(:, 1) - varied(:, 2))/(h(1) - h(2))
       end do
@@ -189,8 +158,9 @@ contains
    end subroutine shift
 
    !> Wrench at given states, and the rates of these: that of a law without states.
-   pure subroutine evolve(self, at, states, wrench, rates)
+   pure subroutine evolve(self, shape, at, states, wrench, rates)
       class(friction_type), intent(in) :: self
+      type(spot_shape_type), intent(in) :: shape
       type(sliding_type), intent(in) :: at
       real(wp), intent(in) :: states(:)
       !> Force along the major and the minor axis [N], torque about the normal [N m].
@@ -198,15 +168,15 @@ contains
       !> Time derivatives of the states.
       real(wp), intent(out) :: rates(:)
 
-      call self%wrench(at%load, at%shape, at%a, at%vx, at%vy, at%w, at%resolution, wrench(1), &
-         wrench(2), wrench(3))
+      call self%wrench(shape, at, wrench)
       rates = 0.0_wp
    end subroutine evolve
 
    !> Wrench and rates of the states, and their derivatives by normal force, size of the spot,
    !> velocities and states: by differences, unless a law knows better.
-   pure subroutine vary(self, at, states, scales, wrench, rates, slopes)
+   pure subroutine vary(self, shape, at, states, scales, wrench, rates, slopes)
       class(friction_type), intent(in) :: self
+      type(spot_shape_type), intent(in) :: shape
       type(sliding_type), intent(in) :: at
       real(wp), intent(in) :: states(:)
       !> Values against which the states count as small.
@@ -222,12 +192,11 @@ contains
       integer :: i, k, n
 
       if (size(states) == 0) then
-         call self%linearize(at%load, at%shape, at%a, at%vx, at%vy, at%w, at%resolution, wrench, &
-            slopes)
+         call self%linearize(shape, at, wrench, slopes)
          return
       end if
       n = size(states)
-      call self%evolve(at, states, wrench, rates)
+      call self%evolve(shape, at, states, wrench, rates)
       do i = 1, 5 + n
          do k = 1, 2
             there = at
@@ -238,15 +207,16 @@ contains
                h(k) = merge(step, -step, k == 1)*max(abs(states(i - 5)), scales(i - 5))
                moved(i - 5) = states(i - 5) + h(k)
             end if
-            call self%evolve(there, moved(:n), varied(:3, k), varied(4:3 + n, k))
+            call self%evolve(shape, there, moved(:n), varied(:3, k), varied(4:3 + n, k))
          end do
          slopes(:, i) = (varied(:3 + n, 1) - varied(:3 + n, 2))/(h(1) - h(2))
       end do
    end subroutine vary
 
    !> Energy that is stored in the states [J]: none. It counts as lost in friction when it is lost.
-   pure real(wp) function stored_energy(self, at, states)
+   pure real(wp) function stored_energy(self, shape, at, states)
       class(friction_type), intent(in) :: self
+      type(spot_shape_type), intent(in) :: shape
       type(sliding_type), intent(in) :: at
       real(wp), intent(in) :: states(:)
 

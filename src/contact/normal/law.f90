@@ -2,7 +2,7 @@
 module contensou_contact_normal_law
    use contensou_base_kinds, only : wp
    use contensou_contact_catalogue, only : model_type
-   use contensou_contact_hertz, only : hertz_contact, hertz_kernel, hertz_type
+   use contensou_contact_hertz, only : hertz_contact, hertz_kernel, hertz_spot_type, hertz_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_contact_spot, only : circular_shape, elliptic_shape_of_c1, spot_shape_type
    implicit none(type, external)
@@ -91,14 +91,14 @@ contains
       real(wp), intent(in) :: curvature_a
       !> Half relative curvature B along the minor axis [1/m], >= A.
       real(wp), intent(in) :: curvature_b
+      type(hertz_spot_type) :: spot
 
       if (abs(curvature_a - self%curvature_a) <= 0.0_wp .and. &
          abs(curvature_b - self%curvature_b) <= 0.0_wp) return
       self%curvature_a = curvature_a
       self%curvature_b = curvature_b
-      ! At d = 1 m.
-      call self%kernel(curvature_a, curvature_b, self%modulus, 1.0_wp, self%c1, self%axis_a, &
-         self%axis_b, self%stiffness, self%pressure)
+      call self%kernel(curvature_a, curvature_b, self%modulus, 1.0_wp, spot)
+      call self%scale_from(spot)
       if (.not. self%with_shape) return
       if (curvature_a < curvature_b) then
          self%shape = elliptic_shape_of_c1(self%c1)

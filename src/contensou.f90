@@ -19,8 +19,8 @@ module contensou
    use contensou_integrate_motion, only : motion_type
 
    ! Kernels; approximations of them stand in the tables.
-   use contensou_contact_hertz, only : effective_modulus, hertz_contact, hertz_spot_type, hertz_type, &
-      new_hertz
+   use contensou_contact_hertz, only : effective_modulus, hertz_contact, hertz_spot_type, &
+      hertz_type, new_hertz
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
    use contensou_contact_vilke, only : vilke_force
    use contensou_contact_wrench, only : slip_type, wrench_exact, wrench_exact_jacobian, &

@@ -92,12 +92,25 @@ contains
             dot_product(velocity, at%major), dot_product(velocity, minor), &
             dot_product(spin, at%normal), resolution)
          call self%friction%wrench(self%normal%shape, slides, wrench)
-         load%friction_force = wrench(1)*at%major + wrench(2)*minor
-         load%friction_torque = wrench(3)
-         load%friction_power = -(wrench(1)*slides%vx + wrench(2)*slides%vy + wrench(3)*slides%w)
+         call take_friction(at, minor, slides, wrench, load)
       end if
       if (allocated(self%rolling)) call add_rolling(self, at, spin, load)
    end subroutine evaluate
+
+   !> Put the wrench of friction into a load.
+   pure subroutine take_friction(at, minor, slides, wrench, load)
+      type(contact_point_type), intent(in) :: at
+      !> Unit tangent along the minor axis of the spot.
+      real(wp), intent(in) :: minor(3)
+      type(sliding_type), intent(in) :: slides
+      !> Force along the major and the minor axis [N], torque about the normal [N m].
+      real(wp), intent(in) :: wrench(3)
+      type(contact_load_type), intent(inout) :: load
+
+      load%friction_force = wrench(1)*at%major + wrench(2)*minor
+      load%friction_torque = wrench(3)
+      load%friction_power = -(wrench(1)*slides%vx + wrench(2)*slides%vy + wrench(3)*slides%w)
+   end subroutine take_friction
 
    !> Add rolling resistance to a load.
    pure subroutine add_rolling(self, at, spin, load)
@@ -150,9 +163,7 @@ contains
             dot_product(velocity, minor), dot_product(spin, at%normal)], resolution)
          call self%friction%evolve(self%normal%shape, slides, states(self%n_damping + 1:), wrench, &
             rates(self%n_damping + 1:))
-         load%friction_force = wrench(1)*at%major + wrench(2)*minor
-         load%friction_torque = wrench(3)
-         load%friction_power = -(wrench(1)*slides%vx + wrench(2)*slides%vy + wrench(3)*slides%w)
+         call take_friction(at, minor, slides, wrench, load)
       end if
       if (allocated(self%rolling)) call add_rolling(self, at, spin, load)
    end subroutine evolve

@@ -130,8 +130,8 @@ contains
             status_file)
          return
       end if
-      is = is_locked(name // part_suffix)
-      if (is) call fatal(error, "another run is writing " // name // part_suffix, status_file)
+      if (is_locked(name // part_suffix)) call fatal(error, "another run is writing " // name // &
+         part_suffix, status_file)
    end subroutine check_output
 
    !> Write NAME.csv and NAME.h5, each under a temporary name that it loses when both are complete.

@@ -94,7 +94,6 @@ contains
       type(string_type), allocatable :: overrides(:), words(:)
       character(len=:), allocatable :: text
       integer :: i, shown
-      logical :: is
 
       text = "sweep of " // sweep%scene_path // nl // "  cases      " // &
          to_text(sum(tally%counts)) // ": " // to_text(tally%counts(case_complete)) // " complete"
@@ -118,8 +117,7 @@ contains
             command_text(words) // nl
       end if
       do i = 1, size(trajectories%numbers)
-         is = file_exists(trajectories%files(i)%s)
-         if (is) then
+         if (file_exists(trajectories%files(i)%s)) then
             text = text // "  trajectory " // trajectories%files(i)%s // nl
          else
             text = text // "  trajectory of case " // to_text(trajectories%numbers(i)) // &

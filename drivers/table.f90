@@ -6,7 +6,7 @@ module contensou_drivers_table
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : wp
-   use contensou_base_operating_system, only : file_exists, is_folder, write_stdout
+   use contensou_base_operating_system, only : check_readable, write_stdout
    use contensou_base_text, only : lower, quote, read_real, starts_with, string_type, to_text
    implicit none(type, external)
    private
@@ -235,23 +235,15 @@ contains
       character(len=512) :: message
       character(len=:), allocatable :: line
       integer :: unit, status, n, length, i
-      logical :: standard, is
+      logical :: standard
 
       standard = path == "" .or. path == "-"
       unit = input_unit
       table%name = "standard input"
       if (.not. standard) then
          table%name = path
-         is = is_folder(path)
-         if (is) then
-            call fatal(error, path // " cannot be read: it is a folder", status_file)
-            return
-         end if
-         is = file_exists(path)
-         if (.not. is) then
-            call fatal(error, path // " cannot be read: it does not exist", status_file)
-            return
-         end if
+         call check_readable(path, error)
+         if (allocated(error)) return
          open(newunit=unit, file=path, status="old", action="read", iostat=status, iomsg=message)
          if (status /= 0) then
             call fatal(error, path // " cannot be read: " // trim(message), status_file)

@@ -10,8 +10,8 @@ module contensou_base_operating_system
    private
 
    public :: list_folder
-   public :: rename_file, remove_file, file_exists, is_folder, folder_writable, check_writable, &
-      is_locked
+   public :: rename_file, remove_file, file_exists, is_folder, folder_writable, check_readable, &
+      check_writable, is_locked
    public :: is_terminal, terminal_width, write_stderr, write_stdout
    public :: catch_signals, signal_received, open_standard_streams
    public :: host_name, wall_seconds, cpu_seconds, utc_now
@@ -337,6 +337,18 @@ contains
       answer = c_folder_writable(trim(path) // c_null_char) /= 0
    end function folder_writable
 
+   !> See that a file can be read, as far as its name tells.
+   subroutine check_readable(path, error)
+      character(len=*), intent(in) :: path
+      type(error_type), allocatable, intent(out) :: error
+
+      if (is_folder(path)) then
+         call fatal(error, path // " cannot be read: it is a folder", status_file)
+      else if (.not. file_exists(path)) then
+         call fatal(error, path // " cannot be read: it does not exist", status_file)
+      end if
+   end subroutine check_readable
+
    !> See that a file can be created or replaced.
    subroutine check_writable(path, what, error)
       character(len=*), intent(in) :: path
@@ -344,15 +356,12 @@ contains
       character(len=*), intent(in) :: what
       !> Set when it is a folder, or when files cannot be created where it is to be.
       type(error_type), allocatable, intent(out) :: error
-      logical :: is
 
-      is = is_folder(path)
-      if (is) then
+      if (is_folder(path)) then
          call fatal(error, "the " // what // " " // path // " is a folder", status_file)
          return
       end if
-      is = folder_writable(path)
-      if (.not. is) call fatal(error, "cannot write " // path // &
+      if (.not. folder_writable(path)) call fatal(error, "cannot write " // path // &
          ": its folder does not exist or is not writable", status_file)
    end subroutine check_writable
 

@@ -45,6 +45,10 @@ module contensou_files_earlier
    !> Memory for looking at a file [bytes].
    real(wp), parameter :: memory_limit = 1.0737e9_wp
 
+   !> What helps where an earlier run cannot be continued.
+   character(len=*), parameter :: what_helps = new_line("a") // &
+      "it cannot be resumed; --force begins from the start, -o FILE writes another file"
+
    !> The file is what is expected.
    integer, parameter :: found_good = 0
 
@@ -87,8 +91,7 @@ contains
 
       notice = ""
       part = name // part_suffix
-      is = is_folder(name)
-      if (is) then
+      if (is_folder(name)) then
          call fatal(error, "the output file " // name // " is a folder", status_file)
          return
       end if
@@ -99,19 +102,15 @@ contains
             status_file)
          return
       end if
-      is = folder_writable(name)
-      if (.not. is) then
+      if (.not. folder_writable(name)) then
          call fatal(error, "cannot write " // name // ": its folder does not exist or is not " // &
             "writable", status_file)
          return
       end if
       if (resume) return
-      is = file_exists(part)
-      if (.not. is) part = name // old_suffix
-      is = file_exists(part)
-      if (.not. is) return
-      is = is_locked(part)
-      if (is) then
+      if (.not. file_exists(part)) part = name // old_suffix
+      if (.not. file_exists(part)) return
+      if (is_locked(part)) then
          call fatal(error, "another run is writing " // part, status_file)
          return
       end if
@@ -143,13 +142,11 @@ contains
       character(len=:), allocatable :: message
       character(len=64) :: version, commit
       type(error_type), allocatable :: unremoved
-      logical :: is
       integer :: found
 
       earlier%notice = ""
       earlier%warning = ""
-      is = file_exists(name)
-      if (is) then
+      if (file_exists(name)) then
          call look_into(name, "complete", resolved, earlier%checkpoint, .false., found, message, &
             error)
          if (allocated(error)) return
@@ -157,32 +154,27 @@ contains
             earlier%complete = .true.
             call notice(name // " is complete")
             ! A life that was killed after its last row can have left these.
-            is = file_exists(name // part_suffix)
-            if (.not. is) call forget(name, .true., unremoved)
+            if (.not. file_exists(name // part_suffix)) call forget(name, .true., unremoved)
          else
             call fatal(error, message // new_line("a") // &
                "--force replaces it, -o FILE writes another one", status_file)
          end if
          return
       end if
-      is = is_locked(name // part_suffix)
-      if (is) then
+      if (is_locked(name // part_suffix)) then
          call fatal(error, "another run is writing " // name // part_suffix, status_file)
          return
       end if
       ! The older of two files is there only while its rows are being copied to the other.
       earlier%source = name // old_suffix
-      is = file_exists(earlier%source)
-      if (.not. is) then
+      if (.not. file_exists(earlier%source)) then
          earlier%source = name // part_suffix
-         is = file_exists(earlier%source)
-         if (.not. is) then
+         if (.not. file_exists(earlier%source)) then
             call notice("there is nothing to resume; beginning from the start")
             return
          end if
       end if
-      is = file_exists(name // checkpoint_suffix)
-      if (.not. is) then
+      if (.not. file_exists(name // checkpoint_suffix)) then
          call without_checkpoint()
          return
       end if
@@ -195,8 +187,7 @@ contains
             status_file)
       end if
       if (allocated(error)) then
-         error%message = error%message // new_line("a") // &
-            "it cannot be resumed; --force begins from the start, -o FILE writes another file"
+         error%message = error%message // what_helps
          return
       end if
       if (commit /= git_commit()) call notice("resuming a run of another build, " // trim(commit))
@@ -211,9 +202,7 @@ contains
          earlier%warning = message // new_line("a") // &
             "it was damaged when its run was killed; beginning from the start" // new_line("a")
       case default
-         call fatal(error, message // new_line("a") // &
-            "it cannot be resumed; --force begins from the start, -o FILE writes another file", &
-            status_file)
+         call fatal(error, message // what_helps, status_file)
       end select
 
    contains
@@ -238,8 +227,7 @@ contains
                "first checkpoint; beginning from the start")
          else
             call fatal(error, earlier%source // " holds the rows of a run that was " // status // &
-               ", without " // name // checkpoint_suffix // new_line("a") // &
-               "it cannot be resumed; --force begins from the start, -o FILE writes another file", &
+               ", without " // name // checkpoint_suffix // what_helps, &
                merge(status_failed, status_file, status == "failed"))
          end if
       end subroutine without_checkpoint
@@ -423,10 +411,8 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       type(error_type), allocatable :: unreadable
       character(len=:), allocatable :: status
-      logical :: is
 
-      is = file_exists(name // part_suffix)
-      if (.not. is) return
+      if (.not. file_exists(name // part_suffix)) return
       call readable_status(name // part_suffix, status, unreadable)
       if (.not. allocated(unreadable)) then
          error%message = error%message // new_line("a") // "the rows written before are in " // &

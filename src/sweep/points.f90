@@ -5,7 +5,7 @@ module contensou_sweep_points
    use contensou_base_document, only : value_logical, value_null, value_real, value_text, value_type
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_operating_system, only : file_exists, is_folder
+   use contensou_base_operating_system, only : check_readable
    use contensou_base_schema, only : kind_logical
    use contensou_base_text, only : lower, quote, read_real, starts_with, string_type, to_text
    use contensou_files_hdf5_reader, only : class_integer, class_real, class_text, class_unsigned, &
@@ -73,19 +73,10 @@ contains
       character(len=len(signature)) :: first
       character(len=:), allocatable :: line
       integer :: unit, stat, number
-      logical :: is
 
       self%path = path
-      is = is_folder(path)
-      if (is) then
-         call fatal(error, path // " cannot be read: it is a folder", status_file)
-         return
-      end if
-      is = file_exists(path)
-      if (.not. is) then
-         call fatal(error, path // " cannot be read: it does not exist", status_file)
-         return
-      end if
+      call check_readable(path, error)
+      if (allocated(error)) return
       open(newunit=unit, file=path, access="stream", form="unformatted", status="old", &
          action="read", iostat=stat)
       if (stat /= 0) then

@@ -510,12 +510,11 @@ contains
    subroutine abandon(self)
       class(sweep_table_type), intent(inout) :: self
       type(error_type), allocatable :: ignored
-      logical :: exists
 
       call self%file%abandon()
       if (.not. allocated(self%name)) return
-      exists = file_exists(self%name // unfinished_suffix)
-      if (exists) call remove_file(self%name // unfinished_suffix, ignored)
+      if (file_exists(self%name // unfinished_suffix)) call remove_file(self%name // &
+         unfinished_suffix, ignored)
    end subroutine abandon
 
    !> See that a table can be written, and whether it is there already.

@@ -10,33 +10,21 @@ module contensou_sweep_reader
    use contensou_base_resolve, only : expected_of, resolve
    use contensou_base_schema, only : key_type, schema_type
    use contensou_base_settings, only : group_settings_type, settings_type
-   use contensou_base_text, only : join, lower, nearest, quote, starts_with, string_type, strings, &
-      to_text
-   use contensou_contact_parts, only : owns_state
-   use contensou_dynamics_scene, only : turns_by_drive
-   use contensou_study_quantities, only : final_quantities, row_quantities
-   use contensou_study_quantity, only : quantity_type
-   use contensou_study_summary, only : summary_quantities
+   use contensou_base_text, only : join, lower, quote, starts_with, string_type, to_text
    use contensou_scene_reader, only : load_scene, loaded_scene_type
    use contensou_scene_overrides, only : apply_override, index_groups, index_type
-   use contensou_study_case, only : event_names, source_event, source_state, source_summary, &
-      source_value
-   use contensou_sweep_plan, only : parameter_column_type, result_column_type, sweep_type
+   use contensou_sweep_plan, only : parameter_column_type, sweep_type
    use contensou_sweep_points, only : logical_of, points_column_type
+   use contensou_sweep_results, only : check_column, read_results
    use contensou_sweep_sampling, only : hash_text, hash_values, sampling_file, sampling_grid, &
       sampling_latin, sampling_names, sampling_sobol, sobol_bits, sobol_most_dimensions
-   use contensou_sweep_schema, only : keep_names, most_cases, sweep_schema, vary_linear, &
-      vary_list, vary_log, vary_names
+   use contensou_sweep_schema, only : most_cases, sweep_schema, vary_linear, vary_list, vary_log, &
+      vary_names
    use contensou_sweep_target, only : find_target, target_type, value_words
    implicit none(type, external)
    private
 
    public :: read_sweep, is_sweep_file
-
-   !> Descriptions of what is kept of the events of a contact.
-   character(len=*), parameter :: event_docs(*) = [character(len=26) :: "time of the first touch", &
-      "time of the last touch", "time of the first lift-off", "time of the last lift-off", &
-      "touch events", "lift-off events"]
 
 contains
 
@@ -125,6 +113,7 @@ contains
             if (scene_good) then
                call check_parameters(main, groups, sweep, diagnostics)
                call read_results(main, groups, sweep, diagnostics)
+               call check_columns(main, groups, sweep, diagnostics)
             end if
             call read_trajectories(main, sweep, diagnostics)
             if (main%number("time_limit") > 0.0_wp) sweep%time_limit = main%number("time_limit")
@@ -388,21 +377,6 @@ contains
       parameter%units = ""
       parameter%long_name = ""
    end subroutine name_column
-
-   !> A name of a column has to be one of a data set, too.
-   subroutine check_column(name, origin, diagnostics)
-      character(len=*), intent(in) :: name
-      type(origin_type), intent(in) :: origin
-      type(diagnostics_type), intent(inout) :: diagnostics
-
-      if (index(name, "/") > 0 .or. name == "." .or. name == "..") then
-         call diagnostics%add(origin, quote(name) // " cannot be the name of a column", &
-            "a name without '/'")
-      else if (any(name == [character(len=7) :: "case", "status", "message"])) then
-         call diagnostics%add(origin, quote(name) // " cannot be the name of a column", &
-            "another name: each table has a column " // name)
-      end if
-   end subroutine check_column
 
    !> Find what the paths of a parameter stand for.
    subroutine find_targets(group, base, scene_good, parameter, diagnostics)
@@ -782,292 +756,23 @@ contains
       end do
    end function place_of
 
-   !> Which results are kept, beside values at a time.
-   subroutine read_keep(main, keep_summary, keep_events, keep_state, diagnostics)
-      !> Group `sweep`.
-      type(group_settings_type), intent(in) :: main
-      !> For each of `summary_quantities`, `event_names` and `final_quantities`, whether it is kept.
-      logical, intent(out) :: keep_summary(:), keep_events(:), keep_state(:)
-      type(diagnostics_type), intent(inout) :: diagnostics
-      type(string_type), allocatable :: known(:)
-      type(quantity_type), allocatable :: finals(:)
-      character(len=:), allocatable :: word, right
-      integer :: i, k
-
-      keep_summary = .false.
-      keep_events = .false.
-      keep_state = .false.
-      if (.not. main%is_set("keep")) return
-      finals = final_quantities()
-      known = strings([character(len=len(finals%name)) :: keep_names, summary_quantities%name, &
-         event_names, finals%name])
-      do i = 1, main%count("keep")
-         word = lower(main%text("keep", i))
-         keep_summary = keep_summary .or. word == "summary" .or. summary_quantities%name == word
-         keep_events = keep_events .or. word == "events" .or. event_names == word
-         keep_state = keep_state .or. word == "final_state" .or. finals%name == word
-         if (any([(known(k)%s == word, k=1, size(known))])) cycle
-         if (word == "cpu_s") then
-            call diagnostics%add(main%place("keep", i), &
-               "CPU time is not the same twice and cannot be kept")
-            cycle
-         end if
-         right = "one of " // join(known, ", ")
-         k = nearest(word, known)
-         if (k > 0) right = quote(known(k)%s)
-         call diagnostics%add(main%place("keep", i), "unknown result " // quote(word), right)
-      end do
-   end subroutine read_keep
-
-   !> Columns of the results.
-   subroutine read_results(main, groups, sweep, diagnostics)
+   !> Parameters must not share a column with a result.
+   subroutine check_columns(main, groups, sweep, diagnostics)
       !> Group `sweep`.
       type(group_settings_type), intent(in) :: main
       type(group_settings_type), intent(in) :: groups(:)
-      type(sweep_type), intent(inout) :: sweep
+      type(sweep_type), intent(in) :: sweep
       type(diagnostics_type), intent(inout) :: diagnostics
-      type(result_column_type), allocatable :: columns(:)
-      logical :: keep_summary(size(summary_quantities)), keep_events(size(event_names))
-      logical, allocatable :: keep_state(:)
-      type(quantity_type), allocatable :: finals(:)
-      integer :: i, j, k, m, n, n_values
+      integer :: i, j
 
-      finals = final_quantities()
-      allocate(keep_state(size(finals)))
-      call read_keep(main, keep_summary, keep_events, keep_state, diagnostics)
-      n_values = count([(groups(i)%group_name() == "value", i=1, size(groups))])
-      associate (nb => size(sweep%scene%bodies), nc => size(sweep%scene%contacts))
-         allocate(columns(size(summary_quantities) + nc*size(event_names) + &
-            nb*sum(finals%components()) + n_values))
-         n = 0
-         do k = 1, size(summary_quantities)
-            if (.not. keep_summary(k)) cycle
-            associate (q => summary_quantities(k))
-               call put(q%name, q%units, trim(q%long_name), q%is_integer)
-            end associate
-            columns(n)%source = source_summary
-            columns(n)%quantity = k
-         end do
-         do i = 1, nc
-            do k = 1, size(event_names)
-               if (.not. keep_events(k)) cycle
-               associate (contact => sweep%scene%contacts(i)%name)
-                  call put(trim(event_names(k)) // "_" // column_word(contact), &
-                     merge("1", "s", k > 4), trim(event_docs(k)) // " of " // contact, k > 4)
-               end associate
-               columns(n)%source = source_event
-               columns(n)%quantity = k
-               columns(n)%index = i
-            end do
-         end do
-         do i = 1, nb
-            do k = 1, size(finals)
-               if (.not. keep_state(k)) cycle
-               m = finals(k)%components()
-               do j = 1, m
-                  associate (q => finals(k), body => sweep%scene%bodies(i)%name)
-                     call put(trim(q%name) // "_" // column_word(body) // "_" // &
-                        component_word(m, j), q%units, trim(q%long_name) // " of " // body // &
-                        ", " // component_word(m, j), .false.)
-                  end associate
-                  columns(n)%source = source_state
-                  columns(n)%quantity = k
-                  columns(n)%index = i
-                  columns(n)%component = j
-               end do
-            end do
-         end do
-      end associate
-      do i = 1, size(groups)
-         if (groups(i)%group_name() /= "value") cycle
-         n = n + 1
-         call read_value(groups(i), sweep, columns(n), diagnostics)
-      end do
-      deallocate(sweep%results)
-      allocate(sweep%results(n))
-      k = 0
-      do i = 1, n
-         sweep%results(i) = columns(i)
-         if (columns(i)%source == source_value) then
-            do k = k + 1, size(groups)
-               if (groups(k)%group_name() == "value") exit
-            end do
-            if (.not. groups(k)%is_set("name")) cycle
-            if (any([(columns(j)%name == columns(i)%name, j=1, i - 1)])) call diagnostics%add( &
-               groups(k)%place("name", 1), &
-               "two results have the name " // quote(columns(i)%name), "another name")
-         end if
+      do i = 1, size(sweep%results)
          do j = 1, size(sweep%parameters)
-            if (sweep%parameters(j)%name == columns(i)%name) call diagnostics%add( &
+            if (sweep%parameters(j)%name == sweep%results(i)%name) call diagnostics%add( &
                place_of(main, groups, sweep, j, 0), "a parameter and a result have the column " // &
-               quote(columns(i)%name), "column = 'another name' for the parameter")
+               quote(sweep%results(i)%name), "column = 'another name' for the parameter")
          end do
       end do
-      if (n == 0 .and. diagnostics%count() == 0) call diagnostics%add( &
-         main%place("keep"), "nothing is kept of the cases", &
-         "keep = 'summary', or a group &value")
-
-   contains
-
-      !> Begin the next column. (A structure constructor would leak its texts.)
-      subroutine put(name, units, long_name, is_integer)
-         character(len=*), intent(in) :: name
-         character(len=*), intent(in) :: units
-         character(len=*), intent(in) :: long_name
-         !> Whether it is a count.
-         logical, intent(in) :: is_integer
-
-         n = n + 1
-         columns(n)%name = trim(name)
-         columns(n)%units = trim(units)
-         columns(n)%long_name = long_name
-         columns(n)%is_integer = is_integer
-      end subroutine put
-
-   end subroutine read_results
-
-   !> A part of the name of a column.
-   pure function column_word(name) result(word)
-      !> Name of a body or contact.
-      character(len=*), intent(in) :: name
-      character(len=:), allocatable :: word
-      integer :: i
-
-      word = name
-      do i = 1, len(word)
-         if (word(i:i) == "/") word(i:i) = "_"
-      end do
-   end function column_word
-
-   !> Name of a component.
-   pure function component_word(n, component) result(word)
-      !> Number of components: 3 for a vector, 4 for a quaternion.
-      integer, intent(in) :: n
-      !> Which one.
-      integer, intent(in) :: component
-      character(len=1) :: word
-      character(len=*), parameter :: letters = "wxyz"
-
-      word = letters(component + 4 - n:component + 4 - n)
-   end function component_word
-
-   !> A value of the trajectory at a time.
-   subroutine read_value(group, sweep, column, diagnostics)
-      !> Group `value`.
-      type(group_settings_type), intent(in) :: group
-      !> The sweep, with its base scene.
-      type(sweep_type), intent(in) :: sweep
-      type(result_column_type), intent(out) :: column
-      type(diagnostics_type), intent(inout) :: diagnostics
-      type(quantity_type) :: quantity
-      type(quantity_type), allocatable :: quantities(:)
-      integer :: i, near, components
-      logical :: varies
-
-      column%source = source_value
-      column%name = group%text("name")
-      if (group%is_set("name")) call check_column(column%name, &
-         group%place("name", 1), diagnostics)
-      column%time = group%number("time")
-      varies = .false.
-      do i = 1, size(sweep%parameters)
-         varies = varies .or. any([(sweep%parameters(i)%paths(near)%s == "scene.t_end", &
-            near=1, size(sweep%parameters(i)%paths))])
-      end do
-      if (column%time > sweep%scene%t_end .and. .not. varies) call diagnostics%add( &
-         group%place("time", 1), "'time' is beyond the end of the runs", &
-         "at most scene.t_end, " // to_text(sweep%scene%t_end) // " [s]")
-      column%quantity = group%choice("dataset")
-      column%units = ""
-      column%long_name = ""
-      if (column%quantity == 0) return
-      ! The first quantity of a row is the time, which is no choice.
-      column%quantity = column%quantity + 1
-      quantities = row_quantities()
-      quantity = quantities(column%quantity)
-      components = quantity%components()
-      column%units = trim(quantity%units)
-      column%long_name = trim(quantity%name)
-      if (quantity%of_drives .and. &
-         .not. any(turns_by_drive(sweep%scene%bodies%motion))) call diagnostics%add( &
-         group%place("dataset", 1), "no body of the scene is driven", &
-         "a body with another motion")
-      if (quantity%of_states) then
-         if (.not. any([(owns_state([sweep%scene%contacts(i)%normal, &
-            sweep%scene%contacts(i)%damping, sweep%scene%contacts(i)%friction, &
-            sweep%scene%contacts(i)%rolling], quantity%name), &
-            i=1, size(sweep%scene%contacts))])) call diagnostics%add( &
-            group%place("dataset", 1), "no contact of the scene has such a state", &
-            "a contact with a law that has it")
-      end if
-      if (group%is_set("component")) column%component = group%integer("component")
-      if (components == 1) then
-         call group%refuse("component", "'component' has no meaning for " // &
-            trim(quantity%name) // ", which is a scalar", "no component", diagnostics)
-      else
-         call group%require("component", group%origin, "'component' is missing for " // &
-            trim(quantity%name), "component = 1 to " // to_text(components), diagnostics)
-         if (column%component > components) call diagnostics%add(group%place("component", 1), &
-            "'component' is out of range", "1 to " // to_text(components))
-      end if
-      call read_owner(group, sweep, quantity, column, diagnostics)
-      if (components > 1) column%long_name = column%long_name // ", component " // &
-         to_text(column%component)
-      column%long_name = column%long_name // ", at " // to_text(column%time) // " s"
-   end subroutine read_value
-
-   !> Body or contact that a value belongs to.
-   subroutine read_owner(group, sweep, quantity, column, diagnostics)
-      !> Group `value`.
-      type(group_settings_type), intent(in) :: group
-      !> The sweep, with its base scene.
-      type(sweep_type), intent(in) :: sweep
-      type(quantity_type), intent(in) :: quantity
-      type(result_column_type), intent(inout) :: column
-      type(diagnostics_type), intent(inout) :: diagnostics
-      type(string_type), allocatable :: names(:)
-      character(len=:), allocatable :: kind, wanted, right
-      integer :: i, near
-
-      select case (quantity%owner())
-      case ("")
-         call group%refuse("of", "'of' has no meaning for " // trim(quantity%name) // &
-            ", which belongs to the whole scene", "no of", diagnostics)
-         return
-      case ("body")
-         kind = "body"
-         allocate(names(size(sweep%scene%bodies)))
-         do i = 1, size(names)
-            names(i)%s = sweep%scene%bodies(i)%name
-         end do
-      case default
-         kind = "contact"
-         allocate(names(size(sweep%scene%contacts)))
-         do i = 1, size(names)
-            names(i)%s = sweep%scene%contacts(i)%name
-         end do
-      end select
-      if (group%is_set("of")) then
-         wanted = group%text("of")
-         do i = 1, size(names)
-            if (lower(names(i)%s) == lower(wanted)) column%index = i
-         end do
-         if (column%index == 0) then
-            right = "one of " // join(names, ", ")
-            near = nearest(wanted, names)
-            if (near > 0) right = quote(names(near)%s)
-            call diagnostics%add(group%place("of", 1), "there is no " // kind // " " // &
-               quote(wanted), right)
-         end if
-      else if (.not. group%is_given("of") .and. size(names) == 1) then
-         column%index = 1
-      else
-         call group%require("of", group%origin, "'of' is missing for " // trim(quantity%name), &
-            "of = the name of a " // kind, diagnostics)
-      end if
-      if (column%index > 0) column%long_name = column%long_name // " of " // &
-         names(column%index)%s
-   end subroutine read_owner
+   end subroutine check_columns
 
    !> Cases of which the whole output file is kept.
    subroutine read_trajectories(main, sweep, diagnostics)

@@ -57,6 +57,8 @@ module contensou_drivers_run
       procedure :: advise
    end type watch_type
 
+   character(len=*), parameter :: nl = new_line("a")
+
 contains
 
    !> `contensou run` in the table of commands.
@@ -186,124 +188,153 @@ contains
       type(watch_type), intent(in) :: recorder
       !> Set when the standard output cannot be written.
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: y_start(simulation%motion%n), seconds(2)
       type(text_buffer_type) :: text
-      integer :: i
+      real(wp) :: seconds(2)
 
-      y_start = initial_state(scene, simulation%motion%n)
       seconds = recorder%output%elapsed()
-      if (scene%title /= "") call line(scene%title)
-      associate (s => recorder%output%summary, system => simulation%motion%system, &
-         y => simulation%memory%y, statistics => simulation%memory%statistics)
-         call line("  simulated  " // number_text(s%time, 8) // " s with " // &
+      if (scene%title /= "") call text%add(scene%title // nl)
+      associate (s => recorder%output%summary, layout => simulation%motion%system%layout, &
+         statistics => simulation%memory%statistics)
+         call line("simulated", number_text(s%time, 8) // " s with " // &
             scene%integrator%method // " at rtol " // to_text(scene%integrator%rtol))
-         if (allocated(recorder%output%choice)) call line("  auto       " // &
-            recorder%output%choice)
-         if (recorder%changes > 0) call line("  auto       " // recorder%first_change)
-         if (recorder%changes > 1) call line("  auto       " // to_text(recorder%changes) // &
+         if (allocated(recorder%output%choice)) call line("auto", recorder%output%choice)
+         if (recorder%changes > 0) call line("auto", recorder%first_change)
+         if (recorder%changes > 1) call line("auto", to_text(recorder%changes) // &
             " changes of the method in all")
-         if (norm2(scene%gravity) > 0.0_wp) call line("  effects    gravity")
-         do i = 1, size(scene%bodies)
-            if (body_effects(scene%bodies(i)) /= "") call line("  effects    " // &
-               scene%bodies(i)%name // ": " // body_effects(scene%bodies(i)))
-         end do
-         do i = 1, size(scene%contacts)
-            call line("  effects    " // scene%contacts(i)%name // ": " // &
-               contact_effects(scene, scene%contacts(i)))
-         end do
-         do i = 1, size(scene%bodies)
-            call line("  body       " // scene%bodies(i)%name // ": axis " // tilt(y_start, i) // &
-               " -> " // tilt(y, i) // " deg from vertical, spin about it " // &
-               number_text(y_start(13*i), 5) // " -> " // number_text(y(13*i), 5) // " rad/s")
-         end do
+         call add_effects(scene, text)
+         call add_bodies(scene, simulation, text)
          if (recorder%first_contact > 0) then
-            call line("  events     " // to_text(s%touches) // " touches, " // to_text(s%lifts) // &
+            call line("events", to_text(s%touches) // " touches, " // to_text(s%lifts) // &
                " lift-offs; first touch " // number_text(recorder%first_touch, 10) // " s, " // &
                scene%contacts(recorder%first_contact)%name)
          else
-            call line("  events     " // to_text(s%touches) // " touches, " // to_text(s%lifts) // &
+            call line("events", to_text(s%touches) // " touches, " // to_text(s%lifts) // &
                " lift-offs")
          end if
-         call line("  energy     " // number_text(s%initial_energy, 6) // " J at the start" // &
-            lost(system%layout%friction, s%work_friction, "friction") // &
-            lost(system%layout%damping, s%work_damping, &
-            "damping") // supplied() // "; balance closed to " // &
-            number_text(s%relative_error, 2))
-         call line("  work       " // to_text(statistics%steps) // " steps, " // &
+         call line("energy", number_text(s%initial_energy, 6) // " J at the start" // &
+            energy(layout%friction, s%work_friction, "lost in friction") // &
+            energy(layout%damping, s%work_damping, "lost in damping") // &
+            energy(layout%applied, s%work_applied, "supplied") // &
+            "; balance closed to " // number_text(s%relative_error, 2))
+         call line("work", to_text(statistics%steps) // " steps, " // &
             to_text(statistics%derivatives) // " right-hand sides, " // &
             to_text(statistics%jacobians) // " Jacobians; " // number_text(seconds(2), 3) // &
             " s CPU, " // number_text(seconds(1), 3) // " s wall")
-         if (allocated(recorder%output%cpu_by_effect)) call shares()
-         if (allocated(recorder%advice)) call line("  advice     " // recorder%advice)
+         if (allocated(recorder%output%cpu_by_effect)) call add_shares( &
+            recorder%output%cpu_by_effect, text)
+         if (allocated(recorder%advice)) call line("advice", recorder%advice)
          if (simulation%stopped) then
-            call line("  output     " // scene%output%file // part_suffix // " (interrupted), " // &
+            call line("output", scene%output%file // part_suffix // " (interrupted), " // &
                to_text(s%rows) // " rows")
          else
-            call line("  output     " // scene%output%file // ", " // to_text(s%rows) // " rows")
+            call line("output", scene%output%file // ", " // to_text(s%rows) // " rows")
          end if
       end associate
       call write_stdout(text%text(), error)
 
    contains
 
-      !> Shares of the CPU time.
-      subroutine shares()
-         character(len=32) :: digits
-         integer :: k
-
-         associate (seconds => recorder%output%cpu_by_effect)
-            call line("  CPU time   by effect, sampled")
-            do k = 1, size(seconds)
-               write(digits, "(f6.1, a, es9.2, a)") 100.0_wp*seconds(k) &
-                  /max(sum(seconds), tiny(1.0_wp)), " %", seconds(k), " s"
-               call line("    " // profile_names(k) // trim(digits))
-            end do
-         end associate
-      end subroutine shares
-
-      !> Energy that loads and drives supplied.
-      function supplied() result(words)
-         character(len=:), allocatable :: words
-
-         words = ""
-         if (simulation%motion%system%layout%applied > 0) words = ", " // &
-            number_text(recorder%output%summary%work_applied, 5) // " J supplied"
-      end function supplied
-
       !> Add a line.
-      subroutine line(words)
+      subroutine line(word, words)
+         !> What it is about.
+         character(len=*), intent(in) :: word
          character(len=*), intent(in) :: words
 
-         call text%add(words // new_line("a"))
+         call add_line(text, word, words)
       end subroutine line
 
-      !> Energy lost in an effect, if the run has the effect.
-      function lost(index, work, effect) result(words)
+      !> Energy that an effect takes or supplies, if the run has the effect.
+      function energy(index, work, what) result(words)
          !> Index of the work in the state; 0 if the run does not have the effect.
          integer, intent(in) :: index
          !> Work [J].
          real(wp), intent(in) :: work
-         character(len=*), intent(in) :: effect
+         character(len=*), intent(in) :: what
          character(len=:), allocatable :: words
 
          words = ""
-         if (index > 0) words = ", " // number_text(work, 5) // " J lost in " // effect
-      end function lost
+         if (index > 0) words = ", " // number_text(work, 5) // " J " // what
+      end function energy
 
-      !> Angle between the z axis of a body and the vertical [deg].
-      function tilt(state, body) result(angle)
+   end subroutine print_summary
+
+   !> Add a line of the summary.
+   subroutine add_line(text, word, words)
+      type(text_buffer_type), intent(inout) :: text
+      !> What it is about.
+      character(len=*), intent(in) :: word
+      character(len=*), intent(in) :: words
+      character(len=11) :: column
+
+      column = word
+      call text%add("  " // column // words // nl)
+   end subroutine add_line
+
+   !> Add what acts on bodies and in contacts.
+   subroutine add_effects(scene, text)
+      type(scene_type), intent(in) :: scene
+      type(text_buffer_type), intent(inout) :: text
+      integer :: i
+
+      if (norm2(scene%gravity) > 0.0_wp) call add_line(text, "effects", "gravity")
+      do i = 1, size(scene%bodies)
+         if (body_effects(scene%bodies(i)) /= "") call add_line(text, "effects", &
+            scene%bodies(i)%name // ": " // body_effects(scene%bodies(i)))
+      end do
+      do i = 1, size(scene%contacts)
+         call add_line(text, "effects", scene%contacts(i)%name // ": " // &
+            contact_effects(scene, scene%contacts(i)))
+      end do
+   end subroutine add_effects
+
+   !> Add how the bodies turned.
+   subroutine add_bodies(scene, simulation, text)
+      type(scene_type), intent(in) :: scene
+      type(simulation_type), intent(in) :: simulation
+      type(text_buffer_type), intent(inout) :: text
+      real(wp) :: y_start(simulation%motion%n)
+      integer :: i
+
+      y_start = initial_state(scene, simulation%motion%n)
+      associate (y => simulation%memory%y)
+         do i = 1, size(scene%bodies)
+            call add_line(text, "body", scene%bodies(i)%name // ": axis " // tilt(y_start) // &
+               " -> " // tilt(y) // " deg from vertical, spin about it " // &
+               number_text(y_start(13*i), 5) // " -> " // number_text(y(13*i), 5) // " rad/s")
+         end do
+      end associate
+
+   contains
+
+      !> Angle between the z axis of the body and the vertical [deg].
+      function tilt(state) result(angle)
          real(wp), intent(in) :: state(:)
-         integer, intent(in) :: body
          character(len=:), allocatable :: angle
          type(pose_type) :: pose
          real(wp) :: quaternion(4)
 
-         call simulation%motion%system%pose_of(state, body, pose, quaternion)
+         call simulation%motion%system%pose_of(state, i, pose, quaternion)
          associate (axis => pose%rotation(:, 3))
             angle = number_text(atan2(hypot(axis(1), axis(2)), axis(3))*180.0_wp/pi, 5)
          end associate
       end function tilt
 
-   end subroutine print_summary
+   end subroutine add_bodies
+
+   !> Add the shares of the CPU time.
+   subroutine add_shares(seconds, text)
+      !> CPU time by effect [s].
+      real(wp), intent(in) :: seconds(:)
+      type(text_buffer_type), intent(inout) :: text
+      character(len=32) :: digits
+      integer :: i
+
+      call add_line(text, "CPU time", "by effect, sampled")
+      do i = 1, size(seconds)
+         write(digits, "(f6.1, a, es9.2, a)") 100.0_wp*seconds(i) &
+            /max(sum(seconds), tiny(1.0_wp)), " %", seconds(i), " s"
+         call text%add("    " // profile_names(i) // trim(digits) // nl)
+      end do
+   end subroutine add_shares
 
 end module contensou_drivers_run

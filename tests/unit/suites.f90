@@ -17,6 +17,7 @@ module test_suites
    use test_rigid, only : run_rigid_tests
    use test_schema, only : run_schema_tests
    use test_simulation, only : run_simulation_tests
+   use test_states, only : run_states_tests
    use test_sweep, only : run_sweep_tests
    use test_wrench, only : run_wrench_tests
    use test_wrench_ellipse, only : run_wrench_ellipse_tests
@@ -49,6 +50,7 @@ contains
       if (wants("jacobian_scenes")) call run_jacobian_scenes_tests(folder)
       if (wants("explicit")) call run_explicit_tests()
       if (wants("rigid")) call run_rigid_tests()
+      if (wants("states")) call run_states_tests(folder)
       if (wants("schema")) call run_schema_tests()
       if (wants("hdf5_file")) call run_hdf5_file_tests(check, folder)
       if (wants("comparison")) call run_comparison_tests(folder)

@@ -21,7 +21,7 @@ module test_jacobian
    implicit none(type, external)
    private
 
-   public :: run_jacobian_tests
+   public :: run_jacobian_tests, defect, set_layout
 
 contains
 

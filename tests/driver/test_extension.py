@@ -10,7 +10,9 @@ from __future__ import annotations
 import math
 import re
 import shutil
+import signal
 import subprocess
+import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -20,6 +22,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "tests" / "extension"
+METHODS = ("cvode_bdf", "cvode_adams", "explicit8", "auto")
 NAMES = ("law", "law_with_state", "shape", "quantity", "command")
 # What a build needs of the tree.
 SOURCES = ("meson.build", "meson_options.txt", "src", "drivers", "include", "scripts")
@@ -89,8 +92,6 @@ def too_many_places(changes: list[Change]) -> str:
 
 def patch_of(name: str) -> str:
     path = FOLDER / f"{name}.patch"
-    if not path.is_file():
-        pytest.skip(f"there is no {path.name} yet")
     return path.read_text(encoding="utf-8")
 
 
@@ -133,6 +134,13 @@ def extended_program(build_kind, tmp_path_factory) -> Path:
         )
         assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-2000:]
     return tree / "build" / "drivers" / "contensou"
+
+
+def final_state(path: Path) -> np.ndarray:
+    """Position and velocities at the end."""
+    with h5py.File(path) as file:
+        names = ("position", "velocity", "angular_velocity")
+        return np.concatenate([file[f"trajectory/{name}"][-1, 0] for name in names])
 
 
 @pytest.fixture
@@ -260,6 +268,103 @@ def test_law(extended, tmp_path):
             speeds.append(file["trajectory/velocity"][-1, 0, 0])
     # The one rolls at the end, the other one still slides.
     assert speeds[0] < 0.07 < speeds[1] < 0.1
+
+
+def test_law_with_state(extended, tmp_path):
+    """A friction coefficient that falls with slip: a state that a part owns."""
+    scene = FOLDER / "law_with_state.nml"
+    assert "states: friction_coefficient [-]" in extended("models", "weakening")
+    assert "weakening, regularised, integrating friction_coefficient [-]" in extended(
+        "check", scene
+    )
+    # From its equilibrium the ball has a constant normal force, and slides with
+    # v dv/dx = -7/2 g mu, mu = f + (f_0 - f) exp(-x/L).
+    f, f_0, length, g = 0.1, 0.4, 1e-3, 9.81
+    stiffness = 4 / 3 * 9.1e9 / (2 * (1 - 0.3**2)) * math.sqrt(0.015)
+    depth = (6e-3 * g / stiffness) ** (2 / 3)
+    rest = ("--set", f"body.position=0,0,{0.015 - depth!r}")
+    ways = {method: [f"integrator.method='{method}'"] for method in METHODS}
+    ways["differences"] = ["integrator.jacobian='differences'"]
+    ways["rigid"] = ["contact.normal='rigid'", "body.position=0,0,0.015"]
+    for name, changes in ways.items():
+        options = [word for change in changes for word in ("--set", change)]
+        extended("run", scene, *rest, *options, "-o", f"{name}.h5", "-q")
+        with h5py.File(tmp_path / f"{name}.h5") as file:
+            rows = file["trajectory"]
+            column = rows["friction_coefficient"]
+            assert column.attrs["units"] == "1"
+            assert column.attrs["long_name"] == "friction coefficient that slip has left"
+            names = [column.dims[k][0].name for k in range(column.ndim)]
+            assert names == ["/trajectory/time", "/trajectory/contact"]
+            mu = column[:, 0]
+            slip = rows["slip_velocity"][:, 0, 0]
+            force = -rows["friction_force"][:, 0, 0] / rows["normal_force"][:, 0]
+            error = np.abs(rows["energy_error"][:]).max() / rows["energy_kinetic"][0]
+        assert mu[0] == f_0, name
+        slides = slip > 0.02
+        assert slides.sum() > 40, name
+        x = -length * np.log((mu - f) / (f_0 - f))
+        fall = f * x + (mu[0] - f) * length * (1 - np.exp(-x / length))
+        assert np.allclose(slip[slides] ** 2, (0.3**2 - 7 * g * fall)[slides], rtol=0, atol=1e-8)
+        assert np.allclose(force[slides], mu[slides], rtol=1e-12, atol=0), name
+        assert error < 1e-8, name
+    reference = final_state(tmp_path / "cvode_bdf.h5")
+    for name in (*METHODS, "differences"):
+        assert np.allclose(final_state(tmp_path / f"{name}.h5"), reference, rtol=0, atol=1e-8), name
+
+
+def test_law_with_state_bounces(extended, tmp_path):
+    """Values at touch and after lift-off; a scene without the law has no such column."""
+    scene = FOLDER / "law_with_state.nml"
+    changes = ("body.position=0,0,0.016", "contact.damping_coefficient=0.1", "scene.t_end=0.1")
+    options = [word for change in changes for word in ("--set", change)]
+    for method in METHODS:
+        text = f"integrator.method='{method}'"
+        extended("run", scene, *options, "--set", text, "-o", f"{method}.h5", "-q")
+        with h5py.File(tmp_path / f"{method}.h5") as file:
+            rows = file["trajectory"]
+            mu, gap = rows["friction_coefficient"][:, 0], rows["gap"][:, 0]
+            kinds = list(file["events/kind"].asstr()[:])
+        assert kinds.count("touch") > 2
+        assert np.allclose(mu[gap > 1e-9], 0.4, rtol=0, atol=1e-12), method
+        assert (mu[gap < -1e-8] < 0.4).any(), method
+    top = ROOT / "inputs" / "tippe_top.nml"
+    extended("run", top, "--set", "scene.t_end=0.01", "-o", "without.h5", "-q")
+    with h5py.File(tmp_path / "without.h5") as file:
+        assert "friction_coefficient" not in file["trajectory"]
+
+
+def test_law_with_state_goes_on(extended, extended_program, tmp_path):
+    """A run that is interrupted keeps its states; a sweep takes them at a time."""
+    scene = FOLDER / "law_with_state.nml"
+    many = ("--set", "output.interval=1e-7")
+    command = [extended_program, "run", scene, *many, "-q", "-o"]
+    process = subprocess.Popen([*command, "stopped.h5"], cwd=tmp_path)
+    part = tmp_path / "stopped.h5.part"
+    deadline = time.monotonic() + 60
+    while not part.exists() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    time.sleep(0.2)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=60) == 75
+    extended("run", scene, *many, "-q", "-o", "stopped.h5", "--resume")
+    extended("run", scene, *many, "-q", "-o", "whole.h5")
+    with h5py.File(tmp_path / "stopped.h5") as one, h5py.File(tmp_path / "whole.h5") as other:
+        assert one["provenance/lives"][()] == 2
+        a, b = (file["trajectory/friction_coefficient"][:, 0] for file in (one, other))
+    assert a.shape == b.shape == (200001,)
+    assert np.allclose(a, b, rtol=0, atol=1e-9)
+    assert np.diff(a).max() < 1e-12
+    (tmp_path / "sweep.nml").write_text(
+        f"&sweep scene = '{scene}', output = 'table.h5', keep = 'nothing' /\n"
+        "&parameter name = 'contact.weakening_length', values = 1e-3, 2e-3 /\n"
+        "&value name = 'mu', dataset = 'friction_coefficient', time = 0.01 /\n"
+    )
+    extended("sweep", "sweep.nml", "-q")
+    with h5py.File(tmp_path / "table.h5") as file:
+        mu = file["results/mu"][:]
+    assert mu[0] == pytest.approx(a[100000], abs=1e-9)
+    assert 0.1 < mu[0] < mu[1] < 0.4
 
 
 def test_quantity(extended, tmp_path):

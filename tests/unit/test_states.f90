@@ -96,29 +96,21 @@ contains
    end subroutine run_states_tests
 
    !> Friction of steady sliding: Coulomb's.
-   pure subroutine wrench_of_bristles(self, load, shape, a, vx, vy, w, resolution, fx, fy, torque)
+   pure subroutine wrench_of_bristles(self, shape, at, wrench)
       class(bristle_type), intent(in) :: self
-      real(wp), intent(in) :: load
       type(spot_shape_type), intent(in) :: shape
-      real(wp), intent(in) :: a
-      real(wp), intent(in) :: vx
-      real(wp), intent(in) :: vy
-      real(wp), intent(in) :: w
-      real(wp), intent(in) :: resolution
-      real(wp), intent(out) :: fx
-      real(wp), intent(out) :: fy
-      real(wp), intent(out) :: torque
-      real(wp) :: share
+      type(sliding_type), intent(in) :: at
+      real(wp), intent(out) :: wrench(3)
+      real(wp) :: speed
 
-      share = -self%coefficient*load/max(hypot(vx, vy), sqrt(resolution), tiny(vx))
-      fx = share*vx
-      fy = share*vy
-      torque = 0.0_wp
+      speed = max(hypot(at%vx, at%vy), sqrt(at%resolution), tiny(speed))
+      wrench = -self%coefficient*at%load/speed*[at%vx, at%vy, 0.0_wp]
    end subroutine wrench_of_bristles
 
    !> Force of the bristles, and how they bend.
-   pure subroutine evolve_bristles(self, at, states, wrench, rates)
+   pure subroutine evolve_bristles(self, shape, at, states, wrench, rates)
       class(bristle_type), intent(in) :: self
+      type(spot_shape_type), intent(in) :: shape
       type(sliding_type), intent(in) :: at
       real(wp), intent(in) :: states(:)
       real(wp), intent(out) :: wrench(3)
@@ -131,8 +123,9 @@ contains
       rates = slip - norm2(slip)*self%stiffness/self%coefficient*states
    end subroutine evolve_bristles
 
-   pure real(wp) function energy_of_bristles(self, at, states) result(energy)
+   pure real(wp) function energy_of_bristles(self, shape, at, states) result(energy)
       class(bristle_type), intent(in) :: self
+      type(spot_shape_type), intent(in) :: shape
       type(sliding_type), intent(in) :: at
       real(wp), intent(in) :: states(:)
 

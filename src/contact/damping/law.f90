@@ -193,7 +193,7 @@ contains
       real(wp), intent(out) :: rates(:)
       !> Derivatives of the force, then of the rates.
       real(wp), intent(out) :: slopes(:, :)
-      real(wp) :: x(3 + most_states), varied(1 + most_states, 2), h
+      real(wp) :: x(3 + most_states), h(3 + most_states), varied(1 + most_states, 2)
       integer :: i, k, n
 
       call self%evolve(elastic, approach, rate, states, f, rates)
@@ -202,25 +202,17 @@ contains
          return
       end if
       n = size(states)
+      h(:3) = step*[elastic, approach, max(abs(rate), slow)]
+      h(4:3 + n) = step*max(abs(states), scales)
       do i = 1, 3 + n
-         select case (i)
-         case (1)
-            h = step*elastic
-         case (2)
-            h = step*approach
-         case (3)
-            h = step*max(abs(rate), slow)
-         case default
-            h = step*max(abs(states(i - 3)), scales(i - 3))
-         end select
          do k = 1, 2
             x(:3) = [elastic, approach, rate]
             x(4:3 + n) = states
-            x(i) = x(i) + merge(h, -h, k == 1)
+            x(i) = x(i) + merge(h(i), -h(i), k == 1)
             call self%evolve(x(1), x(2), x(3), x(4:3 + n), varied(1, k), &
                varied(2:1 + n, k))
          end do
-         slopes(:, i) = (varied(:1 + n, 1) - varied(:1 + n, 2))/(2.0_wp*h)
+         slopes(:, i) = (varied(:1 + n, 1) - varied(:1 + n, 2))/(2.0_wp*h(i))
       end do
    end subroutine vary
 

@@ -197,19 +197,21 @@ contains
       end if
       n = size(states)
       call self%evolve(shape, at, states, wrench, rates)
-      do i = 1, 5 + n
+      do i = 1, 5
          do k = 1, 2
-            there = at
-            moved(:n) = states
-            if (i <= 5) then
-               call shift(at, i, self%delta, k == 1, there, h(k))
-            else
-               h(k) = merge(step, -step, k == 1)*max(abs(states(i - 5)), scales(i - 5))
-               moved(i - 5) = states(i - 5) + h(k)
-            end if
-            call self%evolve(shape, there, moved(:n), varied(:3, k), varied(4:3 + n, k))
+            call shift(at, i, self%delta, k == 1, there, h(k))
+            call self%evolve(shape, there, states, varied(:3, k), varied(4:3 + n, k))
          end do
          slopes(:, i) = (varied(:3 + n, 1) - varied(:3 + n, 2))/(h(1) - h(2))
+      end do
+      do i = 1, n
+         do k = 1, 2
+            moved(:n) = states
+            h(k) = merge(step, -step, k == 1)*max(abs(states(i)), scales(i))
+            moved(i) = states(i) + h(k)
+            call self%evolve(shape, at, moved(:n), varied(:3, k), varied(4:3 + n, k))
+         end do
+         slopes(:, 5 + i) = (varied(:3 + n, 1) - varied(:3 + n, 2))/(h(1) - h(2))
       end do
    end subroutine vary
 

@@ -74,8 +74,7 @@ contains
 
       if (earlier%resumable) call put_aside(file%scene%output%file, earlier, error)
       if (allocated(error)) return
-      call self%output%open(file%scene%output%file, replace, file%scene, &
-         simulation%motion%system, file%text, file%resolved, command_line, error)
+      call self%output%open(file, simulation%motion%system, replace, command_line, error)
       if (allocated(error) .and. .not. self%output%is_open()) return
       if (.not. allocated(error)) then
          if (earlier%resumable) then

@@ -22,6 +22,7 @@ module contensou_files_trajectory
    use contensou_files_hdf5_reader, only : class_real, class_text, hdf5_item_type, &
       hdf5_reader_type, max_rank
    use contensou_files_provenance, only : put_header, put_input
+   use contensou_scene_reader, only : scene_file_type
    use contensou_study_quantities, only : final_quantities, row_type
    use contensou_study_quantity, only : quantity_type
    use contensou_study_summary, only : summary_quantities, summary_type
@@ -120,43 +121,37 @@ module contensou_files_trajectory
 contains
 
    !> Create the file with everything that is known before the run.
-   subroutine open(self, name, replace, scene, system, namelist, resolved, command_line, error)
+   subroutine open(self, file, system, replace, command_line, error)
       class(trajectory_type), intent(inout) :: self
-      !> Name of the complete file.
-      character(len=*), intent(in) :: name
+      !> The scene with its texts; it names the complete file.
+      type(scene_file_type), intent(in) :: file
+      type(system_type), intent(in) :: system
       !> Whether it may replace an existing file.
       logical, intent(in) :: replace
-      type(scene_type), intent(in) :: scene
-      type(system_type), intent(in) :: system
-      !> Text of the scene file.
-      character(len=*), intent(in) :: namelist
-      character(len=*), intent(in) :: resolved
       character(len=*), intent(in) :: command_line
       type(error_type), allocatable, intent(out) :: error
-      logical :: exists
 
-      self%name = name
+      self%name = file%scene%output%file
       self%replace = replace
       self%clocks = [wall_seconds(), cpu_seconds()]
       self%last_flush = self%clocks(1)
-      call collect_names(self, scene)
+      call collect_names(self, file%scene)
       associate (f => self%file)
-         call f%create(name // part_suffix, error)
+         call f%create(self%name // part_suffix, error)
          if (allocated(error)) return
-         exists = file_exists(name)
-         if (exists .and. .not. replace) then
+         if (file_exists(self%name) .and. .not. replace) then
             ! Another run has finished it since the caller looked.
             call f%abandon()
-            call remove_file(name // part_suffix, error)
-            call fatal(error, name // " exists", status_file)
+            call remove_file(self%name // part_suffix, error)
+            call fatal(error, self%name // " exists", status_file)
             return
          end if
-         call put_header(f, filetype, filetype_version, "running", error, scene%title)
+         call put_header(f, filetype, filetype_version, "running", error, file%scene%title)
          call f%put_attribute("/", "NX_class", "NXroot", error)
          call f%put_attribute("/", "default", "trajectory", error)
-         call put_input(f, namelist, resolved, command_line, error)
-         call put_bodies(self, scene, error)
-         call put_contacts(self, scene, error)
+         call put_input(f, file%text, file%resolved, command_line, error)
+         call put_bodies(self, file%scene, error)
+         call put_contacts(self, file%scene, error)
          call create_columns(self, system, error)
          call create_events(self, error)
          ! A failure is kept by the file, so that this last call sees the first one.

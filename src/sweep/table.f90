@@ -9,7 +9,7 @@ module contensou_sweep_table
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : check_writable, file_exists, remove_file
-   use contensou_base_text, only : pad, string_type, to_text
+   use contensou_base_text, only : join, pad, string_type, strings, to_text
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_byte, &
       series_long, series_real, series_text
    use contensou_files_hdf5_reader, only : class_integer, class_text, hdf5_entry_type, &
@@ -246,8 +246,6 @@ contains
       type(origins_type), intent(in) :: origins
       character(len=*), intent(in) :: command_line
       type(error_type), allocatable, intent(out) :: error
-      character(len=*), parameter :: scale(1) = ["/case"]
-      integer, parameter :: no_extents(0) = [integer ::]
       integer :: i
 
       self%name = name
@@ -269,15 +267,12 @@ contains
             "base scene, all settings with defaults", error)
          call f%put_text("/input/command_line", command_line, "command line", error)
          call put_provenance(f, error)
-         call f%create_series("/case", no_extents, scale(:0), .true., chunk_rows, "1", &
-            "number of the case", series_long, self%number, error, compressed=.true.)
-         call f%create_series("/status", no_extents, scale, .false., chunk_rows, "", &
-            "what became of the case", series_byte, self%status, error, compressed=.true.)
+         call put_series("/case", "1", "number of the case", series_long, self%number)
+         call put_series("/status", "", "what became of the case", series_byte, self%status)
          call f%put_attribute_values("/status", "flag_values", [(int(i, c_int8_t), &
             i=0, last_status)], error)
-         call f%put_attribute("/status", "flag_meanings", meanings(), error)
-         call f%create_series("/message", no_extents, scale, .false., chunk_rows, "", &
-            "why the case is not complete", series_text, self%message, error, compressed=.true.)
+         call f%put_attribute("/status", "flag_meanings", join(strings(status_names), " "), error)
+         call put_series("/message", "", "why the case is not complete", series_text, self%message)
          call f%create_group("/parameters", error)
          call f%create_group("/results", error)
          call put_order("/parameters", self%columns(:self%n_parameters))
@@ -286,9 +281,8 @@ contains
             associate (column => self%columns(i))
                column%path = "/results/" // column%name
                if (i <= self%n_parameters) column%path = "/parameters/" // column%name
-               call f%create_series(column%path, no_extents, scale, .false., chunk_rows, &
-                  column%units, column%long_name, column%kind, column%series, error, &
-                  compressed=.true.)
+               call put_series(column%path, column%units, column%long_name, column%kind, &
+                  column%series)
                if (column%kind == series_long) call f%put_attribute_values( &
                   column%path, "_FillValue", no_count, error)
                select case (column%kind)
@@ -324,16 +318,21 @@ contains
          if (size(names) > 0) call self%file%put_attribute_values(group, "columns", padded, error)
       end subroutine put_order
 
-      !> Words for the status values, separated by blanks.
-      function meanings() result(text)
-         character(len=:), allocatable :: text
-         integer :: k
+      !> Create a series of rows; `/case` is the scale of all.
+      subroutine put_series(path, units, long_name, kind, series)
+         character(len=*), intent(in) :: path
+         character(len=*), intent(in) :: units
+         character(len=*), intent(in) :: long_name
+         !> One of the `series_*` codes.
+         integer, intent(in) :: kind
+         type(hdf5_series_type), intent(out) :: series
+         character(len=*), parameter :: scale(1) = ["/case"]
+         logical :: is_scale
 
-         text = trim(status_names(0))
-         do k = 1, last_status
-            text = text // " " // trim(status_names(k))
-         end do
-      end function meanings
+         is_scale = path == scale(1)
+         call self%file%create_series(path, [integer ::], scale(:merge(0, 1, is_scale)), is_scale, &
+            chunk_rows, units, long_name, kind, series, error, compressed=.true.)
+      end subroutine put_series
 
    end subroutine create
 

@@ -123,14 +123,7 @@ contains
 
    !> Spot, force and largest pressure of a contact, exact to rounding.
    pure subroutine hertz_contact(curvature_a, curvature_b, modulus, approach, spot)
-      !> Half relative curvature A along the major axis [1/m], > 0.
-      real(wp), intent(in) :: curvature_a
-      !> Half relative curvature B along the minor axis [1/m], >= A.
-      real(wp), intent(in) :: curvature_b
-      !> Effective modulus E* [Pa], > 0.
-      real(wp), intent(in) :: modulus
-      !> Approach d [m], >= 0.
-      real(wp), intent(in) :: approach
+      real(wp), intent(in) :: curvature_a, curvature_b, modulus, approach
       type(hertz_spot_type), intent(out) :: spot
       real(wp) :: g, pair(2), t, inverse_k, t1, product
 
@@ -443,14 +436,7 @@ contains
 
    !> Contact by Newton's method on g = c1 D/B, with the tabulated elliptic integrals.
    pure subroutine hertz_newton(curvature_a, curvature_b, modulus, approach, spot)
-      !> Half relative curvature A along the major axis [1/m], > 0.
-      real(wp), intent(in) :: curvature_a
-      !> Half relative curvature B along the minor axis [1/m], >= A.
-      real(wp), intent(in) :: curvature_b
-      !> Effective modulus E* [Pa], > 0.
-      real(wp), intent(in) :: modulus
-      !> Approach d [m], >= 0.
-      real(wp), intent(in) :: approach
+      real(wp), intent(in) :: curvature_a, curvature_b, modulus, approach
       type(hertz_spot_type), intent(out) :: spot
 
       call hertz_newton_with(elliptic_tables, curvature_a, curvature_b, modulus, approach, spot)
@@ -462,14 +448,7 @@ contains
    !> the interval known to hold the root are replaced by its geometric mean.
    pure subroutine hertz_newton_with(integrals, curvature_a, curvature_b, modulus, approach, spot)
       procedure(elliptic_kernel) :: integrals
-      !> Half relative curvature A along the major axis [1/m], > 0.
-      real(wp), intent(in) :: curvature_a
-      !> Half relative curvature B along the minor axis [1/m], >= A.
-      real(wp), intent(in) :: curvature_b
-      !> Effective modulus E* [Pa], > 0.
-      real(wp), intent(in) :: modulus
-      !> Approach d [m], >= 0.
-      real(wp), intent(in) :: approach
+      real(wp), intent(in) :: curvature_a, curvature_b, modulus, approach
       type(hertz_spot_type), intent(out) :: spot
       !> Largest number of steps.
       integer, parameter :: max_steps = 100
@@ -531,14 +510,7 @@ contains
    !> b = (3 E N R/(pi (a/b) E*))^(1/3), 1/R = 2 (A + B), are here solved for N and b by d.
    !> D. Brewe and B. Hamrock, J. Lubr. Technol. 99 (1977) 485.
    pure subroutine hertz_brewe_hamrock(curvature_a, curvature_b, modulus, approach, spot)
-      !> Half relative curvature A along the major axis [1/m], > 0.
-      real(wp), intent(in) :: curvature_a
-      !> Half relative curvature B along the minor axis [1/m], >= A.
-      real(wp), intent(in) :: curvature_b
-      !> Effective modulus E* [Pa], > 0.
-      real(wp), intent(in) :: modulus
-      !> Approach d [m], >= 0.
-      real(wp), intent(in) :: approach
+      real(wp), intent(in) :: curvature_a, curvature_b, modulus, approach
       type(hertz_spot_type), intent(out) :: spot
       real(wp) :: ratio, axis_ratio, k_integral, e_integral
 
@@ -563,14 +535,7 @@ contains
    !> (A'B'(A' + B')/2)^(-1/3) for spot and pressure, A' = 2 A, B' = 2 B; a/b = (B/A)^(2/3).
    !> J. Greenwood, J. Tribology 107 (1985) 501.
    pure subroutine hertz_greenwood(curvature_a, curvature_b, modulus, approach, spot)
-      !> Half relative curvature A along the major axis [1/m], > 0.
-      real(wp), intent(in) :: curvature_a
-      !> Half relative curvature B along the minor axis [1/m], >= A.
-      real(wp), intent(in) :: curvature_b
-      !> Effective modulus E* [Pa], > 0.
-      real(wp), intent(in) :: modulus
-      !> Approach d [m], >= 0.
-      real(wp), intent(in) :: approach
+      real(wp), intent(in) :: curvature_a, curvature_b, modulus, approach
       type(hertz_spot_type), intent(out) :: spot
       real(wp) :: axis_ratio, root, mean, squares
 

@@ -8,7 +8,7 @@ module contensou_contact_relative
    implicit none(type, external)
    private
 
-   public :: contact_frame_type, set_curvatures, set_variation, principal_of
+   public :: contact_frame_type, set_curvatures, set_variation, principal_of, joint_form
 
    !> Two surfaces at their closest points, inertial frame.
    type :: contact_frame_type
@@ -69,6 +69,20 @@ contains
       end if
    end subroutine principal_of
 
+   !> Matrix L_A + L_B + g L_B L_A of the shift of closest points, see `set_variation`.
+   pure function joint_form(a, b, gap) result(m)
+      !> Forms of the two surfaces: components 11, 12, 22 [1/m].
+      real(wp), intent(in) :: a(3), b(3)
+      !> Their distance [m].
+      real(wp), intent(in) :: gap
+      real(wp) :: m(2, 2)
+
+      m(1, 1) = a(1) + b(1) + gap*(b(1)*a(1) + b(2)*a(2))
+      m(1, 2) = a(2) + b(2) + gap*(b(1)*a(2) + b(2)*a(3))
+      m(2, 1) = a(2) + b(2) + gap*(b(2)*a(1) + b(3)*a(2))
+      m(2, 2) = a(3) + b(3) + gap*(b(2)*a(2) + b(3)*a(3))
+   end function joint_form
+
    !> Curvatures A, B and the major axis.
    pure subroutine set_curvatures(frame, at)
       type(contact_frame_type), intent(in) :: frame
@@ -105,10 +119,7 @@ contains
          t => frame%tangent, n => frame%normal)
          form = la + lb
          call principal_of(form, low, high, c, s)
-         m(1, 1) = form(1) + g*(lb(1)*la(1) + lb(2)*la(2))
-         m(1, 2) = form(2) + g*(lb(1)*la(2) + lb(2)*la(3))
-         m(2, 1) = form(2) + g*(lb(2)*la(1) + lb(3)*la(2))
-         m(2, 2) = form(3) + g*(lb(2)*la(2) + lb(3)*la(3))
+         m = joint_form(la, lb, g)
          determinant = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
          inverse(1, 1) = m(2, 2)/determinant
          inverse(1, 2) = -m(1, 2)/determinant

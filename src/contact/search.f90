@@ -18,6 +18,7 @@ module contensou_contact_search
    use contensou_base_kinds, only : pi, wp
    use contensou_base_vectors, only : any_tangent, cross
    use contensou_contact_geometry, only : track_type
+   use contensou_contact_relative, only : joint_form
    use contensou_contact_shapes_shape, only : angles, samples_line, shape_info_type
    use contensou_contact_surface, only : closest_point, form_at, normal_at, surface_type
    implicit none(type, external)
@@ -30,8 +31,8 @@ module contensou_contact_search
       !> Surfaces A and B; an array, as gfortran 12 frees only one of several such components when
       !> an extension of their type is freed.
       type(surface_type) :: surfaces(2)
-      !> Whether the carrier is A.
-      logical :: carrier_first = .true.
+      !> Indices of the carrier of the samples and of the other surface.
+      integer :: carrier = 1, other = 2
       !> Whether there may be several places of a common normal.
       logical :: several = .false.
       !> Length of the order of the surfaces [m].
@@ -106,34 +107,22 @@ contains
    subroutine set_search(self)
       !> Its surfaces are set.
       type(search_type), intent(inout) :: self
-      type(shape_info_type) :: info_a, info_b
+      type(shape_info_type) :: info_a, info_b, carried
 
       info_a = self%surfaces(1)%shape%info()
       info_b = self%surfaces(2)%shape%info()
-      self%carrier_first = carrier_rank(self%surfaces(1)) >= carrier_rank(self%surfaces(2))
+      if (carrier_rank(self%surfaces(1)) < carrier_rank(self%surfaces(2))) self%carrier = 2
+      self%other = 3 - self%carrier
       self%several = .not. (info_a%convex .and. info_b%convex) .or. self%surfaces(1)%inside &
          .or. self%surfaces(2)%inside
       self%size = max(self%surfaces(1)%shape%extent(), self%surfaces(2)%shape%extent())
-      if (self%carrier_first) then
-         call set_carrier(self%surfaces(1), info_a)
-      else
-         call set_carrier(self%surfaces(2), info_b)
-      end if
-
-   contains
-
-      !> What carries the samples.
-      subroutine set_carrier(surface, info)
-         type(surface_type), intent(in) :: surface
-         !> That of its shape.
-         type(shape_info_type), intent(in) :: info
-
-         self%line = info%swept
-         self%axes = surface%shape%axes()
-         self%far = surface%shape%extent()
-         if (.not. info%bounded) self%far = 1.0e100_wp
-      end subroutine set_carrier
-
+      associate (carrier => self%surfaces(self%carrier)%shape)
+         carried = carrier%info()
+         self%line = carried%swept
+         self%axes = carrier%axes()
+         self%far = carrier%extent()
+         if (.not. carried%bounded) self%far = 1.0e100_wp
+      end associate
    end subroutine set_search
 
    !> How well a surface serves as a carrier; 0 for not at all.
@@ -149,7 +138,6 @@ contains
    !> Closest points of the surfaces, and their distance.
    pure subroutine find(self, placing, track, gap)
       class(search_type), intent(in) :: self
-      !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       !> Where the search begins, and what it finds; `lost` when it fails.
       type(track_type), intent(inout) :: track
@@ -175,7 +163,6 @@ contains
    !> Newton's method on the equations of the common normal.
    pure subroutine polish(self, placing, first, second, normal, gap, found)
       type(search_type), intent(in) :: self
-      !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       !> Point of A, frame of A [m]; unchanged when nothing is found.
       real(wp), intent(inout) :: first(3)
@@ -238,10 +225,7 @@ contains
          end if
          last = residual
          scale = 1.0_wp
-         m(1, 1) = la(1) + lb(1) + gap*(lb(1)*la(1) + lb(2)*la(2))
-         m(1, 2) = la(2) + lb(2) + gap*(lb(1)*la(2) + lb(2)*la(3))
-         m(2, 1) = la(2) + lb(2) + gap*(lb(2)*la(1) + lb(3)*la(2))
-         m(2, 2) = la(3) + lb(3) + gap*(lb(2)*la(2) + lb(3)*la(3))
+         m = joint_form(la, lb, gap)
          determinant = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
          trace = m(1, 1) + m(2, 2)
          ! Elsewhere the distance is not smallest.
@@ -269,14 +253,13 @@ contains
    !> was looked at [m]: distances have changed by no more.
    pure function moved(self, placing, track) result(length)
       type(search_type), intent(in) :: self
-      !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       !> Where it was.
       type(track_type), intent(in) :: track
       real(wp) :: length
       real(wp) :: turned(3, 3), shifted(3)
 
-      if (self%carrier_first) then
+      if (self%carrier == 1) then
          ! Seen from B, that of A has the origin -origin.rotation.
          turned = transpose(placing%rotation - track%rotation)
          shifted = matmul(placing%origin, placing%rotation) - matmul(track%origin, track%rotation)
@@ -290,7 +273,6 @@ contains
    !> Leave a place for one that is closer, if there is any, and note how far all others are.
    pure subroutine look_elsewhere(self, placing, track, gap)
       type(search_type), intent(in) :: self
-      !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       !> The place.
       type(track_type), intent(inout) :: track
@@ -310,10 +292,10 @@ contains
       track%elsewhere = huge(gap)
       track%rotation = placing%rotation
       track%origin = placing%origin
-      here = merge(track%first, track%second, self%carrier_first)
+      here = merge(track%first, track%second, self%carrier == 1)
       if (self%line) then
          do i = 1, count
-            if (is_alongside(self, here, i)) cycle
+            if (self%surfaces(self%carrier)%shape%alongside(here, i)) cycle
             track%elsewhere = min(track%elsewhere, value(i))
             low = lowest_between(value(:count), i)
             if (low >= value(i) .and. value(i) >= gap) cycle
@@ -376,21 +358,6 @@ contains
       end do
    end function lowest_between
 
-   !> Whether a place lies where a sample of a line is.
-   pure logical function is_alongside(self, place, i)
-      type(search_type), intent(in) :: self
-      !> Point of the carrier [m].
-      real(wp), intent(in) :: place(3)
-      !> Number of the sample.
-      integer, intent(in) :: i
-
-      if (self%carrier_first) then
-         is_alongside = self%surfaces(1)%shape%alongside(place, i)
-      else
-         is_alongside = self%surfaces(2)%shape%alongside(place, i)
-      end if
-   end function is_alongside
-
    !> Number of samples of the carrier.
    pure function samples_of(self) result(n)
       type(search_type), intent(in) :: self
@@ -403,7 +370,6 @@ contains
    !> A sample of the carrier.
    pure function sample_of(self, placing, i) result(swept)
       type(search_type), intent(in) :: self
-      !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       !> Number of the sample.
       integer, intent(in) :: i
@@ -419,7 +385,6 @@ contains
    !> Place of a carrier with one parameter.
    pure function on_line(self, placing, u, i) result(swept)
       type(search_type), intent(in) :: self
-      !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       !> Its parameter.
       real(wp), intent(in) :: u
@@ -427,17 +392,13 @@ contains
       integer, intent(in) :: i
       type(swept_type) :: swept
 
-      if (self%carrier_first) then
-         call self%surfaces(1)%shape%spine(u, i, reach(self, placing), swept%centre, swept%radius)
-      else
-         call self%surfaces(2)%shape%spine(u, i, reach(self, placing), swept%centre, swept%radius)
-      end if
+      call self%surfaces(self%carrier)%shape%spine(u, i, reach(self, placing), swept%centre, &
+         swept%radius)
    end function on_line
 
    !> Length of the order of where the other surface may be closest to the axis of a cylinder [m].
    pure function reach(self, placing) result(length)
       type(search_type), intent(in) :: self
-      !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       real(wp) :: length
 
@@ -447,13 +408,12 @@ contains
    !> A point of the frame of the carrier in the frame of the other surface.
    pure function carried(self, placing, p) result(q)
       type(search_type), intent(in) :: self
-      !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       !> The point, frame of the carrier [m].
       real(wp), intent(in) :: p(3)
       real(wp) :: q(3)
 
-      if (self%carrier_first) then
+      if (self%carrier == 1) then
          q = matmul(p - placing%origin, placing%rotation)
       else
          q = placing%origin + matmul(placing%rotation, p)
@@ -463,27 +423,20 @@ contains
    !> Distance of the other surface from a place of the carrier.
    pure function distance_of(self, placing, swept) result(distance)
       type(search_type), intent(in) :: self
-      !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       !> The place.
       type(swept_type), intent(in) :: swept
       real(wp) :: distance
       real(wp) :: foot(3), normal(3)
 
-      if (self%carrier_first) then
-         call closest_point(self%surfaces(2), carried(self, placing, swept%centre), foot, &
-            normal, distance)
-      else
-         call closest_point(self%surfaces(1), carried(self, placing, swept%centre), foot, &
-            normal, distance)
-      end if
+      call closest_point(self%surfaces(self%other), carried(self, placing, swept%centre), foot, &
+         normal, distance)
       distance = distance - swept%radius
    end function distance_of
 
    !> Search without a point to begin with.
    pure subroutine find_cold(self, placing, track, gap)
       type(search_type), intent(in) :: self
-      !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       !> What is found; `lost` when the search fails.
       type(track_type), intent(inout) :: track
@@ -549,47 +502,37 @@ contains
    !> Whether a search was lost because an apex of one surface lies within the other.
    pure subroutine look_at_apexes(self, placing, track, gap)
       type(search_type), intent(in) :: self
-      !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       !> No longer lost if that is so.
       type(track_type), intent(inout) :: track
       !> The distance of the apex then [m].
       real(wp), intent(inout) :: gap
-      real(wp) :: apex(3), foot(3), normal(3), distance
+      real(wp) :: apex(3), seen(3), foot(3), normal(3), distance
       logical :: found
+      integer :: i
 
-      call self%surfaces(1)%shape%apex(apex, found)
-      if (found .and. .not. self%surfaces(1)%inside) then
-         call closest_point(self%surfaces(2), matmul(apex - placing%origin, placing%rotation), &
-            foot, normal, &
-            distance)
-         if (distance <= 0.0_wp) then
-            track%lost = .false.
-            track%first = apex
-            track%second = foot
-            track%normal = -matmul(placing%rotation, normal)
-            gap = distance
+      do i = 1, 2
+         call self%surfaces(i)%shape%apex(apex, found)
+         if (.not. found .or. self%surfaces(i)%inside) cycle
+         if (i == 1) then
+            seen = matmul(apex - placing%origin, placing%rotation)
+         else
+            seen = placing%origin + matmul(placing%rotation, apex)
          end if
-      end if
-      call self%surfaces(2)%shape%apex(apex, found)
-      if (found .and. .not. self%surfaces(2)%inside) then
-         call closest_point(self%surfaces(1), placing%origin + matmul(placing%rotation, apex), &
-            foot, normal, &
-            distance)
-         if (distance <= 0.0_wp) then
-            track%lost = .false.
-            track%first = foot
-            track%second = apex
-            track%normal = normal
-            gap = distance
-         end if
-      end if
+         call closest_point(self%surfaces(3 - i), seen, foot, normal, distance)
+         if (.not. distance <= 0.0_wp) cycle
+         track%lost = .false.
+         gap = distance
+         track%first = merge(apex, foot, i == 1)
+         track%second = merge(foot, apex, i == 1)
+         track%normal = normal
+         if (i == 1) track%normal = -matmul(placing%rotation, normal)
+      end do
    end subroutine look_at_apexes
 
    !> Closest points near a sample.
    pure subroutine refine(self, placing, k, x, y, n, gap, low, found)
       type(search_type), intent(in) :: self
-      !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       !> Number of the sample.
       integer, intent(in) :: k
@@ -615,13 +558,12 @@ contains
          p = lowest_on_area(self, placing, sample_of(self, placing, k))
       end if
       q = carried(self, placing, p%centre)
-      if (self%carrier_first) then
-         call closest_point(self%surfaces(2), q, foot, normal, distance)
+      call closest_point(self%surfaces(self%other), q, foot, normal, distance)
+      if (self%carrier == 1) then
          x = p%centre
          if (self%line) x = p%centre - p%radius*matmul(placing%rotation, normal)
          y = foot
       else
-         call closest_point(self%surfaces(1), q, foot, normal, distance)
          y = p%centre
          if (self%line) y = p%centre - p%radius*matmul(normal, placing%rotation)
          x = foot
@@ -668,7 +610,6 @@ contains
    !> Place of a carrier with one parameter where the distance is smallest, near a sample.
    pure function lowest_on_line(self, placing, angle) result(p)
       type(search_type), intent(in) :: self
-      !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       !> Angle of the sample.
       real(wp), intent(in) :: angle
@@ -730,7 +671,6 @@ contains
    !> function of the point, each step downhill.
    pure function lowest_on_area(self, placing, sample) result(p)
       type(search_type), intent(in) :: self
-      !> Frame of B seen from A.
       type(placing_type), intent(in) :: placing
       type(swept_type), intent(in) :: sample
       type(swept_type) :: p
@@ -790,20 +730,16 @@ contains
          real(wp), intent(out) :: second(3)
          real(wp) :: foot(3), normal(3), basis(3, 2), form(3), turned(3, 2), v(2, 2), m(3), d
 
-         if (self%carrier_first) then
-            call closest_point(self%surfaces(2), carried(self, placing, point), foot, normal, &
-               distance)
+         associate (other => self%surfaces(self%other))
+            call closest_point(other, carried(self, placing, point), foot, normal, distance)
             basis(:, 1) = any_tangent(normal)
             basis(:, 2) = cross(normal, basis(:, 1))
-            form = form_at(self%surfaces(2), foot, normal, basis)
+            form = form_at(other, foot, normal, basis)
+         end associate
+         if (self%carrier == 1) then
             gradient = matmul(placing%rotation, normal)
             turned = matmul(placing%rotation, basis)
          else
-            call closest_point(self%surfaces(1), carried(self, placing, point), foot, normal, &
-               distance)
-            basis(:, 1) = any_tangent(normal)
-            basis(:, 2) = cross(normal, basis(:, 1))
-            form = form_at(self%surfaces(1), foot, normal, basis)
             gradient = matmul(normal, placing%rotation)
             turned = matmul(transpose(placing%rotation), basis)
          end if

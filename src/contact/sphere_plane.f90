@@ -72,14 +72,10 @@ contains
    !> Signed distance of sphere and plane [m].
    pure subroutine sphere_plane_gap(self, a, b, track, gap)
       class(sphere_plane_type), intent(in) :: self
-      !> Pose of body A.
-      type(pose_type), intent(in) :: a
-      !> Pose of body B.
-      type(pose_type), intent(in) :: b
+      type(pose_type), intent(in) :: a, b
       !> Receives what `locate` needs of these poses, in the inertial frame: `normal` of the plane
       !> and, as `first`, the centre of the sphere from the centre of mass of its body.
       type(track_type), intent(inout) :: track
-      !> Gap [m].
       real(wp), intent(out) :: gap
 
       track%known = .true.
@@ -118,11 +114,7 @@ contains
    !> Contact point of sphere and plane.
    pure subroutine sphere_plane_locate(self, a, b, track, gap, at)
       class(sphere_plane_type), intent(in) :: self
-      !> Pose of body A.
-      type(pose_type), intent(in) :: a
-      !> Pose of body B.
-      type(pose_type), intent(in) :: b
-      !> As `gap` left it.
+      type(pose_type), intent(in) :: a, b
       type(track_type), intent(in) :: track
       !> Gap of these poses [m].
       real(wp), intent(in) :: gap
@@ -158,10 +150,7 @@ contains
    !> Variation of the contact of sphere and plane.
    pure subroutine sphere_plane_vary(self, a, b, track, at, variation)
       class(sphere_plane_type), intent(in) :: self
-      !> Pose of body A.
-      type(pose_type), intent(in) :: a
-      !> Pose of body B.
-      type(pose_type), intent(in) :: b
+      type(pose_type), intent(in) :: a, b
       !> Not needed.
       type(track_type), intent(in) :: track
       type(contact_point_type), intent(in) :: at

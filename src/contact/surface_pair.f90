@@ -134,8 +134,7 @@ contains
 
    !> A ball on or in a surface.
    subroutine new_ball_pair(a, b, ball_first, geometry)
-      type(surface_type), intent(in) :: a
-      type(surface_type), intent(in) :: b
+      type(surface_type), intent(in) :: a, b
       !> Whether the ball is surface A.
       logical, intent(in) :: ball_first
       class(geometry_type), allocatable, intent(out) :: geometry
@@ -172,8 +171,7 @@ contains
 
    !> A surface with a lowest point on a plane.
    subroutine new_support_pair(a, b, body_first, geometry)
-      type(surface_type), intent(in) :: a
-      type(surface_type), intent(in) :: b
+      type(surface_type), intent(in) :: a, b
       !> Whether the plane is surface B.
       logical, intent(in) :: body_first
       class(geometry_type), allocatable, intent(out) :: geometry
@@ -186,8 +184,7 @@ contains
 
    !> Two cylinders.
    subroutine new_axes_pair(a, b, first_is_a, geometry)
-      type(surface_type), intent(in) :: a
-      type(surface_type), intent(in) :: b
+      type(surface_type), intent(in) :: a, b
       !> Of no importance.
       logical, intent(in) :: first_is_a
       class(geometry_type), allocatable, intent(out) :: geometry
@@ -202,8 +199,7 @@ contains
 
    !> Two surfaces, one of them at least a carrier of a search.
    subroutine new_searched_pair(a, b, first_is_a, geometry)
-      type(surface_type), intent(in) :: a
-      type(surface_type), intent(in) :: b
+      type(surface_type), intent(in) :: a, b
       !> Of no importance.
       logical, intent(in) :: first_is_a
       class(geometry_type), allocatable, intent(out) :: geometry
@@ -218,13 +214,9 @@ contains
    !> Signed distance of a ball and another surface [m].
    pure subroutine ball_gap(self, a, b, track, gap)
       class(ball_pair_type), intent(in) :: self
-      !> Pose of body A.
-      type(pose_type), intent(in) :: a
-      !> Pose of body B.
-      type(pose_type), intent(in) :: b
+      type(pose_type), intent(in) :: a, b
       !> Receives the closest point.
       type(track_type), intent(inout) :: track
-      !> Gap [m].
       real(wp), intent(out) :: gap
       real(wp) :: at_base(3)
 
@@ -242,13 +234,9 @@ contains
    !> Signed distance of a surface and a plane [m].
    pure subroutine support_gap(self, a, b, track, gap)
       class(support_pair_type), intent(in) :: self
-      !> Pose of body A.
-      type(pose_type), intent(in) :: a
-      !> Pose of body B.
-      type(pose_type), intent(in) :: b
+      type(pose_type), intent(in) :: a, b
       !> Receives the closest point.
       type(track_type), intent(inout) :: track
-      !> Gap [m].
       real(wp), intent(out) :: gap
 
       if (self%base_first) then
@@ -264,13 +252,9 @@ contains
    !> Signed distance of two surfaces by search [m].
    pure subroutine searched_gap(self, a, b, track, gap)
       class(searched_pair_type), intent(in) :: self
-      !> Pose of body A.
-      type(pose_type), intent(in) :: a
-      !> Pose of body B.
-      type(pose_type), intent(in) :: b
+      type(pose_type), intent(in) :: a, b
       !> Where the search begins, and what it finds; `lost` when it fails.
       type(track_type), intent(inout) :: track
-      !> Gap [m].
       real(wp), intent(out) :: gap
 
       call self%search%find(placing_of(self, a, b), track, gap)
@@ -339,13 +323,9 @@ contains
    !> Distance of two cylinders.
    pure subroutine axes_gap(self, a, b, track, gap)
       class(axes_pair_type), intent(in) :: self
-      !> Pose of body A.
-      type(pose_type), intent(in) :: a
-      !> Pose of body B.
-      type(pose_type), intent(in) :: b
+      type(pose_type), intent(in) :: a, b
       !> Receives the closest points.
       type(track_type), intent(inout) :: track
-      !> Gap [m].
       real(wp), intent(out) :: gap
       type(placing_type) :: placing
       real(wp) :: n(3), sine, along_a, along_b, distance
@@ -382,11 +362,7 @@ contains
    !> Contact point of the pair.
    pure subroutine pair_locate(self, a, b, track, gap, at)
       class(surface_pair_type), intent(in) :: self
-      !> Pose of body A.
-      type(pose_type), intent(in) :: a
-      !> Pose of body B.
-      type(pose_type), intent(in) :: b
-      !> As `gap` left it.
+      type(pose_type), intent(in) :: a, b
       type(track_type), intent(in) :: track
       !> Gap of these poses [m].
       real(wp), intent(in) :: gap
@@ -490,11 +466,7 @@ contains
    !> Variation of the contact.
    pure subroutine pair_vary(self, a, b, track, at, variation)
       class(surface_pair_type), intent(in) :: self
-      !> Pose of body A.
-      type(pose_type), intent(in) :: a
-      !> Pose of body B.
-      type(pose_type), intent(in) :: b
-      !> As `gap` left it.
+      type(pose_type), intent(in) :: a, b
       type(track_type), intent(in) :: track
       type(contact_point_type), intent(in) :: at
       type(contact_variation_type), intent(out) :: variation

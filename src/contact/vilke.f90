@@ -105,14 +105,7 @@ contains
 
    !> Contact with the spot of the chord, of which there is none if A/B is small.
    pure subroutine vilke_chord(curvature_a, curvature_b, modulus, approach, spot)
-      !> Half relative curvature A along the major axis [1/m], > 0.
-      real(wp), intent(in) :: curvature_a
-      !> Half relative curvature B along the minor axis [1/m], >= A.
-      real(wp), intent(in) :: curvature_b
-      !> Effective modulus E* [Pa], > 0.
-      real(wp), intent(in) :: modulus
-      !> Approach d [m], >= 0.
-      real(wp), intent(in) :: approach
+      real(wp), intent(in) :: curvature_a, curvature_b, modulus, approach
       type(hertz_spot_type), intent(out) :: spot
 
       spot%c1 = 0.0_wp
@@ -124,14 +117,7 @@ contains
 
    !> Contact with the spot of the power.
    pure subroutine vilke_power(curvature_a, curvature_b, modulus, approach, spot)
-      !> Half relative curvature A along the major axis [1/m], > 0.
-      real(wp), intent(in) :: curvature_a
-      !> Half relative curvature B along the minor axis [1/m], >= A.
-      real(wp), intent(in) :: curvature_b
-      !> Effective modulus E* [Pa], > 0.
-      real(wp), intent(in) :: modulus
-      !> Approach d [m], >= 0.
-      real(wp), intent(in) :: approach
+      real(wp), intent(in) :: curvature_a, curvature_b, modulus, approach
       type(hertz_spot_type), intent(out) :: spot
 
       spot%c1 = 0.0_wp
@@ -143,14 +129,7 @@ contains
 
    !> Contact with Hertz's spot.
    pure subroutine vilke_exact(curvature_a, curvature_b, modulus, approach, spot)
-      !> Half relative curvature A along the major axis [1/m], > 0.
-      real(wp), intent(in) :: curvature_a
-      !> Half relative curvature B along the minor axis [1/m], >= A.
-      real(wp), intent(in) :: curvature_b
-      !> Effective modulus E* [Pa], > 0.
-      real(wp), intent(in) :: modulus
-      !> Approach d [m], >= 0.
-      real(wp), intent(in) :: approach
+      real(wp), intent(in) :: curvature_a, curvature_b, modulus, approach
       type(hertz_spot_type), intent(out) :: spot
       real(wp) :: t, inverse_k
 
@@ -164,14 +143,7 @@ contains
    !> Force, spot and largest pressure that belong to c1; all but the force NaN if c1 is not
    !> positive.
    pure subroutine complete(curvature_a, curvature_b, modulus, approach, spot)
-      !> Half relative curvature A along the major axis [1/m], > 0.
-      real(wp), intent(in) :: curvature_a
-      !> Half relative curvature B along the minor axis [1/m], >= A.
-      real(wp), intent(in) :: curvature_b
-      !> Effective modulus E* [Pa], > 0.
-      real(wp), intent(in) :: modulus
-      !> Approach d [m], >= 0.
-      real(wp), intent(in) :: approach
+      real(wp), intent(in) :: curvature_a, curvature_b, modulus, approach
       type(hertz_spot_type), intent(inout) :: spot
       real(wp) :: force
 

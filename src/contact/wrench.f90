@@ -61,9 +61,7 @@ contains
    pure subroutine wrench_coulomb(shape, slip, with_torque, wrench)
       type(spot_shape_type), intent(in) :: shape
       type(slip_type), intent(in) :: slip
-      !> Whether the torque is wanted.
       logical, intent(in) :: with_torque
-      !> Force along the major and the minor axis, in units of f N, and torque, of f N a.
       real(wp), intent(out) :: wrench(3)
       real(wp) :: v
       type(scaled_type) :: s
@@ -86,9 +84,7 @@ contains
    pure subroutine wrench_simplified(shape, slip, with_torque, wrench)
       type(spot_shape_type), intent(in) :: shape
       type(slip_type), intent(in) :: slip
-      !> Whether the torque is wanted.
       logical, intent(in) :: with_torque
-      !> Force along the major and the minor axis, in units of f N, and torque, of f N a.
       real(wp), intent(out) :: wrench(3)
       real(wp) :: v, t1, fade
       type(scaled_type) :: s
@@ -121,10 +117,7 @@ contains
    pure subroutine wrench_simplified_jacobian(shape, slip, wrench, jacobian)
       type(spot_shape_type), intent(in) :: shape
       type(slip_type), intent(in) :: slip
-      !> Force along the major and the minor axis, in units of f N, and torque, of f N a.
-      real(wp), intent(out) :: wrench(3)
-      !> Derivative of component i by velocity j of (vx, vy, W), in units of the wrench over m/s.
-      real(wp), intent(out) :: jacobian(3, 3)
+      real(wp), intent(out) :: wrench(3), jacobian(3, 3)
       real(wp) :: v, t1, fade, ratio, sense, torque, slopes(3)
       type(scaled_type) :: s
 
@@ -202,9 +195,7 @@ contains
    pure subroutine wrench_pade11(shape, slip, with_torque, wrench)
       type(spot_shape_type), intent(in) :: shape
       type(slip_type), intent(in) :: slip
-      !> Whether the torque is wanted.
       logical, intent(in) :: with_torque
-      !> Force along the major and the minor axis, in units of f N, and torque, of f N a.
       real(wp), intent(out) :: wrench(3)
       real(wp) :: v, t1, we
       type(scaled_type) :: s
@@ -230,9 +221,7 @@ contains
    pure subroutine wrench_pade22(shape, slip, with_torque, wrench)
       type(spot_shape_type), intent(in) :: shape
       type(slip_type), intent(in) :: slip
-      !> Whether the torque is wanted.
       logical, intent(in) :: with_torque
-      !> Force along the major and the minor axis, in units of f N, and torque, of f N a.
       real(wp), intent(out) :: wrench(3)
       real(wp) :: v, t1, we
       type(scaled_type) :: s
@@ -287,10 +276,7 @@ contains
    pure subroutine wrench_coulomb_jacobian(shape, slip, wrench, jacobian)
       type(spot_shape_type), intent(in) :: shape
       type(slip_type), intent(in) :: slip
-      !> Force along the major and the minor axis, in units of f N, and torque, of f N a.
-      real(wp), intent(out) :: wrench(3)
-      !> Derivative of component i by velocity j of (vx, vy, W), in units of the wrench over m/s.
-      real(wp), intent(out) :: jacobian(3, 3)
+      real(wp), intent(out) :: wrench(3), jacobian(3, 3)
       real(wp) :: v
       type(scaled_type) :: s
 
@@ -317,10 +303,7 @@ contains
    pure subroutine wrench_pade11_jacobian(shape, slip, wrench, jacobian)
       type(spot_shape_type), intent(in) :: shape
       type(slip_type), intent(in) :: slip
-      !> Force along the major and the minor axis, in units of f N, and torque, of f N a.
-      real(wp), intent(out) :: wrench(3)
-      !> Derivative of component i by velocity j of (vx, vy, W), in units of the wrench over m/s.
-      real(wp), intent(out) :: jacobian(3, 3)
+      real(wp), intent(out) :: wrench(3), jacobian(3, 3)
       real(wp) :: v, t1, we, den, t1_slopes(2), slope(2), g(2, 3), ratio
       type(scaled_type) :: s
 
@@ -353,10 +336,7 @@ contains
    pure subroutine wrench_pade22_jacobian(shape, slip, wrench, jacobian)
       type(spot_shape_type), intent(in) :: shape
       type(slip_type), intent(in) :: slip
-      !> Force along the major and the minor axis, in units of f N, and torque, of f N a.
-      real(wp), intent(out) :: wrench(3)
-      !> Derivative of component i by velocity j of (vx, vy, W), in units of the wrench over m/s.
-      real(wp), intent(out) :: jacobian(3, 3)
+      real(wp), intent(out) :: wrench(3), jacobian(3, 3)
       real(wp) :: v, t1, we, t1_slopes(2), slope(2), kv(2), q(2), g(2, 3), p, m, r, &
          ratio, by_p, by_m
       type(scaled_type) :: s

@@ -84,9 +84,7 @@ contains
    pure subroutine wrench_exact(shape, slip, with_torque, wrench)
       type(spot_shape_type), intent(in) :: shape
       type(slip_type), intent(in) :: slip
-      !> Whether the torque is wanted; otherwise it is zero and costs nothing.
       logical, intent(in) :: with_torque
-      !> Force along the major and the minor axis, in units of f N, and torque, of f N a.
       real(wp), intent(out) :: wrench(3)
       real(wp) :: we, excess
       type(scaled_type) :: s
@@ -113,10 +111,7 @@ contains
    pure subroutine wrench_exact_jacobian(shape, slip, wrench, jacobian)
       type(spot_shape_type), intent(in) :: shape
       type(slip_type), intent(in) :: slip
-      !> Force along the major and the minor axis, in units of f N, and torque, of f N a.
-      real(wp), intent(out) :: wrench(3)
-      !> Derivative of component i by velocity j of (vx, vy, W), in units of the wrench over m/s.
-      real(wp), intent(out) :: jacobian(3, 3)
+      real(wp), intent(out) :: wrench(3), jacobian(3, 3)
       real(wp) :: we, excess, torque_rate, ratio, inverse, ux, uy
       type(scaled_type) :: s
 

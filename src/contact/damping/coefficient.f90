@@ -208,12 +208,7 @@ contains
    !> Damping force [N].
    pure function force(self, elastic, approach, rate) result(f)
       class(coefficient_damping_type), intent(in) :: self
-      !> Elastic force [N].
-      real(wp), intent(in) :: elastic
-      !> Approach d [m], >= 0.
-      real(wp), intent(in) :: approach
-      !> Rate of approach [m/s].
-      real(wp), intent(in) :: rate
+      real(wp), intent(in) :: elastic, approach, rate
       real(wp) :: f
 
       f = self%kernel(elastic, approach, rate, self%coefficient)
@@ -226,7 +221,6 @@ contains
       real(wp), intent(in) :: elastic
       !> Approach d [m], > 0.
       real(wp), intent(in) :: approach
-      !> Rate of approach [m/s].
       real(wp), intent(in) :: rate
       real(wp) :: slopes(3)
 
@@ -257,31 +251,17 @@ contains
       call checkpoint%exchange("damping", self%coefficient)
    end subroutine exchange
 
-   !> Hunt-Crossley damping [N], F_el (3/2) alpha d'.
+   !> Hunt-Crossley damping [N], F_el (3/2) alpha d', alpha in s/m.
    pure function hunt_crossley(elastic, approach, rate, coefficient) result(f)
-      !> Elastic force [N].
-      real(wp), intent(in) :: elastic
-      !> Approach [m] (in the elastic force already).
-      real(wp), intent(in) :: approach
-      !> Rate of approach [m/s].
-      real(wp), intent(in) :: rate
-      !> alpha [s/m].
-      real(wp), intent(in) :: coefficient
+      real(wp), intent(in) :: elastic, approach, rate, coefficient
       real(wp) :: f
 
       f = 1.5_wp*coefficient*elastic*rate
    end function hunt_crossley
 
-   !> Viscous damping [N], D d d'.
+   !> Viscous damping [N], D d d', D in N s/m2.
    pure function viscous(elastic, approach, rate, coefficient) result(f)
-      !> Elastic force [N] (not used).
-      real(wp), intent(in) :: elastic
-      !> Approach [m].
-      real(wp), intent(in) :: approach
-      !> Rate of approach [m/s].
-      real(wp), intent(in) :: rate
-      !> D [N s/m2].
-      real(wp), intent(in) :: coefficient
+      real(wp), intent(in) :: elastic, approach, rate, coefficient
       real(wp) :: f
 
       f = coefficient*approach*rate
@@ -289,15 +269,7 @@ contains
 
    !> Derivatives of Hunt-Crossley damping.
    pure function hunt_crossley_slopes(elastic, approach, rate, coefficient) result(slopes)
-      !> Elastic force [N].
-      real(wp), intent(in) :: elastic
-      !> Approach [m] (in the elastic force already).
-      real(wp), intent(in) :: approach
-      !> Rate of approach [m/s].
-      real(wp), intent(in) :: rate
-      !> alpha [s/m].
-      real(wp), intent(in) :: coefficient
-      !> By elastic force, approach and rate.
+      real(wp), intent(in) :: elastic, approach, rate, coefficient
       real(wp) :: slopes(3)
 
       slopes = 1.5_wp*coefficient*[rate, 0.0_wp, elastic]
@@ -305,30 +277,16 @@ contains
 
    !> Derivatives of viscous damping.
    pure function viscous_slopes(elastic, approach, rate, coefficient) result(slopes)
-      !> Elastic force [N] (not used).
-      real(wp), intent(in) :: elastic
-      !> Approach [m].
-      real(wp), intent(in) :: approach
-      !> Rate of approach [m/s].
-      real(wp), intent(in) :: rate
-      !> D [N s/m2].
-      real(wp), intent(in) :: coefficient
-      !> By elastic force, approach and rate.
+      real(wp), intent(in) :: elastic, approach, rate, coefficient
       real(wp) :: slopes(3)
 
       slopes = coefficient*[0.0_wp, rate, approach]
    end function viscous_slopes
 
-   !> Tsuji's damping [N], alpha sqrt(m k_n) d^(1/4) d', with k_n d^(1/2) = F_el/d.
+   !> Tsuji's damping [N], alpha sqrt(m k_n) d^(1/4) d', with k_n d^(1/2) = F_el/d; its
+   !> coefficient is alpha sqrt(m) [kg^(1/2)].
    pure function tsuji(elastic, approach, rate, coefficient) result(f)
-      !> Elastic force [N].
-      real(wp), intent(in) :: elastic
-      !> Approach [m].
-      real(wp), intent(in) :: approach
-      !> Rate of approach [m/s].
-      real(wp), intent(in) :: rate
-      !> alpha sqrt(m) [kg^(1/2)].
-      real(wp), intent(in) :: coefficient
+      real(wp), intent(in) :: elastic, approach, rate, coefficient
       real(wp) :: f
 
       f = 0.0_wp
@@ -337,15 +295,7 @@ contains
 
    !> Derivatives of Tsuji's damping.
    pure function tsuji_slopes(elastic, approach, rate, coefficient) result(slopes)
-      !> Elastic force [N], > 0.
-      real(wp), intent(in) :: elastic
-      !> Approach [m], > 0.
-      real(wp), intent(in) :: approach
-      !> Rate of approach [m/s].
-      real(wp), intent(in) :: rate
-      !> alpha sqrt(m) [kg^(1/2)].
-      real(wp), intent(in) :: coefficient
-      !> By elastic force, approach and rate.
+      real(wp), intent(in) :: elastic, approach, rate, coefficient
       real(wp) :: slopes(3)
 
       slopes = coefficient*sqrt(elastic/approach)*[0.5_wp*rate/elastic, -0.5_wp*rate/approach, &

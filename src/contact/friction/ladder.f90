@@ -24,7 +24,6 @@ module contensou_contact_friction_ladder
    contains
       procedure :: wrench => wrench_of
       procedure :: linearize
-      procedure, private :: slip => slip_of
    end type rung_type
 
 contains
@@ -134,11 +133,10 @@ contains
       class(rung_type), intent(in) :: self
       type(spot_shape_type), intent(in) :: shape
       type(sliding_type), intent(in) :: at
-      !> Force along the major and the minor axis [N], torque about the normal [N m].
       real(wp), intent(out) :: wrench(3)
       real(wp) :: limit
 
-      call self%kernel(shape, self%slip(at), self%drilling, wrench)
+      call self%kernel(shape, slip_of(self, at), self%drilling, wrench)
       limit = self%coefficient*at%load
       wrench(1) = limit*wrench(1)
       wrench(2) = limit*wrench(2)
@@ -175,14 +173,11 @@ contains
       class(rung_type), intent(in) :: self
       type(spot_shape_type), intent(in) :: shape
       type(sliding_type), intent(in) :: at
-      !> Force along the major and the minor axis [N], torque about the normal [N m].
-      real(wp), intent(out) :: wrench(3)
-      !> Derivative of component i by N, a, vx, vy, w.
-      real(wp), intent(out) :: slopes(3, 5)
+      real(wp), intent(out) :: wrench(3), slopes(3, 5)
       type(slip_type) :: slip
       real(wp) :: unit(3), velocity(3)
 
-      slip = self%slip(at)
+      slip = slip_of(self, at)
       call self%jacobian(shape, slip, wrench, slopes(:, 3:5))
       if (slip%delta > self%delta) then
          ! The wrench is homogeneous of degree zero in the velocities and delta together.

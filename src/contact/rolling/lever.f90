@@ -116,18 +116,7 @@ contains
    !> Torque on B [N m], in the tangent plane.
    pure function torque(self, load, normal, major, a, b, spin) result(moment)
       class(lever_type), intent(in) :: self
-      !> Normal force N [N], >= 0.
-      real(wp), intent(in) :: load
-      !> Unit normal.
-      real(wp), intent(in) :: normal(3)
-      !> Unit tangent along the major axis of the spot.
-      real(wp), intent(in) :: major(3)
-      !> Major semi-axis [m].
-      real(wp), intent(in) :: a
-      !> Minor semi-axis [m].
-      real(wp), intent(in) :: b
-      !> Angular velocity of B against A [rad/s].
-      real(wp), intent(in) :: spin(3)
+      real(wp), intent(in) :: load, normal(3), major(3), a, b, spin(3)
       real(wp) :: moment(3)
       real(wp) :: x, y, speed, arm
 

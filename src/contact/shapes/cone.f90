@@ -30,8 +30,6 @@ module contensou_contact_shapes_cone
       procedure :: form
       procedure :: cubic
       procedure :: principal
-      procedure :: smallest_radius
-      procedure :: extent
       procedure :: apex
    end type cone_type
 
@@ -71,9 +69,7 @@ contains
    pure subroutine closest(self, p, x, normal, distance)
       class(cone_type), intent(in) :: self
       real(wp), intent(in) :: p(3)
-      real(wp), intent(out) :: x(3)
-      real(wp), intent(out) :: normal(3)
-      real(wp), intent(out) :: distance
+      real(wp), intent(out) :: x(3), normal(3), distance
       real(wp) :: rho, around(2), s, c, along
 
       rho = sqrt(p(1)**2 + p(2)**2)
@@ -109,9 +105,7 @@ contains
 
    pure function form(self, x, normal, t)
       class(cone_type), intent(in) :: self
-      real(wp), intent(in) :: x(3)
-      real(wp), intent(in) :: normal(3)
-      real(wp), intent(in) :: t(3, 2)
+      real(wp), intent(in) :: x(3), normal(3), t(3, 2)
       real(wp) :: form(3)
       real(wp) :: rho
 
@@ -126,9 +120,7 @@ contains
    !> The curvature around the axis, cos(half_angle)/rho, changes along the generators.
    pure function cubic(self, x, normal, t)
       class(cone_type), intent(in) :: self
-      real(wp), intent(in) :: x(3)
-      real(wp), intent(in) :: normal(3)
-      real(wp), intent(in) :: t(3, 2)
+      real(wp), intent(in) :: x(3), normal(3), t(3, 2)
       real(wp) :: cubic(4)
       real(wp) :: rho, s, c
 
@@ -143,8 +135,7 @@ contains
    !> Along the generator.
    pure function principal(self, x, normal) result(tangent)
       class(cone_type), intent(in) :: self
-      real(wp), intent(in) :: x(3)
-      real(wp), intent(in) :: normal(3)
+      real(wp), intent(in) :: x(3), normal(3)
       real(wp) :: tangent(3)
       real(wp) :: rho
 
@@ -156,21 +147,6 @@ contains
          tangent = any_tangent(normal)
       end if
    end function principal
-
-   !> It has any radius of curvature, none of which is its own.
-   pure function smallest_radius(self) result(length)
-      class(cone_type), intent(in) :: self
-      real(wp) :: length
-
-      length = huge(length)
-   end function smallest_radius
-
-   pure function extent(self) result(length)
-      class(cone_type), intent(in) :: self
-      real(wp) :: length
-
-      length = 0.0_wp
-   end function extent
 
    pure subroutine apex(self, x, found)
       class(cone_type), intent(in) :: self

@@ -61,9 +61,7 @@ contains
    pure subroutine closest(self, p, x, normal, distance)
       class(cylinder_type), intent(in) :: self
       real(wp), intent(in) :: p(3)
-      real(wp), intent(out) :: x(3)
-      real(wp), intent(out) :: normal(3)
-      real(wp), intent(out) :: distance
+      real(wp), intent(out) :: x(3), normal(3), distance
       real(wp) :: length
 
       length = sqrt(p(1)**2 + p(2)**2)
@@ -85,9 +83,7 @@ contains
 
    pure function form(self, x, normal, t)
       class(cylinder_type), intent(in) :: self
-      real(wp), intent(in) :: x(3)
-      real(wp), intent(in) :: normal(3)
-      real(wp), intent(in) :: t(3, 2)
+      real(wp), intent(in) :: x(3), normal(3), t(3, 2)
       real(wp) :: form(3)
 
       form = turning_form(normal(1)*t(2, :) - normal(2)*t(1, :))/self%radius
@@ -95,8 +91,7 @@ contains
 
    pure function principal(self, x, normal) result(tangent)
       class(cylinder_type), intent(in) :: self
-      real(wp), intent(in) :: x(3)
-      real(wp), intent(in) :: normal(3)
+      real(wp), intent(in) :: x(3), normal(3)
       real(wp) :: tangent(3)
 
       tangent = [0.0_wp, 0.0_wp, 1.0_wp]
@@ -123,8 +118,7 @@ contains
       real(wp), intent(in) :: u
       integer, intent(in) :: sample
       real(wp), intent(in) :: reach
-      real(wp), intent(out) :: centre(3)
-      real(wp), intent(out) :: radius
+      real(wp), intent(out) :: centre(3), radius
 
       if (sample > 0) then
          centre = [0.0_wp, 0.0_wp, reach*half_tangents(sample)]

@@ -84,9 +84,7 @@ contains
    pure subroutine closest(self, p, x, normal, distance)
       class(ellipsoid_type), intent(in) :: self
       real(wp), intent(in) :: p(3)
-      real(wp), intent(out) :: x(3)
-      real(wp), intent(out) :: normal(3)
-      real(wp), intent(out) :: distance
+      real(wp), intent(out) :: x(3), normal(3), distance
       real(wp) :: square(3), q(3), y(3), t, s, slope, step, length, floor_t
       integer :: i, k
 
@@ -136,9 +134,7 @@ contains
 
    pure function form(self, x, normal, t)
       class(ellipsoid_type), intent(in) :: self
-      real(wp), intent(in) :: x(3)
-      real(wp), intent(in) :: normal(3)
-      real(wp), intent(in) :: t(3, 2)
+      real(wp), intent(in) :: x(3), normal(3), t(3, 2)
       real(wp) :: form(3)
       real(wp) :: d(3), e(3)
 
@@ -149,9 +145,7 @@ contains
 
    pure function cubic(self, x, normal, t)
       class(ellipsoid_type), intent(in) :: self
-      real(wp), intent(in) :: x(3)
-      real(wp), intent(in) :: normal(3)
-      real(wp), intent(in) :: t(3, 2)
+      real(wp), intent(in) :: x(3), normal(3), t(3, 2)
       real(wp) :: cubic(4)
       real(wp) :: d(3), e(3)
 
@@ -184,10 +178,8 @@ contains
 
    pure subroutine support(self, up, height, x, gap, found)
       class(ellipsoid_type), intent(in) :: self
-      real(wp), intent(in) :: up(3)
-      real(wp), intent(in) :: height
-      real(wp), intent(out) :: x(3)
-      real(wp), intent(out) :: gap
+      real(wp), intent(in) :: up(3), height
+      real(wp), intent(out) :: x(3), gap
       logical, intent(out) :: found
       real(wp) :: across
 

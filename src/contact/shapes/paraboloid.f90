@@ -70,9 +70,7 @@ contains
    pure subroutine closest(self, p, x, normal, distance)
       class(paraboloid_type), intent(in) :: self
       real(wp), intent(in) :: p(3)
-      real(wp), intent(out) :: x(3)
-      real(wp), intent(out) :: normal(3)
-      real(wp), intent(out) :: distance
+      real(wp), intent(out) :: x(3), normal(3), distance
       real(wp) :: q, along(2), a, c, rho, step
       integer :: i
 
@@ -111,9 +109,7 @@ contains
 
    pure function form(self, x, normal, t)
       class(paraboloid_type), intent(in) :: self
-      real(wp), intent(in) :: x(3)
-      real(wp), intent(in) :: normal(3)
-      real(wp), intent(in) :: t(3, 2)
+      real(wp), intent(in) :: x(3), normal(3), t(3, 2)
       real(wp) :: form(3)
 
       form = quadric_form([1.0_wp, 1.0_wp, 0.0_wp], gradient(self, x), t)
@@ -121,9 +117,7 @@ contains
 
    pure function cubic(self, x, normal, t)
       class(paraboloid_type), intent(in) :: self
-      real(wp), intent(in) :: x(3)
-      real(wp), intent(in) :: normal(3)
-      real(wp), intent(in) :: t(3, 2)
+      real(wp), intent(in) :: x(3), normal(3), t(3, 2)
       real(wp) :: cubic(4)
 
       cubic = quadric_cubic([1.0_wp, 1.0_wp, 0.0_wp], gradient(self, x), normal, t)
@@ -157,10 +151,8 @@ contains
    !> There is one unless the paraboloid opens towards the plane.
    pure subroutine support(self, up, height, x, gap, found)
       class(paraboloid_type), intent(in) :: self
-      real(wp), intent(in) :: up(3)
-      real(wp), intent(in) :: height
-      real(wp), intent(out) :: x(3)
-      real(wp), intent(out) :: gap
+      real(wp), intent(in) :: up(3), height
+      real(wp), intent(out) :: x(3), gap
       logical, intent(out) :: found
       real(wp) :: slope(2)
 
@@ -181,8 +173,7 @@ contains
       real(wp), intent(in) :: u
       integer, intent(in) :: sample
       real(wp), intent(in) :: reach
-      real(wp), intent(out) :: centre(3)
-      real(wp), intent(out) :: radius
+      real(wp), intent(out) :: centre(3), radius
       real(wp) :: z
 
       z = reach*tan(0.5_wp*min(max(u, -3.14_wp), 3.14_wp))**2

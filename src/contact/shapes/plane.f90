@@ -20,8 +20,6 @@ module contensou_contact_shapes_plane
       procedure :: normal
       procedure :: form
       procedure :: principal
-      procedure :: smallest_radius
-      procedure :: extent
       procedure :: constant_curvatures
    end type plane_type
 
@@ -54,9 +52,7 @@ contains
    pure subroutine closest(self, p, x, normal, distance)
       class(plane_type), intent(in) :: self
       real(wp), intent(in) :: p(3)
-      real(wp), intent(out) :: x(3)
-      real(wp), intent(out) :: normal(3)
-      real(wp), intent(out) :: distance
+      real(wp), intent(out) :: x(3), normal(3), distance
 
       normal = [0.0_wp, 0.0_wp, 1.0_wp]
       distance = p(3)
@@ -73,9 +69,7 @@ contains
 
    pure function form(self, x, normal, t)
       class(plane_type), intent(in) :: self
-      real(wp), intent(in) :: x(3)
-      real(wp), intent(in) :: normal(3)
-      real(wp), intent(in) :: t(3, 2)
+      real(wp), intent(in) :: x(3), normal(3), t(3, 2)
       real(wp) :: form(3)
 
       form = 0.0_wp
@@ -83,26 +77,11 @@ contains
 
    pure function principal(self, x, normal) result(tangent)
       class(plane_type), intent(in) :: self
-      real(wp), intent(in) :: x(3)
-      real(wp), intent(in) :: normal(3)
+      real(wp), intent(in) :: x(3), normal(3)
       real(wp) :: tangent(3)
 
       tangent = [1.0_wp, 0.0_wp, 0.0_wp]
    end function principal
-
-   pure function smallest_radius(self) result(length)
-      class(plane_type), intent(in) :: self
-      real(wp) :: length
-
-      length = huge(length)
-   end function smallest_radius
-
-   pure function extent(self) result(length)
-      class(plane_type), intent(in) :: self
-      real(wp) :: length
-
-      length = 0.0_wp
-   end function extent
 
    pure subroutine constant_curvatures(self, constant, k)
       class(plane_type), intent(in) :: self

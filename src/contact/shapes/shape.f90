@@ -65,8 +65,10 @@ module contensou_contact_shapes_shape
       procedure(closest_interface), deferred :: closest
       procedure(normal_interface), deferred :: normal
       procedure(form_interface), deferred :: form
-      procedure(length_interface), deferred :: smallest_radius
-      procedure(length_interface), deferred :: extent
+      !> Smallest radius of curvature; there is none.
+      procedure :: smallest_radius
+      !> Length of the order of the shape; there is none.
+      procedure :: extent
       !> The third form; zero.
       procedure :: cubic
       !> A principal direction; any tangent.
@@ -164,16 +166,6 @@ module contensou_contact_shapes_shape
          real(wp), intent(in) :: t(3, 2)
          real(wp) :: form(3)
       end function form_interface
-
-      !> A length [m]: the smallest radius of curvature, over all of the shape and without regard to
-      !> sign, the largest number where there is none; or the length of the order of the shape,
-      !> zero where there is none.
-      pure function length_interface(self) result(length)
-         import :: shape_type, wp
-         implicit none(type, external)
-         class(shape_type), intent(in) :: self
-         real(wp) :: length
-      end function length_interface
    end interface
 
    !> Curvature of an apex, for those who have to tell it from others [1/m].
@@ -275,6 +267,23 @@ contains
       constant = .false.
       k = 0.0_wp
    end subroutine constant_curvatures
+
+   !> Smallest radius of curvature over all of the shape, without regard to sign [m]; the largest
+   !> number where there is none.
+   pure function smallest_radius(self) result(radius)
+      class(shape_type), intent(in) :: self
+      real(wp) :: radius
+
+      radius = huge(radius)
+   end function smallest_radius
+
+   !> Length of the order of the shape [m], zero where there is none.
+   pure function extent(self) result(length)
+      class(shape_type), intent(in) :: self
+      real(wp) :: length
+
+      length = 0.0_wp
+   end function extent
 
    !> Radius of curvature of a hollow where it is narrowest [m].
    pure function narrowest(self) result(radius)

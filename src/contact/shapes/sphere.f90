@@ -55,9 +55,7 @@ contains
    pure subroutine closest(self, p, x, normal, distance)
       class(sphere_type), intent(in) :: self
       real(wp), intent(in) :: p(3)
-      real(wp), intent(out) :: x(3)
-      real(wp), intent(out) :: normal(3)
-      real(wp), intent(out) :: distance
+      real(wp), intent(out) :: x(3), normal(3), distance
       real(wp) :: length
 
       length = sqrt(p(1)**2 + p(2)**2 + p(3)**2)
@@ -77,9 +75,7 @@ contains
 
    pure function form(self, x, normal, t)
       class(sphere_type), intent(in) :: self
-      real(wp), intent(in) :: x(3)
-      real(wp), intent(in) :: normal(3)
-      real(wp), intent(in) :: t(3, 2)
+      real(wp), intent(in) :: x(3), normal(3), t(3, 2)
       real(wp) :: form(3)
 
       form = [1.0_wp, 0.0_wp, 1.0_wp]/self%radius

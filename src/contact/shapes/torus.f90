@@ -80,9 +80,7 @@ contains
    pure subroutine closest(self, p, x, normal, distance)
       class(torus_type), intent(in) :: self
       real(wp), intent(in) :: p(3)
-      real(wp), intent(out) :: x(3)
-      real(wp), intent(out) :: normal(3)
-      real(wp), intent(out) :: distance
+      real(wp), intent(out) :: x(3), normal(3), distance
       real(wp) :: rho, across, centre(3), length
 
       rho = sqrt(p(1)**2 + p(2)**2)
@@ -113,9 +111,7 @@ contains
 
    pure function form(self, x, normal, t)
       class(torus_type), intent(in) :: self
-      real(wp), intent(in) :: x(3)
-      real(wp), intent(in) :: normal(3)
-      real(wp), intent(in) :: t(3, 2)
+      real(wp), intent(in) :: x(3), normal(3), t(3, 2)
       real(wp) :: form(3)
       real(wp) :: around(2), rho, tube, ring
 
@@ -131,9 +127,7 @@ contains
    !> The curvature around the axis, cos(phi)/rho, changes along the tube.
    pure function cubic(self, x, normal, t)
       class(torus_type), intent(in) :: self
-      real(wp), intent(in) :: x(3)
-      real(wp), intent(in) :: normal(3)
-      real(wp), intent(in) :: t(3, 2)
+      real(wp), intent(in) :: x(3), normal(3), t(3, 2)
       real(wp) :: cubic(4)
       real(wp) :: rho, e_ring(3), e_tube(3), c(2), f(2), k
 
@@ -152,8 +146,7 @@ contains
 
    pure function principal(self, x, normal) result(tangent)
       class(torus_type), intent(in) :: self
-      real(wp), intent(in) :: x(3)
-      real(wp), intent(in) :: normal(3)
+      real(wp), intent(in) :: x(3), normal(3)
       real(wp) :: tangent(3)
       real(wp) :: rho
 
@@ -184,10 +177,8 @@ contains
 
    pure subroutine support(self, up, height, x, gap, found)
       class(torus_type), intent(in) :: self
-      real(wp), intent(in) :: up(3)
-      real(wp), intent(in) :: height
-      real(wp), intent(out) :: x(3)
-      real(wp), intent(out) :: gap
+      real(wp), intent(in) :: up(3), height
+      real(wp), intent(out) :: x(3), gap
       logical, intent(out) :: found
       real(wp) :: across
 
@@ -207,8 +198,7 @@ contains
       real(wp), intent(in) :: u
       integer, intent(in) :: sample
       real(wp), intent(in) :: reach
-      real(wp), intent(out) :: centre(3)
-      real(wp), intent(out) :: radius
+      real(wp), intent(out) :: centre(3), radius
 
       if (sample > 0) then
          centre = self%major_radius*[cosines(sample), sines(sample), 0.0_wp]

@@ -45,11 +45,8 @@ module contensou_contact_catalogue
       !> Whether it may be given without an effect.
       logical :: idle = .false.
    contains
-      !> Name, symbol and unit.
       procedure :: text => law_key_text
-      !> What is right, as "name = a number > 0 [kg]".
       procedure :: wanted
-      !> What is right, without the name.
       procedure :: wanted_value
    end type law_key_type
 
@@ -59,15 +56,12 @@ module contensou_contact_catalogue
       !> The first `n` of them.
       type(law_key_type) :: keys(12)
    contains
-      !> Add a key.
       procedure :: put => put_law_key
-      !> Position of a key; 0 if it is not among them.
       procedure :: at => key_place
    end type law_keys_type
 
    !> A row in the table of a part, which the tables of the parts extend.
    type :: model_type
-      !> What a user reads.
       type(model_info_type) :: info
       !> Whether it does anything; .false. for `none`.
       logical :: acts = .true.
@@ -76,19 +70,12 @@ module contensou_contact_catalogue
       !> Adds its states; not associated if it has none.
       procedure(state_writer), pointer, nopass :: put_states => null()
    contains
-      !> Its keys.
       procedure :: keys => keys_of
-      !> Its states.
       procedure :: states => states_of
-      !> Whether a key of it has an effect.
       procedure :: uses
-      !> Its keys as a user reads them.
       procedure :: keys_text
-      !> Its states as a user reads them; blank for none.
       procedure :: states_text
-      !> What is missing or wrong among the values of its keys.
       procedure :: misfit
-      !> Values of its keys, with their defaults.
       procedure :: completed
    end type model_type
 

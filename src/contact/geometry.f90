@@ -116,7 +116,6 @@ module contensou_contact_geometry
       pure subroutine gap_interface(self, a, b, track, gap)
          import :: geometry_type, pose_type, track_type, wp
          implicit none(type, external)
-         !> The pair.
          class(geometry_type), intent(in) :: self
          !> Pose of body A.
          type(pose_type), intent(in) :: a
@@ -132,7 +131,6 @@ module contensou_contact_geometry
       pure subroutine locate_interface(self, a, b, track, gap, at)
          import :: geometry_type, pose_type, contact_point_type, track_type, wp
          implicit none(type, external)
-         !> The pair.
          class(geometry_type), intent(in) :: self
          !> Pose of body A.
          type(pose_type), intent(in) :: a
@@ -150,7 +148,6 @@ module contensou_contact_geometry
          import :: geometry_type, pose_type, contact_point_type, contact_variation_type, &
             track_type, wp
          implicit none(type, external)
-         !> The pair.
          class(geometry_type), intent(in) :: self
          !> Pose of body A.
          type(pose_type), intent(in) :: a
@@ -167,7 +164,6 @@ module contensou_contact_geometry
       pure function radius_interface(self) result(radius)
          import :: geometry_type, wp
          implicit none(type, external)
-         !> The pair.
          class(geometry_type), intent(in) :: self
          real(wp) :: radius
       end function radius_interface

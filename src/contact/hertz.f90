@@ -61,7 +61,6 @@ module contensou_contact_hertz
 
    !> An entry of the table of ways to compute a contact.
    type :: hertz_model_type
-      !> What a user reads.
       type(model_info_type) :: info
       procedure(hertz_kernel), pointer, nopass :: kernel => null()
    end type hertz_model_type
@@ -79,12 +78,9 @@ module contensou_contact_hertz
       !> p0/sqrt(d) [Pa/m^(1/2)].
       real(wp) :: pressure = 0.0_wp
    contains
-      !> All of the contact.
       procedure :: contact
       procedure :: force
-      !> Elastic energy.
       procedure :: energy
-      !> Approach that belongs to a force.
       procedure :: approach
       procedure :: scale_from
    end type hertz_type
@@ -324,7 +320,6 @@ contains
 
    !> Spot, force and largest pressure.
    pure subroutine contact(self, approach, spot)
-      !> The contact.
       class(hertz_type), intent(in) :: self
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach
@@ -341,7 +336,6 @@ contains
 
    !> Force [N], N = k_n d^(3/2).
    pure function force(self, approach)
-      !> The contact.
       class(hertz_type), intent(in) :: self
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach
@@ -352,7 +346,6 @@ contains
 
    !> Elastic energy [J], (2/5) k_n d^(5/2).
    pure function energy(self, approach)
-      !> The contact.
       class(hertz_type), intent(in) :: self
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach
@@ -363,7 +356,6 @@ contains
 
    !> Approach [m] that belongs to a force, d = (N/k_n)^(2/3).
    pure function approach(self, force)
-      !> The contact.
       class(hertz_type), intent(in) :: self
       !> Force N [N], >= 0.
       real(wp), intent(in) :: force

@@ -33,15 +33,10 @@ module contensou_contact_law
       !> Numbers of state of damping, which come before those of friction.
       integer :: n_damping = 0
    contains
-      !> Load of closed contact.
       procedure :: evaluate
-      !> Load of closed contact and its derivatives.
       procedure :: linearize
-      !> Load at given states, and the rates of these.
       procedure :: evolve
-      !> Their derivatives.
       procedure :: vary
-      !> What slides at a normal force.
       procedure :: sliding
    end type contact_law_type
 

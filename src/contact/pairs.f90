@@ -65,7 +65,6 @@ contains
    subroutine new_geometry(a, b, geometry, problem)
       type(surface_type), intent(in) :: a
       type(surface_type), intent(in) :: b
-      !> The pair.
       class(geometry_type), allocatable, intent(out) :: geometry
       !> Why the pair is refused; unallocated when it is not.
       character(len=:), allocatable, intent(out), optional :: problem

@@ -23,13 +23,9 @@ module contensou_contact_parameters
       procedure, private :: set_number
       procedure, private :: set_numbers
       procedure, private :: set_flag
-      !> Whether a key has a value.
       procedure :: has
-      !> Number of a key; another one, or zero, if it has none.
       procedure :: number
-      !> Three numbers of a key; zero if it has none.
       procedure :: numbers
-      !> Logical of a key; .false. if it has none.
       procedure :: flag
    end type parameters_type
 

@@ -37,9 +37,7 @@ module contensou_contact_parts
       !> The keys of each model.
       type(law_keys_type), allocatable :: keys(:)
    contains
-      !> What a user reads about its models.
       procedure :: described
-      !> What a contact pays for.
       procedure :: words
    end type part_type
 
@@ -188,33 +186,20 @@ contains
       type(damping_model_type), allocatable :: damping(:)
       type(friction_model_type), allocatable :: friction(:)
       type(rolling_model_type), allocatable :: rolling(:)
-      integer :: i
 
       select case (part)
       case ("normal")
          normal = normal_models()
-         allocate(models(size(normal)))
-         do i = 1, size(models)
-            models(i) = normal(i)%model_type
-         end do
+         models = normal%model_type
       case ("damping")
          damping = damping_models()
-         allocate(models(size(damping)))
-         do i = 1, size(models)
-            models(i) = damping(i)%model_type
-         end do
+         models = damping%model_type
       case ("friction")
          friction = friction_models()
-         allocate(models(size(friction)))
-         do i = 1, size(models)
-            models(i) = friction(i)%model_type
-         end do
+         models = friction%model_type
       case ("rolling")
          rolling = rolling_models()
-         allocate(models(size(rolling)))
-         do i = 1, size(models)
-            models(i) = rolling(i)%model_type
-         end do
+         models = rolling%model_type
       case default
          allocate(models(0))
       end select
@@ -412,7 +397,6 @@ contains
       integer, intent(out) :: choice(n_parts)
       !> Values of all keys that have one.
       type(parameters_type), intent(inout) :: parameters
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       integer :: i, j, k
 
@@ -461,7 +445,6 @@ contains
       type(part_type), intent(in) :: part
       !> Position of the model in the table.
       integer, intent(in) :: choice
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(origin_type) :: here
       character(len=:), allocatable :: what, name, other, wanted
@@ -537,7 +520,6 @@ contains
       integer, intent(in) :: choice(:)
       !> The key.
       character(len=*), intent(in) :: name
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       character(len=:), allocatable :: goes, with, instead
       integer, allocatable :: places(:)

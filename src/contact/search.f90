@@ -44,7 +44,6 @@ module contensou_contact_search
       !> Length of the order of the carrier [m], the largest number if it has no end.
       real(wp) :: far = 0.0_wp
    contains
-      !> Closest points.
       procedure :: find
    end type search_type
 
@@ -274,7 +273,6 @@ contains
    pure subroutine look_elsewhere(self, placing, track, gap)
       type(search_type), intent(in) :: self
       type(placing_type), intent(in) :: placing
-      !> The place.
       type(track_type), intent(inout) :: track
       !> Its distance [m].
       real(wp), intent(inout) :: gap
@@ -424,7 +422,6 @@ contains
    pure function distance_of(self, placing, swept) result(distance)
       type(search_type), intent(in) :: self
       type(placing_type), intent(in) :: placing
-      !> The place.
       type(swept_type), intent(in) :: swept
       real(wp) :: distance
       real(wp) :: foot(3), normal(3)

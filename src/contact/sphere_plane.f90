@@ -179,7 +179,6 @@ contains
 
       !> Unit vector along an axis.
       pure function unit(axis) result(e)
-         !> Number of the axis.
          integer, intent(in) :: axis
          real(wp) :: e(3)
 

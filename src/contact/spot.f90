@@ -22,7 +22,6 @@ module contensou_contact_spot
       real(wp) :: k
       !> k^2, the complementary parameter c1.
       real(wp) :: k2
-      !> 1/k^2.
       real(wp) :: inverse_k2
       !> Parameter c = 1 - k^2.
       real(wp) :: c

@@ -36,7 +36,6 @@ module contensou_contact_states
       character(len=31) :: name = ""
       !> UDUNITS text.
       character(len=8) :: units = ""
-      !> What it is.
       character(len=128) :: long_name = ""
       !> Value against which its error counts as soon as the state is smaller.
       real(wp) :: scale = 1.0_wp
@@ -52,18 +51,14 @@ module contensou_contact_states
       !> The first `n` of them.
       type(state_type) :: items(most_states)
    contains
-      !> Add a state.
       procedure :: put => put_state
-      !> Numbers that they are to the part.
       procedure :: numbers
    end type state_list_type
 
    !> What owns states: the part of a contact. All here is what most parts need not answer.
    type, abstract :: owner_type
    contains
-      !> Values when the surfaces touch, also at the beginning of a run.
       procedure :: at_touch
-      !> Values after lift-off, and before the first touch.
       procedure :: after_lift
    end type owner_type
 
@@ -82,22 +77,15 @@ module contensou_contact_states
       type(state_type), allocatable :: items(:)
       !> Values, in the inertial frame.
       real(wp), allocatable :: values(:)
-      !> Their rates.
       real(wp), allocatable :: rates(:)
       !> Numbers to the parts against which differences and errors are small, see `scale`.
       real(wp), allocatable :: scales(:)
    contains
-      !> Take the states of the parts.
       procedure :: own
-      !> Values as the parts see them.
       procedure :: gather
-      !> From numbers of the parts to those of the scene.
       procedure :: scatter
-      !> What a rotation does to vectors.
       procedure :: turn
-      !> Which numbers to the parts are components of vectors.
       procedure :: vectors
-      !> Where a state is.
       procedure :: place
    end type contact_states_type
 
@@ -110,7 +98,6 @@ contains
       character(len=*), intent(in) :: name
       !> UDUNITS text.
       character(len=*), intent(in) :: units
-      !> What it is.
       character(len=*), intent(in) :: long_name
       !> Value against which its error counts as soon as the state is smaller, > 0.
       real(wp), intent(in) :: scale

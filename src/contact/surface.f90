@@ -32,11 +32,8 @@ module contensou_contact_surface
       real(wp) :: frame(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
          0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
    contains
-      !> "a sphere", "the inside of a torus".
       procedure :: words
-      !> "sphere", "torus (inside)".
       procedure :: label
-      !> Whether it is the outside of a given shape.
       procedure :: is_outside_of
    end type surface_type
 
@@ -47,7 +44,6 @@ contains
       type(group_settings_type), intent(in) :: group
       !> The surface; without a shape if that is unknown.
       type(surface_type), intent(inout) :: surface
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(shape_list_type) :: list
       integer :: chosen
@@ -66,7 +62,6 @@ contains
    subroutine check_keys(group, shape, diagnostics)
       type(group_settings_type), intent(in) :: group
       class(shape_type), intent(in) :: shape
-      !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(key_list_type) :: own
       type(shape_info_type) :: info
@@ -131,7 +126,6 @@ contains
       real(wp), intent(in) :: p(3)
       !> Closest point of the surface [m].
       real(wp), intent(out) :: x(3)
-      !> Normal there.
       real(wp), intent(out) :: normal(3)
       !> Distance, negative within the material [m].
       real(wp), intent(out) :: distance
@@ -159,7 +153,6 @@ contains
       type(surface_type), intent(in) :: surface
       !> Point of the surface [m].
       real(wp), intent(in) :: x(3)
-      !> Normal there.
       real(wp), intent(in) :: normal(3)
       !> The two tangents.
       real(wp), intent(in) :: t(3, 2)
@@ -174,7 +167,6 @@ contains
       type(surface_type), intent(in) :: surface
       !> Point of the surface [m].
       real(wp), intent(in) :: x(3)
-      !> Normal there.
       real(wp), intent(in) :: normal(3)
       !> The two tangents.
       real(wp), intent(in) :: t(3, 2)

@@ -303,11 +303,9 @@ contains
       type(pose_type), intent(in) :: pose_of_plane
       !> Lowest point in the frame of the surface [m].
       real(wp), intent(out) :: x(3)
-      !> Normal there.
       real(wp), intent(out) :: normal(3)
       !> Its height above the plane [m].
       real(wp), intent(out) :: gap
-      !> Whether there is one.
       logical, intent(out) :: found
       real(wp) :: up(3), k(3), offset(3), height
 

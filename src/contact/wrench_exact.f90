@@ -35,9 +35,7 @@ module contensou_contact_wrench_exact
       integer :: n
       !> Weight times ds/D.
       real(wp) :: measure(max_nodes)
-      !> 1/A.
       real(wp) :: a(max_nodes)
-      !> 1/B.
       real(wp) :: b(max_nodes)
       !> s/A.
       real(wp) :: sa(max_nodes)
@@ -577,7 +575,6 @@ contains
    pure subroutine add_terms(n, n_sums, terms, sums)
       !> Number of terms, even.
       integer, intent(in) :: n
-      !> Number of sums.
       integer, intent(in) :: n_sums
       real(wp), intent(in) :: terms(max_nodes, n_sums)
       real(wp), intent(inout) :: sums(n_sums)

@@ -118,7 +118,6 @@ contains
 
    !> A number times a power of two; the largest number there is instead of an overflow.
    elemental function rescaled(x, shift) result(r)
-      !> The number.
       real(wp), intent(in) :: x
       !> The power.
       integer, intent(in) :: shift

@@ -42,7 +42,6 @@ contains
    subroutine assemble(scene, system)
       !> The scene; its pairs of surfaces are supported.
       type(scene_type), intent(in) :: scene
-      !> The equations of motion.
       type(system_type), intent(out) :: system
       type(tables_type) :: tables
       integer :: i
@@ -66,7 +65,6 @@ contains
 
    !> A body.
    pure subroutine set_body(spec, body)
-      !> Its description.
       type(body_spec_type), intent(in) :: spec
       type(body_type), intent(inout) :: body
 
@@ -153,7 +151,6 @@ contains
       integer, intent(in) :: a
       !> Body of surface B.
       integer, intent(in) :: b
-      !> The pair.
       class(geometry_type), intent(in) :: geometry
       real(wp) :: curvatures(2)
       type(track_type) :: track
@@ -197,7 +194,6 @@ contains
 
       !> Inverse mass of a body [1/kg].
       pure real(wp) function inverse(body)
-         !> Its index.
          integer, intent(in) :: body
 
          inverse = 0.0_wp
@@ -230,7 +226,6 @@ contains
    !> the ringing at the next touch decides what follows.
    pure function contact_length(scene, system, speed) result(length)
       type(scene_type), intent(in) :: scene
-      !> Its equations of motion.
       type(system_type), intent(in) :: system
       !> Speed of the impact [m/s], > 0.
       real(wp), intent(in) :: speed
@@ -265,7 +260,6 @@ contains
    !> that is shorter; 0 without contacts. H. Hertz, J. reine angew. Math. 92 (1881) 156.
    pure function contact_time(scene, system, speed) result(time)
       type(scene_type), intent(in) :: scene
-      !> Its equations of motion.
       type(system_type), intent(in) :: system
       !> Speed of the impact [m/s], > 0.
       real(wp), intent(in) :: speed

@@ -22,7 +22,6 @@ module contensou_dynamics_bearing
 
    !> Balls and grooves.
    type :: ball_bearing_type
-      !> Number of balls.
       integer :: balls = 0
       !> Radius of a ball and of the pitch circle [m].
       real(wp) :: r = 0.0_wp, pitch = 0.0_wp
@@ -31,9 +30,7 @@ module contensou_dynamics_bearing
       !> Diametral clearance [m].
       real(wp) :: clearance = 0.0_wp
    contains
-      !> Radii of the centre circles of the grooves.
       procedure :: centre_circles
-      !> Distance of the centre circles across the axis.
       procedure :: gap
       procedure :: ball_distance
       procedure :: most_balls

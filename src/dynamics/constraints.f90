@@ -38,7 +38,6 @@ module contensou_dynamics_constraints
 
    !> A closed rigid contact at a state, inertial frame.
    type :: link_type
-      !> Index of the contact.
       integer :: contact = 0
       !> Bodies A and B; 0 is the ground.
       integer :: body(2) = 0
@@ -75,9 +74,7 @@ module contensou_dynamics_constraints
       !> Their derivatives by the normal force [-, m].
       real(wp) :: slope(6) = 0.0_wp
    contains
-      !> Slip of B against A.
       procedure :: slip
-      !> Force and torque on a body.
       procedure :: load_on
    end type link_type
 
@@ -92,9 +89,7 @@ module contensou_dynamics_constraints
       !> Equations for their normal forces.
       real(wp), allocatable, private :: matrix(:, :), right(:)
    contains
-      !> Make room for the contacts of a mechanism.
       procedure :: prepare
-      !> What the closed contacts do to the accelerations.
       procedure :: apply
       procedure, private :: reserve
       procedure, private :: find_forces
@@ -140,7 +135,6 @@ contains
    !> Make room for a number of closed contacts; what was known of others is lost.
    subroutine reserve(self, n)
       class(constraints_type), intent(inout) :: self
-      !> The number.
       integer, intent(in) :: n
 
       if (allocated(self%links)) deallocate(self%links, self%matrix, self%right)
@@ -205,7 +199,6 @@ contains
    !> Accelerate a body by the load of a closed contact.
    subroutine accelerate(mechanism, link, side, rate)
       type(mechanism_type), intent(in) :: mechanism
-      !> The contact.
       type(link_type), intent(in) :: link
       !> 1 for body A, 2 for body B.
       integer, intent(in) :: side
@@ -230,11 +223,9 @@ contains
    subroutine find_link(mechanism, index, rate, link, trouble)
       !> The mechanism; the track of the contact is changed, and its normal part.
       type(mechanism_type), intent(inout) :: mechanism
-      !> Index of the contact.
       integer, intent(in) :: index
       !> Time derivative of the state without rigid contacts.
       real(wp), intent(in) :: rate(:)
-      !> The contact.
       type(link_type), intent(inout) :: link
       !> One of the `trouble_*` codes.
       integer, intent(out) :: trouble
@@ -371,7 +362,6 @@ contains
 
    !> Kinematics of a closed contact; `at`, `body`, `inverse_mass` and `resolution` are set.
    pure subroutine set_kinematics(self, law, track, a, b, inverse_inertia)
-      !> The contact.
       type(link_type), intent(inout) :: self
       type(contact_law_type), intent(in) :: law
       !> Where the surfaces are closest.
@@ -515,7 +505,6 @@ contains
 
    !> Second derivative of the gap of one contact by a wrench at another one, or at itself [m/s2].
    pure function response(self, other, wrench) result(acceleration)
-      !> The contact.
       type(link_type), intent(in) :: self
       !> Where the wrench acts.
       type(link_type), intent(in) :: other

@@ -55,26 +55,19 @@ module contensou_dynamics_equations
       !> End of a ramp of a drive to which that very time still belongs, as an integration goes up
       !> to it [s]; negative for none.
       real(wp) :: corner = -1.0_wp
-      !> The rigid contacts.
       type(constraints_type) :: constraints
       !> What acts on the bodies.
       type(body_load_type), allocatable :: load(:)
       !> Room for a right-hand side that is evaluated for the sake of the normal forces.
       real(wp), allocatable, private :: scratch(:)
-      !> Whether there is gravity.
       logical, private :: has_gravity = .false.
       !> Whether there are rigid contacts or states of parts.
       logical, private :: has_more = .false.
    contains
-      !> Make ready after bodies and contacts are set.
       procedure :: prepare
-      !> Time derivative of the state.
       procedure :: derivative
-      !> Normal forces of the closed rigid contacts.
       procedure :: constraint_forces
-      !> What rigid contacts and states add; bound, as inlining it would slow all scenes down.
       procedure, private :: complete
-      !> When the next ramp of a drive ends.
       procedure :: next_corner
       procedure, private :: ramps
    end type system_type
@@ -120,7 +113,6 @@ contains
       class(system_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(self%layout%n)
       !> Its time derivative; not set when `outside`.
       real(wp), intent(out) :: rate(self%layout%n)
@@ -189,7 +181,6 @@ contains
       class(system_type), intent(inout) :: self
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
 
       self%constraints%n_links = 0
@@ -250,11 +241,9 @@ contains
    !> Time derivative of the state of a body.
    subroutine accelerate(self, index, t, y, rate)
       type(system_type), intent(in) :: self
-      !> Index of the body.
       integer, intent(in) :: index
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Time derivative of the state; that of the body is set.
       real(wp), intent(inout) :: rate(:)

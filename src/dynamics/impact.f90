@@ -169,7 +169,6 @@ contains
       type(system_type), intent(inout) :: system
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Rigid contacts whose gaps are zero.
       logical, intent(in) :: candidate(:)
@@ -204,7 +203,6 @@ contains
    !> Open a rigid contact at the poses that are set.
    subroutine open_contact(system, index)
       type(system_type), intent(inout) :: system
-      !> Index of the contact.
       integer, intent(in) :: index
       real(wp) :: gap
 
@@ -222,9 +220,7 @@ contains
       type(system_type), intent(inout) :: system
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
-      !> Index of the contact.
       integer, intent(in) :: index
       !> Room for a right-hand side.
       real(wp), intent(out) :: y_rate(:)
@@ -247,7 +243,6 @@ contains
    !> the elastic bodies have at rest, and would not open the contact.
    pure function slowest_rebound(contact, link, press, velocity_scale) result(speed)
       type(contact_type), intent(in) :: contact
-      !> Its kinematics.
       type(link_type), intent(in) :: link
       !> Acceleration that presses the bodies together [m/s2].
       real(wp), intent(in) :: press
@@ -269,7 +264,6 @@ contains
       type(system_type), intent(inout) :: system
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Contacts whose gap and its rate are zero.
       logical, intent(in) :: resting(:)
@@ -371,9 +365,7 @@ contains
       type(system_type), intent(in) :: system
       !> State; velocities and works change.
       real(wp), intent(inout) :: y(:)
-      !> Index of the contact.
       integer, intent(in) :: index
-      !> Its kinematics.
       type(link_type), intent(in) :: link
       !> Coefficient of restitution.
       real(wp), intent(in) :: e
@@ -463,7 +455,6 @@ contains
       real(wp), intent(in) :: impulse(4)
       !> 1 for body A, 2 for body B.
       integer, intent(in) :: side
-      !> State.
       real(wp), intent(inout) :: y(:)
       !> Energy that a prescribed motion supplies [J], added to.
       real(wp), intent(inout) :: supplied

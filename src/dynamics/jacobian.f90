@@ -62,9 +62,7 @@ module contensou_dynamics_jacobian
       !> Responses of the gaps to the normal forces, their inverse, and room for finding it.
       real(wp), allocatable, private :: responses(:, :), inverse(:, :), matrix(:, :)
    contains
-      !> Lay out the entries for a system.
       procedure :: prepare
-      !> Compute the entries.
       procedure :: evaluate
    end type jacobian_type
 
@@ -247,7 +245,6 @@ contains
    !> Make room for a number of closed rigid contacts.
    subroutine reserve(self, n)
       type(jacobian_type), intent(inout) :: self
-      !> The number.
       integer, intent(in) :: n
 
       if (allocated(self%gap_slopes)) deallocate(self%gap_slopes, self%responses, self%inverse, &
@@ -343,7 +340,6 @@ contains
       integer, intent(in) :: pairs(:, :)
       !> Which of the two, 1 or 2.
       integer, intent(in) :: by
-      !> Number of bodies.
       integer, intent(in) :: bodies
       integer, allocatable, intent(out) :: sorted(:, :)
       integer :: next(bodies + 1), i
@@ -370,7 +366,6 @@ contains
       type(system_type), intent(in) :: system
       !> Which body (first) has accelerations that depend on the state of which body (second).
       integer, allocatable, intent(inout) :: pairs(:, :)
-      !> Their number.
       integer, intent(inout) :: n
       integer :: parent(system%layout%bodies), members(system%layout%bodies)
       integer :: reached(system%layout%bodies), seen(system%layout%bodies)
@@ -447,13 +442,11 @@ contains
    !> Compute the entries at a state; all are zero where there is no right-hand side. Allocates
    !> nothing.
    subroutine evaluate(self, system, t, y)
-      !> The Jacobian, prepared.
       class(jacobian_type), intent(inout) :: self
       !> The system; its workspace is changed.
       type(system_type), intent(inout) :: system
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       type(linear_load_type) :: load
       logical :: closed
@@ -498,7 +491,6 @@ contains
    !> Accelerations of the centres of mass (1:3) and angular accelerations (4:6) of two bodies,
    !> inertial frame [m/s2, rad/s2].
    pure function accelerations(self, system, body) result(acceleration)
-      !> The Jacobian, the time derivative of the state known.
       type(jacobian_type), intent(in) :: self
       type(system_type), intent(in) :: system
       !> The bodies; 0 is the ground.
@@ -518,10 +510,8 @@ contains
    subroutine add_contact(self, system, index, load, y)
       type(jacobian_type), intent(inout) :: self
       type(system_type), intent(in) :: system
-      !> Index of the contact.
       integer, intent(in) :: index
       type(linear_load_type), intent(in) :: load
-      !> State.
       real(wp), intent(in) :: y(:)
       real(wp) :: columns(outcomes, body_size)
       integer :: side, column_body, before
@@ -557,10 +547,8 @@ contains
    subroutine add_states(self, system, index, load, y)
       type(jacobian_type), intent(inout) :: self
       type(system_type), intent(in) :: system
-      !> Index of the contact.
       integer, intent(in) :: index
       type(linear_load_type), intent(in) :: load
-      !> State.
       real(wp), intent(in) :: y(:)
       real(wp) :: columns(most_numbers, body_size)
       integer :: side, c, k, place(2)
@@ -607,7 +595,6 @@ contains
       integer, intent(in) :: index
       !> Load of the contact.
       type(linear_load_type), intent(in) :: load
-      !> State.
       real(wp), intent(in) :: y(:)
       real(wp) :: columns(1, body_size)
       integer :: side, k
@@ -627,7 +614,6 @@ contains
 
    !> Add what the normal forces of rigid contacts contribute, as they vary with the state.
    subroutine add_normal_forces(self, system)
-      !> The Jacobian, with all that is at given normal forces.
       type(jacobian_type), intent(inout) :: self
       !> The system; its links are those of the state.
       type(system_type), intent(in) :: system
@@ -802,11 +788,9 @@ contains
    subroutine add_body(self, system, index, t, y)
       type(jacobian_type), intent(inout) :: self
       type(system_type), intent(in) :: system
-      !> Index of the body.
       integer, intent(in) :: index
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
       real(wp) :: block(body_size, body_size), power(body_size), turn(3, 4), torque(3), w(3), q(4)
       real(wp) :: momentum(3), force(3), e(3)

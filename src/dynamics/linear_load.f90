@@ -62,7 +62,6 @@ module contensou_dynamics_linear_load
 
    !> A closed contact at a state: all that its load follows from.
    type :: touch_type
-      !> Where it is.
       type(contact_point_type) :: at
       !> How that varies.
       type(contact_variation_type) :: variation
@@ -642,7 +641,6 @@ contains
    subroutine differ_bias(contact, link, a, b, slopes)
       !> The contact; it is left as it was.
       type(contact_type), intent(inout) :: contact
-      !> Its state.
       type(link_type), intent(in) :: link
       type(pose_type), intent(in) :: a
       type(pose_type), intent(in) :: b

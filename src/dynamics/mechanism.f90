@@ -74,27 +74,16 @@ module contensou_dynamics_mechanism
       !> does not.
       real(wp) :: restitution_slope = 0.0_wp
    contains
-      !> Gap, from where the surfaces were closest last.
       procedure :: find_gap
-      !> Contact point, normal and curvatures at that gap.
       procedure :: locate
-      !> Let the normal part follow curvatures that vary.
       procedure :: follow
-      !> Force of the elastic energy through the curvatures.
       procedure :: shape_force
-      !> Take the states of its parts.
       procedure :: own
-      !> States of the parts as these see them.
       procedure :: local_states
-      !> Load at the states of the parts, and the rates of these.
       procedure :: evolve
-      !> Rates of the states in the inertial frame.
       procedure :: set_rates
-      !> How fast the frame of the states turns.
       procedure :: frame_spin
-      !> Energies stored in the states.
       procedure :: stored_energies
-      !> Set the states at touch and lift-off.
       procedure :: renew
       procedure :: exchange => exchange_contact
    end type contact_type
@@ -117,7 +106,6 @@ module contensou_dynamics_mechanism
       !> Square of the angular velocity below which it is absolute [rad2/s2].
       real(wp) :: angular_velocity = 0.0_wp
    contains
-      !> Square of the velocity below which sliding is not resolved.
       procedure :: of => resolution_of
    end type resolution_type
 
@@ -135,17 +123,11 @@ module contensou_dynamics_mechanism
       !> Poses of the ground (0) and the bodies.
       type(pose_type), allocatable :: pose(:)
    contains
-      !> Poses of all bodies at a state.
       procedure :: set_poses
-      !> States of the parts of all contacts at a state.
       procedure :: set_states
-      !> Pose of a body.
       procedure :: pose_of
-      !> Kinematics of a contact at the poses that are set.
       procedure :: observe
-      !> Gaps of all contacts.
       procedure :: gaps
-      !> Rates of all gaps.
       procedure :: gap_rates
    end type mechanism_type
 
@@ -178,7 +160,6 @@ contains
 
    !> Contact point, normal and curvatures.
    subroutine locate(self, a, b, gap, at)
-      !> The contact, as `find_gap` left it.
       class(contact_type), intent(in) :: self
       type(pose_type), intent(in) :: a
       type(pose_type), intent(in) :: b
@@ -345,7 +326,6 @@ contains
    !> Set the states of the parts at touch, or after lift-off.
    subroutine renew(self, now, closed, y)
       class(contact_type), intent(in) :: self
-      !> Its kinematics.
       type(contact_motion_type), intent(in) :: now
       !> Whether the contact is closed.
       logical, intent(in) :: closed
@@ -409,7 +389,6 @@ contains
    !> Square of the velocity below which sliding at a contact is not resolved [m2/s2]: that of the
    !> velocities and angular velocities of the two bodies together.
    pure function resolution_of(self, a, b, point) result(square)
-      !> What is resolved.
       class(resolution_type), intent(in) :: self
       type(pose_type), intent(in) :: a
       type(pose_type), intent(in) :: b
@@ -439,7 +418,6 @@ contains
    !> Poses of all bodies.
    subroutine set_poses(self, y)
       class(mechanism_type), intent(inout) :: self
-      !> State.
       real(wp), intent(in) :: y(self%layout%n)
       integer :: i
 
@@ -454,7 +432,6 @@ contains
    !> States of the parts of all contacts; their rates are zero until a closed contact has others.
    subroutine set_states(self, y)
       class(mechanism_type), intent(inout) :: self
-      !> State.
       real(wp), intent(in) :: y(self%layout%n)
       integer :: i
 
@@ -470,7 +447,6 @@ contains
    !> Pose of a body, and its unit quaternion.
    subroutine pose_of(self, y, body, pose, quaternion)
       class(mechanism_type), intent(in) :: self
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Index of the body, 1 to the number of bodies.
       integer, intent(in) :: body
@@ -489,9 +465,7 @@ contains
    subroutine observe(self, index, now)
       !> The mechanism; the track of the contact is changed, and says whether the search has failed.
       class(mechanism_type), intent(inout) :: self
-      !> Index of the contact.
       integer, intent(in) :: index
-      !> Its kinematics.
       type(contact_motion_type), intent(out) :: now
       real(wp) :: gap
 
@@ -507,7 +481,6 @@ contains
    subroutine gaps(self, y, gap)
       !> The mechanism; its workspace is changed.
       class(mechanism_type), intent(inout) :: self
-      !> State.
       real(wp), intent(in) :: y(self%layout%n)
       !> Gap of each contact, negative for overlap [m].
       real(wp), intent(out) :: gap(:)
@@ -525,7 +498,6 @@ contains
    subroutine gap_rates(self, y, rate)
       !> The mechanism; its workspace is changed.
       class(mechanism_type), intent(inout) :: self
-      !> State.
       real(wp), intent(in) :: y(self%layout%n)
       !> Rate of each gap, negative for approach [m/s].
       real(wp), intent(out) :: rate(:)

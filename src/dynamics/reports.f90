@@ -44,7 +44,6 @@ contains
       type(system_type), intent(inout) :: system
       !> Time [s].
       real(wp), intent(in) :: t
-      !> State.
       real(wp), intent(in) :: y(:)
 
       call system%constraint_forces(t, y)
@@ -56,7 +55,6 @@ contains
    subroutine report_contact(system, index, row)
       !> The system; its workspace is changed.
       type(system_type), intent(inout) :: system
-      !> Index of the contact.
       integer, intent(in) :: index
       type(contact_report_type), intent(out) :: row
       type(contact_motion_type) :: now
@@ -98,7 +96,6 @@ contains
    subroutine report_rigid(system, index, row)
       !> The system, its normal forces those of the state.
       type(system_type), intent(in) :: system
-      !> Index of the contact.
       integer, intent(in) :: index
       type(contact_report_type), intent(inout) :: row
       integer :: i
@@ -170,7 +167,6 @@ contains
    !> and of the translation of those that only turn by a drive [J].
    pure subroutine energies(mechanism, y, kinetic, potential)
       class(mechanism_type), intent(in) :: mechanism
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Kinetic energy [J].
       real(wp), intent(out) :: kinetic
@@ -197,7 +193,6 @@ contains
    !> Linear momentum [kg m/s] and angular momentum about the origin [kg m2/s].
    pure subroutine momenta(mechanism, y, linear, angular)
       class(mechanism_type), intent(in) :: mechanism
-      !> State.
       real(wp), intent(in) :: y(:)
       !> Linear momentum [kg m/s].
       real(wp), intent(out) :: linear(3)

@@ -83,7 +83,6 @@ module contensou_dynamics_scene
       character(len=:), allocatable :: name
       !> Index of the body; 0 for the ground.
       integer :: body = 0
-      !> Index of the material.
       integer :: material = 0
       !> The surface in the frame of its body.
       type(surface_type) :: surface
@@ -169,9 +168,7 @@ module contensou_dynamics_scene
       type(body_spec_type), allocatable :: bodies(:)
       type(surface_spec_type), allocatable :: surfaces(:)
       type(contact_spec_type), allocatable :: contacts(:)
-      !> How to integrate.
       type(integrator_spec_type) :: integrator
-      !> What to write.
       type(output_spec_type) :: output
       !> What `contensou cost` runs.
       type(cost_spec_type) :: cost

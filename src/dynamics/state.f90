@@ -37,7 +37,6 @@ module contensou_dynamics_state
       integer :: applied = 0
    contains
       procedure :: lay_out
-      !> Number of works.
       procedure :: works
    end type layout_type
 
@@ -46,7 +45,6 @@ contains
    !> Lay out a state.
    pure subroutine lay_out(self, bodies, states, friction, damping, applied)
       class(layout_type), intent(inout) :: self
-      !> Number of bodies.
       integer, intent(in) :: bodies
       !> Number of states of parts.
       integer, intent(in) :: states
@@ -101,7 +99,6 @@ contains
    !> Quaternion of a body, of any norm.
    pure function quaternion_of(y, body) result(quaternion)
       real(wp), intent(in) :: y(:)
-      !> Index of the body.
       integer, intent(in) :: body
       real(wp) :: quaternion(4)
       integer :: k
@@ -113,7 +110,6 @@ contains
    !> Velocity of the centre of mass of a body [m/s].
    pure function velocity_of(y, body) result(velocity)
       real(wp), intent(in) :: y(:)
-      !> Index of the body.
       integer, intent(in) :: body
       real(wp) :: velocity(3)
       integer :: k
@@ -125,7 +121,6 @@ contains
    !> Angular velocity of a body, body frame [rad/s].
    pure function spin_of(y, body) result(spin)
       real(wp), intent(in) :: y(:)
-      !> Index of the body.
       integer, intent(in) :: body
       real(wp) :: spin(3)
       integer :: k
@@ -137,7 +132,6 @@ contains
    !> Set all numbers of a body.
    pure subroutine put_body(y, body, position, quaternion, velocity, spin)
       real(wp), intent(inout) :: y(:)
-      !> Index of the body.
       integer, intent(in) :: body
       real(wp), intent(in) :: position(3)
       real(wp), intent(in) :: quaternion(4)
@@ -156,7 +150,6 @@ contains
    !> Add to velocity and angular velocity of a body.
    pure subroutine add_to_motion(y, body, velocity, spin)
       real(wp), intent(inout) :: y(:)
-      !> Index of the body.
       integer, intent(in) :: body
       real(wp), intent(in) :: velocity(3)
       !> Angular velocity, body frame.

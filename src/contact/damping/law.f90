@@ -29,15 +29,10 @@ module contensou_contact_damping_law
       procedure(slopes_of), deferred :: slopes
       !> Total normal force.
       procedure, non_overridable :: total
-      !> Damping force at given states, and the rates of these.
       procedure :: evolve
-      !> Derivatives of these.
       procedure :: vary
-      !> Energy that is stored in the states.
       procedure :: stored_energy
-      !> Take note of the speed of an impact.
       procedure :: begin_impact
-      !> What it remembers, for a checkpoint.
       procedure :: exchange
    end type damping_type
 

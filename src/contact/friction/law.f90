@@ -49,13 +49,9 @@ module contensou_contact_friction_law
    contains
       !> Wrench in SI units.
       procedure(wrench_of), deferred :: wrench
-      !> Wrench and its derivatives in SI units.
       procedure :: linearize => differ_wrench
-      !> Wrench at given states, and the rates of these.
       procedure :: evolve
-      !> Derivatives of these.
       procedure :: vary
-      !> Energy that is stored in the states.
       procedure :: stored_energy
    end type friction_type
 

@@ -27,11 +27,8 @@ module contensou_contact_normal_law
       !> Force and spot.
       procedure(hertz_kernel), pointer, nopass :: kernel => null()
    contains
-      !> Follow a change of the curvatures.
       procedure :: follow
-      !> Major semi-axis of the spot.
       procedure :: major_axis
-      !> Generalised forces of the curvatures.
       procedure :: curvature_forces
    end type normal_type
 
@@ -85,7 +82,6 @@ contains
 
    !> Follow a change of the curvatures; nothing is computed while they stay the same.
    pure subroutine follow(self, curvature_a, curvature_b)
-      !> The part.
       class(normal_type), intent(inout) :: self
       !> Half relative curvature A along the major axis [1/m], > 0.
       real(wp), intent(in) :: curvature_a
@@ -109,7 +105,6 @@ contains
 
    !> Major semi-axis of the spot [m].
    pure function major_axis(self, approach) result(a)
-      !> The part.
       class(normal_type), intent(in) :: self
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach
@@ -124,7 +119,6 @@ contains
    !> Hertz's pressure p makes int p (d - A x^2 - B y^2) - (its own work)/2 stationary, so that
    !> dU/dA = -int p x^2 = -N a^2/5, dU/dB = -N b^2/5. Vil'ke's U goes with (A B)^(-1/4).
    pure subroutine curvature_forces(self, approach, force_a, force_b)
-      !> The part.
       class(normal_type), intent(in) :: self
       !> Approach d [m], >= 0.
       real(wp), intent(in) :: approach

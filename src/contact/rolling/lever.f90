@@ -104,7 +104,6 @@ contains
    !> A lever arm.
    pure function new_lever(parameters, follows_spot) result(law)
       type(parameters_type), intent(in) :: parameters
-      !> Whether it follows the spot.
       logical, intent(in) :: follows_spot
       type(lever_type) :: law
 

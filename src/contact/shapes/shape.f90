@@ -65,35 +65,20 @@ module contensou_contact_shapes_shape
       procedure(closest_interface), deferred :: closest
       procedure(normal_interface), deferred :: normal
       procedure(form_interface), deferred :: form
-      !> Smallest radius of curvature; there is none.
       procedure :: smallest_radius
-      !> Length of the order of the shape; there is none.
       procedure :: extent
-      !> The third form; zero.
       procedure :: cubic
-      !> A principal direction; any tangent.
       procedure :: principal
-      !> A point near the surface brought back onto it; the closest one.
       procedure :: restore
-      !> Principal curvatures that are the same everywhere; there are none.
       procedure :: constant_curvatures
-      !> Smallest radius of curvature as a hollow.
       procedure :: narrowest
-      !> Lowest point above a plane; there is none.
       procedure :: support
-      !> Line along which spheres sweep it.
       procedure :: spine
-      !> Whether a point belongs to the same place as a sample of that line; never.
       procedure :: alongside
-      !> The semi-axes of an ellipsoid that carries the samples.
       procedure :: axes
-      !> The point without a normal, an apex; there is none.
       procedure :: apex
-      !> Why it does not touch a hollow in a point.
       procedure :: misfit
-      !> Half of the room in a hollow.
       procedure :: room
-      !> Radius of curvature of a hollow where it is flattest.
       procedure :: flattest_radius
       !> "a sphere".
       procedure, non_overridable :: words
@@ -123,7 +108,6 @@ module contensou_contact_shapes_shape
          type(group_settings_type), intent(in) :: group
          !> Rotation matrix, frame of the shape to frame of the body.
          real(wp), intent(inout) :: frame(3, 3)
-         !> Mistakes are appended here.
          type(diagnostics_type), intent(inout) :: diagnostics
       end subroutine read_interface
 
@@ -304,7 +288,6 @@ contains
       real(wp), intent(out) :: x(3)
       !> Its height above the plane [m].
       real(wp), intent(out) :: gap
-      !> Whether there is one.
       logical, intent(out) :: found
 
       x = 0.0_wp
@@ -335,7 +318,6 @@ contains
       class(shape_type), intent(in) :: self
       !> The point [m].
       real(wp), intent(in) :: x(3)
-      !> Number of the sample.
       integer, intent(in) :: sample
       logical :: alongside
 
@@ -355,7 +337,6 @@ contains
       class(shape_type), intent(in) :: self
       !> The point [m].
       real(wp), intent(out) :: x(3)
-      !> Whether there is one.
       logical, intent(out) :: found
 
       x = 0.0_wp
@@ -409,7 +390,6 @@ contains
 
    !> That a body does not fit into a hollow; empty when it does.
    pure function too_wide(self, what, width, room) result(text)
-      !> Shape of the hollow.
       class(shape_type), intent(in) :: self
       !> The body up to its width, as "a sphere of radius".
       character(len=*), intent(in) :: what

@@ -47,47 +47,47 @@ contains
       integer :: i, j
 
       rows = [ &
-         quantity_type("time", "", "s", "time", of_motion), &
-         quantity_type("position", "body xyz", "m", "centre of mass", of_body, &
+         quantity_type("time", "", "s", "time", time), &
+         quantity_type("position", "body xyz", "m", "centre of mass", position, &
          "final centre of mass"), &
          quantity_type("velocity", "body xyz", "m s-1", "velocity of the centre of mass", &
-         of_body, "final velocity"), &
+         velocity, "final velocity"), &
          quantity_type("angular_velocity", "body xyz", "rad s-1", &
-         "angular velocity, inertial frame", of_body, &
+         "angular velocity, inertial frame", angular_velocity, &
          "final angular velocity, inertial frame"), &
          quantity_type("quaternion", "body wxyz", "1", "attitude, body to inertial frame", &
-         of_body, "final attitude, body to inertial frame"), &
-         quantity_type("energy_kinetic", "", "J", "kinetic energy", of_motion), &
+         quaternion, "final attitude, body to inertial frame"), &
+         quantity_type("energy_kinetic", "", "J", "kinetic energy", energy_kinetic), &
          quantity_type("energy_potential", "", "J", &
-         "potential energy of gravity, zero at the origin", of_motion), &
+         "potential energy of gravity, zero at the origin", energy_potential), &
          quantity_type("energy_elastic", "", "J", "elastic energy of the contacts", &
-         of_motion), &
+         energy_elastic), &
          quantity_type("work_friction", "", "J", &
-         "energy lost in friction and rolling resistance so far", of_motion), &
-         quantity_type("work_damping", "", "J", "energy lost in damping so far", of_motion), &
+         "energy lost in friction and rolling resistance so far", work_friction), &
+         quantity_type("work_damping", "", "J", "energy lost in damping so far", work_damping), &
          quantity_type("work_applied", "", "J", &
-         "energy supplied by applied loads and prescribed motions so far", of_motion), &
+         "energy supplied by applied loads and prescribed motions so far", work_applied), &
          quantity_type("drive_force", "body xyz", "N", &
          "force that keeps a prescribed motion against the contacts, inertial frame", &
-         of_body, of_drives=.true.), &
+         drive_force, of_drives=.true.), &
          quantity_type("drive_torque", "body xyz", "N m", "torque about the centre of mass " // &
          "that keeps a prescribed rotation against the contacts, inertial frame", &
-         of_body, of_drives=.true.), &
+         drive_torque, of_drives=.true.), &
          quantity_type("energy_error", "", "J", &
-         "residual of the energy balance since the beginning", of_motion), &
+         "residual of the energy balance since the beginning", energy_error), &
          quantity_type("gap", "contact", "m", &
-         "signed distance of the undeformed surfaces, negative for overlap", of_contact), &
-         quantity_type("normal_force", "contact", "N", "normal force", of_contact), &
+         "signed distance of the undeformed surfaces, negative for overlap", gap), &
+         quantity_type("normal_force", "contact", "N", "normal force", normal_force), &
          quantity_type("friction_force", "contact xyz", "N", &
-         "friction force on body B, inertial frame", of_contact), &
+         "friction force on body B, inertial frame", friction_force), &
          quantity_type("friction_torque", "contact", "N m", &
-         "friction torque on body B about the normal from A to B", of_contact), &
+         "friction torque on body B about the normal from A to B", friction_torque), &
          quantity_type("slip_velocity", "contact xyz", "m s-1", &
-         "slip velocity of B against A, inertial frame; zero while open", of_contact), &
+         "slip velocity of B against A, inertial frame; zero while open", slip_velocity), &
          quantity_type("spin", "contact", "rad s-1", &
-         "spin of B against A about the normal; zero while open", of_contact), &
+         "spin of B against A about the normal; zero while open", spin), &
          quantity_type("semi_axes", "contact axis", "m", "semi-axes of the contact spot", &
-         of_contact)]
+         semi_axes)]
       lists = part_states()
       do i = 1, size(lists)
          do j = 1, lists(i)%n
@@ -205,85 +205,193 @@ contains
       if (place >= 0) values = at%y(place + 1:place + size(values))
    end subroutine of_part
 
-   !> A quantity of the motion as a whole.
-   subroutine of_motion(self, at, i, values)
+   subroutine time(self, at, i, values)
       class(quantity_type), intent(in) :: self
       type(moment_type), intent(in) :: at
       integer, intent(in) :: i
       real(wp), intent(out) :: values(:)
 
-      select case (self%name)
-      case ("time")
-         values = at%t
-      case ("energy_kinetic")
-         values = at%kinetic
-      case ("energy_potential")
-         values = at%potential
-      case ("energy_elastic")
-         values = at%elastic
-      case ("work_friction")
-         values = at%work_friction
-      case ("work_damping")
-         values = at%work_damping
-      case ("work_applied")
-         values = at%work_applied
-      case ("energy_error")
-         values = at%energy_error
-      case default
-         error stop "a quantity has the procedure of another owner"
-      end select
-   end subroutine of_motion
+      values = at%t
+   end subroutine time
 
-   !> A quantity of a body.
-   subroutine of_body(self, at, i, values)
+   subroutine energy_kinetic(self, at, i, values)
       class(quantity_type), intent(in) :: self
       type(moment_type), intent(in) :: at
       integer, intent(in) :: i
       real(wp), intent(out) :: values(:)
 
-      select case (self%name)
-      case ("position")
-         values = at%pose(i)%position
-      case ("velocity")
-         values = at%pose(i)%velocity
-      case ("angular_velocity")
-         values = at%pose(i)%spin
-      case ("quaternion")
-         values = at%quaternion(:, i)
-      case ("drive_force")
-         values = at%drive_force(:, i)
-      case ("drive_torque")
-         values = at%drive_torque(:, i)
-      case default
-         error stop "a quantity has the procedure of another owner"
-      end select
-   end subroutine of_body
+      values = at%kinetic
+   end subroutine energy_kinetic
 
-   !> A quantity of a contact.
-   subroutine of_contact(self, at, i, values)
+   subroutine energy_potential(self, at, i, values)
       class(quantity_type), intent(in) :: self
       type(moment_type), intent(in) :: at
       integer, intent(in) :: i
       real(wp), intent(out) :: values(:)
 
-      select case (self%name)
-      case ("gap")
-         values = at%contact(i)%at%gap
-      case ("normal_force")
-         values = at%contact(i)%load%normal_force
-      case ("friction_force")
-         values = at%contact(i)%load%friction_force
-      case ("friction_torque")
-         values = at%contact(i)%load%friction_torque
-      case ("slip_velocity")
-         values = at%contact(i)%slip
-      case ("spin")
-         values = at%contact(i)%spin
-      case ("semi_axes")
-         values = at%contact(i)%semi_axes
-      case default
-         error stop "a quantity has the procedure of another owner"
-      end select
-   end subroutine of_contact
+      values = at%potential
+   end subroutine energy_potential
+
+   subroutine energy_elastic(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%elastic
+   end subroutine energy_elastic
+
+   subroutine work_friction(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%work_friction
+   end subroutine work_friction
+
+   subroutine work_damping(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%work_damping
+   end subroutine work_damping
+
+   subroutine work_applied(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%work_applied
+   end subroutine work_applied
+
+   subroutine energy_error(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%energy_error
+   end subroutine energy_error
+
+   subroutine position(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%pose(i)%position
+   end subroutine position
+
+   subroutine velocity(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%pose(i)%velocity
+   end subroutine velocity
+
+   subroutine angular_velocity(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%pose(i)%spin
+   end subroutine angular_velocity
+
+   subroutine quaternion(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%quaternion(:, i)
+   end subroutine quaternion
+
+   subroutine drive_force(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%drive_force(:, i)
+   end subroutine drive_force
+
+   subroutine drive_torque(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%drive_torque(:, i)
+   end subroutine drive_torque
+
+   subroutine gap(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%contact(i)%at%gap
+   end subroutine gap
+
+   subroutine normal_force(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%contact(i)%load%normal_force
+   end subroutine normal_force
+
+   subroutine friction_force(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%contact(i)%load%friction_force
+   end subroutine friction_force
+
+   subroutine friction_torque(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%contact(i)%load%friction_torque
+   end subroutine friction_torque
+
+   subroutine slip_velocity(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%contact(i)%slip
+   end subroutine slip_velocity
+
+   subroutine spin(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%contact(i)%spin
+   end subroutine spin
+
+   subroutine semi_axes(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%contact(i)%semi_axes
+   end subroutine semi_axes
 
 end module contensou_study_quantities

@@ -5,7 +5,7 @@ module contensou_dynamics_assembly
    use contensou_base_rotations, only : rotation_matrix
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
-   use contensou_contact_geometry, only : contact_point_type, contact_trouble, geometry_type, &
+   use contensou_contact_geometry, only : contact_point_type, contact_trouble, &
       pose_type, track_type, trouble_none
    use contensou_contact_hertz, only : effective_modulus
    use contensou_contact_normal, only : normal_model_type, normal_models
@@ -106,7 +106,7 @@ contains
          around%poisson = scene%materials([a%material, b%material])%poisson
          around%modulus = effective_modulus(around%young(1), around%poisson(1), around%young(2), &
             around%poisson(2))
-         around%curvatures = initial_curvatures(scene, a%body, b%body, law%geometry)
+         around%curvatures = initial_curvatures(scene, contact)
          around%mass = reduced_mass(scene, a%body, b%body)
          around%with_shape = friction%acts
          call normal%create(normal%completed(spec%parameters), around, law%normal)
@@ -145,23 +145,28 @@ contains
 
    !> Half relative curvatures A and B of a pair at the beginning [1/m]; where it has no point of
    !> contact then, those of a sphere of its smallest radius.
-   pure function initial_curvatures(scene, a, b, geometry) result(curvatures)
+   function initial_curvatures(scene, contact) result(curvatures)
       type(scene_type), intent(in) :: scene
-      !> Body of surface A.
-      integer, intent(in) :: a
-      !> Body of surface B.
-      integer, intent(in) :: b
-      class(geometry_type), intent(in) :: geometry
+      !> The contact; its track is left as it was.
+      type(contact_type), intent(inout) :: contact
       real(wp) :: curvatures(2)
+      type(pose_type) :: a, b
       type(track_type) :: track
       type(contact_point_type) :: at
       real(wp) :: gap
 
-      curvatures = 0.5_wp/geometry%smallest_radius()
-      call geometry%gap(initial_pose(scene, a), initial_pose(scene, b), track, gap)
-      if (track%lost) return
-      call geometry%locate(initial_pose(scene, a), initial_pose(scene, b), track, gap, at)
-      if (contact_trouble(track, at) == trouble_none) curvatures = [at%curvature_a, at%curvature_b]
+      curvatures = 0.5_wp/contact%law%geometry%smallest_radius()
+      a = initial_pose(scene, contact%a)
+      b = initial_pose(scene, contact%b)
+      track = contact%track
+      call contact%find_gap(a, b, gap)
+      if (.not. contact%track%lost) then
+         call contact%locate(a, b, gap, at)
+         if (contact_trouble(contact%track, at) == trouble_none) then
+            curvatures = [at%curvature_a, at%curvature_b]
+         end if
+      end if
+      contact%track = track
    end function initial_curvatures
 
    !> Pose of a body at the beginning.

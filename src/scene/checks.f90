@@ -122,7 +122,7 @@ contains
       type(settings_type), intent(inout), target :: settings
       type(schema_type), intent(in), target :: schema
       type(scene_type), intent(inout) :: scene
-      !> Its equations of motion.
+      !> Its equations of motion; left as they were.
       type(system_type), intent(in) :: system
       integer :: i
 
@@ -150,13 +150,14 @@ contains
    !> Surfaces that overlap too much or conform at the beginning.
    subroutine check_overlaps(scene, system, places, diagnostics)
       type(scene_type), intent(in) :: scene
-      !> Its equations of motion.
-      type(system_type), intent(in) :: system
+      !> Its equations of motion; left as they were.
+      type(system_type), intent(inout) :: system
       !> Where the surfaces of each contact are named.
       type(origin_type), intent(in) :: places(:)
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(pose_type) :: pose(0:size(scene%bodies))
+      type(track_type) :: track
       integer :: i
 
       do i = 0, size(scene%bodies)
@@ -164,8 +165,10 @@ contains
       end do
       do i = 1, size(system%contacts)
          associate (contact => system%contacts(i))
+            track = contact%track
             call check_overlap(scene, scene%contacts(i), contact, pose(contact%a), &
                pose(contact%b), places(i), diagnostics)
+            contact%track = track
          end associate
       end do
    end subroutine check_overlaps
@@ -174,14 +177,14 @@ contains
    subroutine check_overlap(scene, spec, contact, pose_a, pose_b, place, diagnostics)
       type(scene_type), intent(in) :: scene
       type(contact_spec_type), intent(in) :: spec
-      type(contact_type), intent(in) :: contact
+      !> The contact; its track is changed.
+      type(contact_type), intent(inout) :: contact
       !> Poses of its bodies.
       type(pose_type), intent(in) :: pose_a, pose_b
       !> Where its surfaces are named.
       type(origin_type), intent(in) :: place
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      type(track_type) :: track
       type(contact_point_type) :: at
       real(wp) :: gap
       integer :: trouble
@@ -198,8 +201,7 @@ contains
          call add_trouble(trouble_no_spot)
          return
       end if
-      track = contact%track
-      call contact%law%geometry%gap(pose_a, pose_b, track, gap)
+      call contact%find_gap(pose_a, pose_b, gap)
       if (contact%rigid .and. -gap > touching_gap(contact)) then
          call diagnostics%add(place, "the surfaces of the rigid contact " // &
             quote(spec%name) // " overlap by " // short(-gap) // &
@@ -215,11 +217,11 @@ contains
          return
       end if
       trouble = trouble_none
-      if (track%lost) then
+      if (contact%track%lost) then
          trouble = trouble_lost
       else if (gap < 0.0_wp) then
-         call contact%law%geometry%locate(pose_a, pose_b, track, gap, at)
-         trouble = contact_trouble(track, at)
+         call contact%locate(pose_a, pose_b, gap, at)
+         trouble = contact_trouble(contact%track, at)
          if (trouble == trouble_none .and. ieee_is_nan(contact%law%normal%axis_a)) then
             trouble = trouble_no_spot
          end if
@@ -252,18 +254,18 @@ contains
             ", less in a concave surface"
       end function less_in_hollow
 
-      !> A number with four digits.
-      function short(x) result(text)
-         !> The number.
-         real(wp), intent(in) :: x
-         character(len=:), allocatable :: text
-         character(len=16) :: digits
-
-         write(digits, "(es10.3)") x
-         text = trim(adjustl(digits))
-         if (x >= 1.0e-2_wp .and. x < 1.0e3_wp) text = to_text(x)
-      end function short
-
    end subroutine check_overlap
+
+   !> A number with four digits.
+   function short(x) result(text)
+      !> The number.
+      real(wp), intent(in) :: x
+      character(len=:), allocatable :: text
+      character(len=16) :: digits
+
+      write(digits, "(es10.3)") x
+      text = trim(adjustl(digits))
+      if (x >= 1.0e-2_wp .and. x < 1.0e3_wp) text = to_text(x)
+   end function short
 
 end module contensou_scene_checks

@@ -70,6 +70,40 @@ contains
       call list%put("material", "poisson", kind_real, unit="1", mandatory=.true., above=-1.0_wp, &
          most=0.5_wp, doc="Poisson's ratio nu")
 
+      call put_body_keys(list)
+
+      call list%put("surface", "name", kind_name, mandatory=.true., doc="name of the surface")
+      call list%put("surface", "body", kind_reference, mandatory=.true., target="body", &
+         doc="body that carries the surface, or 'ground'")
+      call list%put("surface", "shape", kind_choice, choices=shape_names, mandatory=.true., &
+         doc="shape of the surface")
+      call put_shape_keys(list)
+      call list%put("surface", "material", kind_reference, mandatory=.true., target="material", &
+         doc="material of the surface")
+
+      call list%put("contact", "name", kind_name, mandatory=.true., doc="name of the contact")
+      call list%put("contact", "surfaces", kind_reference, values=2, mandatory=.true., &
+         target="surface", doc="the surfaces A and B; normals point from A into B, forces are " // &
+         "reported as they act on the body of B")
+      call put_part_keys(list)
+
+      call put_integrator_keys(list)
+
+      call list%put("output", "file", kind_file, &
+         doc="name of the HDF5 file; not given, the name of the scene file with .h5, in the " // &
+         "current folder")
+      call list%put("output", "interval", kind_real, unit="s", above=0.0_wp, &
+         doc="time between rows; not given, t_end/1000")
+
+      call put_bearing_keys(list)
+      call put_cost_keys(list)
+      allocate(keys, source=list%keys(:list%n))
+   end function schema_keys
+
+   !> The keys of a body.
+   subroutine put_body_keys(list)
+      type(key_list_type), intent(inout) :: list
+
       call list%put("body", "name", kind_name, mandatory=.true., &
          doc="name of the body; 'ground' is taken")
       call list%put("body", "motion", kind_choice, choices=motions, default="'free'", &
@@ -114,21 +148,11 @@ contains
       call list%put("body", "applied_frame", kind_choice, choices=frames, &
          doc="frame in which applied_force and applied_torque are constant; " // &
          "'inertial' if not given")
+   end subroutine put_body_keys
 
-      call list%put("surface", "name", kind_name, mandatory=.true., doc="name of the surface")
-      call list%put("surface", "body", kind_reference, mandatory=.true., target="body", &
-         doc="body that carries the surface, or 'ground'")
-      call list%put("surface", "shape", kind_choice, choices=shape_names, mandatory=.true., &
-         doc="shape of the surface")
-      call put_shape_keys(list)
-      call list%put("surface", "material", kind_reference, mandatory=.true., target="material", &
-         doc="material of the surface")
-
-      call list%put("contact", "name", kind_name, mandatory=.true., doc="name of the contact")
-      call list%put("contact", "surfaces", kind_reference, values=2, mandatory=.true., &
-         target="surface", doc="the surfaces A and B; normals point from A into B, forces are " // &
-         "reported as they act on the body of B")
-      call put_part_keys(list)
+   !> The keys of the integrator.
+   subroutine put_integrator_keys(list)
+      type(key_list_type), intent(inout) :: list
 
       call list%put("integrator", "method", kind_choice, choices=methods, default="'cvode_bdf'", &
          doc="method: cvode_bdf, implicit, for any problem; cvode_adams, a multistep method, " // &
@@ -157,14 +181,95 @@ contains
       call list%put("integrator", "jacobian_steps", kind_integer, unit="1", least=1.0_wp, &
          most=1.0e9_wp, default="10", doc="steps after which cvode_bdf renews the Jacobian, " // &
          "of either kind, and factorizes; CVODE by itself takes 51, and factorizes after 20")
+   end subroutine put_integrator_keys
 
-      call list%put("output", "file", kind_file, &
-         doc="name of the HDF5 file; not given, the name of the scene file with .h5, in the " // &
-         "current folder")
-      call list%put("output", "interval", kind_real, unit="s", above=0.0_wp, &
-         doc="time between rows; not given, t_end/1000")
+   !> The keys of a bearing, with those of the laws of its contacts.
+   subroutine put_bearing_keys(list)
+      type(key_list_type), intent(inout) :: list
+      character(len=*), parameter :: b = "bearing"
+      type(key_type) :: key
+      integer :: i, before
 
-      call put_bearing()
+      call list%put(b, "name", kind_name, mandatory=.true., &
+         doc="name of the bearing, with which the names of its parts begin")
+      call list%put(b, "ball_count", kind_integer, unit="1", mandatory=.true., least=3.0_wp, &
+         most=1000.0_wp, doc="number of balls, evenly spaced on the pitch circle")
+      call list%put(b, "ball_diameter", kind_real, unit="m", mandatory=.true., above=0.0_wp, &
+         doc="diameter of the balls")
+      call list%put(b, "pitch_diameter", kind_real, unit="m", mandatory=.true., above=0.0_wp, &
+         doc="diameter of the circle of the centres of the balls, midway between the raceways")
+      call list%put(b, "inner_groove_ratio", kind_real, unit="1", above=0.5_wp, &
+         doc="radius of the groove of the inner ring over the diameter of a ball; this or " // &
+         "inner_groove_radius")
+      call list%put(b, "inner_groove_radius", kind_real, unit="m", above=0.0_wp, &
+         doc="radius of the groove of the inner ring")
+      call list%put(b, "outer_groove_ratio", kind_real, unit="1", above=0.5_wp, &
+         doc="radius of the groove of the outer ring over the diameter of a ball; this or " // &
+         "outer_groove_radius")
+      call list%put(b, "outer_groove_radius", kind_real, unit="m", above=0.0_wp, &
+         doc="radius of the groove of the outer ring")
+      call list%put(b, "clearance", kind_real, unit="m", default="0.0", &
+         doc="diametral clearance: diameter of the outer raceway less that of the inner " // &
+         "one and two balls; negative for an interference")
+      call list%put(b, "centre", kind_real, values=3, unit="m", default="0, 0, 0", &
+         doc="centre of the bearing, inertial frame")
+      call list%put(b, "axis", kind_real, values=3, unit="1", default="0, 0, 1", &
+         doc="axis of the bearing, of any length, inertial frame; speeds and axial_load " // &
+         "are positive along it")
+      call list%put(b, "material", kind_reference, mandatory=.true., target="material", &
+         doc="material of the rings, and of what has none of its own")
+      call list%put(b, "ball_material", kind_reference, target="material", &
+         doc="material of the balls; that of the rings if not given")
+      call list%put(b, "ball_density", kind_real, unit="kg m-3", mandatory=.true., &
+         above=0.0_wp, &
+         doc="density of the balls")
+      call list%put(b, "inner_speed", kind_real, unit="rad s-1", default="0.0", &
+         doc="angular velocity of the inner ring about the axis")
+      call list%put(b, "outer_speed", kind_real, unit="rad s-1", default="0.0", &
+         doc="angular velocity of the outer ring about the axis")
+      call list%put(b, "initial_state", kind_choice, choices=starts, default="'rest'", &
+         doc="what balls and cage do at first: rest, or rolling with the epicyclic speeds")
+      call list%put(b, "ramp_duration", kind_real, unit="s", above=0.0_wp, &
+         doc="time in which the rings come from rest to their speeds; not given, they have " // &
+         "them from the beginning")
+      call list%put(b, "loaded_ring", kind_choice, choices=rings, &
+         doc="ring that carries the loads and can be displaced, 'inner' if not given; " // &
+         "goes with ring_mass")
+      call list%put(b, "ring_mass", kind_real, unit="kg", above=0.0_wp, &
+         doc="mass of the loaded ring and what it carries; not given, the ring is not " // &
+         "displaced; mandatory with a load")
+      call list%put(b, "axial_load", kind_real, unit="N", default="0.0", &
+         doc="load on the loaded ring along the axis; the bearing begins in equilibrium with it")
+      call list%put(b, "radial_load", kind_real, unit="N", default="0.0", &
+         doc="load on the loaded ring along radial_direction, which acts from the beginning")
+      call list%put(b, "radial_direction", kind_real, values=3, unit="1", &
+         doc="direction of radial_load, across the axis, of any length; towards ball 1 if " // &
+         "not given")
+      call list%put(b, "cage", kind_logical, default=".false.", &
+         doc="whether there is a cage: a thin ring with a round pocket for each ball, " // &
+         "which guide it")
+      call list%put(b, "cage_mass", kind_real, unit="kg", above=0.0_wp, &
+         doc="mass of the cage; mandatory with a cage")
+      call list%put(b, "cage_material", kind_reference, target="material", &
+         doc="material of the cage; that of the rings if not given")
+      call list%put(b, "pocket_clearance", kind_real, unit="m", above=0.0_wp, &
+         doc="diameter of a pocket less that of a ball; mandatory with a cage")
+      call list%put(b, "cage_friction_coefficient", kind_real, unit="1", least=0.0_wp, &
+         doc="friction coefficient in the pockets; friction_coefficient if not given")
+      before = list%n
+      do i = 1, before
+         if (list%keys(i)%group /= "contact") cycle
+         if (any(list%keys(i)%name == [character(len=28) :: "name", "surfaces"])) cycle
+         key = list%keys(i)
+         key%group = b
+         call list%append(key)
+      end do
+   end subroutine put_bearing_keys
+
+   !> The keys of a study of costs.
+   subroutine put_cost_keys(list)
+      type(key_list_type), intent(inout) :: list
+
       call list%put("cost", "friction", kind_choice, choices=friction_names, values=most_values, &
          fewer=.true., &
          doc="friction models that are compared, in place of that of each contact that has " // &
@@ -199,94 +304,7 @@ contains
          doc="times that a run of less than a second is done; the least CPU time counts")
       call list%put("cost", "cpu_limit", kind_real, unit="1", default="10.0", above=0.0_wp, &
          doc="CPU time at which a run is given up, in those of the reference of its model")
-
-      allocate(keys, source=list%keys(:list%n))
-
-   contains
-
-      !> The keys of a bearing: its own, and those of its contacts.
-      subroutine put_bearing()
-         character(len=*), parameter :: b = "bearing"
-         type(key_type) :: key
-         integer :: i, before
-
-         call list%put(b, "name", kind_name, mandatory=.true., &
-            doc="name of the bearing, with which the names of its parts begin")
-         call list%put(b, "ball_count", kind_integer, unit="1", mandatory=.true., least=3.0_wp, &
-            most=1000.0_wp, doc="number of balls, evenly spaced on the pitch circle")
-         call list%put(b, "ball_diameter", kind_real, unit="m", mandatory=.true., above=0.0_wp, &
-            doc="diameter of the balls")
-         call list%put(b, "pitch_diameter", kind_real, unit="m", mandatory=.true., above=0.0_wp, &
-            doc="diameter of the circle of the centres of the balls, midway between the raceways")
-         call list%put(b, "inner_groove_ratio", kind_real, unit="1", above=0.5_wp, &
-            doc="radius of the groove of the inner ring over the diameter of a ball; this or " // &
-            "inner_groove_radius")
-         call list%put(b, "inner_groove_radius", kind_real, unit="m", above=0.0_wp, &
-            doc="radius of the groove of the inner ring")
-         call list%put(b, "outer_groove_ratio", kind_real, unit="1", above=0.5_wp, &
-            doc="radius of the groove of the outer ring over the diameter of a ball; this or " // &
-            "outer_groove_radius")
-         call list%put(b, "outer_groove_radius", kind_real, unit="m", above=0.0_wp, &
-            doc="radius of the groove of the outer ring")
-         call list%put(b, "clearance", kind_real, unit="m", default="0.0", &
-            doc="diametral clearance: diameter of the outer raceway less that of the inner " // &
-            "one and two balls; negative for an interference")
-         call list%put(b, "centre", kind_real, values=3, unit="m", default="0, 0, 0", &
-            doc="centre of the bearing, inertial frame")
-         call list%put(b, "axis", kind_real, values=3, unit="1", default="0, 0, 1", &
-            doc="axis of the bearing, of any length, inertial frame; speeds and axial_load " // &
-            "are positive along it")
-         call list%put(b, "material", kind_reference, mandatory=.true., target="material", &
-            doc="material of the rings, and of what has none of its own")
-         call list%put(b, "ball_material", kind_reference, target="material", &
-            doc="material of the balls; that of the rings if not given")
-         call list%put(b, "ball_density", kind_real, unit="kg m-3", mandatory=.true., &
-            above=0.0_wp, &
-            doc="density of the balls")
-         call list%put(b, "inner_speed", kind_real, unit="rad s-1", default="0.0", &
-            doc="angular velocity of the inner ring about the axis")
-         call list%put(b, "outer_speed", kind_real, unit="rad s-1", default="0.0", &
-            doc="angular velocity of the outer ring about the axis")
-         call list%put(b, "initial_state", kind_choice, choices=starts, default="'rest'", &
-            doc="what balls and cage do at first: rest, or rolling with the epicyclic speeds")
-         call list%put(b, "ramp_duration", kind_real, unit="s", above=0.0_wp, &
-            doc="time in which the rings come from rest to their speeds; not given, they have " // &
-            "them from the beginning")
-         call list%put(b, "loaded_ring", kind_choice, choices=rings, &
-            doc="ring that carries the loads and can be displaced, 'inner' if not given; " // &
-            "goes with ring_mass")
-         call list%put(b, "ring_mass", kind_real, unit="kg", above=0.0_wp, &
-            doc="mass of the loaded ring and what it carries; not given, the ring is not " // &
-            "displaced; mandatory with a load")
-         call list%put(b, "axial_load", kind_real, unit="N", default="0.0", &
-            doc="load on the loaded ring along the axis; the bearing begins in equilibrium with it")
-         call list%put(b, "radial_load", kind_real, unit="N", default="0.0", &
-            doc="load on the loaded ring along radial_direction, which acts from the beginning")
-         call list%put(b, "radial_direction", kind_real, values=3, unit="1", &
-            doc="direction of radial_load, across the axis, of any length; towards ball 1 if " // &
-            "not given")
-         call list%put(b, "cage", kind_logical, default=".false.", &
-            doc="whether there is a cage: a thin ring with a round pocket for each ball, " // &
-            "which guide it")
-         call list%put(b, "cage_mass", kind_real, unit="kg", above=0.0_wp, &
-            doc="mass of the cage; mandatory with a cage")
-         call list%put(b, "cage_material", kind_reference, target="material", &
-            doc="material of the cage; that of the rings if not given")
-         call list%put(b, "pocket_clearance", kind_real, unit="m", above=0.0_wp, &
-            doc="diameter of a pocket less that of a ball; mandatory with a cage")
-         call list%put(b, "cage_friction_coefficient", kind_real, unit="1", least=0.0_wp, &
-            doc="friction coefficient in the pockets; friction_coefficient if not given")
-         before = list%n
-         do i = 1, before
-            if (list%keys(i)%group /= "contact") cycle
-            if (any(list%keys(i)%name == [character(len=28) :: "name", "surfaces"])) cycle
-            key = list%keys(i)
-            key%group = b
-            call list%append(key)
-         end do
-      end subroutine put_bearing
-
-   end function schema_keys
+   end subroutine put_cost_keys
 
    function motions() result(names)
       type(string_type), allocatable :: names(:)

@@ -178,8 +178,7 @@ contains
    end function wrench_exact_potential
 
    !> Wrench for a positive spin with the rotation centre inside the spot; near it, outside, this is
-   !> the complete part of the integral. The results are three numbers, as an array would be
-   !> computed in pairs, which is slower.
+   !> the complete part of the integral.
    pure subroutine centre_inside(shape, ux, uy, with_torque, fx, fy, torque)
       type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity along the major axis over the spin velocity.

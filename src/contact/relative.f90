@@ -8,7 +8,7 @@ module contensou_contact_relative
    implicit none(type, external)
    private
 
-   public :: contact_frame_type, set_curvatures, set_variation, principal_of, joint_form
+   public :: contact_frame_type, set_curvatures, set_variation, joint_form
 
    !> Two surfaces at their closest points, inertial frame.
    type :: contact_frame_type

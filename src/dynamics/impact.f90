@@ -28,7 +28,7 @@ module contensou_dynamics_impact
    implicit none(type, external)
    private
 
-   public :: resolve_impacts, open_contact, touching_gap, restitution_at
+   public :: resolve_impacts, open_contact, touching_gap
 
    !> Gap of closed surfaces over the smallest radius: what a rigid contact does not distinguish
    !> from touching.

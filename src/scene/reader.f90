@@ -1,7 +1,7 @@
 !> Reads a scene: document, settings, cross references; every mistake is reported at once.
 module contensou_scene_reader
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
-   use contensou_base_document, only : document_type, parse_document, read_document
+   use contensou_base_document, only : document_type, read_document
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_names, only : names_type
    use contensou_base_resolve, only : resolve
@@ -26,7 +26,7 @@ module contensou_scene_reader
    implicit none(type, external)
    private
 
-   public :: read_scene, read_scene_text, scene_file_type
+   public :: read_scene, scene_file_type
    public :: load_scene, resolve_scene, build_case, loaded_scene_type
 
    !> A scene with the texts it came from.
@@ -77,26 +77,6 @@ contains
          diagnostics, error)
       call unlock_texts()
    end subroutine read_scene
-
-   !> Read a scene from a text, apply overrides, check everything. Thread-safe.
-   subroutine read_scene_text(name, text, overrides, file, error)
-      !> Name of the scene in messages, and of its output file.
-      character(len=*), intent(in) :: name
-      character(len=*), intent(in) :: text
-      !> As texts of `--set` options.
-      type(string_type), intent(in) :: overrides(:)
-      type(scene_file_type), intent(out) :: file
-      !> Set with all mistakes found; nothing of `file` is to be used then.
-      type(error_type), allocatable, intent(out) :: error
-      type(document_type) :: document
-      type(diagnostics_type) :: diagnostics
-
-      call lock_texts()
-      call parse_document(name, text, document, diagnostics)
-      document%bytes = text
-      call read_parsed(name, document, overrides, "", file, diagnostics, error)
-      call unlock_texts()
-   end subroutine read_scene_text
 
    !> Make a scene of a document.
    subroutine read_parsed(path, document, overrides, output_file, file, diagnostics, error)

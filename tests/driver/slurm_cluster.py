@@ -48,11 +48,19 @@ def descendants():
             continue
         if fields[0] not in "ZX":
             parents[int(entry.parent.name)] = int(fields[1])
-    found, fresh = set(), {os.getpid()}
+    found, fresh = [], {os.getpid()}
     while fresh:
-        fresh = {pid for pid, parent in parents.items() if parent in fresh} - found
-        found |= fresh
+        fresh = {pid for pid, parent in parents.items() if parent in fresh}
+        found += sorted(fresh)
     return found
+
+
+def send(number, pids):
+    for pid in pids:
+        try:
+            os.kill(pid, number)
+        except OSError:
+            pass
 
 
 def reap():
@@ -75,15 +83,16 @@ while watch.is_alive():
     reap()
     watch.join(0.2)
 for _ in range(500):
-    pids = descendants()
+    # Parents before children, and all stand still before the first dies: a shepherd that saw its
+    # job end would report it as failed.
+    stopped = []
+    while (pids := descendants()) != stopped:
+        send(signal.SIGSTOP, pids)
+        stopped = pids
+    send(signal.SIGKILL, pids)
     reap()
     if not pids:
         break
-    for pid in pids:
-        try:
-            os.kill(pid, signal.SIGKILL)
-        except OSError:
-            pass
     time.sleep(0.02)
 """
 

@@ -12,6 +12,7 @@
 module contensou_dynamics_bearing
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_normal, only : normal_type
+   use contensou_special_bisection, only : bisection_type
    implicit none(type, external)
    private
 
@@ -159,8 +160,8 @@ contains
       type(bearing_state_type), intent(out) :: state
       !> What the bearing carries [N]; negative if it carries the load.
       real(wp), intent(out) :: largest_load
-      real(wp) :: low, high, middle, force
-      integer :: i
+      real(wp) :: low, high, force
+      type(bisection_type) :: search
 
       low = 0.0_wp
       largest_load = -1.0_wp
@@ -178,16 +179,12 @@ contains
             largest_load = force
             return
          end if
-         do i = 1, 200
-            middle = 0.5_wp*(low + high)
-            if (middle <= low .or. middle >= high) exit
-            call bearing%axial_force(law, middle, state%approach, force)
-            if (force < load) then
-               low = middle
-            else
-               high = middle
-            end if
+         call search%begin(low, high, steps=200)
+         do while (search%goes_on)
+            call bearing%axial_force(law, search%middle, state%approach, force)
+            call search%narrow(.not. force < load)
          end do
+         low = search%low
       end if
       call bearing%axial_force(law, low, state%approach, force)
       state%angle = low

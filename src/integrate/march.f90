@@ -13,6 +13,7 @@ module contensou_integrate_march
    use contensou_integrate_explicit8, only : explicit8_type
    use contensou_integrate_integrator, only : integrator_type, statistics_type
    use contensou_integrate_motion, only : motion_type
+   use contensou_special_bisection, only : bisection_type
    implicit none(type, external)
    private
 
@@ -677,7 +678,7 @@ contains
       !> Whether a contact of the accepted state is too deep, not only one of a trial.
       logical, intent(out) :: too_deep
       real(wp), dimension(self%motion%n_events) :: gap, limit
-      real(wp) :: low, high, middle
+      type(bisection_type) :: search
       integer :: i
 
       associate (system => self%motion%system, y => self%memory%y)
@@ -685,22 +686,17 @@ contains
          call system%gaps(y, gap)
          too_deep = any(-gap > limit)
          if (.not. too_deep) return
-         low = self%t_before
-         high = self%memory%t
-         do i = 1, 60
-            middle = 0.5_wp*(low + high)
-            if (middle <= low .or. middle >= high) exit
-            call self%integrator%interpolate(middle, y)
+         call search%begin(self%t_before, self%memory%t, steps=60)
+         do while (search%goes_on)
+            call self%integrator%interpolate(search%middle, y)
             call system%gaps(y, gap)
-            if (any(-gap > limit)) then
-               high = middle
-               system%too_deep = maxloc(-gap - limit, dim=1)
-            else
-               low = middle
-            end if
+            associate (deep => any(-gap > limit))
+               if (deep) system%too_deep = maxloc(-gap - limit, dim=1)
+               call search%narrow(deep)
+            end associate
          end do
-         self%memory%t = high
-         call self%integrator%interpolate(high, y)
+         self%memory%t = search%high
+         call self%integrator%interpolate(search%high, y)
       end associate
    end subroutine find_depth
 

@@ -12,6 +12,7 @@ module contensou_contact_damping_coefficient
    use contensou_contact_damping_law, only : damping_kernel, damping_model_type, damping_slopes, &
       damping_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type
+   use contensou_special_bisection, only : bisection_type
    implicit none(type, external)
    private
 
@@ -308,26 +309,17 @@ contains
       !> Coefficient of restitution e, in (0, 1].
       real(wp), intent(in) :: restitution
       real(wp) :: d
-      real(wp) :: low, high
-      integer :: i
+      type(bisection_type) :: root
 
       if (.not. (restitution > 0.0_wp .and. restitution <= 1.0_wp)) then
          d = ieee_value(d, ieee_quiet_nan)
          return
       end if
-      low = 0.0_wp
-      high = 1.0_wp/restitution
-      if (restitution >= 1.0_wp) high = 0.0_wp
-      d = high
-      do i = 1, 1100
-         d = 0.5_wp*(low + high)
-         if (d <= low .or. d >= high) exit
-         if (number_excess(restitution, d) > 0.0_wp) then
-            high = d
-         else
-            low = d
-         end if
+      call root%begin(0.0_wp, merge(0.0_wp, 1.0_wp/restitution, restitution >= 1.0_wp))
+      do while (root%goes_on)
+         call root%narrow(number_excess(restitution, root%middle) > 0.0_wp)
       end do
+      d = root%middle
    end function hunt_crossley_number
 
    !> Restitution e of the Hunt-Crossley law at a number D = (3/2) alpha v0, the root of
@@ -336,22 +328,15 @@ contains
       !> D, >= 0.
       real(wp), intent(in) :: number
       real(wp) :: e
-      real(wp) :: low, high
-      integer :: i
+      type(bisection_type) :: root
 
       e = 1.0_wp
       if (number <= 0.0_wp) return
-      low = 0.0_wp
-      high = min(1.0_wp, 1.0_wp/number)
-      do i = 1, 1100
-         e = 0.5_wp*(low + high)
-         if (e <= low .or. e >= high) exit
-         if (number_excess(e, number) > 0.0_wp) then
-            high = e
-         else
-            low = e
-         end if
+      call root%begin(0.0_wp, min(1.0_wp, 1.0_wp/number))
+      do while (root%goes_on)
+         call root%narrow(number_excess(root%middle, number) > 0.0_wp)
       end do
+      e = root%middle
    end function hunt_crossley_restitution
 
    !> (ln((1 + D)/(1 - e D)) - (1 + e) D)/D^2, negative below the root and positive above it.

@@ -15,6 +15,7 @@ module contensou_contact_geometry
    public :: contact_trouble, trouble_text
    public :: trouble_none, trouble_lost, trouble_conforming, trouble_no_spot, &
       trouble_jammed, trouble_redundant, trouble_apex
+   public :: trouble_far, trouble_sudden, trouble_spots
 
    !> What can make a contact unusable: nothing, a search without result, surfaces that do not touch
    !> in a point, a formula for the spot that gives none, friction that jams a rigid contact, rigid
@@ -22,6 +23,10 @@ module contensou_contact_geometry
    integer, parameter :: trouble_none = 0, trouble_lost = 1, trouble_conforming = 2, &
       trouble_no_spot = 3, trouble_jammed = 4, trouble_redundant = 5, &
       trouble_apex = 6
+
+   !> More of it: positions too large for their rounding, an overlap that no motion explains, a
+   !> second place where the surfaces touch.
+   integer, parameter :: trouble_far = 20, trouble_sudden = 21, trouble_spots = 22
 
    !> Ratio A/B below which a spot counts as a line.
    real(wp), parameter :: conforming_ratio = 1.0e-8_wp
@@ -226,6 +231,9 @@ contains
             "normal = 'hertz' for some of them does"
       case (trouble_apex)
          text = "the apex of the cone touches, where its surface has no curvature"
+      case (trouble_far)
+         text = "its bodies are so far from the origin that the rounding of their positions " // &
+            "is not small against the overlap; an origin near where they touch resolves it"
       case default
          text = ""
       end select

@@ -12,11 +12,12 @@ module contensou_dynamics_assembly
    use contensou_contact_pairs, only : new_geometry
    use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_contact_rolling, only : rolling_model_type, rolling_models
+   use contensou_contact_shapes_shape, only : shape_info_type
    use contensou_contact_states, only : state_list_type
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_mechanism, only : body_type, contact_type
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, moves_freely, &
-      scene_type, turns_by_drive
+      scene_type, surface_spec_type, turns_by_drive
    use contensou_dynamics_state, only : put_body
    implicit none(type, external)
    private
@@ -58,6 +59,9 @@ contains
       do i = 1, size(scene%contacts)
          associate (spec => scene%contacts(i), contact => system%contacts(i))
             call set_law(scene, spec, tables, contact)
+            contact%largest_position = largest_position(scene, contact)
+            contact%reach = [reach_of(scene%surfaces(spec%surfaces(1))), &
+               reach_of(scene%surfaces(spec%surfaces(2)))]
          end associate
       end do
       call system%prepare()
@@ -235,30 +239,73 @@ contains
       !> Speed of the impact [m/s], > 0.
       real(wp), intent(in) :: speed
       real(wp) :: length
-      real(wp) :: mass, g, stiffness
       integer :: i
 
       length = huge(length)
-      g = norm2(scene%gravity)
       do i = 1, size(system%contacts)
          if (system%contacts(i)%rigid) then
             ! There is no overlap to resolve; the length is that of the surfaces.
             length = min(length, system%contacts(i)%law%geometry%smallest_radius())
-            cycle
-         end if
-         mass = reduced_mass(scene, system%contacts(i)%a, system%contacts(i)%b)
-         stiffness = system%contacts(i)%law%normal%stiffness
-         ! Such a contact is refused by the reader.
-         if (ieee_is_nan(stiffness)) cycle
-         if (g > 0.0_wp) then
-            length = min(length, (mass*g/stiffness)**(2.0_wp/3.0_wp))
          else
-            length = min(length, (1.25_wp*mass*speed**2/stiffness)**0.4_wp)
+            length = min(length, usual_overlap(scene, system%contacts(i), speed))
          end if
       end do
       length = 0.1_wp*length
       if (size(system%contacts) == 0) length = 1.0e-6_wp
    end function contact_length
+
+   !> Overlap of a contact of compliance under gravity, or without gravity that of an impact at a
+   !> given speed [m].
+   pure function usual_overlap(scene, contact, speed) result(overlap)
+      type(scene_type), intent(in) :: scene
+      type(contact_type), intent(in) :: contact
+      !> Speed of the impact [m/s], > 0.
+      real(wp), intent(in) :: speed
+      real(wp) :: overlap
+      real(wp) :: mass, g
+
+      overlap = huge(overlap)
+      g = norm2(scene%gravity)
+      associate (stiffness => contact%law%normal%stiffness)
+         ! Such a contact is refused by the reader.
+         if (ieee_is_nan(stiffness)) return
+         mass = reduced_mass(scene, contact%a, contact%b)
+         if (g > 0.0_wp) then
+            overlap = (mass*g/stiffness)**(2.0_wp/3.0_wp)
+         else
+            overlap = (1.25_wp*mass*speed**2/stiffness)**0.4_wp
+         end if
+      end associate
+   end function usual_overlap
+
+   !> Radius about the centre of mass of a body that holds a surface of it [m]; the largest number
+   !> where the surface has no end.
+   pure function reach_of(spec) result(radius)
+      type(surface_spec_type), intent(in) :: spec
+      real(wp) :: radius
+      type(shape_info_type) :: info
+
+      radius = huge(radius)
+      info = spec%surface%shape%info()
+      if (info%bounded) radius = norm2(spec%surface%centre) &
+         + max(spec%surface%shape%extent(), spec%surface%shape%smallest_radius())
+   end function reach_of
+
+   !> Largest coordinate of a body at which its contact is resolved [m]: there the rounding of a
+   !> position is one part in 640 of the usual overlap, without compliance four parts in 1e9 of the
+   !> smallest radius.
+   pure function largest_position(scene, contact) result(position)
+      type(scene_type), intent(in) :: scene
+      type(contact_type), intent(in) :: contact
+      real(wp) :: position
+
+      if (contact%rigid) then
+         position = 4.0e-9_wp*contact%law%geometry%smallest_radius()/epsilon(position)
+      else
+         position = min(usual_overlap(scene, contact, scene%integrator%velocity_scale), &
+            1.0e100_wp)/(640.0_wp*epsilon(position))
+      end if
+   end function largest_position
 
    !> Shortest time that a contact of a scene takes [s]: that of an elastic impact at a given speed,
    !> 3.218 (m^2/(k_n^2 v))^(1/5), or 2 pi sqrt(m/k) of the spring of a contact under gravity where

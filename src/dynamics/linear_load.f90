@@ -103,6 +103,8 @@ module contensou_dynamics_linear_load
       real(wp) :: shape_by_twist(6, 6)
       !> Torque of rolling resistance [N m].
       real(wp) :: rolling(3)
+      !> Its derivatives by the curvatures, at the normal force [N m2].
+      real(wp) :: rolling_by_curvature(3, 2)
       !> Of a rigid contact: angular accelerations of A and B, inertial frame [rad/s2].
       real(wp) :: turning(3, 2)
       !> Acceleration of B against A at the contact point, but for what velocities make [m/s2].
@@ -273,8 +275,8 @@ contains
       if (contact%states%n > 0) touch%frame_spin = contact%frame_spin(a, b, touch%at, &
          touch%velocity, touch%spin)
       touch%rolling = 0.0_wp
-      if (allocated(contact%law%rolling)) touch%rolling = rolling_torque(touch%values(1), &
-         touch%at%normal, touch%at%major, touch%spin)
+      if (allocated(contact%law%rolling)) touch%rolling = rolling_torque(contact%law, &
+         touch%approach, touch%values(1), touch%at%normal, touch%at%major, touch%spin)
       associate (at => touch%at, values => touch%values)
          force = values(1)*at%normal + values(2)*at%major + values(3)*touch%minor + touch%shape(1:3)
          torque = values(4)*at%normal + touch%rolling + touch%shape(4:6)
@@ -416,6 +418,8 @@ contains
             d_rolling = 0.0_wp
             if (allocated(contact%law%rolling)) then
                d_rolling = vary_rolling(d_gap, d_values(1), d_normal, d_major, d_spin)
+               if (touch%varies) d_rolling = d_rolling + matmul(touch%rolling_by_curvature, &
+                  d_curvatures)
                d_torque = d_torque + d_rolling
             end if
             outcome(1:3) = d_force
@@ -494,27 +498,6 @@ contains
          end associate
       end subroutine vary_states
 
-      !> Torque of rolling resistance.
-      pure function rolling_torque(normal_force, normal, major, relative) result(moment)
-         !> Normal force [N].
-         real(wp), intent(in) :: normal_force
-         real(wp), intent(in) :: normal(3)
-         !> Major axis.
-         real(wp), intent(in) :: major(3)
-         !> Angular velocity of B against A [rad/s].
-         real(wp), intent(in) :: relative(3)
-         real(wp) :: moment(3), root
-
-         moment = 0.0_wp
-         associate (law => contact%law)
-            ! A spot without size has no lever arm.
-            if (law%rolling%follows_spot .and. .not. touch%approach > 0.0_wp) return
-            root = sqrt(touch%approach)
-            moment = law%rolling%torque(normal_force, normal, major, law%normal%axis_a*root, &
-               law%normal%axis_b*root, relative)
-         end associate
-      end function rolling_torque
-
       !> Variation of the torque of rolling resistance, by differences: it has no sharp scale but
       !> its regularisation.
       pure function vary_rolling(d_gap, d_load, d_normal, d_major, d_spin) result(d_moment)
@@ -539,13 +522,38 @@ contains
             h = norm2(d_normal) + norm2(d_major) + norm2(d_spin)/scale
             if (h <= 0.0_wp) return
             h = step*min(law%rolling%regularization/scale, 1.0_wp)/h
-            d_moment = d_moment + (rolling_torque(load, at%normal + h*d_normal, &
-               at%major + h*d_major, spin + h*d_spin) - rolling_torque(load, at%normal &
-               - h*d_normal, at%major - h*d_major, spin - h*d_spin))/(2.0_wp*h)
+            d_moment = d_moment + (rolling_torque(law, touch%approach, load, at%normal &
+               + h*d_normal, at%major + h*d_major, spin + h*d_spin) - rolling_torque(law, &
+               touch%approach, load, at%normal - h*d_normal, at%major - h*d_major, spin &
+               - h*d_spin))/(2.0_wp*h)
          end associate
       end function vary_rolling
 
    end subroutine vary_touch
+
+   !> Torque of rolling resistance [N m].
+   pure function rolling_torque(law, approach, normal_force, normal, major, relative) &
+      result(moment)
+      !> The law, its normal part as the curvatures have it.
+      type(contact_law_type), intent(in) :: law
+      !> Approach, or that by which Hertz's theory has the normal force [m].
+      real(wp), intent(in) :: approach
+      !> Normal force [N].
+      real(wp), intent(in) :: normal_force
+      real(wp), intent(in) :: normal(3)
+      !> Major axis.
+      real(wp), intent(in) :: major(3)
+      !> Angular velocity of B against A [rad/s].
+      real(wp), intent(in) :: relative(3)
+      real(wp) :: moment(3), root
+
+      moment = 0.0_wp
+      ! A spot without size has no lever arm.
+      if (law%rolling%follows_spot .and. .not. approach > 0.0_wp) return
+      root = sqrt(approach)
+      moment = law%rolling%torque(normal_force, normal, major, law%normal%axis_a*root, &
+         law%normal%axis_b*root, relative)
+   end function rolling_torque
 
    !> Derivatives of the force of the elastic energy through the curvatures by a twist of B at the
    !> contact point, by differences: they need no more than two digits, as the force is smaller than
@@ -593,8 +601,9 @@ contains
       end do
    end subroutine differ_shape_force
 
-   !> Derivatives of N, F_x, F_y, T, the elastic force and the rates of states by the curvatures A
-   !> and B, by differences of the shape of the spot, which the wrench depends on smoothly.
+   !> Derivatives of N, F_x, F_y, T, the elastic force, the rates of states and the torque of
+   !> rolling resistance by the curvatures A and B, by differences of the shape of the spot, which
+   !> the wrench depends on smoothly.
    subroutine differ_curvatures(contact, touch)
       !> The contact; its normal part is left as it was.
       type(contact_type), intent(inout) :: contact
@@ -602,7 +611,7 @@ contains
       type(touch_type), intent(inout) :: touch
       type(normal_type) :: normal
       type(touch_type) :: there
-      real(wp) :: curvatures(2), varied(2), unused(4, 5), ends(2)
+      real(wp) :: curvatures(2), varied(2), unused(4, 5), ends(2), rolling(3, 2), approach
       real(wp) :: results(5 + most_states, 2)
       integer :: i, k, n
 
@@ -625,13 +634,21 @@ contains
                results(:5, k) = [there%values, there%elastic]
                results(6:5 + n, k) = there%rates(:n)
             end if
+            if (.not. allocated(contact%law%rolling)) cycle
+            approach = touch%approach
+            if (touch%rigid) approach = approach_of(contact%law, touch%values(1))
+            rolling(:, k) = rolling_torque(contact%law, approach, touch%values(1), &
+               touch%at%normal, touch%at%major, touch%spin)
          end do
          touch%by_curvature(:, i) = 0.0_wp
          touch%rates_by_curvature(:n, i) = 0.0_wp
+         touch%rolling_by_curvature(:, i) = 0.0_wp
          if (ends(1) > ends(2)) then
             touch%by_curvature(:, i) = (results(:5, 1) - results(:5, 2))/(ends(1) - ends(2))
             touch%rates_by_curvature(:n, i) = &
                (results(6:5 + n, 1) - results(6:5 + n, 2))/(ends(1) - ends(2))
+            if (allocated(contact%law%rolling)) touch%rolling_by_curvature(:, i) = &
+               (rolling(:, 1) - rolling(:, 2))/(ends(1) - ends(2))
          end if
       end do
       contact%law%normal = normal

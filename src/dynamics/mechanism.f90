@@ -73,6 +73,11 @@ module contensou_dynamics_mechanism
       !> Hunt-Crossley coefficient alpha by which restitution depends on the speed [s/m]; 0 if it
       !> does not.
       real(wp) :: restitution_slope = 0.0_wp
+      !> Largest coordinate of a body at which the contact is resolved [m].
+      real(wp) :: largest_position = huge(1.0_wp)
+      !> Radii about the centres of mass of A and B that hold their surfaces [m]; the largest number
+      !> where a surface has no end.
+      real(wp) :: reach(2) = huge(1.0_wp)
    contains
       procedure :: find_gap
       procedure :: locate

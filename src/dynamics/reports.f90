@@ -86,8 +86,7 @@ contains
          end if
          row%slip = slip_velocity(now%velocity, row%at%normal)
          row%spin = dot_product(now%spin, row%at%normal)
-         row%semi_axes(1) = law%normal%major_axis(-row%at%gap)
-         row%semi_axes(2) = law%normal%shape%k*row%semi_axes(1)
+         row%semi_axes = [law%normal%major_axis(-row%at%gap), law%normal%minor_axis(-row%at%gap)]
          row%elastic_energy = law%normal%energy(-row%at%gap)
       end associate
    end subroutine report_contact
@@ -98,6 +97,7 @@ contains
       type(system_type), intent(in) :: system
       integer, intent(in) :: index
       type(contact_report_type), intent(inout) :: row
+      real(wp) :: approach
       integer :: i
 
       do i = 1, system%constraints%n_links
@@ -112,12 +112,11 @@ contains
             row%spin = link%motion(3)
             row%load%friction_power = -dot_product(link%wrench(1:3), row%slip) &
                - dot_product(link%wrench(4:6), link%spin)
-            row%semi_axes(1) = law%normal%major_axis( &
-               law%normal%approach(row%load%normal_force))
-            row%semi_axes(2) = law%normal%shape%k*row%semi_axes(1)
+            approach = law%normal%approach(max(link%normal_force, 0.0_wp))
+            row%semi_axes = [law%normal%major_axis(approach), law%normal%minor_axis(approach)]
             if (system%contacts(index)%states%n > 0) call system%contacts(index)%stored_energies( &
-               row%at, law%normal%approach(row%load%normal_force), link%motion, &
-               row%load%normal_force, row%stored_damping, row%stored_friction)
+               row%at, approach, link%motion, row%load%normal_force, row%stored_damping, &
+               row%stored_friction)
          end associate
       end do
    end subroutine report_rigid

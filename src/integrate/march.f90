@@ -4,9 +4,10 @@ module contensou_integrate_march
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : i8, wp
-   use contensou_contact_geometry, only : track_type
+   use contensou_contact_geometry, only : track_type, trouble_far
    use contensou_dynamics_impact, only : open_contact, resolve_impacts, touching_gap
    use contensou_dynamics_mechanism, only : contact_motion_type
+   use contensou_dynamics_state, only : position_of
    use contensou_integrate_choice, only : choice_type, choose_method, &
       explicit_reach
    use contensou_integrate_cvode, only : cvode_type
@@ -136,7 +137,12 @@ module contensou_integrate_march
       !> Time at which the pace was looked at last [s], steps since, and looks at which it was poor.
       real(wp) :: t_watch = 0.0_wp
       integer :: steps = 0, looks = 0
+      !> Steps since the last check of what a tolerance does not tell of.
+      integer :: unchecked = 0
    end type march_type
+
+   !> Steps after which what a tolerance does not tell of is checked, beside touches and the end.
+   integer, parameter :: checked_steps = 100
 
    !> Steps after which the pace is looked at.
    integer, parameter :: watched_steps = 50000
@@ -411,6 +417,13 @@ contains
             if (too_deep) then
                call fatal(error, "the motion leaves the domain of the model")
                return
+            end if
+            self%unchecked = self%unchecked + 1
+            if (self%unchecked >= checked_steps .or. any(self%events < 0) .or. &
+               memory%row > self%rows) then
+               self%unchecked = 0
+               call check_resolution(self, error)
+               if (allocated(error)) return
             end if
             if (any(memory%undecided)) call decide(self)
             if (any(self%events /= 0)) then
@@ -773,6 +786,35 @@ contains
          if (any_changed) call self%integrator%restart(t, y, error)
       end associate
    end subroutine take_events
+
+   !> See whether the rounding of positions is small against the overlaps where surfaces touch, or
+   !> are as close as that.
+   subroutine check_resolution(self, error)
+      type(march_type), intent(inout) :: self
+      !> Set where it is not.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: largest(0:size(self%motion%system%bodies)), gap(self%motion%n_events), far
+      integer :: i
+
+      associate (system => self%motion%system)
+         largest(0) = 0.0_wp
+         do i = 1, size(system%bodies)
+            largest(i) = maxval(abs(position_of(self%memory%y, i)))
+         end do
+         if (all(maxval(largest) <= system%contacts%largest_position)) return
+         call system%gaps(self%memory%y, gap)
+         do i = 1, size(gap)
+            associate (contact => system%contacts(i))
+               far = max(largest(contact%a), largest(contact%b))
+               if (far <= contact%largest_position .or. gap(i) > 64.0_wp*spacing(far)) cycle
+               system%trouble = i
+               system%trouble_code = trouble_far
+               call fatal(error, "a contact is not resolved")
+               return
+            end associate
+         end do
+      end associate
+   end subroutine check_resolution
 
    !> What follows from an event of a rigid contact: impacts, and which contacts stay closed.
    subroutine take_rigid_events(self, error)

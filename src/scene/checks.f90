@@ -20,7 +20,7 @@ module contensou_scene_checks
    implicit none(type, external)
    private
 
-   public :: check_contacts, check_rows, check_overlaps, fill_in
+   public :: check_contacts, check_positions, check_rows, check_overlaps, fill_in
 
    !> Largest number of output rows.
    real(wp), parameter :: max_rows = 1.0e9_wp
@@ -146,6 +146,39 @@ contains
          end associate
       end do
    end subroutine fill_in
+
+   !> Bodies so far from the origin that the rounding of their positions hides what contacts do.
+   subroutine check_positions(scene, system, places, diagnostics)
+      type(scene_type), intent(in) :: scene
+      !> Its equations of motion.
+      type(system_type), intent(in) :: system
+      !> Where the position of each body is given.
+      type(origin_type), intent(in) :: places(:)
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      real(wp) :: largest, limit
+      integer :: i, k, tightest
+
+      do i = 1, size(scene%bodies)
+         largest = maxval(abs(scene%bodies(i)%position))
+         tightest = 0
+         limit = largest
+         do k = 1, size(system%contacts)
+            associate (contact => system%contacts(k))
+               if (contact%a /= i .and. contact%b /= i) cycle
+               if (contact%largest_position >= limit) cycle
+               tightest = k
+               limit = contact%largest_position
+            end associate
+         end do
+         if (tightest == 0) cycle
+         call diagnostics%add(places(i), "body " // quote(scene%bodies(i)%name) // ": " // &
+            short(largest) // " m from the origin a position is rounded by " // &
+            short(spacing(largest)) // " m, which is not small against the overlaps of " // &
+            "contact " // quote(scene%contacts(tightest)%name), "coordinates of at most " // &
+            short(limit) // " m, for which the origin may be moved")
+      end do
+   end subroutine check_positions
 
    !> Surfaces that overlap too much or conform at the beginning.
    subroutine check_overlaps(scene, system, places, diagnostics)

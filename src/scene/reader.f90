@@ -17,7 +17,8 @@ module contensou_scene_reader
    use contensou_scene_bearing, only : bearing_names, concerns_bearings, expand_bearings, &
       has_bearings
    use contensou_scene_bodies, only : build_body
-   use contensou_scene_checks, only : check_contacts, check_overlaps, check_rows, fill_in
+   use contensou_scene_checks, only : check_contacts, check_overlaps, check_positions, &
+      check_rows, fill_in
    use contensou_scene_contacts, only : build_contact
    use contensou_scene_controls, only : build_cost, build_integrator, build_output, build_scene
    use contensou_scene_overrides, only : apply_override, index_groups, index_type
@@ -224,7 +225,7 @@ contains
       type(references_type) :: references
       type(part_type), pointer :: parts(:)
       type(group_settings_type) :: group
-      type(origin_type), allocatable :: places(:)
+      type(origin_type), allocatable :: places(:), body_places(:)
       type(origin_type) :: interval_place
       integer :: i, n
 
@@ -233,7 +234,7 @@ contains
       allocate(scene%bodies(references%count(schema%find("body"))))
       allocate(scene%surfaces(references%count(schema%find("surface"))))
       allocate(scene%contacts(references%count(schema%find("contact"))))
-      allocate(places(size(scene%contacts)))
+      allocate(places(size(scene%contacts)), body_places(size(scene%bodies)))
       interval_place = origin_type(1, 0, 0, 1)
       parts => shared_parts()
       do i = 1, size(settings%groups)
@@ -250,6 +251,7 @@ contains
             end associate
          case ("body")
             call build_body(group, scene%bodies(n), diagnostics)
+            body_places(n) = group%place("position", maxloc(abs(scene%bodies(n)%position), dim=1))
          case ("surface")
             associate (surface => scene%surfaces(n))
                surface%name = group%label()
@@ -278,6 +280,8 @@ contains
       allocate(system)
       call assemble(scene, system)
       call fill_in(settings, schema, scene, system)
+      call check_positions(scene, system, body_places, diagnostics)
+      if (diagnostics%count() > 0) return
       call check_overlaps(scene, system, places, diagnostics)
    end subroutine build
 

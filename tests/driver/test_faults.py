@@ -67,6 +67,11 @@ FAULTS = {
         "force_b = 0.2_wp*work*self%axis_b**2",
         "force_b = 0.2_wp*work*self%axis_a**2",
     ),
+    "hysteresis of an oblique spot": (
+        "contact/rolling/lever.f90",
+        "arm = arm*johnson*sqrt((a*y)**2 + (b*x)**2)/speed",
+        "arm = arm*johnson*a*b*speed/sqrt((b*y)**2 + (a*x)**2)",
+    ),
     "sign in the cubic of the friction force": (
         "contact/wrench_exact.f90",
         "fx = -1.5_wp*ux*(shape%d_integral - shape%j11*p - shape%j02*ux2)",

@@ -1,6 +1,6 @@
 !> Tests of the Jacobians: of the kernels, and of the equations of motion as a whole.
 module test_jacobian
-   use contensou_base_kinds, only : wp
+   use contensou_base_kinds, only : pi, wp
    use contensou_base_rotations, only : rotation_matrix
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
@@ -30,6 +30,7 @@ contains
       call test_kernels()
       call test_damping_slopes()
       call test_two_bodies()
+      call test_oblique_rolling()
       call test_rigid_contacts()
       call test_near_rest()
       call test_pattern()
@@ -280,6 +281,90 @@ contains
          end do
       end do
    end subroutine test_two_bodies
+
+   !> Rolling resistance that follows an elliptic spot, rolling in any direction: it takes the
+   !> elastic work of the leading half of the spot, by quadrature; and the Jacobian where the
+   !> curvatures vary, with compliance and without.
+   subroutine test_oblique_rolling()
+      integer, parameter :: rings = 40, rays = 400
+      type(random_type) :: random
+      type(scene_type) :: scene
+      type(motion_type) :: motion
+      type(worst_type) :: worst, oblique(2)
+      type(contact_report_type) :: row
+      type(lever_type) :: lever
+      real(wp), allocatable :: y(:), scale(:), rate(:)
+      real(wp) :: a, b, load, spin(3), work, radius, angle, x(2), approach
+      integer :: i, j, k, kind
+
+      lever%coefficient = 0.7_wp
+      lever%regularization = 1.0e-9_wp
+      lever%follows_spot = .true.
+      do i = 1, 50
+         a = 1.0e-3_wp
+         b = a*10.0_wp**random%uniform(-2.0_wp, 0.0_wp)
+         load = random%uniform(1.0_wp, 10.0_wp)
+         spin = random%vector(3)
+         if (modulo(i, 5) == 0) spin(1) = 0.0_wp
+         work = 0.0_wp
+         do j = 1, rings
+            do k = 1, rays
+               angle = (k - 0.5_wp)*2.0_wp*pi/rays
+               radius = sin((j - 0.5_wp)*0.5_wp*pi/rings)
+               x = radius*[a*cos(angle), b*sin(angle)]
+               ! Pressure over the mean one is (3/2) sqrt(1 - r^2); dr = sqrt(1 - r^2) dt.
+               work = work + max(spin(1)*x(2) - spin(2)*x(1), 0.0_wp) &
+                  *1.5_wp*(1.0_wp - radius**2)*radius
+            end do
+         end do
+         work = load*work/pi*(0.5_wp*pi/rings)*(2.0_wp*pi/rays)
+         associate (moment => lever%torque(load, [0.0_wp, 0.0_wp, 1.0_wp], &
+            [1.0_wp, 0.0_wp, 0.0_wp], a, b, spin))
+            call worst%note(abs(dot_product(moment, spin)/(0.7_wp*work) + 1.0_wp), i)
+         end associate
+      end do
+      call worst%check_below(1.0e-3_wp, &
+         "hysteresis takes its share of the elastic work of the leading half")
+      do i = 1, 60
+         kind = 1 + modulo(i, 2)
+         call two_bodies(scene, 1, friction_index("contensou_exact"), modulo(i, 4) < 2)
+         deallocate(scene%surfaces(1)%surface%shape)
+         allocate(scene%surfaces(1)%surface%shape, &
+            source=ellipsoid_type([0.02_wp, 0.015_wp, 0.004_wp]))
+         scene%contacts(1)%rolling = rolling_index("hysteresis")
+         call scene%contacts(1)%parameters%set("rolling_coefficient", 1.0_wp)
+         call scene%contacts(1)%parameters%set("rolling_regularization", 0.1_wp)
+         if (kind == 2) scene%contacts(1)%normal = normal_rigid
+         call set_motion(scene, motion, y)
+         motion%system%resolution%square = 0.0_wp
+         approach = merge(1.0e-5_wp, 0.0_wp, kind == 1)
+         call random_touch(scene, random, -approach, y)
+         if (kind == 2) then
+            do k = 1, 20
+               call begin_report(motion%system, 0.0_wp, y)
+               call report_contact(motion%system, 1, row)
+               y(1:3) = y(1:3) + merge(-1.0_wp, 1.0_wp, scene%contacts(1)%surfaces(2) == 1) &
+                  *row%at%gap*row%at%normal
+            end do
+            motion%system%contacts%closed = .true.
+            if (.not. allocated(rate)) allocate(rate(1))
+            call stop_gap(motion, 1, 1, y, rate)
+            call motion%system%constraint_forces(0.5_wp, y)
+            if (motion%system%outside) cycle
+         end if
+         scale = y
+         scale = 1.0_wp
+         do k = 0, 13, 13
+            scale(k + 1:k + 7) = 1.0e-6_wp
+            scale(k + 8:k + 10) = 0.01_wp
+            scale(k + 11:k + 13) = 0.1_wp
+         end do
+         call oblique(kind)%note(min(defect(motion, 0.5_wp, y, scale, 5.0e-2_wp), &
+            defect(motion, 0.5_wp, y, scale, 5.0e-3_wp)), i)
+      end do
+      call oblique(1)%check_below(1.0e-6_wp, "hysteresis, varying curvatures: Jacobian")
+      call oblique(2)%check_below(1.0e-6_wp, "hysteresis, rigid, varying curvatures: Jacobian")
+   end subroutine test_oblique_rolling
 
    !> Rigid contacts of several surfaces, beside others, of driven and loaded bodies, which
    !> move as the constraints ask for, as they do in a run.

@@ -29,6 +29,7 @@ module contensou_contact_normal_law
    contains
       procedure :: follow
       procedure :: major_axis
+      procedure :: minor_axis
       procedure :: curvature_forces
    end type normal_type
 
@@ -112,6 +113,17 @@ contains
 
       a = self%axis_a*sqrt(approach)
    end function major_axis
+
+   !> Minor semi-axis of the spot [m], whether or not its shape is kept.
+   pure function minor_axis(self, approach) result(b)
+      class(normal_type), intent(in) :: self
+      !> Approach d [m], >= 0.
+      real(wp), intent(in) :: approach
+      real(wp) :: b
+
+      b = self%major_axis(approach)
+      if (self%curvature_a < self%curvature_b) b = sqrt(self%c1)*b
+   end function minor_axis
 
    !> Generalised forces of the curvatures, -dU/dA and -dU/dB of the elastic energy U(d, A, B) [N
    !> m2].

@@ -2,8 +2,11 @@
 !> M = -e N w_t/max(|w_t|, w_0), with w_t the tangential part of the relative angular velocity and
 !> w_0 a regularisation, below which the torque fades linearly to zero.
 !> The lever arm e [m] is given (`constant`), or follows the spot (`hysteresis`): a fraction of the
-!> elastic work of each pass is lost, e = loss (3/16) r with r the semi-axis in the direction of
-!> rolling.
+!> elastic work of each pass is lost. With x along the major axis the pressure p does work on the
+!> leading half of the spot, w_x y - w_y x > 0, at the rate
+!>    int p (w_x y - w_y x) dx dy = (3/16) N sqrt((a w_y)^2 + (b w_x)^2),
+!> so that e = (3/16) loss r with r = sqrt((a w_y)^2 + (b w_x)^2)/|w_t|; along an axis of the spot r
+!> is the semi-axis in the direction of rolling.
 !>
 !> Sources: K. L. Johnson, Contact Mechanics, 1985, sec. 9.3 (hysteresis); D. Tabor, Proc. R. Soc. A
 !> 229 (1955) 198.
@@ -48,7 +51,7 @@ contains
       type(rolling_model_type) :: model
 
       model%info = model_info_type("hysteresis", &
-         "M = (3/16) loss r N, r the semi-axis of the spot in the direction of rolling", "", &
+         "M = (3/16) loss r N, r = sqrt((a w_y)^2 + (b w_x)^2)/|w|, a and b the semi-axes", "", &
          "K. L. Johnson, Contact Mechanics, 1985, sec. 9.3")
       model%put_keys => put_hysteresis_keys
       model%create => new_hysteresis
@@ -124,8 +127,7 @@ contains
       speed = sqrt(x*x + y*y)
       arm = self%coefficient
       if (self%follows_spot) then
-         ! The direction of rolling is perpendicular to w_t: cos^2 = (y/speed)^2.
-         if (speed > 0.0_wp) arm = arm*johnson*a*b*speed/sqrt((b*y)**2 + (a*x)**2)
+         if (speed > 0.0_wp) arm = arm*johnson*sqrt((a*y)**2 + (b*x)**2)/speed
       end if
       arm = -arm*load/max(speed, self%regularization)
       moment = arm*(spin - dot_product(spin, normal)*normal)

@@ -1,0 +1,113 @@
+"""What would be wrong without a word: it is computed as documented, or ends with a message."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+METHODS = ("explicit8", "cvode_bdf", "cvode_adams", "auto")
+
+PRESSED = """
+&scene t_end = 1e-3 /
+&material name = 'm', young = 2e9, poisson = 0.3 /
+&body name = 'b', mass = 0.01, inertia = 3*1e-7, position = 0, 0, 0.019999,
+      applied_force = 0, 0, -0.39456 /
+&surface name = 's', body = 'b', shape = 'ellipsoid', semi_axes = 0.02, 0.06, 0.02,
+         material = 'm' /
+&surface name = 'f', body = 'ground', shape = 'plane', material = 'm' /
+&contact name = 'k', surfaces = 'f', 's'{friction} /
+&output file = 'out.h5', interval = 1e-4 /
+"""
+
+OBLIQUE = """
+&scene t_end = 1e-6 /
+&material name = 'm', young = 1e8, poisson = 0 /
+&body name = 'b', mass = 1e3, inertia = 3*1e3, position = 0, 0, 0.009999,
+      spin = {x!r}, {y!r}, 0, velocity = {vx!r}, {vy!r}, 0 /
+&surface name = 's', body = 'b', shape = 'ellipsoid', semi_axes = 0.1, 0.004, 0.01,
+         material = 'm' /
+&surface name = 'f', body = 'ground', shape = 'plane', material = 'm' /
+&contact name = 'k', surfaces = 'f', 's', rolling = 'hysteresis', rolling_coefficient = 1.0,
+         rolling_regularization = 1e-6 /
+&integrator method = 'explicit8', rtol = 1e-10 /
+&output file = 'out.h5', interval = 1e-7 /
+"""
+
+BALLS = """
+&scene t_end = {t_end!r} /
+&material name = 'm', young = 1e10, poisson = 0.3 /
+&body name = 'a', mass = 0.03, inertia = 3*1e-6, position = {at!r}, 0, 0, velocity = {va!r}, 0, 0 /
+&body name = 'b', mass = 0.03, inertia = 3*1e-6,
+      position = {other!r}, 0, 0, velocity = {vb!r}, 0, 0 /
+&surface name = 'sa', body = 'a', shape = 'sphere', radius = 0.01, material = 'm' /
+&surface name = 'sb', body = 'b', shape = 'sphere', radius = 0.01, material = 'm' /
+&contact name = 'k', surfaces = 'sa', 'sb'{keys} /
+&integrator method = '{method}' /
+&output file = 'out.h5', interval = {t_end!r} /
+"""
+
+
+@pytest.fixture
+def fails(run, tmp_path):
+    """Run a scene that ends with a status, and give what the program says."""
+
+    def fails_it(text, status=1):
+        path = tmp_path / "scene.nml"
+        path.write_text(text)
+        done = run("run", path, "-o", "out.h5", "--force", "-q", timeout=600)
+        assert done.status == status, done.err
+        return done.err
+
+    return fails_it
+
+
+def test_semi_axes_without_friction(simulate):
+    """The axes of an elliptic spot are those of the ellipse, with friction or without."""
+    axes = [
+        simulate(PRESSED.format(friction=friction)).semi_axes[:, 0]
+        for friction in ("", ", friction = 'contensou_exact', friction_coefficient = 0.3")
+    ]
+    np.testing.assert_allclose(axes[0], axes[1], rtol=1e-6)
+    # Hertz at a ratio of curvatures of 9: b/a = 0.2376.
+    np.testing.assert_allclose(axes[0][:, 1] / axes[0][:, 0], 0.23757, rtol=1e-3)
+
+
+@pytest.mark.parametrize("degrees", [0, 10, 45, 80, 90])
+def test_hysteresis_of_an_oblique_spot(simulate, degrees):
+    """The power lost is the elastic work of the leading half of the spot."""
+    x, y = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    height = 0.009999
+    rows = simulate(
+        OBLIQUE.format(x=float(x), y=float(y), vx=float(height * y), vy=float(-height * x))
+    )
+    a, b = rows.semi_axes[0, 0]
+    load = rows.normal_force[0, 0]
+    expected = 3 / 16 * load * np.hypot(a * y, b * x)
+    assert rows.work_friction[-1] / rows.time[-1] == pytest.approx(expected, rel=1e-3)
+
+
+def test_position_too_large_at_the_beginning(fails):
+    """Where rounding hides the overlaps a scene is refused at the position."""
+    said = fails(
+        BALLS.format(
+            t_end=2e-3, at=1e10, va=0.0, other=1e10 + 0.0205, vb=-1.0, keys="", method="explicit8"
+        ),
+        status=2,
+    )
+    assert "scene.nml:4:" in said
+    assert "1.000E+10 m from the origin a position is rounded by 1.907E-06 m" in said
+    assert "contact 'k'" in said
+    assert "coordinates of at most" in said
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_position_too_large_during_the_run(fails, method):
+    """Balls that meet where rounding hides their overlap end the run when they touch."""
+    said = fails(
+        BALLS.format(
+            t_end=1e4, at=0.0, va=1e7, other=0.025, vb=9999999.999999, keys="", method=method
+        )
+    )
+    assert "contact 'k'" in said
+    assert "rounding of their positions" in said
+    assert "t = " in said

@@ -1,11 +1,8 @@
 !> Impacts of rigid contacts, and which of them stay closed.
 !>
 !> An impact is instantaneous and at one contact; several that touch at once are taken one after
-!> the other, the fastest approach first, until none approaches. With the normal impulse P as the
-!> independent variable the sliding velocities, the spin and the rate of the gap q follow
-!>    dq/dP = C (w(q), 1),
-!> C the inverse mass seen at the contact, w the friction wrench over the normal force of the
-!> contact's own law. E. J. Routh, Dynamics of a System of Rigid Bodies (1905); J. B. Keller, J.
+!> the other, the fastest approach first, until none approaches. With friction `routh` integrates
+!> the impulses. E. J. Routh, Dynamics of a System of Rigid Bodies (1905); J. B. Keller, J.
 !> Appl. Mech. 53 (1986) 1. The spot has the mean size of that of Hertz's impact, sqrt(d) weighted
 !> with the force: 0.8955 of the largest one. Compression ends where the approach does; restitution
 !> where it has given back e^2 of the work of compression (W. J. Stronge, Proc. R. Soc. A 431
@@ -15,14 +12,12 @@ module contensou_dynamics_impact
    use contensou_base_kinds, only : wp
    use contensou_base_vectors, only : cross
    use contensou_contact_damping_coefficient, only : hunt_crossley_restitution
-   use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_geometry, only : trouble_jammed, trouble_none
-   use contensou_contact_law, only : contact_law_type
-   use contensou_dynamics_constraints, only : find_link, link_type, response, solve_linear, &
-      turned_by
+   use contensou_dynamics_constraints, only : find_link, link_type, response, turned_by
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_mechanism, only : contact_type
    use contensou_dynamics_reports, only : energies
+   use contensou_dynamics_routh, only : impact_type, integrate_impact
    use contensou_dynamics_scene, only : motion_free, motion_prescribed
    use contensou_dynamics_state, only : add_to_motion
    implicit none(type, external)
@@ -42,15 +37,6 @@ module contensou_dynamics_impact
    !> B(6/5, 1/2)/2.
    real(wp), parameter :: mean_root = 0.89552_wp
 
-   !> Steps of the compression.
-   integer, parameter :: steps = 32
-
-   !> Steps after which an impact is given up.
-   integer, parameter :: most_steps = 100000
-
-   !> Velocity below which friction of an impact is smoothed, over that of the impact.
-   real(wp), parameter :: smoothed = 1.0e-4_wp
-
    !> Impacts at one instant after which a scene is given up.
    integer, parameter :: most_impacts = 10000
 
@@ -62,25 +48,6 @@ module contensou_dynamics_impact
 
    !> Share of that which counts as rest.
    real(wp), parameter :: rest = 1.0e-3_wp
-
-   !> 1 - 1/sqrt(2): the method of order 2 of R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006.
-   real(wp), parameter :: gamma = 0.29289321881345248_wp
-
-   !> An impact in the making.
-   type :: impact_type
-      !> Inverse mass at the contact: major, minor [1/kg], spin [1/(kg m)], normal.
-      real(wp) :: inverse_mass(4, 4) = 0.0_wp
-      !> Velocities before: sliding along the axes [m/s], spin [rad/s], rate of the gap [m/s].
-      real(wp) :: before(4) = 0.0_wp
-      !> Impulse so far [N s, N m s].
-      real(wp) :: impulse(4) = 0.0_wp
-      !> Major semi-axis of the spot [m].
-      real(wp) :: a = 0.0_wp
-      !> Square of the velocity below which friction is smoothed [m2/s2].
-      real(wp) :: resolution = 0.0_wp
-      !> Energy that the normal impulse takes [J].
-      real(wp) :: normal_loss = 0.0_wp
-   end type impact_type
 
 contains
 
@@ -381,10 +348,8 @@ contains
          associate (c => impact%inverse_mass(4, 4), speed => impact%before(4))
             impact%a = mean_root*law%normal%axis_a &
                *(1.25_wp*speed**2/(c*law%normal%stiffness))**0.2_wp
-            impact%resolution = smoothed**2*(dot_product(impact%before(1:2), impact%before(1:2)) &
-               + (impact%a*impact%before(3))**2 + speed**2)
             if (allocated(law%friction)) then
-               call integrate_impact(impact, law, e, trouble)
+               call integrate_impact(impact, law, e, system%resolution%tolerance, trouble)
                if (trouble /= trouble_none) return
             else
                impact%impulse(4) = -(1.0_wp + e)*speed/c
@@ -475,209 +440,5 @@ contains
          end if
       end associate
    end subroutine apply_impulse
-
-   !> Impulses of an impact with friction.
-   pure subroutine integrate_impact(impact, law, e, trouble)
-      type(impact_type), intent(inout) :: impact
-      type(contact_law_type), intent(in) :: law
-      !> Coefficient of restitution.
-      real(wp), intent(in) :: e
-      !> One of the `trouble_*` codes.
-      integer, intent(out) :: trouble
-      type(impact_type) :: trial
-      real(wp) :: h, largest, work, target, speed, trial_work
-      integer :: phase, k
-      logical :: solved, over
-
-      trouble = trouble_none
-      largest = -impact%before(4)/(impact%inverse_mass(4, 4)*steps)
-      h = largest
-      work = 0.0_wp
-      target = 0.0_wp
-      phase = 1
-      do k = 1, most_steps
-         call advance_impact(impact, law, h, trial, solved)
-         if (.not. solved) then
-            h = 0.5_wp*h
-            if (h < 1.0e-15_wp*largest) exit
-            cycle
-         end if
-         speed = gap_rate(impact)
-         trial_work = work + 0.5_wp*h*(speed + gap_rate(trial))
-         if (phase == 1) then
-            over = gap_rate(trial) >= 0.0_wp
-         else
-            ! Friction that stops the rebound ends the impact.
-            if (gap_rate(trial) <= 0.0_wp) return
-            over = trial_work >= target
-         end if
-         if (.not. over) then
-            work = trial_work
-            impact = trial
-            h = min(2.0_wp*h, largest)
-            cycle
-         end if
-         call find_phase_end(impact, law, h, phase, work, target, trial, solved)
-         if (.not. solved) exit
-         impact = trial
-         if (phase == 2) then
-            impact%normal_loss = impact%normal_loss - target
-            return
-         end if
-         impact%normal_loss = -work
-         target = -e**2*work
-         if (target <= 0.0_wp) return
-         work = 0.0_wp
-         phase = 2
-      end do
-      trouble = trouble_jammed
-   end subroutine integrate_impact
-
-   !> Find the step at which a phase of an impact ends: the Illinois method.
-   pure subroutine find_phase_end(impact, law, h, phase, work, target, trial, solved)
-      !> The impact before the step.
-      type(impact_type), intent(in) :: impact
-      type(contact_law_type), intent(in) :: law
-      !> A step that is too long [N s].
-      real(wp), intent(in) :: h
-      !> 1 for compression, 2 for restitution.
-      integer, intent(in) :: phase
-      !> Work of the normal impulse in this phase so far [J]; at the end of a compression on return.
-      real(wp), intent(inout) :: work
-      !> Work of a restitution at its end [J].
-      real(wp), intent(in) :: target
-      !> The impact at the end of the phase.
-      type(impact_type), intent(out) :: trial
-      !> Whether it was found.
-      logical, intent(out) :: solved
-      real(wp) :: low, high, f_low, f_high, middle, f, speed, added
-      integer :: k, side
-
-      speed = gap_rate(impact)
-      low = 0.0_wp
-      high = h
-      f_low = merge(speed, work - target, phase == 1)
-      call advance_impact(impact, law, h, trial, solved)
-      f_high = excess(high)
-      side = 0
-      middle = high
-      f = f_high
-      do k = 1, 100
-         if (.not. solved .or. abs(f) <= 0.0_wp) exit
-         middle = (f_high*low - f_low*high)/(f_high - f_low)
-         if (middle <= low .or. middle >= high) middle = 0.5_wp*(low + high)
-         if (middle <= low .or. middle >= high) exit
-         call advance_impact(impact, law, middle, trial, solved)
-         f = excess(middle)
-         if (f < 0.0_wp) then
-            low = middle
-            f_low = f
-            if (side < 0) f_high = 0.5_wp*f_high
-            side = -1
-         else
-            high = middle
-            f_high = f
-            if (side > 0) f_low = 0.5_wp*f_low
-            side = 1
-         end if
-         if (abs(f) <= 4.0_wp*epsilon(f)*merge(abs(impact%before(4)), target, phase == 1)) exit
-      end do
-      added = 0.5_wp*middle*(speed + gap_rate(trial))
-      if (phase == 1) work = work + added
-
-   contains
-
-      !> What is to become zero, at the trial of a step.
-      pure real(wp) function excess(step)
-         !> The step [N s].
-         real(wp), intent(in) :: step
-
-         if (phase == 1) then
-            excess = gap_rate(trial)
-         else
-            excess = work - target + 0.5_wp*step*(speed + gap_rate(trial))
-         end if
-      end function excess
-
-   end subroutine find_phase_end
-
-   !> Rate of the gap in an impact [m/s].
-   pure function gap_rate(impact) result(rate)
-      type(impact_type), intent(in) :: impact
-      real(wp) :: rate
-
-      rate = impact%before(4) + dot_product(impact%inverse_mass(4, :), impact%impulse)
-   end function gap_rate
-
-   !> Go on with an impact by a step of the normal impulse: two implicit stages.
-   pure subroutine advance_impact(impact, law, h, after, solved)
-      type(impact_type), intent(in) :: impact
-      type(contact_law_type), intent(in) :: law
-      !> The step [N s].
-      real(wp), intent(in) :: h
-      type(impact_type), intent(out) :: after
-      !> Whether the equations of the stages were solved.
-      logical, intent(out) :: solved
-      real(wp) :: stage(3)
-
-      after = impact
-      after%impulse(4) = impact%impulse(4) + gamma*h
-      call solve_stage(after, law, gamma*h, stage, solved)
-      if (.not. solved) return
-      after%impulse(1:3) = impact%impulse(1:3) + (1.0_wp - gamma)*h*stage
-      after%impulse(4) = impact%impulse(4) + h
-      call solve_stage(after, law, gamma*h, stage, solved)
-      after%impulse(1:3) = after%impulse(1:3) + gamma*h*stage
-   end subroutine advance_impact
-
-   !> Wrench over the normal force at the end of an implicit stage.
-   pure subroutine solve_stage(impact, law, h, wrench, solved)
-      !> The impact at the beginning of the stage, its normal impulse at the end.
-      type(impact_type), intent(in) :: impact
-      type(contact_law_type), intent(in) :: law
-      !> Length of the stage [N s].
-      real(wp), intent(in) :: h
-      !> The wrench [-, m].
-      real(wp), intent(out) :: wrench(3)
-      !> Whether the iteration converged.
-      logical, intent(out) :: solved
-      real(wp) :: start(3), motion(3), value(3), slopes(3, 5), matrix(3, 3), right(3)
-      integer :: k, i
-      logical :: singular
-
-      associate (mass => impact%inverse_mass)
-         start = impact%before(1:3) + matmul(mass(1:3, :), impact%impulse)
-         motion = start
-         wrench = 0.0_wp
-         solved = .false.
-         do k = 1, 30
-            call law%friction%linearize(law%normal%shape, sliding_type(1.0_wp, impact%a, &
-               motion(1), motion(2), motion(3), impact%resolution), value, slopes)
-            if (k == 1) wrench = value
-            right = value - wrench
-            matrix = -h*matmul(slopes(:, 3:5), mass(1:3, 1:3))
-            if (k == 1) then
-               motion = start + h*matmul(mass(1:3, 1:3), wrench)
-               cycle
-            end if
-            do i = 1, 3
-               matrix(i, i) = matrix(i, i) + 1.0_wp
-            end do
-            ! The torque is measured by the spot, so that the equations are of one size.
-            matrix(3, :) = matrix(3, :)/max(impact%a, tiny(h))
-            matrix(:, 3) = matrix(:, 3)*impact%a
-            right(3) = right(3)/max(impact%a, tiny(h))
-            if (impact%a <= 0.0_wp) matrix(3, 3) = 1.0_wp
-            call solve_linear(3, matrix, right, singular)
-            if (singular) return
-            right(3) = right(3)*impact%a
-            wrench = wrench + right
-            motion = start + h*matmul(mass(1:3, 1:3), wrench)
-            solved = maxval(abs(right(1:2))) <= 1.0e-11_wp .and. &
-               abs(right(3)) <= 1.0e-11_wp*impact%a
-            if (solved) return
-         end do
-      end associate
-   end subroutine solve_stage
 
 end module contensou_dynamics_impact

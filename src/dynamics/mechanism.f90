@@ -106,6 +106,8 @@ module contensou_dynamics_mechanism
    type :: resolution_type
       !> Relative resolution squared [-]; 0 if everything is resolved.
       real(wp) :: square = 0.0_wp
+      !> Relative tolerance of the velocities after an impact [-].
+      real(wp) :: tolerance = 1.0e-10_wp
       !> Square of the velocity below which it is absolute [m2/s2].
       real(wp) :: velocity = 0.0_wp
       !> Square of the angular velocity below which it is absolute [rad2/s2].

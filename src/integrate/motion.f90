@@ -93,6 +93,7 @@ contains
          s%angular_velocity = scene%integrator%angular_velocity_scale
          call energies(motion%system, y, kinetic, potential)
          motion%system%resolution%square = motion%n*(resolved*s%rtol)**2
+         motion%system%resolution%tolerance = s%rtol
          motion%system%resolution%velocity = s%velocity**2
          motion%system%resolution%angular_velocity = s%angular_velocity**2
          motion%contact_time = contact_time(scene, motion%system, s%velocity)

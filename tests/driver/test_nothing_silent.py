@@ -47,6 +47,56 @@ BALLS = """
 """
 
 
+IMPACT = """
+&scene gravity = 0, 0, 0, t_end = 0.01 /
+&material name = 'm', young = 2e9, poisson = 0.3 /
+&body name = 'b', mass = 0.05, inertia = 3*8e-6, position = 0, 0, 0.020001,
+      velocity = 1, 0, -1, spin = 0, 0, 300 /
+&surface name = 's', body = 'b', shape = 'sphere', radius = 0.02, material = 'm' /
+&surface name = 'f', body = 'ground', shape = 'plane', material = 'm' /
+&contact name = 'k', surfaces = 'f', 's', normal = 'rigid', restitution = 0.5,
+         friction = 'contensou_exact', friction_coefficient = 0.3 /
+&integrator method = '{method}', rtol = {rtol!r} /
+&output file = 'out.h5', interval = 0.01 /
+"""
+
+
+def routh():
+    """Velocity along x, angular velocities about y and z after the impact of IMPACT.
+
+    The equations of Routh with the closed form of the wrench on a circle, by the classical method
+    of Runge and Kutta in 4000 steps.
+    """
+    mass, inertia, radius, friction = 0.05, 8e-6, 0.02, 0.3
+    stiffness = 4 / 3 * 2e9 / (2 * (1 - 0.3**2)) * np.sqrt(radius)
+    spot = 0.89552 * np.sqrt(radius) * (1.25 * mass / stiffness) ** 0.2
+
+    def wrench(u):
+        if u < 1:
+            moment = np.pi / 2 * (1 - u**2) ** 2 + np.pi / 2 * (1 - u**2) * u**2
+            return np.pi * 3 / 8 * (u - u**3 / 4), 3 / 8 * (moment + 3 * np.pi / 16 * u**4)
+        s, q = np.arcsin(1 / u), np.sqrt(u**2 - 1)
+        force = 0.75 * ((u - u**3 / 4) * s + q * (2 + u**2) / (4 * u))
+        return force, 3 / 8 * ((1 - u**2 + 3 * u**4 / 8) * s + 3 / 8 * q * (2 - u**2))
+
+    def rates(y):
+        slip = y[0] - radius * y[1]
+        force, torque = wrench(abs(slip) / (spot * y[2]))
+        force *= -friction * np.sign(slip)
+        return np.array(
+            [force / mass, -radius * force / inertia, -friction * spot * torque / inertia]
+        )
+
+    y = np.array([1.0, 0.0, 300.0])
+    h = 1.5 * mass / 4000
+    for _ in range(4000):
+        k1 = rates(y)
+        k2 = rates(y + h / 2 * k1)
+        k3 = rates(y + h / 2 * k2)
+        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + rates(y + h * k3))
+    return y
+
+
 @pytest.fixture
 def fails(run, tmp_path):
     """Run a scene that ends with a status, and give what the program says."""
@@ -111,3 +161,15 @@ def test_position_too_large_during_the_run(fails, method):
     assert "contact 'k'" in said
     assert "rounding of their positions" in said
     assert "t = " in said
+
+
+@pytest.mark.parametrize("method", ["explicit8", "cvode_bdf"])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8, 1e-10])
+def test_an_impact_holds_the_tolerance(simulate, method, rtol):
+    """An impact with friction is as exact as the run is to be."""
+    expected = routh()
+    rows = simulate(IMPACT.format(method=method, rtol=rtol))
+    assert abs(rows.velocity[-1, 0, 0] - expected[0]) <= 1e-2 * rtol + 1e-11
+    spins = abs(rows.angular_velocity[-1, 0, 1:] - expected[1:])
+    assert spins.max() <= rtol + 1e-9
+    assert rows.velocity[-1, 0, 2] == pytest.approx(0.5, abs=1e-12)

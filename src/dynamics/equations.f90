@@ -19,7 +19,7 @@ module contensou_dynamics_equations
    use contensou_dynamics_mechanism, only : body_type, contact_type, mechanism_type, relative_motion
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
       motion_spindle, moves_freely, turns_by_drive
-   use contensou_dynamics_state, only : body_size, put_body, quaternion_of, spin_of, velocity_of
+   use contensou_dynamics_state, only : at_position, at_quaternion, at_spin, at_velocity, body_size
    implicit none(type, external)
    private
 
@@ -67,9 +67,9 @@ module contensou_dynamics_equations
       procedure :: prepare
       procedure :: derivative
       procedure :: constraint_forces
-      procedure, private :: complete
+      procedure, private, non_overridable :: complete
       procedure :: next_corner
-      procedure, private :: ramps
+      procedure, private, non_overridable :: ramps
    end type system_type
 
 contains
@@ -116,7 +116,7 @@ contains
       real(wp), intent(in) :: y(self%layout%n)
       !> Its time derivative; not set when `outside`.
       real(wp), intent(out) :: rate(self%layout%n)
-      integer :: i
+      integer :: i, k
       real(wp) :: friction_power, damping_power
 
       self%too_deep = 0
@@ -145,7 +145,8 @@ contains
          call apply_loads(self, rate(self%layout%applied))
       end if
       do i = 1, size(self%bodies)
-         call accelerate(self, i, t, y, rate)
+         k = body_size*(i - 1)
+         call accelerate(self, i, t, y(k + 1:k + body_size), rate(k + 1:k + body_size))
       end do
       if (self%has_more) then
          call self%complete(rate, friction_power)
@@ -244,18 +245,22 @@ contains
       integer, intent(in) :: index
       !> Time [s].
       real(wp), intent(in) :: t
-      real(wp), intent(in) :: y(:)
-      !> Time derivative of the state; that of the body is set.
-      real(wp), intent(inout) :: rate(:)
-      real(wp) :: w(3), moment(3), acceleration(3), turning(3)
+      !> State of the body.
+      real(wp), intent(in) :: y(body_size)
+      !> Its time derivative.
+      real(wp), intent(out) :: rate(body_size)
+      real(wp) :: w(3), moment(3)
 
-      associate (body => self%bodies(index))
+      associate (body => self%bodies(index), acceleration => rate(at_velocity:at_velocity + 2), &
+         turning => rate(at_spin:at_spin + 2))
          if (body%motion == motion_fixed) then
-            call put_body(rate, index, [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], &
-               [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+            rate = 0.0_wp
             return
          end if
-         w = spin_of(y, index)
+         w = y(at_spin:at_spin + 2)
+         rate(at_position:at_position + 2) = y(at_velocity:at_velocity + 2)
+         rate(at_quaternion:at_quaternion + 3) = quaternion_rate( &
+            y(at_quaternion:at_quaternion + 3), w)
          if (moves_freely(body%motion)) then
             acceleration = self%load(index)%force/body%mass
          else if (self%ramps(body, t)) then
@@ -272,8 +277,6 @@ contains
          else
             turning = 0.0_wp
          end if
-         call put_body(rate, index, velocity_of(y, index), &
-            quaternion_rate(quaternion_of(y, index), w), acceleration, turning)
       end associate
    end subroutine accelerate
 

@@ -15,8 +15,8 @@ module contensou_dynamics_mechanism
    use contensou_contact_law, only : contact_law_type, contact_load_type
    use contensou_contact_states, only : contact_states_type, most_states, state_list_type
    use contensou_dynamics_scene, only : motion_free
-   use contensou_dynamics_state, only : layout_type, position_of, quaternion_of, spin_of, &
-      velocity_of
+   use contensou_dynamics_state, only : at_position, at_quaternion, at_spin, at_velocity, &
+      body_size, layout_type, position_of, quaternion_of, spin_of, velocity_of
    implicit none(type, external)
    private
 
@@ -130,8 +130,8 @@ module contensou_dynamics_mechanism
       !> Poses of the ground (0) and the bodies.
       type(pose_type), allocatable :: pose(:)
    contains
-      procedure :: set_poses
-      procedure :: set_states
+      procedure, non_overridable :: set_poses
+      procedure, non_overridable :: set_states
       procedure :: pose_of
       procedure :: observe
       procedure :: gaps
@@ -425,14 +425,15 @@ contains
    !> Poses of all bodies.
    subroutine set_poses(self, y)
       class(mechanism_type), intent(inout) :: self
-      real(wp), intent(in) :: y(self%layout%n)
+      !> State, that of a body in a column.
+      real(wp), intent(in) :: y(body_size, self%layout%bodies)
       integer :: i
 
       do i = 1, size(self%bodies)
-         self%pose(i)%position = position_of(y, i)
-         self%pose(i)%rotation = rotation_matrix(quaternion_of(y, i))
-         self%pose(i)%velocity = velocity_of(y, i)
-         self%pose(i)%spin = to_inertial(self%pose(i)%rotation, spin_of(y, i))
+         self%pose(i)%position = y(at_position:at_position + 2, i)
+         self%pose(i)%rotation = rotation_matrix(y(at_quaternion:at_quaternion + 3, i))
+         self%pose(i)%velocity = y(at_velocity:at_velocity + 2, i)
+         self%pose(i)%spin = to_inertial(self%pose(i)%rotation, y(at_spin:at_spin + 2, i))
       end do
    end subroutine set_poses
 

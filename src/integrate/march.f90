@@ -134,6 +134,10 @@ module contensou_integrate_march
       !> Time, state and rates at the beginning of the step.
       real(wp) :: t_before = 0.0_wp
       real(wp), allocatable :: y_before(:), rate_before(:)
+      !> State of a row, and contacts that may have closed and opened again within the step: room
+      !> that is not allocated at each step.
+      real(wp), allocatable :: y_row(:)
+      logical, allocatable :: suspect(:)
       !> Time at which the pace was looked at last [s], steps since, and looks at which it was poor.
       real(wp) :: t_watch = 0.0_wp
       integer :: steps = 0, looks = 0
@@ -394,15 +398,14 @@ contains
 
       call set_out(self, error)
       if (allocated(error)) return
-      associate (system => self%motion%system, memory => self%memory, t => self%memory%t, &
-         y => self%memory%y)
+      associate (system => self%motion%system, memory => self%memory, t => self%memory%t)
          do while (memory%row <= self%rows)
             call watch_pace(self, error)
             if (allocated(error)) return
             self%t_before = t
-            self%y_before = y
+            self%y_before = memory%y
             self%rate_before = self%rate
-            call self%integrator%step(t, y, self%events, error)
+            call self%integrator%step(t, memory%y, self%events, error)
             if (allocated(error)) return
             too_deep = system%too_deep > 0
             if (too_deep) call find_depth(self, too_deep)
@@ -430,14 +433,14 @@ contains
                call take_events(self, error)
                if (allocated(error)) return
                ! While all contacts were closed the rates were not kept; impacts change velocities.
-               call system%gap_rates(y, self%rate)
+               call system%gap_rates(memory%y, self%rate)
             end if
             if (system%constraints%n_rigid > 0) then
-               if (any(system%contacts%leaving)) call note_separation(self%motion, y)
+               if (any(system%contacts%leaving)) call note_separation(self%motion, memory%y)
             end if
             if (t >= self%integrator%t_stop) then
                call set_stop(self)
-               call self%integrator%restart(t, y, error)
+               call self%integrator%restart(t, memory%y, error)
                if (allocated(error)) return
             end if
             if (memory%switch%may .and. memory%bounded_until <= 0.0_wp .and. &
@@ -469,7 +472,7 @@ contains
       integer :: i, n
 
       n = self%motion%n_events
-      allocate(self%events(n), self%rate(n))
+      allocate(self%events(n), self%rate(n), self%suspect(n), self%y_row(self%motion%n))
       associate (system => self%motion%system, memory => self%memory, y => self%memory%y)
          call system%gaps(y, gap)
          call system%gap_rates(y, self%rate)
@@ -505,24 +508,23 @@ contains
       !> Set when the integration cannot go on there.
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: t_dip
-      logical :: suspect(self%motion%n_events)
 
       again = .false.
-      associate (memory => self%memory, t => self%memory%t, y => self%memory%y)
-         call self%motion%system%gap_rates(y, self%rate)
-         suspect = .not. memory%closed .and. self%events == 0 .and. &
+      associate (memory => self%memory, t => self%memory%t)
+         call self%motion%system%gap_rates(memory%y, self%rate)
+         self%suspect = .not. memory%closed .and. self%events == 0 .and. &
             self%rate_before < 0.0_wp .and. self%rate > 0.0_wp .and. &
             .not. self%motion%system%contacts%leaving
          t_dip = huge(t_dip)
-         if (any(suspect)) call find_dip(self, suspect, t_dip)
+         if (any(self%suspect)) call find_dip(self, t_dip)
          again = t_dip < t
          if (again) then
             t = self%t_before
-            y = self%y_before
+            memory%y = self%y_before
             self%rate = self%rate_before
             memory%bounded_until = t_dip
             call self%integrator%bound_step((t_dip - t)/4.0_wp)
-            call self%integrator%restart(t, y, error)
+            call self%integrator%restart(t, memory%y, error)
          else if (memory%bounded_until > 0.0_wp .and. t > memory%bounded_until) then
             call self%integrator%bound_step(self%plan%max_step)
             memory%bounded_until = 0.0_wp
@@ -535,15 +537,15 @@ contains
       type(march_type), intent(inout) :: self
       !> Set when the observer failed.
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: t, y(self%motion%n)
+      real(wp) :: t
 
       associate (row => self%memory%row)
          do while (row <= self%rows)
             t = min(row*self%plan%interval, self%plan%t_end)
             if (row == self%rows) t = self%plan%t_end
             if (t > self%memory%t) exit
-            call self%integrator%interpolate(t, y)
-            call self%observer%sample(self%motion, t, y, error)
+            call self%integrator%interpolate(t, self%y_row)
+            call self%observer%sample(self%motion, t, self%y_row, error)
             if (allocated(error)) return
             row = row + 1
          end do
@@ -715,10 +717,10 @@ contains
 
    !> First time within the step at which an open gap that falls and rises again is closed; a time
    !> after the step if there is none.
-   subroutine find_dip(self, suspect, t_dip)
+   subroutine find_dip(self, t_dip)
+      !> The march, with the contacts whose gap is open at both ends of the step, falls at the first
+      !> and rises at the second.
       type(march_type), intent(inout) :: self
-      !> Contacts whose gap is open at both ends, falls at the first and rises at the second.
-      logical, intent(in) :: suspect(:)
       !> The time [s].
       real(wp), intent(out) :: t_dip
       real(wp) :: low, high, middle, y(self%motion%n)
@@ -726,8 +728,8 @@ contains
       integer :: i, k
 
       t_dip = huge(t_dip)
-      do i = 1, size(suspect)
-         if (.not. suspect(i)) cycle
+      do i = 1, size(self%suspect)
+         if (.not. self%suspect(i)) cycle
          low = self%t_before
          high = self%memory%t
          do k = 1, 60

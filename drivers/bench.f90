@@ -3,9 +3,10 @@ module contensou_drivers_bench
    use contensou_base_build, only : build_compiler, git_commit, program_version
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_operating_system, only : check_writable, file_exists, is_locked, &
       is_terminal, remove_file, rename_file, write_stdout
-   use contensou_base_text, only : did_you_mean, lower, quote, to_text
+   use contensou_base_text, only : did_you_mean, lower, quote
    use contensou_drivers_bench_baselines, only : boost_version
    use contensou_drivers_bench_errors, only : check_errors
    use contensou_drivers_bench_report, only : bars_text, csv_text, table_text, write_hdf5

@@ -4,8 +4,9 @@ module contensou_drivers_bench_report
    use contensou_base_build, only : build_compiler, build_flags
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
+   use contensou_base_numbers, only : fixed_text, power_text, to_text
    use contensou_base_operating_system, only : host_name
-   use contensou_base_text, only : to_text
+   use contensou_base_text, only : right
    use contensou_drivers_bench_bars, only : bar_type, bars_of, met
    use contensou_drivers_bench_baselines, only : boost_version
    use contensou_drivers_bench_suite, only : kernel_elliptic, kernel_hertz, kernel_jacobian, &
@@ -127,7 +128,7 @@ contains
             " arguments a case" // nl
          text = text // repeat(" ", 24)
          do group = 1, maxval(layout%groups)
-            text = text // right(layout%headings(group), 18)
+            text = text // right(trim(layout%headings(group)), 18)
          end do
          text = text // right("without", 9) // right("throughput", 16) // right("chain", 16) // nl
          text = text // repeat(" ", 24)
@@ -193,35 +194,19 @@ contains
       !> Width of the column.
       integer, intent(in) :: width
       character(len=width) :: text
-      character(len=20) :: buffer
 
       if (ieee_is_nan(x)) then
          text = right("-", width)
-         return
-      end if
-      if (x >= 0.995_wp .and. x < 9.995_wp) then
-         write(buffer, "(f20.2)") x
-      else if (x >= 9.995_wp .and. x < 99.95_wp) then
-         write(buffer, "(f20.1)") x
       else if (x >= 99.95_wp .and. x < 99999.5_wp) then
-         write(buffer, "(i20)") nint(x)
-      else if ((x >= 0.005_wp .and. x < 0.995_wp) .or. x <= 0.0_wp) then
-         write(buffer, "(f20.2)") x
+         text = right(to_text(nint(x)), width)
+      else if (x >= 9.995_wp .and. x < 99.95_wp) then
+         text = right(fixed_text(x, 1), width)
+      else if ((x >= 0.005_wp .and. x < 9.995_wp) .or. x <= 0.0_wp) then
+         text = right(fixed_text(x, 2), width)
       else
-         write(buffer, "(es20.1)") x
+         text = right(power_text(x, 2), width)
       end if
-      text = right(trim(adjustl(buffer)), width)
    end function cell
-
-   !> A text at the right end of a column, with a blank before it.
-   pure function right(words, width) result(text)
-      character(len=*), intent(in) :: words
-      !> Width of the column.
-      integer, intent(in) :: width
-      character(len=width) :: text
-
-      text = repeat(" ", max(width - len_trim(words), 1)) // words
-   end function right
 
    !> The bars.
    function bars_text(suite) result(text)

@@ -2,8 +2,9 @@
 module contensou_drivers_check
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : number_text, to_text
    use contensou_base_operating_system, only : cpu_seconds, write_stdout
-   use contensou_base_text, only : number_text, string_type, text_buffer_type, to_text
+   use contensou_base_text, only : string_type, text_buffer_type
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
       set_option
    use contensou_drivers_report, only : bodies_text, body_effects, contact_effects

@@ -6,7 +6,8 @@ module contensou_drivers_command_line
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
-   use contensou_base_text, only : did_you_mean, quote, read_real, starts_with, string_type
+   use contensou_base_numbers, only : read_real
+   use contensou_base_text, only : did_you_mean, quote, starts_with, string_type
    implicit none(type, external)
    private
 

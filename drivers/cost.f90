@@ -4,22 +4,22 @@ module contensou_drivers_cost
    use contensou_base_errors, only : error_type, fatal, status_failed, status_interrupted, &
       status_usage
    use contensou_base_kinds, only : wp
+   use contensou_base_numbers, only : number_text, power_text, to_text
    use contensou_base_operating_system, only : catch_signals, remove_file, rename_file, &
       signal_received, write_stdout
-   use contensou_base_text, only : command_text, number_text, string_type, to_text
+   use contensou_base_text, only : command_text, right, string_type
    use contensou_drivers_bench, only : check_output, write_text
-   use contensou_drivers_command_line, only : command_line_type, command_type, &
-      option_type, quiet_option, takes_positive
+   use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
+      quiet_option, takes_positive
    use contensou_drivers_progress, only : progress_type
-   use contensou_dynamics_scene, only : cost_measures, cost_quantities
    use contensou_files_cost_table, only : csv_text, write_hdf5
    use contensou_files_hdf5_file, only : hdf5_file_type
    use contensou_files_trajectory, only : part_suffix
+   use contensou_scene_cost, only : cost_measures, cost_quantities
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_study_cost, only : cheapest, compute_references, compute_runs, judge_runs, &
       kind_names, kind_units, outcome_names, plan_models, run_type, study_type
-   use contensou_study_work_precision, only : kinds, onlooker_type, outcome_done, &
-      reference_type
+   use contensou_study_work_precision, only : kinds, onlooker_type, outcome_done, reference_type
    implicit none(type, external)
    private
 
@@ -109,6 +109,7 @@ contains
       if (allocated(error)) return
       call catch_signals()
       study%scene = file%scene
+      study%cost = file%cost
       call plan_models(study, error)
       if (allocated(error)) return
       call display%progress%begin(config%quiet, 0.0_wp)
@@ -204,7 +205,7 @@ contains
       do i = 1, size(study%models)
          longest = max(longest, len(study%models(i)%name))
       end do
-      associate (cost => study%scene%cost)
+      associate (cost => study%cost)
          text = text // "error: largest of"
          do k = 1, size(cost_quantities)
             if (.not. cost%counts(k)) cycle
@@ -243,7 +244,7 @@ contains
       text = text // "*: Pareto front; ~: no larger than the references resolve; !: other " // &
          "events than the reference" // nl
       text = text // nl // "errors against the exact model, " // &
-         trim(cost_measures(study%scene%cost%measure)) // nl // "  " // left("model", longest) // &
+         trim(cost_measures(study%cost%measure)) // nl // "  " // left("model", longest) // &
          "  " // left("method", 11) // right("rtol", 8)
       do k = 1, kinds
          text = text // right(trim(short_kinds(k)) // "/" // trim(short_units(k)), 10)
@@ -256,7 +257,7 @@ contains
                left(trim(run%method), 11) // right(short_number(run%rtol), 8)
             do k = 1, kinds
                text = text // right(short_number(run%trial%total%value( &
-                  study%scene%cost%measure, k)), 10)
+                  study%cost%measure, k)), 10)
             end do
             if (run%trial%total%same_events) then
                text = text // right(short_number(run%trial%total%events), 9)
@@ -407,14 +408,9 @@ contains
    pure function short_number(x) result(text)
       real(wp), intent(in) :: x
       character(len=:), allocatable :: text
-      character(len=16) :: digits
 
-      if (.not. ieee_is_finite(x)) then
-         text = "-"
-         return
-      end if
-      write(digits, "(es9.1e2)") x
-      text = trim(adjustl(digits))
+      text = "-"
+      if (ieee_is_finite(x)) text = power_text(x, 2)
    end function short_number
 
    !> First line of a text.
@@ -436,14 +432,5 @@ contains
 
       cell = text // repeat(" ", max(0, width - len(text)))
    end function left
-
-   !> A text with blanks before it, at least one.
-   pure function right(text, width) result(cell)
-      character(len=*), intent(in) :: text
-      integer, intent(in) :: width
-      character(len=:), allocatable :: cell
-
-      cell = repeat(" ", max(1, width - len(text))) // text
-   end function right
 
 end module contensou_drivers_cost

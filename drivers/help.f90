@@ -114,7 +114,7 @@ contains
       case (kind_any)
          text = expected_of(key)
       case (kind_choice)
-         text = join(key%choices(), " | ")
+         text = join(key%names(), " | ")
       case (kind_logical)
          text = ".true. | .false."
       case (kind_reference)

@@ -2,10 +2,11 @@
 module contensou_drivers_merge
    use contensou_base_errors, only : error_type, fatal, status_failed, status_usage
    use contensou_base_kinds, only : i8
+   use contensou_base_numbers, only : to_text
    use contensou_base_operating_system, only : write_stderr, write_stdout
-   use contensou_base_text, only : command_text, shorten, string_type, to_text
-   use contensou_drivers_command_line, only : command_line_type, command_type, &
-      option_type, quiet_option
+   use contensou_base_text, only : command_text, shorten, string_type
+   use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
+      quiet_option
    use contensou_sweep_merge, only : find_shards, join_tables, merge_type, plan_merge
    use contensou_sweep_plan, only : sweep_type
    use contensou_sweep_reader, only : is_sweep_file, read_sweep

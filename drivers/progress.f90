@@ -1,9 +1,9 @@
 !> Progress of a command on stderr: a bar on a terminal, a line for each tenth elsewhere.
 module contensou_drivers_progress
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_operating_system, only : is_terminal, terminal_width, wall_seconds, &
       write_stderr
-   use contensou_base_text, only : to_text
    implicit none(type, external)
    private
 

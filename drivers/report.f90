@@ -1,7 +1,8 @@
 !> Texts about a scene that several sub-commands print.
 module contensou_drivers_report
    use contensou_base_kinds, only : wp
-   use contensou_base_text, only : number_text, quote, to_text
+   use contensou_base_numbers, only : number_text, to_text
+   use contensou_base_text, only : quote
    use contensou_contact_parts, only : contact_parts, n_parts, part_type
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, motion_fixed, &
       motion_free, motion_prescribed, motion_spindle, scene_type

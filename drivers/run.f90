@@ -2,13 +2,13 @@
 module contensou_drivers_run
    use contensou_base_errors, only : error_type, fatal, status_interrupted, status_usage
    use contensou_base_kinds, only : pi, wp
+   use contensou_base_numbers, only : number_text, to_text
    use contensou_base_operating_system, only : catch_signals, signal_received, write_stderr, &
       write_stdout
-   use contensou_base_text, only : command_text, number_text, string_type, text_buffer_type, &
-      to_text
+   use contensou_base_text, only : command_text, string_type, text_buffer_type
    use contensou_contact_geometry, only : pose_type
-   use contensou_drivers_command_line, only : command_line_type, command_type, &
-      option_type, quiet_option, set_option, takes_non_negative
+   use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
+      quiet_option, set_option, takes_non_negative
    use contensou_drivers_progress, only : progress_type
    use contensou_drivers_report, only : body_effects, contact_effects
    use contensou_dynamics_assembly, only : initial_state

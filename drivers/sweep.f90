@@ -7,17 +7,17 @@ module contensou_drivers_sweep
    use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted, &
       status_usage
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_operating_system, only : file_exists, is_locked, &
-      remove_file, wall_seconds, write_stdout
-   use contensou_base_text, only : command_text, quote, string_type, to_text
-   use contensou_drivers_command_line, only : command_line_type, command_type, &
-      option_type, quiet_option, set_option, takes_count
+   use contensou_base_numbers, only : to_text
+   use contensou_base_operating_system, only : file_exists, is_locked, remove_file, wall_seconds, &
+      write_stdout
+   use contensou_base_text, only : command_text, quote, string_type
+   use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
+      quiet_option, set_option, takes_count
    use contensou_sweep_case, only : outline_of
    use contensou_drivers_sweep_report, only : begin_progress, print_summary, shown_cases_type
    use contensou_sweep_selection, only : select_cases, selection_type, table_name
    use contensou_sweep_cases, only : tally_type, write_table
-   use contensou_sweep_trajectories, only : list_trajectories, trajectories_type, &
-      write_trajectories
+   use contensou_sweep_trajectories, only : list_trajectories, trajectories_type, write_trajectories
    use contensou_sweep_plan, only : sweep_type
    use contensou_sweep_reader, only : read_sweep
    use contensou_sweep_table, only : check_table

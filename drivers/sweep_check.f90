@@ -2,8 +2,9 @@
 module contensou_drivers_sweep_check
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : number_text, to_text
    use contensou_base_operating_system, only : cpu_seconds, write_stdout
-   use contensou_base_text, only : join, number_text, string_type, to_text
+   use contensou_base_text, only : join, string_type
    use contensou_integrate_march, only : observer_type
    use contensou_integrate_motion, only : motion_type
    use contensou_study_simulation, only : new_simulation, simulate, simulation_type

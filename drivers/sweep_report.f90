@@ -2,8 +2,9 @@
 module contensou_drivers_sweep_report
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : number_text, to_text
    use contensou_base_operating_system, only : file_exists, write_stdout
-   use contensou_base_text, only : command_text, number_text, string_type, to_text
+   use contensou_base_text, only : command_text, string_type
    use contensou_drivers_progress, only : progress_type
    use contensou_sweep_cases, only : cases_type, tally_type
    use contensou_sweep_plan, only : sweep_type

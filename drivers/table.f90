@@ -6,8 +6,9 @@ module contensou_drivers_table
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : wp
+   use contensou_base_numbers, only : read_real, to_text
    use contensou_base_operating_system, only : check_readable, write_stdout
-   use contensou_base_text, only : lower, quote, read_real, starts_with, string_type, to_text
+   use contensou_base_text, only : lower, quote, starts_with, string_type
    implicit none(type, external)
    private
 

@@ -12,8 +12,9 @@ module contensou_base_checkpoint
    use contensou_base_document, only : read_file
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_operating_system, only : checksum, save_file
-   use contensou_base_text, only : quote, starts_with, to_text
+   use contensou_base_text, only : quote, starts_with
    implicit none(type, external)
    private
 

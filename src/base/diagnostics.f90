@@ -3,7 +3,8 @@
 !> Each mistake knows where it is, so that all of them can be reported at once in the form
 !> that compilers use: file, line and column, the line itself, a caret, and what would be right.
 module contensou_base_diagnostics
-   use contensou_base_text, only : string_type, to_text
+   use contensou_base_numbers, only : to_text
+   use contensou_base_text, only : string_type
    implicit none(type, external)
    private
 

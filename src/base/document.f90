@@ -7,16 +7,16 @@
 module contensou_base_document
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_document_types, only : append_source, assignment_type, copy_values, &
-      document_type, group_type, move_assignment, move_group, resize_assignments, &
-      resize_groups, value_integer, value_logical, value_null, value_real, value_text, &
-      value_type
+      document_type, group_type, move_assignment, move_group, resize_assignments, resize_groups, &
+      value_integer, value_logical, value_null, value_real, value_text, value_type
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8
+   use contensou_base_numbers, only : to_text
    use contensou_base_scanner, only : at_end, blanks, digits, foreign_comment, give_up, here, &
-      is_key, is_name, key_ends, key_follows, letters, max_assignments, max_bytes, &
-      max_groups, mistake, parse_continuation, parser_type, peek, peek_next, quotes, &
-      skip_blanks, skip_space, split_lines, word_end, word_width
-   use contensou_base_text, only : lower, shorten, to_text
+      is_key, is_name, key_ends, key_follows, letters, max_assignments, max_bytes, max_groups, &
+      mistake, parse_continuation, parser_type, peek, peek_next, quotes, skip_blanks, skip_space, &
+      split_lines, word_end, word_width
+   use contensou_base_text, only : lower, shorten
    use contensou_base_value_reader, only : discard_values, parse_values, read_count
    implicit none(type, external)
    private

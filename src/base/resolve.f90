@@ -6,12 +6,13 @@ module contensou_base_resolve
    use contensou_base_document_types, only : assignment_type, document_type, group_type, &
       value_integer, value_logical, value_null, value_real, value_text, value_type
    use contensou_base_kinds, only : wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_schema, only : admits, any_number, domain_text, group_schema_type, &
       is_number, key_type, kind_any, kind_choice, kind_file, kind_integer, kind_logical, &
       kind_name, kind_real, kind_reference, kind_text, schema_type, setting_type
    use contensou_base_settings, only : group_settings_type, new_setting, settings_type, &
       stored_group_type
-   use contensou_base_text, only : join, lower, nearest, quote, string_type, strings, to_text
+   use contensou_base_text, only : join, lower, nearest, quote, string_type, strings
    implicit none(type, external)
    private
 
@@ -441,7 +442,7 @@ contains
       case (kind_any)
          text = "numbers, texts in quotes or logicals"
       case (kind_choice)
-         text = "one of " // join(key%choices(), ", ") // ", in quotes"
+         text = "one of " // join(key%names(), ", ") // ", in quotes"
          if (key%fewer) text = "up to " // to_text(key%values) // " of" // text(7:)
       case (kind_reference)
          text = "the name of a " // trim(key%target) // " in quotes"

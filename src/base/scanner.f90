@@ -2,7 +2,8 @@
 !> next, and how mistakes found there are told.
 module contensou_base_scanner
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
-   use contensou_base_text, only : starts_with, string_type, to_text
+   use contensou_base_numbers, only : to_text
+   use contensou_base_text, only : starts_with, string_type
    implicit none(type, external)
    private
 

@@ -6,7 +6,8 @@ module contensou_base_schema
    use contensou_base_diagnostics, only : origin_type
    use contensou_base_document_types, only : value_logical, value_real, value_text, value_type
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_text, only : string_type, to_text
+   use contensou_base_numbers, only : to_text
+   use contensou_base_text, only : string_type, strings
    implicit none(type, external)
    private
 
@@ -43,6 +44,9 @@ module contensou_base_schema
 
    !> Largest number of values of a key that has a number of them.
    integer, parameter :: most_values = 12
+
+   !> Largest number of words of a choice that are given as such.
+   integer, parameter :: most_words = 8
 
    !> A key that takes any number of values has this number of values.
    integer, parameter :: any_number = 0
@@ -81,12 +85,15 @@ module contensou_base_schema
       real(wp) :: high = huge(1.0_wp)
       !> Whether `low` itself is excluded.
       logical :: above_low = .false.
-      !> For a choice, the names that it admits.
+      !> For a choice, what gives the names that it admits, or these names.
       procedure(choice_names), pointer, nopass :: choices => null()
+      character(len=16) :: words(most_words) = ""
       !> For a reference, the group it refers to.
       character(len=12) :: target = ""
       !> What it means.
       character(len=400) :: doc = ""
+   contains
+      procedure :: names => names_of_key
    end type key_type
 
    !> Keys in the making of a table.
@@ -163,7 +170,7 @@ contains
 
    !> Add a key.
    subroutine put(self, group, name, kind, doc, values, unit, default, mandatory, above, least, &
-      most, target, fewer, choices)
+      most, target, fewer, choices, words)
       class(key_list_type), intent(inout) :: self
       character(len=*), intent(in) :: group
       character(len=*), intent(in) :: name
@@ -187,8 +194,10 @@ contains
       character(len=*), intent(in), optional :: target
       !> Whether fewer values will do.
       logical, intent(in), optional :: fewer
-      !> Names that a choice admits.
+      !> What gives the names that a choice admits.
       procedure(choice_names), optional :: choices
+      !> These names.
+      character(len=*), intent(in), optional :: words(:)
 
       call self%append(key_type())
       associate (key => self%keys(self%n))
@@ -207,6 +216,7 @@ contains
          if (present(target)) key%target = target
          if (present(fewer)) key%fewer = fewer
          if (present(choices)) key%choices => choices
+         if (present(words)) key%words(:size(words)) = words
       end associate
    end subroutine put
 
@@ -225,6 +235,18 @@ contains
       self%n = self%n + 1
       self%keys(self%n) = key
    end subroutine append
+
+   !> Names that a key admits; none if it is no choice.
+   function names_of_key(self) result(names)
+      class(key_type), intent(in) :: self
+      type(string_type), allocatable :: names(:)
+
+      if (associated(self%choices)) then
+         names = self%choices()
+      else
+         names = strings(pack(self%words, self%words /= ""))
+      end if
+   end function names_of_key
 
    !> Whether the values of a key are numbers.
    elemental logical function is_number(key)
@@ -304,11 +326,7 @@ contains
             allocate(group%defaults(size(group%keys)), group%choices(size(group%keys)), &
                group%targets(size(group%keys)))
             do k = 1, size(group%keys)
-               if (associated(group%keys(k)%choices)) then
-                  group%choices(k)%names = group%keys(k)%choices()
-               else
-                  allocate(group%choices(k)%names(0))
-               end if
+               group%choices(k)%names = group%keys(k)%names()
                group%targets(k) = findloc(groups%name == group%keys(k)%target, .true., dim=1)
                group%defaults(k)%key = k
                call set_default(group%keys(k), group%choices(k)%names, group%defaults(k))

@@ -7,9 +7,10 @@ module contensou_base_settings
    use contensou_base_document_types, only : value_integer, value_logical, value_real, value_text, &
       value_type
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_schema, only : group_schema_type, key_type, kind_name, schema_type, &
       setting_type
-   use contensou_base_text, only : quote, string_type, text_buffer_type, to_text
+   use contensou_base_text, only : quote, string_type, text_buffer_type
    implicit none(type, external)
    private
 

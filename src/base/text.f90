@@ -1,12 +1,10 @@
-!> Small tools for text: case, numbers to text and back, quoting, and the nearest known word.
+!> Small tools for text: case, quoting, lists, and the nearest known word.
 module contensou_base_text
-   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
-   use contensou_base_kinds, only : i8, wp
    implicit none(type, external)
    private
 
    public :: string_type, text_buffer_type
-   public :: lower, number_text, to_text, read_real, quote, pad, strings, join, shorten, starts_with
+   public :: lower, quote, pad, right, strings, join, shorten, starts_with
    public :: edit_distance, nearest, did_you_mean, command_text
 
    !> A text of its own length, for lists of texts.
@@ -26,14 +24,6 @@ module contensou_base_text
       procedure :: text => buffered_text
    end type text_buffer_type
 
-   !> Text of a number or a logical, without surrounding blanks.
-   interface to_text
-      module procedure :: integer_to_text
-      module procedure :: long_integer_to_text
-      module procedure :: logical_to_text
-      module procedure :: real_to_text
-   end interface to_text
-
    !> Index of the candidate nearest to a word, 0 if none is near.
    interface nearest
       module procedure :: nearest_character
@@ -42,15 +32,6 @@ module contensou_base_text
 
    !> Shortest word that may match as a part of a candidate.
    integer, parameter :: shortest_part = 3
-
-   !> Significant decimal digits beyond which only "zero or not" matters for rounding to double.
-   integer, parameter :: max_digits = 800
-
-   !> Bit pattern of positive infinity; made from bits because arithmetic would trap.
-   integer(i8), parameter :: infinity_bits = int(z"7FF0000000000000", i8)
-
-   !> Bit pattern of a quiet NaN.
-   integer(i8), parameter :: nan_bits = int(z"7FF8000000000000", i8)
 
 contains
 
@@ -93,290 +74,6 @@ contains
          end if
       end do
    end function lower
-
-   !> A number with a given count of significant digits, without superfluous blanks.
-   pure function number_text(x, digits) result(text)
-      real(wp), intent(in) :: x
-      !> Significant digits, 1 to 17.
-      integer, intent(in) :: digits
-      character(len=:), allocatable :: text
-      character(len=32) :: buffer, form
-      integer :: before
-
-      before = 0
-      if (abs(x) > 0.0_wp) before = floor(log10(abs(x))) + 1
-      if (before < -2 .or. before > 6) then
-         write(form, "('(es32.', i0, ')')") max(digits - 1, 1)
-      else
-         write(form, "('(f32.', i0, ')')") max(digits - before, 0)
-      end if
-      write(buffer, form) x
-      text = trim(adjustl(buffer))
-      if (text(len(text):) == ".") text = text(:len(text) - 1)
-   end function number_text
-
-   !> Decimal text of an integer.
-   pure function integer_to_text(x) result(s)
-      !> Number to write.
-      integer, intent(in) :: x
-      character(len=:), allocatable :: s
-
-      s = long_integer_to_text(int(x, i8))
-   end function integer_to_text
-
-   !> Decimal text of an eight-byte integer.
-   pure function long_integer_to_text(x) result(s)
-      !> Number to write.
-      integer(i8), intent(in) :: x
-      character(len=:), allocatable :: s
-      character(len=24) :: buffer
-
-      write(buffer, "(i0)") x
-      s = trim(buffer)
-   end function long_integer_to_text
-
-   !> Fortran text of a logical: `.true.` or `.false.`.
-   pure function logical_to_text(x) result(s)
-      !> Value to write.
-      logical, intent(in) :: x
-      character(len=:), allocatable :: s
-
-      if (x) then
-         s = ".true."
-      else
-         s = ".false."
-      end if
-   end function logical_to_text
-
-   !> Shortest decimal text that reads back to the same double.
-   !>
-   !> Moderate numbers are written as `0.3` or `180.0`, others as `6.0e-3`; there is always a
-   !> decimal point. Numbers that are not finite become `NaN`, `Infinity`, `-Infinity`.
-   pure function real_to_text(x) result(s)
-      !> Number to write.
-      real(wp), intent(in) :: x
-      character(len=:), allocatable :: s
-      character(len=*), parameter :: zeros = "000000"
-      integer, parameter :: lowest_fixed = -2, highest_fixed = 5
-      real(wp), parameter :: coarse = 1.0e-290_wp
-      character(len=40) :: buffer
-      character(len=16) :: form
-      character(len=:), allocatable :: digits, sign_text
-      real(wp) :: back
-      integer :: decimals, e, exponent, n
-      logical :: valid
-
-      ! A comparison with a NaN would trap in a build that traps invalid operations.
-      if (ieee_is_nan(x)) then
-         s = "NaN"
-         return
-      end if
-
-      sign_text = ""
-      if (sign(1.0_wp, x) < 0.0_wp) sign_text = "-"
-      if (.not. ieee_is_finite(x)) then
-         s = sign_text // "Infinity"
-         return
-      end if
-
-      ! A decimal of up to 15 digits is that of no other, more exact double; the zeros at its end
-      ! are dropped below. Where doubles are coarser than that, fewer digits may do.
-      decimals = 14
-      if (abs(x) < coarse) decimals = 0
-      do decimals = decimals, 16
-         write(form, "(a,i0,a)") "(es40.", decimals, "e4)"
-         write(buffer, form) abs(x)
-         buffer = adjustl(buffer)
-         call read_real(trim(buffer), back, valid)
-         if (transfer(back, 0_i8) == transfer(abs(x), 0_i8)) exit
-      end do
-
-      e = scan(buffer, "E")
-      read(buffer(e + 1:), *) exponent
-      digits = buffer(1:1) // buffer(3:e - 1)
-      n = max(verify(digits, "0", back=.true.), 1)
-      digits = digits(1:n)
-      if (exponent < lowest_fixed .or. exponent > highest_fixed) then
-         if (n == 1) digits = digits // "0"
-         s = digits(1:1) // "." // digits(2:) // "e" // integer_to_text(exponent)
-      else if (exponent < 0) then
-         s = "0." // zeros(1:-exponent - 1) // digits
-      else
-         if (n < exponent + 2) digits = digits // zeros(1:exponent + 2 - n)
-         s = digits(1:exponent + 1) // "." // digits(exponent + 2:)
-      end if
-      s = sign_text // s
-   end function real_to_text
-
-   !> Double nearest to a decimal number in any form that Fortran reads.
-   !>
-   !> Forms: `1`, `+1.5`, `.5`, `5.`, `1e5`, `1.0d-3`, `1.5-3`, and in any case `inf`, `infinity`,
-   !> `nan`, `nan(...)`. A number beyond the largest double becomes infinity. The conversion
-   !> raises neither overflow nor invalid, so it is safe in builds that trap them.
-   pure subroutine read_real(s, x, valid)
-      !> Text of the number, without blanks.
-      character(len=*), intent(in) :: s
-      !> The number; a quiet NaN if the text is none.
-      real(wp), intent(out) :: x
-      !> Whether the text is a number.
-      logical, intent(out) :: valid
-      !> Leading digits of the midpoint between the largest double and 2**1024.
-      character(len=*), parameter :: ceiling_digits = "179769313486231580793728971405"
-      integer, parameter :: ceiling_scale = 309, floor_scale = -400
-      integer(i8), parameter :: max_exponent = 1000000000_i8
-      character(len=max_digits) :: digits
-      character(len=max_digits + 32) :: buffer
-      character(len=len(ceiling_digits)) :: leading
-      integer(i8) :: exponent, scaling, read_digits
-      integer :: i, n_digits, n_read, stat
-      logical :: beyond_point, negative, negative_exponent, remainder
-      real(wp), parameter :: powers_of_ten(0:22) = [(10.0_wp**i, i=0, 22)]
-
-      valid = .false.
-      x = transfer(nan_bits, 1.0_wp)
-
-      i = 1
-      negative = .false.
-      if (len(s) > 0) then
-         negative = s(1:1) == "-"
-         if (scan(s(1:1), "+-") == 1) i = 2
-      end if
-      if (is_special(s(i:))) then
-         valid = .true.
-         if (scan(s(i:i), "iI") == 1) x = signed(transfer(infinity_bits, 1.0_wp), negative)
-         return
-      end if
-
-      ! The number is 0.DIGITS * 10**scaling.
-      n_digits = 0
-      n_read = 0
-      scaling = 0
-      beyond_point = .false.
-      remainder = .false.
-      do i = i, len(s)
-         if (s(i:i) == ".") then
-            if (beyond_point) return
-            beyond_point = .true.
-         else if (is_digit(s(i:i))) then
-            n_read = n_read + 1
-            if (n_digits == 0 .and. s(i:i) == "0") then
-               if (beyond_point) scaling = scaling - 1
-               cycle
-            end if
-            if (.not. beyond_point) scaling = scaling + 1
-            if (n_digits < max_digits - 1) then
-               n_digits = n_digits + 1
-               digits(n_digits:n_digits) = s(i:i)
-            else
-               remainder = remainder .or. s(i:i) /= "0"
-            end if
-         else
-            exit
-         end if
-      end do
-      if (n_read == 0) return
-
-      exponent = 0
-      if (i <= len(s)) then
-         if (scan(s(i:i), "eEdD") == 1) then
-            i = i + 1
-         else if (scan(s(i:i), "+-") == 0) then
-            return
-         end if
-         if (i > len(s)) return
-         negative_exponent = s(i:i) == "-"
-         if (scan(s(i:i), "+-") == 1) i = i + 1
-         if (i > len(s)) return
-         do i = i, len(s)
-            if (.not. is_digit(s(i:i))) return
-            exponent = min(10*exponent + iachar(s(i:i)) - iachar("0"), max_exponent)
-         end do
-         if (negative_exponent) exponent = -exponent
-      end if
-      valid = .true.
-
-      scaling = scaling + exponent
-      if (remainder) then
-         n_digits = max_digits
-         digits(n_digits:) = "1"
-      end if
-      if (n_digits == 0 .or. scaling < floor_scale) then
-         x = signed(0.0_wp, negative)
-         return
-      end if
-      ! Both the digits and the power of ten are exact, so that their product is rounded once.
-      if (n_digits <= 15 .and. abs(scaling - n_digits) <= ubound(powers_of_ten, 1)) then
-         read_digits = 0
-         do i = 1, n_digits
-            read_digits = 10*read_digits + (iachar(digits(i:i)) - iachar("0"))
-         end do
-         if (scaling >= n_digits) then
-            x = signed(real(read_digits, wp)*powers_of_ten(int(scaling) - n_digits), negative)
-         else
-            x = signed(real(read_digits, wp)/powers_of_ten(n_digits - int(scaling)), negative)
-         end if
-         return
-      end if
-      leading = repeat("0", len(leading))
-      leading(1:min(n_digits, len(leading))) = digits(1:min(n_digits, len(leading)))
-      if (scaling > ceiling_scale &
-         .or. (scaling == ceiling_scale .and. leading >= ceiling_digits)) then
-         x = signed(transfer(infinity_bits, 1.0_wp), negative)
-         return
-      end if
-      ! Only the part that is used: the rest of a long record costs more than the number.
-      write(buffer(:n_digits + 16), "(3a,i0)") "0.", digits(1:n_digits), "e", scaling
-      read(buffer(:n_digits + 16), *, iostat=stat) x
-      if (stat /= 0) then
-         valid = .false.
-         x = transfer(nan_bits, 1.0_wp)
-         return
-      end if
-      x = signed(x, negative)
-   end subroutine read_real
-
-   !> Whether a text without sign is one of the forms of infinity and NaN.
-   pure logical function is_special(s)
-      character(len=*), intent(in) :: s
-      character(len=*), parameter :: allowed = &
-         "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_"
-
-      is_special = .false.
-      select case (len(s))
-      case (:2)
-         continue
-      case (3)
-         is_special = lower(s) == "inf" .or. lower(s) == "nan"
-      case (4)
-         continue
-      case default
-         if (len(s) == 8) is_special = lower(s) == "infinity"
-         if (lower(s(1:4)) == "nan(" .and. s(len(s):) == ")") then
-            is_special = verify(s(5:len(s) - 1), allowed) == 0
-         end if
-      end select
-   end function is_special
-
-   !> Magnitude with a sign; also for zero and infinity.
-   pure function signed(magnitude, negative) result(x)
-      !> Number without sign.
-      real(wp), intent(in) :: magnitude
-      !> Whether the result is negative.
-      logical, intent(in) :: negative
-      !> Number with sign.
-      real(wp) :: x
-
-      x = magnitude
-      if (negative) x = sign(magnitude, -1.0_wp)
-   end function signed
-
-   !> Whether a character is a decimal digit.
-   pure logical function is_digit(c)
-      !> Character to look at.
-      character(len=1), intent(in) :: c
-
-      is_digit = c >= "0" .and. c <= "9"
-   end function is_digit
 
    !> Fortran character literal of a text, with quotes in it doubled.
    pure function quote(s) result(t)
@@ -430,6 +127,16 @@ contains
          padded(i) = texts(i)%s
       end do
    end subroutine pad
+
+   !> A text at the right end of a column, with a blank before it.
+   pure function right(text, width) result(cell)
+      character(len=*), intent(in) :: text
+      !> Width of the column.
+      integer, intent(in) :: width
+      character(len=:), allocatable :: cell
+
+      cell = repeat(" ", max(1, width - len(text))) // text
+   end function right
 
    !> Texts of a list one after the other with a separator between them.
    pure function join(list, separator) result(t)

@@ -3,14 +3,15 @@
 module contensou_base_value_reader
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
    use contensou_base_diagnostics, only : origin_type
-   use contensou_base_document_types, only : value_integer, value_logical, value_real, &
-      value_text, value_type
+   use contensou_base_document_types, only : value_integer, value_logical, value_real, value_text, &
+      value_type
    use contensou_base_kinds, only : i8
+   use contensou_base_numbers, only : read_real, to_text
    use contensou_base_scanner, only : at_end, blanks, char_at, digits, foreign_comment, give_up, &
-      here, is_key, is_key_at, is_name, letters, lose_line, max_characters, max_values, &
-      mistake, newline, parse_continuation, parser_type, peek, peek_next, quotes, &
-      shown_character, skip_space, word_end, word_width
-   use contensou_base_text, only : lower, quote, read_real, shorten, to_text
+      here, is_key, is_key_at, is_name, letters, lose_line, max_characters, max_values, mistake, &
+      newline, parse_continuation, parser_type, peek, peek_next, quotes, shown_character, &
+      skip_space, word_end, word_width
+   use contensou_base_text, only : lower, quote, shorten
    implicit none(type, external)
    private
 

@@ -6,7 +6,8 @@
 module contensou_compare_comparison
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8
-   use contensou_base_text, only : string_type, to_text
+   use contensou_base_numbers, only : to_text
+   use contensou_base_text, only : string_type
    use contensou_compare_event_lists, only : compare_events, event_parts
    use contensou_compare_items, only : compare_items, outcome_type
    use contensou_compare_listing, only : comparison_output_type, count_of, listing_type, side_names

@@ -3,7 +3,8 @@ module contensou_compare_event_lists
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_text, only : string_type, to_text
+   use contensou_base_numbers, only : to_text
+   use contensou_base_text, only : string_type
    use contensou_compare_events, only : event_matcher_type, event_note_type
    use contensou_compare_items, only : outcome_type
    use contensou_compare_listing, only : brief, listing_type, numbers_text, side_names

@@ -3,7 +3,8 @@ module contensou_compare_items
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_text, only : shorten, string_type, to_text
+   use contensou_base_numbers, only : to_text
+   use contensou_base_text, only : shorten, string_type
    use contensou_compare_listing, only : brief, count_of, listing_type, numbers_text, side_names
    use contensou_compare_places, only : place_text, printable
    use contensou_compare_values, only : compare_values, found_type, span_type, subject_type

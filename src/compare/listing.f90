@@ -1,9 +1,10 @@
 !> The results of a comparison as lines of text: a table of objects that differ, and messages about
 !> what could not be compared.
 module contensou_compare_listing
-   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_text, only : to_text
+   use contensou_base_numbers, only : power_text, to_text
+   use contensou_base_text, only : right
    use contensou_compare_places, only : printable
    implicit none(type, external)
    private
@@ -140,21 +141,10 @@ contains
       !> Difference, not negative.
       real(wp), intent(in) :: x
       character(len=:), allocatable :: text
-      character(len=16) :: buffer
 
-      if (ieee_is_nan(x)) then
-         text = "NaN"
-      else if (.not. ieee_is_finite(x)) then
-         text = "Infinity"
-      else if (x <= 0.0_wp) then
-         text = "0"
-      else if (x >= 1.0e-99_wp .and. x < 9.0e99_wp) then
-         write(buffer, "(es10.3e2)") x
-         text = trim(adjustl(buffer))
-      else
-         write(buffer, "(es11.3e3)") x
-         text = trim(adjustl(buffer))
-      end if
+      text = power_text(x, 4)
+      if (.not. ieee_is_finite(x)) return
+      if (x <= 0.0_wp) text = "0"
    end function brief
 
    !> The columns of numbers of the table.
@@ -172,16 +162,5 @@ contains
       text = right(largest, 14) // right(relative, 11) // right(to_text(n_beyond), 10) // &
          right(to_text(n), 10)
    end function numbers_text
-
-   !> A text at the right of a column.
-   pure function right(text, width) result(padded)
-      character(len=*), intent(in) :: text
-      !> Number of characters.
-      integer, intent(in) :: width
-      !> The text after blanks, one at least.
-      character(len=:), allocatable :: padded
-
-      padded = repeat(" ", max(1, width - len(text))) // text
-   end function right
 
 end module contensou_compare_listing

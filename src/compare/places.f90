@@ -3,7 +3,8 @@
 module contensou_compare_places
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_text, only : shorten, string_type, to_text
+   use contensou_base_numbers, only : power_text, read_real, to_text
+   use contensou_base_text, only : shorten, string_type
    use contensou_compare_values, only : integer_text
    use contensou_files_hdf5_reader, only : class_integer, class_real, class_text, class_unsigned, &
       hdf5_item_type, max_rank
@@ -103,20 +104,14 @@ contains
    pure function time_text(x) result(text)
       real(wp), intent(in) :: x
       character(len=:), allocatable :: text
-      character(len=24) :: buffer
+      real(wp) :: rounded
+      logical :: valid
 
       text = to_text(x)
       if (len(text) <= 12) return
-      write(buffer, "(es16.9e3)") x
-      text = to_text(rounded(buffer))
+      call read_real(power_text(x, 10), rounded, valid)
+      text = to_text(rounded)
    end function time_text
-
-   !> Number of a text.
-   pure real(wp) function rounded(buffer)
-      character(len=*), intent(in) :: buffer
-
-      read(buffer, *) rounded
-   end function rounded
 
    !> A text without control characters.
    pure function printable(text) result(clean)

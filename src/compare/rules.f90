@@ -15,7 +15,8 @@ module contensou_compare_rules
    use contensou_base_document, only : read_file
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
-   use contensou_base_text, only : lower, quote, read_real, string_type, to_text
+   use contensou_base_numbers, only : read_real, to_text
+   use contensou_base_text, only : lower, quote, string_type
    implicit none(type, external)
    private
 

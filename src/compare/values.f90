@@ -6,7 +6,8 @@ module contensou_compare_values
    use, intrinsic :: iso_c_binding, only : c_int8_t
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_text, only : string_type, to_text
+   use contensou_base_numbers, only : to_text
+   use contensou_base_text, only : string_type
    use contensou_compare_rules, only : verdict_type
    use contensou_files_hdf5_reader, only : class_raw, class_real, class_text, class_unsigned, &
       hdf5_item_type, max_rank

@@ -161,7 +161,7 @@ contains
                if (item%key%kind /= kind_choice) cycle
                text = text // " with the "
                if (parameters%has(trim(item%key%name))) then
-                  names = item%key%choices()
+                  names = item%key%names()
                   text = text // names(nint(parameters%number(trim(item%key%name))))%s
                else
                   text = text // trim(item%otherwise)

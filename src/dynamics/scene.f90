@@ -8,8 +8,7 @@ module contensou_dynamics_scene
    private
 
    public :: scene_type, material_spec_type, body_spec_type, surface_spec_type
-   public :: contact_spec_type, integrator_spec_type, output_spec_type, cost_spec_type
-   public :: cost_quantities, cost_measures
+   public :: contact_spec_type, integrator_spec_type, output_spec_type
    public :: motion_free, motion_fixed, motion_prescribed, motion_spindle, motion_names
    public :: moves_freely, turns_by_drive, frame_names
 
@@ -30,13 +29,6 @@ module contensou_dynamics_scene
 
    !> Frames in which an applied load can be constant.
    character(len=*), parameter :: frame_names(*) = [character(len=8) :: "inertial", "body"]
-
-   !> What the errors of `contensou cost` can be taken of.
-   character(len=*), parameter :: cost_quantities(*) = [character(len=16) :: &
-      "position", "angle", "velocity", "angular_velocity", "events", "energy"]
-
-   !> Which error of a trajectory counts: the one at the end, the largest, the root mean square.
-   character(len=*), parameter :: cost_measures(*) = [character(len=7) :: "end", "largest", "rms"]
 
    !> Elastic material.
    type :: material_spec_type
@@ -133,29 +125,6 @@ module contensou_dynamics_scene
       real(wp) :: interval = 0.0_wp
    end type output_spec_type
 
-   !> What `contensou cost` runs.
-   type :: cost_spec_type
-      !> Friction models, indices into `friction_models`; empty for those that fit the scene.
-      integer, allocatable :: friction(:)
-      !> Normal force models, indices into `normal_models`; empty for that of each contact.
-      integer, allocatable :: normal(:)
-      character(len=11), allocatable :: methods(:)
-      !> Relative tolerances [-].
-      real(wp), allocatable :: rtol(:)
-      !> Relative tolerance of the reference [-].
-      real(wp) :: reference_rtol = 0.0_wp
-      !> Which of `cost_quantities` count.
-      logical :: counts(size(cost_quantities)) = .false.
-      !> Index into `cost_measures`.
-      integer :: measure = 0
-      !> Times at which trajectories are compared, beside the beginning.
-      integer :: samples = 0
-      !> Times that a short run is repeated.
-      integer :: repeats = 0
-      !> Longest run, in CPU times of the reference [-].
-      real(wp) :: cpu_limit = 0.0_wp
-   end type cost_spec_type
-
    !> A scene.
    type :: scene_type
       character(len=:), allocatable :: title
@@ -170,8 +139,6 @@ module contensou_dynamics_scene
       type(contact_spec_type), allocatable :: contacts(:)
       type(integrator_spec_type) :: integrator
       type(output_spec_type) :: output
-      !> What `contensou cost` runs.
-      type(cost_spec_type) :: cost
    end type scene_type
 
 end module contensou_dynamics_scene

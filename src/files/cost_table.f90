@@ -4,8 +4,9 @@ module contensou_files_cost_table
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_quiet_nan, ieee_value
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
-   use contensou_base_text, only : pad, string_type, to_text
-   use contensou_dynamics_scene, only : cost_measures, cost_quantities
+   use contensou_base_numbers, only : to_text
+   use contensou_base_text, only : pad, string_type
+   use contensou_scene_cost, only : cost_measures, cost_quantities
    use contensou_study_cost, only : kind_names, kind_units, model_type, outcome_names, run_type, &
       study_type
    use contensou_study_work_precision, only : distance_type, kinds, measures, outcome_done
@@ -175,7 +176,7 @@ contains
       call file%create(name, error)
       if (allocated(error)) return
       call put_header(file, "contensou-cost", "1.1", "complete", error, study%scene%title)
-      call file%put_attribute("/", "measure", trim(cost_measures(study%scene%cost%measure)), error)
+      call file%put_attribute("/", "measure", trim(cost_measures(study%cost%measure)), error)
       call file%put_attribute("/", "NX_class", "NXroot", error)
       call file%put_attribute("/", "default", "run", error)
       call put_input(file, namelist, resolved, command_line, error)
@@ -184,7 +185,7 @@ contains
       call file%put_array("/quantity/scale", study%scales, scale, "1", &
          "what its errors are divided by, in its unit", error)
       call file%put_texts("/quantity/unit", units, scale, "unit", error)
-      call file%put_array("/quantity/counts", merge(1, 0, study%scene%cost%counts), scale, "1", &
+      call file%put_array("/quantity/counts", merge(1, 0, study%cost%counts), scale, "1", &
          "1 if it counts for the error", error)
       call put_models(study, file, error)
       call put_runs(study, file, error)

@@ -9,7 +9,7 @@ module contensou_files_recorder
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_errors, only : error_type, status_file
    use contensou_base_kinds, only : wp
-   use contensou_base_text, only : number_text
+   use contensou_base_numbers, only : number_text
    use contensou_files_earlier, only : checkpoint_suffix, discard_unreadable, earlier_type, &
       exchange_program, forget, put_aside
    use contensou_files_trajectory, only : part_suffix, trajectory_type

@@ -6,9 +6,10 @@
 module contensou_files_trajectory
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_operating_system, only : checksum, cpu_seconds, file_exists, remove_file, &
       wall_seconds
-   use contensou_base_text, only : pad, string_type, to_text
+   use contensou_base_text, only : pad, string_type
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_normal, only : normal_model_type, normal_models

@@ -7,7 +7,7 @@
 !> The choice is where a run begins; `march` changes it where the steps prove it wrong.
 module contensou_integrate_choice
    use contensou_base_kinds, only : wp
-   use contensou_base_text, only : to_text
+   use contensou_base_numbers, only : power_text, to_text
    use contensou_contact_geometry, only : contact_point_type
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_mechanism, only : relative_motion, slip_velocity
@@ -190,19 +190,10 @@ contains
       else
          text = text // "decays far faster than anything turns or rings"
       end if
-      text = trim(choice%method) // ", " // text // ": frequency " // short(choice%frequency) // &
-         " rad/s, damping ratio " // short(choice%damping_ratio) // ", friction " // &
-         short(choice%friction_rate) // " 1/s; " // to_text(choice%unknowns) // " unknowns"
+      text = trim(choice%method) // ", " // text // ": frequency " // &
+         power_text(choice%frequency, 2) // " rad/s, damping ratio " // &
+         power_text(choice%damping_ratio, 2) // ", friction " // &
+         power_text(choice%friction_rate, 2) // " 1/s; " // to_text(choice%unknowns) // " unknowns"
    end function choice_text
-
-   !> A number in two digits.
-   pure function short(x) result(text)
-      real(wp), intent(in) :: x
-      character(len=:), allocatable :: text
-      character(len=16) :: digits
-
-      write(digits, "(es8.1)") x
-      text = trim(adjustl(digits))
-   end function short
 
 end module contensou_integrate_choice

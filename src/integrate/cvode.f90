@@ -30,6 +30,7 @@ module contensou_integrate_cvode
    use fsunnonlinsol_fixedpoint_mod, only : FSUNNonlinSol_FixedPoint
    use contensou_base_errors, only : error_type, fatal, status_failed
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : to_text
    use contensou_integrate_integrator, only : integrator_type, statistics_type
    use contensou_integrate_problem, only : problem_type
    implicit none(type, external)
@@ -451,11 +452,7 @@ contains
       case (CV_REPTD_RHSFUNC_ERR, CV_UNREC_RHSFUNC_ERR)
          words = "the motion leaves the domain of the model"
       case default
-         block
-            character(len=12) :: digits
-            write(digits, "(i0)") flag
-            words = "CVODE gave up with flag " // trim(digits)
-         end block
+         words = "CVODE gave up with flag " // to_text(int(flag))
       end select
    end function reason
 

@@ -15,6 +15,7 @@ module contensou_integrate_explicit8
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_errors, only : error_type, fatal, status_failed
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : power_text
    use contensou_integrate_integrator, only : integrator_type, statistics_type
    use contensou_integrate_problem, only : problem_type
    use contensou_integrate_rk8pd, only : begin_rk8pd, end_rk8pd, evaluate, extend, last_stage, &
@@ -565,7 +566,6 @@ contains
       !> Set when there is no hope to reach the end.
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: steps_left
-      character(len=12) :: digits
       integer :: i, spacing
 
       spacing = merge(spacing_alert, spacing_of_states, self%alert)
@@ -597,10 +597,10 @@ contains
       if (self%foretold < foretold_hopeless .or. steps_left < too_many_steps) return
       self%hopeless = self%alert
       if (self%alert) return
-      write(digits, "(es9.1)") (self%t - self%t_kept(kept - 1))/spacing
       call fatal(error, &
          "the problem is stiff: stability limits the steps of explicit8 to " // &
-         trim(adjustl(digits)) // " s, far too short to reach the end; integrator.method = " // &
+         power_text((self%t - self%t_kept(kept - 1))/spacing, 2) // &
+         " s, far too short to reach the end; integrator.method = " // &
          "'cvode_bdf' is for such problems", status_failed)
    end subroutine judge
 

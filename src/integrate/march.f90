@@ -4,6 +4,7 @@ module contensou_integrate_march
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : power_text
    use contensou_contact_geometry, only : track_type, trouble_far
    use contensou_dynamics_impact, only : open_contact, resolve_impacts, touching_gap
    use contensou_dynamics_mechanism, only : contact_motion_type
@@ -608,7 +609,6 @@ contains
       type(march_type), intent(inout) :: self
       !> Set when the other method cannot be started.
       type(error_type), allocatable, intent(out) :: error
-      character(len=64) :: digits
       real(wp) :: mean
 
       associate (switch => self%memory%switch)
@@ -631,10 +631,9 @@ contains
             if (switch%explicit_step <= 0.0_wp .or. mean >= switch%explicit_step) return
             switch%to_go = switch%patience
             switch%patience = 2_i8*switch%patience
-            write(digits, "(es8.1, a, es8.1, a)") mean, " s, those of explicit8 were", &
-               switch%explicit_step, " s"
+            call change("explicit8", "the steps of cvode_bdf are " // power_text(mean, 2) // &
+               " s, those of explicit8 were " // power_text(switch%explicit_step, 2) // " s")
             switch%explicit_step = 0.0_wp
-            call change("explicit8", "the steps of cvode_bdf are" // trim(digits))
          end if
       end associate
 
@@ -666,7 +665,6 @@ contains
       type(march_type), intent(inout) :: self
       !> Set when there is no sense in going on.
       type(error_type), allocatable, intent(out) :: error
-      character(len=64) :: digits
       real(wp) :: step, left
 
       self%steps = self%steps + 1
@@ -677,8 +675,8 @@ contains
       if (step >= poor*self%motion%contact_time .or. left <= poor_steps*step) self%looks = 0
       if (self%looks >= poor_looks .or. &
          (step < hopeless*self%motion%contact_time .and. left > hopeless_steps*step)) then
-         write(digits, "(es8.1, a, es8.1, a)") step, " s, and ", left/step, " more would be needed"
-         call fatal(error, "the steps have shrunk to" // trim(digits))
+         call fatal(error, "the steps have shrunk to " // power_text(step, 2) // " s, and " // &
+            power_text(left/step, 2) // " more would be needed")
          return
       end if
       self%t_watch = self%memory%t

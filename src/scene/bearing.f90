@@ -7,10 +7,11 @@ module contensou_scene_bearing
    use contensou_base_kinds, only : pi, wp
    use contensou_base_rotations, only : rotation_matrix, unit_quaternion
    use contensou_base_names, only : names_type
+   use contensou_base_numbers, only : to_text
    use contensou_base_resolve, only : resolve
    use contensou_base_schema, only : key_type, schema_type
    use contensou_base_settings, only : group_settings_type, settings_type
-   use contensou_base_text, only : lower, to_text
+   use contensou_base_text, only : lower
    use contensou_base_vectors, only : cross, unit_vector
    use contensou_contact_hertz, only : effective_modulus
    use contensou_contact_normal, only : normal_model_type, normal_models, normal_type

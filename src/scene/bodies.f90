@@ -3,10 +3,11 @@ module contensou_scene_bodies
    use contensou_base_attitude, only : read_attitude
    use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_kinds, only : wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_rotations, only : rotation_matrix
    use contensou_base_schema, only : domain_text
    use contensou_base_settings, only : group_settings_type
-   use contensou_base_text, only : quote, to_text
+   use contensou_base_text, only : quote
    use contensou_dynamics_scene, only : body_spec_type, frame_names, motion_fixed, motion_free, &
       motion_names, motion_prescribed, moves_freely, turns_by_drive
    implicit none(type, external)

@@ -4,10 +4,11 @@ module contensou_scene_checks
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_kinds, only : wp
+   use contensou_base_numbers, only : power_text, to_text
    use contensou_base_schema, only : schema_type
    use contensou_base_settings, only : settings_type
    use contensou_base_resolve, only : largest_number
-   use contensou_base_text, only : quote, to_text
+   use contensou_base_text, only : quote
    use contensou_contact_geometry, only : contact_point_type, contact_trouble, geometry_type, &
       pose_type, track_type, trouble_lost, trouble_no_spot, trouble_none, trouble_text
    use contensou_contact_normal, only : normal_rigid
@@ -294,10 +295,8 @@ contains
       !> The number.
       real(wp), intent(in) :: x
       character(len=:), allocatable :: text
-      character(len=16) :: digits
 
-      write(digits, "(es10.3)") x
-      text = trim(adjustl(digits))
+      text = power_text(x, 4)
       if (x >= 1.0e-2_wp .and. x < 1.0e3_wp) text = to_text(x)
    end function short
 

@@ -1,14 +1,15 @@
-!> Reads the groups that say what is done with a scene: `scene`, `integrator`, `output`, `cost`.
+!> Reads the groups that say what is done with a scene: `scene`, `integrator`, `output`.
 module contensou_scene_controls
    use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_kinds, only : wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_settings, only : group_settings_type
-   use contensou_base_text, only : quote, to_text
-   use contensou_dynamics_scene, only : cost_spec_type, integrator_spec_type, scene_type
+   use contensou_base_text, only : quote
+   use contensou_dynamics_scene, only : integrator_spec_type, scene_type
    implicit none(type, external)
    private
 
-   public :: build_scene, build_integrator, build_output, build_cost
+   public :: build_scene, build_integrator, build_output
 
 contains
 
@@ -58,60 +59,5 @@ contains
       scene%output%file = group%text("file")
       scene%output%interval = group%number("interval")
    end subroutine build_output
-
-   !> Values of the group `cost`.
-   subroutine build_cost(group, cost, diagnostics)
-      type(group_settings_type), intent(in) :: group
-      type(cost_spec_type), intent(inout) :: cost
-      type(diagnostics_type), intent(inout) :: diagnostics
-      integer :: i
-
-      cost%friction = choices("friction")
-      cost%normal = choices("normal")
-      allocate(cost%methods(group%count("methods")))
-      do i = 1, size(cost%methods)
-         if (group%is_set("methods")) cost%methods(i) = group%text("methods", i)
-      end do
-      call refuse_doubles("methods", group%choices("methods"))
-      call refuse_doubles("friction", cost%friction)
-      call refuse_doubles("normal", cost%normal)
-      cost%rtol = group%vector("rtol", group%count("rtol"))
-      cost%counts(choices("quantities")) = .true.
-      cost%reference_rtol = group%number("reference_rtol")
-      if (group%is_set("rtol") .and. cost%reference_rtol >= minval(cost%rtol)) call &
-         diagnostics%add(group%place("reference_rtol", 1), &
-         "the reference is not tighter than what it is compared with", &
-         "reference_rtol < " // to_text(minval(cost%rtol)) // ", the smallest of rtol")
-      cost%measure = max(1, group%choice("measure"))
-      cost%samples = group%integer("samples")
-      cost%repeats = group%integer("repeats")
-      cost%cpu_limit = group%number("cpu_limit")
-
-   contains
-
-      !> Positions of the choices of a key; none if it has no usable value.
-      function choices(name) result(list)
-         character(len=*), intent(in) :: name
-         integer, allocatable :: list(:)
-
-         allocate(list(0))
-         if (group%is_set(name)) list = group%choices(name)
-      end function choices
-
-      !> Nothing is compared with itself.
-      subroutine refuse_doubles(name, list)
-         character(len=*), intent(in) :: name
-         !> Its choices; 0 after a mistake.
-         integer, intent(in) :: list(:)
-         integer :: j
-
-         do j = 2, size(list)
-            if (list(j) > 0 .and. any(list(:j - 1) == list(j))) call diagnostics%add( &
-               group%place(name, j), quote(group%text(name, j)) // " stands twice in '" // name // &
-               "'", "each choice once")
-         end do
-      end subroutine refuse_doubles
-
-   end subroutine build_cost
 
 end module contensou_scene_controls

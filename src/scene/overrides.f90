@@ -9,8 +9,9 @@ module contensou_scene_overrides
       parse_value_list, value_text, value_type
    use contensou_base_document_types, only : move_assignment, resize_assignments, resize_groups
    use contensou_base_names, only : names_type
+   use contensou_base_numbers, only : to_text
    use contensou_base_schema, only : is_number, schema_type
-   use contensou_base_text, only : lower, nearest, string_type, to_text
+   use contensou_base_text, only : lower, nearest, string_type
    implicit none(type, external)
    private
 

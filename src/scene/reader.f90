@@ -4,10 +4,11 @@ module contensou_scene_reader
    use contensou_base_document, only : document_type, read_document
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_names, only : names_type
+   use contensou_base_numbers, only : to_text
    use contensou_base_resolve, only : resolve
    use contensou_base_schema, only : schema_type
    use contensou_base_settings, only : group_settings_type, settings_type
-   use contensou_base_text, only : string_type, to_text
+   use contensou_base_text, only : string_type
    use contensou_base_text_lock, only : lock_texts, unlock_texts
    use contensou_contact_parts, only : part_type, shared_parts
    use contensou_contact_surface, only : read_surface
@@ -20,7 +21,8 @@ module contensou_scene_reader
    use contensou_scene_checks, only : check_contacts, check_overlaps, check_positions, &
       check_rows, fill_in
    use contensou_scene_contacts, only : build_contact
-   use contensou_scene_controls, only : build_cost, build_integrator, build_output, build_scene
+   use contensou_scene_controls, only : build_integrator, build_output, build_scene
+   use contensou_scene_cost, only : build_cost, cost_spec_type
    use contensou_scene_overrides, only : apply_override, index_groups, index_type
    use contensou_scene_references, only : collect_names, references_type
    use contensou_scene_schema, only : scene_schema
@@ -33,6 +35,8 @@ module contensou_scene_reader
    !> A scene with the texts it came from.
    type :: scene_file_type
       type(scene_type) :: scene
+      !> What `contensou cost` runs.
+      type(cost_spec_type) :: cost
       !> Its equations of motion, as assembled when it was checked.
       type(system_type), allocatable :: system
       !> Text of the file as read.
@@ -100,7 +104,7 @@ contains
 
       call scene_schema(schema)
       call resolve_scene(document, schema, overrides, settings, diagnostics)
-      call build(settings, schema, path, output_file, file%scene, file%system, &
+      call build(settings, schema, path, output_file, file%scene, file%cost, file%system, &
          diagnostics)
       if (diagnostics%count() > 0) then
          count_text = to_text(diagnostics%count()) // " errors"
@@ -135,8 +139,8 @@ contains
       call scene_schema(loaded%schema)
       call resolve_scene(loaded%document, loaded%schema, overrides, loaded%settings, diagnostics)
       settings = loaded%settings
-      call build(settings, loaded%schema, path, "", loaded%file%scene, loaded%file%system, &
-         diagnostics)
+      call build(settings, loaded%schema, path, "", loaded%file%scene, loaded%file%cost, &
+         loaded%file%system, diagnostics)
       if (diagnostics%count() == 0) loaded%file%resolved = settings%text(loaded%schema)
    end subroutine load_scene
 
@@ -175,7 +179,7 @@ contains
       type(scene_file_type), intent(out) :: file
       type(diagnostics_type), intent(inout) :: diagnostics
 
-      call build(settings, schema, path, "", file%scene, file%system, diagnostics)
+      call build(settings, schema, path, "", file%scene, file%cost, file%system, diagnostics)
    end subroutine build_case
 
    !> Apply overrides and expand bearings: first what the bearings are made from, then the rest,
@@ -210,7 +214,7 @@ contains
 
    !> Build the scene from its settings; references and everything that concerns several keys are
    !> checked here.
-   subroutine build(settings, schema, path, output_file, scene, system, diagnostics)
+   subroutine build(settings, schema, path, output_file, scene, cost, system, diagnostics)
       !> The settings; derived values are filled in.
       type(settings_type), intent(inout), target :: settings
       type(schema_type), intent(in), target :: schema
@@ -219,6 +223,7 @@ contains
       !> Name of the output file from the command line; blank for that of the scene.
       character(len=*), intent(in) :: output_file
       type(scene_type), intent(out) :: scene
+      type(cost_spec_type), intent(out) :: cost
       !> Its equations of motion; not allocated after a mistake.
       type(system_type), allocatable, intent(out) :: system
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -268,7 +273,7 @@ contains
             call build_output(group, path, output_file, scene)
             interval_place = group%place("interval", 1)
          case ("cost")
-            call build_cost(group, scene%cost, diagnostics)
+            call build_cost(group, cost, diagnostics)
          case default
             error stop "the schema has a group that no scene is built from"
          end select

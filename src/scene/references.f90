@@ -2,9 +2,10 @@
 module contensou_scene_references
    use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_names, only : names_type
+   use contensou_base_numbers, only : to_text
    use contensou_base_schema, only : schema_type
    use contensou_base_settings, only : group_settings_type, settings_type
-   use contensou_base_text, only : lower, quote, string_type, to_text
+   use contensou_base_text, only : lower, quote, string_type
    implicit none(type, external)
    private
 

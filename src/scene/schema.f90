@@ -6,10 +6,11 @@ module contensou_scene_schema
       kind_file, kind_integer, kind_logical, kind_name, kind_real, kind_reference, kind_text, &
       most_values, new_schema, schema_type
    use contensou_base_text, only : string_type, strings
-   use contensou_contact_parts, only : friction_names, normal_names, put_part_keys
+   use contensou_contact_parts, only : put_part_keys
    use contensou_contact_shapes_table, only : put_shape_keys, shape_names
-   use contensou_dynamics_scene, only : cost_measures, cost_quantities, frame_names, motion_names
+   use contensou_dynamics_scene, only : frame_names, motion_names
    use contensou_integrate_march, only : integrator_methods, jacobian_kinds
+   use contensou_scene_cost, only : put_cost_keys
    implicit none(type, external)
    private
 
@@ -106,7 +107,7 @@ contains
 
       call list%put("body", "name", kind_name, mandatory=.true., &
          doc="name of the body; 'ground' is taken")
-      call list%put("body", "motion", kind_choice, choices=motions, default="'free'", &
+      call list%put("body", "motion", kind_choice, words=motion_names, default="'free'", &
          doc="how the body moves: free, fixed, prescribed (with its initial velocities, or a " // &
          "ramp from them to the final ones), or spindle (it turns as prescribed and does not " // &
          "tilt, its centre of mass moves freely)")
@@ -145,7 +146,7 @@ contains
          doc="constant force at the centre of mass of a free body or a spindle")
       call list%put("body", "applied_torque", kind_real, values=3, unit="N m", &
          doc="constant torque on a free body")
-      call list%put("body", "applied_frame", kind_choice, choices=frames, &
+      call list%put("body", "applied_frame", kind_choice, words=frame_names, &
          doc="frame in which applied_force and applied_torque are constant; " // &
          "'inertial' if not given")
    end subroutine put_body_keys
@@ -154,7 +155,8 @@ contains
    subroutine put_integrator_keys(list)
       type(key_list_type), intent(inout) :: list
 
-      call list%put("integrator", "method", kind_choice, choices=methods, default="'cvode_bdf'", &
+      call list%put("integrator", "method", kind_choice, words=integrator_methods, &
+         default="'cvode_bdf'", &
          doc="method: cvode_bdf, implicit, for any problem; cvode_adams, a multistep method, " // &
          "and explicit8, of order 8, for problems that are not stiff; explicit8 is the " // &
          "fastest one with light damping, and says when a contact is too stiff for it; auto, " // &
@@ -174,7 +176,7 @@ contains
          doc="angular velocities are held to rtol times the larger of this and the rate")
       call list%put("integrator", "max_step", kind_real, unit="s", above=0.0_wp, &
          doc="largest step; not given, there is no bound")
-      call list%put("integrator", "jacobian", kind_choice, choices=jacobians, &
+      call list%put("integrator", "jacobian", kind_choice, words=jacobian_kinds, &
          default="'analytic'", &
          doc="Jacobian of cvode_bdf, also where auto chooses it: analytic, or by differences " // &
          "of the right-hand side, one for each unknown, which shows what the analytic one saves")
@@ -227,12 +229,12 @@ contains
          doc="angular velocity of the inner ring about the axis")
       call list%put(b, "outer_speed", kind_real, unit="rad s-1", default="0.0", &
          doc="angular velocity of the outer ring about the axis")
-      call list%put(b, "initial_state", kind_choice, choices=starts, default="'rest'", &
+      call list%put(b, "initial_state", kind_choice, words=start_names, default="'rest'", &
          doc="what balls and cage do at first: rest, or rolling with the epicyclic speeds")
       call list%put(b, "ramp_duration", kind_real, unit="s", above=0.0_wp, &
          doc="time in which the rings come from rest to their speeds; not given, they have " // &
          "them from the beginning")
-      call list%put(b, "loaded_ring", kind_choice, choices=rings, &
+      call list%put(b, "loaded_ring", kind_choice, words=ring_names, &
          doc="ring that carries the loads and can be displaced, 'inner' if not given; " // &
          "goes with ring_mass")
       call list%put(b, "ring_mass", kind_real, unit="kg", above=0.0_wp, &
@@ -265,93 +267,5 @@ contains
          call list%append(key)
       end do
    end subroutine put_bearing_keys
-
-   !> The keys of a study of costs.
-   subroutine put_cost_keys(list)
-      type(key_list_type), intent(inout) :: list
-
-      call list%put("cost", "friction", kind_choice, choices=friction_names, values=most_values, &
-         fewer=.true., &
-         doc="friction models that are compared, in place of that of each contact that has " // &
-         "friction; not given, contensou_exact and its approximations, and those of the scene")
-      call list%put("cost", "normal", kind_choice, choices=normal_names, values=most_values, &
-         fewer=.true., &
-         doc="normal force models that are compared, in place of that of each contact, each " // &
-         "with each friction model; not given, that of each contact")
-      call list%put("cost", "methods", kind_choice, choices=methods, values=most_values, &
-         fewer=.true., &
-         default="'cvode_bdf', 'cvode_adams', 'explicit8', 'auto'", &
-         doc="methods of integration that are compared")
-      call list%put("cost", "rtol", kind_real, values=most_values, fewer=.true., unit="1", &
-         default="1.0e-4, 1.0e-6, 1.0e-8, 1.0e-10", least=1.0e-14_wp, most=1.0e-1_wp, &
-         doc="relative tolerances that are compared, as integrator.rtol")
-      call list%put("cost", "reference_rtol", kind_real, unit="1", default="1.0e-12", &
-         least=1.0e-14_wp, most=1.0e-1_wp, &
-         doc="relative tolerance of the reference solutions; smaller than all of rtol")
-      call list%put("cost", "quantities", kind_choice, choices=quantities, values=most_values, &
-         fewer=.true., &
-         default="'position', 'angle', 'velocity'", &
-         doc="what counts for the error of a run, the Pareto front and --error: the largest " // &
-         "of the scaled errors of these; all are reported")
-      call list%put("cost", "measure", kind_choice, choices=measures, default="'largest'", &
-         doc="which error of position, angle, velocity and angular velocity counts: that at " // &
-         "the end, the largest, or the root of the mean of the squares; all are reported")
-      call list%put("cost", "samples", kind_integer, unit="1", default="1000", least=1.0_wp, &
-         most=1.0e6_wp, doc="times after the beginning, equally far apart, at which " // &
-         "trajectories are compared")
-      call list%put("cost", "repeats", kind_integer, unit="1", default="3", least=1.0_wp, &
-         most=1000.0_wp, &
-         doc="times that a run of less than a second is done; the least CPU time counts")
-      call list%put("cost", "cpu_limit", kind_real, unit="1", default="10.0", above=0.0_wp, &
-         doc="CPU time at which a run is given up, in those of the reference of its model")
-   end subroutine put_cost_keys
-
-   function motions() result(names)
-      type(string_type), allocatable :: names(:)
-
-      names = strings(motion_names)
-   end function motions
-
-   function frames() result(names)
-      type(string_type), allocatable :: names(:)
-
-      names = strings(frame_names)
-   end function frames
-
-   function methods() result(names)
-      type(string_type), allocatable :: names(:)
-
-      names = strings(integrator_methods)
-   end function methods
-
-   function jacobians() result(names)
-      type(string_type), allocatable :: names(:)
-
-      names = strings(jacobian_kinds)
-   end function jacobians
-
-   function starts() result(names)
-      type(string_type), allocatable :: names(:)
-
-      names = strings(start_names)
-   end function starts
-
-   function rings() result(names)
-      type(string_type), allocatable :: names(:)
-
-      names = strings(ring_names)
-   end function rings
-
-   function quantities() result(names)
-      type(string_type), allocatable :: names(:)
-
-      names = strings(cost_quantities)
-   end function quantities
-
-   function measures() result(names)
-      type(string_type), allocatable :: names(:)
-
-      names = strings(cost_measures)
-   end function measures
 
 end module contensou_scene_schema

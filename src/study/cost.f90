@@ -4,13 +4,15 @@ module contensou_study_cost
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_quiet_nan, ieee_value
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
-   use contensou_base_text, only : number_text, quote, to_text
+   use contensou_base_numbers, only : number_text, to_text
+   use contensou_base_text, only : quote
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_normal, only : normal_hertz, normal_model_type, normal_models
-   use contensou_dynamics_scene, only : cost_quantities, scene_type
-   use contensou_study_work_precision, only : distance_type, kinds, outcome_done, &
-      onlooker_type, outcome_failed, outcome_slow, outcome_stopped, reference_distance, &
-      reference_scales, reference_type, run_reference, run_trial, trial_type
+   use contensou_dynamics_scene, only : scene_type
+   use contensou_scene_cost, only : cost_quantities, cost_spec_type
+   use contensou_study_work_precision, only : distance_type, kinds, onlooker_type, outcome_done, &
+      outcome_failed, outcome_slow, outcome_stopped, reference_distance, reference_scales, &
+      reference_type, run_reference, run_trial, trial_type
    implicit none(type, external)
    private
 
@@ -77,8 +79,9 @@ module contensou_study_cost
 
    !> Everything.
    type :: study_type
-      !> Scene as read.
+      !> Scene as read; its rows are the samples at which trajectories are compared.
       type(scene_type) :: scene
+      type(cost_spec_type) :: cost
       !> Models; the first one is the exact one.
       type(model_type), allocatable :: models(:)
       type(run_type), allocatable :: runs(:)
@@ -127,7 +130,8 @@ contains
 
       table = friction_models()
       exact = findloc(table%info%name, exact_friction, dim=1)
-      associate (scene => study%scene, cost => study%scene%cost)
+      associate (scene => study%scene, cost => study%cost)
+         scene%output%interval = scene%t_end/cost%samples
          friction = cost%friction
          if (all([(.not. table(scene%contacts(i)%friction)%acts, &
             i=1, size(scene%contacts))])) then
@@ -228,7 +232,7 @@ contains
       real(wp) :: rtol
       integer :: i
 
-      rtol = study%scene%cost%reference_rtol
+      rtol = study%cost%reference_rtol
       stopped = .false.
       allocate(references(size(study%models)), checks(size(study%models)))
       do i = 1, size(study%models)
@@ -319,7 +323,7 @@ contains
       real(wp) :: share
       integer :: i, j, k, n, round
 
-      associate (cost => study%scene%cost, models => study%models)
+      associate (cost => study%cost, models => study%models)
          allocate(study%runs(count(models%runs)*size(cost%methods)*size(cost%rtol)))
          n = 0
          do i = 1, size(models)
@@ -338,7 +342,7 @@ contains
             do i = 1, n
                share = real((round - 1)*n + i - 1, wp)/real(n*cost%repeats, wp)
                call onlooker%tell(share, i, n, round, cost%repeats)
-               call one_run(study%runs(i), models(study%runs(i)%model), round, &
+               call one_run(study%runs(i), models(study%runs(i)%model), cost%cpu_limit, round, &
                   references(study%runs(i)%model), references(1), onlooker)
                stopped = study%runs(i)%trial%outcome == outcome_stopped .or. onlooker%stops()
                if (stopped) exit
@@ -349,9 +353,11 @@ contains
    end subroutine compute_runs
 
    !> One run of a round.
-   subroutine one_run(run, model, round, own, exact, onlooker)
+   subroutine one_run(run, model, cpu_limit, round, own, exact, onlooker)
       type(run_type), intent(inout) :: run
       type(model_type), intent(in) :: model
+      !> Longest run, in CPU times of the reference [-].
+      real(wp), intent(in) :: cpu_limit
       integer, intent(in) :: round
       !> Reference of the model.
       type(reference_type), intent(in), target :: own
@@ -369,7 +375,7 @@ contains
          if (run%trial%outcome /= outcome_done .or. run%trial%cpu > short) return
       end if
       call run_trial(model%scene, trim(run%method), run%rtol, &
-         max(least_limit, model%scene%cost%cpu_limit*model%cpu), own, exact, onlooker, run%trial)
+         max(least_limit, cpu_limit*model%cpu), own, exact, onlooker, run%trial)
       if (run%trial%outcome == outcome_slow) run%trial%message = "given up after " // &
          number_text(run%trial%cpu, 3) // " s of CPU"
    end subroutine one_run
@@ -386,7 +392,7 @@ contains
       integer :: k
 
       error = 0.0_wp
-      associate (cost => study%scene%cost, scales => study%scales)
+      associate (cost => study%cost, scales => study%scales)
          do k = 1, kinds
             if (cost%counts(k)) error = max(error, distance%value(cost%measure, k)/scales(k))
          end do

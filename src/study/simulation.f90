@@ -11,8 +11,9 @@ module contensou_study_simulation
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_errors, only : error_type, fatal, status_failed, status_usage
    use contensou_base_kinds, only : wp
+   use contensou_base_numbers, only : number_text, to_text
    use contensou_base_operating_system, only : cpu_seconds
-   use contensou_base_text, only : number_text, quote, to_text
+   use contensou_base_text, only : quote
    use contensou_base_text_lock, only : lock_texts, unlock_texts
    use contensou_contact_geometry, only : trouble_text
    use contensou_dynamics_assembly, only : assemble, contact_length, initial_state

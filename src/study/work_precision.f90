@@ -161,7 +161,7 @@ contains
 
    !> Compute a reference.
    subroutine run_reference(scene, method, rtol, deadline, onlooker, reference, trial)
-      !> The scene with the model in question.
+      !> The scene with the model in question; a row is a sample.
       type(scene_type), intent(in) :: scene
       character(len=*), intent(in) :: method
       !> Relative tolerance [-].
@@ -185,7 +185,7 @@ contains
 
    !> Run a trial: errors are those of this run, the CPU time is the least so far.
    subroutine run_trial(scene, method, rtol, deadline, own, exact, onlooker, trial)
-      !> The scene with the model in question.
+      !> The scene with the model in question; a row is a sample.
       type(scene_type), intent(in) :: scene
       character(len=*), intent(in) :: method
       !> Relative tolerance [-].
@@ -213,7 +213,7 @@ contains
 
    !> March with a gauge, and measure the CPU time.
    subroutine run_gauge(scene, method, rtol, deadline, gauge, trial)
-      !> The scene with the model in question.
+      !> The scene with the model in question; a row is a sample.
       type(scene_type), intent(in) :: scene
       character(len=*), intent(in) :: method
       !> Relative tolerance [-].
@@ -227,10 +227,9 @@ contains
       type(error_type), allocatable :: error
       integer :: samples, k
 
-      samples = scene%cost%samples
+      samples = nint(scene%t_end/scene%output%interval)
       options%method = method
       options%rtol = rtol
-      options%interval = scene%t_end/samples
       call new_simulation(scene, simulation, error, options)
       allocate(gauge%kept%event_time(64), gauge%kept%event_code(64))
       if (gauge%keep_states) allocate(gauge%kept%y(body_size*size(scene%bodies), 0:samples))

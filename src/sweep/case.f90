@@ -6,8 +6,8 @@ module contensou_sweep_case
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : number_text
    use contensou_base_operating_system, only : wall_seconds
-   use contensou_base_text, only : number_text
    use contensou_base_text_lock, only : lock_texts, unlock_texts
    use contensou_scene_reader, only : scene_file_type
    use contensou_study_case, only : outline_type, source_state, source_value, witness_type

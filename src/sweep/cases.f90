@@ -4,7 +4,8 @@ module contensou_sweep_cases
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
    use contensou_base_errors, only : error_type, fatal, status_failed
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_text, only : number_text, string_type, to_text
+   use contensou_base_numbers, only : number_text, to_text
+   use contensou_base_text, only : string_type
    use contensou_files_trajectory, only : part_suffix
    use contensou_study_case, only : outline_type
    use contensou_sweep_case, only : run_case

@@ -2,8 +2,9 @@
 module contensou_sweep_merge
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8
+   use contensou_base_numbers, only : to_text
    use contensou_base_operating_system, only : list_folder
-   use contensou_base_text, only : shorten, starts_with, string_type, to_text
+   use contensou_base_text, only : shorten, starts_with, string_type
    use contensou_sweep_selection, only : parse_ranges, selection_type
    use contensou_sweep_table, only : sweep_table_type, table_header_type, table_reader_type
    implicit none(type, external)

@@ -9,11 +9,11 @@ module contensou_sweep_plan
       value_type
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_settings, only : settings_type
-   use contensou_base_text, only : string_type, to_text
+   use contensou_base_text, only : string_type
    use contensou_dynamics_scene, only : scene_type
-   use contensou_scene_reader, only : build_case, loaded_scene_type, scene_file_type, &
-      resolve_scene
+   use contensou_scene_reader, only : build_case, loaded_scene_type, resolve_scene, scene_file_type
    use contensou_sweep_points, only : points_type
    use contensou_sweep_sampling, only : sampler_type, sampling_file, sampling_grid
    use contensou_sweep_schema, only : vary_linear, vary_list, vary_log

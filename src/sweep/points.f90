@@ -5,9 +5,10 @@ module contensou_sweep_points
    use contensou_base_document, only : value_logical, value_null, value_real, value_text, value_type
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : read_real, to_text
    use contensou_base_operating_system, only : check_readable
    use contensou_base_schema, only : kind_logical
-   use contensou_base_text, only : lower, quote, read_real, starts_with, string_type, to_text
+   use contensou_base_text, only : lower, quote, starts_with, string_type
    use contensou_files_hdf5_reader, only : class_integer, class_real, class_text, class_unsigned, &
       hdf5_entry_type, hdf5_item_type, hdf5_reader_type, max_rank, object_dataset, object_group
    use contensou_sweep_target, only : target_type

@@ -7,10 +7,11 @@ module contensou_sweep_reader
    use contensou_base_document_types, only : append_source
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_resolve, only : expected_of, resolve
    use contensou_base_schema, only : key_type, schema_type
    use contensou_base_settings, only : group_settings_type, settings_type
-   use contensou_base_text, only : join, lower, quote, starts_with, string_type, to_text
+   use contensou_base_text, only : join, lower, quote, starts_with, string_type
    use contensou_scene_reader, only : load_scene, loaded_scene_type
    use contensou_scene_overrides, only : apply_override, index_groups, index_type
    use contensou_sweep_plan, only : parameter_column_type, sweep_type

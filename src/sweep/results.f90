@@ -1,8 +1,9 @@
 !> What a sweep keeps of each case: the columns of the results of its table.
 module contensou_sweep_results
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
+   use contensou_base_numbers, only : to_text
    use contensou_base_settings, only : group_settings_type
-   use contensou_base_text, only : join, lower, nearest, quote, string_type, strings, to_text
+   use contensou_base_text, only : join, lower, nearest, quote, string_type, strings
    use contensou_contact_parts, only : owns_state
    use contensou_dynamics_scene, only : turns_by_drive
    use contensou_study_quantities, only : final_quantities, row_quantities

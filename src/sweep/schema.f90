@@ -63,7 +63,7 @@ contains
 
       call list%put("sweep", "scene", kind_file, mandatory=.true., &
          doc="file of the base scene, relative to the folder of the sweep file")
-      call list%put("sweep", "sampling", kind_choice, choices=samplings, default="'grid'", &
+      call list%put("sweep", "sampling", kind_choice, words=sampling_names, default="'grid'", &
          doc="which cases there are: grid, every combination of the values of all parameters, " // &
          "the last parameter varies fastest; latin_hypercube; sobol, the sequence of the GNU " // &
          "Scientific Library; file, the rows of a table")
@@ -95,7 +95,7 @@ contains
       call list%put("parameter", "name", kind_text, values=any_number, mandatory=.true., &
          doc="path of the setting as after --set, as 'top.angle' or 'top.position(3)'; with " // &
          "several paths all of them get the same value")
-      call list%put("parameter", "vary", kind_choice, choices=ways, &
+      call list%put("parameter", "vary", kind_choice, words=vary_names, &
          doc="how it varies: over a list, or evenly between two numbers or their logarithms; " // &
          "'list' if values are given, else 'linear'; not with sampling = 'file'")
       call list%put("parameter", "values", kind_any, values=any_number, &
@@ -122,18 +122,6 @@ contains
          doc="simulated time of the value; beyond t_end of a case there is none")
       allocate(keys, source=list%keys(:list%n))
    end function sweep_keys
-
-   function samplings() result(names)
-      type(string_type), allocatable :: names(:)
-
-      names = strings(sampling_names)
-   end function samplings
-
-   function ways() result(names)
-      type(string_type), allocatable :: names(:)
-
-      names = strings(vary_names)
-   end function ways
 
    !> Quantities of a row, without the time.
    function datasets() result(names)

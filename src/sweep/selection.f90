@@ -2,7 +2,8 @@
 module contensou_sweep_selection
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8
-   use contensou_base_text, only : quote, to_text
+   use contensou_base_numbers, only : to_text
+   use contensou_base_text, only : quote
    implicit none(type, external)
    private
 

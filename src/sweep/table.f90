@@ -8,8 +8,9 @@ module contensou_sweep_table
    use, intrinsic :: iso_c_binding, only : c_int8_t
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_operating_system, only : check_writable, file_exists, remove_file
-   use contensou_base_text, only : join, pad, string_type, strings, to_text
+   use contensou_base_text, only : join, pad, string_type, strings
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_byte, &
       series_long, series_real, series_text
    use contensou_files_hdf5_reader, only : class_integer, class_text, hdf5_entry_type, &

@@ -4,11 +4,12 @@ module contensou_sweep_target
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : value_logical, value_real, value_text, value_type
    use contensou_base_kinds, only : wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_resolve, only : expected_of, take_value
    use contensou_base_schema, only : is_number, key_type, kind_choice, kind_file, kind_name, &
       kind_reference, kind_text, schema_type
    use contensou_base_settings, only : group_settings_type, new_setting, settings_type
-   use contensou_base_text, only : lower, nearest, quote, string_type, to_text
+   use contensou_base_text, only : lower, nearest, quote, string_type
    use contensou_scene_bearing, only : bearing_names, concerns_bearings, has_bearings
    use contensou_scene_overrides, only : find_path, index_groups, index_type, path_type
    use contensou_scene_reader, only : loaded_scene_type
@@ -206,7 +207,7 @@ contains
       type(string_type) :: none(0)
 
       if (self%key%kind == kind_choice) then
-         call take_value(value, self%key, self%key%choices(), taken, diagnostics, good)
+         call take_value(value, self%key, self%key%names(), taken, diagnostics, good)
       else
          call take_value(value, self%key, none, taken, diagnostics, good)
       end if

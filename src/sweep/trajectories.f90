@@ -4,8 +4,9 @@ module contensou_sweep_trajectories
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_sweep_journal, only : journal_message_length
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_operating_system, only : file_exists, remove_file
-   use contensou_base_text, only : command_text, string_type, to_text
+   use contensou_base_text, only : command_text, string_type
    use contensou_sweep_cases, only : cases_type
    use contensou_sweep_selection, only : named, selection_type
    use contensou_scene_reader, only : read_scene, scene_file_type

@@ -665,7 +665,7 @@ contains
       same = .false.
       do i = 1, size(keys)
          if (keys(i)%group /= group .or. keys(i)%name /= key) cycle
-         choices = keys(i)%choices()
+         choices = keys(i)%names()
          same = size(choices) == size(models)
       end do
       call check(same, key // ": the schema has as many choices as the table")

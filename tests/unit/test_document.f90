@@ -3,11 +3,12 @@ module test_document
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_document, only : document_type, parse_document, parse_value_list, &
-      & read_document, value_integer, value_logical, value_null, value_real, value_text, value_type
+      read_document, value_integer, value_logical, value_null, value_real, value_text, value_type
    use contensou_base_errors, only : error_type, status_file, status_usage
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_text, only : edit_distance, join, lower, nearest, quote, read_real, &
-      & shorten, starts_with, string_type, strings, to_text
+   use contensou_base_numbers, only : read_real, to_text
+   use contensou_base_text, only : edit_distance, join, lower, nearest, quote, shorten, &
+      starts_with, string_type, strings
    implicit none(type, external)
    private
 

@@ -2,7 +2,8 @@
 module test_jacobian_scenes
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
-   use contensou_base_text, only : string_type, to_text
+   use contensou_base_numbers, only : to_text
+   use contensou_base_text, only : string_type
    use contensou_contact_geometry, only : pose_type
    use contensou_dynamics_reports, only : begin_report, contact_report_type, report_contact
    use contensou_dynamics_state, only : body_size, spin_of

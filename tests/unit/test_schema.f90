@@ -3,12 +3,13 @@ module test_schema
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : document_type, parse_document
    use contensou_base_kinds, only : wp
+   use contensou_base_numbers, only : read_real
    use contensou_base_resolve, only : resolve
    use contensou_base_schema, only : admits, domain_text, group_spec_type, is_number, key_type, &
       kind_choice, kind_file, kind_integer, kind_logical, kind_name, kind_real, kind_reference, &
       kind_text, most_values, schema_type
    use contensou_base_settings, only : group_settings_type, settings_type
-   use contensou_base_text, only : read_real, string_type
+   use contensou_base_text, only : string_type
    use contensou_scene_overrides, only : apply_override, index_groups, index_type
    use contensou_scene_schema, only : scene_schema, schema_groups, schema_keys
    use test_harness, only : check, check_close
@@ -90,13 +91,8 @@ contains
             call check((key%unit /= "") .eqv. is_number(key), name // ": a unit for numbers")
             call check(.not. (key%mandatory .and. key%default /= ""), name // &
                ": mandatory, or with a default")
-            call check(associated(key%choices) .eqv. key%kind == kind_choice, name // ": choices")
-            if (allocated(choices)) deallocate(choices)
-            allocate(choices(0))
-            if (associated(key%choices)) then
-               choices = key%choices()
-               call check(size(choices) > 0, name // ": has choices")
-            end if
+            choices = key%names()
+            call check(size(choices) > 0 .eqv. key%kind == kind_choice, name // ": choices")
             full = .true.
             do k = 1, size(choices)
                full = full .and. len(choices(k)%s) > 0
@@ -141,7 +137,7 @@ contains
             case (kind_logical)
                call check(rest == ".true." .or. rest == ".false.", name // ": default")
             case (kind_choice)
-               choices = key%choices()
+               choices = key%names()
                do n = 1, key%values
                   if (key%fewer .and. n > 1 .and. rest == "") exit
                   comma = index(rest // ",", ",")

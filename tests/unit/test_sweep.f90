@@ -3,8 +3,9 @@ module test_sweep
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_schema, only : group_spec_type, key_type, kind_choice
-   use contensou_base_text, only : string_type, to_text
+   use contensou_base_text, only : string_type
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_study_summary, only : summary_quantities
    use contensou_sweep_plan, only : sweep_type
@@ -87,7 +88,7 @@ contains
             call check(count(keys%group == keys(i)%group .and. keys%name == keys(i)%name) == 1, &
                "sweep key " // name // ": once")
             if (keys(i)%kind /= kind_choice) cycle
-            names = keys(i)%choices()
+            names = keys(i)%names()
             call check(size(names) > 1, "sweep key " // name // ": has choices")
             if (keys(i)%default == "") cycle
             found = .false.

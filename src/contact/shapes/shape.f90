@@ -12,9 +12,9 @@
 module contensou_contact_shapes_shape
    use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_kinds, only : pi, wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_schema, only : key_list_type, kind_real
    use contensou_base_settings, only : group_settings_type
-   use contensou_base_text, only : to_text
    use contensou_base_vectors, only : any_tangent
    implicit none(type, external)
    private

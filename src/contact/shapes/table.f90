@@ -126,17 +126,10 @@ contains
             call keys%append(key)
          end associate
       end do
-      call keys%put("surface", "side", kind_choice, choices=sides, &
+      call keys%put("surface", "side", kind_choice, words=side_names, &
          doc="side of the shape that is touched, 'outside' if not given: with 'inside' the " // &
          "surface is concave" // hollows // ";" // without(2:))
    end subroutine put_shape_keys
-
-   !> Names of the sides of a surface.
-   function sides() result(names)
-      type(string_type), allocatable :: names(:)
-
-      names = strings(side_names)
-   end function sides
 
    !> Join the texts of a key of two shapes.
    subroutine join(joined, key)

@@ -3,9 +3,10 @@ module contensou_contact_shapes_torus
    use contensou_base_attitude, only : read_frame
    use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_kinds, only : wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_schema, only : key_list_type, kind_real
    use contensou_base_settings, only : group_settings_type
-   use contensou_base_text, only : quote, to_text
+   use contensou_base_text, only : quote
    use contensou_base_vectors, only : cross
    use contensou_contact_shapes_shape, only : cosines, put_centre, put_direction, shape_info_type, &
       shape_type, sines

@@ -175,11 +175,9 @@ contains
    !> Stop when the time is over.
    subroutine after_step(self, t, stop_now, error)
       class(stopwatch_type), intent(inout) :: self
-      !> Time reached [s].
       real(wp), intent(in) :: t
       !> Whether the CPU time is spent.
       logical, intent(out) :: stop_now
-      !> Never set.
       type(error_type), allocatable, intent(out) :: error
 
       stop_now = cpu_seconds() > self%deadline

@@ -152,10 +152,8 @@ contains
    !> A step is done: signals and progress.
    subroutine after_step(self, t, stop_now, error)
       class(watch_type), intent(inout) :: self
-      !> Time reached [s].
       real(wp), intent(in) :: t
       logical, intent(out) :: stop_now
-      !> Never set.
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: share
 

@@ -239,10 +239,8 @@ contains
    subroutine sample(self, motion, t, y, error)
       class(stopwatch_type), intent(inout) :: self
       class(motion_type), intent(inout) :: motion
-      !> Time [s].
       real(wp), intent(in) :: t
       real(wp), intent(in) :: y(:)
-      !> Never set.
       type(error_type), allocatable, intent(out) :: error
 
       call self%row%at%look(motion%system, t, y)
@@ -252,11 +250,9 @@ contains
    !> Stop when the time is over.
    subroutine after_step(self, t, stop_now, error)
       class(stopwatch_type), intent(inout) :: self
-      !> Time reached [s].
       real(wp), intent(in) :: t
       !> Whether the CPU time is spent.
       logical, intent(out) :: stop_now
-      !> Never set.
       type(error_type), allocatable, intent(out) :: error
 
       stop_now = .false.

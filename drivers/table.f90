@@ -8,7 +8,7 @@ module contensou_drivers_table
    use contensou_base_kinds, only : wp
    use contensou_base_numbers, only : read_real, to_text
    use contensou_base_operating_system, only : check_readable, write_stdout
-   use contensou_base_text, only : lower, quote, starts_with, string_type
+   use contensou_base_text, only : join, lower, quote, starts_with, string_type, strings
    implicit none(type, external)
    private
 
@@ -114,7 +114,7 @@ contains
       allocate(values(size(names), 0), lines(0))
       if (all([(len_trim(table%lines(i)%s) == 0, i=1, size(table%lines))])) then
          call diagnostics%add(origin_type(1, 0, 0, 1), "the table is empty", &
-            "a header with " // list(names))
+            "a header with " // join(strings(names), ","))
          return
       end if
       header = field_starts(table%lines(1)%s)
@@ -126,7 +126,8 @@ contains
             if (field(1, header, c) == names(i)) then
                if (column(i) > 0) then
                   call diagnostics%add(place_of(c), "the header has the column " // &
-                     trim(names(i)) // " twice", "a header with " // list(names) // ", each once")
+                     trim(names(i)) // " twice", "a header with " // &
+                     join(strings(names), ",") // ", each once")
                end if
                column(i) = c
             else if (lower(field(1, header, c)) == lower(trim(names(i)))) then
@@ -138,7 +139,7 @@ contains
          missing = missing // ", " // trim(names(i))
       end do
       if (missing /= "") call diagnostics%add(place, "the header has no column " // missing(3:), &
-         "a header with " // list(names))
+         "a header with " // join(strings(names), ","))
       if (diagnostics%count() > 0) return
       deallocate(values, lines)
       allocate(values(size(names), size(table%lines)), lines(size(table%lines)))
@@ -212,18 +213,6 @@ contains
       end do
       starts(n + 1) = len(line) + 2
    end function field_starts
-
-   !> Names separated by commas.
-   pure function list(names) result(text)
-      character(len=*), intent(in) :: names(:)
-      character(len=:), allocatable :: text
-      integer :: i
-
-      text = trim(names(1))
-      do i = 2, size(names)
-         text = text // "," // trim(names(i))
-      end do
-   end function list
 
    !> Read all lines of a file or of the standard input.
    subroutine read_lines(path, table, error)

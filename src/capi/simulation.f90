@@ -324,10 +324,8 @@ contains
    subroutine sample(self, motion, t, y, error)
       class(watcher_type), intent(inout) :: self
       class(motion_type), intent(inout) :: motion
-      !> Time [s].
       real(wp), intent(in) :: t
       real(wp), intent(in) :: y(:)
-      !> Never set.
       type(error_type), allocatable, intent(out) :: error
 
       if (.not. associated(self%look) .or. self%stops) return
@@ -337,10 +335,8 @@ contains
    !> A step is done.
    subroutine after_step(self, t, stop_now, error)
       class(watcher_type), intent(inout) :: self
-      !> Time reached [s].
       real(wp), intent(in) :: t
       logical, intent(out) :: stop_now
-      !> Never set.
       type(error_type), allocatable, intent(out) :: error
 
       stop_now = self%stops

@@ -195,7 +195,6 @@ contains
    subroutine sample(self, motion, t, y, error)
       class(recorder_type), intent(inout) :: self
       class(motion_type), intent(inout) :: motion
-      !> Time [s].
       real(wp), intent(in) :: t
       real(wp), intent(in) :: y(:)
       type(error_type), allocatable, intent(out) :: error
@@ -206,9 +205,7 @@ contains
    !> A contact touched or lifted off.
    subroutine event(self, t, kind, contact, error)
       class(recorder_type), intent(inout) :: self
-      !> Time [s].
       real(wp), intent(in) :: t
-      !> `event_touch` or `event_lift`.
       integer, intent(in) :: kind
       integer, intent(in) :: contact
       type(error_type), allocatable, intent(out) :: error
@@ -223,10 +220,8 @@ contains
    !> A step is done: is a checkpoint due?
    subroutine after_step(self, t, stop_now, error)
       class(recorder_type), intent(inout) :: self
-      !> Time reached [s].
       real(wp), intent(in) :: t
       logical, intent(out) :: stop_now
-      !> Never set.
       type(error_type), allocatable, intent(out) :: error
 
       stop_now = .false.

@@ -359,9 +359,7 @@ contains
    !> Add an event.
    subroutine event(self, t, kind, contact, error)
       class(trajectory_type), intent(inout) :: self
-      !> Time [s].
       real(wp), intent(in) :: t
-      !> `event_touch` or `event_lift`.
       integer, intent(in) :: kind
       integer, intent(in) :: contact
       type(error_type), allocatable, intent(out) :: error

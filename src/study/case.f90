@@ -137,10 +137,8 @@ contains
    subroutine sample(self, motion, t, y, error)
       class(witness_type), intent(inout) :: self
       class(motion_type), intent(inout) :: motion
-      !> Time [s].
       real(wp), intent(in) :: t
       real(wp), intent(in) :: y(:)
-      !> Never set.
       type(error_type), allocatable, intent(out) :: error
 
       call self%summary%add_row(self%row, motion%system, t, y)
@@ -191,12 +189,9 @@ contains
    !> A contact touched or lifted off.
    subroutine event(self, t, kind, contact, error)
       class(witness_type), intent(inout) :: self
-      !> Time [s].
       real(wp), intent(in) :: t
-      !> `event_touch` or `event_lift`.
       integer, intent(in) :: kind
       integer, intent(in) :: contact
-      !> Never set.
       type(error_type), allocatable, intent(out) :: error
       integer :: first, last, number
 

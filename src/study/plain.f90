@@ -104,10 +104,8 @@ contains
    subroutine sample(self, motion, t, y, error)
       class(watcher_type), intent(inout) :: self
       class(motion_type), intent(inout) :: motion
-      !> Time [s].
       real(wp), intent(in) :: t
       real(wp), intent(in) :: y(:)
-      !> Never set.
       type(error_type), allocatable, intent(out) :: error
 
       call self%look(t, y)

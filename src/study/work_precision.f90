@@ -332,10 +332,8 @@ contains
    subroutine sample(self, motion, t, y, error)
       class(gauge_type), intent(inout) :: self
       class(motion_type), intent(inout) :: motion
-      !> Time [s].
       real(wp), intent(in) :: t
       real(wp), intent(in) :: y(:)
-      !> Never set.
       type(error_type), allocatable, intent(out) :: error
       integer :: n
 
@@ -451,12 +449,9 @@ contains
    !> A contact touched or lifted off.
    subroutine event(self, t, kind, contact, error)
       class(gauge_type), intent(inout) :: self
-      !> Time [s].
       real(wp), intent(in) :: t
-      !> `event_touch` or `event_lift`.
       integer, intent(in) :: kind
       integer, intent(in) :: contact
-      !> Never set.
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: times(:)
       integer, allocatable :: codes(:)
@@ -478,10 +473,8 @@ contains
    !> A step is done.
    subroutine after_step(self, t, stop_now, error)
       class(gauge_type), intent(inout) :: self
-      !> Time reached [s].
       real(wp), intent(in) :: t
       logical, intent(out) :: stop_now
-      !> Never set.
       type(error_type), allocatable, intent(out) :: error
 
       self%interrupted = self%onlooker%stops()

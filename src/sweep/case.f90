@@ -154,10 +154,8 @@ contains
    !> A step is done: is there time for another one?
    subroutine after_step(self, t, stop_now, error)
       class(hurried_type), intent(inout) :: self
-      !> Time reached [s].
       real(wp), intent(in) :: t
       logical, intent(out) :: stop_now
-      !> Never set.
       type(error_type), allocatable, intent(out) :: error
 
       stop_now = crew_stopping()

@@ -166,10 +166,8 @@ contains
    !> A step is done: do all stop?
    subroutine after_step(self, t, stop_now, error)
       class(quiet_recorder_type), intent(inout) :: self
-      !> Time reached [s].
       real(wp), intent(in) :: t
       logical, intent(out) :: stop_now
-      !> Never set.
       type(error_type), allocatable, intent(out) :: error
 
       call self%recorder_type%after_step(t, stop_now, error)

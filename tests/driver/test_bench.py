@@ -14,6 +14,7 @@ from pathlib import Path
 import h5py
 import pytest
 import xarray
+from programs import captured
 
 COLUMNS = [
     "kernel",
@@ -100,14 +101,11 @@ class Bench:
 def bench(executable, tmp_path_factory) -> Bench:
     """A quick measurement with files."""
     folder = tmp_path_factory.mktemp("bench")
-    done = subprocess.run(
+    done = captured(
         [str(executable), "bench", "kernels", "--quick", "-o", "out"],
         cwd=folder,
         stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
         timeout=300,
-        check=False,
     )
     assert done.returncode == 0, done.stderr
     text = (folder / "out.csv").read_text(encoding="ascii")

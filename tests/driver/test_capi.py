@@ -1,19 +1,15 @@
 """The C interface: the programs that the build makes of tests/capi."""
 
-import subprocess
-
 import pytest
+from programs import captured
 
 
 @pytest.mark.parametrize("name", ["kernels", "simulation"])
 def test_c_interface(executable, inputs, name):
     program = executable.parents[1] / "tests" / "capi" / f"test_{name}"
-    done = subprocess.run(
+    done = captured(
         [program, inputs][: 1 + (name == "simulation")],
-        capture_output=True,
-        text=True,
         timeout=300,
-        check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.count("\n") == 1, done.stdout

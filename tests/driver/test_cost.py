@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import h5py
 import pytest
+from programs import captured
 
 MODELS = ("coulomb", "contensou_simplified", "pade11", "pade22", "contensou_exact")
 DAMPINGS = ("hunt_crossley", "viscous", "tsuji")
@@ -130,7 +131,7 @@ def count(executable, sanitized, tmp_path):
             or BALL.format(gravity=gravity, damping=damping, friction=friction, velocity=velocity)
         )
         profile = tmp_path / "profile"
-        done = subprocess.run(
+        done = captured(
             [
                 *("valgrind", "--tool=callgrind", "--quiet"),
                 *(f"--toggle-collect={RIGHT_HAND_SIDE}", f"--callgrind-out-file={profile}"),
@@ -138,9 +139,6 @@ def count(executable, sanitized, tmp_path):
             ],
             # Symbols of libraries are looked up before the first evaluation, not in it.
             env={**os.environ, "LD_BIND_NOW": "1"},
-            capture_output=True,
-            text=True,
-            check=False,
         )
         assert done.returncode == 0, done.stdout + done.stderr
         assert "NaN" not in done.stdout

@@ -11,6 +11,7 @@ import time
 import h5py
 import numpy as np
 import pytest
+from programs import captured
 
 KINDS = ("position", "angle", "velocity", "angular_velocity")
 MEASURES = ("end", "largest", "rms")
@@ -29,7 +30,7 @@ def study(executable, scene_text, tmp_path_factory):
     (folder / "top.nml").write_text(scene_text)
     command = [executable, "cost", "top.nml", "-o", "cost.h5", "--csv", "cost.csv", "-q", *SMALL]
     command += ["--set", "cost.repeats=1", "--set", "cost.samples=20", "--error", "1"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    done = captured(command, cwd=folder)
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     (folder / "out.txt").write_text(done.stdout)

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from programs import captured
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -138,17 +139,14 @@ def build_example(executable, build_kind, sanitized, tmp_path):
         if sanitized:
             options.append("-fsanitize=address,undefined")
         program = tmp_path / example.stem
-        done = subprocess.run(
+        done = captured(
             [
                 *("gfortran", "-std=f2018", "-Wall", "-Wextra", "-Wimplicit-interface", "-Werror"),
                 *(*options, f"-I{archive}.p", f"-J{tmp_path}"),
                 *(str(example), str(archive), *libraries, "-o", str(program)),
             ],
             cwd=tmp_path,
-            capture_output=True,
-            text=True,
             timeout=120,
-            check=False,
         )
         assert done.returncode == 0, done.stderr
         return program
@@ -163,13 +161,10 @@ def test_there_are_examples_and_commands():
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.stem)
 def test_example_prints_what_the_page_shows(example, build_example, tmp_path):
-    done = subprocess.run(
+    done = captured(
         [build_example(example)],
         cwd=tmp_path,
-        capture_output=True,
-        text=True,
         timeout=60,
-        check=False,
     )
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
@@ -191,15 +186,12 @@ def test_example_is_as_the_page_shows_it(example):
 @pytest.mark.parametrize(("command", "output"), commands())
 def test_command_prints_what_the_page_shows(command, output, executable, tmp_path):
     path = f"{executable.parent}{os.pathsep}{os.environ['PATH']}"
-    done = subprocess.run(
+    done = captured(
         ["bash", "-o", "pipefail", "-c", command],
         cwd=tmp_path,
         env={**os.environ, "PATH": path},
         stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
         timeout=120,
-        check=False,
     )
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
@@ -256,13 +248,10 @@ def test_the_mistake_that_the_readme_shows(executable, tmp_path):
     scene = next(block.text for block in blocks if block.text.startswith("&scene"))
     shown = next(block.text for block in blocks if "error: unknown key" in block.text)
     (tmp_path / "ball.nml").write_text(scene.replace("mass =", "mas ="), encoding="utf-8")
-    done = subprocess.run(
+    done = captured(
         [executable, "check", "ball.nml"],
         cwd=tmp_path,
-        capture_output=True,
-        text=True,
         timeout=60,
-        check=False,
     )
     assert done.returncode == 2
     assert done.stderr == shown

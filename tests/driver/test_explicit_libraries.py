@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from programs import captured
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
@@ -45,7 +45,7 @@ def fall(build, tmp_path):
         gravity = f"gravity = 0, 0, {-g}," if g else ""
         path.write_text(FALL.format(t_end=t_end, gravity=gravity, velocity=velocity))
         words = [build / "tests" / "cost" / "library_explicit8", path, method, "1e-8", contact]
-        return subprocess.run(list(map(str, words)), capture_output=True, text=True, check=False)
+        return captured(list(map(str, words)))
 
     return run_it
 

@@ -19,6 +19,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from programs import captured
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "tests" / "extension"
@@ -129,9 +130,7 @@ def extended_program(build_kind, tmp_path_factory) -> Path:
     patches = [path.read_text(encoding="utf-8") for path in sorted(FOLDER.glob("*.patch"))]
     apply(patches, tree)
     for words in (["meson", "setup", *OPTIONS, "build"], ["ninja", "-C", "build"]):
-        done = subprocess.run(
-            words, cwd=tree, capture_output=True, text=True, timeout=600, check=False
-        )
+        done = captured(words, cwd=tree, timeout=600)
         assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-2000:]
     return tree / "build" / "drivers" / "contensou"
 
@@ -148,13 +147,10 @@ def extended(extended_program, tmp_path):
     """Run the extended program in tmp_path: its standard output; it must succeed."""
 
     def run_it(*words) -> str:
-        done = subprocess.run(
+        done = captured(
             [extended_program, *map(str, words)],
             cwd=tmp_path,
-            capture_output=True,
-            text=True,
             timeout=120,
-            check=False,
         )
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout
@@ -176,15 +172,12 @@ def test_patch_applies_to_the_sources_as_they_are(name, tmp_path):
     """By the program that a user would take, in a folder that is no repository."""
     patch = patch_of(name)
     copy_sources(tmp_path)
-    done = subprocess.run(
+    done = captured(
         ["git", "apply", "--check", "--whitespace=error", "-"],
         input=patch,
         cwd=tmp_path,
         env={"PATH": "/usr/bin:/bin", "GIT_CEILING_DIRECTORIES": str(tmp_path.parent)},
-        capture_output=True,
-        text=True,
         timeout=60,
-        check=False,
     )
     assert done.returncode == 0, done.stderr
 

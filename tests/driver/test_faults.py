@@ -13,12 +13,12 @@ import json
 import os
 import re
 import shlex
-import subprocess
 import sys
 from functools import cache
 from xml.etree import ElementTree
 
 import pytest
+from programs import captured
 
 # File, line, wrong line, what is wrong.
 FAULTS = {
@@ -111,9 +111,7 @@ def without_source(interface):
 
 def run_suite(program, name, root):
     """Run the unit tests whose suite has this in its name: how many failed."""
-    done = subprocess.run(
-        [program, name], cwd=root, capture_output=True, text=True, timeout=300, check=False
-    )
+    done = captured([program, name], cwd=root, timeout=300)
     closing = re.search(r"^(\d+) passed, (\d+) failed$", done.stdout, re.MULTILINE)
     assert closing, done.stdout[-3000:] + done.stderr[-3000:]
     assert int(closing[1]) + int(closing[2]) > 0
@@ -122,17 +120,14 @@ def run_suite(program, name, root):
 
 def run_driver(program, tests, root, report):
     """Run driver tests up to the first that fails: the names of those that failed."""
-    done = subprocess.run(
+    done = captured(
         [
             *(sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider"),
             *(f"--junitxml={report}", *tests),
         ],
         cwd=root,
         env=os.environ | {"CONTENSOU": str(program)},
-        capture_output=True,
-        text=True,
         timeout=900,
-        check=False,
     )
     assert done.returncode in (0, 1), done.stdout[-3000:]
     cases = [case for case in ElementTree.parse(report).iter("testcase") if len(case)]
@@ -151,9 +146,7 @@ class Build:
 
     def command(self, words):
         """Run a command in the build folder, which must succeed; its output."""
-        done = subprocess.run(
-            words, cwd=self.folder, capture_output=True, text=True, timeout=600, check=False
-        )
+        done = captured(words, cwd=self.folder, timeout=600)
         assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
         return done.stdout
 

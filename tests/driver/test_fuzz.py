@@ -7,9 +7,9 @@ release build and 5e4 with the sanitizers, as `fuzz_reader SEED COUNT SCRATCH SC
 from __future__ import annotations
 
 import resource
-import subprocess
 
 import pytest
+from programs import captured
 
 
 @pytest.fixture
@@ -32,13 +32,10 @@ def test_mutated_scenes(fuzz_reader, root, tmp_path, build_kind, sanitized):
             resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
 
     scratch = tmp_path / "scene.nml"
-    done = subprocess.run(
+    done = captured(
         [fuzz_reader, "20091", str(count), scratch, *(8 * valid), *broken],
         preexec_fn=limit,
-        capture_output=True,
-        text=True,
         timeout=600,
-        check=False,
     )
     assert done.returncode == 0, f"{done.stdout}{done.stderr}\n{scratch.read_bytes()!r}"
     assert done.stdout.startswith(f"{count} scenes: ")

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from programs import captured
 
 
 @dataclass(frozen=True)
@@ -25,12 +26,9 @@ class Generator:
 
     def run(self, *words) -> subprocess.CompletedProcess:
         """Run the script."""
-        return subprocess.run(
+        return captured(
             [sys.executable, str(self.script), *map(str, words)],
-            capture_output=True,
-            text=True,
             timeout=600,
-            check=False,
         )
 
 

@@ -10,10 +10,10 @@ import math
 import os
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
+from programs import captured
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
@@ -33,9 +33,7 @@ pytestmark = pytest.mark.xdist_group("library")
 
 def called(words, folder, env=None, **more):
     """What a command that must succeed leaves."""
-    done = subprocess.run(
-        words, cwd=folder, env=env, capture_output=True, text=True, timeout=600, **more, check=False
-    )
+    done = captured(words, cwd=folder, env=env, timeout=600, **more)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
     return done
 
@@ -152,14 +150,11 @@ def test_an_error_reaches_the_program_with_its_text(language, installed, built, 
     assert result.status == 2
     assert "unknown key 't_ned'" in result.err
     for program, shown in ((text, result.err), (quiet, "")):
-        done = subprocess.run(
+        done = captured(
             [built(language, program)],
             cwd=tmp_path,
             env=installed[1],
-            capture_output=True,
-            text=True,
             timeout=60,
-            check=False,
         )
         assert done.returncode != 0
         assert done.stdout == ""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
 import h5netcdf
@@ -13,6 +12,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray
+from programs import captured
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -467,7 +467,7 @@ def test_h5netcdf(output):
 def test_h5dump(output):
     if shutil.which("h5dump") is None:
         pytest.skip("there is no h5dump")
-    done = subprocess.run(["h5dump", str(output)], capture_output=True, text=True, check=False)
+    done = captured(["h5dump", str(output)])
     assert done.returncode == 0
     assert done.stderr == ""
     assert 'DATASET "semi_axes"' in done.stdout

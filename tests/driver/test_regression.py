@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import h5py
 import pytest
+from programs import captured
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
@@ -23,12 +23,9 @@ SCRIPT = ROOT / "scripts" / "regress.py"
 
 def regress(*words):
     """Call scripts/regress.py."""
-    return subprocess.run(
+    return captured(
         [sys.executable, str(SCRIPT), *map(str, words)],
-        capture_output=True,
-        text=True,
         timeout=600,
-        check=False,
     )
 
 
@@ -112,7 +109,7 @@ def test_a_case_can_be_added_and_renewed(executable, tmp_path, scene_text, build
 
     def call(*words):
         command = [sys.executable, str(script), "--program", str(executable), *map(str, words)]
-        return subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
+        return captured(command, timeout=600)
 
     result = call()
     assert result.returncode == 1

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import f90nml
 import pytest
+from programs import captured
 
 BROKEN = sorted((Path(__file__).parent / "broken").glob("*.nml"))
 
@@ -387,7 +388,7 @@ def fortran_reader(tmp_path_factory):
 
 
 def read_with_fortran(program: Path, scene: Path) -> list[tuple[str, dict[str, list]]]:
-    done = subprocess.run([program, scene], capture_output=True, text=True, timeout=60, check=False)
+    done = captured([program, scene], timeout=60)
     assert done.returncode == 0, done.stdout
     groups: dict[tuple[str, str], dict[str, list]] = {}
     for line in done.stdout.splitlines():

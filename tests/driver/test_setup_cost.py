@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import resource
-import subprocess
 
 import pytest
+from programs import captured
 
 
 def many_balls(number: int) -> list[str]:
@@ -43,12 +43,9 @@ def cost(executable, tmp_path, build_kind):
         path = tmp_path / "many.nml"
         path.write_text("\n".join(lines) + "\n")
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        done = subprocess.run(
+        done = captured(
             [str(executable), "check", path.name, *words],
             cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            check=False,
             timeout=300,
         )
         after = resource.getrusage(resource.RUSAGE_CHILDREN)

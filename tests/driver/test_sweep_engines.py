@@ -9,12 +9,12 @@ import os
 import re
 import shlex
 import shutil
-import subprocess
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+from programs import captured
 
 ROOT = Path(__file__).resolve().parents[2]
 SUBMIT = ROOT / "scripts" / "slurm" / "submit"
@@ -55,14 +55,11 @@ def submit(executable, sweep, slurm):
 
     def run_it(*options: object) -> tuple[int, str, str]:
         path = f"{slurm}{os.pathsep}{os.environ['PATH']}"
-        done = subprocess.run(
+        done = captured(
             [str(SUBMIT), *map(str, options)],
             cwd=sweep.parent,
             env={**os.environ, "CONTENSOU": str(executable), "PATH": path},
-            capture_output=True,
-            text=True,
             timeout=120,
-            check=False,
         )
         return done.returncode, done.stdout, done.stderr
 
@@ -175,14 +172,11 @@ def test_gnu_parallel_runs_the_shards(executable, sweep, run):
     if shutil.which("parallel") is None:
         pytest.skip("GNU parallel is not installed")
     command = re.search(r"^parallel .*$", PAGE, re.MULTILINE)[0]
-    done = subprocess.run(
+    done = captured(
         ["bash", "-c", command],
         cwd=sweep.parent,
         env={**os.environ, "PATH": f"{executable.parent}{os.pathsep}{os.environ['PATH']}"},
-        capture_output=True,
-        text=True,
         timeout=300,
-        check=False,
     )
     assert done.returncode == 0, done.stderr
     assert run("sweep", "sweep.nml", "-q", "-o", "alone.h5").status == 0

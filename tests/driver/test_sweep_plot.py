@@ -11,6 +11,7 @@ import h5py
 import matplotlib as mpl
 import numpy as np
 import pytest
+from programs import captured
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
@@ -172,13 +173,10 @@ def test_what_is_asked_for_is_drawn(table):
 
 def plot(*arguments: object, cwd: Path) -> subprocess.CompletedProcess:
     """Run the script itself."""
-    return subprocess.run(
+    return captured(
         [sys.executable, str(ROOT / "scripts" / "plot.py"), *map(str, arguments)],
         cwd=cwd,
-        capture_output=True,
-        text=True,
         timeout=300,
-        check=False,
     )
 
 
@@ -213,13 +211,10 @@ def test_the_page_reads_a_table(table, tmp_path, library):
     )
     text = text.replace("stem_floor", "ball_floor")
     text += "print(t, t.first_touch_ball_floor.min())\n"
-    done = subprocess.run(
+    done = captured(
         [sys.executable, "-c", text],
         cwd=tmp_path,
-        capture_output=True,
-        text=True,
         timeout=300,
-        check=False,
     )
     assert done.returncode == 0, done.stderr
     assert "friction_coefficient" in done.stdout

@@ -112,6 +112,8 @@ module contensou_contact_geometry
       procedure(locate_interface), deferred :: locate
       !> Variation of the contact point.
       procedure(vary_interface), deferred :: vary
+      !> Gap of a second place where the surfaces overlap; the largest number if there is none.
+      procedure :: second_gap
       !> Smallest radius of curvature of the pair [m], the scale of admissible overlaps.
       procedure(radius_interface), deferred :: smallest_radius
    end type geometry_type
@@ -176,6 +178,19 @@ module contensou_contact_geometry
 
 contains
 
+   !> Gap of a second place where the surfaces overlap [m]; a closed form has none.
+   pure subroutine second_gap(self, a, b, track, gap)
+      class(geometry_type), intent(in) :: self
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      !> The place that is known.
+      type(track_type), intent(in) :: track
+      !> The gap; the largest number if there is no other place.
+      real(wp), intent(out) :: gap
+
+      gap = huge(gap)
+   end subroutine second_gap
+
    !> Write a track to a checkpoint or read it back.
    subroutine exchange_track(self, checkpoint)
       class(track_type), intent(inout) :: self
@@ -231,6 +246,13 @@ contains
             "normal = 'hertz' for some of them does"
       case (trouble_apex)
          text = "the apex of the cone touches, where its surface has no curvature"
+      case (trouble_sudden)
+         text = "the surfaces overlap without having approached: their closest points have " // &
+            "jumped, as where they can touch in several places; a contact of its own for each " // &
+            "place, with surfaces that touch only there, does not"
+      case (trouble_spots)
+         text = "the surfaces touch in two places at once, of which a contact knows one; a " // &
+            "contact of its own for each place, with surfaces that touch only there, knows both"
       case (trouble_far)
          text = "its bodies are so far from the origin that the rounding of their positions " // &
             "is not small against the overlap; an origin near where they touch resolves it"

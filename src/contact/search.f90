@@ -45,6 +45,7 @@ module contensou_contact_search
       real(wp) :: far = 0.0_wp
    contains
       procedure :: find
+      procedure :: find_second
    end type search_type
 
    !> Frame of surface B seen from surface A.
@@ -84,6 +85,9 @@ module contensou_contact_search
    !> How much lower than the nearest sample a place may be, in units of the largest semi-axis: the
    !> nearest sample is at most 0.23 away on the unit sphere.
    real(wp), parameter :: depth_area = 0.05_wp
+
+   !> Distance of two places over the size of the surfaces above which they are not the same.
+   real(wp), parameter :: distinct = 1.0e-4_wp
 
    integer :: counter
 
@@ -328,6 +332,41 @@ contains
          call find_cold(self, placing, track, gap)
       end if
    end subroutine look_elsewhere
+
+   !> Gap of a second place where overlapping surfaces overlap.
+   pure subroutine find_second(self, placing, track, gap)
+      class(search_type), intent(in) :: self
+      type(placing_type), intent(in) :: placing
+      !> The place that is known.
+      type(track_type), intent(in) :: track
+      !> The gap [m]; the largest number if there is no other place.
+      real(wp), intent(out) :: gap
+      real(wp) :: value(samples_area), low, x(3), y(3), n(3), g
+      logical :: taken(samples_area), found
+      integer :: i, k, count, start
+
+      gap = huge(gap)
+      count = samples_of(self)
+      taken = .true.
+      value = huge(gap)
+      do i = 1, count
+         value(i) = distance_of(self, placing, sample_of(self, placing, i))
+      end do
+      do i = 1, count
+         ! Only samples near which the surfaces may overlap.
+         low = value(i) - depth_area*maxval(self%axes)
+         if (self%line) low = lowest_between(value(:count), i)
+         taken(i) = low >= 0.0_wp
+      end do
+      do start = 1, most_starts
+         if (all(taken)) exit
+         k = minloc(value, dim=1, mask=.not. taken)
+         call refine(self, placing, k, x, y, n, g, low, found)
+         call leave_out(self, k, value, taken)
+         if (.not. found .or. g >= 0.0_wp) cycle
+         if (norm2(x - track%first) > distinct*self%size) gap = min(gap, g)
+      end do
+   end subroutine find_second
 
    !> Lower bound of a periodic function that is convex next to a sample that is smaller than its
    !> neighbours; the sample itself where it is not: where the straight lines through

@@ -88,6 +88,7 @@ module contensou_contact_surface_pair
    type, extends(surface_pair_type) :: searched_pair_type
    contains
       procedure :: gap => searched_gap
+      procedure :: second_gap => searched_second_gap
    end type searched_pair_type
 
 contains
@@ -259,6 +260,22 @@ contains
 
       call self%search%find(placing_of(self, a, b), track, gap)
    end subroutine searched_gap
+
+   !> Gap of a second place where the surfaces overlap [m].
+   pure subroutine searched_second_gap(self, a, b, track, gap)
+      class(searched_pair_type), intent(in) :: self
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      !> The place that is known.
+      type(track_type), intent(in) :: track
+      !> The gap; the largest number if there is no other place.
+      real(wp), intent(out) :: gap
+
+      gap = huge(gap)
+      if (self%search%several .and. track%known) then
+         call self%search%find_second(placing_of(self, a, b), track, gap)
+      end if
+   end subroutine searched_second_gap
 
    !> A point of one body in the frame of a surface of another [m].
    pure function seen(surface, pose, point, pose_of_point) result(p)

@@ -16,7 +16,8 @@ module contensou_dynamics_reports
    implicit none(type, external)
    private
 
-   public :: contact_report_type, begin_report, report_contact, drive_loads, energies, momenta
+   public :: contact_report_type, begin_report, report_contact, drive_loads, momenta
+   public :: energy_type, energies, find_energy
 
    !> What an output row says of a contact.
    type :: contact_report_type
@@ -37,7 +38,50 @@ module contensou_dynamics_reports
       real(wp) :: stored_damping = 0.0_wp, stored_friction = 0.0_wp
    end type contact_report_type
 
+   !> Where the energy is.
+   type :: energy_type
+      !> Energies of the bodies, and elastic energy of contacts [J].
+      real(wp) :: kinetic = 0.0_wp, potential = 0.0_wp, elastic = 0.0_wp
+      !> Work so far: lost, or stored by states of parts; supplied [J].
+      real(wp) :: friction = 0.0_wp, damping = 0.0_wp, applied = 0.0_wp
+   contains
+      procedure :: total
+   end type energy_type
+
 contains
+
+   !> Energy with what was lost and without what was supplied [J]: constant.
+   pure real(wp) function total(self)
+      class(energy_type), intent(in) :: self
+
+      total = self%kinetic + self%potential + self%elastic + self%friction + self%damping &
+         - self%applied
+   end function total
+
+   !> Where the energy of a state is.
+   subroutine find_energy(system, t, y, energy)
+      !> The system; its workspace is changed.
+      type(system_type), intent(inout) :: system
+      !> Time [s].
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: y(:)
+      type(energy_type), intent(out) :: energy
+      type(contact_report_type) :: row
+      integer :: i
+
+      call begin_report(system, t, y)
+      do i = 1, size(system%contacts)
+         call report_contact(system, i, row)
+         energy%elastic = energy%elastic + row%elastic_energy
+      end do
+      call energies(system, y, energy%kinetic, energy%potential)
+      ! What the states of parts store is part of the works.
+      associate (layout => system%layout)
+         if (layout%friction > 0) energy%friction = y(layout%friction)
+         if (layout%damping > 0) energy%damping = y(layout%damping)
+         if (layout%applied > 0) energy%applied = y(layout%applied)
+      end associate
+   end subroutine find_energy
 
    !> Set poses, and normal forces of the closed rigid contacts, for reports on a state.
    subroutine begin_report(system, t, y)

@@ -5,9 +5,11 @@ module contensou_integrate_march
    use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : power_text
-   use contensou_contact_geometry, only : track_type, trouble_far
+   use contensou_contact_geometry, only : track_type, trouble_far, trouble_none, &
+      trouble_spots, trouble_sudden
    use contensou_dynamics_impact, only : open_contact, resolve_impacts, touching_gap
    use contensou_dynamics_mechanism, only : contact_motion_type
+   use contensou_dynamics_reports, only : energy_type, find_energy
    use contensou_dynamics_state, only : position_of
    use contensou_integrate_choice, only : choice_type, choose_method, &
       explicit_reach
@@ -90,6 +92,12 @@ module contensou_integrate_march
       !> Time up to which the step is bounded, because a contact closes and opens there [s]; 0 for
       !> none.
       real(wp) :: bounded_until = 0.0_wp
+      !> Energy at the beginning, with what was lost and without what was supplied [J], and the
+      !> largest part of it that has moved since: kinetic or elastic energy, change of the
+      !> potential one, work [J].
+      real(wp) :: energy = 0.0_wp, energy_moved = 0.0_wp
+      !> Potential energy at the beginning [J].
+      real(wp) :: potential = 0.0_wp
       !> The method in use, and what `auto` knows.
       type(switch_type) :: switch
       !> Counters so far.
@@ -145,6 +153,34 @@ module contensou_integrate_march
       !> Steps since the last check of what a tolerance does not tell of.
       integer :: unchecked = 0
    end type march_type
+
+   !> What a look at a state changes in a system, though the march is to go on as if there had been
+   !> none.
+   type :: kept_type
+      type(track_type), allocatable :: track(:)
+      !> Normal forces of rigid contacts [N].
+      real(wp), allocatable :: force(:)
+      integer :: too_deep, trouble, trouble_code
+      logical :: outside
+   end type kept_type
+
+   !> Share of the energy that moved by which the balance may be off before a run is ended ...
+   real(wp), parameter :: leak = 1.0e-3_wp
+
+   !> ... or this many times the tolerance, where that is more ...
+   real(wp), parameter :: leak_of_tolerance = 1.0e3_wp
+
+   !> ... the share of that from which on it is told at the end ...
+   real(wp), parameter :: warned = 0.1_wp
+
+   !> ... and share of the whole energy that rounding may take.
+   real(wp), parameter :: rounded = 1.0e-12_wp
+
+   !> Resolution of the time of an event, in units of its rounding.
+   real(wp), parameter :: time_of_event = 1.0e4_wp
+
+   !> Gap at an event, in units of the tolerance of positions: it is found on an interpolant.
+   real(wp), parameter :: place_of_event = 1.0e3_wp
 
    !> Steps after which what a tolerance does not tell of is checked, beside touches and the end.
    integer, parameter :: checked_steps = 100
@@ -288,6 +324,9 @@ contains
       call checkpoint%exchange("contacts_closed", self%closed)
       call checkpoint%exchange("contacts_undecided", self%undecided)
       call checkpoint%exchange("bounded_until", self%bounded_until)
+      call checkpoint%exchange("energy", self%energy)
+      call checkpoint%exchange("energy_moved", self%energy_moved)
+      call checkpoint%exchange("potential", self%potential)
       call self%statistics%exchange(checkpoint)
       call checkpoint%exchange("method", self%switch%method)
       call checkpoint%exchange("patience", self%switch%patience)
@@ -427,6 +466,8 @@ contains
                memory%row > self%rows) then
                self%unchecked = 0
                call check_resolution(self, error)
+               if (.not. allocated(error)) call check_spots(self, error)
+               if (.not. allocated(error)) call check_balance(self, error)
                if (allocated(error)) return
             end if
             if (any(memory%undecided)) call decide(self)
@@ -494,6 +535,7 @@ contains
          do i = 1, n
             if (memory%closed(i)) call begin_impact(self%motion, i, -self%rate(i), changed)
          end do
+         call begin_balance(self)
          call self%observer%sample(self%motion, memory%t, y, error)
          if (allocated(error)) return
          memory%row = 1
@@ -572,22 +614,46 @@ contains
       end associate
    end subroutine decide
 
+   !> Keep what a look at a state changes.
+   subroutine keep_workspace(motion, kept)
+      class(motion_type), intent(in) :: motion
+      type(kept_type), intent(out) :: kept
+
+      associate (system => motion%system)
+         kept%too_deep = system%too_deep
+         kept%trouble = system%trouble
+         kept%trouble_code = system%trouble_code
+         kept%outside = system%outside
+         allocate(kept%track(motion%n_events), kept%force(motion%n_events))
+         kept%track = system%contacts%track
+         kept%force = system%contacts%normal_force
+      end associate
+   end subroutine keep_workspace
+
+   !> Put back what a look at a state has changed.
+   subroutine restore_workspace(motion, kept)
+      class(motion_type), intent(inout) :: motion
+      type(kept_type), intent(in) :: kept
+
+      associate (system => motion%system)
+         system%contacts%track = kept%track
+         system%contacts%normal_force = kept%force
+         system%too_deep = kept%too_deep
+         system%trouble = kept%trouble
+         system%trouble_code = kept%trouble_code
+         system%outside = kept%outside
+      end associate
+   end subroutine restore_workspace
+
    !> States that are asked for beside the rows, so that nothing that follows depends on it.
    subroutine look_between(self)
       type(march_type), intent(inout) :: self
       type(statistics_type) :: before, after
-      type(track_type) :: track(self%motion%n_events)
-      real(wp) :: y(self%motion%n), force(self%motion%n_events)
-      integer :: too_deep, trouble, trouble_code
-      logical :: outside
+      type(kept_type) :: kept
+      real(wp) :: y(self%motion%n)
 
-      associate (system => self%motion%system, observer => self%observer)
-         too_deep = system%too_deep
-         trouble = system%trouble
-         trouble_code = system%trouble_code
-         outside = system%outside
-         track = system%contacts%track
-         force = system%contacts%normal_force
+      associate (observer => self%observer)
+         call keep_workspace(self%motion, kept)
          before = self%integrator%statistics()
          do while (observer%next_time < self%memory%t)
             call self%integrator%interpolate(observer%next_time, y)
@@ -595,12 +661,7 @@ contains
          end do
          after = self%integrator%statistics()
          self%unasked = self%unasked + after%derivatives - before%derivatives
-         system%contacts%track = track
-         system%contacts%normal_force = force
-         system%too_deep = too_deep
-         system%trouble = trouble
-         system%trouble_code = trouble_code
-         system%outside = outside
+         call restore_workspace(self%motion, kept)
       end associate
    end subroutine look_between
 
@@ -786,6 +847,104 @@ contains
          if (any_changed) call self%integrator%restart(t, y, error)
       end associate
    end subroutine take_events
+
+   !> See whether surfaces overlap without having approached, or in two places.
+   subroutine check_spots(self, error)
+      type(march_type), intent(inout) :: self
+      !> Set where they do.
+      type(error_type), allocatable, intent(out) :: error
+      type(kept_type) :: kept
+      real(wp), dimension(self%motion%n_events) :: gap, rate
+      real(wp) :: second, explained
+      integer :: i, trouble
+
+      associate (system => self%motion%system, memory => self%memory)
+         call keep_workspace(self%motion, kept)
+         call system%gaps(memory%y, gap)
+         rate = 0.0_wp
+         if (any(self%events < 0)) call system%gap_rates(memory%y, rate)
+         do i = 1, size(gap)
+            associate (contact => system%contacts(i))
+               if (gap(i) >= 0.0_wp .or. contact%track%lost) cycle
+               trouble = trouble_none
+               call contact%law%geometry%second_gap(system%pose(contact%a), &
+                  system%pose(contact%b), contact%track, second)
+               if (second < 0.0_wp) trouble = trouble_spots
+               if (self%events(i) < 0 .and. .not. memory%closed(i)) then
+                  ! An event is where the gap is zero, to the resolution of time.
+                  explained = time_of_event*epsilon(second)*(abs(memory%t) + (memory%t &
+                     - self%t_before))*(abs(rate(i)) + abs(self%rate_before(i)))
+                  explained = explained + 16.0_wp*zero_gap(memory%y) &
+                     + place_of_event*self%motion%scales%rtol*self%motion%scales%length
+                  ! One that has just opened may close below zero.
+                  if (contact%rigid) explained = explained + 2.0_wp*touching_gap(contact)
+                  if (-gap(i) > explained) trouble = trouble_sudden
+               end if
+            end associate
+            if (trouble == trouble_none) cycle
+            system%trouble = i
+            system%trouble_code = trouble
+            call fatal(error, "a contact does not know where it touches")
+            return
+         end do
+         call restore_workspace(self%motion, kept)
+      end associate
+   end subroutine check_spots
+
+   !> Take note of the energy at the beginning.
+   subroutine begin_balance(self)
+      type(march_type), intent(inout) :: self
+      type(energy_type) :: energy
+      type(kept_type) :: kept
+
+      associate (memory => self%memory)
+         call keep_workspace(self%motion, kept)
+         call find_energy(self%motion%system, memory%t, memory%y, energy)
+         call restore_workspace(self%motion, kept)
+         memory%energy = energy%total()
+         memory%potential = energy%potential
+         memory%energy_moved = max(energy%kinetic, energy%elastic)
+      end associate
+   end subroutine begin_balance
+
+   !> See whether the energy is where it should be.
+   subroutine check_balance(self, error)
+      type(march_type), intent(inout) :: self
+      !> Set when the balance is off by more than the tolerance explains.
+      type(error_type), allocatable, intent(out) :: error
+      type(energy_type) :: energy
+      type(kept_type) :: kept
+      real(wp) :: off, bound
+      character(len=48) :: digits
+
+      associate (memory => self%memory, motion => self%motion)
+         call keep_workspace(motion, kept)
+         call find_energy(motion%system, memory%t, memory%y, energy)
+         call restore_workspace(motion, kept)
+         memory%energy_moved = max(memory%energy_moved, energy%kinetic, energy%elastic, &
+            abs(energy%potential - memory%potential), abs(energy%friction), &
+            abs(energy%damping), abs(energy%applied))
+         off = energy%total() - memory%energy
+         bound = max(leak, leak_of_tolerance*motion%scales%rtol) &
+            *max(memory%energy_moved, motion%scales%energy) &
+            + rounded*max(abs(memory%energy), abs(energy%potential))
+         if (.not. abs(off) > warned*bound) return
+         if (.not. abs(off) > bound) then
+            ! At the end it is told.
+            if (memory%row <= self%rows) return
+            write(digits, "(es9.2)") abs(off)/max(memory%energy_moved, tiny(off))
+            call self%observer%advise(memory%t, "the energy balance is off by" // &
+               trim(digits) // " of the energy that moved: a smaller integrator.rtol closes it")
+            return
+         end if
+         write(digits, "(es9.2, a, es9.2)") abs(off), " J of", memory%energy_moved
+         call fatal(error, "energy has " // trim(merge("appeared   ", "disappeared", &
+            off > 0.0_wp)) // " that no force gave or took:" // trim(digits) // &
+            " J that moved. A smaller integrator.rtol or integrator.max_step closes the " // &
+            "balance where steps are to blame; a contact whose surfaces touch in two places " // &
+            "needs two contacts")
+      end associate
+   end subroutine check_balance
 
    !> See whether the rounding of positions is small against the overlaps where surfaces touch, or
    !> are as close as that.

@@ -77,6 +77,16 @@ FAULTS = {
         "admitted = max(of_step*tolerance, smallest_tolerance)",
         "admitted = 1.0e-4_wp",
     ),
+    "second spot that is missed": (
+        "contact/search.f90",
+        "if (.not. found .or. g >= 0.0_wp) cycle",
+        "if (.not. found .or. g >= -1.0_wp) cycle",
+    ),
+    "balance that leaks": (
+        "contact/normal/law.f90",
+        "force_a = 0.2_wp*work*self%axis_a**2",
+        "force_a = 0.0_wp*work*self%axis_a**2",
+    ),
     "sign in the cubic of the friction force": (
         "contact/wrench_exact.f90",
         "fx = -1.5_wp*ux*(shape%d_integral - shape%j11*p - shape%j02*ux2)",

@@ -61,6 +61,22 @@ IMPACT = """
 """
 
 
+BORE = """
+&scene gravity = 0, 0, -9.81, t_end = 0.3 /
+&material name = 'm', young = 1e10, poisson = 0.3 /
+&body name = 'b', mass = 0.05, inertia = 5e-6, 6e-6, 7e-6, position = 0.001, 0, -0.02,
+      spin = 0, 0, 0.2 /
+&surface name = 's', body = 'b', shape = 'ellipsoid', semi_axes = {length!r}, 0.01, 0.01,
+         material = 'm' /
+&surface name = 'f', body = 'ground', shape = 'cylinder', radius = 0.04, direction = 0, -1, 0,
+         side = 'inside', material = 'm' /
+&contact name = 'k', surfaces = 'f', 's'{keys} /
+&integrator method = '{method}', rtol = 1e-8 /
+&output file = 'out.h5', interval = 0.003 /
+"""
+RUBBING = ", damping = 'hunt_crossley', restitution = 0.3, friction = 'contensou_exact'"
+
+
 def routh():
     """Velocity along x, angular velocities about y and z after the impact of IMPACT.
 
@@ -173,3 +189,21 @@ def test_an_impact_holds_the_tolerance(simulate, method, rtol):
     spins = abs(rows.angular_velocity[-1, 0, 1:] - expected[1:])
     assert spins.max() <= rtol + 1e-9
     assert rows.velocity[-1, 0, 2] == pytest.approx(0.5, abs=1e-12)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_second_spot_is_refused(fails, method):
+    """A long ellipsoid across a bore touches in two places, of which a contact knows one."""
+    keys = RUBBING + ", friction_coefficient = 0.3"
+    said = fails(BORE.format(length=0.03, keys=keys, method=method))
+    assert "contact 'k'" in said
+    assert "touch in two places at once" in said
+    assert "a contact of its own for each place" in said
+
+
+@pytest.mark.parametrize("method", ["cvode_bdf", "auto"])
+def test_one_spot_in_a_bore(simulate, method):
+    """A shorter ellipsoid touches the same bore in one place, and nothing is refused."""
+    keys = RUBBING + ", friction_coefficient = 0.3"
+    rows = simulate(BORE.format(length=0.015, keys=keys, method=method))
+    assert rows.summary["energy_error_relative"] <= 1e-5

@@ -14,7 +14,8 @@ module contensou_contact_geometry
    public :: pose_type, contact_point_type, contact_variation_type, track_type, geometry_type
    public :: contact_trouble, trouble_text
    public :: trouble_none, trouble_lost, trouble_conforming, trouble_no_spot, &
-      trouble_jammed, trouble_redundant, trouble_apex
+      trouble_jammed, trouble_redundant, trouble_apex, trouble_sunk, trouble_pulls, &
+      trouble_drives
    public :: trouble_far, trouble_sudden, trouble_spots
 
    !> What can make a contact unusable: nothing, a search without result, surfaces that do not touch
@@ -22,7 +23,7 @@ module contensou_contact_geometry
    !> contacts that do not determine their forces, an apex that touches.
    integer, parameter :: trouble_none = 0, trouble_lost = 1, trouble_conforming = 2, &
       trouble_no_spot = 3, trouble_jammed = 4, trouble_redundant = 5, &
-      trouble_apex = 6
+      trouble_apex = 6, trouble_sunk = 7, trouble_pulls = 8, trouble_drives = 9
 
    !> More of it: positions too large for their rounding, an overlap that no motion explains, a
    !> second place where the surfaces touch.
@@ -244,6 +245,14 @@ contains
       case (trouble_redundant)
          text = "the rigid contacts that are closed together do not determine their forces; " // &
             "normal = 'hertz' for some of them does"
+      case (trouble_sunk)
+         text = "the surfaces of the rigid contact overlap by more than 1e-6 of the smallest " // &
+            "radius; a smaller integrator.rtol or integrator.max_step holds them"
+      case (trouble_pulls)
+         text = "the closed rigid contact pulls, and no set of closed contacts pushes " // &
+            "everywhere; normal = 'hertz' for some of them has no such case"
+      case (trouble_drives)
+         text = "friction of the rigid contact supplies energy, which no law of friction may"
       case (trouble_apex)
          text = "the apex of the cone touches, where its surface has no curvature"
       case (trouble_sudden)

@@ -10,6 +10,12 @@
 !> A closed contact has the N at which the second derivative is -2 beta gap' - beta^2 gap: the last
 !> two terms hold what rounding and the errors of the integration make of the gap (J. Baumgarte,
 !> Comput. Methods Appl. Mech. Eng. 1 (1972) 1).
+!>
+!> Bodies on more supports than they need: the equations leave the forces open, and these are what
+!> the compliance of the contacts makes them, in the limit of a large stiffness. The bodies yield by
+!> d = J x, J the rows of the gaps, x small displacements, and each contact answers by the force N =
+!> k d^(3/2) of Hertz, so that as many numbers are sought as rows of J are independent, from as many
+!> equations. Contacts that this unloads (d < 0) stay closed while the others hold their gap.
 module contensou_dynamics_constraints
    use contensou_base_kinds, only : wp
    use contensou_base_vectors, only : cross
@@ -25,7 +31,7 @@ module contensou_dynamics_constraints
    private
 
    public :: constraints_type, link_type, find_link, set_kinematics, response, turned_by
-   public :: solve_linear
+   public :: solve_linear, set_load, normal_response, independent_rows
 
    !> Iterations for the normal forces, which converge quadratically.
    integer, parameter :: most_iterations = 50
@@ -33,8 +39,25 @@ module contensou_dynamics_constraints
    !> Relative change of a normal force whose square is below rounding.
    real(wp), parameter :: converged = 3.0e-9_wp
 
+   !> The same for forces that compliance shares, whose equations are worse conditioned.
+   real(wp), parameter :: converged_shared = 1.0e-7_wp
+
    !> Closed contacts for which there is room from the start, if there are so many rigid ones.
    integer, parameter :: first_room = 64
+
+   !> Square of the distance of a row of a unit length from those before it, below which it counts
+   !> as dependent on them.
+   real(wp), parameter :: dependent = 1.0e-9_wp
+
+   !> Least pivot over the largest response of three or more contacts whose forces are determined.
+   real(wp), parameter :: least_pivot = 1.0e-11_wp
+
+   !> Stiffness of a contact that is unloaded while others hold its gap, over that under a load: the
+   !> equations stay regular.
+   real(wp), parameter :: slack = 1.0e-8_wp
+
+   !> Pull of such a contact, over the mean load, that is no lift-off.
+   real(wp), parameter :: slack_pull = 1.0e-6_wp
 
    !> A closed rigid contact at a state, inertial frame.
    type :: link_type
@@ -78,6 +101,18 @@ module contensou_dynamics_constraints
       procedure :: load_on
    end type link_type
 
+   !> A contact that shares a load, and a displacement.
+   type :: share_type
+      !> Scale that makes the row of its gap a unit one [kg^(1/2)].
+      real(wp) :: scale = 0.0_wp
+      !> Its displacement over that under the mean load, by that of its unit row.
+      real(wp) :: lever = 0.0_wp
+      !> Square of the length that a column of the basis had.
+      real(wp) :: square = 0.0_wp
+      !> Displacement along that column, and its last change.
+      real(wp) :: u = 0.0_wp, step = 0.0_wp
+   end type share_type
+
    !> The rigid contacts of a mechanism.
    type :: constraints_type
       !> Number of rigid contacts.
@@ -86,13 +121,27 @@ module contensou_dynamics_constraints
       integer :: n_links = 0
       !> These contacts, with room for more.
       type(link_type), allocatable :: links(:)
+      !> Pull that is no lift-off [N]: zero where the forces are determined without the compliance
+      !> of the contacts.
+      real(wp) :: pull = 0.0_wp
       !> Equations for their normal forces.
       real(wp), allocatable, private :: matrix(:, :), right(:)
+      !> Number of independent gaps where the forces are not determined; 0 where they are.
+      integer, private :: rank = 0
+      !> Mean load there [N].
+      real(wp), private :: load = 0.0_wp
+      type(share_type), allocatable, private :: shared(:)
+      !> Unit columns that span the unit rows of the gaps, what projects on them, derivatives of the
+      !> normal forces by displacements along them, and equations for these.
+      real(wp), allocatable, private :: basis(:, :), projector(:, :), yielding(:, :), reduced(:, :)
    contains
       procedure :: prepare
       procedure :: apply
+      !> Derivatives of the normal forces by the accelerations of the gaps.
+      procedure :: invert
       procedure, private :: reserve
       procedure, private :: find_forces
+      procedure, private :: share_load
    end type constraints_type
 
 contains
@@ -137,8 +186,10 @@ contains
       class(constraints_type), intent(inout) :: self
       integer, intent(in) :: n
 
-      if (allocated(self%links)) deallocate(self%links, self%matrix, self%right)
-      allocate(self%links(n), self%matrix(n, n), self%right(n))
+      if (allocated(self%links)) deallocate(self%links, self%matrix, self%right, self%shared, &
+         self%basis, self%projector, self%yielding, self%reduced)
+      allocate(self%links(n), self%matrix(n, n), self%right(n), self%shared(n), self%basis(n, n), &
+         self%projector(n, n), self%yielding(n, n), self%reduced(n, n))
    end subroutine reserve
 
    !> Add what the closed rigid contacts do to the accelerations.
@@ -292,6 +343,8 @@ contains
 
       trouble = trouble_none
       n = self%n_links
+      self%rank = 0
+      self%pull = 0.0_wp
       do i = 1, n
          associate (link => self%links(i))
             ! The last force is a guess.
@@ -322,12 +375,12 @@ contains
                return
             end if
          end do
-         call solve_linear(n, self%matrix, self%right, singular)
-         if (singular) then
-            index = self%links(n)%contact
-            trouble = trouble_redundant
-            return
+         if (n < 3) then
+            call solve_linear(n, self%matrix, self%right, singular)
+         else
+            call solve_linear(n, self%matrix, self%right, singular, least_pivot)
          end if
+         if (singular) exit
          change = 0.0_wp
          largest = 0.0_wp
          do i = 1, n
@@ -340,9 +393,322 @@ contains
          end do
          if (change <= converged*largest .or. largest <= 0.0_wp) return
       end do
-      index = self%links(n)%contact
-      trouble = trouble_jammed
+      if (n > 1) then
+         call self%share_load(mechanism, index, trouble)
+      else
+         index = self%links(n)%contact
+         trouble = trouble_jammed
+      end if
    end subroutine find_forces
+
+   !> Normal forces of closed contacts that are more than the bodies need, by Newton's method.
+   subroutine share_load(self, mechanism, index, trouble)
+      !> The constraints; their links are set.
+      class(constraints_type), intent(inout) :: self
+      !> The mechanism; its contacts have the last normal forces.
+      type(mechanism_type), intent(in) :: mechanism
+      !> Index of the contact that is in trouble, if one is.
+      integer, intent(inout) :: index
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      real(wp) :: residual, last, change, largest
+      integer :: i, k, n, r, halvings
+      logical :: singular, shortened
+
+      trouble = trouble_none
+      n = self%n_links
+      call set_up_sharing(self, mechanism)
+      r = self%rank
+      call first_displacements(self, mechanism)
+      last = huge(last)
+      halvings = 0
+      associate (shared => self%shared, right => self%right)
+         do k = 1, most_iterations
+            call yield_to(self, mechanism)
+            call project_residual(self)
+            residual = norm2(right(:r))
+            if (residual > last .and. halvings < 8) then
+               ! Too far: half of the step.
+               halvings = halvings + 1
+               shared(:r)%step = 0.5_wp*shared(:r)%step
+               shared(:r)%u = shared(:r)%u - shared(:r)%step
+               cycle
+            end if
+            halvings = 0
+            last = residual
+            call reduce(self)
+            call solve_linear(r, self%reduced, right, singular)
+            if (singular) exit
+            call shorten(self, shortened)
+            shared(:r)%step = right(:r)
+            shared(:r)%u = shared(:r)%u + shared(:r)%step
+            change = 0.0_wp
+            largest = self%pull
+            do i = 1, n
+               associate (link => self%links(i))
+                  ! To first order, as with forces that are determined.
+                  right(i) = dot_product(self%yielding(i, :r), shared(:r)%step)
+                  link%normal_force = link%normal_force + right(i)
+                  link%wrench = link%wrench + right(i)*link%slope
+                  change = max(change, abs(right(i)))
+                  largest = max(largest, abs(link%normal_force))
+               end associate
+            end do
+            if (change <= converged_shared*largest .and. .not. shortened) return
+         end do
+      end associate
+      index = self%links(n)%contact
+      trouble = merge(trouble_redundant, trouble_jammed, r < n)
+   end subroutine share_load
+
+   !> Scales, independent rows and compliances of the closed contacts.
+   subroutine set_up_sharing(self, mechanism)
+      class(constraints_type), intent(inout) :: self
+      type(mechanism_type), intent(in) :: mechanism
+      real(wp) :: pace
+      integer :: i, j, n
+
+      n = self%n_links
+      pace = maxval(self%links(:n)%pace)
+      associate (shared => self%shared)
+         self%load = 0.0_wp
+         do i = 1, n
+            associate (link => self%links(i))
+               shared(i)%scale = 1.0_wp/sqrt(normal_response(link, link))
+               self%load = self%load + (link%free*shared(i)%scale**2)**2
+               ! One pace for all: what holds the gaps depends as the gaps do.
+               link%stabilisation = 2.0_wp*sqrt(pace)*link%rate + pace*link%at%gap
+            end associate
+         end do
+         self%load = max(sqrt(self%load/n), tiny(pace)**0.25_wp)
+         self%pull = slack_pull*self%load
+         do j = 1, n
+            do i = 1, n
+               self%matrix(i, j) = shared(i)%scale*shared(j)%scale &
+                  *normal_response(self%links(i), self%links(j))
+            end do
+         end do
+         call independent_rows(n, self%matrix, self%basis, self%rank)
+         call set_up_projector(self)
+         do i = 1, n
+            associate (law => mechanism%contacts(self%links(i)%contact)%law)
+               shared(i)%lever = 1.0_wp/(shared(i)%scale*law%normal%approach(self%load))
+            end associate
+         end do
+         shared(:n)%lever = shared(:n)%lever/maxval(shared(:n)%lever)
+      end associate
+   end subroutine set_up_sharing
+
+   !> Unit columns for the basis, and what turns accelerations of the gaps into forces along them:
+   !> of the responses B B^T of unit rows it makes B^T.
+   subroutine set_up_projector(self)
+      class(constraints_type), intent(inout) :: self
+      integer :: i, j, r
+      logical :: singular
+
+      r = self%rank
+      do j = 1, r
+         associate (column => self%basis(:self%n_links, j), square => self%shared(j)%square)
+            square = dot_product(column, column)
+            column = column/sqrt(square)
+         end associate
+      end do
+      do i = 1, self%n_links
+         do j = 1, r
+            self%reduced(:r, j) = matmul(self%basis(:self%n_links, j), &
+               self%basis(:self%n_links, :r))
+            self%right(j) = self%basis(i, j)
+         end do
+         call solve_linear(r, self%reduced, self%right, singular)
+         self%projector(:r, i) = self%right(:r)/self%shared(:r)%square
+      end do
+   end subroutine set_up_projector
+
+   !> Displacements that come next to those of the last normal forces, or of equal ones.
+   subroutine first_displacements(self, mechanism)
+      class(constraints_type), intent(inout) :: self
+      type(mechanism_type), intent(in) :: mechanism
+      real(wp) :: x
+      integer :: i, j, n, r
+      logical :: known
+
+      n = self%n_links
+      r = self%rank
+      known = .false.
+      do i = 1, n
+         known = known .or. mechanism%contacts(self%links(i)%contact)%normal_force > 0.0_wp
+      end do
+      self%shared(:r)%u = 0.0_wp
+      do i = 1, n
+         x = 1.0_wp
+         if (known) x = (max(mechanism%contacts(self%links(i)%contact)%normal_force, 0.0_wp) &
+            /self%load)**(2.0_wp/3.0_wp)
+         x = x/self%shared(i)%lever
+         do j = 1, r
+            self%shared(j)%u = self%shared(j)%u + self%shared(j)%square*self%projector(j, i)*x
+         end do
+      end do
+   end subroutine first_displacements
+
+   !> Shorten a change of the displacements, in `right`, that would overload a contact: one without
+   !> a load, as when it closes, has no stiffness.
+   subroutine shorten(self, shortened)
+      class(constraints_type), intent(inout) :: self
+      logical, intent(out) :: shortened
+      real(wp) :: largest, change
+      integer :: i, r
+
+      r = self%rank
+      largest = 1.0_wp
+      change = 0.0_wp
+      do i = 1, self%n_links
+         associate (row => self%basis(i, :r), lever => self%shared(i)%lever)
+            largest = max(largest, lever*dot_product(row, self%shared(:r)%u))
+            change = max(change, lever*dot_product(row, self%right(:r)))
+         end associate
+      end do
+      shortened = change > largest
+      if (shortened) self%right(:r) = self%right(:r)*(largest/change)
+   end subroutine shorten
+
+   !> Loads of the contacts at displacements.
+   subroutine yield_to(self, mechanism)
+      class(constraints_type), intent(inout) :: self
+      type(mechanism_type), intent(in) :: mechanism
+      real(wp) :: x, root
+      integer :: i, r
+
+      r = self%rank
+      do i = 1, self%n_links
+         x = self%shared(i)%lever*dot_product(self%basis(i, :r), self%shared(:r)%u)
+         root = sqrt(max(x, 0.0_wp))
+         self%yielding(i, :r) = self%load*self%shared(i)%lever*(1.5_wp*root + slack) &
+            *self%basis(i, :r)
+         call set_load(self%links(i), mechanism%contacts(self%links(i)%contact), &
+            self%load*(root**3 + slack*x))
+      end do
+   end subroutine yield_to
+
+   !> What the accelerations of the gaps lack, in the span of the independent rows.
+   subroutine project_residual(self)
+      class(constraints_type), intent(inout) :: self
+      real(wp) :: missing
+      integer :: i, j
+
+      self%right(:self%rank) = 0.0_wp
+      do i = 1, self%n_links
+         missing = -self%links(i)%free - self%links(i)%stabilisation
+         do j = 1, self%n_links
+            missing = missing - response(self%links(i), self%links(j), self%links(j)%wrench)
+         end do
+         missing = missing*self%shared(i)%scale
+         do j = 1, self%rank
+            self%right(j) = self%right(j) + self%projector(j, i)*missing
+         end do
+      end do
+   end subroutine project_residual
+
+   !> Equations for a change of the displacements.
+   subroutine reduce(self)
+      class(constraints_type), intent(inout) :: self
+      real(wp) :: answer
+      integer :: i, j, k, r
+
+      r = self%rank
+      self%reduced(:r, :r) = 0.0_wp
+      do i = 1, self%n_links
+         do j = 1, self%n_links
+            answer = self%shared(i)%scale &
+               *response(self%links(i), self%links(j), self%links(j)%slope)
+            do k = 1, r
+               self%reduced(:r, k) = self%reduced(:r, k) &
+                  + (answer*self%yielding(j, k))*self%projector(:r, i)
+            end do
+         end do
+      end do
+   end subroutine reduce
+
+   !> Derivatives of the normal forces by the second derivatives of the gaps that they make, after
+   !> `apply`: the inverse of the responses where the forces are determined.
+   subroutine invert(self, inverse)
+      class(constraints_type), intent(inout) :: self
+      real(wp), intent(out) :: inverse(:, :)
+      integer :: i, j, k, n
+      logical :: singular
+
+      n = self%n_links
+      do i = 1, n
+         if (self%rank > 0) then
+            call reduce(self)
+            self%right(:self%rank) = self%shared(i)%scale*self%projector(:self%rank, i)
+            call solve_linear(self%rank, self%reduced, self%right, singular)
+            do j = 1, n
+               inverse(j, i) = dot_product(self%yielding(j, :self%rank), self%right(:self%rank))
+            end do
+         else
+            do j = 1, n
+               do k = 1, n
+                  self%matrix(k, j) = response(self%links(k), self%links(j), self%links(j)%slope)
+               end do
+            end do
+            inverse(:n, i) = 0.0_wp
+            inverse(i, i) = 1.0_wp
+            call solve_linear(n, self%matrix, inverse(:, i), singular)
+         end if
+      end do
+   end subroutine invert
+
+   !> Rows of a symmetric positive semidefinite matrix with a unit diagonal that are independent, by
+   !> Cholesky's method with pivots: the columns of a factor that spans them.
+   pure subroutine independent_rows(n, matrix, factor, rank)
+      !> Number of rows.
+      integer, intent(in) :: n
+      real(wp), intent(in) :: matrix(:, :)
+      !> The factor, n rows and as many columns as the rank.
+      real(wp), intent(inout) :: factor(:, :)
+      !> Number of independent rows.
+      integer, intent(out) :: rank
+      real(wp) :: left, most
+      integer :: i, j, pivot
+
+      rank = 0
+      do
+         pivot = 0
+         most = dependent
+         do i = 1, n
+            left = matrix(i, i)
+            do j = 1, rank
+               left = left - factor(i, j)**2
+            end do
+            if (left <= most) cycle
+            pivot = i
+            most = left
+         end do
+         if (pivot == 0 .or. rank == n) return
+         do i = 1, n
+            left = matrix(i, pivot)
+            do j = 1, rank
+               left = left - factor(i, j)*factor(pivot, j)
+            end do
+            factor(i, rank + 1) = left/sqrt(most)
+         end do
+         rank = rank + 1
+      end do
+   end subroutine independent_rows
+
+   !> Second derivative of the gap of one contact by a unit normal force at another one [1/kg].
+   pure function normal_response(self, other) result(acceleration)
+      !> The contact.
+      type(link_type), intent(in) :: self
+      !> Where the force acts.
+      type(link_type), intent(in) :: other
+      real(wp) :: acceleration
+      real(wp) :: unit(6)
+
+      unit(1:3) = other%at%normal
+      unit(4:6) = 0.0_wp
+      acceleration = response(self, other, unit)
+   end function normal_response
 
    !> Angular acceleration of a body by a torque, without gyroscopic terms [rad/s2].
    pure function turned_by(torque, inverse_inertia, pose) result(rate)
@@ -531,7 +897,7 @@ contains
    end function response
 
    !> Solve a small system of linear equations by elimination with row pivots.
-   pure subroutine solve_linear(n, matrix, right, singular)
+   pure subroutine solve_linear(n, matrix, right, singular, least)
       !> Number of unknowns.
       integer, intent(in) :: n
       !> The matrix; overwritten.
@@ -540,21 +906,24 @@ contains
       real(wp), intent(inout) :: right(:)
       !> Whether the matrix is singular to rounding.
       logical, intent(out) :: singular
-      real(wp) :: factor, held, largest
+      !> Least pivot over the largest element, if larger than that.
+      real(wp), intent(in), optional :: least
+      real(wp) :: factor, held, smallest
       integer :: i, j, k, pivot
 
       if (n == 1) then
          ! By far the most frequent case.
-         largest = abs(matrix(1, 1))
-         singular = .not. largest > 64.0_wp*epsilon(largest)*largest
+         smallest = abs(matrix(1, 1))
+         singular = .not. smallest > 64.0_wp*epsilon(smallest)*smallest
          if (.not. singular) right(1) = right(1)/matrix(1, 1)
          return
       end if
       singular = .false.
-      largest = maxval(abs(matrix(:n, :n)))
+      smallest = 64.0_wp*epsilon(smallest)*n*maxval(abs(matrix(:n, :n)))
+      if (present(least)) smallest = max(smallest, least*maxval(abs(matrix(:n, :n))))
       do k = 1, n
          pivot = k - 1 + maxloc(abs(matrix(k:n, k)), dim=1)
-         if (.not. abs(matrix(pivot, k)) > 64.0_wp*epsilon(largest)*n*largest) then
+         if (.not. abs(matrix(pivot, k)) > smallest) then
             singular = .true.
             return
          end if

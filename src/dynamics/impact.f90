@@ -12,18 +12,22 @@ module contensou_dynamics_impact
    use contensou_base_kinds, only : wp
    use contensou_base_vectors, only : cross
    use contensou_contact_damping_coefficient, only : hunt_crossley_restitution
-   use contensou_contact_geometry, only : trouble_jammed, trouble_none
-   use contensou_dynamics_constraints, only : find_link, link_type, response, turned_by
+   use contensou_contact_geometry, only : trouble_drives, trouble_jammed, &
+      trouble_none, trouble_sunk
+   use contensou_dynamics_constraints, only : find_link, independent_rows, link_type, &
+      normal_response, response, set_load, turned_by
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_mechanism, only : contact_type
    use contensou_dynamics_reports, only : energies
    use contensou_dynamics_routh, only : impact_type, integrate_impact
    use contensou_dynamics_scene, only : motion_free, motion_prescribed
    use contensou_dynamics_state, only : add_to_motion
+   use contensou_special_complementarity, only : solve_complementarity
    implicit none(type, external)
    private
 
-   public :: resolve_impacts, open_contact, touching_gap
+   public :: resolve_contacts, open_contact, agree, check_contacts, touching_gap, restitution_at, &
+      set_thresholds, slow_rate, sunk
 
    !> Gap of closed surfaces over the smallest radius: what a rigid contact does not distinguish
    !> from touching.
@@ -40,14 +44,39 @@ module contensou_dynamics_impact
    !> Impacts at one instant after which a scene is given up.
    integer, parameter :: most_impacts = 10000
 
+   !> Times that contacts are brought to rest and others approach by that, at one instant.
+   integer, parameter :: most_passes = 1000
+
    !> Turns in which several contacts are brought to rest.
    integer, parameter :: most_turns = 1000
+
+   !> Linear problems that are solved for the normal forces of contacts that close together.
+   integer, parameter :: most_problems = 30
+
+   !> Compliance that makes these problems definite, over the inverse mass at a contact.
+   real(wp), parameter :: compliance = 1.0e-9_wp
+
+   !> Share of the accelerations of a motion that is rounding.
+   real(wp), parameter :: negligible = 1.0e-9_wp
 
    !> Share of `velocity_scale` below which a rebound closes the contact.
    real(wp), parameter :: slow = 1.0e-3_wp
 
    !> Share of that which counts as rest.
    real(wp), parameter :: rest = 1.0e-3_wp
+
+   !> Rate of a gap that counts as rest, over `velocity_scale`.
+   real(wp), parameter :: slow_rate = rest*slow
+
+   !> Overlap of a rigid contact that ends a run, over the smallest radius.
+   real(wp), parameter :: sunk = 1.0e-6_wp
+
+   !> Pull of a rigid contact that is none, over the inverse mass times accelerations of the motion;
+   !> the same for the power that friction supplies.
+   real(wp), parameter :: unfelt = 1.0e-6_wp
+
+   !> Normal force that is as good as zero where it begins, over the same.
+   real(wp), parameter :: felt = 1.0e-9_wp
 
 contains
 
@@ -73,7 +102,7 @@ contains
    end function restitution_at
 
    !> Take the impacts of contacts that touch, and decide which of them are closed from here on.
-   subroutine resolve_impacts(system, t, y, candidate, velocity_scale, index, trouble)
+   subroutine resolve_contacts(system, t, y, candidate, velocity_scale, index, trouble)
       !> The system; `closed` and `leaving` of the candidates are set.
       type(system_type), intent(inout) :: system
       !> Time [s].
@@ -88,46 +117,95 @@ contains
       integer, intent(out) :: index
       !> One of the `trouble_*` codes.
       integer, intent(out) :: trouble
-      real(wp) :: rate(size(candidate)), y_rate(size(y)), press(size(candidate)), slowest, e, still
-      type(link_type) :: link
-      logical :: resting(size(candidate))
-      integer :: i, k
+      type(link_type), allocatable :: links(:)
+      real(wp) :: rate(size(candidate)), carried(size(candidate)), still, left
+      logical :: resting(size(candidate)), active(size(candidate))
+      integer :: i, k, pass
 
       trouble = trouble_none
       index = 0
-      still = rest*slow*velocity_scale
-      do k = 1, most_impacts
+      still = slow_rate*velocity_scale
+      call system%gap_rates(y, rate)
+      call find_carried(system, t, y, candidate .and. rate <= still, carried)
+      do pass = 1, most_passes
+         call resolve_impacts(system, t, y, candidate, carried, velocity_scale, rate, index, &
+            trouble)
+         if (trouble /= trouble_none) return
+         resting = candidate .and. rate <= still
+         if (any(candidate .and. .not. resting)) then
+            call keep_slow(system, t, y, candidate, velocity_scale, rate, resting, index, trouble)
+            if (trouble /= trouble_none) return
+         end if
+         do k = 1, size(candidate) + 2
+            call find_active_contacts(system, t, y, resting, links, active, index, trouble)
+            if (trouble /= trouble_none) return
+            left = largest_rate(links, active)
+            if (left <= still) then
+               call close_active_contacts(system, t, y, resting, links, active, index, trouble)
+               if (trouble /= trouble_none) return
+               left = largest_rate(links, active)
+            end if
+            call stop_closed_gaps(system, y, links, active, rest*still)
+            ! What is left of a rate decides with friction on the forces: they are sought again.
+            if (left <= still) exit
+         end do
+         ! Others may approach by that.
          call system%gap_rates(y, rate)
-         i = minloc(rate, dim=1, mask=candidate)
-         if (rate(i) >= -still) exit
-         where (candidate) system%contacts%closed = .false.
-         call find_pressing_acceleration(system, t, y, i, y_rate, link, press(i), trouble)
-         if (trouble /= trouble_none) exit
-         slowest = slowest_rebound(system%contacts(i), link, press(i), velocity_scale)
-         e = restitution_at(system%contacts(i), -rate(i))
-         ! Where nothing presses the bodies together, the slowest rebound is one.
-         if (press(i) > 0.0_wp .and. -e*rate(i) < slowest) e = 0.0_wp
-         call take_impact(system, y, i, link, e, trouble)
-         if (trouble /= trouble_none) exit
+         if (all(rate >= -still .or. .not. candidate .or. system%contacts%closed)) exit
       end do
-      if (trouble == trouble_none .and. k > most_impacts) trouble = trouble_jammed
-      if (trouble /= trouble_none) then
-         index = i
+      if (pass > most_passes) then
+         index = minloc(rate, dim=1, mask=candidate)
+         trouble = trouble_jammed
          return
       end if
-      resting = candidate .and. rate <= still
-      if (any(candidate .and. .not. resting)) then
-         call keep_slow(system, t, y, candidate, velocity_scale, rate, resting, index, trouble)
-         if (trouble /= trouble_none) return
-      end if
-      call choose_loaded_contacts(system, t, y, resting, y_rate, index, trouble)
-      if (trouble /= trouble_none) return
-      call stop_closed_gaps(system, y, rest*still)
       do i = 1, size(candidate)
          if (.not. candidate(i)) cycle
          system%contacts(i)%leaving = .false.
          if (.not. system%contacts(i)%closed) call open_contact(system, i)
       end do
+   end subroutine resolve_contacts
+
+   !> Impacts of contacts that touch, one after the other, until none approaches.
+   subroutine resolve_impacts(system, t, y, candidate, carried, velocity_scale, rate, index, &
+      trouble)
+      type(system_type), intent(inout) :: system
+      !> Time [s].
+      real(wp), intent(in) :: t
+      real(wp), intent(inout) :: y(:)
+      !> Rigid contacts whose gaps are zero.
+      logical, intent(in) :: candidate(:)
+      !> Accelerations that press them together while others are closed [m/s2].
+      real(wp), intent(in) :: carried(:)
+      !> Velocity that the tolerance refers to [m/s].
+      real(wp), intent(in) :: velocity_scale
+      !> Rates of the gaps after the impacts [m/s].
+      real(wp), intent(out) :: rate(:)
+      !> Contact in trouble; unchanged if none is.
+      integer, intent(inout) :: index
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      type(link_type) :: link
+      real(wp) :: y_rate(size(y)), press, slowest, e
+      integer :: i, k
+
+      trouble = trouble_none
+      do k = 1, most_impacts
+         call system%gap_rates(y, rate)
+         i = minloc(rate, dim=1, mask=candidate)
+         if (rate(i) >= -slow_rate*velocity_scale) return
+         where (candidate) system%contacts%closed = .false.
+         call find_pressing_acceleration(system, t, y, i, y_rate, link, press, trouble)
+         if (trouble /= trouble_none) exit
+         press = max(press, carried(i))
+         slowest = slowest_rebound(system%contacts(i), link, press, velocity_scale)
+         e = restitution_at(system%contacts(i), -rate(i))
+         ! Where nothing presses the bodies together, the slowest rebound is one.
+         if (press > 0.0_wp .and. -e*rate(i) < slowest) e = 0.0_wp
+         call take_impact(system, y, i, link, e, trouble)
+         if (trouble /= trouble_none) exit
+      end do
+      if (trouble == trouble_none) trouble = trouble_jammed
+      index = i
    end subroutine resolve_impacts
 
    !> Contacts that impacts at others open, slower than a rebound may be, stay closed: a body that
@@ -150,21 +228,32 @@ contains
       !> One of the `trouble_*` codes.
       integer, intent(out) :: trouble
       type(link_type) :: link
-      real(wp) :: y_rate(size(y)), press
+      real(wp) :: y_rate(size(y)), press, carried(size(candidate))
+      logical :: slow_ones(size(candidate)), dropped
       integer :: i
 
       trouble = trouble_none
       where (candidate) system%contacts%closed = .false.
-      do i = 1, size(candidate)
-         if (.not. candidate(i) .or. resting(i)) cycle
-         call find_pressing_acceleration(system, t, y, i, y_rate, link, press, trouble)
-         if (trouble /= trouble_none) then
-            index = i
-            return
-         end if
-         resting(i) = press > 0.0_wp .and. &
-            rate(i) < slowest_rebound(system%contacts(i), link, press, velocity_scale)
+      slow_ones = candidate
+      do
+         call find_carried(system, t, y, slow_ones, carried)
+         dropped = .false.
+         do i = 1, size(candidate)
+            if (.not. slow_ones(i) .or. resting(i)) cycle
+            call find_pressing_acceleration(system, t, y, i, y_rate, link, press, trouble)
+            if (trouble /= trouble_none) then
+               index = i
+               return
+            end if
+            press = max(press, carried(i))
+            if (press > 0.0_wp .and. &
+               rate(i) < slowest_rebound(system%contacts(i), link, press, velocity_scale)) cycle
+            slow_ones(i) = .false.
+            dropped = .true.
+         end do
+         if (.not. dropped) exit
       end do
+      resting = slow_ones
    end subroutine keep_slow
 
    !> Open a rigid contact at the poses that are set.
@@ -226,100 +315,473 @@ contains
          press/response(link, link, unit))))
    end function slowest_rebound
 
-   !> Which of the contacts at rest carry a load: without those that would have to pull.
-   subroutine choose_loaded_contacts(system, t, y, resting, y_rate, index, trouble)
+   !> Which of the contacts at rest are closed: those whose forces solve the complementarity problem
+   !> of normal forces and second derivatives of the gaps, and those whose gap these hold.
+   subroutine find_active_contacts(system, t, y, resting, links, active, index, trouble)
+      !> The system; `closed` of the contacts at rest is set.
       type(system_type), intent(inout) :: system
       !> Time [s].
       real(wp), intent(in) :: t
       real(wp), intent(in) :: y(:)
       !> Contacts whose gap and its rate are zero.
       logical, intent(in) :: resting(:)
-      !> Room for a right-hand side.
-      real(wp), intent(out) :: y_rate(:)
+      !> These, with their forces.
+      type(link_type), allocatable, intent(inout) :: links(:)
+      !> Those that are to be closed.
+      logical, intent(out) :: active(:)
       !> Contact in trouble; unchanged if none is.
       integer, intent(inout) :: index
       !> One of the `trouble_*` codes.
       integer, intent(out) :: trouble
-      type(link_type) :: link
-      real(wp) :: least
-      integer :: i, k, worst
-      logical :: closed(size(resting))
+
+      active = .false.
+      call find_links(system, t, y, resting, links, index, trouble)
+      if (trouble /= trouble_none .or. .not. any(resting)) return
+      call solve_contact_forces(system, links, index, trouble)
+      if (trouble /= trouble_none) return
+      active(links%contact) = links%normal_force > 0.0_wp
+      call add_held(system, links, active)
+   end subroutine find_active_contacts
+
+   !> Kinematics of contacts while none of them is closed.
+   subroutine find_links(system, t, y, chosen, links, index, trouble)
+      !> The system; the contacts are open on return.
+      type(system_type), intent(inout) :: system
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Which contacts.
+      logical, intent(in) :: chosen(:)
+      !> These.
+      type(link_type), allocatable, intent(inout) :: links(:)
+      !> Contact in trouble; unchanged if none is.
+      integer, intent(inout) :: index
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      real(wp) :: y_rate(size(y))
+      integer :: i, k
 
       trouble = trouble_none
-      closed = resting
+      if (allocated(links)) deallocate(links)
+      allocate(links(count(chosen)))
+      where (chosen) system%contacts%closed = .false.
+      if (.not. any(chosen)) return
+      call system%derivative(t, y, y_rate)
+      if (system%outside) then
+         index = system%trouble
+         trouble = system%trouble_code
+         return
+      end if
+      k = 0
+      do i = 1, size(chosen)
+         if (.not. chosen(i)) cycle
+         k = k + 1
+         call find_link(system%mechanism_type, i, y_rate, links(k), trouble)
+         if (trouble /= trouble_none) then
+            index = i
+            return
+         end if
+      end do
+   end subroutine find_links
+
+   !> Accelerations by which contacts would be pressed together if all of them were at rest; zero
+   !> where none is needed, or none can be found.
+   subroutine find_carried(system, t, y, chosen, carried)
+      type(system_type), intent(inout) :: system
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Which contacts.
+      logical, intent(in) :: chosen(:)
+      !> The accelerations [m/s2].
+      real(wp), intent(out) :: carried(:)
+      type(link_type), allocatable :: links(:)
+      logical :: closed(size(chosen))
+      integer :: i, index, trouble
+
+      carried = 0.0_wp
+      if (count(chosen) < 2) return
+      closed = system%contacts%closed
+      call find_links(system, t, y, chosen, links, index, trouble)
+      if (trouble == trouble_none) call solve_contact_forces(system, links, index, trouble)
+      if (trouble == trouble_none) then
+         do i = 1, size(links)
+            carried(links(i)%contact) = links(i)%normal_force*normal_response(links(i), links(i))
+         end do
+      end if
+      where (chosen) system%contacts%closed = closed
+   end subroutine find_carried
+
+   !> Close contacts at rest. The equations of motion, with the loads that compliance shares, have
+   !> the last word on which: contacts change one by one, in the end by the least index, by which
+   !> pivots come to an end (K. G. Murty, Linear Algebra and its Applications 7 (1973) 241).
+   subroutine close_active_contacts(system, t, y, resting, links, active, index, trouble)
+      type(system_type), intent(inout) :: system
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Contacts whose gap and its rate are zero.
+      logical, intent(in) :: resting(:)
+      !> These.
+      type(link_type), intent(inout) :: links(:)
+      !> Those that are to be closed, and in the end are.
+      logical, intent(inout) :: active(:)
+      !> Contact in trouble; unchanged if none is.
+      integer, intent(inout) :: index
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      real(wp) :: y_rate(size(y)), least
+      integer :: i, k, worst
+
+      trouble = trouble_none
       do k = 1, 4*size(resting) + 4
-         where (resting) system%contacts%closed = closed
-         where (closed) system%contacts%normal_force = 0.0_wp
+         where (resting) system%contacts%closed = active
+         where (active) system%contacts%normal_force = 0.0_wp
          call system%derivative(t, y, y_rate)
          if (system%outside) then
             index = system%trouble
             trouble = system%trouble_code
             return
          end if
+         if (.not. any(active)) return
          worst = 0
-         least = 0.0_wp
+         least = -system%constraints%pull
          do i = 1, size(resting)
-            if (.not. closed(i)) cycle
-            if (system%contacts(i)%normal_force > least) cycle
+            if (.not. active(i) .or. system%contacts(i)%normal_force > least) cycle
             worst = i
+            if (k > 2*size(resting)) exit
             least = system%contacts(i)%normal_force
          end do
          if (worst > 0) then
-            closed(worst) = .false.
+            active(worst) = .false.
             cycle
          end if
-         ! One that was dropped may be needed after another one was.
-         do i = 1, size(resting)
-            if (.not. resting(i) .or. closed(i)) cycle
-            call find_link(system%mechanism_type, i, y_rate, link, trouble)
-            if (trouble /= trouble_none) then
-               index = i
-               return
-            end if
-            if (link%free < least) then
-               worst = i
+         least = 0.0_wp
+         do i = 1, size(links)
+            associate (link => links(i))
+               if (active(link%contact)) cycle
+               call find_link(system%mechanism_type, link%contact, y_rate, link, trouble)
+               if (trouble /= trouble_none) then
+                  index = link%contact
+                  return
+               end if
+               if (link%free + negligible*largest_acceleration(system, link) >= least) cycle
+               worst = link%contact
+               if (k > 2*size(resting)) exit
                least = link%free
-            end if
+            end associate
          end do
-         if (worst == 0 .or. .not. any(closed)) return
-         closed(worst) = .true.
+         if (worst == 0) return
+         active(worst) = .true.
       end do
       index = worst
       trouble = trouble_jammed
-   end subroutine choose_loaded_contacts
+   end subroutine close_active_contacts
+
+   !> Largest rate of the gap of an active contact [m/s].
+   pure function largest_rate(links, active) result(rate)
+      type(link_type), intent(in) :: links(:)
+      logical, intent(in) :: active(:)
+      real(wp) :: rate
+
+      rate = 0.0_wp
+      if (size(links) > 0) rate = maxval(abs(links%rate), mask=active(links%contact))
+      rate = max(rate, 0.0_wp)
+   end function largest_rate
+
+   !> Normal forces of contacts at rest by a sequence of linear complementarity problems, as the
+   !> spot and with it friction vary with the normal force.
+   subroutine solve_contact_forces(system, links, index, trouble)
+      type(system_type), intent(in) :: system
+      !> Kinematics of the contacts, no rigid one closed; their loads are set.
+      type(link_type), intent(inout) :: links(:)
+      !> Contact in trouble; unchanged if none is.
+      integer, intent(inout) :: index
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      real(wp) :: matrix(size(links), size(links)), q(size(links)), force(size(links))
+      real(wp) :: scale(size(links)), change
+      integer :: i, j, k
+      logical :: solved
+
+      trouble = trouble_none
+      do i = 1, size(links)
+         scale(i) = 1.0_wp/sqrt(normal_response(links(i), links(i)))
+      end do
+      force = 0.0_wp
+      do k = 1, most_problems
+         do i = 1, size(links)
+            call set_load(links(i), system%contacts(links(i)%contact), force(i))
+         end do
+         do i = 1, size(links)
+            q(i) = links(i)%free
+            do j = 1, size(links)
+               matrix(i, j) = response(links(i), links(j), links(j)%slope)
+               q(i) = q(i) + response(links(i), links(j), links(j)%wrench) - matrix(i, j)*force(j)
+               matrix(i, j) = scale(i)*matrix(i, j)*scale(j)
+            end do
+            q(i) = scale(i)*q(i)
+            if (.not. matrix(i, i) > 0.0_wp) then
+               ! A larger normal force would press the bodies together.
+               index = links(i)%contact
+               trouble = trouble_jammed
+               return
+            end if
+            matrix(i, i) = matrix(i, i) + compliance
+         end do
+         call solve_complementarity(matrix, q, force, solved)
+         if (.not. solved) then
+            index = links(minloc(q, dim=1))%contact
+            trouble = trouble_jammed
+            return
+         end if
+         force = scale*force
+         change = maxval(abs(force - links%normal_force))
+         links%normal_force = force
+         if (change <= 1.0e-9_wp*maxval(force)) return
+      end do
+   end subroutine solve_contact_forces
+
+   !> Contacts without a force whose gaps depend on those of the contacts with one: these hold them,
+   !> and compliance may load them.
+   subroutine add_held(system, links, active)
+      type(system_type), intent(in) :: system
+      !> Kinematics of the contacts at rest, with their loads.
+      type(link_type), intent(in) :: links(:)
+      !> Contacts with a force; those that they hold are added.
+      logical, intent(inout) :: active(:)
+      real(wp) :: matrix(size(links), size(links)), factor(size(links), size(links)), acceleration
+      integer :: order(size(links)), i, j, n, rank, more
+
+      n = 0
+      do i = 1, size(links)
+         if (.not. active(links(i)%contact)) cycle
+         n = n + 1
+         order(n) = i
+      end do
+      if (n == 0 .or. n == size(links)) return
+      do i = 1, size(links)
+         if (active(links(i)%contact)) cycle
+         acceleration = links(i)%free
+         do j = 1, n
+            associate (other => links(order(j)))
+               acceleration = acceleration + response(links(i), other, other%wrench)
+            end associate
+         end do
+         if (acceleration > negligible*largest_acceleration(system, links(i))) cycle
+         order(n + 1) = i
+         call fill(n)
+         call independent_rows(n, matrix, factor, rank)
+         call fill(n + 1)
+         call independent_rows(n + 1, matrix, factor, more)
+         active(links(i)%contact) = more == rank
+      end do
+
+   contains
+
+      !> Responses of the first contacts in the order, with a unit diagonal.
+      subroutine fill(number)
+         integer, intent(in) :: number
+         integer :: k, m
+
+         do k = 1, number
+            do m = 1, number
+               matrix(k, m) = normal_response(links(order(k)), links(order(m)))/sqrt( &
+                  normal_response(links(order(k)), links(order(k))) &
+                  *normal_response(links(order(m)), links(order(m))))
+            end do
+         end do
+      end subroutine fill
+
+   end subroutine add_held
+
+   !> Whether the closed contacts push, and no open one that touches closes, as they are.
+   logical function agree(system, t, y, near, velocity_scale)
+      type(system_type), intent(inout) :: system
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      !> Open rigid contacts whose gaps are zero.
+      logical, intent(in) :: near(:)
+      !> Velocity that the tolerance refers to [m/s].
+      real(wp), intent(in) :: velocity_scale
+      type(link_type) :: link
+      real(wp) :: y_rate(size(y)), force(size(near))
+      integer :: i, trouble
+
+      force = system%contacts%normal_force
+      call system%derivative(t, y, y_rate)
+      agree = .not. system%outside
+      if (.not. agree) return
+      do i = 1, system%constraints%n_links
+         associate (now => system%constraints%links(i))
+            agree = agree .and. now%normal_force > -system%constraints%pull &
+               - unfelt*largest_force(system, now)
+         end associate
+      end do
+      do i = 1, size(near)
+         if (.not. near(i)) cycle
+         call find_link(system%mechanism_type, i, y_rate, link, trouble)
+         if (trouble /= trouble_none .or. link%rate > slow_rate*velocity_scale) cycle
+         agree = agree .and. link%free >= -unfelt*largest_acceleration(system, link)
+      end do
+      ! Guesses for the next ones.
+      system%contacts%normal_force = force
+   end function agree
+
+   !> Let the normal force of a closed contact that is as good as zero lift it off as soon as it
+   !> falls from there: on the far side of zero from the beginning, its fall would go unseen.
+   subroutine set_thresholds(system, t, y)
+      type(system_type), intent(inout) :: system
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State.
+      real(wp), intent(in) :: y(:)
+      real(wp) :: y_rate(size(y)), force(size(system%contacts)), least
+      integer :: i
+
+      where (system%contacts%closed) system%contacts%threshold = 0.0_wp
+      force = system%contacts%normal_force
+      call system%derivative(t, y, y_rate)
+      if (system%outside) return
+      do i = 1, system%constraints%n_links
+         associate (link => system%constraints%links(i))
+            least = felt*largest_force(system, link)
+            if (link%normal_force + system%constraints%pull >= least) cycle
+            system%contacts(link%contact)%threshold = 2.0_wp*least &
+               + max(-link%normal_force - system%constraints%pull, 0.0_wp)
+         end associate
+      end do
+      ! Guesses for the next ones.
+      system%contacts%normal_force = force
+   end subroutine set_thresholds
+
+   !> Whether rigid contacts hold at the end of a step: open ones above zero, closed ones at it and
+   !> without a pull, friction without a gain. The forces are those of the last right-hand side.
+   subroutine check_contacts(system, gap, missed, pulls, index, trouble)
+      type(system_type), intent(in) :: system
+      !> Gaps; only those of open contacts are looked at [m].
+      real(wp), intent(in) :: gap(:)
+      !> Open contacts below zero.
+      logical, intent(out) :: missed(:)
+      !> Closed contacts that pull.
+      logical, intent(out) :: pulls(:)
+      !> Contact that has sunk in, or whose friction drives; 0 for none.
+      integer, intent(out) :: index
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      real(wp) :: gain, loss
+      integer :: i
+
+      index = 0
+      trouble = trouble_none
+      missed = .false.
+      pulls = .false.
+      do i = 1, size(system%contacts)
+         associate (contact => system%contacts(i))
+            if (contact%closed .or. .not. contact%rigid .or. gap(i) >= 0.0_wp) cycle
+            missed(i) = .not. contact%leaving
+            if (contact%leaving) missed(i) = gap(i) < contact%threshold
+            if (is_sunk(contact, gap(i))) index = i
+         end associate
+      end do
+      do i = 1, system%constraints%n_links
+         associate (link => system%constraints%links(i))
+            if (.not. system%contacts(link%contact)%closed) cycle
+            if (link%at%gap < 0.0_wp) then
+               if (is_sunk(system%contacts(link%contact), link%at%gap)) index = link%contact
+            end if
+            if (link%normal_force < -system%constraints%pull) then
+               pulls(link%contact) = link%normal_force < -unfelt*largest_force(system, link)
+            else if (link%normal_force > 0.0_wp .and. &
+               system%contacts(link%contact)%states%n == 0) then
+               ! A law with states may give back what it has stored.
+               gain = dot_product(link%wrench(1:3), link%slip())
+               loss = dot_product(link%wrench(4:6), link%spin)
+               if (gain + loss <= unfelt*(norm2(link%wrench(1:3))*norm2(link%slip()) &
+                  + norm2(link%wrench(4:6))*norm2(link%spin))) cycle
+               index = link%contact
+               trouble = trouble_drives
+               return
+            end if
+         end associate
+      end do
+      if (index > 0) trouble = trouble_sunk
+
+   contains
+
+      !> Whether an overlap is too large.
+      pure logical function is_sunk(contact, gap)
+         type(contact_type), intent(in) :: contact
+         !> The gap [m].
+         real(wp), intent(in) :: gap
+
+         is_sunk = gap < -sunk*contact%law%geometry%smallest_radius()
+      end function is_sunk
+
+   end subroutine check_contacts
+
+   !> What the normal force of a contact is to be compared with [N].
+   pure function largest_force(system, link) result(force)
+      type(system_type), intent(in) :: system
+      type(link_type), intent(in) :: link
+      real(wp) :: force
+
+      force = largest_acceleration(system, link)/normal_response(link, link)
+   end function largest_force
+
+   !> What the second derivative of a gap is to be compared with: gravity, and what the motion of
+   !> the bodies and their other loads make [m/s2].
+   pure function largest_acceleration(system, link) result(acceleration)
+      type(system_type), intent(in) :: system
+      type(link_type), intent(in) :: link
+      real(wp) :: acceleration
+
+      acceleration = norm2(system%gravity)
+      if (link%at%curvature_b > 0.0_wp) then
+         acceleration = acceleration + 0.5_wp*link%pace/link%at%curvature_b
+      else
+         acceleration = acceleration + abs(link%free)
+      end if
+   end function largest_acceleration
 
    !> Take what is left of the rates of the closed gaps after impacts in turn.
-   subroutine stop_closed_gaps(system, y, limit)
-      !> The system; its links are those of the state.
+   subroutine stop_closed_gaps(system, y, links, active, limit)
+      !> The system at the poses of the state.
       type(system_type), intent(inout) :: system
       !> State; velocities and the work of damping change a little.
       real(wp), intent(inout) :: y(:)
+      !> Kinematics of contacts.
+      type(link_type), intent(in) :: links(:)
+      !> Those whose gaps are to stop.
+      logical, intent(in) :: active(:)
       !> Rate that is none [m/s].
       real(wp), intent(in) :: limit
       type(impact_type) :: impact
       real(wp) :: rate(size(system%contacts)), kinetic(2), potential, supplied
       integer :: i, j, k
 
-      if (system%constraints%n_links == 0) return
+      if (.not. any(active)) return
       call energies(system, y, kinetic(1), potential)
       supplied = 0.0_wp
+      call system%gap_rates(y, rate)
       do k = 1, most_turns
-         do i = 1, system%constraints%n_links
+         do i = 1, size(links)
+            if (.not. active(links(i)%contact)) cycle
+            impact = impact_type()
+            call prepare_impact(system, links(i), impact)
+            impact%impulse(4) = -rate(links(i)%contact)/impact%inverse_mass(4, 4)
+            do j = 1, 2
+               if (links(i)%body(j) > 0) call apply_impulse(system, links(i), impact%impulse, j, &
+                  y, supplied)
+            end do
             call system%gap_rates(y, rate)
-            associate (link => system%constraints%links(i))
-               impact = impact_type()
-               call prepare_impact(system, link, impact)
-               impact%impulse(4) = -rate(link%contact)/impact%inverse_mass(4, 4)
-               do j = 1, 2
-                  if (link%body(j) > 0) call apply_impulse(system, link, impact%impulse, j, y, &
-                     supplied)
-               end do
-            end associate
          end do
-         call system%gap_rates(y, rate)
-         associate (n => system%constraints%n_links, links => system%constraints%links)
-            if (maxval(abs(rate(links(:n)%contact))) <= limit) exit
-         end associate
+         if (maxval(abs(rate), mask=active) <= limit) exit
       end do
       call energies(system, y, kinetic(2), potential)
       y(system%layout%damping) = y(system%layout%damping) + kinetic(1) - kinetic(2) + supplied

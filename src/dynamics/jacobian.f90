@@ -18,7 +18,6 @@ module contensou_dynamics_jacobian
    use contensou_contact_states, only : contact_states_type, most_numbers
    use contensou_dynamics_linear_load, only : freedoms, linear_load_type, linearize, &
       linearize_link, outcomes
-   use contensou_dynamics_constraints, only : response, solve_linear
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
       moves_freely, turns_by_drive
@@ -59,8 +58,9 @@ module contensou_dynamics_jacobian
       real(wp), allocatable, private :: rate(:)
       !> Derivatives of the second derivative of the gap of each by the state.
       real(wp), allocatable, private :: gap_slopes(:, :)
-      !> Responses of the gaps to the normal forces, their inverse, and room for finding it.
-      real(wp), allocatable, private :: responses(:, :), inverse(:, :), matrix(:, :)
+      !> Derivatives of the normal forces of the rigid contacts by the second derivatives of the
+      !> gaps.
+      real(wp), allocatable, private :: inverse(:, :)
    contains
       procedure :: prepare
       procedure :: evaluate
@@ -247,10 +247,8 @@ contains
       type(jacobian_type), intent(inout) :: self
       integer, intent(in) :: n
 
-      if (allocated(self%gap_slopes)) deallocate(self%gap_slopes, self%responses, self%inverse, &
-         self%matrix)
-      allocate(self%gap_slopes(self%n, n), self%responses(n, n), self%inverse(n, n), &
-         self%matrix(n, n))
+      if (allocated(self%gap_slopes)) deallocate(self%gap_slopes, self%inverse)
+      allocate(self%gap_slopes(self%n, n), self%inverse(n, n))
    end subroutine reserve
 
    !> Where the accelerations of a body stand in the columns of another one: offset of the first of
@@ -471,7 +469,7 @@ contains
             call add_contact(self, system, i, load, y)
          end associate
       end do
-      if (system%constraints%n_links > size(self%responses, 1)) then
+      if (system%constraints%n_links > size(self%inverse, 1)) then
          call reserve(self, size(system%constraints%links))
       end if
       do i = 1, system%constraints%n_links
@@ -616,10 +614,9 @@ contains
    subroutine add_normal_forces(self, system)
       type(jacobian_type), intent(inout) :: self
       !> The system; its links are those of the state.
-      type(system_type), intent(in) :: system
+      type(system_type), intent(inout) :: system
       real(wp) :: moment(3, 2), lever(3), change(body_size)
       real(wp) :: force(3, body_size), torque(3, body_size)
-      logical :: singular
       integer :: n, i, j, c, k, m, side, row, place
 
       n = system%constraints%n_links
@@ -644,19 +641,7 @@ contains
             end do
          end associate
       end do
-      do j = 1, n
-         do k = 1, n
-            associate (link => system%constraints%links(j))
-               self%responses(k, j) = response(system%constraints%links(k), link, link%slope)
-            end associate
-         end do
-      end do
-      do i = 1, n
-         self%matrix(:n, :n) = self%responses(:n, :n)
-         self%inverse(:n, i) = 0.0_wp
-         self%inverse(i, i) = 1.0_wp
-         call solve_linear(n, self%matrix, self%inverse(:, i), singular)
-      end do
+      call system%constraints%invert(self%inverse)
       do i = 1, n
          associate (link => system%constraints%links(i))
             do side = 1, 2

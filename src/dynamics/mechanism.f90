@@ -64,7 +64,8 @@ module contensou_dynamics_mechanism
       logical :: closed = .false.
       !> Whether a rigid contact has opened and its gap is not yet distinct from zero.
       logical :: leaving = .false.
-      !> Gap below which such a contact closes again [m]: just below that at which it opened.
+      !> Gap below which such a contact closes again [m]: just below that at which it opened. Pull
+      !> at which a closed one lifts off [N]: just above that with which it began.
       real(wp) :: threshold = 0.0_wp
       !> Normal force of a closed rigid contact in the last right-hand side [N].
       real(wp) :: normal_force = 0.0_wp
@@ -136,6 +137,7 @@ module contensou_dynamics_mechanism
       procedure :: observe
       procedure :: gaps
       procedure :: gap_rates
+      procedure :: gap_motion
    end type mechanism_type
 
 contains
@@ -518,5 +520,41 @@ contains
          rate(i) = dot_product(now%velocity, now%at%normal)
       end do
    end subroutine gap_rates
+
+   !> Gap of a contact, how it changes, and how fast the turning of its bodies can bend it, at the
+   !> poses that are set.
+   subroutine gap_motion(self, index, gap, rate, bend)
+      !> The mechanism; the track of the contact is changed.
+      class(mechanism_type), intent(inout) :: self
+      integer, intent(in) :: index
+      !> Gap, negative for overlap [m].
+      real(wp), intent(out) :: gap
+      !> Its rate [m/s].
+      real(wp), intent(out) :: rate
+      !> Bound of the second derivative that the turning makes [m/s2].
+      real(wp), intent(out) :: bend
+      type(contact_motion_type) :: now
+
+      call self%observe(index, now)
+      gap = now%at%gap
+      rate = dot_product(now%velocity, now%at%normal)
+      ! The point of a surface that touches is as far from the centre of mass all the way, within a
+      ! factor of two.
+      bend = 0.0_wp
+      if (self%contacts(index)%a > 0) call add_bend(self%pose(self%contacts(index)%a))
+      if (self%contacts(index)%b > 0) call add_bend(self%pose(self%contacts(index)%b))
+
+   contains
+
+      !> Add what the turning of a body makes.
+      subroutine add_bend(pose)
+         type(pose_type), intent(in) :: pose
+         real(wp) :: arm(3)
+
+         arm = now%at%point - pose%position
+         bend = bend + 2.0_wp*dot_product(pose%spin, pose%spin)*sqrt(dot_product(arm, arm))
+      end subroutine add_bend
+
+   end subroutine gap_motion
 
 end module contensou_dynamics_mechanism

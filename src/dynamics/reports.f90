@@ -147,8 +147,8 @@ contains
       do i = 1, system%constraints%n_links
          if (system%constraints%links(i)%contact /= index) cycle
          associate (link => system%constraints%links(i), law => system%contacts(index)%law)
-            ! A row at lift-off may be late by the resolution of time.
-            row%load%normal_force = max(link%normal_force, 0.0_wp)
+            ! Below zero by rounding at lift-off, and where others hold the gap.
+            row%load%normal_force = link%normal_force
             row%load%friction_force = link%wrench(1:3) - link%normal_force*link%at%normal
             row%load%friction_torque = dot_product(link%wrench(4:6), link%at%normal)
             row%load%rolling_torque = link%wrench(4:6) - row%load%friction_torque*link%at%normal

@@ -6,8 +6,9 @@ module contensou_integrate_march
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : power_text
    use contensou_contact_geometry, only : track_type, trouble_far, trouble_none, &
-      trouble_spots, trouble_sudden
-   use contensou_dynamics_impact, only : open_contact, resolve_impacts, touching_gap
+      trouble_pulls, trouble_spots, trouble_sudden
+   use contensou_dynamics_impact, only : agree, check_contacts, open_contact, resolve_contacts, &
+      set_thresholds, slow_rate, sunk, touching_gap
    use contensou_dynamics_mechanism, only : contact_motion_type
    use contensou_dynamics_reports, only : energy_type, find_energy
    use contensou_dynamics_state, only : position_of
@@ -123,6 +124,16 @@ module contensou_integrate_march
       procedure :: keep
    end type observer_type
 
+   !> Gap of a contact at an instant.
+   type :: gap_type
+      !> Gap [m].
+      real(wp) :: value = 0.0_wp
+      !> Its rate [m/s].
+      real(wp) :: rate = 0.0_wp
+      !> Bound of the second derivative that the turning of the bodies makes [m/s2].
+      real(wp) :: bend = 0.0_wp
+   end type gap_type
+
    !> A march under way: what takes part in it. Where it is stands in its memory.
    type :: march_type
       class(integrator_type), allocatable :: integrator
@@ -138,15 +149,16 @@ module contensou_integrate_march
       real(wp) :: resolution = 0.0_wp
       !> For each contact 1, -1 or 0 as its gap opens, closes, or neither at the end of the step.
       integer, allocatable :: events(:)
-      !> Rates of the gaps [m/s]; not kept while all contacts are closed.
-      real(wp), allocatable :: rate(:)
-      !> Time, state and rates at the beginning of the step.
+      !> Gaps and their motion; not kept while all contacts are closed.
+      type(gap_type), allocatable :: gap(:)
+      !> Time, state and gaps at the beginning of the step.
       real(wp) :: t_before = 0.0_wp
-      real(wp), allocatable :: y_before(:), rate_before(:)
-      !> State of a row, and contacts that may have closed and opened again within the step: room
-      !> that is not allocated at each step.
+      real(wp), allocatable :: y_before(:)
+      type(gap_type), allocatable :: gap_before(:)
+      !> State of a row, contacts that may have closed and opened again within the step, those that
+      !> missed a touch, and those that pull: room that is not allocated at each step.
       real(wp), allocatable :: y_row(:)
-      logical, allocatable :: suspect(:)
+      logical, allocatable :: suspect(:), missed(:), pulls(:)
       !> Time at which the pace was looked at last [s], steps since, and looks at which it was poor.
       real(wp) :: t_watch = 0.0_wp
       integer :: steps = 0, looks = 0
@@ -202,6 +214,12 @@ module contensou_integrate_march
 
    !> ... and they were so for this number of looks: a stiff impact passes.
    integer, parameter :: poor_looks = 10
+
+   !> Overlap within a step that goes unseen, over the smallest radius.
+   real(wp), parameter :: unseen_overlap = 2.0e-7_wp
+
+   !> Looks at the gap of one contact within a step.
+   integer, parameter :: most_looks = 2000
 
 contains
 
@@ -346,7 +364,7 @@ contains
       type(memory_type), intent(inout) :: memory
       !> What `auto` chose; only the method without it.
       type(choice_type), intent(out) :: choice
-      !> Set when the rigid contacts cannot be settled.
+      !> Set when the rigid contacts cannot be resolved.
       type(error_type), allocatable, intent(out) :: error
 
       if (motion%system%layout%states > 0) call begin_states(motion, memory%y)
@@ -434,7 +452,7 @@ contains
       logical, intent(inout) :: stopped
       !> Set when the integration or the observer failed.
       type(error_type), allocatable, intent(out) :: error
-      logical :: too_deep, again
+      logical :: too_deep, again, unresolved
 
       call set_out(self, error)
       if (allocated(error)) return
@@ -444,7 +462,7 @@ contains
             if (allocated(error)) return
             self%t_before = t
             self%y_before = memory%y
-            self%rate_before = self%rate
+            self%gap_before = self%gap
             call self%integrator%step(t, memory%y, self%events, error)
             if (allocated(error)) return
             too_deep = system%too_deep > 0
@@ -471,11 +489,18 @@ contains
                if (allocated(error)) return
             end if
             if (any(memory%undecided)) call decide(self)
-            if (any(self%events /= 0)) then
-               call take_events(self, error)
+            unresolved = .false.
+            if (system%constraints%n_rigid > 0) then
+               call watch_contacts(self, .false., unresolved, error)
                if (allocated(error)) return
-               ! While all contacts were closed the rates were not kept; impacts change velocities.
-               call system%gap_rates(memory%y, self%rate)
+            end if
+            if (any(self%events /= 0) .or. unresolved) then
+               call take_events(self, unresolved, error)
+               if (allocated(error)) return
+               ! While all contacts were closed the gaps were not kept; impacts change velocities.
+               call look_at_gaps(self)
+               if (unresolved) call watch_contacts(self, .true., unresolved, error)
+               if (allocated(error)) return
             end if
             if (system%constraints%n_rigid > 0) then
                if (any(system%contacts%leaving)) call note_separation(self%motion, memory%y)
@@ -509,15 +534,14 @@ contains
       type(march_type), intent(inout) :: self
       !> Set when the observer failed.
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: gap(self%motion%n_events)
       logical :: changed
       integer :: i, n
 
       n = self%motion%n_events
-      allocate(self%events(n), self%rate(n), self%suspect(n), self%y_row(self%motion%n))
+      allocate(self%events(n), self%gap(n), self%suspect(n), self%missed(n), self%pulls(n), &
+         self%y_row(self%motion%n))
       associate (system => self%motion%system, memory => self%memory, y => self%memory%y)
-         call system%gaps(y, gap)
-         call system%gap_rates(y, self%rate)
+         call look_at_gaps(self)
          self%resolution = zero_gap(y)
          self%t_watch = memory%t
          if (memory%row > 0) then
@@ -526,14 +550,14 @@ contains
             return
          end if
          ! A gap that is zero to rounding is a contact from the start, not a touch.
-         memory%undecided = abs(gap) <= self%resolution
-         memory%closed = gap <= 0.0_wp .or. memory%undecided
+         memory%undecided = abs(self%gap%value) <= self%resolution
+         memory%closed = self%gap%value <= 0.0_wp .or. memory%undecided
          where (system%contacts%rigid)
             memory%undecided = .false.
             memory%closed = system%contacts%closed
          end where
          do i = 1, n
-            if (memory%closed(i)) call begin_impact(self%motion, i, -self%rate(i), changed)
+            if (memory%closed(i)) call begin_impact(self%motion, i, -self%gap(i)%rate, changed)
          end do
          call begin_balance(self)
          call self%observer%sample(self%motion, memory%t, y, error)
@@ -542,6 +566,19 @@ contains
          memory%bounded_until = 0.0_wp
       end associate
    end subroutine set_out
+
+   !> Gaps and their motion at the state that is reached.
+   subroutine look_at_gaps(self)
+      type(march_type), intent(inout) :: self
+      integer :: i
+
+      associate (system => self%motion%system)
+         call system%set_poses(self%memory%y)
+         do i = 1, size(self%gap)
+            call system%gap_motion(i, self%gap(i)%value, self%gap(i)%rate, self%gap(i)%bend)
+         end do
+      end associate
+   end subroutine look_at_gaps
 
    !> If a contact closed and opened again within the step, go back to take it in smaller ones.
    subroutine avoid_dip(self, again, error)
@@ -554,17 +591,21 @@ contains
 
       again = .false.
       associate (memory => self%memory, t => self%memory%t)
-         call self%motion%system%gap_rates(memory%y, self%rate)
+         call look_at_gaps(self)
          self%suspect = .not. memory%closed .and. self%events == 0 .and. &
-            self%rate_before < 0.0_wp .and. self%rate > 0.0_wp .and. &
+            self%gap_before%rate < 0.0_wp .and. self%gap%rate > 0.0_wp .and. &
             .not. self%motion%system%contacts%leaving
          t_dip = huge(t_dip)
          if (any(self%suspect)) call find_dip(self, t_dip)
+         if (t_dip > t) then
+            call suspect_near(self)
+            if (any(self%suspect)) call follow_gaps(self, t_dip)
+         end if
          again = t_dip < t
          if (again) then
             t = self%t_before
             memory%y = self%y_before
-            self%rate = self%rate_before
+            self%gap = self%gap_before
             memory%bounded_until = t_dip
             call self%integrator%bound_step((t_dip - t)/4.0_wp)
             call self%integrator%restart(t, memory%y, error)
@@ -574,6 +615,120 @@ contains
          end if
       end associate
    end subroutine avoid_dip
+
+   !> Overlap within a step that goes unseen, from that with which a contact has opened [m].
+   pure real(wp) function unseen(self, index)
+      type(march_type), intent(in) :: self
+      !> Contact.
+      integer, intent(in) :: index
+
+      unseen = unseen_overlap*self%motion%system%contacts(index)%law%geometry%smallest_radius() &
+         + max(-self%gap_before(index)%value, 0.0_wp)
+   end function unseen
+
+   !> Bound of how strongly the gap of a contact bends down in the step [m/s2].
+   !>
+   !> The distance of two convex bodies without spin that move uniformly never does. What spins do
+   !> is bounded; accelerations are smooth, or the step were shorter.
+   pure real(wp) function largest_bend(self, index)
+      type(march_type), intent(in) :: self
+      !> Contact.
+      integer, intent(in) :: index
+
+      associate (now => self%gap(index), before => self%gap_before(index))
+         largest_bend = 3.0_wp*abs(now%rate - before%rate)/(self%memory%t - self%t_before) &
+            + max(now%bend, before%bend)
+      end associate
+   end function largest_bend
+
+   !> Time for which a gap cannot fall below an overlap that goes unseen [s].
+   pure real(wp) function reach(gap, rate, bend, limit)
+      !> Gap [m].
+      real(wp), intent(in) :: gap
+      !> Its rate away from here [m/s].
+      real(wp), intent(in) :: rate
+      !> Bound of how strongly it bends down [m/s2].
+      real(wp), intent(in) :: bend
+      !> The overlap [m].
+      real(wp), intent(in) :: limit
+      real(wp) :: root
+
+      reach = 0.0_wp
+      if (gap <= -limit) return
+      root = sqrt(rate**2 + 2.0_wp*bend*(gap + limit))
+      if (rate > 0.0_wp) then
+         reach = (rate + root)/max(bend, tiny(bend)*max(rate, 1.0_wp)*4.0_wp)
+      else
+         reach = 2.0_wp*(gap + limit)/max(root - rate, tiny(root)*4.0_wp)
+      end if
+   end function reach
+
+   !> Suspect the open contacts whose gaps may fall below zero as seen from the ends of the step.
+   pure subroutine suspect_near(self)
+      type(march_type), intent(inout) :: self
+      real(wp) :: bend, limit
+      integer :: i
+
+      do i = 1, size(self%suspect)
+         self%suspect(i) = .not. self%memory%closed(i)
+         if (.not. self%suspect(i)) cycle
+         bend = largest_bend(self, i)
+         limit = unseen(self, i)
+         associate (now => self%gap(i), before => self%gap_before(i))
+            self%suspect(i) = reach(before%value, before%rate, bend, limit) &
+               + reach(now%value, -now%rate, bend, limit) < self%memory%t - self%t_before
+         end associate
+      end do
+   end subroutine suspect_near
+
+   !> First time within the step at which one of the gaps is below zero by more than what goes
+   !> unseen; a time after the step if none is. From each place the next is where the gap could be
+   !> so at the earliest. Nothing that follows depends on it.
+   subroutine follow_gaps(self, t_dip)
+      type(march_type), intent(inout) :: self
+      !> The time [s].
+      real(wp), intent(inout) :: t_dip
+      type(kept_type) :: kept
+      type(statistics_type) :: before, after
+      type(gap_type) :: gap
+      real(wp) :: t, t_clear, bend, limit, step, y(self%motion%n)
+      integer :: i, k
+      logical :: row_due
+
+      associate (system => self%motion%system, t_end => self%memory%t)
+         row_due = min(self%memory%row*self%plan%interval, self%plan%t_end) < t_end
+         call keep_workspace(self%motion, kept)
+         before = self%integrator%statistics()
+         call self%integrator%interpolate(0.5_wp*(self%t_before + t_end), y)
+         after = self%integrator%statistics()
+         if (row_due) then
+            ! A row has the same need of what the interpolation takes.
+            call keep_workspace(self%motion, kept)
+         else
+            self%unasked = self%unasked + after%derivatives - before%derivatives
+         end if
+         do i = 1, size(self%suspect)
+            if (.not. self%suspect(i)) cycle
+            bend = largest_bend(self, i)
+            limit = unseen(self, i)
+            t_clear = t_end - reach(self%gap(i)%value, -self%gap(i)%rate, bend, limit)
+            t = self%t_before
+            gap = self%gap_before(i)
+            do k = 1, most_looks
+               step = reach(gap%value, gap%rate, bend, limit)
+               t = t + max(step, 4.0_wp*spacing(t))
+               if (t >= min(t_clear, t_dip)) exit
+               call self%integrator%interpolate(t, y)
+               call system%set_poses(y)
+               call system%gap_motion(i, gap%value, gap%rate, gap%bend)
+               if (gap%value > 0.5_wp*(min(self%gap_before(i)%value, 0.0_wp) - limit)) cycle
+               t_dip = t
+               exit
+            end do
+         end do
+         call restore_workspace(self%motion, kept)
+      end associate
+   end subroutine follow_gaps
 
    !> Hand over the rows that the step has come by.
    subroutine give_rows(self, error)
@@ -811,8 +966,10 @@ contains
    end subroutine find_dip
 
    !> Record events, and let the contacts take note of the impact speed.
-   subroutine take_events(self, error)
+   subroutine take_events(self, unresolved, error)
       type(march_type), intent(inout) :: self
+      !> Whether rigid contacts are to be resolved without an event.
+      logical, intent(in) :: unresolved
       !> Set when the observer failed.
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: rate(size(self%events))
@@ -820,12 +977,12 @@ contains
       integer :: i
 
       any_changed = .false.
-      any_rigid = .false.
       associate (motion => self%motion, t => self%memory%t, y => self%memory%y, &
          closed => self%memory%closed, events => self%events)
+         any_rigid = unresolved .or. any(motion%system%contacts%rigid .and. events /= 0)
          call motion%system%gap_rates(y, rate)
+         if (any_rigid) call add_simultaneous(motion, y, rate, closed, events)
          do i = 1, size(events)
-            any_rigid = any_rigid .or. (motion%system%contacts(i)%rigid .and. events(i) /= 0)
             if (events(i) < 0 .and. .not. closed(i)) then
                closed(i) = .true.
                call begin_impact(motion, i, -rate(i), changed)
@@ -873,11 +1030,12 @@ contains
                if (self%events(i) < 0 .and. .not. memory%closed(i)) then
                   ! An event is where the gap is zero, to the resolution of time.
                   explained = time_of_event*epsilon(second)*(abs(memory%t) + (memory%t &
-                     - self%t_before))*(abs(rate(i)) + abs(self%rate_before(i)))
+                     - self%t_before))*(abs(rate(i)) + abs(self%gap_before(i)%rate))
                   explained = explained + 16.0_wp*zero_gap(memory%y) &
                      + place_of_event*self%motion%scales%rtol*self%motion%scales%length
                   ! One that has just opened may close below zero.
-                  if (contact%rigid) explained = explained + 2.0_wp*touching_gap(contact)
+                  if (contact%rigid) explained = explained &
+                     + sunk*contact%law%geometry%smallest_radius()
                   if (-gap(i) > explained) trouble = trouble_sudden
                end if
             end associate
@@ -980,23 +1138,34 @@ contains
       type(march_type), intent(inout) :: self
       !> Set when the impacts cannot be resolved or the observer failed.
       type(error_type), allocatable, intent(out) :: error
-      logical :: touching(size(self%events)), changed
+      real(wp) :: gap(size(self%events))
+      logical, dimension(size(self%events)) :: candidate, near
+      logical :: changed, again
       integer :: i
 
       associate (motion => self%motion, t => self%memory%t, y => self%memory%y, &
          closed => self%memory%closed, events => self%events)
-         ! One that lifts off has no force and its gap no acceleration.
-         call motion%system%set_poses(y)
+         call motion%system%gaps(y, gap)
          do i = 1, size(events)
+            associate (contact => motion%system%contacts(i))
+               ! What touches within rounding is decided together, whichever the event is of.
+               near(i) = .false.
+               if (contact%rigid .and. .not. contact%closed) near(i) = gap(i) <= &
+                  touching_gap(contact)
+            end associate
+         end do
+         do i = 1, size(events)
+            ! One that lifts off has no force and its gap no acceleration.
             if (motion%system%contacts(i)%closed .and. events(i) > 0) call open_contact( &
                motion%system, i)
          end do
-         touching = motion%system%contacts%rigid .and. &
-            (motion%system%contacts%closed .or. events < 0)
-         if (any(touching .and. events < 0)) then
-            call resolve_rigid(motion, t, y, touching, error)
-            if (allocated(error)) return
-         end if
+         candidate = motion%system%contacts%rigid .and. &
+            (motion%system%contacts%closed .or. events /= 0 .or. near)
+         again = any(motion%system%contacts%rigid .and. events < 0)
+         if (.not. again) again = .not. agree(motion%system, t, y, near, motion%scales%velocity)
+         if (again) call resolve_rigid(motion, t, y, candidate, error)
+         if (allocated(error)) return
+         if (any(motion%system%contacts%closed)) call set_thresholds(motion%system, t, y)
          do i = 1, size(events)
             associate (contact => motion%system%contacts(i))
                if (.not. contact%rigid .or. (contact%closed .eqv. closed(i))) cycle
@@ -1008,6 +1177,59 @@ contains
          end do
       end associate
    end subroutine take_rigid_events
+
+   !> Add the open rigid contacts that touch within rounding and approach to the events of others.
+   subroutine add_simultaneous(motion, y, rate, closed, events)
+      class(motion_type), intent(inout) :: motion
+      real(wp), intent(in) :: y(:)
+      !> Rates of the gaps [m/s].
+      real(wp), intent(in) :: rate(:)
+      !> Which contacts are closed.
+      logical, intent(in) :: closed(:)
+      !> For each contact 1, -1 or 0 as it opens, closes, or neither.
+      integer, intent(inout) :: events(:)
+      real(wp) :: gap(size(events))
+      integer :: i
+
+      call motion%system%gaps(y, gap)
+      do i = 1, size(events)
+         associate (contact => motion%system%contacts(i))
+            if (.not. contact%rigid .or. closed(i) .or. events(i) /= 0) cycle
+            if (gap(i) <= touching_gap(contact) .and. &
+               rate(i) < -slow_rate*motion%scales%velocity) events(i) = -1
+         end associate
+      end do
+   end subroutine add_simultaneous
+
+   !> See whether the rigid contacts are as they should be at the end of a step: touches that no
+   !> event told of are added to the events.
+   subroutine watch_contacts(self, resolved, unresolved, error)
+      type(march_type), intent(inout) :: self
+      !> Whether they have been resolved here: then none may pull.
+      logical, intent(in) :: resolved
+      !> Whether one pulls without an event.
+      logical, intent(out) :: unresolved
+      !> Set when a contact has sunk in, drives or pulls.
+      type(error_type), allocatable, intent(out) :: error
+      integer :: index, trouble
+
+      unresolved = .false.
+      call check_contacts(self%motion%system, self%gap%value, self%missed, self%pulls, &
+         index, trouble)
+      if (resolved .and. index == 0 .and. any(self%pulls)) then
+         index = findloc(self%pulls, .true., dim=1)
+         trouble = trouble_pulls
+      end if
+      if (index > 0) then
+         self%motion%system%trouble = index
+         self%motion%system%trouble_code = trouble
+         call fatal(error, "a rigid contact does not hold")
+         return
+      end if
+      if (resolved) return
+      where (self%missed .and. self%events == 0) self%events = -1
+      unresolved = any(self%pulls .and. self%events == 0)
+   end subroutine watch_contacts
 
    !> Set the states of parts at the beginning.
    subroutine begin_states(motion, y)
@@ -1080,6 +1302,8 @@ contains
          end associate
       end do
       if (any(touching)) call resolve_rigid(motion, t, y, touching, error)
+      if (allocated(error)) return
+      if (any(motion%system%contacts%closed)) call set_thresholds(motion%system, t, y)
    end subroutine begin_rigid
 
    !> Resolve the impacts of rigid contacts that touch, and find which of them stay closed.
@@ -1094,11 +1318,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer :: index, trouble
 
-      call resolve_impacts(motion%system, t, y, touching, motion%scales%velocity, index, trouble)
+      call resolve_contacts(motion%system, t, y, touching, motion%scales%velocity, index, trouble)
       if (index == 0) return
       motion%system%trouble = index
       motion%system%trouble_code = trouble
-      call fatal(error, "the rigid contacts cannot be settled")
+      call fatal(error, "the rigid contacts cannot be resolved")
    end subroutine resolve_rigid
 
    !> Note that gaps have become distinct from zero.

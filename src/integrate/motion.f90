@@ -6,7 +6,9 @@ module contensou_integrate_motion
       against_velocity, state_type
    use contensou_dynamics_assembly, only : contact_time
    use contensou_dynamics_equations, only : system_type
+   use contensou_dynamics_impact, only : sunk
    use contensou_dynamics_jacobian, only : is_available, jacobian_type
+   use contensou_dynamics_mechanism, only : contact_motion_type
    use contensou_dynamics_reports, only : energies
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_state, only : body_size, position_of, put_body, spin_of, velocity_of
@@ -43,6 +45,12 @@ module contensou_integrate_motion
    !> (the root of the number of unknowns times its weight). A third of it makes CVODE chatter.
    real(wp), parameter :: resolved = 8.0_wp
 
+   !> Error of a gap of a rigid contact that the tolerance admits, over the overlap that ends a run.
+   real(wp), parameter :: held = 0.3_wp
+
+   !> Tolerance that is fine enough for any rigid contact.
+   real(wp), parameter :: finest = 1.0e-9_wp
+
    !> Motion of a system.
    type, extends(problem_type) :: motion_type
       type(system_type) :: system
@@ -72,7 +80,7 @@ contains
       type(scene_type), intent(in) :: scene
       !> Initial state.
       real(wp), intent(in) :: y(:)
-      real(wp) :: kinetic, potential
+      real(wp) :: kinetic, potential, coarsest
       integer :: i
 
       motion%n = motion%system%layout%n
@@ -85,8 +93,14 @@ contains
          ! No ringing holds the steps of a rigid scene below what the tolerance admits, and the
          ! errors of a multistep method add up over them.
          associate (n_rigid => motion%system%constraints%n_rigid)
-            if (n_rigid > 0 .and. scene%integrator%method /= "explicit8") s%rtol = &
-               max(0.1_wp*s%rtol, min(s%rtol, 1.0e-13_wp))
+            if (n_rigid > 0) then
+               coarsest = coarsest_tolerance(motion%system, y)
+               if (scene%integrator%method /= "explicit8") then
+                  s%rtol = max(0.1_wp*s%rtol, min(s%rtol, 1.0e-13_wp))
+                  coarsest = 0.1_wp*coarsest
+               end if
+               s%rtol = min(s%rtol, max(coarsest, finest))
+            end if
          end associate
          s%length = scene%integrator%length_scale
          s%velocity = scene%integrator%velocity_scale
@@ -104,6 +118,30 @@ contains
       end associate
       if (motion%system%layout%states > 0) call set_state_scales(motion)
    end subroutine set_up_motion
+
+   !> Tolerance whose errors of the attitudes leave the gaps of rigid contacts at what is zero.
+   real(wp) function coarsest_tolerance(system, y) result(rtol)
+      type(system_type), intent(inout) :: system
+      !> Initial state.
+      real(wp), intent(in) :: y(:)
+      type(contact_motion_type) :: now
+      real(wp) :: arm
+      integer :: i
+
+      rtol = huge(rtol)
+      call system%set_poses(y)
+      do i = 1, size(system%contacts)
+         if (.not. system%contacts(i)%rigid) cycle
+         call system%observe(i, now)
+         associate (contact => system%contacts(i), radius => &
+            system%contacts(i)%law%geometry%smallest_radius())
+            arm = radius
+            if (contact%a > 0) arm = max(arm, norm2(now%at%point - system%pose(contact%a)%position))
+            if (contact%b > 0) arm = max(arm, norm2(now%at%point - system%pose(contact%b)%position))
+            rtol = min(rtol, held*sunk*radius/arm)
+         end associate
+      end do
+   end function coarsest_tolerance
 
    !> Right-hand side.
    subroutine derivative(self, t, y, rate, outside)
@@ -201,7 +239,8 @@ contains
          do i = 1, size(g)
             associate (contact => self%system%contacts(i))
                if (contact%closed) then
-                  if (.not. self%system%outside) g(i) = -contact%normal_force
+                  if (.not. self%system%outside) g(i) = -contact%normal_force &
+                     - self%system%constraints%pull - contact%threshold
                   if (self%system%outside .or. abs(g(i)) <= 0.0_wp) g(i) = -1.0e-100_wp
                else if (contact%leaving) then
                   g(i) = g(i) - contact%threshold

@@ -1,10 +1,10 @@
 !> Linear complementarity problems: w = M z + q with w >= 0, z >= 0 and w.z = 0.
 !>
-!> C. E. Lemke, Management Sci. 11 (1965) 681: a basic solution is followed from pivot to pivot until
-!> the artificial variable leaves. Ties are broken lexicographically, so that no basis comes twice
-!> and the method ends (B. C. Eaves, Management Sci. 17 (1971) 612; R. W. Cottle, J.-S. Pang, R. E.
-!> Stone, The Linear Complementarity Problem, 1992, section 4.4). With a positive definite M it ends
-!> at the solution, with others there may be none or it may not be found.
+!> C. E. Lemke, Management Sci. 11 (1965) 681: a basic solution is followed from pivot to pivot
+!> until the artificial variable leaves. Ties are broken lexicographically, so that no basis comes
+!> twice and the method ends (B. C. Eaves, Management Sci. 17 (1971) 612; R. W. Cottle, J.-S. Pang,
+!> R. E. Stone, The Linear Complementarity Problem, 1992, section 4.4). With a positive definite M
+!> it ends at the solution, with others there may be none or it may not be found.
 module contensou_special_complementarity
    use contensou_base_kinds, only : wp
    implicit none(type, external)

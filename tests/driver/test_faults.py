@@ -22,6 +22,16 @@ from programs import captured
 
 # File, line, wrong line, what is wrong.
 FAULTS = {
+    "pivot of a complementarity problem": (
+        "special/complementarity.f90",
+        "precedes = difference < 0.0_wp",
+        "precedes = difference > 0.0_wp",
+    ),
+    "supports that depend on each other": (
+        "dynamics/constraints.f90",
+        "left = left - factor(i, j)*factor(pivot, j)",
+        "left = left + factor(i, j)*factor(pivot, j)",
+    ),
     "torque not turned into the body": (
         "dynamics/equations.f90",
         "moment = to_body(self%pose(index)%rotation, self%load(index)%torque)",

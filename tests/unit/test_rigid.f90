@@ -7,12 +7,13 @@ module test_rigid
    use contensou_contact_geometry, only : trouble_none
    use contensou_contact_normal, only : normal_rigid
    use contensou_contact_shapes_ellipsoid, only : ellipsoid_type
-   use contensou_dynamics_impact, only : resolve_impacts
-   use contensou_dynamics_constraints, only : solve_linear
+   use contensou_dynamics_impact, only : resolve_contacts
+   use contensou_dynamics_constraints, only : independent_rows, solve_linear
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_reports, only : begin_report, contact_report_type, energies, momenta, &
       report_contact
    use contensou_integrate_motion, only : motion_type
+   use contensou_special_complementarity, only : solve_complementarity
    use test_harness, only : check, check_close, check_relative, random_type, worst_type
    use test_scenes, only : ball, friction_index, random_touch, rolling_index, set_motion, two_bodies
    implicit none(type, external)
@@ -25,6 +26,8 @@ contains
    !> Run all of them.
    subroutine run_rigid_tests()
       call test_elimination()
+      call test_complementarity()
+      call test_independent_rows()
       call test_restitution()
       call test_constraint()
       call test_tilted_body()
@@ -48,6 +51,82 @@ contains
       call solve_linear(3, matrix, right, singular)
       call check(singular, "a singular matrix is seen")
    end subroutine test_elimination
+
+   !> Complementarity problems with one solution, with many, and with none.
+   subroutine test_complementarity()
+      integer, parameter :: n = 6
+      type(random_type) :: random
+      type(worst_type) :: worst, worst_many
+      real(wp) :: matrix(n, n), factor(n, n), q(n), z(n), w(n)
+      logical :: solved, all_solved
+      integer :: i, j, k, rank
+
+      all_solved = .true.
+      do i = 1, 500
+         ! Positive definite and not symmetric; of rank 3 and symmetric in every other case.
+         rank = merge(n, 3, mod(i, 2) == 0)
+         factor = 0.0_wp
+         do j = 1, n
+            do k = 1, rank
+               factor(j, k) = random%uniform(-1.0_wp, 1.0_wp)
+            end do
+            factor(j, :) = factor(j, :)/norm2(factor(j, :))
+         end do
+         matrix = matmul(factor, transpose(factor))
+         do j = 1, n
+            q(j) = random%uniform(-1.0_wp, 0.5_wp)
+            z(j) = random%uniform(0.0_wp, 1.0_wp)
+         end do
+         if (rank == n) then
+            do j = 2, n
+               matrix(j - 1, j) = matrix(j - 1, j) + 0.3_wp
+               matrix(j, j - 1) = matrix(j, j - 1) - 0.3_wp
+            end do
+         else
+            ! One that has a solution, and ties.
+            q = -matmul(matrix, z)
+            q(n) = q(n - 1)
+            matrix(n, :) = matrix(n - 1, :)
+            matrix(:, n) = matrix(:, n - 1)
+            matrix(n, n) = 1.0_wp
+         end if
+         do j = 1, n
+            matrix(j, j) = matrix(j, j) + 1.0e-9_wp
+         end do
+         call solve_complementarity(matrix, q, z, solved)
+         all_solved = all_solved .and. solved
+         w = matmul(matrix, z) + q
+         call worst%note(max(-minval(w), -minval(z)), i)
+         call worst_many%note(maxval(abs(w*z))/(1.0_wp + maxval(z)), i)
+      end do
+      call check(all_solved, "complementarity problems with a solution")
+      call worst%check_below(1.0e-7_wp, "complementarity: no sign is wrong")
+      call worst_many%check_below(1.0e-7_wp, "complementarity: one of each pair is zero")
+      call solve_complementarity(reshape([-1.0_wp], [1, 1]), [-1.0_wp], z(:1), solved)
+      call check(.not. solved, "a complementarity problem without a solution")
+      call solve_complementarity(reshape([-1.0_wp], [1, 1]), [1.0_wp], z(:1), solved)
+      call check(solved .and. abs(z(1)) <= 0.0_wp, "a complementarity problem that zero solves")
+   end subroutine test_complementarity
+
+   !> Four corners of a table have three independent gaps.
+   subroutine test_independent_rows()
+      real(wp), parameter :: x(4) = [-1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp]
+      real(wp), parameter :: y(4) = [-1.0_wp, 1.0_wp, -1.0_wp, 1.0_wp]
+      real(wp) :: matrix(4, 4), factor(4, 4)
+      integer :: i, j, rank
+
+      do j = 1, 4
+         do i = 1, 4
+            matrix(i, j) = (1.0_wp + x(i)*x(j) + y(i)*y(j))/3.0_wp
+         end do
+      end do
+      call independent_rows(4, matrix, factor, rank)
+      call check(rank == 3, "independent gaps of a table")
+      call check_close(maxval(abs(matmul(factor(:, :3), transpose(factor(:, :3))) - matrix)), &
+         0.0_wp, 1.0e-14_wp, "their span")
+      call independent_rows(3, matrix, factor, rank)
+      call check(rank == 3, "independent gaps of a stool")
+   end subroutine test_independent_rows
 
    !> Restitution at a Hunt-Crossley number is the inverse of the number of a restitution.
    subroutine test_restitution()
@@ -229,7 +308,7 @@ contains
          if (rate(1) >= 0.0_wp) cycle
          call momenta(motion%system, y, linear(:, 1), angular(:, 1))
          call energies(motion%system, y, kinetic(1), potential)
-         call resolve_impacts(motion%system, 0.0_wp, y, [.true.], 1.0e-2_wp, index, trouble)
+         call resolve_contacts(motion%system, 0.0_wp, y, [.true.], 1.0e-2_wp, index, trouble)
          if (trouble /= trouble_none) cycle
          solved = solved + 1
          call motion%system%gap_rates(y, later)

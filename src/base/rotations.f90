@@ -9,7 +9,7 @@ module contensou_base_rotations
    private
 
    public :: norm_rate
-   public :: rotation_matrix, to_inertial, to_body
+   public :: rotation_matrix, set_rotation, to_inertial, to_body
    public :: quaternion_from_axis_angle, quaternion_rate, unit_quaternion
 
    !> Rate at which `quaternion_rate` pulls the norm to one [1/s].
@@ -22,6 +22,15 @@ contains
       !> Quaternion (w, x, y, z), need not have unit norm.
       real(wp), intent(in) :: q(4)
       real(wp) :: r(3, 3)
+
+      call set_rotation(q, r)
+   end function rotation_matrix
+
+   !> Rotation matrix of a quaternion where it stays, without a copy.
+   pure subroutine set_rotation(q, r)
+      !> Quaternion (w, x, y, z), of any norm but zero.
+      real(wp), intent(in) :: q(4)
+      real(wp), intent(out) :: r(3, 3)
       real(wp) :: s, x, y, z
 
       s = 2.0_wp/(q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4))
@@ -37,7 +46,7 @@ contains
       r(3, 1) = x*q(4) - y*q(1)
       r(2, 3) = y*q(4) - x*q(1)
       r(3, 2) = y*q(4) + x*q(1)
-   end function rotation_matrix
+   end subroutine set_rotation
 
    !> A vector of the body frame in the inertial frame, matmul(r, x), which gfortran makes loops of.
    pure function to_inertial(r, x) result(v)

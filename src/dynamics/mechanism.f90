@@ -8,7 +8,8 @@ module contensou_dynamics_mechanism
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_kinds, only : wp
-   use contensou_base_rotations, only : rotation_matrix, to_inertial, unit_quaternion
+   use contensou_base_rotations, only : rotation_matrix, set_rotation, to_inertial, &
+      unit_quaternion
    use contensou_base_vectors, only : cross
    use contensou_contact_geometry, only : contact_point_type, contact_trouble, &
       contact_variation_type, pose_type, track_type, trouble_no_spot, trouble_none
@@ -432,10 +433,12 @@ contains
       integer :: i
 
       do i = 1, size(self%bodies)
-         self%pose(i)%position = y(at_position:at_position + 2, i)
-         self%pose(i)%rotation = rotation_matrix(y(at_quaternion:at_quaternion + 3, i))
-         self%pose(i)%velocity = y(at_velocity:at_velocity + 2, i)
-         self%pose(i)%spin = to_inertial(self%pose(i)%rotation, y(at_spin:at_spin + 2, i))
+         associate (pose => self%pose(i))
+            pose%position = y(at_position:at_position + 2, i)
+            call set_rotation(y(at_quaternion:at_quaternion + 3, i), pose%rotation)
+            pose%velocity = y(at_velocity:at_velocity + 2, i)
+            pose%spin = to_inertial(pose%rotation, y(at_spin:at_spin + 2, i))
+         end associate
       end do
    end subroutine set_poses
 

@@ -450,7 +450,7 @@ contains
             n = -met%normal
             lead = lead - spot%gap
          end if
-         t(:, 1) = base%shape%principal(met%x, met%normal)
+         call base%shape%principal(met%x, met%normal, t(:, 1))
          t(:, 2) = cross(n, t(:, 1))
          spot%normal = matmul(frame, n)
          spot%tangent = matmul(frame, t)

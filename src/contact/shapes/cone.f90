@@ -133,10 +133,10 @@ contains
    end function cubic
 
    !> Along the generator.
-   pure function principal(self, x, normal) result(tangent)
+   pure subroutine principal(self, x, normal, tangent)
       class(cone_type), intent(in) :: self
       real(wp), intent(in) :: x(3), normal(3)
-      real(wp) :: tangent(3)
+      real(wp), intent(out) :: tangent(3)
       real(wp) :: rho
 
       rho = sqrt(x(1)**2 + x(2)**2)
@@ -146,7 +146,7 @@ contains
       else
          tangent = any_tangent(normal)
       end if
-   end function principal
+   end subroutine principal
 
    pure subroutine apex(self, x, found)
       class(cone_type), intent(in) :: self

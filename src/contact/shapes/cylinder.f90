@@ -89,13 +89,13 @@ contains
       form = turning_form(normal(1)*t(2, :) - normal(2)*t(1, :))/self%radius
    end function form
 
-   pure function principal(self, x, normal) result(tangent)
+   pure subroutine principal(self, x, normal, tangent)
       class(cylinder_type), intent(in) :: self
       real(wp), intent(in) :: x(3), normal(3)
-      real(wp) :: tangent(3)
+      real(wp), intent(out) :: tangent(3)
 
       tangent = [0.0_wp, 0.0_wp, 1.0_wp]
-   end function principal
+   end subroutine principal
 
    pure function radius_of(self) result(length)
       class(cylinder_type), intent(in) :: self

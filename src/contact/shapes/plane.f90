@@ -75,13 +75,13 @@ contains
       form = 0.0_wp
    end function form
 
-   pure function principal(self, x, normal) result(tangent)
+   pure subroutine principal(self, x, normal, tangent)
       class(plane_type), intent(in) :: self
       real(wp), intent(in) :: x(3), normal(3)
-      real(wp) :: tangent(3)
+      real(wp), intent(out) :: tangent(3)
 
       tangent = [1.0_wp, 0.0_wp, 0.0_wp]
-   end function principal
+   end subroutine principal
 
    pure subroutine constant_curvatures(self, constant, k)
       class(plane_type), intent(in) :: self

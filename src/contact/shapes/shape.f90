@@ -218,16 +218,17 @@ contains
    end function cubic
 
    !> A principal direction at a point of a surface; any tangent where none is known beforehand.
-   pure function principal(self, x, normal) result(tangent)
+   pure subroutine principal(self, x, normal, tangent)
       class(shape_type), intent(in) :: self
       !> Point of the surface [m].
       real(wp), intent(in) :: x(3)
       !> Normal there, or its opposite.
       real(wp), intent(in) :: normal(3)
-      real(wp) :: tangent(3)
+      !> Unit vector.
+      real(wp), intent(out) :: tangent(3)
 
       tangent = any_tangent(normal)
-   end function principal
+   end subroutine principal
 
    !> A point near a surface brought back onto it.
    pure function restore(self, p) result(x)

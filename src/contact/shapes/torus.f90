@@ -145,15 +145,17 @@ contains
       cubic(4) = 3.0_wp*k*c(2)**2*f(2)
    end function cubic
 
-   pure function principal(self, x, normal) result(tangent)
+   pure subroutine principal(self, x, normal, tangent)
       class(torus_type), intent(in) :: self
       real(wp), intent(in) :: x(3), normal(3)
-      real(wp) :: tangent(3)
+      real(wp), intent(out) :: tangent(3)
       real(wp) :: rho
 
       rho = sqrt(x(1)**2 + x(2)**2)
-      tangent = [-x(2)/rho, x(1)/rho, 0.0_wp]
-   end function principal
+      tangent(1) = -x(2)/rho
+      tangent(2) = x(1)/rho
+      tangent(3) = 0.0_wp
+   end subroutine principal
 
    pure function smallest_radius(self) result(length)
       class(torus_type), intent(in) :: self

@@ -592,7 +592,7 @@ contains
          call contact%find_gap(a, moved, gap)
          call contact%locate(a, moved, gap, there)
          call contact%follow(there, trouble)
-         if (trouble == trouble_none) then
+         if (trouble == trouble_none .and. gap < 0.0_wp) then
             call contact%shape_force(a, moved, there, varied)
             by_twist(:, i) = (varied - force)/h
          end if

@@ -597,7 +597,8 @@ contains
             .not. self%motion%system%contacts%leaving
          t_dip = huge(t_dip)
          if (any(self%suspect)) call find_dip(self, t_dip)
-         if (t_dip > t) then
+         ! A step that ends at once where a contact is too deep has no inside.
+         if (t_dip > t .and. t > self%t_before) then
             call suspect_near(self)
             if (any(self%suspect)) call follow_gaps(self, t_dip)
          end if

@@ -157,27 +157,32 @@ contains
       type(origin_type), intent(in) :: places(:)
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      real(wp) :: largest, limit
-      integer :: i, k, tightest
+      real(wp), dimension(size(scene%bodies)) :: largest, limit
+      integer :: tightest(size(scene%bodies)), body(2), i, k
 
       do i = 1, size(scene%bodies)
-         largest = maxval(abs(scene%bodies(i)%position))
-         tightest = 0
-         limit = largest
-         do k = 1, size(system%contacts)
-            associate (contact => system%contacts(k))
-               if (contact%a /= i .and. contact%b /= i) cycle
-               if (contact%largest_position >= limit) cycle
-               tightest = k
-               limit = contact%largest_position
-            end associate
-         end do
-         if (tightest == 0) cycle
+         largest(i) = maxval(abs(scene%bodies(i)%position))
+      end do
+      limit = largest
+      tightest = 0
+      do i = 1, size(system%contacts)
+         associate (contact => system%contacts(i))
+            body = [contact%a, contact%b]
+            do k = 1, 2
+               if (body(k) == 0) cycle
+               if (contact%largest_position >= limit(body(k))) cycle
+               tightest(body(k)) = i
+               limit(body(k)) = contact%largest_position
+            end do
+         end associate
+      end do
+      do i = 1, size(scene%bodies)
+         if (tightest(i) == 0) cycle
          call diagnostics%add(places(i), "body " // quote(scene%bodies(i)%name) // ": " // &
-            short(largest) // " m from the origin a position is rounded by " // &
-            short(spacing(largest)) // " m, which is not small against the overlaps of " // &
-            "contact " // quote(scene%contacts(tightest)%name), "coordinates of at most " // &
-            short(limit) // " m, for which the origin may be moved")
+            short(largest(i)) // " m from the origin a position is rounded by " // &
+            short(spacing(largest(i))) // " m, which is not small against the overlaps of " // &
+            "contact " // quote(scene%contacts(tightest(i))%name), "coordinates of at most " // &
+            short(limit(i)) // " m, for which the origin may be moved")
       end do
    end subroutine check_positions
 

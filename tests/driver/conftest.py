@@ -279,6 +279,20 @@ def runner(program, folder):
     return run_it
 
 
+@pytest.fixture
+def fails(run, tmp_path):
+    """Run the text of a scene that ends with a status, 1 if not given: what the program says."""
+
+    def fails_it(text, status=1):
+        path = tmp_path / "scene.nml"
+        path.write_text(text)
+        done = run("run", path, "-o", "out.h5", "--force", "-q", timeout=600)
+        assert done.status == status, done.err
+        return done.err
+
+    return fails_it
+
+
 @pytest.fixture(scope="session")
 def scene_text() -> str:
     """A Tippe-Top of 20 ms, whose output file is top.h5."""

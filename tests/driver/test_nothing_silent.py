@@ -113,20 +113,6 @@ def routh():
     return y
 
 
-@pytest.fixture
-def fails(run, tmp_path):
-    """Run a scene that ends with a status, and give what the program says."""
-
-    def fails_it(text, status=1):
-        path = tmp_path / "scene.nml"
-        path.write_text(text)
-        done = run("run", path, "-o", "out.h5", "--force", "-q", timeout=600)
-        assert done.status == status, done.err
-        return done.err
-
-    return fails_it
-
-
 def test_semi_axes_without_friction(simulate):
     """The axes of an elliptic spot are those of the ellipse, with friction or without."""
     axes = [

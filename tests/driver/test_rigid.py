@@ -46,20 +46,6 @@ def contact(first="ball_skin", second="floor", keys=""):
     )
 
 
-@pytest.fixture
-def fails(run, tmp_path):
-    """Run a scene that ends with status 1, and give what the program says."""
-
-    def fails_it(text, status=1):
-        path = tmp_path / "scene.nml"
-        path.write_text(text)
-        done = run("run", path, "-o", "out.h5", "--force", "-q", timeout=600)
-        assert done.status == status, done.err
-        return done.err
-
-    return fails_it
-
-
 # ---- The Tippe-Top ------------------------------------------------------------------------------
 
 MODELS = ("contensou_exact", "contensou_simplified")

@@ -110,10 +110,11 @@ contains
       !> Derivative of the form of B [1/m2].
       real(wp), intent(in) :: cubic_b(4)
       type(contact_variation_type), intent(out) :: variation
-      real(wp) :: m(2, 2), inverse(2, 2), determinant, low, high, c, s, offset, turned(2), moved(2)
-      real(wp) :: right(2), xi_a(2), xi_b(2), tilt(2), form(3), change(3), about, along, lead
-      real(wp) :: d_low, d_high, d_mixed
-      integer :: j
+      real(wp) :: m(2, 2), inverse(2, 2), determinant, low, high, c, s, offset, form(3)
+      ! Of the six twists, written by components so that they are computed side by side.
+      real(wp), dimension(6) :: turned_1, turned_2, moved_1, moved_2, about, along, right_1, right_2
+      real(wp), dimension(6) :: xi_a1, xi_a2, xi_b1, xi_b2, tilt_1, tilt_2, d_11, d_12, d_22
+      integer :: i
 
       associate (g => frame%gap, la => frame%first, lb => frame%second, &
          t => frame%tangent, n => frame%normal)
@@ -126,65 +127,52 @@ contains
          inverse(2, 1) = -m(2, 1)/determinant
          inverse(2, 2) = m(1, 1)/determinant
          offset = (1.0_wp - frame%share)*g
-         do j = 1, 6
-            if (j <= 3) then
-               turned = 0.0_wp
-               moved = t(j, :)
-               about = 0.0_wp
-               along = n(j)
-               right = 0.0_wp
-            else
-               turned = [t(j - 3, 2), -t(j - 3, 1)]
-               moved = offset*turned
-               about = n(j - 3)
-               along = 0.0_wp
-               right = turned
-            end if
-            right = right + apply(lb, moved)
-            xi_a(1) = inverse(1, 1)*right(1) + inverse(1, 2)*right(2)
-            xi_a(2) = inverse(2, 1)*right(1) + inverse(2, 2)*right(2)
-            tilt = apply(la, xi_a)
-            xi_b = xi_a + g*tilt - moved
-            variation%normal(:, j) = tilt(1)*t(:, 1) + tilt(2)*t(:, 2)
-            moved = xi_a + frame%share*g*tilt
-            lead = frame%share*along
-            variation%point(:, j) = moved(1)*t(:, 1) + moved(2)*t(:, 2) + lead*n
-            change(1) = cubic_a(1)*xi_a(1) + cubic_a(2)*xi_a(2) + cubic_b(1)*xi_b(1) &
-               + cubic_b(2)*xi_b(2) - 2.0_wp*about*lb(2)
-            change(2) = cubic_a(2)*xi_a(1) + cubic_a(3)*xi_a(2) + cubic_b(2)*xi_b(1) &
-               + cubic_b(3)*xi_b(2) + about*(lb(1) - lb(3))
-            change(3) = cubic_a(3)*xi_a(1) + cubic_a(4)*xi_a(2) + cubic_b(3)*xi_b(1) &
-               + cubic_b(4)*xi_b(2) + 2.0_wp*about*lb(2)
-            if (high > low) then
-               d_low = c**2*change(1) + 2.0_wp*c*s*change(2) + s**2*change(3)
-               d_high = s**2*change(1) - 2.0_wp*c*s*change(2) + c**2*change(3)
-               d_mixed = (c**2 - s**2)*change(2) + c*s*(change(3) - change(1))
-               variation%turn(j) = d_mixed/(low - high)
-            else
-               ! The spot is a circle: its axes are fixed to A.
-               d_low = 0.5_wp*(change(1) + change(3))
-               d_high = d_low
-               variation%turn(j) = 0.0_wp
-            end if
-            variation%curvature_a(j) = 0.5_wp*d_low
-            variation%curvature_b(j) = 0.5_wp*d_high
+         do i = 1, 3
+            turned_1(i) = 0.0_wp
+            turned_2(i) = 0.0_wp
+            turned_1(3 + i) = t(i, 2)
+            turned_2(3 + i) = -t(i, 1)
+            moved_1(i) = t(i, 1)
+            moved_2(i) = t(i, 2)
+            moved_1(3 + i) = offset*turned_1(3 + i)
+            moved_2(3 + i) = offset*turned_2(3 + i)
+            about(i) = 0.0_wp
+            along(i) = n(i)
+            about(3 + i) = n(i)
+            along(3 + i) = 0.0_wp
          end do
+         right_1 = turned_1 + (lb(1)*moved_1 + lb(2)*moved_2)
+         right_2 = turned_2 + (lb(2)*moved_1 + lb(3)*moved_2)
+         xi_a1 = inverse(1, 1)*right_1 + inverse(1, 2)*right_2
+         xi_a2 = inverse(2, 1)*right_1 + inverse(2, 2)*right_2
+         tilt_1 = la(1)*xi_a1 + la(2)*xi_a2
+         tilt_2 = la(2)*xi_a1 + la(3)*xi_a2
+         xi_b1 = xi_a1 + g*tilt_1 - moved_1
+         xi_b2 = xi_a2 + g*tilt_2 - moved_2
+         moved_1 = xi_a1 + frame%share*g*tilt_1
+         moved_2 = xi_a2 + frame%share*g*tilt_2
+         along = frame%share*along
+         do i = 1, 3
+            variation%normal(i, :) = tilt_1*t(i, 1) + tilt_2*t(i, 2)
+            variation%point(i, :) = moved_1*t(i, 1) + moved_2*t(i, 2) + along*n(i)
+         end do
+         d_11 = cubic_a(1)*xi_a1 + cubic_a(2)*xi_a2 + cubic_b(1)*xi_b1 + cubic_b(2)*xi_b2 &
+            - 2.0_wp*about*lb(2)
+         d_12 = cubic_a(2)*xi_a1 + cubic_a(3)*xi_a2 + cubic_b(2)*xi_b1 + cubic_b(3)*xi_b2 &
+            + about*(lb(1) - lb(3))
+         d_22 = cubic_a(3)*xi_a1 + cubic_a(4)*xi_a2 + cubic_b(3)*xi_b1 + cubic_b(4)*xi_b2 &
+            + 2.0_wp*about*lb(2)
+         if (high > low) then
+            variation%turn = ((c**2 - s**2)*d_12 + c*s*(d_22 - d_11))/(low - high)
+            variation%curvature_a = 0.5_wp*(c**2*d_11 + 2.0_wp*c*s*d_12 + s**2*d_22)
+            variation%curvature_b = 0.5_wp*(s**2*d_11 - 2.0_wp*c*s*d_12 + c**2*d_22)
+         else
+            ! The spot is a circle: its axes are fixed to A.
+            variation%turn = 0.0_wp
+            variation%curvature_a = 0.25_wp*(d_11 + d_22)
+            variation%curvature_b = variation%curvature_a
+         end if
       end associate
-
-   contains
-
-      !> Product of a form and a tangent vector.
-      pure function apply(l, v) result(w)
-         !> Components 11, 12, 22.
-         real(wp), intent(in) :: l(3)
-         !> The vector.
-         real(wp), intent(in) :: v(2)
-         real(wp) :: w(2)
-
-         w(1) = l(1)*v(1) + l(2)*v(2)
-         w(2) = l(2)*v(1) + l(3)*v(2)
-      end function apply
-
    end subroutine set_variation
 
 end module contensou_contact_relative

@@ -210,8 +210,8 @@ contains
          t(:, 1) = any_tangent(n)
          t(:, 2) = cross(n, t(:, 1))
          tb = matmul(transpose(placing%rotation), t)
-         la = form_at(self%surfaces(1), x, n, t)
-         lb = form_at(self%surfaces(2), y, mb, tb)
+         call form_at(self%surfaces(1), x, n, t, la)
+         call form_at(self%surfaces(2), y, mb, tb, lb)
          r1(1) = dot_product(nb, t(:, 1))
          r1(2) = dot_product(nb, t(:, 2))
          r2(1) = dot_product(w, t(:, 1))
@@ -770,7 +770,7 @@ contains
             call closest_point(other, carried(self, placing, point), foot, normal, distance)
             basis(:, 1) = any_tangent(normal)
             basis(:, 2) = cross(normal, basis(:, 1))
-            form = form_at(other, foot, normal, basis)
+            call form_at(other, foot, normal, basis, form)
          end associate
          if (self%carrier == 1) then
             gradient = matmul(placing%rotation, normal)

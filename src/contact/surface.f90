@@ -149,34 +149,35 @@ contains
    end function normal_at
 
    !> Second fundamental form: components 11, 12, 22 in an orthonormal basis of tangents [1/m].
-   pure function form_at(surface, x, normal, t) result(form)
+   pure subroutine form_at(surface, x, normal, t, form)
       type(surface_type), intent(in) :: surface
       !> Point of the surface [m].
       real(wp), intent(in) :: x(3)
       real(wp), intent(in) :: normal(3)
       !> The two tangents.
       real(wp), intent(in) :: t(3, 2)
-      real(wp) :: form(3)
+      real(wp), intent(out) :: form(3)
 
-      form = surface%shape%form(x, normal, t)
+      call surface%shape%form(x, normal, t, form)
       if (surface%inside) form = -form
-   end function form_at
+   end subroutine form_at
 
    !> Its derivative along the surface: components 111, 112, 122, 222 [1/m2].
-   pure function cubic_at(surface, x, normal, t) result(cubic)
+   pure subroutine cubic_at(surface, x, normal, t, cubic)
       type(surface_type), intent(in) :: surface
       !> Point of the surface [m].
       real(wp), intent(in) :: x(3)
       real(wp), intent(in) :: normal(3)
       !> The two tangents.
       real(wp), intent(in) :: t(3, 2)
-      real(wp) :: cubic(4)
+      real(wp), intent(out) :: cubic(4)
 
       if (surface%inside) then
-         cubic = -surface%shape%cubic(x, -normal, t)
+         call surface%shape%cubic(x, -normal, t, cubic)
+         cubic = -cubic
       else
-         cubic = surface%shape%cubic(x, normal, t)
+         call surface%shape%cubic(x, normal, t, cubic)
       end if
-   end function cubic_at
+   end subroutine cubic_at
 
 end module contensou_contact_surface

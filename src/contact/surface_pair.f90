@@ -457,7 +457,7 @@ contains
          spot%point = pose%position + matmul(pose%rotation, base%centre)
          spot%point = spot%point + matmul(frame, met%x + lead*n)
          if (.not. curved) return
-         form_base = form_at(base, met%x, met%normal, t)
+         call form_at(base, met%x, met%normal, t, form_base)
          if (self%isotropic) then
             form_other = self%form_other
          else
@@ -466,7 +466,7 @@ contains
             ! Out of the material of the other surface, in its frame.
             m = matmul(spot%normal, frame_other)
             if (self%base_first) m = -m
-            form_other = form_at(other, met%y, m, met%tangents_other)
+            call form_at(other, met%y, m, met%tangents_other, form_other)
          end if
          if (self%base_first) then
             spot%first = form_base
@@ -491,7 +491,7 @@ contains
       call meet(self, a, b, track, at%gap, .true., met)
       associate (base => self%search%surfaces(merge(1, 2, self%base_first)), &
          other => self%search%surfaces(merge(2, 1, self%base_first)))
-         cubic_base = cubic_at(base, met%x, met%normal, met%tangents)
+         call cubic_at(base, met%x, met%normal, met%tangents, cubic_base)
          cubic_other = 0.0_wp
          if (.not. self%even) then
             if (self%base_first) then
@@ -501,7 +501,7 @@ contains
             end if
             normal = matmul(normal, other%frame)
             if (self%base_first) normal = -normal
-            cubic_other = cubic_at(other, met%y, normal, met%tangents_other)
+            call cubic_at(other, met%y, normal, met%tangents_other, cubic_other)
          end if
       end associate
       if (self%base_first) then

@@ -103,34 +103,34 @@ contains
       normal(3) = -sin(self%half_angle)
    end function normal
 
-   pure function form(self, x, normal, t)
+   pure subroutine form(self, x, normal, t, values)
       class(cone_type), intent(in) :: self
       real(wp), intent(in) :: x(3), normal(3), t(3, 2)
-      real(wp) :: form(3)
+      real(wp), intent(out) :: values(3)
       real(wp) :: rho
 
       rho = sqrt(x(1)**2 + x(2)**2)
       if (rho > 0.0_wp) then
-         form = cos(self%half_angle)/rho*turning_form((x(1)*t(2, :) - x(2)*t(1, :))/rho)
+         values = cos(self%half_angle)/rho*turning_form((x(1)*t(2, :) - x(2)*t(1, :))/rho)
       else
-         form = apex_curvature*[1.0_wp, 0.0_wp, 1.0_wp]
+         values = apex_curvature*[1.0_wp, 0.0_wp, 1.0_wp]
       end if
-   end function form
+   end subroutine form
 
    !> The curvature around the axis, cos(half_angle)/rho, changes along the generators.
-   pure function cubic(self, x, normal, t)
+   pure subroutine cubic(self, x, normal, t, values)
       class(cone_type), intent(in) :: self
       real(wp), intent(in) :: x(3), normal(3), t(3, 2)
-      real(wp) :: cubic(4)
+      real(wp), intent(out) :: values(4)
       real(wp) :: rho, s, c
 
       rho = sqrt(x(1)**2 + x(2)**2)
       s = sin(self%half_angle)
       c = cos(self%half_angle)
-      cubic = 0.0_wp
-      if (rho > 0.0_wp) cubic = turning_cubic(-s*c/rho**2, &
+      values = 0.0_wp
+      if (rho > 0.0_wp) values = turning_cubic(-s*c/rho**2, &
          matmul([-x(2)/rho, x(1)/rho, 0.0_wp], t), matmul([s*x(1)/rho, s*x(2)/rho, c], t))
-   end function cubic
+   end subroutine cubic
 
    !> Along the generator.
    pure subroutine principal(self, x, normal, tangent)

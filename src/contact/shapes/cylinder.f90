@@ -81,13 +81,13 @@ contains
       normal = normal/sqrt(normal(1)**2 + normal(2)**2 + normal(3)**2)
    end function normal
 
-   pure function form(self, x, normal, t)
+   pure subroutine form(self, x, normal, t, values)
       class(cylinder_type), intent(in) :: self
       real(wp), intent(in) :: x(3), normal(3), t(3, 2)
-      real(wp) :: form(3)
+      real(wp), intent(out) :: values(3)
 
-      form = turning_form(normal(1)*t(2, :) - normal(2)*t(1, :))/self%radius
-   end function form
+      values = turning_form(normal(1)*t(2, :) - normal(2)*t(1, :))/self%radius
+   end subroutine form
 
    pure subroutine principal(self, x, normal, tangent)
       class(cylinder_type), intent(in) :: self

@@ -132,27 +132,27 @@ contains
       normal = normal/sqrt(normal(1)**2 + normal(2)**2 + normal(3)**2)
    end function normal
 
-   pure function form(self, x, normal, t)
+   pure subroutine form(self, x, normal, t, values)
       class(ellipsoid_type), intent(in) :: self
       real(wp), intent(in) :: x(3), normal(3), t(3, 2)
-      real(wp) :: form(3)
+      real(wp), intent(out) :: values(3)
       real(wp) :: d(3), e(3)
 
       d = 1.0_wp/self%semi_axes**2
       e = x*d
-      form = quadric_form(d, sqrt(e(1)**2 + e(2)**2 + e(3)**2), t)
-   end function form
+      values = quadric_form(d, sqrt(e(1)**2 + e(2)**2 + e(3)**2), t)
+   end subroutine form
 
-   pure function cubic(self, x, normal, t)
+   pure subroutine cubic(self, x, normal, t, values)
       class(ellipsoid_type), intent(in) :: self
       real(wp), intent(in) :: x(3), normal(3), t(3, 2)
-      real(wp) :: cubic(4)
+      real(wp), intent(out) :: values(4)
       real(wp) :: d(3), e(3)
 
       d = 1.0_wp/self%semi_axes**2
       e = x*d
-      cubic = quadric_cubic(d, sqrt(e(1)**2 + e(2)**2 + e(3)**2), normal, t)
-   end function cubic
+      values = quadric_cubic(d, sqrt(e(1)**2 + e(2)**2 + e(3)**2), normal, t)
+   end subroutine cubic
 
    pure function restore(self, p) result(x)
       class(ellipsoid_type), intent(in) :: self

@@ -107,21 +107,21 @@ contains
       normal = normal/sqrt(normal(1)**2 + normal(2)**2 + normal(3)**2)
    end function normal
 
-   pure function form(self, x, normal, t)
+   pure subroutine form(self, x, normal, t, values)
       class(paraboloid_type), intent(in) :: self
       real(wp), intent(in) :: x(3), normal(3), t(3, 2)
-      real(wp) :: form(3)
+      real(wp), intent(out) :: values(3)
 
-      form = quadric_form([1.0_wp, 1.0_wp, 0.0_wp], gradient(self, x), t)
-   end function form
+      values = quadric_form([1.0_wp, 1.0_wp, 0.0_wp], gradient(self, x), t)
+   end subroutine form
 
-   pure function cubic(self, x, normal, t)
+   pure subroutine cubic(self, x, normal, t, values)
       class(paraboloid_type), intent(in) :: self
       real(wp), intent(in) :: x(3), normal(3), t(3, 2)
-      real(wp) :: cubic(4)
+      real(wp), intent(out) :: values(4)
 
-      cubic = quadric_cubic([1.0_wp, 1.0_wp, 0.0_wp], gradient(self, x), normal, t)
-   end function cubic
+      values = quadric_cubic([1.0_wp, 1.0_wp, 0.0_wp], gradient(self, x), normal, t)
+   end subroutine cubic
 
    !> Norm of the gradient of rho^2/2 - R z [m].
    pure function gradient(self, x)

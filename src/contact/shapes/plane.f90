@@ -67,13 +67,13 @@ contains
       normal = [0.0_wp, 0.0_wp, 1.0_wp]
    end function normal
 
-   pure function form(self, x, normal, t)
+   pure subroutine form(self, x, normal, t, values)
       class(plane_type), intent(in) :: self
       real(wp), intent(in) :: x(3), normal(3), t(3, 2)
-      real(wp) :: form(3)
+      real(wp), intent(out) :: values(3)
 
-      form = 0.0_wp
-   end function form
+      values = 0.0_wp
+   end subroutine form
 
    pure subroutine principal(self, x, normal, tangent)
       class(plane_type), intent(in) :: self

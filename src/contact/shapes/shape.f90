@@ -138,7 +138,7 @@ module contensou_contact_shapes_shape
       end function normal_interface
 
       !> Second fundamental form: components 11, 12, 22 in an orthonormal basis of tangents [1/m].
-      pure function form_interface(self, x, normal, t) result(form)
+      pure subroutine form_interface(self, x, normal, t, values)
          import :: shape_type, wp
          implicit none(type, external)
          class(shape_type), intent(in) :: self
@@ -148,8 +148,8 @@ module contensou_contact_shapes_shape
          real(wp), intent(in) :: normal(3)
          !> The two tangents.
          real(wp), intent(in) :: t(3, 2)
-         real(wp) :: form(3)
-      end function form_interface
+         real(wp), intent(out) :: values(3)
+      end subroutine form_interface
    end interface
 
    !> Curvature of an apex, for those who have to tell it from others [1/m].
@@ -204,7 +204,7 @@ contains
 
    !> Derivative of the second fundamental form along the surface: components 111, 112, 122, 222
    !> [1/m2].
-   pure function cubic(self, x, normal, t)
+   pure subroutine cubic(self, x, normal, t, values)
       class(shape_type), intent(in) :: self
       !> Point of the surface [m].
       real(wp), intent(in) :: x(3)
@@ -212,10 +212,10 @@ contains
       real(wp), intent(in) :: normal(3)
       !> The two tangents.
       real(wp), intent(in) :: t(3, 2)
-      real(wp) :: cubic(4)
+      real(wp), intent(out) :: values(4)
 
-      cubic = 0.0_wp
-   end function cubic
+      values = 0.0_wp
+   end subroutine cubic
 
    !> A principal direction at a point of a surface; any tangent where none is known beforehand.
    pure subroutine principal(self, x, normal, tangent)

@@ -73,13 +73,13 @@ contains
       normal = x/sqrt(x(1)**2 + x(2)**2 + x(3)**2)
    end function normal
 
-   pure function form(self, x, normal, t)
+   pure subroutine form(self, x, normal, t, values)
       class(sphere_type), intent(in) :: self
       real(wp), intent(in) :: x(3), normal(3), t(3, 2)
-      real(wp) :: form(3)
+      real(wp), intent(out) :: values(3)
 
-      form = [1.0_wp, 0.0_wp, 1.0_wp]/self%radius
-   end function form
+      values = [1.0_wp, 0.0_wp, 1.0_wp]/self%radius
+   end subroutine form
 
    pure function radius_of(self) result(length)
       class(sphere_type), intent(in) :: self

@@ -110,10 +110,10 @@ contains
       normal = normal/sqrt(normal(1)**2 + normal(2)**2 + normal(3)**2)
    end function normal
 
-   pure function form(self, x, normal, t)
+   pure subroutine form(self, x, normal, t, values)
       class(torus_type), intent(in) :: self
       real(wp), intent(in) :: x(3), normal(3), t(3, 2)
-      real(wp) :: form(3)
+      real(wp), intent(out) :: values(3)
       real(wp) :: around(2), rho, tube, ring
 
       ! Written out, as bearings spend much of their time here.
@@ -121,15 +121,15 @@ contains
       around = (x(1)*t(2, :) - x(2)*t(1, :))/rho
       tube = 1.0_wp/self%radius
       ring = (rho - self%major_radius)*tube/rho
-      form = tube*[1.0_wp, 0.0_wp, 1.0_wp] &
+      values = tube*[1.0_wp, 0.0_wp, 1.0_wp] &
          + (ring - tube)*[around(1)**2, around(1)*around(2), around(2)**2]
-   end function form
+   end subroutine form
 
    !> The curvature around the axis, cos(phi)/rho, changes along the tube.
-   pure function cubic(self, x, normal, t)
+   pure subroutine cubic(self, x, normal, t, values)
       class(torus_type), intent(in) :: self
       real(wp), intent(in) :: x(3), normal(3), t(3, 2)
-      real(wp) :: cubic(4)
+      real(wp), intent(out) :: values(4)
       real(wp) :: rho, e_ring(3), e_tube(3), c(2), f(2), k
 
       rho = sqrt(x(1)**2 + x(2)**2)
@@ -139,11 +139,11 @@ contains
       c = matmul(e_ring, t)
       f = matmul(e_tube, t)
       k = -self%major_radius/self%radius*normal(3)/rho**2
-      cubic(1) = 3.0_wp*k*c(1)**2*f(1)
-      cubic(2) = k*(c(1)**2*f(2) + 2.0_wp*c(1)*c(2)*f(1))
-      cubic(3) = k*(c(2)**2*f(1) + 2.0_wp*c(1)*c(2)*f(2))
-      cubic(4) = 3.0_wp*k*c(2)**2*f(2)
-   end function cubic
+      values(1) = 3.0_wp*k*c(1)**2*f(1)
+      values(2) = k*(c(1)**2*f(2) + 2.0_wp*c(1)*c(2)*f(1))
+      values(3) = k*(c(2)**2*f(1) + 2.0_wp*c(1)*c(2)*f(2))
+      values(4) = 3.0_wp*k*c(2)**2*f(2)
+   end subroutine cubic
 
    pure subroutine principal(self, x, normal, tangent)
       class(torus_type), intent(in) :: self

@@ -104,6 +104,7 @@ contains
                contact_effects(scene, scene%contacts(i)) // nl)
          end do
          if (size(scene%contacts) == 0) call text%add("  contact    none" // nl)
+         if (scene%together) call text%add("  impacts    simultaneous" // nl)
          call text%add("  unknowns   " // to_text(system%layout%n) // ": 13 for each body")
          if (system%layout%friction > 0) call text%add(", work of friction")
          if (system%layout%damping > 0) call text%add(", work of damping")

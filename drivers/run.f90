@@ -283,6 +283,7 @@ contains
          call add_line(text, "effects", scene%contacts(i)%name // ": " // &
             contact_effects(scene, scene%contacts(i)))
       end do
+      if (scene%together) call add_line(text, "effects", "simultaneous impacts")
    end subroutine add_effects
 
    !> Add how the bodies turned.

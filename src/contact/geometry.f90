@@ -16,18 +16,21 @@ module contensou_contact_geometry
    public :: trouble_none, trouble_lost, trouble_conforming, trouble_no_spot, &
       trouble_jammed, trouble_redundant, trouble_apex, trouble_sunk, trouble_pulls, &
       trouble_drives
-   public :: trouble_far, trouble_sudden, trouble_spots
+   public :: trouble_far, trouble_sudden, trouble_spots, trouble_endless, trouble_squeezed, &
+      trouble_unsettled, trouble_unseen
 
    !> What can make a contact unusable: nothing, a search without result, surfaces that do not touch
    !> in a point, a formula for the spot that gives none, friction that jams a rigid contact, rigid
    !> contacts that do not determine their forces, an apex that touches.
    integer, parameter :: trouble_none = 0, trouble_lost = 1, trouble_conforming = 2, &
       trouble_no_spot = 3, trouble_jammed = 4, trouble_redundant = 5, &
-      trouble_apex = 6, trouble_sunk = 7, trouble_pulls = 8, trouble_drives = 9
+      trouble_apex = 6, trouble_sunk = 7, trouble_pulls = 8, trouble_drives = 9, &
+      trouble_endless = 10, trouble_squeezed = 11, trouble_unsettled = 12
 
    !> More of it: positions too large for their rounding, an overlap that no motion explains, a
    !> second place where the surfaces touch.
-   integer, parameter :: trouble_far = 20, trouble_sudden = 21, trouble_spots = 22
+   integer, parameter :: trouble_far = 20, trouble_sudden = 21, trouble_spots = 22, &
+      trouble_unseen = 23
 
    !> Ratio A/B below which a spot counts as a line.
    real(wp), parameter :: conforming_ratio = 1.0e-8_wp
@@ -253,6 +256,19 @@ contains
             "everywhere; normal = 'hertz' for some of them has no such case"
       case (trouble_drives)
          text = "friction of the rigid contact supplies energy, which no law of friction may"
+      case (trouble_endless)
+         text = "the impacts of contacts that touch at once, one after the other, do not come " // &
+            "to an end; scene.impacts = 'simultaneous' takes them together, and normal = " // &
+            "'hertz' knows no instant"
+      case (trouble_squeezed)
+         text = "bodies that do not yield press together what lies between them, and no " // &
+            "impulses of the rigid contacts stop that; normal = 'hertz' yields"
+      case (trouble_unsettled)
+         text = "the impulses with friction of contacts that touch at once were not found; " // &
+            "scene.impacts = 'sequential' takes one after the other"
+      case (trouble_unseen)
+         text = "the surfaces touch and part in less time than the rounding of the time " // &
+            "resolves; a scene that begins nearer to it does"
       case (trouble_apex)
          text = "the apex of the cone touches, where its surface has no curvature"
       case (trouble_sudden)

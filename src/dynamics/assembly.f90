@@ -52,6 +52,7 @@ contains
       tables%friction = friction_models()
       tables%rolling = rolling_models()
       system%gravity = scene%gravity
+      system%together = scene%together
       allocate(system%bodies(size(scene%bodies)), system%contacts(size(scene%contacts)))
       do i = 1, size(scene%bodies)
          call set_body(scene%bodies(i), system%bodies(i))

@@ -1,18 +1,18 @@
 !> Impacts of rigid contacts, and which of them stay closed.
 !>
 !> An impact is instantaneous and at one contact; several that touch at once are taken one after
-!> the other, the fastest approach first, until none approaches. With friction `routh` integrates
-!> the impulses. E. J. Routh, Dynamics of a System of Rigid Bodies (1905); J. B. Keller, J.
-!> Appl. Mech. 53 (1986) 1. The spot has the mean size of that of Hertz's impact, sqrt(d) weighted
-!> with the force: 0.8955 of the largest one. Compression ends where the approach does; restitution
-!> where it has given back e^2 of the work of compression (W. J. Stronge, Proc. R. Soc. A 431
-!> (1990) 169), so that no impact gains energy. Without a coupling of friction and normal velocity
-!> the rebound is e times the approach.
+!> the other, the fastest approach first, until none approaches, or by choice at once (module
+!> `contensou_dynamics_together`). With friction `routh` integrates the impulses of one. E. J.
+!> Routh, Dynamics of a System of Rigid Bodies (1905); J. B. Keller, J. Appl. Mech. 53 (1986) 1. The
+!> spot has the mean size of that of Hertz's impact, sqrt(d) weighted with the force: 0.8955 of the
+!> largest one. Compression ends where the approach does; restitution where it has given back e^2 of
+!> the work of compression (W. J. Stronge, Proc. R. Soc. A 431 (1990) 169), so that no impact gains
+!> energy. Without a coupling of friction and normal velocity the rebound is e times the approach.
 module contensou_dynamics_impact
    use contensou_base_kinds, only : wp
    use contensou_base_vectors, only : cross
    use contensou_contact_damping_coefficient, only : hunt_crossley_restitution
-   use contensou_contact_geometry, only : trouble_drives, trouble_jammed, &
+   use contensou_contact_geometry, only : trouble_drives, trouble_endless, trouble_jammed, &
       trouble_none, trouble_sunk
    use contensou_dynamics_constraints, only : find_link, independent_rows, link_type, &
       normal_response, response, set_load, turned_by
@@ -22,6 +22,7 @@ module contensou_dynamics_impact
    use contensou_dynamics_routh, only : impact_type, integrate_impact
    use contensou_dynamics_scene, only : motion_free, motion_prescribed
    use contensou_dynamics_state, only : add_to_motion
+   use contensou_dynamics_together, only : inverse_mass_between, together_type
    use contensou_special_complementarity, only : solve_complementarity
    implicit none(type, external)
    private
@@ -36,10 +37,6 @@ module contensou_dynamics_impact
    !> How much lower than where it opened a gap closes again, over that [-]: above rounding, so that
    !> no contact closes by the rounding of its opening.
    real(wp), parameter :: margin = 1.0e-3_wp
-
-   !> Mean over the impulse of the root of the approach in Hertz's impact, over the largest one:
-   !> B(6/5, 1/2)/2.
-   real(wp), parameter :: mean_root = 0.89552_wp
 
    !> Impacts at one instant after which a scene is given up.
    integer, parameter :: most_impacts = 10000
@@ -165,7 +162,8 @@ contains
       end do
    end subroutine resolve_contacts
 
-   !> Impacts of contacts that touch, one after the other, until none approaches.
+   !> Impacts of contacts that touch, until none approaches: one after the other, or those of bodies
+   !> that hang together at once.
    subroutine resolve_impacts(system, t, y, candidate, carried, velocity_scale, rate, index, &
       trouble)
       type(system_type), intent(inout) :: system
@@ -186,6 +184,7 @@ contains
       integer, intent(out) :: trouble
       type(link_type) :: link
       real(wp) :: y_rate(size(y)), press, slowest, e
+      logical :: joined(size(candidate))
       integer :: i, k
 
       trouble = trouble_none
@@ -194,6 +193,14 @@ contains
          i = minloc(rate, dim=1, mask=candidate)
          if (rate(i) >= -slow_rate*velocity_scale) return
          where (candidate) system%contacts%closed = .false.
+         if (system%together) then
+            call join(system, candidate, i, joined)
+            if (count(joined) > 1) then
+               call take_impacts(system, t, y, joined, carried, velocity_scale, index, trouble)
+               if (trouble /= trouble_none) return
+               cycle
+            end if
+         end if
          call find_pressing_acceleration(system, t, y, i, y_rate, link, press, trouble)
          if (trouble /= trouble_none) exit
          press = max(press, carried(i))
@@ -204,9 +211,137 @@ contains
          call take_impact(system, y, i, link, e, trouble)
          if (trouble /= trouble_none) exit
       end do
-      if (trouble == trouble_none) trouble = trouble_jammed
+      if (trouble == trouble_none) trouble = trouble_endless
       index = i
    end subroutine resolve_impacts
+
+   !> Contacts that an impact at one of them reaches through the bodies that yield.
+   subroutine join(system, candidate, first, joined)
+      type(system_type), intent(in) :: system
+      !> Rigid contacts whose gaps are zero.
+      logical, intent(in) :: candidate(:)
+      !> Where the impact is.
+      integer, intent(in) :: first
+      !> Those that it reaches, itself included.
+      logical, intent(out) :: joined(:)
+      logical :: moved(0:size(system%bodies)), more
+      integer :: i
+
+      joined = .false.
+      joined(first) = .true.
+      moved = .false.
+      do
+         more = .false.
+         do i = 1, size(candidate)
+            if (.not. candidate(i)) cycle
+            associate (contact => system%contacts(i))
+               if (.not. joined(i)) then
+                  joined(i) = moved(contact%a) .or. moved(contact%b)
+                  if (.not. joined(i)) cycle
+               end if
+               call move(contact%a)
+               call move(contact%b)
+            end associate
+         end do
+         if (.not. more) return
+      end do
+
+   contains
+
+      !> A body yields to an impulse.
+      subroutine move(body)
+         !> Its index; 0 for the ground.
+         integer, intent(in) :: body
+
+         if (body == 0) return
+         if (moved(body) .or. system%bodies(body)%motion /= motion_free) return
+         moved(body) = .true.
+         more = .true.
+      end subroutine move
+
+   end subroutine join
+
+   !> Impacts of several contacts at once.
+   subroutine take_impacts(system, t, y, joined, carried, velocity_scale, index, trouble)
+      type(system_type), intent(inout) :: system
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> State; velocities and works change.
+      real(wp), intent(inout) :: y(:)
+      !> These contacts.
+      logical, intent(in) :: joined(:)
+      !> Accelerations that press them together while others are closed [m/s2].
+      real(wp), intent(in) :: carried(:)
+      !> Velocity that the tolerance refers to [m/s].
+      real(wp), intent(in) :: velocity_scale
+      !> Contact in trouble; unchanged if none is.
+      integer, intent(inout) :: index
+      !> One of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      type(link_type), allocatable :: links(:)
+      type(together_type) :: impact
+      real(wp) :: e(count(joined)), press, rubbed
+      integer :: i
+
+      call find_links(system, t, y, joined, links, index, trouble)
+      if (trouble /= trouble_none) return
+      call impact%begin(system%mechanism_type, links, system%resolution%tolerance)
+      call impact%compress(system%contacts, links, trouble)
+      if (trouble == trouble_none) then
+         do i = 1, size(links)
+            associate (contact => system%contacts(links(i)%contact), &
+               speed => impact%effective_speed(i))
+               e(i) = restitution_at(contact, speed)
+               press = max(-links(i)%free, carried(links(i)%contact))
+               ! As with one contact: what would not open it is no rebound.
+               if (press > 0.0_wp .and. e(i)*speed < slowest_rebound(contact, links(i), press, &
+                  velocity_scale)) e(i) = 0.0_wp
+            end associate
+         end do
+         call impact%expand(system%contacts, links, e, trouble)
+      end if
+      if (trouble /= trouble_none) then
+         index = links(minloc(links%rate, dim=1))%contact
+         return
+      end if
+      rubbed = impact%friction_loss()
+      call add_impulses(system, links, impact%compression + impact%expansion, rubbed, y)
+   end subroutine take_impacts
+
+   !> Give bodies the impulses of contacts, and the works what they take.
+   subroutine add_impulses(system, links, impulse, rubbed, y)
+      type(system_type), intent(in) :: system
+      !> Kinematics of the contacts.
+      type(link_type), intent(in) :: links(:)
+      !> Impulses along major and minor axis, about and along the normal [N s, N m s].
+      real(wp), intent(in) :: impulse(:, :)
+      !> Energy that friction takes at most [J].
+      real(wp), intent(in) :: rubbed
+      !> State; velocities and works change.
+      real(wp), intent(inout) :: y(:)
+      real(wp) :: kinetic(2), potential, supplied, loss, friction
+      integer :: i, j
+
+      call energies(system, y, kinetic(1), potential)
+      supplied = 0.0_wp
+      do i = 1, size(links)
+         do j = 1, 2
+            if (links(i)%body(j) > 0) call apply_impulse(system, links(i), impulse(:, i), j, y, &
+               supplied)
+         end do
+      end do
+      call energies(system, y, kinetic(2), potential)
+      associate (layout => system%layout)
+         loss = kinetic(1) - kinetic(2) + supplied
+         friction = 0.0_wp
+         if (layout%friction > 0) then
+            friction = max(min(rubbed, loss), 0.0_wp)
+            y(layout%friction) = y(layout%friction) + friction
+         end if
+         y(layout%damping) = y(layout%damping) + loss - friction
+         if (layout%applied > 0) y(layout%applied) = y(layout%applied) + supplied
+      end associate
+   end subroutine add_impulses
 
    !> Contacts that impacts at others open, slower than a rebound may be, stay closed: a body that
    !> rocks between two of them comes to rest on both after a finite number of impacts.
@@ -808,8 +943,7 @@ contains
       associate (law => system%contacts(index)%law)
          call prepare_impact(system, link, impact)
          associate (c => impact%inverse_mass(4, 4), speed => impact%before(4))
-            impact%a = mean_root*law%normal%axis_a &
-               *(1.25_wp*speed**2/(c*law%normal%stiffness))**0.2_wp
+            impact%a = law%normal%spot_of_impact(c, speed)
             if (allocated(law%friction)) then
                call integrate_impact(impact, law, e, system%resolution%tolerance, trouble)
                if (trouble /= trouble_none) return
@@ -843,34 +977,10 @@ contains
       !> Kinematics of the contact.
       type(link_type), intent(in) :: link
       type(impact_type), intent(inout) :: impact
-      real(wp) :: force(3, 4), torque(3, 4), turned(3, 4)
-      integer :: i, j, k
 
       impact%before(1:3) = link%motion
       impact%before(4) = link%rate
-      force(:, 1) = link%at%major
-      force(:, 2) = link%minor
-      force(:, 3) = 0.0_wp
-      force(:, 4) = link%at%normal
-      do k = 1, 2
-         if (link%body(k) == 0) cycle
-         associate (body => system%bodies(link%body(k)))
-            if (body%motion /= motion_free) cycle
-            do i = 1, 4
-               torque(:, i) = cross(link%arm(:, k), force(:, i))
-               if (i == 3) torque(:, i) = link%at%normal
-               turned(:, i) = turned_by(torque(:, i), 1.0_wp/body%inertia, &
-                  system%pose(link%body(k)))
-            end do
-            do i = 1, 4
-               do j = 1, 4
-                  impact%inverse_mass(i, j) = impact%inverse_mass(i, j) &
-                     + dot_product(force(:, i), force(:, j))/body%mass &
-                     + dot_product(torque(:, i), turned(:, j))
-               end do
-            end do
-         end associate
-      end do
+      call inverse_mass_between(system%mechanism_type, link, link, impact%inverse_mass)
    end subroutine prepare_impact
 
    !> Give a body its share of the impulse.

@@ -122,6 +122,8 @@ module contensou_dynamics_mechanism
    type :: mechanism_type
       !> Acceleration of gravity [m/s2].
       real(wp) :: gravity(3) = 0.0_wp
+      !> Whether rigid contacts that touch at one instant impact at once, or one after the other.
+      logical :: together = .false.
       !> Bodies, without the ground.
       type(body_type), allocatable :: bodies(:)
       type(contact_type), allocatable :: contacts(:)

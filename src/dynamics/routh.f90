@@ -19,7 +19,7 @@ module contensou_dynamics_routh
    implicit none(type, external)
    private
 
-   public :: impact_type, integrate_impact
+   public :: impact_type, integrate_impact, solve_stage, smallest_velocity
 
    !> An impact in the making.
    type :: impact_type
@@ -66,7 +66,7 @@ module contensou_dynamics_routh
 
    !> Smallest velocity below which friction is smoothed, over that of the impact: sharper kinks are
    !> beyond what rounding solves.
-   real(wp), parameter :: smallest_smoothing = 1.0e-10_wp
+   real(wp), parameter :: smallest_velocity = 1.0e-10_wp
 
    !> Stages of the method.
    integer, parameter :: stages = 5
@@ -116,7 +116,7 @@ contains
          measure%spin = abs(impact%before(3)) + measure%velocity &
             *sqrt(c(3, 3)/max(c(1, 1), c(2, 2), tiny(c)))
          measure%work = 0.5_wp*speed**2/c(4, 4)
-         impact%resolution = (max(tolerance, smallest_smoothing)*measure%velocity)**2
+         impact%resolution = (max(tolerance, smallest_velocity)*measure%velocity)**2
          largest = -speed/(c(4, 4)*least_steps)
       end associate
       admitted = max(of_step*tolerance, smallest_tolerance)

@@ -10,7 +10,7 @@ module contensou_dynamics_scene
    public :: scene_type, material_spec_type, body_spec_type, surface_spec_type
    public :: contact_spec_type, integrator_spec_type, output_spec_type
    public :: motion_free, motion_fixed, motion_prescribed, motion_spindle, motion_names
-   public :: moves_freely, turns_by_drive, frame_names
+   public :: moves_freely, turns_by_drive, frame_names, impact_names, impacts_together
 
    !> How a body moves: by Newton-Euler, not at all, as prescribed, or turning as prescribed while
    !> its centre of mass moves freely.
@@ -29,6 +29,13 @@ module contensou_dynamics_scene
 
    !> Frames in which an applied load can be constant.
    character(len=*), parameter :: frame_names(*) = [character(len=8) :: "inertial", "body"]
+
+   !> How impacts of several rigid contacts at one instant are taken.
+   character(len=*), parameter :: impact_names(*) = [character(len=12) :: &
+      "sequential", "simultaneous"]
+
+   !> The one of them that takes them all at once.
+   character(len=*), parameter :: impacts_together = "simultaneous"
 
    !> Elastic material.
    type :: material_spec_type
@@ -132,6 +139,8 @@ module contensou_dynamics_scene
       real(wp) :: gravity(3) = 0.0_wp
       !> End of the simulated time [s].
       real(wp) :: t_end = 0.0_wp
+      !> Whether rigid contacts that touch at one instant impact at once.
+      logical :: together = .false.
       type(material_spec_type), allocatable :: materials(:)
       !> Bodies, without the ground.
       type(body_spec_type), allocatable :: bodies(:)

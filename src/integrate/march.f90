@@ -6,7 +6,7 @@ module contensou_integrate_march
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : power_text
    use contensou_contact_geometry, only : track_type, trouble_far, trouble_none, &
-      trouble_pulls, trouble_spots, trouble_sudden
+      trouble_pulls, trouble_spots, trouble_sudden, trouble_unseen
    use contensou_dynamics_impact, only : agree, check_contacts, open_contact, resolve_contacts, &
       set_thresholds, slow_rate, sunk, touching_gap
    use contensou_dynamics_mechanism, only : contact_motion_type
@@ -218,7 +218,10 @@ module contensou_integrate_march
    !> Overlap within a step that goes unseen, over the smallest radius.
    real(wp), parameter :: unseen_overlap = 2.0e-7_wp
 
-   !> Looks at the gap of one contact within a step.
+   !> Step that cannot be halved any more, in units of the rounding of the time.
+   real(wp), parameter :: shortest = 4.0_wp
+
+   !> Looks at the gap of one contact within a step; one that needs more is taken in smaller ones.
    integer, parameter :: most_looks = 2000
 
 contains
@@ -588,6 +591,7 @@ contains
       !> Set when the integration cannot go on there.
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: t_dip
+      integer :: index
 
       again = .false.
       associate (memory => self%memory, t => self%memory%t)
@@ -596,14 +600,20 @@ contains
             self%gap_before%rate < 0.0_wp .and. self%gap%rate > 0.0_wp .and. &
             .not. self%motion%system%contacts%leaving
          t_dip = huge(t_dip)
-         if (any(self%suspect)) call find_dip(self, t_dip)
+         index = findloc(self%suspect, .true., dim=1)
+         if (index > 0) call find_dip(self, t_dip)
          ! A step that ends at once where a contact is too deep has no inside.
          if (t_dip > t .and. t > self%t_before) then
             call suspect_near(self)
-            if (any(self%suspect)) call follow_gaps(self, t_dip)
+            if (any(self%suspect)) call follow_gaps(self, t_dip, index)
          end if
          again = t_dip < t
-         if (again) then
+         if (again .and. t - self%t_before <= shortest*spacing(t)) then
+            ! There are no smaller ones.
+            self%motion%system%trouble = index
+            self%motion%system%trouble_code = trouble_unseen
+            call fatal(error, "a gap cannot be followed")
+         else if (again) then
             t = self%t_before
             memory%y = self%y_before
             self%gap = self%gap_before
@@ -684,11 +694,14 @@ contains
 
    !> First time within the step at which one of the gaps is below zero by more than what goes
    !> unseen; a time after the step if none is. From each place the next is where the gap could be
-   !> so at the earliest. Nothing that follows depends on it.
-   subroutine follow_gaps(self, t_dip)
+   !> so at the earliest. Where a gap is so near zero that it cannot be followed to the end of the
+   !> step, the time to which it was. Nothing that follows depends on it.
+   subroutine follow_gaps(self, t_dip, index)
       type(march_type), intent(inout) :: self
       !> The time [s].
       real(wp), intent(inout) :: t_dip
+      !> Contact of that gap; unchanged if the time is.
+      integer, intent(inout) :: index
       type(kept_type) :: kept
       type(statistics_type) :: before, after
       type(gap_type) :: gap
@@ -722,10 +735,11 @@ contains
                call self%integrator%interpolate(t, y)
                call system%set_poses(y)
                call system%gap_motion(i, gap%value, gap%rate, gap%bend)
-               if (gap%value > 0.5_wp*(min(self%gap_before(i)%value, 0.0_wp) - limit)) cycle
-               t_dip = t
-               exit
+               if (gap%value <= 0.5_wp*(min(self%gap_before(i)%value, 0.0_wp) - limit)) exit
             end do
+            if (t >= min(t_clear, t_dip)) cycle
+            t_dip = t
+            index = i
          end do
          call restore_workspace(self%motion, kept)
       end associate

@@ -21,7 +21,7 @@ module contensou_scene_checks
    implicit none(type, external)
    private
 
-   public :: check_contacts, check_positions, check_rows, check_overlaps, fill_in
+   public :: check_contacts, check_impacts, check_positions, check_rows, check_overlaps, fill_in
 
    !> Largest number of output rows.
    real(wp), parameter :: max_rows = 1.0e9_wp
@@ -103,6 +103,19 @@ contains
       end function pairs
 
    end subroutine check_contacts
+
+   !> Only rigid contacts have impacts that could be taken together.
+   subroutine check_impacts(scene, place, diagnostics)
+      type(scene_type), intent(in) :: scene
+      !> Where it is said how impacts are taken.
+      type(origin_type), intent(in) :: place
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      if (.not. scene%together .or. any(scene%contacts%normal == normal_rigid)) return
+      call diagnostics%add(place, "impacts has no meaning: no contact is rigid", &
+         "a contact with normal = 'rigid', or no impacts")
+   end subroutine check_impacts
 
    !> The output must not have too many rows.
    subroutine check_rows(scene, place, diagnostics)

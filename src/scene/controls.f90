@@ -5,7 +5,7 @@ module contensou_scene_controls
    use contensou_base_numbers, only : to_text
    use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote
-   use contensou_dynamics_scene, only : integrator_spec_type, scene_type
+   use contensou_dynamics_scene, only : impacts_together, integrator_spec_type, scene_type
    implicit none(type, external)
    private
 
@@ -21,6 +21,7 @@ contains
       scene%title = group%text("title")
       scene%gravity = group%numbers("gravity")
       scene%t_end = group%number("t_end")
+      scene%together = group%text("impacts") == impacts_together
    end subroutine build_scene
 
    !> Values of the group `integrator`.

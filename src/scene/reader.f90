@@ -18,8 +18,8 @@ module contensou_scene_reader
    use contensou_scene_bearing, only : bearing_names, concerns_bearings, expand_bearings, &
       has_bearings
    use contensou_scene_bodies, only : build_body
-   use contensou_scene_checks, only : check_contacts, check_overlaps, check_positions, &
-      check_rows, fill_in
+   use contensou_scene_checks, only : check_contacts, check_impacts, check_overlaps, &
+      check_positions, check_rows, fill_in
    use contensou_scene_contacts, only : build_contact
    use contensou_scene_controls, only : build_integrator, build_output, build_scene
    use contensou_scene_cost, only : build_cost, cost_spec_type
@@ -231,7 +231,7 @@ contains
       type(part_type), pointer :: parts(:)
       type(group_settings_type) :: group
       type(origin_type), allocatable :: places(:), body_places(:)
-      type(origin_type) :: interval_place
+      type(origin_type) :: interval_place, impacts_place
       integer :: i, n
 
       call collect_names(settings, schema, references, diagnostics)
@@ -241,6 +241,7 @@ contains
       allocate(scene%contacts(references%count(schema%find("contact"))))
       allocate(places(size(scene%contacts)), body_places(size(scene%bodies)))
       interval_place = origin_type(1, 0, 0, 1)
+      impacts_place = interval_place
       parts => shared_parts()
       do i = 1, size(settings%groups)
          group = settings%group(i, schema)
@@ -248,6 +249,7 @@ contains
          select case (group%group_name())
          case ("scene")
             call build_scene(group, scene)
+            impacts_place = group%place("impacts", 1)
          case ("material")
             associate (material => scene%materials(n))
                material%name = group%label()
@@ -280,6 +282,7 @@ contains
       end do
       if (diagnostics%count() > 0) return
       call check_contacts(scene, places, diagnostics)
+      call check_impacts(scene, impacts_place, diagnostics)
       call check_rows(scene, interval_place, diagnostics)
       if (diagnostics%count() > 0) return
       allocate(system)

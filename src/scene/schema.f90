@@ -8,7 +8,7 @@ module contensou_scene_schema
    use contensou_base_text, only : string_type, strings
    use contensou_contact_parts, only : put_part_keys
    use contensou_contact_shapes_table, only : put_shape_keys, shape_names
-   use contensou_dynamics_scene, only : frame_names, motion_names
+   use contensou_dynamics_scene, only : frame_names, impact_names, motion_names
    use contensou_integrate_march, only : integrator_methods, jacobian_kinds
    use contensou_scene_cost, only : put_cost_keys
    implicit none(type, external)
@@ -64,6 +64,10 @@ contains
          doc="acceleration of gravity in the inertial frame; not named, there is none")
       call list%put("scene", "t_end", kind_real, unit="s", mandatory=.true., above=0.0_wp, &
          doc="end of the simulated time, which starts at 0")
+      call list%put("scene", "impacts", kind_choice, words=impact_names, &
+         doc="impacts of rigid contacts that touch at one instant: one after the other, the " // &
+         "fastest approach first, or all at once, by complementarity problems of compression " // &
+         "and expansion; 'sequential' if not given")
 
       call list%put("material", "name", kind_name, mandatory=.true., doc="name of the material")
       call list%put("material", "young", kind_real, unit="Pa", mandatory=.true., above=0.0_wp, &

@@ -10,6 +10,10 @@ module contensou_contact_normal_law
 
    public :: normal_type, normal_model_type, new_normal
 
+   !> Mean over the impulse of the root of the approach in Hertz's impact, over the largest one:
+   !> B(6/5, 1/2)/2.
+   real(wp), parameter :: mean_root = 0.89552_wp
+
    !> Normal force: everything but the approach is computed once for given relative curvatures.
    type, extends(hertz_type) :: normal_type
       !> Shape of the spot; kept only where friction needs it.
@@ -30,6 +34,7 @@ module contensou_contact_normal_law
       procedure :: follow
       procedure :: major_axis
       procedure :: minor_axis
+      procedure :: spot_of_impact
       procedure :: curvature_forces
    end type normal_type
 
@@ -124,6 +129,18 @@ contains
       b = self%major_axis(approach)
       if (self%curvature_a < self%curvature_b) b = sqrt(self%c1)*b
    end function minor_axis
+
+   !> Major semi-axis of the spot of an impact, the mean over the impulse [m].
+   pure function spot_of_impact(self, inverse_mass, speed) result(a)
+      class(normal_type), intent(in) :: self
+      !> Rate of the gap by a unit impulse [1/kg].
+      real(wp), intent(in) :: inverse_mass
+      !> Speed of approach, of either sign [m/s].
+      real(wp), intent(in) :: speed
+      real(wp) :: a
+
+      a = mean_root*self%axis_a*(1.25_wp*speed**2/(inverse_mass*self%stiffness))**0.2_wp
+   end function spot_of_impact
 
    !> Generalised forces of the curvatures, -dU/dA and -dU/dB of the elastic energy U(d, A, B) [N
    !> m2].

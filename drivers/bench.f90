@@ -4,9 +4,10 @@ module contensou_drivers_bench
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : wp
    use contensou_base_numbers, only : to_text
-   use contensou_base_operating_system, only : check_writable, file_exists, is_locked, &
-      is_terminal, remove_file, rename_file, write_stdout
-   use contensou_base_text, only : did_you_mean, lower, quote
+   use contensou_base_operating_system, only : check_writable, file_exists, is_terminal, &
+      longest_temporary, remove_file, rename_file, temporary_name, write_stdout
+   use contensou_base_output_path, only : check_output_path, what_helps
+   use contensou_base_text, only : did_you_mean, lower, quote, string_type
    use contensou_drivers_bench_baselines, only : boost_version
    use contensou_drivers_bench_errors, only : check_errors
    use contensou_drivers_bench_report, only : bars_text, csv_text, table_text, write_hdf5
@@ -15,7 +16,6 @@ module contensou_drivers_bench
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type
    use contensou_drivers_progress, only : progress_type
    use contensou_files_hdf5_file, only : hdf5_file_type
-   use contensou_files_trajectory, only : part_suffix
    implicit none(type, external)
    private
 
@@ -59,6 +59,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(suite_type) :: suite
       type(bench_config_type) :: config
+      type(string_type) :: none(0)
       character(len=:), allocatable :: text
       integer :: rounds
       type(progress_type) :: progress
@@ -73,8 +74,9 @@ contains
          return
       end if
       if (config%name /= "") then
-         call check_output(config%name // ".csv", config%force, error)
-         if (.not. allocated(error)) call check_output(config%name // ".h5", config%force, error)
+         call check_output(config%name // ".csv", none, config%force, error)
+         if (.not. allocated(error)) call check_output(config%name // ".h5", none, config%force, &
+            error)
          if (allocated(error)) return
       end if
       call progress%begin(.not. is_terminal(2), 0.0_wp)
@@ -115,24 +117,19 @@ contains
    end function base_name
 
    !> See that a file can be written and that nothing is lost by it.
-   subroutine check_output(name, force, error)
+   subroutine check_output(name, inputs, force, error)
       character(len=*), intent(in) :: name
+      !> Names of the files that are read.
+      type(string_type), intent(in) :: inputs(:)
       !> Whether it may replace an existing one.
       logical, intent(in) :: force
       !> Set when it is not to be written.
       type(error_type), allocatable, intent(out) :: error
-      logical :: is
 
-      call check_writable(name, "output file", error)
-      if (allocated(error)) return
-      is = file_exists(name)
-      if (is .and. .not. force) then
-         call fatal(error, name // " exists; --force replaces it, -o writes another one", &
-            status_file)
-         return
-      end if
-      if (is_locked(name // part_suffix)) call fatal(error, "another run is writing " // name // &
-         part_suffix, status_file)
+      call check_output_path(name, "output file", inputs, [longest_temporary], force, error)
+      if (.not. allocated(error)) call check_writable(name, "output file", error)
+      if (allocated(error) .or. force) return
+      if (file_exists(name)) call fatal(error, name // " exists" // what_helps(name), status_file)
    end subroutine check_output
 
    !> Write NAME.csv and NAME.h5, each under a temporary name that it loses when both are complete.
@@ -147,20 +144,21 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(hdf5_file_type) :: file
       type(error_type), allocatable :: ignored
+      character(len=:), allocatable :: csv, h5
       logical :: ours
 
       ours = .false.
-      call write_text(name // ".csv" // part_suffix, csv_text(suite), error)
-      if (.not. allocated(error)) call write_hdf5(suite, name // ".h5" // part_suffix, rounds, &
-         file, error)
+      csv = temporary_name(name // ".csv")
+      h5 = temporary_name(name // ".h5")
+      call write_text(csv, csv_text(suite), error)
+      if (.not. allocated(error)) call write_hdf5(suite, h5, rounds, file, error)
       ours = file%is_open()
       if (.not. allocated(error)) call file%close_as(name // ".h5", force, error)
-      if (.not. allocated(error)) call rename_file(name // ".csv" // part_suffix, name // ".csv", &
-         error)
+      if (.not. allocated(error)) call rename_file(csv, name // ".csv", error, force)
       if (allocated(error)) then
          call file%abandon()
-         call remove_file(name // ".csv" // part_suffix, ignored)
-         if (ours) call remove_file(name // ".h5" // part_suffix, ignored)
+         call remove_file(csv, ignored)
+         if (ours) call remove_file(h5, ignored)
       end if
    end subroutine write_files
 

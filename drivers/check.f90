@@ -3,7 +3,7 @@ module contensou_drivers_check
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : number_text, to_text
-   use contensou_base_operating_system, only : cpu_seconds, write_stdout
+   use contensou_base_operating_system, only : cpu_seconds, is_terminal, write_stdout
    use contensou_base_text, only : string_type, text_buffer_type
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
       set_option
@@ -84,7 +84,7 @@ contains
       call read_scene(config%scene, config%overrides, "", file, error)
       if (allocated(error)) return
       if (config%expand) then
-         call write_stdout(file%resolved, error)
+         call write_stdout(file%resolved, error, as_is=.not. is_terminal(1))
          return
       end if
       associate (scene => file%scene, system => file%system)

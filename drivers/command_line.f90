@@ -6,8 +6,9 @@ module contensou_drivers_command_line
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
-   use contensou_base_numbers, only : read_real
-   use contensou_base_text, only : did_you_mean, quote, starts_with, string_type
+   use contensou_base_numbers, only : read_real, to_text
+   use contensou_base_text, only : did_you_mean, invalid_byte, invalid_byte_text, quote, &
+      starts_with, string_type
    implicit none(type, external)
    private
 
@@ -162,11 +163,20 @@ contains
       !> Set when it cannot be understood.
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
-      integer :: i
+      integer :: i, k
 
       line%words = words
       line%commands = commands
       allocate(line%given(0))
+      ! The words are kept in files, as UTF-8.
+      do i = 1, size(words)
+         k = invalid_byte(words(i)%s)
+         if (k == 0) cycle
+         call fatal(error, "word " // to_text(i) // " of the command line, byte " // to_text(k) // &
+            ": " // invalid_byte_text(words(i)%s(k:k)) // "; names and values are to be UTF-8", &
+            status_usage)
+         return
+      end do
       if (size(words) == 0) then
          call fatal(error, "no command is given" // nl // program_usage(commands), status_usage)
          return

@@ -6,7 +6,7 @@ module contensou_drivers_cost
    use contensou_base_kinds, only : wp
    use contensou_base_numbers, only : number_text, power_text, to_text
    use contensou_base_operating_system, only : catch_signals, remove_file, rename_file, &
-      signal_received, write_stdout
+      same_file, signal_received, temporary_name, write_stdout
    use contensou_base_text, only : command_text, right, string_type
    use contensou_drivers_bench, only : check_output, write_text
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
@@ -14,7 +14,6 @@ module contensou_drivers_cost
    use contensou_drivers_progress, only : progress_type
    use contensou_files_cost_table, only : csv_text, write_hdf5
    use contensou_files_hdf5_file, only : hdf5_file_type
-   use contensou_files_trajectory, only : part_suffix
    use contensou_scene_cost, only : cost_measures, cost_quantities
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_study_cost, only : cheapest, compute_references, compute_runs, judge_runs, &
@@ -97,15 +96,21 @@ contains
       type(study_type) :: study
       type(reference_type), allocatable :: references(:)
       type(display_type) :: display
+      type(string_type) :: inputs(1)
       logical :: stopped
 
       call configure(line, config, error)
       if (allocated(error)) return
       call read_scene(config%scene, config%overrides, "", file, error)
       if (allocated(error)) return
-      if (config%output /= "") call check_output(config%output, config%force, error)
+      inputs(1)%s = config%scene
+      if (config%output /= "") call check_output(config%output, inputs, config%force, error)
       if (.not. allocated(error) .and. config%csv /= "") call check_output(config%csv, &
-         config%force, error)
+         inputs, config%force, error)
+      if (.not. allocated(error) .and. config%csv /= "" .and. config%output /= "") then
+         if (same_file(config%csv, config%output)) call fatal(error, &
+            "-o and --csv name the same file", status_usage)
+      end if
       if (allocated(error)) return
       call catch_signals()
       study%scene = file%scene
@@ -174,22 +179,24 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(hdf5_file_type) :: output
       type(error_type), allocatable :: ignored
+      character(len=:), allocatable :: csv, h5
       logical :: ours
 
       ours = .false.
-      if (config%csv /= "") call write_text(config%csv // part_suffix, csv_text(study), error)
+      csv = temporary_name(config%csv)
+      h5 = temporary_name(config%output)
+      if (config%csv /= "") call write_text(csv, csv_text(study), error)
       if (.not. allocated(error) .and. config%output /= "") then
-         call write_hdf5(study, file%text, file%resolved, line, config%output // part_suffix, &
-            output, error)
+         call write_hdf5(study, file%text, file%resolved, line, h5, output, error)
          ours = output%is_open()
          if (.not. allocated(error)) call output%close_as(config%output, config%force, error)
       end if
-      if (.not. allocated(error) .and. config%csv /= "") call rename_file(config%csv // &
-         part_suffix, config%csv, error)
+      if (.not. allocated(error) .and. config%csv /= "") call rename_file(csv, config%csv, error, &
+         config%force)
       if (.not. allocated(error)) return
       call output%abandon()
-      if (config%csv /= "") call remove_file(config%csv // part_suffix, ignored)
-      if (ours) call remove_file(config%output // part_suffix, ignored)
+      if (config%csv /= "") call remove_file(csv, ignored)
+      if (ours) call remove_file(h5, ignored)
    end subroutine write_files
 
    !> Everything in words.

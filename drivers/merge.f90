@@ -1,9 +1,12 @@
 !> `contensou merge`: join the tables of the shards of a sweep.
 module contensou_drivers_merge
-   use contensou_base_errors, only : error_type, fatal, status_failed, status_usage
-   use contensou_base_kinds, only : i8
+   use contensou_base_errors, only : error_type, fatal, status_failed, status_file, &
+      status_interrupted, status_usage
+   use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : to_text
-   use contensou_base_operating_system, only : write_stderr, write_stdout
+   use contensou_base_operating_system, only : catch_signals, lock_suffix, longest_temporary, &
+      name_lock_type, signal_received, write_stderr, write_stdout
+   use contensou_base_output_path, only : check_output_path
    use contensou_base_text, only : command_text, shorten, string_type
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
       quiet_option
@@ -37,6 +40,9 @@ module contensou_drivers_merge
    !> Bytes of a list of cases that a message shows.
    integer, parameter :: longest_list = 100000
 
+   !> How long to wait for another process that writes the same table [s].
+   real(wp), parameter :: patience = 60.0_wp
+
    character(len=*), parameter :: nl = new_line("a")
 
 contains
@@ -56,9 +62,10 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(merge_config_type) :: config
       type(merge_type) :: plan
+      type(name_lock_type) :: lock
       character(len=:), allocatable :: output, sweep_name, lack
       integer(i8) :: counts(0:last_status)
-      logical :: complete
+      logical :: complete, taken
 
       config%files = line%texts("FILE")
       config%overrides = line%texts("--set")
@@ -66,6 +73,7 @@ contains
       config%force = line%has("--force")
       config%partial = line%has("--partial")
       config%quiet = line%has("--quiet")
+      call catch_signals()
       complete = .false.
       output = config%output
       sweep_name = "SWEEP"
@@ -79,8 +87,10 @@ contains
       else if (output == "") then
          call fatal(error, "merge needs -o TABLE", status_usage)
       else
-         call plan_merge(config%files, "", "", plan, error)
-         if (.not. allocated(error)) call check_output(output, config%force, plan, complete, error)
+         call check_names(output, config%force, config%files, error)
+         if (.not. allocated(error)) call plan_merge(config%files, "", "", plan, error)
+         if (.not. allocated(error)) call check_output(output, config%force, all_cases(plan), &
+            plan, complete, error)
       end if
       if (allocated(error) .or. complete) return
       lack = to_text(plan%missing%count()) // " of " // to_text(plan%header%n_cases) // &
@@ -89,13 +99,31 @@ contains
          call fatal(error, lack // how_to_run() // "; --partial joins what there is", status_failed)
          return
       end if
-      if (config%quiet) then
-         call join_tables(plan, output, config%force, command_text(line%words), tell_nothing, &
-            counts, error)
-      else
-         call join_tables(plan, output, config%force, command_text(line%words), tell, counts, error)
+      call lock%take(output, patience, taken, error)
+      if (allocated(error)) return
+      if (taken) then
+         ! Another process may have written the table meanwhile.
+         call check_output(output, config%force, plan%present%text(), plan, complete, error)
+      else if (signal_received() == 0) then
+         call fatal(error, "another process is writing " // output, status_file)
       end if
-      if (.not. allocated(error)) call print_summary(output, size(plan%files), counts, error)
+      if (.not. allocated(error) .and. .not. complete .and. signal_received() == 0) then
+         if (config%quiet) then
+            call join_tables(plan, output, config%force, command_text(line%words), tell_nothing, &
+               counts, error)
+         else
+            call join_tables(plan, output, config%force, command_text(line%words), tell, counts, &
+               error)
+         end if
+      end if
+      call lock%leave()
+      if (signal_received() /= 0 .and. .not. complete) then
+         if (allocated(error)) deallocate(error)
+         call fatal(error, "interrupted; nothing was written", status_interrupted)
+         return
+      end if
+      if (.not. allocated(error) .and. .not. complete) call print_summary(output, &
+         size(plan%files), counts, error)
       if (.not. allocated(error) .and. plan%missing%count() > 0) call fatal(error, lack // &
          " in " // output // how_to_run(), status_failed)
 
@@ -130,7 +158,12 @@ contains
       output = sweep%output
       plan%header%fingerprint = sweep%fingerprint
       plan%header%n_cases = sweep%n_cases
-      call check_output(output, config%force, plan, complete, error)
+      allocate(files(2))
+      files(1)%s = sweep%path
+      files(2)%s = sweep%scene_path
+      call check_names(output, config%force, files, error)
+      if (.not. allocated(error)) call check_output(output, config%force, all_cases(plan), plan, &
+         complete, error)
       if (allocated(error) .or. complete) return
       call find_shards(output, files)
       if (size(files) == 0) then
@@ -138,28 +171,58 @@ contains
          if (allocated(error)) return
          call find_shards(sweep%output, files)
       end if
-      call plan_merge(files, sweep%fingerprint, "remove it, or name the tables to join", plan, &
-         error)
+      call check_names(output, config%force, files, error)
+      if (.not. allocated(error)) call plan_merge(files, sweep%fingerprint, &
+         "remove it, or name the tables to join", plan, error)
    end subroutine plan_sweep
 
-   !> See that the table can be written, and whether it is there already.
-   subroutine check_output(output, force, plan, complete, error)
+   !> See that the table can be written under its name.
+   subroutine check_names(output, force, files, error)
       !> Name of the table.
       character(len=*), intent(in) :: output
       !> Whether it may replace an existing file.
       logical, intent(in) :: force
+      !> Names of what is read.
+      type(string_type), intent(in) :: files(:)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: beside(*) = [character(len=24) :: lock_suffix, &
+         longest_temporary]
+
+      call check_output_path(output, "table", files, beside, force, error)
+   end subroutine check_names
+
+   !> The cases of a whole sweep as ranges.
+   function all_cases(plan) result(ranges)
       !> What is joined; its header is set.
       type(merge_type), intent(in) :: plan
-      !> Whether the table is there and has all cases.
+      character(len=:), allocatable :: ranges
+
+      ranges = "1:" // to_text(plan%header%n_cases)
+      if (plan%header%n_cases == 1) ranges = "1"
+   end function all_cases
+
+   !> See that the table can be written, and whether it is there already.
+   subroutine check_output(output, force, cases, plan, complete, error)
+      !> Name of the table.
+      character(len=*), intent(in) :: output
+      !> Whether it may replace an existing file.
+      logical, intent(in) :: force
+      !> Cases that it is to have, as ranges.
+      character(len=*), intent(in) :: cases
+      !> What is joined; its header is set.
+      type(merge_type), intent(in) :: plan
+      !> Whether the table is there and has these cases.
       logical, intent(out) :: complete
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: all_cases
 
-      all_cases = "1:" // to_text(plan%header%n_cases)
-      if (plan%header%n_cases == 1) all_cases = "1"
-      call check_table(output, force, plan%header%fingerprint, all_cases, complete, error)
-      if (complete) call write_stdout(output // " is complete, " // &
-         to_text(plan%header%n_cases) // " cases" // nl, error)
+      call check_table(output, force, plan%header%fingerprint, cases, complete, error)
+      if (.not. complete) return
+      if (cases == all_cases(plan)) then
+         call write_stdout(output // " is complete, " // to_text(plan%header%n_cases) // &
+            " cases" // nl, error)
+      else
+         call write_stdout(output // " has these cases already" // nl, error)
+      end if
    end subroutine check_output
 
    !> Tell on stderr how far the joining is.

@@ -2,8 +2,8 @@
 module contensou_drivers_progress
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : to_text
-   use contensou_base_operating_system, only : is_terminal, terminal_width, wall_seconds, &
-      write_stderr
+   use contensou_base_operating_system, only : is_terminal, obeys_escapes, terminal_width, &
+      wall_seconds, write_stderr, write_terminal
    implicit none(type, external)
    private
 
@@ -22,7 +22,7 @@ module contensou_drivers_progress
    type :: progress_type
       private
       logical :: shown = .false.
-      !> Whether stderr is a terminal.
+      !> Whether stderr is a terminal that obeys escape sequences.
       logical :: terminal = .false.
       !> Share of the work that was done before.
       real(wp) :: share_before = 0.0_wp
@@ -51,6 +51,7 @@ contains
 
       self%shown = .not. quiet
       self%terminal = is_terminal(2)
+      if (self%terminal) self%terminal = obeys_escapes()
       self%share_before = share
       self%tenths = int(10.0_wp*share)
       self%start = wall_seconds()
@@ -90,8 +91,8 @@ contains
          text = "] " // to_text(int(100.0_wp*share)) // text
          width = max(min(widest, terminal_width() - len(text) - 2), 0)
          filled = int(share*width)
-         call write_stderr(clear_line // "[" // repeat("#", filled) // &
-            repeat(" ", width - filled) // text)
+         call write_terminal(clear_line)
+         call write_stderr("[" // repeat("#", filled) // repeat(" ", width - filled) // text)
       else
          call write_stderr("contensou: " // to_text(10*self%tenths) // text // new_line("a"))
       end if
@@ -130,7 +131,8 @@ contains
       character(len=*), intent(in) :: words
 
       if (self%shown .and. self%terminal) then
-         call write_stderr(clear_line // words)
+         call write_terminal(clear_line)
+         call write_stderr(words)
       else
          call self%note(words)
       end if
@@ -140,7 +142,7 @@ contains
    subroutine clear(self)
       class(progress_type), intent(in) :: self
 
-      if (self%shown .and. self%terminal) call write_stderr(clear_line)
+      if (self%shown .and. self%terminal) call write_terminal(clear_line)
    end subroutine clear
 
 end module contensou_drivers_progress

@@ -1,10 +1,12 @@
 !> `contensou run`: simulate a scene and write its output file.
 module contensou_drivers_run
-   use contensou_base_errors, only : error_type, fatal, status_interrupted, status_usage
+   use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted, &
+      status_usage
    use contensou_base_kinds, only : pi, wp
    use contensou_base_numbers, only : number_text, to_text
-   use contensou_base_operating_system, only : catch_signals, signal_received, write_stderr, &
-      write_stdout
+   use contensou_base_operating_system, only : catch_signals, check_writable, file_exists, &
+      name_lock_type, signal_received, write_stderr, write_stdout
+   use contensou_base_output_path, only : check_output_path
    use contensou_base_text, only : command_text, string_type, text_buffer_type
    use contensou_contact_geometry, only : pose_type
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
@@ -13,7 +15,7 @@ module contensou_drivers_run
    use contensou_drivers_report, only : body_effects, contact_effects
    use contensou_dynamics_assembly, only : initial_state
    use contensou_dynamics_scene, only : scene_type
-   use contensou_files_earlier, only : check_output, earlier_type, find_earlier
+   use contensou_files_earlier, only : check_output, companions, earlier_type, find_earlier
    use contensou_files_recorder, only : recorder_type
    use contensou_files_trajectory, only : part_suffix
    use contensou_integrate_profile, only : profile_names
@@ -57,6 +59,10 @@ module contensou_drivers_run
       procedure :: advise
    end type watch_type
 
+   !> How long to wait for another process that writes the same file, and for one that is to be gone
+   !> on with [s].
+   real(wp), parameter :: patience = 0.5_wp, resume_patience = 10.0_wp
+
    character(len=*), parameter :: nl = new_line("a")
 
 contains
@@ -95,16 +101,52 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(run_config_type) :: config
       type(scene_file_type) :: file
+      type(name_lock_type) :: lock
+      type(string_type) :: inputs(1)
+      logical :: taken
+
+      call configure(line, config, error)
+      if (allocated(error)) return
+      call catch_signals()
+      call read_scene(config%scene, config%overrides, config%output, file, error)
+      if (allocated(error)) return
+      inputs(1)%s = config%scene
+      associate (name => file%scene%output%file)
+         call check_output_path(name, "output file", inputs, companions, config%force, error)
+         if (allocated(error)) return
+         ! A file that stays as it is needs no lock.
+         taken = file_exists(name) .and. .not. config%force
+         if (.not. taken) then
+            call check_writable(name, "output file", error)
+            if (allocated(error)) return
+            call lock%take(name, merge(resume_patience, patience, config%resume), taken, error)
+            if (allocated(error)) return
+         end if
+         if (taken) then
+            call write_run(line, config, file, error)
+         else if (signal_received() /= 0) then
+            call fatal(error, "interrupted; nothing was written", status_interrupted)
+         else
+            call fatal(error, "another run is writing " // name // part_suffix, status_file)
+         end if
+         call lock%leave()
+      end associate
+   end subroutine run
+
+   !> Simulate a scene, while no other run writes the same file.
+   subroutine write_run(line, config, file, error)
+      type(command_line_type), intent(in) :: line
+      type(run_config_type), intent(in) :: config
+      type(scene_file_type), intent(inout) :: file
+      !> Set when the run did not complete.
+      type(error_type), allocatable, intent(out) :: error
       type(simulation_type) :: simulation
       type(simulation_options_type) :: simulation_options
       type(earlier_type) :: earlier
       type(watch_type) :: watch
+      type(error_type), allocatable :: ignored
       character(len=:), allocatable :: notice
 
-      call configure(line, config, error)
-      if (allocated(error)) return
-      call read_scene(config%scene, config%overrides, config%output, file, error)
-      if (allocated(error)) return
       call check_output(file%scene%output%file, config%force, config%resume, notice, error)
       if (.not. config%quiet) call notify(notice)
       if (allocated(error)) return
@@ -114,7 +156,6 @@ contains
          call notify(earlier%warning)
       end if
       if (allocated(error) .or. earlier%complete) return
-      call catch_signals()
       simulation_options%profile = config%profile
       call new_simulation(file, simulation, error, simulation_options)
       if (allocated(error)) return
@@ -128,12 +169,18 @@ contains
       call simulate(simulation, watch, error)
       call watch%progress%clear()
       call watch%finish(simulation, error)
-      if (.not. allocated(error)) call print_summary(file%scene, simulation, watch, error)
-      if (.not. allocated(error) .and. simulation%stopped) call fatal(error, &
+      if (allocated(error)) return
+      if (.not. simulation%stopped) then
+         call print_summary(file%scene, simulation, watch, error)
+         return
+      end if
+      ! The terminal may be lost with all that could be said there.
+      call print_summary(file%scene, simulation, watch, ignored)
+      call fatal(error, &
          "interrupted at t = " // number_text(simulation%time(), 8) // &
          " s; the rows so far are in " // file%scene%output%file // part_suffix // &
          ", --resume continues the run", status_interrupted)
-   end subroutine run
+   end subroutine write_run
 
    !> Tell the user.
    subroutine notify(lines)

@@ -3,20 +3,21 @@
 !> Rows go into a journal, FILE.part, as cases end, in any order; when there is one for each case
 !> the table is made from it. Whatever ends the program, the next one goes on from the journal.
 module contensou_drivers_sweep
-   use contensou_sweep_crew, only : available_cores, hold_signals, run_crew
+   use contensou_sweep_crew, only : available_cores, hold_signals, run_crew, &
+      stop_requested
    use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted, &
       status_usage
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : to_text
-   use contensou_base_operating_system, only : file_exists, is_locked, remove_file, wall_seconds, &
-      write_stdout
+   use contensou_base_operating_system, only : file_exists, name_lock_type, remove_file, &
+      wall_seconds, write_stdout
    use contensou_base_text, only : command_text, quote, string_type
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
       quiet_option, set_option, takes_count
    use contensou_sweep_case, only : outline_of
    use contensou_drivers_sweep_report, only : begin_progress, print_summary, shown_cases_type
    use contensou_sweep_selection, only : select_cases, selection_type, table_name
-   use contensou_sweep_cases, only : tally_type, write_table
+   use contensou_sweep_cases, only : check_output_paths, tally_type, write_table
    use contensou_sweep_trajectories, only : list_trajectories, trajectories_type, write_trajectories
    use contensou_sweep_plan, only : sweep_type
    use contensou_sweep_reader, only : read_sweep
@@ -50,6 +51,9 @@ module contensou_drivers_sweep
    end type sweep_config_type
 
    integer, parameter :: most_threads = 1024
+
+   !> How long to wait for another process that writes the same table [s].
+   real(wp), parameter :: patience = 10.0_wp
 
    character(len=*), parameter :: nl = new_line("a")
 
@@ -114,26 +118,58 @@ contains
       type(sweep_config_type) :: config
       type(sweep_type), target :: sweep
       type(shown_cases_type), target :: cases
-      type(trajectories_type) :: trajectories
-      type(tally_type) :: tally
+      type(name_lock_type) :: lock
       character(len=:), allocatable :: name
-      real(wp) :: wall
-      integer(i8) :: left
-      integer :: threads
-      logical :: complete, again, stopped
+      logical :: complete, taken
 
       call configure(line, config, error)
       if (allocated(error)) return
       call hold_signals()
-      wall = wall_seconds()
       call read_sweep(config%sweep, config%overrides, config%output, sweep, error)
       if (allocated(error)) return
       call select_cases(config%cases, config%shard, sweep%n_cases, cases%selection, error)
       if (allocated(error)) return
       name = table_name(sweep%output, cases%selection, config%cases /= "" .and. &
          config%output == "", config%shard)
-      call check_output(name, config%force, sweep, cases%selection, complete, error)
+      call check_output_paths(name, sweep, cases%selection, config%force, error)
+      if (allocated(error)) return
+      call check_output(name, config%force, sweep, cases%selection, .false., complete, error)
       if (allocated(error) .or. complete) return
+      call lock%take(name, patience, taken, error)
+      if (allocated(error)) return
+      if (taken) then
+         ! Another process may have written the table meanwhile.
+         call check_output(name, config%force, sweep, cases%selection, .true., complete, error)
+         if (.not. allocated(error) .and. .not. complete) call write_sweep(line, config, sweep, &
+            name, cases, error)
+      else if (stop_requested()) then
+         call fatal(error, "interrupted; nothing was written", status_interrupted)
+      else
+         call fatal(error, "another process is writing " // name // part_suffix, status_file)
+      end if
+      call lock%leave()
+   end subroutine run_sweep
+
+   !> Run the cases of a sweep, while no other process writes the same table.
+   subroutine write_sweep(line, config, sweep, name, cases, error)
+      type(command_line_type), intent(in) :: line
+      type(sweep_config_type), intent(in) :: config
+      type(sweep_type), intent(inout), target :: sweep
+      !> Name of the table.
+      character(len=*), intent(in) :: name
+      !> The cases; they are selected.
+      type(shown_cases_type), intent(inout), target :: cases
+      !> Set when it did not come to its end.
+      type(error_type), allocatable, intent(out) :: error
+      type(trajectories_type) :: trajectories
+      type(tally_type) :: tally
+      type(error_type), allocatable :: trouble
+      real(wp) :: wall
+      integer(i8) :: left
+      integer :: threads
+      logical :: complete, again, stopped
+
+      wall = wall_seconds()
       again = file_exists(name // part_suffix)
       call list_trajectories(sweep, cases%selection, again .or. config%force, config%force, &
          trajectories, error)
@@ -162,14 +198,20 @@ contains
       if (.not. allocated(error) .and. .not. stopped) then
          call write_table(name, config%force, cases, command_text(line%words), tally, &
             stopped, error)
+         if (allocated(error) .and. .not. config%force) then
+            ! As when merge was there first.
+            call check_output(name, .false., sweep, cases%selection, .true., complete, trouble)
+            if (complete) deallocate(error)
+            if (complete) call cases%journal%close()
+            if (complete) return
+         end if
       end if
       if (stopped .and. .not. allocated(error)) call stop_here(name, cases, error)
+      if (.not. allocated(error)) call remove_file(name // part_suffix, error)
       call cases%journal%close()
       if (allocated(error)) return
-      call remove_file(name // part_suffix, error)
-      if (allocated(error)) return
       call print_summary(name, sweep, tally, trajectories, threads, wall_seconds() - wall, error)
-   end subroutine run_sweep
+   end subroutine write_sweep
 
    !> Number of threads: as asked for, as the environment says, or one per core.
    function thread_count(jobs) result(threads)
@@ -204,24 +246,27 @@ contains
    end function thread_count
 
    !> See that the table can be written, and whether it is there already.
-   subroutine check_output(name, force, sweep, selection, complete, error)
+   subroutine check_output(name, force, sweep, selection, locked, complete, error)
       character(len=*), intent(in) :: name
       !> Whether it may replace an existing file.
       logical, intent(in) :: force
       type(sweep_type), intent(in) :: sweep
       type(selection_type), intent(in) :: selection
+      !> Whether no other process can write it.
+      logical, intent(in) :: locked
       !> Whether the table is complete.
       logical, intent(out) :: complete
       !> Set when the sweep must not begin.
       type(error_type), allocatable, intent(out) :: error
-      logical :: is
 
       call check_table(name, force, sweep%fingerprint, selection%text(), complete, error)
       if (.not. complete) return
       ! Left by a program that was killed at its very end.
-      is = file_exists(name // part_suffix)
-      if (is) is = .not. is_locked(name // part_suffix)
-      if (is) call remove_file(name // part_suffix, error)
+      if (.not. locked .and. file_exists(name // part_suffix)) then
+         complete = .false.
+         return
+      end if
+      call remove_file(name // part_suffix, error)
       if (.not. allocated(error)) call write_stdout(name // " is complete, " // &
          to_text(selection%count()) // " cases" // nl, error)
    end subroutine check_output

@@ -10,8 +10,10 @@ module contensou_drivers_sweep_check
    use contensou_study_simulation, only : new_simulation, simulate, simulation_type
    use contensou_study_quantities, only : row_type
    use contensou_scene_reader, only : scene_file_type
+   use contensou_sweep_cases, only : check_output_paths
    use contensou_sweep_plan, only : sweep_type
    use contensou_sweep_reader, only : read_sweep
+   use contensou_sweep_selection, only : select_cases, selection_type
    use contensou_sweep_sampling, only : sampling_grid, sampling_names
    implicit none(type, external)
    private
@@ -78,6 +80,7 @@ contains
       !> Set when the sweep has a mistake.
       type(error_type), allocatable, intent(out) :: error
       type(sweep_type) :: sweep
+      type(selection_type) :: selection
       type(trial_type) :: trial
       type(string_type), allocatable :: names(:)
       character(len=:), allocatable :: text
@@ -86,6 +89,9 @@ contains
       integer :: i
 
       call read_sweep(name, overrides, "", sweep, error)
+      if (.not. allocated(error)) call select_cases("", [0, 0], sweep%n_cases, selection, error)
+      if (.not. allocated(error)) call check_output_paths(sweep%output, sweep, selection, .false., &
+         error)
       if (allocated(error)) return
       text = name // " is in order" // nl // "  scene       " // sweep%scene_path // nl
       if (sweep%scene%title /= "") text = text // "              " // sweep%scene%title // nl

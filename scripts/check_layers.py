@@ -54,7 +54,7 @@ LIBRARIES = {
     "HDF5": (
         re.compile(r"hdf5|h5\w+"),
         re.compile(r"(.*/)?(hdf5|H5\w+|hdf5_hl|hdf5_common)\.h"),
-        re.compile(r"src/files/hdf5_(common|writer|reader)\.[ch]"),
+        re.compile(r"src/files/hdf5_(common|writer|reader|seal)\.[ch]"),
     ),
 }
 

@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lib import style, sweeps, work_precision
+from lib import seal, style, sweeps, work_precision
 from lib.results import Result, ResultError
 
 MAX_LINES = 8
@@ -287,25 +287,61 @@ def main() -> int:
     wishes = wishes_of(parser, options)
     picture = options.output or default_picture(options.file)
     try:
-        if sweeps.is_sweep(options.file):
-            figure = sweeps.draw(options.file, wishes)
-        elif wishes != sweeps.Wishes():
-            raise ResultError(
-                f"{options.file} is no table of a sweep: no --result, --over, --kind, --where"
-            )
-        elif work_precision.is_study(options.file):
-            figure = work_precision.draw(options.file)
-        else:
-            figure = draw(Result(options.file))
+        check_picture(options.file, picture)
+        figure = figure_of(options.file, wishes)
         style.save(figure, picture)
     except ResultError as problem:
-        print(f"error: {problem}", file=sys.stderr)
+        print(f"error: {style.shown(str(problem))}", file=sys.stderr)
         return 2
     except OSError as problem:
-        print(f"error: {picture} cannot be written: {problem.strerror}", file=sys.stderr)
+        print(
+            f"error: {style.shown(str(picture))} cannot be written: {problem.strerror}",
+            file=sys.stderr,
+        )
         return 2
-    print(picture)
+    print(style.shown(str(picture)))
     return 0
+
+
+def check_picture(file: Path, picture: Path) -> None:
+    """See that the picture replaces neither the file that is drawn nor anything but a file."""
+    if not picture.exists():
+        return
+    if file.exists() and picture.samefile(file):
+        raise ResultError(f"the picture {picture} would replace the file that is drawn")
+    if not picture.is_file():
+        raise ResultError(f"the picture {picture} would replace what is no regular file")
+
+
+def figure_of(file: Path, wishes: sweeps.Wishes) -> Figure:
+    """The picture of a file; an error in words, however damaged it is."""
+    sealed = False
+    try:
+        if file.is_file():
+            sealed = seal.check(file)
+        return draw_file(file, wishes)
+    except ResultError:
+        raise
+    except seal.DamageError as problem:
+        raise ResultError(f"{file} is damaged: {problem}") from None
+    except Exception as problem:
+        # What is known to be as it was written cannot be the reason.
+        if sealed:
+            raise
+        raise ResultError(
+            f"{file} is damaged, or no output file of contensou: {problem}"
+        ) from problem
+
+
+def draw_file(file: Path, wishes: sweeps.Wishes) -> Figure:
+    """The picture of a file of one of the three kinds."""
+    if sweeps.is_sweep(file):
+        return sweeps.draw(file, wishes)
+    if wishes != sweeps.Wishes():
+        raise ResultError(f"{file} is no table of a sweep: no --result, --over, --kind, --where")
+    if work_precision.is_study(file):
+        return work_precision.draw(file)
+    return draw(Result(file))
 
 
 def wishes_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> sweeps.Wishes:

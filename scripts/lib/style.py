@@ -107,7 +107,7 @@ def headline(figure: Figure, title: str, line: str, alert: bool = False) -> None
     figure.text(
         0.2 / figure.get_figwidth(),
         1 - 0.12 / height,
-        title,
+        shown(title),
         va="top",
         fontsize=14,
         fontweight="bold",
@@ -177,6 +177,13 @@ def gap_axis(axes: Axes, gaps: np.ndarray) -> None:
     low = -1.5 * max(deepest, threshold * 0.8)
     axes.set_ylim(low, max(widest, threshold) * 3)
     axes.axhspan(low, 0, color=LIGHT, alpha=0.55, linewidth=0, zorder=0)
+
+
+def shown(text: str) -> str:
+    """A text with control characters, and what is no character, as escapes."""
+    return "".join(
+        c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text
+    )
 
 
 def save(figure: Figure, path: object) -> None:

@@ -46,6 +46,7 @@ module contensou_base_checkpoint
       procedure :: begin
       procedure :: load
       procedure :: is_reading
+      procedure :: holds
       !> Write or read an item: reals, integers or truth values of any shape, or a text of one line.
       generic :: exchange => exchange_reals, exchange_longs, exchange_integers, &
          exchange_logicals, exchange_text
@@ -75,6 +76,15 @@ contains
 
       is_reading = self%reading
    end function is_reading
+
+   !> Whether there is an integer of this name.
+   pure logical function holds(self, name)
+      class(checkpoint_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+
+      holds = index(self%lines(:self%length), new_line("a") // kind_integer // " " // name // &
+         " ") > 0
+   end function holds
 
    !> The first failure of `exchange`, if any.
    subroutine result_of(self, error)
@@ -305,7 +315,8 @@ contains
       self%reading = .true.
       self%next = len(heading) + 2
       if (.not. starts_with(self%lines, heading // new_line("a"))) then
-         call fatal(error, path // " is no checkpoint of this version of the program", status_file)
+         call fatal(error, path // " is damaged, or no checkpoint of this version of the " // &
+            "program", status_file)
          return
       end if
       last = checksum_line("")

@@ -4,7 +4,7 @@
 !> that compilers use: file, line and column, the line itself, a caret, and what would be right.
 module contensou_base_diagnostics
    use contensou_base_numbers, only : to_text
-   use contensou_base_text, only : string_type
+   use contensou_base_text, only : string_type, utf8_length
    implicit none(type, external)
    private
 
@@ -378,41 +378,31 @@ contains
       integer, intent(in) :: i
       !> The number of bytes, 0 to 4.
       integer :: n
-      integer :: j, lead, second
+      integer :: second, third
 
       n = 0
       if (i > len(s)) return
-      lead = ichar(s(i:i))
-      select case (lead)
-      case (32:126)
-         n = 1
-         return
-      case (194:223)
-         n = 2
-      case (224:239)
-         n = 3
-      case (240:244)
-         n = 4
-      case default
-         return
-      end select
-      if (i + n - 1 > len(s)) then
+      n = utf8_length(s, i)
+      select case (ichar(s(i:i)))
+      case (0:31, 127)
          n = 0
-         return
-      end if
-      do j = i + 1, i + n - 1
-         if (iand(ichar(s(j:j)), 192) /= 128) then
-            n = 0
-            return
+      case (194)
+         ! C1 controls.
+         if (n == 2) then
+            if (ichar(s(i + 1:i + 1)) < 160) n = 0
          end if
-      end do
-      ! Forms that are too long, surrogates, beyond the last code point, and C1 controls.
-      second = ichar(s(i + 1:i + 1))
-      if (lead == 224 .and. second < 160) n = 0
-      if (lead == 237 .and. second > 159) n = 0
-      if (lead == 240 .and. second < 144) n = 0
-      if (lead == 244 .and. second > 143) n = 0
-      if (lead == 194 .and. second < 160) n = 0
+      case (226)
+         ! Marks, overrides and isolates of the direction, and ends of lines.
+         if (n == 3) then
+            second = ichar(s(i + 1:i + 1))
+            third = ichar(s(i + 2:i + 2))
+            if (second == 128 .and. (any(third == [142, 143]) .or. (third >= 168 .and. &
+               third <= 174))) n = 0
+            if (second == 129 .and. third >= 166 .and. third <= 169) n = 0
+         end if
+      case default
+         continue
+      end select
    end function character_length
 
 end module contensou_base_diagnostics

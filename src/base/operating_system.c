@@ -17,6 +17,7 @@
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -25,6 +26,15 @@ int contensou_system_remove(const char *path);
 int contensou_system_exists(const char *path);
 int contensou_system_is_folder(const char *path);
 int contensou_system_folder_writable(const char *path);
+int contensou_system_node(const char *path);
+int contensou_system_same_file(const char *a, const char *b);
+int contensou_system_longest_name(const char *path);
+double contensou_system_free_bytes(const char *path);
+int contensou_system_take_lock(const char *path, double patience, int *descriptor);
+void contensou_system_leave_lock(const char *path, int descriptor);
+void contensou_system_sweep_up(const char *path);
+uint64_t contensou_system_process(void);
+void contensou_system_stop_signals(sigset_t *set);
 char *contensou_system_list(const char *folder);
 void contensou_system_free(void *memory);
 int contensou_system_is_locked(const char *path);
@@ -38,6 +48,9 @@ double contensou_system_wall_seconds(void);
 double contensou_system_cpu_seconds(void);
 void contensou_system_utc_now(char *text, size_t size);
 int contensou_system_write(int unit, const char *text, size_t length);
+int contensou_system_print(int unit, const char *text, size_t length);
+size_t contensou_system_utf8_length(const char *text, size_t left);
+int contensou_system_obeys_escapes(void);
 const char *contensou_system_reason(int code);
 int contensou_system_save(const char *path, const char *bytes, size_t length);
 void contensou_system_leave(int status);
@@ -141,6 +154,57 @@ int contensou_system_folder_writable(const char *path)
    return writable;
 }
 
+/* Kinds of nodes, as operating_system.f90 knows them. */
+enum {
+   NODE_NONE = 0, NODE_FILE = 1, NODE_FOLDER = 2, NODE_LINK = 3, NODE_LOOSE_LINK = 4,
+   NODE_DEVICE = 5, NODE_PIPE = 6, NODE_SOCKET = 7, NODE_OTHER = 8
+};
+
+/* What has this name. A link is one to a file, or to nothing; other links count as what they lead
+   to. */
+int contensou_system_node(const char *path)
+{
+   struct stat info;
+   if (lstat(path, &info) != 0) return NODE_NONE;
+   int is_link = S_ISLNK(info.st_mode);
+   if (is_link && stat(path, &info) != 0) return NODE_LOOSE_LINK;
+   if (S_ISREG(info.st_mode)) return is_link ? NODE_LINK : NODE_FILE;
+   if (S_ISDIR(info.st_mode)) return NODE_FOLDER;
+   if (S_ISCHR(info.st_mode) || S_ISBLK(info.st_mode)) return NODE_DEVICE;
+   if (S_ISFIFO(info.st_mode)) return NODE_PIPE;
+   return S_ISSOCK(info.st_mode) ? NODE_SOCKET : NODE_OTHER;
+}
+
+/* 1 if two names are those of one file, however they are spelled, or will be. */
+int contensou_system_same_file(const char *a, const char *b)
+{
+   struct stat one, other;
+   int a_exists = stat(a, &one) == 0;
+   int b_exists = stat(b, &other) == 0;
+   if (a_exists != b_exists) return 0;
+   if (!a_exists) {
+      const char *a_slash = strrchr(a, '/');
+      const char *b_slash = strrchr(b, '/');
+      if (strcmp(a_slash ? a_slash + 1 : a, b_slash ? b_slash + 1 : b) != 0) return 0;
+      char *a_folder = folder_of(a);
+      char *b_folder = folder_of(b);
+      int known = a_folder && b_folder && stat(a_folder, &one) == 0 && stat(b_folder, &other) == 0;
+      free(a_folder);
+      free(b_folder);
+      if (!known) return 0;
+   }
+   return one.st_ino == other.st_ino && one.st_dev == other.st_dev;
+}
+
+/* Bytes that the name of a file may have in the folder of a path. */
+int contensou_system_longest_name(const char *path)
+{
+   char *folder = folder_of(path);
+   long longest = folder ? pathconf(folder, _PC_NAME_MAX) : -1;
+   free(folder);
+   return longest > 0 && longest < 65536 ? (int)longest : 255;
+}
+
 /* 1 if another process holds the lock that HDF5 takes on a file while writing it. What a killed
    process and its helpers held is free after a moment, so there are some trials. */
 int contensou_system_is_locked(const char *path)
@@ -156,6 +220,98 @@ int contensou_system_is_locked(const char *path)
    }
    close(fd);
    return locked;
+}
+
+/* Bytes that a file of this name can grow to: those that are free on its disk and its own. */
+double contensou_system_free_bytes(const char *path)
+{
+   struct statvfs disk;
+   struct stat info;
+   double own = stat(path, &info) == 0 ? 512.0 * (double)info.st_blocks : 0.0;
+   char *folder = folder_of(path);
+   int known = folder && statvfs(folder, &disk) == 0 && disk.f_frsize > 0 && disk.f_blocks > 0;
+   free(folder);
+   return known ? own + (double)disk.f_bavail * (double)disk.f_frsize : 9e18;
+}
+
+/* Whether somebody asks this process to stop: a signal that was caught, or one that is held back. */
+static int stop_is_wanted(void)
+{
+   sigset_t wanted, pending;
+   if (contensou_system_signal_received()) return 1;
+   contensou_system_stop_signals(&wanted);
+   if (sigpending(&pending) != 0) return 0;
+   for (int i = 1; i < NSIG; ++i) {
+      if (sigismember(&wanted, i) == 1 && sigismember(&pending, i) == 1) return 1;
+   }
+   return 0;
+}
+
+/* Take the lock that goes with a file, waiting up to some seconds: 0, -1 if another process has it,
+   or errno. The file has this name at that moment; where there are no locks all can have them. */
+int contensou_system_take_lock(const char *path, double patience, int *descriptor)
+{
+   double start = contensou_system_wall_seconds();
+   for (;;) {
+      struct stat mine, named;
+      int code = 0;
+      int fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
+      if (fd < 0 && errno == EACCES) fd = open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+      *descriptor = fd;
+      if (fd < 0) return errno;
+      if (flock(fd, LOCK_EX | LOCK_NB) != 0) code = errno;
+      if (code == ENOLCK || code == ENOSYS || code == EOPNOTSUPP || code == EINVAL) code = 0;
+      /* Who had it before may have removed it in between. */
+      if (code == 0 && fstat(fd, &mine) == 0 && stat(path, &named) == 0
+         && mine.st_ino == named.st_ino && mine.st_dev == named.st_dev) return 0;
+      close(fd);
+      *descriptor = -1;
+      if (code == 0) continue;
+      if (code != EWOULDBLOCK && code != EINTR) return code;
+      if (contensou_system_wall_seconds() - start >= patience || stop_is_wanted()) return -1;
+      nanosleep(&(struct timespec){0, 10 * 1000 * 1000}, NULL);
+   }
+}
+
+/* Give a lock back and remove its file, before anyone else can have it. */
+void contensou_system_leave_lock(const char *path, int descriptor)
+{
+   if (descriptor < 0) return;
+   unlink(path);
+   close(descriptor);
+}
+
+/* What tells this process from others that write to the same file system. */
+uint64_t contensou_system_process(void)
+{
+   char name[256];
+   contensou_system_host_name(name, sizeof name);
+   uint64_t sum = contensou_system_checksum(0, (const unsigned char *)name, strlen(name));
+   return (sum ^ sum >> 32) << 32 | (uint64_t)(uint32_t)getpid();
+}
+
+/* Remove what dead processes left of the files that they wrote beside a name: NAME.part-XXX. Each
+   writer holds a lock on its own. */
+void contensou_system_sweep_up(const char *path)
+{
+   char *folder = folder_of(path);
+   DIR *directory = folder ? opendir(folder) : NULL;
+   const char *slash = strrchr(path, '/');
+   const char *base = slash ? slash + 1 : path;
+   size_t length = strlen(base);
+   struct dirent *entry;
+   while (directory && (entry = readdir(directory))) {
+      if (strncmp(entry->d_name, base, length) != 0) continue;
+      if (strncmp(entry->d_name + length, ".part-", 6) != 0) continue;
+      const char *rest = entry->d_name + length + 6;
+      if (strlen(rest) != 16 || strspn(rest, "0123456789abcdef") != 16) continue;
+      int fd = openat(dirfd(directory), entry->d_name, O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+      if (fd < 0) continue;
+      if (flock(fd, LOCK_EX | LOCK_NB) == 0) unlinkat(dirfd(directory), entry->d_name, 0);
+      close(fd);
+   }
+   if (directory) closedir(directory);
+   free(folder);
 }
 
 /* 1 if a standard stream (1 output, 2 error) is a terminal. */
@@ -179,12 +335,35 @@ static volatile sig_atomic_t received = 0;
 /* When the first of them came [s]. */
 static volatile double first_request = 0.0;
 
-/* Note the signal. A request to stop that comes a second after the first or later acts at once;
- * one that comes sooner is the same request, sent to the process and to its group. */
+/* What batch systems, shells and lost terminals send to have a program end. */
+static const int stop_signals[] = {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGUSR2, SIGXCPU, SIGALRM,
+   SIGVTALRM, SIGQUIT,
+#ifdef SIGPWR
+   SIGPWR
+#endif
+};
+
+/* Those of them that are not ignored, as nohup lets SIGHUP be. A shell lets what it starts in the
+   background ignore SIGINT, which some batch systems send all the same. */
+void contensou_system_stop_signals(sigset_t *set)
+{
+   sigemptyset(set);
+   for (size_t i = 0; i < sizeof stop_signals / sizeof *stop_signals; ++i) {
+      struct sigaction action;
+      int number = stop_signals[i];
+      if (number != SIGINT && number != SIGTERM && number != SIGUSR1
+         && sigaction(number, NULL, &action) == 0 && action.sa_handler == SIG_IGN) continue;
+      sigaddset(set, number);
+   }
+}
+
+/* Note the signal. A user's request to stop that comes a second after the first or later acts at
+ * once; one that comes sooner is the same request, sent to the process and to its group. */
 static void note_signal(int number)
 {
    double now = contensou_system_wall_seconds();
-   if (received != 0 && number != SIGUSR1 && now - first_request > 1.0) {
+   if (received != 0 && (number == SIGINT || number == SIGTERM || number == SIGQUIT)
+      && now - first_request > 1.0) {
       signal(number, SIG_DFL);
       raise(number);
    }
@@ -213,9 +392,11 @@ void contensou_system_catch_signals(void)
    action.sa_flags = SA_RESTART;
    action.sa_handler = note_signal;
    received = 0;
-   sigaction(SIGINT, &action, NULL);
-   sigaction(SIGTERM, &action, NULL);
-   sigaction(SIGUSR1, &action, NULL);
+   sigset_t set;
+   contensou_system_stop_signals(&set);
+   for (int i = 1; i < NSIG; ++i) {
+      if (sigismember(&set, i) == 1) sigaction(i, &action, NULL);
+   }
    signal(SIGXFSZ, SIG_IGN);
    signal(SIGPIPE, SIG_IGN);
 }
@@ -273,6 +454,77 @@ int contensou_system_write(int unit, const char *text, size_t length)
       length -= (size_t)written;
    }
    return 0;
+}
+
+/* Bytes of the character of UTF-8 that a text begins with; 0 if it begins with none. */
+size_t contensou_system_utf8_length(const char *text, size_t left)
+{
+   const unsigned char *byte = (const unsigned char *)text;
+   if (left == 0) return 0;
+   if (byte[0] < 0x80) return 1;
+   size_t size = byte[0] >= 0xc2 && byte[0] <= 0xdf ? 2 : (byte[0] & 0xf0) == 0xe0 ? 3
+      : byte[0] >= 0xf0 && byte[0] <= 0xf4 ? 4 : 0;
+   if (size == 0 || size > left) return 0;
+   for (size_t i = 1; i < size; ++i) {
+      if ((byte[i] & 0xc0) != 0x80) return 0;
+   }
+   /* Forms that are too long, surrogates, and beyond the last code point. */
+   if ((byte[0] == 0xe0 && byte[1] < 0xa0) || (byte[0] == 0xed && byte[1] > 0x9f)
+      || (byte[0] == 0xf0 && byte[1] < 0x90) || (byte[0] == 0xf4 && byte[1] > 0x8f)) return 0;
+   return size;
+}
+
+/* Whether a character does something to a terminal instead of being shown: controls but line feeds
+   and tabs, ends of lines, marks, overrides and isolates of the direction, byte order marks. */
+static int is_control(unsigned code)
+{
+   if (code < 0x20) return code != '\n' && code != '\t';
+   return (code >= 0x7f && code < 0xa0) || code == 0x61c || code == 0x200e || code == 0x200f
+      || (code >= 0x2028 && code <= 0x202e) || (code >= 0x2066 && code <= 0x2069)
+      || code == 0xfeff;
+}
+
+/* Write to stdout (1) or stderr (2) with such characters, and bytes that are no characters, as the
+   escapes of C. */
+int contensou_system_print(int unit, const char *text, size_t length)
+{
+   char *shown = NULL;
+   char *to = NULL;
+   for (size_t i = 0; i < length;) {
+      size_t size = contensou_system_utf8_length(text + i, length - i);
+      unsigned code = (unsigned char)text[i];
+      if (size == 2) code = (code & 0x1f) << 6 | (text[i + 1] & 0x3f);
+      if (size == 3) {
+         code = (code & 0xf) << 12 | (text[i + 1] & 0x3f) << 6 | (text[i + 2] & 0x3f);
+      }
+      int hidden = size == 0 || (size < 4 && is_control(code));
+      if (hidden && !shown) {
+         /* At most six bytes for one. */
+         shown = to = malloc(6 * length + 1);
+         if (!shown) return ENOMEM;
+         memcpy(to, text, i);
+         to += i;
+      }
+      if (size == 0) size = 1;
+      if (hidden) {
+         to += sprintf(to, size == 1 ? "\\x%02x" : "\\u%04x", code);
+      } else if (shown) {
+         memcpy(to, text + i, size);
+         to += size;
+      }
+      i += size;
+   }
+   int status = shown ? contensou_system_write(unit, shown, (size_t)(to - shown))
+                      : contensou_system_write(unit, text, length);
+   free(shown);
+   return status;
+}
+
+/* 1 unless the terminal is one that shows escape sequences instead of obeying them. */
+int contensou_system_obeys_escapes(void)
+{
+   const char *term = getenv("TERM");
+   return !term || strcmp(term, "dumb") != 0;
 }
 
 /* The system's words for a value of errno. */

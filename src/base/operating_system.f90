@@ -5,20 +5,58 @@ module contensou_base_operating_system
       c_int64_t, c_loc, c_null_char, c_ptr, c_size_t
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_text, only : string_type
+   use contensou_base_text, only : lower, string_type
    implicit none(type, external)
    private
 
    public :: list_folder
+   public :: node_kind, node_none, node_file, node_folder, node_link, node_loose_link, &
+      node_device, node_pipe, node_socket, same_file, longest_name, free_bytes
    public :: rename_file, remove_file, file_exists, is_folder, folder_writable, check_readable, &
       check_writable, is_locked
-   public :: is_terminal, terminal_width, write_stderr, write_stdout
+   public :: is_terminal, obeys_escapes, terminal_width, write_stderr, write_stdout, write_terminal
    public :: catch_signals, signal_received, open_standard_streams
    public :: host_name, wall_seconds, cpu_seconds, utc_now
    public :: text_from_c, save_file, checksum, unfinished_suffix
+   public :: name_lock_type, lock_suffix, temporary_name, longest_temporary, sweep_up, first_bytes
 
    !> Suffix of a file that `save_file` has not finished, as in the C source.
    character(len=*), parameter :: unfinished_suffix = ".new"
+
+   !> Suffix of the file that is locked while a file is written, under whatever names.
+   character(len=*), parameter :: lock_suffix = ".part.lock"
+
+   !> The longest that `temporary_name` adds to a name.
+   character(len=*), parameter :: longest_temporary = ".part-0123456789abcdef"
+
+   !> The sole right to write what goes by a name.
+   type :: name_lock_type
+      private
+      character(len=:), allocatable :: path
+      integer(c_int) :: descriptor = -1
+   contains
+      procedure :: take => take_lock
+      procedure :: leave => leave_lock
+   end type name_lock_type
+
+   !> There is nothing of a name.
+   integer, parameter :: node_none = 0
+
+   integer, parameter :: node_file = 1
+
+   integer, parameter :: node_folder = 2
+
+   !> A symbolic link to a file.
+   integer, parameter :: node_link = 3
+
+   !> A symbolic link to nothing.
+   integer, parameter :: node_loose_link = 4
+
+   integer, parameter :: node_device = 5
+
+   integer, parameter :: node_pipe = 6
+
+   integer, parameter :: node_socket = 7
 
    !> Continue the checksum of some bytes with more.
    interface checksum
@@ -33,9 +71,10 @@ module contensou_base_operating_system
          implicit none(type, external)
       end subroutine open_standard_streams
 
-      !> Turn SIGINT, SIGTERM and SIGUSR1 into a flag for `signal_received`; a SIGINT or SIGTERM
-      !> that follows more than a second later acts at once. A file-size limit and a closed pipe
-      !> become write errors.
+      !> Turn what batch systems and lost terminals send into a flag for `signal_received`: SIGINT,
+      !> SIGTERM, SIGHUP unless it is ignored, SIGUSR1, SIGUSR2, SIGXCPU and others. A SIGINT or
+      !> SIGTERM that follows more than a second later acts at once. A file-size limit and a closed
+      !> pipe become write errors.
       subroutine catch_signals() bind(c, name="contensou_system_catch_signals")
          implicit none(type, external)
       end subroutine catch_signals
@@ -125,6 +164,75 @@ module contensou_base_operating_system
          character(kind=c_char), intent(in) :: path(*)
       end function c_is_folder
 
+      !> Take a lock: 0, -1 if another process has it, or errno.
+      integer(c_int) function c_take_lock(path, patience, descriptor) &
+         bind(c, name="contensou_system_take_lock")
+         import :: c_char, c_double, c_int
+         implicit none(type, external)
+         !> Name of its file, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         !> How long to wait [s].
+         real(c_double), value :: patience
+         integer(c_int), intent(out) :: descriptor
+      end function c_take_lock
+
+      !> Give a lock back.
+      subroutine c_leave_lock(path, descriptor) bind(c, name="contensou_system_leave_lock")
+         import :: c_char, c_int
+         implicit none(type, external)
+         !> Name of its file, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), value :: descriptor
+      end subroutine c_leave_lock
+
+      !> What tells this process from others.
+      integer(c_int64_t) function c_process() bind(c, name="contensou_system_process")
+         import :: c_int64_t
+         implicit none(type, external)
+      end function c_process
+
+      !> Remove temporary files of dead processes.
+      subroutine c_sweep_up(path) bind(c, name="contensou_system_sweep_up")
+         import :: c_char
+         implicit none(type, external)
+         !> Name beside which they are, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+      end subroutine c_sweep_up
+
+      !> What has a name.
+      integer(c_int) function c_node(path) bind(c, name="contensou_system_node")
+         import :: c_char, c_int
+         implicit none(type, external)
+         !> Name, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+      end function c_node
+
+      !> Whether two names are those of one file.
+      integer(c_int) function c_same_file(a, b) bind(c, name="contensou_system_same_file")
+         import :: c_char, c_int
+         implicit none(type, external)
+         !> Name, null-terminated.
+         character(kind=c_char), intent(in) :: a(*)
+         !> Another name, null-terminated.
+         character(kind=c_char), intent(in) :: b(*)
+      end function c_same_file
+
+      !> Bytes that the name of a file may have in the folder of a path.
+      integer(c_int) function c_longest_name(path) bind(c, name="contensou_system_longest_name")
+         import :: c_char, c_int
+         implicit none(type, external)
+         !> Path of the file, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+      end function c_longest_name
+
+      !> Bytes that a file can grow to.
+      real(c_double) function c_free_bytes(path) bind(c, name="contensou_system_free_bytes")
+         import :: c_char, c_double
+         implicit none(type, external)
+         !> Name of the file, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+      end function c_free_bytes
+
       !> Whether a file can be created where its name says.
       integer(c_int) function c_folder_writable(path) &
          bind(c, name="contensou_system_folder_writable")
@@ -183,6 +291,26 @@ module contensou_base_operating_system
          !> Value of errno, 0 if all went well.
          integer(c_int) :: code
       end function c_write
+
+      !> Write to stderr, control characters as escapes.
+      function c_print(unit, text, length) result(code) bind(c, name="contensou_system_print")
+         import :: c_char, c_int, c_size_t
+         implicit none(type, external)
+         !> 1 for stdout, 2 for stderr.
+         integer(c_int), value :: unit
+         !> Bytes to write.
+         character(kind=c_char), intent(in) :: text(*)
+         !> Number of bytes.
+         integer(c_size_t), value :: length
+         !> Value of errno, 0 if all went well.
+         integer(c_int) :: code
+      end function c_print
+
+      !> Whether the terminal does what escape sequences say.
+      integer(c_int) function c_obeys_escapes() bind(c, name="contensou_system_obeys_escapes")
+         import :: c_int
+         implicit none(type, external)
+      end function c_obeys_escapes
 
       !> The system's words for an error number.
       type(c_ptr) function c_reason(code) bind(c, name="contensou_system_reason")
@@ -327,6 +455,104 @@ contains
       answer = c_is_folder(trim(path) // c_null_char) /= 0
    end function is_folder
 
+   !> Take the sole right to write what goes by a name.
+   subroutine take_lock(self, name, patience, taken, error)
+      class(name_lock_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      !> How long to wait for another process [s].
+      real(wp), intent(in) :: patience
+      !> Whether it was taken; if not, another process has it.
+      logical, intent(out) :: taken
+      !> Set when nothing can be written there.
+      type(error_type), allocatable, intent(out) :: error
+      integer(c_int) :: code
+
+      self%path = trim(name) // lock_suffix
+      code = c_take_lock(self%path // c_null_char, patience, self%descriptor)
+      taken = code == 0
+      if (code > 0) call fatal(error, "cannot write " // self%path // ": " // reason(code), &
+         status_file)
+   end subroutine take_lock
+
+   !> Give it back; nothing is done if it was not taken.
+   subroutine leave_lock(self)
+      class(name_lock_type), intent(inout) :: self
+
+      if (self%descriptor >= 0) call c_leave_lock(self%path // c_null_char, self%descriptor)
+      self%descriptor = -1
+   end subroutine leave_lock
+
+   !> A name beside another one under which only this process writes.
+   function temporary_name(name) result(temporary)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: temporary
+      character(len=16) :: digits
+
+      write(digits, "(z16.16)") c_process()
+      temporary = name // ".part-" // lower(digits)
+   end function temporary_name
+
+   !> Remove what dead processes left under temporary names.
+   subroutine sweep_up(name)
+      !> Name beside which they are.
+      character(len=*), intent(in) :: name
+
+      call c_sweep_up(trim(name) // c_null_char)
+   end subroutine sweep_up
+
+   !> The first bytes of a file; fewer if it is shorter or cannot be read.
+   function first_bytes(path, n) result(bytes)
+      character(len=*), intent(in) :: path
+      !> How many are wanted.
+      integer, intent(in) :: n
+      character(len=:), allocatable :: bytes
+      character(len=1) :: c
+      integer :: unit, stat, i
+
+      bytes = ""
+      open(newunit=unit, file=path, access="stream", form="unformatted", status="old", &
+         action="read", iostat=stat)
+      if (stat /= 0) return
+      do i = 1, n
+         read(unit, iostat=stat) c
+         if (stat /= 0) exit
+         bytes = bytes // c
+      end do
+      close(unit)
+   end function first_bytes
+
+   !> What has a name, one of the `node_*` codes or more. Links to what is neither a file nor
+   !> nothing count as what they lead to.
+   integer function node_kind(path)
+      character(len=*), intent(in) :: path
+
+      node_kind = int(c_node(trim(path) // c_null_char))
+   end function node_kind
+
+   !> Whether two names are those of one file, however they are spelled.
+   logical function same_file(a, b)
+      !> Name of a file.
+      character(len=*), intent(in) :: a
+      !> Another name.
+      character(len=*), intent(in) :: b
+
+      same_file = c_same_file(trim(a) // c_null_char, trim(b) // c_null_char) /= 0
+   end function same_file
+
+   !> Bytes that the name of a file may have in the folder of a path.
+   integer function longest_name(path)
+      character(len=*), intent(in) :: path
+
+      longest_name = int(c_longest_name(trim(path) // c_null_char))
+   end function longest_name
+
+   !> Bytes that a file can grow to: those that are free on its disk and its own.
+   real(wp) function free_bytes(path)
+      character(len=*), intent(in) :: path
+
+      free_bytes = c_free_bytes(trim(path) // c_null_char)
+   end function free_bytes
+
    !> Whether the folder part of a file name exists and files can be created in it.
    function folder_writable(path) result(answer)
       !> Name of a file; without a slash its folder is the working folder.
@@ -385,25 +611,51 @@ contains
       answer = c_is_terminal(int(unit, c_int)) /= 0
    end function is_terminal
 
-   !> Write to standard error at once and as it stands: no line feed is added.
+   !> Whether the terminal on stderr does what escape sequences say; one with TERM=dumb shows them.
+   logical function obeys_escapes()
+
+      obeys_escapes = c_obeys_escapes() /= 0
+   end function obeys_escapes
+
+   !> Write to standard error at once; no line feed is added. Control characters, which names and
+   !> titles may have, are shown as escapes.
    subroutine write_stderr(text)
       !> Text to write.
       character(len=*), intent(in) :: text
       integer(c_int) :: code
 
       ! A closed stderr is nobody's concern.
-      code = c_write(2_c_int, text, len(text, c_size_t))
+      code = c_print(2_c_int, text, len(text, c_size_t))
    end subroutine write_stderr
 
-   !> Write results to stdout as they stand; unlike Fortran's, this write sees a full disk.
-   subroutine write_stdout(text, error)
+   !> Write to the terminal on standard error what it is to obey, as it stands.
+   subroutine write_terminal(text)
+      !> Text to write.
+      character(len=*), intent(in) :: text
+      integer(c_int) :: code
+
+      code = c_write(2_c_int, text, len(text, c_size_t))
+   end subroutine write_terminal
+
+   !> Write results to stdout; unlike Fortran's, this write sees a full disk. Control characters,
+   !> which names and titles may have, are shown as escapes.
+   subroutine write_stdout(text, error, as_is)
       !> Text to write.
       character(len=*), intent(in) :: text
       !> Set when not all of it could be written.
       type(error_type), allocatable, intent(out) :: error
+      !> Whether it is written as it stands, for a file that is read again.
+      logical, intent(in), optional :: as_is
       integer(c_int) :: code
+      logical :: plain
 
-      code = c_write(1_c_int, text, len(text, c_size_t))
+      plain = .false.
+      if (present(as_is)) plain = as_is
+      if (plain) then
+         code = c_write(1_c_int, text, len(text, c_size_t))
+      else
+         code = c_print(1_c_int, text, len(text, c_size_t))
+      end if
       if (code /= 0) call fatal(error, "cannot write to the standard output: " // reason(code), &
          status_file)
    end subroutine write_stdout

@@ -3,7 +3,7 @@
 module contensou_base_scanner
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_numbers, only : to_text
-   use contensou_base_text, only : starts_with, string_type
+   use contensou_base_text, only : invalid_byte, invalid_byte_text, starts_with, string_type
    implicit none(type, external)
    private
 
@@ -12,7 +12,7 @@ module contensou_base_scanner
    public :: newline, blanks, quotes, digits, letters
    public :: split_lines, at_end, here, peek, peek_next, char_at, shown_character
    public :: skip_blanks, skip_space, word_end, is_name, is_key, is_key_at, key_follows, key_ends
-   public :: mistake, give_up, lose_line, foreign_comment, parse_continuation
+   public :: mistake, give_up, lose_line, foreign_comment, parse_continuation, in_utf8
 
    !> State of the reading of one source.
    type :: parser_type
@@ -73,6 +73,10 @@ module contensou_base_scanner
    !> Number of bytes of a word that a message shows.
    integer, parameter :: word_width = 40
 
+   !> What is right where a byte is not UTF-8.
+   character(len=*), parameter :: in_utf8 = &
+      "text in UTF-8; iconv -f latin1 -t utf-8 OLD > NEW converts a file from Latin-1"
+
    !> Line end.
    character(len=1), parameter :: newline = achar(10)
 
@@ -130,7 +134,25 @@ contains
          parser%lines(i)%s = text(first:last)
          first = start
       end do
+      call check_bytes(parser)
    end subroutine split_lines
+
+   !> Refuse lines that are not UTF-8: the first byte is reported, and nothing else is read.
+   pure subroutine check_bytes(parser)
+      type(parser_type), intent(inout) :: parser
+      integer :: i, bad
+
+      do i = 1, size(parser%lines)
+         bad = invalid_byte(parser%lines(i)%s)
+         if (bad == 0) cycle
+         call mistake(parser, origin_type(source=parser%source, line=i, column=bad, length=1), &
+            invalid_byte_text(parser%lines(i)%s(bad:bad)), in_utf8)
+         parser%stopped = .true.
+         parser%quiet = .true.
+         parser%line = size(parser%lines) + 1
+         return
+      end do
+   end subroutine check_bytes
 
    !> Whether all was read.
    pure logical function at_end(parser)

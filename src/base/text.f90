@@ -6,6 +6,7 @@ module contensou_base_text
    public :: string_type, text_buffer_type
    public :: lower, quote, pad, right, strings, join, shorten, starts_with
    public :: edit_distance, nearest, did_you_mean, command_text
+   public :: utf8_length, invalid_byte, invalid_byte_text, valid_utf8
 
    !> A text of its own length, for lists of texts.
    type :: string_type
@@ -202,6 +203,79 @@ contains
          end if
       end do
    end function command_text
+
+   !> Number of bytes of the character of UTF-8 that begins at a byte, 1 to 4; 0 if none does.
+   pure integer function utf8_length(s, i) result(n)
+      character(len=*), intent(in) :: s
+      !> Index of the byte.
+      integer, intent(in) :: i
+      integer :: j, lead, second
+
+      lead = ichar(s(i:i))
+      select case (lead)
+      case (0:127)
+         n = 1
+         return
+      case (194:223)
+         n = 2
+      case (224:239)
+         n = 3
+      case (240:244)
+         n = 4
+      case default
+         n = 0
+      end select
+      if (i + n - 1 > len(s)) n = 0
+      do j = i + 1, i + n - 1
+         if (iand(ichar(s(j:j)), 192) /= 128) n = 0
+         if (n == 0) exit
+      end do
+      if (n == 0) return
+      ! Forms that are too long, surrogates, and beyond the last code point.
+      second = ichar(s(i + 1:i + 1))
+      if (lead == 224 .and. second < 160) n = 0
+      if (lead == 237 .and. second > 159) n = 0
+      if (lead == 240 .and. second < 144) n = 0
+      if (lead == 244 .and. second > 143) n = 0
+   end function utf8_length
+
+   !> Index of the first byte of a text that is not UTF-8; 0 if there is none.
+   pure integer function invalid_byte(s) result(i)
+      character(len=*), intent(in) :: s
+      integer :: n
+
+      i = 1
+      do while (i <= len(s))
+         n = utf8_length(s, i)
+         if (n == 0) return
+         i = i + n
+      end do
+      i = 0
+   end function invalid_byte
+
+   !> What is wrong with a byte that is not UTF-8.
+   pure function invalid_byte_text(byte) result(text)
+      character(len=1), intent(in) :: byte
+      character(len=:), allocatable :: text
+      character(len=2) :: digits
+
+      write(digits, "(z2.2)") ichar(byte)
+      text = "byte 0x" // digits // " is not UTF-8"
+   end function invalid_byte_text
+
+   !> A text with a question mark for each byte that is not UTF-8.
+   pure function valid_utf8(s) result(t)
+      character(len=*), intent(in) :: s
+      character(len=len(s)) :: t
+      integer :: i
+
+      t = s
+      do
+         i = invalid_byte(t)
+         if (i == 0) exit
+         t(i:i) = "?"
+      end do
+   end function valid_utf8
 
    !> Damerau-Levenshtein distance of two texts (optimal string alignment): the number of
    !> insertions, deletions, substitutions and swaps of neighbours that turn one into the other.

@@ -16,7 +16,8 @@ module contensou_compare_rules
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
    use contensou_base_numbers, only : read_real, to_text
-   use contensou_base_text, only : lower, quote, string_type
+   use contensou_base_scanner, only : in_utf8
+   use contensou_base_text, only : invalid_byte, invalid_byte_text, lower, quote, string_type
    implicit none(type, external)
    private
 
@@ -162,6 +163,11 @@ contains
       logical :: valid
 
       found = .false.
+      i = invalid_byte(line)
+      if (i > 0) then
+         call diagnostics%add(origin_type(1, number, i, 1), invalid_byte_text(line(i:i)), in_utf8)
+         return
+      end if
       call split(line, starts, ends, n)
       if (n == 0) return
       n_before = diagnostics%count()

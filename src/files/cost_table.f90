@@ -175,7 +175,7 @@ contains
 
       call file%create(name, error)
       if (allocated(error)) return
-      call put_header(file, "contensou-cost", "1.1", "complete", error, study%scene%title)
+      call put_header(file, "contensou-cost", "1.2", "complete", error, study%scene%title)
       call file%put_attribute("/", "measure", trim(cost_measures(study%cost%measure)), error)
       call file%put_attribute("/", "NX_class", "NXroot", error)
       call file%put_attribute("/", "default", "run", error)

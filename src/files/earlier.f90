@@ -7,24 +7,32 @@ module contensou_files_earlier
    use contensou_base_build, only : git_commit, program_version
    use contensou_base_errors, only : error_type, fatal, status_failed, status_file
    use contensou_base_guard, only : finish_guard, start_guard, wait_for_worker
-   use contensou_base_kinds, only : wp
-   use contensou_base_operating_system, only : file_exists, folder_writable, is_folder, &
-      is_locked, remove_file, rename_file, unfinished_suffix, write_stderr
+   use contensou_base_kinds, only : i8, wp
+   use contensou_base_operating_system, only : check_writable, checksum, file_exists, &
+      first_bytes, is_locked, lock_suffix, remove_file, rename_file, unfinished_suffix, write_stderr
+   use contensou_base_output_path, only : what_helps_replacing => what_helps
    use contensou_base_text, only : quote, starts_with
    use contensou_base_checkpoint, only : checkpoint_type
-   use contensou_files_hdf5_reader, only : hdf5_reader_type, readable_status
-   use contensou_files_trajectory, only : check_rows, part_suffix
+   use contensou_files_hdf5_reader, only : guarded_status, hdf5_reader_type, readable_status
+   use contensou_files_trajectory, only : check_rows, filetype, part_suffix
    implicit none(type, external)
    private
 
    public :: earlier_type, check_output, find_earlier, put_aside, forget, discard_unreadable, &
-      exchange_program, checkpoint_suffix
+      exchange_program, checkpoint_suffix, companions, settings_item
 
    !> Suffix of the file from which a run goes on.
    character(len=*), parameter :: checkpoint_suffix = part_suffix // ".checkpoint"
 
+   !> Name of the checksum of all settings in a checkpoint.
+   character(len=*), parameter :: settings_item = "settings_sum"
+
    !> Suffix of an earlier life's file while its rows are copied.
    character(len=*), parameter :: old_suffix = part_suffix // ".old"
+
+   !> What the names of the files beside an output file have in addition.
+   character(len=*), parameter :: companions(*) = [character(len=24) :: part_suffix, old_suffix, &
+      checkpoint_suffix, checkpoint_suffix // unfinished_suffix, lock_suffix]
 
    !> What an earlier life left.
    type :: earlier_type
@@ -41,6 +49,9 @@ module contensou_files_earlier
       !> The same, for those who want no notices, too.
       character(len=:), allocatable :: warning
    end type earlier_type
+
+   !> First bytes of a file in which a sweep keeps its rows, as in src/sweep/journal.c.
+   character(len=*), parameter :: journal_mark = "CONTJRN1"
 
    !> Memory for looking at a file [bytes].
    real(wp), parameter :: memory_limit = 1.0737e9_wp
@@ -91,23 +102,14 @@ contains
 
       notice = ""
       part = name // part_suffix
-      if (is_folder(name)) then
-         call fatal(error, "the output file " // name // " is a folder", status_file)
-         return
-      end if
       is = file_exists(name)
       if (is .and. resume) return
       if (is .and. .not. force) then
-         call fatal(error, name // " exists; --force replaces it, -o FILE writes another one", &
-            status_file)
+         call fatal(error, name // " exists" // what_helps_replacing(name), status_file)
          return
       end if
-      if (.not. folder_writable(name)) then
-         call fatal(error, "cannot write " // name // ": its folder does not exist or is not " // &
-            "writable", status_file)
-         return
-      end if
-      if (resume) return
+      call check_writable(name, "output file", error)
+      if (allocated(error)) return
       if (.not. file_exists(part)) part = name // old_suffix
       if (.not. file_exists(part)) return
       if (is_locked(part)) then
@@ -115,7 +117,13 @@ contains
          return
       end if
       if (force) return
-      call readable_status(part, status, unreadable)
+      if (first_bytes(part, len(journal_mark)) == journal_mark) then
+         call fatal(error, part // " holds the rows of a sweep" // what_helps_replacing(part), &
+            status_file)
+         return
+      end if
+      if (resume) return
+      call guarded_status(part, status, unreadable)
       if (allocated(unreadable)) status = ""
       is = is_resumable(name)
       if (is .and. status /= "failed") then
@@ -220,7 +228,7 @@ contains
          character(len=:), allocatable :: status
          type(error_type), allocatable :: unreadable
 
-         call readable_status(earlier%source, status, unreadable)
+         call guarded_status(earlier%source, status, unreadable)
          if (allocated(unreadable)) status = "running"
          if (status == "running") then
             call notice(earlier%source // " was left by a run that was killed before its " // &
@@ -282,15 +290,29 @@ contains
       character(len=:), allocatable, intent(out) :: message
       type(hdf5_reader_type) :: reader
       type(error_type), allocatable :: error
-      character(len=:), allocatable :: status, stored
+      character(len=:), allocatable :: kind, status, stored
+      integer(i8) :: sum
 
       found = found_damaged
       message = ""
       call readable_status(path, status, error)
       if (.not. allocated(error)) call reader%open(path, error)
+      if (.not. allocated(error)) call reader%read_text("/", "filetype", kind, error)
       if (.not. allocated(error)) call reader%read_text("/input/resolved", "", stored, error)
       call reader%close()
+      if (.not. allocated(error) .and. has_rows) then
+         if (checkpoint%holds(settings_item)) then
+            call checkpoint%exchange(settings_item, sum)
+            if (sum /= checksum(0_i8, stored)) call fatal(error, "cannot read " // path // &
+               ": it is damaged, its settings are not those of its checkpoint", status_file)
+         end if
+      end if
       if (.not. allocated(error)) then
+         if (kind /= filetype) then
+            message = path // " is not the output of a run"
+            found = found_status
+            return
+         end if
          message = difference(stored, resolved)
          if (message /= "") then
             message = path // " is of another scene: " // message
@@ -413,7 +435,7 @@ contains
       character(len=:), allocatable :: status
 
       if (.not. file_exists(name // part_suffix)) return
-      call readable_status(name // part_suffix, status, unreadable)
+      call guarded_status(name // part_suffix, status, unreadable)
       if (.not. allocated(unreadable)) then
          error%message = error%message // new_line("a") // "the rows written before are in " // &
             name // part_suffix

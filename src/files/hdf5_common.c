@@ -29,7 +29,8 @@ int contensou_hdf5_explain(const char *verb, const char *path, const char *objec
       contensou_hdf5_refuse(verb, path, NULL, strerror(cause.code));
    } else {
       char words[640];
-      snprintf(words, sizeof words, "HDF5 says \"%s\"",
+      snprintf(words, sizeof words, "%sHDF5 says \"%s\"",
+         strcmp(verb, "read") == 0 ? "it is damaged, " : "",
          cause.text[0] ? cause.text : "no reason given");
       contensou_hdf5_refuse(verb, path, object, words);
    }

@@ -45,6 +45,14 @@ hid_t contensou_hdf5_text_type(void);
 /* Properties for access to a file: no other program may write it when it is read. */
 hid_t contensou_hdf5_access(int locking);
 
+/* Put the seal behind the end of a complete file, which is open; 0 or errno. */
+int contensou_hdf5_seal(int fd, const char *path);
+
+/* What the seal of a file says: there is none, as in files of earlier versions, in incomplete ones
+   and in those that other programs have changed; the file is as it was written; or it is damaged. */
+enum { SEAL_NONE = 0, SEAL_GOOD = 1, SEAL_BROKEN = 2 };
+int contensou_hdf5_check_seal(const char *path);
+
 const char *contensou_hdf5_message(void);
 const char *contensou_hdf5_version(void);
 

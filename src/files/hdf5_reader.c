@@ -10,7 +10,7 @@
 struct reader;
 struct item;
 struct names;
-struct reader *contensou_hdf5_open_reader(const char *path);
+struct reader *contensou_hdf5_open_reader(const char *path, int lenient);
 void contensou_hdf5_close_reader(struct reader *reader);
 struct names *contensou_hdf5_list(struct reader *reader, const char *object, int attributes);
 int contensou_hdf5_listed_count(const struct names *names);
@@ -62,6 +62,8 @@ struct reader {
    char *path;
    /* Bytes of values that may still be read: a file can claim far more than it holds. */
    double budget;
+   /* Whether chunks are read whose checksums are wrong. */
+   int lenient;
 };
 
 /* Texts that HDF5 allocates while it reads. */
@@ -133,7 +135,7 @@ static int fail_read(const struct reader *reader, const char *object, const char
    return 1;
 }
 
-struct reader *contensou_hdf5_open_reader(const char *path)
+struct reader *contensou_hdf5_open_reader(const char *path, int lenient)
 {
    struct stat info;
    contensou_hdf5_start();
@@ -153,16 +155,20 @@ struct reader *contensou_hdf5_open_reader(const char *path)
       fail_read(reader, NULL, "it is not a regular file");
    } else {
       reader->budget = free_bytes + max_gain * (double)info.st_size;
+      reader->lenient = lenient;
       contensou_guard_enter(path, "");
-      hid_t access = contensou_hdf5_access(1);
+      int damaged = contensou_hdf5_check_seal(path) == SEAL_BROKEN;
+      hid_t access = damaged ? H5I_INVALID_HID : contensou_hdf5_access(1);
       if (access >= 0 && limit_metadata(access) >= 0) {
          reader->id = H5Fopen(path, H5F_ACC_RDONLY, access);
       }
-      if (reader->id < 0) {
+      if (damaged) {
+         fail_read(reader, NULL, "it is damaged, its content is not that of its checksum");
+      } else if (reader->id < 0) {
          htri_t known = 1;
          contensou_hdf5_explain("read", path, NULL);
          H5E_BEGIN_TRY known = H5Fis_hdf5(path); H5E_END_TRY
-         if (known == 0) fail_read(reader, NULL, "it is not an HDF5 file");
+         if (known == 0) fail_read(reader, NULL, "it is not an HDF5 file, or damaged");
       }
       if (access >= 0) H5Pclose(access);
       contensou_guard_leave();
@@ -646,6 +652,18 @@ int contensou_hdf5_same_type(const struct item *a, const struct item *b)
    return same;
 }
 
+/* Properties for reading values, damaged ones if the reader takes them; nobody closes them. */
+static hid_t transfer_list(const struct reader *reader)
+{
+   static hid_t kept = H5I_INVALID_HID;
+   if (!reader->lenient) return H5P_DEFAULT;
+   if (kept < 0) {
+      kept = H5Pcreate(H5P_DATASET_XFER);
+      if (kept < 0 || H5Pset_edc_check(kept, H5Z_DISABLE_EDC) < 0) return H5P_DEFAULT;
+   }
+   return kept;
+}
+
 /* Read a block, in the memory type given; conversions raise no floating-point exception. */
 static int read_block(struct item *item, hid_t memory_type, hid_t transfer, const int64_t *start,
    const int64_t *count, void *buffer)
@@ -701,7 +719,8 @@ int contensou_hdf5_read(struct item *item, const int64_t *start, const int64_t *
       memory = buffer->type == CFI_type_double ? H5T_NATIVE_DOUBLE
          : item->class == CLASS_INTEGER ? H5T_NATIVE_INT64 : H5T_NATIVE_UINT64;
    }
-   int failed = read_block(item, memory, H5P_DEFAULT, start, count, buffer->base_addr);
+   int failed = read_block(item, memory, transfer_list(item->reader), start, count,
+      buffer->base_addr);
    contensou_guard_leave();
    return failed;
 }
@@ -729,8 +748,9 @@ static int read_variable(struct item *item, const int64_t *start, const int64_t 
 {
    int failed = 1;
    hid_t transfer = H5Pcreate(H5P_DATASET_XFER);
-   if (transfer < 0 || H5Pset_vlen_mem_manager(transfer, take_bytes, &item->arena, leave_bytes,
-      &item->arena) < 0) {
+   if (transfer < 0 || (item->reader->lenient && H5Pset_edc_check(transfer, H5Z_DISABLE_EDC) < 0)
+      || H5Pset_vlen_mem_manager(transfer, take_bytes, &item->arena, leave_bytes, &item->arena)
+         < 0) {
       fail_read(item->reader, item->object, NULL);
    } else {
       failed = read_block(item, item->type, transfer, start, count, item->texts);

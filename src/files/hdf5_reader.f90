@@ -10,13 +10,15 @@ module contensou_files_hdf5_reader
    use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_int, c_int64_t, &
       c_null_char, c_null_ptr, c_ptr
    use contensou_base_errors, only : error_type, fatal, status_file
-   use contensou_base_kinds, only : i8
-   use contensou_base_operating_system, only : text_from_c
+   use contensou_base_guard, only : finish_guard, start_guard, wait_for_worker
+   use contensou_base_kinds, only : i8, wp
+   use contensou_base_operating_system, only : text_from_c, write_stderr
    use contensou_base_text, only : string_type
    implicit none(type, external)
    private
 
-   public :: hdf5_reader_type, hdf5_item_type, hdf5_entry_type, readable_status
+   public :: hdf5_reader_type, hdf5_item_type, hdf5_entry_type, readable_status, guarded_status
+   public :: probe
    public :: class_real, class_integer, class_unsigned, class_text, class_raw, class_other
    public :: link_hard, link_soft, link_other
    public :: object_group, object_dataset, object_type, object_other
@@ -62,6 +64,12 @@ module contensou_files_hdf5_reader
 
    !> Largest number of dimensions.
    integer, parameter :: max_rank = 32
+
+   !> Memory for looking at a file that may be damaged [bytes].
+   real(wp), parameter :: memory_limit = 1.0737e9_wp
+
+   !> Groups within groups that are looked at.
+   integer, parameter :: deepest = 4
 
    !> A name in a group, or of an attribute.
    type :: hdf5_entry_type
@@ -117,12 +125,22 @@ module contensou_files_hdf5_reader
    ! Functions of C. One that acts returns 0 on success, one that makes something null on failure.
    interface
       !> Open a file.
-      type(c_ptr) function c_open_reader(path) bind(c, name="contensou_hdf5_open_reader")
-         import :: c_char, c_ptr
+      type(c_ptr) function c_open_reader(path, lenient) bind(c, name="contensou_hdf5_open_reader")
+         import :: c_char, c_int, c_ptr
          implicit none(type, external)
          !> Name of the file, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
+         !> 1 to read chunks whose checksums are wrong.
+         integer(c_int), value :: lenient
       end function c_open_reader
+
+      !> What the seal of a file says: 0 none, 1 good, 2 damaged.
+      integer(c_int) function c_check_seal(path) bind(c, name="contensou_hdf5_check_seal")
+         import :: c_char, c_int
+         implicit none(type, external)
+         !> Name of the file, null-terminated.
+         character(kind=c_char), intent(in) :: path(*)
+      end function c_check_seal
 
       !> Close a file.
       subroutine c_close_reader(reader) bind(c, name="contensou_hdf5_close_reader")
@@ -333,13 +351,19 @@ module contensou_files_hdf5_reader
 contains
 
    !> Open a file for reading.
-   subroutine open_reader(self, path, error)
+   subroutine open_reader(self, path, error, lenient)
       class(hdf5_reader_type), intent(inout) :: self
       character(len=*), intent(in) :: path
-      !> Set when it cannot be read, is no HDF5 file, or is being written.
+      !> Set when it cannot be read, is damaged or no HDF5 file, or is being written.
       type(error_type), allocatable, intent(out) :: error
+      !> Whether values are read whose checksums are wrong, because the caller has others; default
+      !> `.false.`.
+      logical, intent(in), optional :: lenient
+      integer(c_int) :: how
 
-      self%handle = c_open_reader(trim(path) // c_null_char)
+      how = 0
+      if (present(lenient)) how = merge(1_c_int, 0_c_int, lenient)
+      self%handle = c_open_reader(trim(path) // c_null_char, how)
       if (.not. c_associated(self%handle)) call report(error)
    end subroutine open_reader
 
@@ -443,7 +467,8 @@ contains
       text = ""
       call self%open_item(path, attribute, item, error)
       if (allocated(error)) return
-      if (item%class /= class_text) then
+      if (item%class /= class_text .or. item%rank > 1 .or. item%is_null .or. &
+         (item%rank == 1 .and. item%extents(1) < 1)) then
          call fatal(error, path // " " // attribute // " is not a text", status_file)
       else
          call item%read_texts([0_i8], [1_i8], 1, texts, error)
@@ -465,6 +490,161 @@ contains
       if (.not. allocated(error)) call reader%read_text("/", "status", status_text, error)
       call reader%close()
    end subroutine readable_status
+
+   !> The same for a file that may be damaged by anything, in a process of its own.
+   subroutine guarded_status(path, status_text, error)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable, intent(out) :: status_text
+      !> Set when the file is no readable HDF5 file, has no status, or is being written.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: place, reason
+      logical :: is_worker, finished, inside
+      integer :: code
+
+      call start_guard(memory_limit, is_worker, error)
+      status_text = ""
+      if (allocated(error)) return
+      if (is_worker) then
+         call readable_status(path, status_text, error)
+         if (allocated(error)) status_text = error%message
+         call write_stderr(status_text)
+         call finish_guard(merge(1, 0, allocated(error)))
+      end if
+      call wait_for_worker(finished, code, inside, place, reason, status_text)
+      if (finished .and. code == 0) return
+      if (.not. finished) status_text = crash_text(path, reason)
+      call fatal(error, status_text, status_file)
+      status_text = ""
+   end subroutine guarded_status
+
+   !> See that HDF5 survives the reading of a file, in a process of its own. A file with a good seal
+   !> is known to be as it was written, and is not read.
+   subroutine probe(path, error)
+      character(len=*), intent(in) :: path
+      !> Set when HDF5 crashed or did not come to an end. All else that is wrong with the file is
+      !> found when it is read.
+      type(error_type), allocatable, intent(out) :: error
+      type(hdf5_reader_type) :: reader
+      type(error_type), allocatable :: ignored
+      character(len=:), allocatable :: place, reason, output
+      logical :: is_worker, finished, inside
+      integer :: code
+
+      if (c_check_seal(trim(path) // c_null_char) /= 0) return
+      call start_guard(memory_limit, is_worker, error)
+      if (allocated(error)) return
+      if (is_worker) then
+         call reader%open(path, ignored)
+         if (.not. allocated(ignored)) then
+            call read_all(reader, "/", 1)
+            call reader%close()
+         end if
+         call finish_guard(0)
+      end if
+      call wait_for_worker(finished, code, inside, place, reason, output)
+      if (.not. finished) call fatal(error, crash_text(path, reason), status_file)
+   end subroutine probe
+
+   !> Message about a file over which HDF5 has crashed.
+   pure function crash_text(path, reason) result(text)
+      character(len=*), intent(in) :: path
+      !> How the process that read it ended.
+      character(len=*), intent(in) :: reason
+      character(len=:), allocatable :: text
+
+      text = "cannot read " // path // ": it is damaged, the HDF5 library failed (" // reason // ")"
+   end function crash_text
+
+   !> Read what a group holds, as far as it can be read.
+   recursive subroutine read_all(reader, group, depth)
+      type(hdf5_reader_type), intent(in) :: reader
+      !> Its path, with a slash at the end.
+      character(len=*), intent(in) :: group
+      !> How deep it is.
+      integer, intent(in) :: depth
+      type(hdf5_entry_type), allocatable :: entries(:)
+      type(error_type), allocatable :: error
+      integer(i8) :: address
+      integer :: i, kind
+
+      call read_attributes(reader, group)
+      call reader%list(group, .false., entries, error)
+      if (allocated(error)) return
+      do i = 1, size(entries)
+         if (entries(i)%link == link_other) cycle
+         call reader%object(group // entries(i)%name, kind, address, error)
+         if (allocated(error)) cycle
+         if (kind == object_group .and. depth < deepest) then
+            call read_all(reader, group // entries(i)%name // "/", depth + 1)
+         else if (kind == object_dataset) then
+            call read_attributes(reader, group // entries(i)%name)
+            call read_item(reader, group // entries(i)%name, "")
+         end if
+      end do
+   end subroutine read_all
+
+   !> Read the attributes of an object.
+   subroutine read_attributes(reader, path)
+      type(hdf5_reader_type), intent(in) :: reader
+      character(len=*), intent(in) :: path
+      type(hdf5_entry_type), allocatable :: entries(:)
+      type(error_type), allocatable :: error
+      integer :: i
+
+      call reader%list(path, .true., entries, error)
+      if (allocated(error)) return
+      do i = 1, size(entries)
+         call read_item(reader, path, entries(i)%name)
+      end do
+   end subroutine read_attributes
+
+   !> Read a data set or an attribute in blocks of rows.
+   subroutine read_item(reader, path, attribute)
+      type(hdf5_reader_type), intent(in) :: reader
+      character(len=*), intent(in) :: path
+      !> Name of the attribute; empty for the data set.
+      character(len=*), intent(in) :: attribute
+      integer(i8), parameter :: most = 65536_i8
+      type(hdf5_item_type) :: item
+      type(hdf5_item_type) :: scale
+      type(error_type), allocatable :: error
+      type(string_type), allocatable :: texts(:)
+      integer(i8), allocatable :: values(:)
+      integer(i8) :: start(max_rank), count(max_rank), rows, width, done
+
+      call reader%open_item(path, attribute, item, error)
+      if (allocated(error)) return
+      rows = 1
+      if (item%rank > 0) rows = item%extents(1)
+      width = 1
+      if (item%rank > 1) width = product(min(item%extents(2:item%rank), most))
+      if (attribute == "" .and. item%rank > 0) then
+         call item%open_scale(0, scale)
+         call scale%close()
+      end if
+      start = 0
+      count = item%extents
+      done = 0
+      do while (done < rows .and. width > 0 .and. width <= most .and. .not. item%is_null)
+         count(1) = min(rows - done, max(most/width, 1_i8))
+         if (attribute /= "") count(1) = rows
+         if (count(1)*width > 16*most) exit
+         start(1) = done
+         select case (item%class)
+         case (class_text)
+            call item%read_texts(start, count, int(count(1)*width), texts, error)
+         case (class_real, class_integer, class_unsigned)
+            allocate(values(count(1)*width))
+            call item%read(start, count, values, error)
+            deallocate(values)
+         case default
+            exit
+         end select
+         if (allocated(error)) exit
+         done = done + count(1)
+      end do
+      call item%close()
+   end subroutine read_item
 
    !> Take over what C knows about an item.
    subroutine describe(item)

@@ -6,7 +6,6 @@
 
 #include <ISO_Fortran_binding.h>
 #include <fcntl.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 /* Kinds of values, as hdf5_file.f90 knows them. */
@@ -17,6 +16,9 @@ enum { MAX_RANK = 8, MAX_CHUNK = 4 * 1024 * 1024 };
 
 /* Bytes of the buffer in which texts become what the file holds, many at a time. */
 enum { CONVERSION_BUFFER = 16 * 1024 };
+
+/* How long to wait for one who only looks whether a file is in use [s]. */
+static const double lock_patience = 0.2;
 
 struct series;
 
@@ -49,6 +51,7 @@ int contensou_hdf5_bound_memory(struct file *file);
 int contensou_hdf5_close(struct file *file);
 int contensou_hdf5_close_as(struct file *file, const char *name, int replace);
 int contensou_system_rename(const char *from, const char *to, int replace);
+int contensou_system_take_lock(const char *path, double patience, int *descriptor);
 void contensou_hdf5_abandon(struct file *file);
 int contensou_hdf5_create_group(struct file *file, const char *path);
 int contensou_hdf5_put_attribute(struct file *file, const char *object, const char *name,
@@ -280,25 +283,6 @@ static void release(struct file *file)
    free(file);
 }
 
-/* Take the lock that tells other programs that a file is being written; the descriptor, or -1 when
-   another program has it. HDF5 itself would empty the file first and ask for its lock afterwards. */
-static int take_lock(const char *path)
-{
-   struct stat mine, now;
-   int fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-   if (fd < 0) return -1;
-   if (flock(fd, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {
-      /* Its owner may have given the file its final name in between. */
-      if (fstat(fd, &mine) == 0 && stat(path, &now) == 0 && mine.st_ino == now.st_ino
-         && mine.st_dev == now.st_dev) return fd;
-      errno = EWOULDBLOCK;
-   }
-   int code = errno;
-   close(fd);
-   errno = code;
-   return -1;
-}
-
 /* Remove a file that could not be filled and is of no use; a device is left where it is. */
 static void discard(const struct file *file)
 {
@@ -317,10 +301,11 @@ struct file *contensou_hdf5_create(const char *path)
       contensou_hdf5_refuse("create", path, NULL, strerror(ENOMEM));
       return NULL;
    }
-   file->lock = take_lock(path);
-   if (file->lock < 0) {
+   /* HDF5 itself would empty the file first and ask for its lock afterwards. */
+   int refused = contensou_system_take_lock(path, lock_patience, &file->lock);
+   if (refused) {
       contensou_hdf5_refuse("create", path, NULL,
-         errno == EWOULDBLOCK ? "another program has it open" : strerror(errno));
+         refused < 0 ? "another program has it open" : strerror(refused));
       release(file);
       return NULL;
    }
@@ -420,6 +405,8 @@ int contensou_hdf5_close_as(struct file *file, const char *name, int replace)
    for (struct series *series = file->series; series; series = series->next) H5Dclose(series->id);
    int failed = H5Fclose(file->id) < 0;
    if (failed) contensou_hdf5_explain("close", file->path, NULL);
+   int unsealed = !failed && name ? contensou_hdf5_seal(file->lock, file->path) : 0;
+   if (unsealed) failed = contensou_hdf5_refuse("write", file->path, NULL, strerror(unsealed));
    if (!failed && name) {
       int code = contensou_system_rename(file->path, name, replace);
       if (code) {
@@ -661,9 +648,12 @@ static herr_t set_chunks(const struct series *series, hid_t creation, hid_t acce
    /* Where the library comes without compression, the file is larger. */
    compress = compress && H5Zfilter_avail(H5Z_FILTER_DEFLATE) > 0;
    if (compress && (H5Pset_shuffle(creation) < 0 || H5Pset_deflate(creation, 1) < 0)) return -1;
+   /* Damage of a chunk is an error when it is read; texts are stored elsewhere. */
+   int sum = series->kind != KIND_TEXT && H5Zfilter_avail(H5Z_FILTER_FLETCHER32) > 0;
+   if (sum && H5Pset_fletcher32(creation) < 0) return -1;
    /* What lies behind the last row need not be filled, except for texts, which are addresses, and
-      in what is compressed, which would not be the same twice. */
-   if (series->kind != KIND_TEXT && !compress
+      in what goes through a filter, which would not be the same twice. */
+   if (series->kind != KIND_TEXT && !compress && !sum
       && H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER) < 0) return -1;
    return H5Pset_chunk_cache(access, 0, 0, 0.0);
 }

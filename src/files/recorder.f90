@@ -11,7 +11,7 @@ module contensou_files_recorder
    use contensou_base_kinds, only : wp
    use contensou_base_numbers, only : number_text
    use contensou_files_earlier, only : checkpoint_suffix, discard_unreadable, earlier_type, &
-      exchange_program, forget, put_aside
+      exchange_program, forget, put_aside, settings_item
    use contensou_files_trajectory, only : part_suffix, trajectory_type
    use contensou_integrate_march, only : event_touch, memory_type, observer_type
    use contensou_integrate_motion, only : motion_type
@@ -173,6 +173,7 @@ contains
       commit = git_commit()
       call self%checkpoint%begin()
       call exchange_program(self%checkpoint, version, commit)
+      call self%checkpoint%exchange(settings_item, self%output%settings_sum)
       call self%output%exchange(self%checkpoint)
       call memory%exchange(motion, self%checkpoint)
       call self%exchange(self%checkpoint)

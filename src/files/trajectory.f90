@@ -37,7 +37,7 @@ module contensou_files_trajectory
    character(len=*), parameter :: filetype = "contensou-trajectory"
 
    !> Version of the format: the second number grows with additions, the first with changes.
-   character(len=*), parameter :: filetype_version = "1.2"
+   character(len=*), parameter :: filetype_version = "1.3"
 
    !> Suffix of a file that is not complete.
    character(len=*), parameter :: part_suffix = ".part"
@@ -66,6 +66,8 @@ module contensou_files_trajectory
       character(len=:), allocatable :: name
       !> Whether it may replace an existing file.
       logical :: replace = .false.
+      !> Checksum of the settings that it holds.
+      integer(i8) :: settings_sum = 0
       type(hdf5_file_type), private :: file
       !> Columns of the trajectory.
       type(column_type), allocatable, private :: columns(:)
@@ -134,6 +136,7 @@ contains
 
       self%name = file%scene%output%file
       self%replace = replace
+      self%settings_sum = checksum(0_i8, file%resolved)
       self%clocks = [wall_seconds(), cpu_seconds()]
       self%last_flush = self%clocks(1)
       call collect_names(self, file%scene)
@@ -142,8 +145,8 @@ contains
          if (allocated(error)) return
          if (file_exists(self%name) .and. .not. replace) then
             ! Another run has finished it since the caller looked.
-            call f%abandon()
             call remove_file(self%name // part_suffix, error)
+            call f%abandon()
             call fatal(error, self%name // " exists", status_file)
             return
          end if
@@ -522,7 +525,9 @@ contains
       integer(i8) :: events
       integer :: i
 
-      call reader%open(path, error)
+      ! The checkpoint has sums of its own, of the rows up to it: those in a chunk that was being
+      ! written when the run was killed are good.
+      call reader%open(path, error, lenient=.true.)
       if (allocated(error)) return
       do i = 1, size(self%columns)
          associate (column => self%columns(i))

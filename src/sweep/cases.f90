@@ -2,22 +2,25 @@
 !> journal becomes the table.
 module contensou_sweep_cases
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
-   use contensou_base_errors, only : error_type, fatal, status_failed
+   use contensou_base_errors, only : error_type, fatal, status_failed, status_usage
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : number_text, to_text
    use contensou_base_text, only : string_type
+   use contensou_base_operating_system, only : free_bytes, lock_suffix, longest_temporary
+   use contensou_base_output_path, only : check_output_path
+   use contensou_files_earlier, only : companions
    use contensou_files_trajectory, only : part_suffix
    use contensou_study_case, only : outline_type
    use contensou_sweep_case, only : run_case
    use contensou_sweep_crew, only : job_type, piece_stopped, stop_requested
-   use contensou_sweep_journal, only : journal_message_length, journal_type
+   use contensou_sweep_journal, only : journal_bytes, journal_message_length, journal_type
    use contensou_sweep_plan, only : sweep_type
-   use contensou_sweep_selection, only : selection_type
+   use contensou_sweep_selection, only : named, selection_type
    use contensou_sweep_table, only : case_crashed, case_too_long, status_names, sweep_table_type
    implicit none(type, external)
    private
 
-   public :: cases_type, tally_type, write_table
+   public :: cases_type, tally_type, write_table, check_output_paths
 
    !> The cases as pieces of work for a crew.
    type, extends(job_type) :: cases_type
@@ -47,6 +50,45 @@ module contensou_sweep_cases
    end type tally_type
 
 contains
+
+   !> See that the files of a sweep can be written under their names, and that the disk can hold
+   !> the rows of its cases.
+   subroutine check_output_paths(name, sweep, selection, force, error)
+      !> Name of the table.
+      character(len=*), intent(in) :: name
+      type(sweep_type), intent(in) :: sweep
+      type(selection_type), intent(in) :: selection
+      !> Whether existing files are replaced.
+      logical, intent(in) :: force
+      !> Set when the sweep must not begin.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: beside(*) = [character(len=24) :: part_suffix, lock_suffix, &
+         longest_temporary]
+      type(string_type), allocatable :: inputs(:)
+      real(wp) :: wanted, free
+      integer :: i, n
+
+      n = 2
+      if (allocated(sweep%points%path)) n = 3
+      allocate(inputs(n))
+      inputs(1)%s = sweep%path
+      inputs(2)%s = sweep%scene_path
+      if (n == 3) inputs(3)%s = sweep%points%path
+      call check_output_path(name, "table", inputs, beside, force, error)
+      do i = 1, size(sweep%trajectories)
+         if (allocated(error)) return
+         if (selection%position_of(sweep%trajectories(i)) == 0) cycle
+         call check_output_path(named(sweep%output, "_case_" // to_text(sweep%trajectories(i))), &
+            "trajectory", inputs, companions, force, error)
+      end do
+      if (allocated(error)) return
+      wanted = real(selection%count(), wp)*journal_bytes(size(sweep%results))
+      free = free_bytes(name // part_suffix)
+      if (wanted > free) call fatal(error, "the rows of " // to_text(selection%count()) // &
+         " cases take " // number_text(1.0e-9_wp*wanted, 3) // " GB in " // name // part_suffix // &
+         ", and " // number_text(1.0e-9_wp*free, 3) // " GB are free there; fewer cases, " // &
+         "parts of them by --shard or --cases, or -o FILE on another disk", status_usage)
+   end subroutine check_output_paths
 
    !> Run a case in a thread of the worker.
    subroutine work_case(self, thread, piece, code)

@@ -47,6 +47,7 @@ int contensou_crew_run(void *context, int64_t pieces, int threads, double time_l
 void contensou_crew_begin(int thread);
 int contensou_crew_stopping(void);
 void contensou_system_leave(int status);
+void contensou_system_stop_signals(sigset_t *set);
 
 enum { most_threads = 1024, reason_size = 512, stack_size = 16 << 20 };
 
@@ -130,18 +131,13 @@ int contensou_crew_cores(void)
    return count < 1 ? 1 : count;
 }
 
-static void requests(sigset_t *set)
-{
-   sigemptyset(set);
-   sigaddset(set, SIGTERM);
-   sigaddset(set, SIGINT);
-   sigaddset(set, SIGUSR1);
-}
+/* Signals that ask to stop, as they were when the first of them was held back. */
+static sigset_t requests;
 
 void contensou_crew_hold_signals(void)
 {
-   sigset_t set;
-   requests(&set);
+   contensou_system_stop_signals(&requests);
+   sigset_t set = requests;
    sigaddset(&set, SIGCHLD);
    sigprocmask(SIG_BLOCK, &set, NULL);
    signal(SIGXFSZ, SIG_IGN);
@@ -151,10 +147,8 @@ void contensou_crew_hold_signals(void)
 
 int contensou_crew_stop_requested(void)
 {
-   sigset_t set;
    const struct timespec none = {0, 0};
-   requests(&set);
-   if (sigtimedwait(&set, NULL, &none) > 0) stop_seen = 1;
+   if (sigtimedwait(&requests, NULL, &none) > 0) stop_seen = 1;
    return stop_seen;
 }
 
@@ -217,6 +211,12 @@ static void *labour(void *argument)
    return NULL;
 }
 
+/* In the worker: let the supervisor stop all. */
+static void pass_on(int number)
+{
+   kill(getppid(), number);
+}
+
 /* The worker; does not return. */
 static void work(int threads, pid_t parent)
 {
@@ -224,8 +224,13 @@ static void work(int threads, pid_t parent)
    prctl(PR_SET_PDEATHSIG, SIGKILL);
 #endif
    if (getppid() != parent) _exit(1);
-   static const int ignored[] = {SIGTERM, SIGINT, SIGUSR1, SIGPIPE, SIGXFSZ};
-   for (size_t i = 0; i < sizeof ignored / sizeof *ignored; ++i) signal(ignored[i], SIG_IGN);
+   for (int i = 1; i < NSIG; ++i) {
+      if (sigismember(&requests, i) == 1) signal(i, SIG_IGN);
+   }
+   signal(SIGPIPE, SIG_IGN);
+   signal(SIGXFSZ, SIG_IGN);
+   /* A limit of CPU time is that of each process. */
+   if (sigismember(&requests, SIGXCPU) == 1) signal(SIGXCPU, pass_on);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
    /* Nobody wants a thousand backtraces; their first line goes into the row of the case. */
    static const int crashes[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP, SIGSYS};
@@ -234,8 +239,7 @@ static void work(int threads, pid_t parent)
    setrlimit(RLIMIT_CORE, &none);
    if (crew->words >= 0) dup2(crew->words, STDERR_FILENO);
 #endif
-   sigset_t set;
-   requests(&set);
+   sigset_t set = requests;
    sigaddset(&set, SIGCHLD);
    sigprocmask(SIG_UNBLOCK, &set, NULL);
 
@@ -285,8 +289,7 @@ static int supervise(int threads, struct ending *ending)
    if (worker < 0) return errno;
    if (worker == 0) work(threads, parent);
 
-   sigset_t set;
-   requests(&set);
+   sigset_t set = requests;
    sigaddset(&set, SIGCHLD);
    const struct timespec while_working = {0, 100000000}, while_leaving = {0, 10000000};
    int64_t stop_time = 0;
@@ -387,6 +390,7 @@ static int run_all(void)
       if (contensou_crew_stop_requested()) return crew_stopped;
       int code = supervise(crew->threads, &ending);
       if (code) return code;
+      contensou_crew_stop_requested();
       if (atomic_load(&board->failure)) return atomic_load(&board->failure);
       if (stop_seen) return crew_stopped;
       if (ending.complete) return crew_complete;

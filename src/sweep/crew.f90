@@ -97,7 +97,7 @@ module contensou_sweep_crew
          implicit none(type, external)
       end function available_cores
 
-      !> Keep SIGINT, SIGTERM and SIGUSR1 for `stop_requested` and `run_crew`.
+      !> Keep the signals that ask to stop for `stop_requested` and `run_crew`.
       subroutine hold_signals() bind(c, name="contensou_crew_hold_signals")
          implicit none(type, external)
       end subroutine hold_signals

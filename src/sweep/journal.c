@@ -17,10 +17,8 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
 struct journal;
@@ -34,9 +32,13 @@ int contensou_journal_read(struct journal *journal, int64_t position, int64_t *n
    double *values, char *message, int64_t *length);
 int contensou_journal_sync(struct journal *journal);
 void contensou_journal_close(struct journal *journal);
+int contensou_system_take_lock(const char *path, double patience, int *descriptor);
+size_t contensou_system_utf8_length(const char *text, size_t left);
 
 /* Outcomes of opening beside values of errno, which are positive. */
-enum { opened_new = 0, opened_again = -1, opened_other = -2, opened_locked = -3 };
+enum {
+   opened_new = 0, opened_again = -1, opened_other = -2, opened_locked = -3, opened_damaged = -4
+};
 
 /* Seconds to wait for the processes of a program that was just killed to end. */
 enum { patience = 10 };
@@ -140,32 +142,12 @@ static int64_t slot_start(const struct journal *journal, int64_t position)
    return header_size + position * (int64_t)journal->slot_bytes;
 }
 
-/* Open and lock a file that has this name at that moment. */
-static int open_locked(const char *path, int *file)
-{
-   const struct timespec pause = {0, 20000000};
-   for (int i = 0;; ++i) {
-      *file = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-      if (*file < 0) return errno;
-      int code = 0;
-      if (flock(*file, LOCK_EX | LOCK_NB) != 0) code = errno;
-      /* Not every file system has locks. */
-      if (code == ENOLCK || code == ENOSYS || code == EOPNOTSUPP || code == EINVAL) code = 0;
-      struct stat mine, named;
-      if (code == 0 && fstat(*file, &mine) == 0 && stat(path, &named) == 0 &&
-         mine.st_ino == named.st_ino && mine.st_dev == named.st_dev) return 0;
-      close(*file);
-      if (code != 0 && code != EWOULDBLOCK && code != EINTR) return code;
-      if (i >= patience * 50) return opened_locked;
-      nanosleep(&pause, NULL);
-   }
-}
-
 struct journal *contensou_journal_open(const char *path, const char *key, int64_t count,
    int64_t columns, int replace, int *outcome)
 {
    int file;
-   *outcome = open_locked(path, &file);
+   *outcome = contensou_system_take_lock(path, patience, &file);
+   if (*outcome < 0) *outcome = opened_locked;
    if (*outcome != 0) return NULL;
    struct journal *journal = calloc(1, sizeof *journal);
    struct header *wanted = calloc(1, header_size);
@@ -190,17 +172,20 @@ struct journal *contensou_journal_open(const char *path, const char *key, int64_
       code = read_all(file, found, header_size, 0);
    }
    if (code == 0) {
-      if (info.st_size > 0 && memcmp(found, wanted, header_size) == 0) {
+      int is_journal = memcmp(found->magic, magic, sizeof magic) == 0;
+      int is_sound = is_journal && found->checksum == header_checksum(found);
+      if (info.st_size > 0 && memcmp(found, wanted, sizeof *wanted) == 0) {
          *outcome = opened_again;
-      } else if (info.st_size > header_size && !replace) {
-         *outcome = opened_other;
+      } else if (info.st_size > (is_journal ? header_size : 0) && !replace) {
+         *outcome = is_sound ? opened_other : opened_damaged;
       } else {
          *outcome = opened_new;
          if (ftruncate(file, 0) != 0) code = errno;
          if (code == 0) code = write_all(file, wanted, header_size, 0);
       }
    }
-   if (code == 0 && *outcome != opened_other) {
+   int usable = *outcome != opened_other && *outcome != opened_damaged;
+   if (code == 0 && usable) {
       int64_t end = slot_start(journal, count);
       if (info.st_size < end || *outcome == opened_new) {
          if (ftruncate(file, (off_t)end) != 0) code = errno;
@@ -211,12 +196,28 @@ struct journal *contensou_journal_open(const char *path, const char *key, int64_
    }
    free(wanted);
    free(found);
-   if (code == 0 && *outcome != opened_other) return journal;
+   if (code == 0 && usable) return journal;
    if (code != 0) *outcome = code;
    if (page != MAP_FAILED) munmap(page, sizeof *journal->tail);
    close(file);
    free(journal);
    return NULL;
+}
+
+/* Copy a message, as far as there is room, in UTF-8 whatever a library has put into it: a table has
+   no other texts. */
+static int64_t take_message(const char *message, int64_t length, char *text)
+{
+   int64_t used = 0;
+   for (int64_t i = 0; i < length;) {
+      size_t size = contensou_system_utf8_length(message + i, (size_t)(length - i));
+      size_t taken = size ? size : 1;
+      if (used + (int64_t)taken > message_size) break;
+      memcpy(text + used, size ? message + i : "?", taken);
+      used += (int64_t)taken;
+      i += (int64_t)taken;
+   }
+   return used;
 }
 
 int contensou_journal_write(struct journal *journal, int64_t position, int64_t number, int status,
@@ -225,7 +226,8 @@ int contensou_journal_write(struct journal *journal, int64_t position, int64_t n
    int64_t bytes[(journal->slot_bytes + 7) / 8];
    struct slot *slot = (struct slot *)bytes;
    if (position < 0 || position >= journal->count) return EINVAL;
-   if (length > message_size) length = message_size;
+   char text[message_size];
+   length = take_message(message, length, text);
    slot->number = number;
    slot->status = status;
    slot->message_start = 0;
@@ -233,10 +235,10 @@ int contensou_journal_write(struct journal *journal, int64_t position, int64_t n
    memcpy(slot->values, values, (size_t)journal->columns * sizeof *values);
    if (length > 0) {
       slot->message_start = atomic_fetch_add(journal->tail, length);
-      int code = write_all(journal->file, message, (size_t)length, slot->message_start);
+      int code = write_all(journal->file, text, (size_t)length, slot->message_start);
       if (code) return code;
    }
-   slot->checksum = slot_checksum(journal, slot, message);
+   slot->checksum = slot_checksum(journal, slot, text);
    return write_all(journal->file, slot, journal->slot_bytes, slot_start(journal, position));
 }
 
@@ -252,6 +254,7 @@ int contensou_journal_read(struct journal *journal, int64_t position, int64_t *n
    if (slot->checksum == 0 || slot->message_length < 0 || slot->message_length > message_size)
       return 0;
    if (slot->message_length > 0) {
+      if (slot->message_start < slot_start(journal, journal->count)) return 0;
       code = read_all(journal->file, text, (size_t)slot->message_length, slot->message_start);
       if (code) return -code;
    }

@@ -10,7 +10,7 @@ module contensou_sweep_journal
    implicit none(type, external)
    private
 
-   public :: journal_type, journal_message_length
+   public :: journal_type, journal_message_length, journal_bytes
 
    !> Longest message that is kept [characters].
    integer, parameter :: journal_message_length = 4096
@@ -50,7 +50,7 @@ module contensou_sweep_journal
          integer(c_int64_t), value :: columns
          !> Whether another journal may be overwritten.
          integer(c_int), value :: replace
-         !> 0 new, -1 there before, -2 about something else, -3 locked, or errno.
+         !> 0 new, -1 there before, -2 about something else, -3 locked, -4 damaged, or errno.
          integer(c_int), intent(out) :: outcome
          !> The journal; null on failure.
          type(c_ptr) :: handle
@@ -134,6 +134,14 @@ module contensou_sweep_journal
 
 contains
 
+   !> Bytes that a journal takes for each piece of work, as in the C source.
+   pure real(wp) function journal_bytes(columns)
+      !> Numbers in a slot.
+      integer, intent(in) :: columns
+
+      journal_bytes = 40.0_wp + 8.0_wp*columns
+   end function journal_bytes
+
    !> Open a journal, or create it.
    subroutine open(self, path, key, count, columns, replace, again, error)
       class(journal_type), intent(inout) :: self
@@ -162,6 +170,9 @@ contains
       case (-2)
          call fatal(error, path // " is not of this sweep and these cases; --force replaces it, " &
             // "-o FILE writes another one", status_file)
+      case (-4)
+         call fatal(error, path // " is damaged, or was not left by a sweep; --force " // &
+            "replaces it, -o FILE writes another one", status_file)
       case (-3)
          call fatal(error, "another process is writing " // path, status_file)
       case default

@@ -1,9 +1,9 @@
 !> Joins the tables of parts of a sweep, each case once.
 module contensou_sweep_merge
-   use contensou_base_errors, only : error_type, fatal, status_usage
+   use contensou_base_errors, only : error_type, fatal, status_interrupted, status_usage
    use contensou_base_kinds, only : i8
    use contensou_base_numbers, only : to_text
-   use contensou_base_operating_system, only : list_folder
+   use contensou_base_operating_system, only : list_folder, signal_received
    use contensou_base_text, only : shorten, starts_with, string_type
    use contensou_sweep_selection, only : parse_ranges, selection_type
    use contensou_sweep_table, only : sweep_table_type, table_header_type, table_reader_type
@@ -314,6 +314,10 @@ contains
       counts = 0
       opened = 0
       do i = 1, size(plan%segments)
+         if (signal_received() /= 0) then
+            call fatal(error, "interrupted", status_interrupted)
+            exit
+         end if
          associate (segment => plan%segments(i))
             if (segment%file /= opened) then
                if (opened > 0) call reader%close()

@@ -6,11 +6,14 @@ module contensou_sweep_points
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : read_real, to_text
-   use contensou_base_operating_system, only : check_readable
+   use contensou_base_operating_system, only : check_readable, first_bytes
+   use contensou_base_scanner, only : in_utf8
    use contensou_base_schema, only : kind_logical
-   use contensou_base_text, only : lower, quote, starts_with, string_type
+   use contensou_base_text, only : invalid_byte, invalid_byte_text, lower, quote, starts_with, &
+      string_type, valid_utf8
    use contensou_files_hdf5_reader, only : class_integer, class_real, class_text, class_unsigned, &
-      hdf5_entry_type, hdf5_item_type, hdf5_reader_type, max_rank, object_dataset, object_group
+      hdf5_entry_type, hdf5_item_type, hdf5_reader_type, max_rank, object_dataset, object_group, &
+      probe
    use contensou_sweep_target, only : target_type
    implicit none(type, external)
    private
@@ -71,24 +74,13 @@ contains
       character(len=*), intent(in) :: path
       !> Set when it cannot be read or is no table.
       type(error_type), allocatable, intent(out) :: error
-      character(len=len(signature)) :: first
       character(len=:), allocatable :: line
-      integer :: unit, stat, number
+      integer :: unit, stat, number, number_of_byte
 
       self%path = path
       call check_readable(path, error)
       if (allocated(error)) return
-      open(newunit=unit, file=path, access="stream", form="unformatted", status="old", &
-         action="read", iostat=stat)
-      if (stat /= 0) then
-         call fatal(error, path // " cannot be read", status_file)
-         return
-      end if
-      first = ""
-      read(unit, iostat=stat) first
-      if (stat /= 0) first = ""
-      close(unit)
-      self%is_hdf5 = first == signature
+      self%is_hdf5 = first_bytes(path, len(signature)) == signature
       if (self%is_hdf5) then
          call list_columns(self, error)
          return
@@ -109,6 +101,13 @@ contains
       if (stat /= 0) then
          call fatal(error, path // " is empty: it needs a header with the paths of parameters", &
             status_usage)
+         return
+      end if
+      number_of_byte = invalid_byte(line)
+      if (number_of_byte > 0) then
+         call fatal(error, path // ", line " // to_text(number) // ", byte " // &
+            to_text(number_of_byte) // ": " // &
+            invalid_byte_text(line(number_of_byte:number_of_byte)), status_usage)
          return
       end if
       self%header = line
@@ -140,7 +139,8 @@ contains
 
       self%header = ""
       self%folder = "/"
-      call reader%open(self%path, error)
+      call probe(self%path, error)
+      if (.not. allocated(error)) call reader%open(self%path, error)
       if (allocated(error)) return
       call reader%list("/", .false., entries, error)
       if (.not. allocated(error)) then
@@ -168,6 +168,10 @@ contains
          call reader%open_item(self%folder // entries(i)%name, "", item, error)
          if (allocated(error)) exit
          wanted(i) = item%rank == 1 .and. .not. item%is_null
+         k = invalid_byte(entries(i)%name)
+         if (wanted(i) .and. k > 0) call fatal(error, self%path // ", name " // &
+            valid_utf8(entries(i)%name) // ", byte " // to_text(k) // ": " // &
+            invalid_byte_text(entries(i)%name(k:k)), status_usage)
          if (wanted(i)) then
             if (length >= 0 .and. item%extents(1) /= length) call fatal(error, self%path // &
                ": the columns are not equally long: " // entries(i)%name // " has " // &
@@ -254,7 +258,13 @@ contains
          if (stat /= 0) exit
          if (number <= self%header_line .or. line == "") cycle
          if (diagnostics%count() - before >= enough_mistakes) exit
-         i = diagnostics%count()
+         i = invalid_byte(line)
+         if (i > 0) then
+            call diagnostics%add(origin_type(source, number, i, 1), invalid_byte_text(line(i:i)), &
+               in_utf8)
+            call keep_line(lines, number, line)
+            cycle
+         end if
          call split(line, cells, places)
          places%source = source
          places%line = number
@@ -298,7 +308,7 @@ contains
       type(value_type) :: value
       real(wp), allocatable :: reals(:)
       integer(i8) :: row
-      integer :: i, k, n
+      integer :: i, k, n, bad
       logical :: good
 
       call reader%open(self%path, error)
@@ -324,6 +334,13 @@ contains
                value = value_type()
                value%origin = origin_type(source, 0, 0, 1)
                if (item%class == class_text) then
+                  bad = invalid_byte(texts(k)%s)
+                  if (bad > 0) then
+                     call diagnostics%add(value%origin, "row " // to_text(row + k) // " of " // &
+                        self%names(i)%s // ", byte " // to_text(bad) // ": " // &
+                        invalid_byte_text(texts(k)%s(bad:bad)), in_utf8)
+                     cycle
+                  end if
                   call understand(texts(k)%s, columns(i), value)
                else
                   value%kind = value_real

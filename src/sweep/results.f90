@@ -84,6 +84,7 @@ contains
             end do
          end do
       end associate
+      call check_names(columns(:n))
       do i = 1, size(groups)
          if (groups(i)%group_name() /= "value") cycle
          n = n + 1
@@ -109,6 +110,34 @@ contains
          "keep = 'summary', or a group &value")
 
    contains
+
+      !> Contacts and bodies whose columns would have the same name; the first pair is told.
+      subroutine check_names(named)
+         type(result_column_type), intent(in) :: named(:)
+         integer :: a, b
+
+         do b = 2, size(named)
+            do a = 1, b - 1
+               if (named(a)%name /= named(b)%name) cycle
+               call diagnostics%add(main%place("keep"), owner(named(a)) // " and " // &
+                  owner(named(b)) // " would have the same column " // quote(named(b)%name), &
+                  "another name for one of them, which differs by more than '/' and '_'")
+               return
+            end do
+         end do
+      end subroutine check_names
+
+      !> What a column is of.
+      function owner(column) result(words)
+         type(result_column_type), intent(in) :: column
+         character(len=:), allocatable :: words
+
+         if (column%source == source_event) then
+            words = "contact " // quote(sweep%scene%contacts(column%index)%name)
+         else
+            words = "body " // quote(sweep%scene%bodies(column%index)%name)
+         end if
+      end function owner
 
       !> Begin the next column. (A structure constructor would leak its texts.)
       subroutine put(name, units, long_name, is_integer)

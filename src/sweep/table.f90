@@ -9,12 +9,15 @@ module contensou_sweep_table
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : to_text
-   use contensou_base_operating_system, only : check_writable, file_exists, remove_file
+   use contensou_base_operating_system, only : check_writable, file_exists, remove_file, sweep_up, &
+      temporary_name
+   use contensou_base_output_path, only : what_helps
    use contensou_base_text, only : join, pad, string_type, strings
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_byte, &
       series_long, series_real, series_text
-   use contensou_files_hdf5_reader, only : class_integer, class_text, hdf5_entry_type, &
-      hdf5_item_type, hdf5_reader_type
+   use contensou_files_hdf5_reader, only : class_integer, class_real, class_text, &
+      hdf5_entry_type, &
+      hdf5_item_type, hdf5_reader_type, probe
    use contensou_files_provenance, only : put_header, put_provenance
    use contensou_sweep_plan, only : sweep_type
    implicit none(type, external)
@@ -29,7 +32,7 @@ module contensou_sweep_table
    character(len=*), parameter :: sweep_filetype = "contensou-sweep"
 
    !> Version of the format: the second number grows with additions, the first with changes.
-   character(len=*), parameter :: sweep_filetype_version = "1.0"
+   character(len=*), parameter :: sweep_filetype_version = "1.1"
 
    !> The case was computed to its end.
    integer, parameter :: case_complete = 0
@@ -60,9 +63,6 @@ module contensou_sweep_table
 
    !> Bytes of padded texts that are handed over at a time.
    integer, parameter :: text_bytes = 4*1024*1024
-
-   !> Suffix of a table that is being written; NAME.part is the journal of the sweep.
-   character(len=*), parameter :: unfinished_suffix = ".part.h5"
 
    !> What a complete table says about itself.
    type :: table_header_type
@@ -254,7 +254,8 @@ contains
       self%waiting = 0
       self%counts = 0
       associate (f => self%file)
-         call f%create(name // unfinished_suffix, error)
+         call sweep_up(name)
+         call f%create(temporary_name(name), error)
          if (allocated(error)) return
          call f%bound_memory(error)
          call put_header(f, sweep_filetype, sweep_filetype_version, "running", error, origins%title)
@@ -511,10 +512,9 @@ contains
       class(sweep_table_type), intent(inout) :: self
       type(error_type), allocatable :: ignored
 
-      call self%file%abandon()
       if (.not. allocated(self%name)) return
-      if (file_exists(self%name // unfinished_suffix)) call remove_file(self%name // &
-         unfinished_suffix, ignored)
+      call remove_file(temporary_name(self%name), ignored)
+      call self%file%abandon()
    end subroutine abandon
 
    !> See that a table can be written, and whether it is there already.
@@ -530,9 +530,8 @@ contains
       logical, intent(out) :: complete
       !> Set when it must not be written.
       type(error_type), allocatable, intent(out) :: error
-      character(len=*), parameter :: what_helps = &
-         "; --force replaces it, -o FILE writes another one"
       type(table_header_type) :: header
+      character(len=:), allocatable :: wrong
       logical :: is
 
       complete = .false.
@@ -542,14 +541,17 @@ contains
       if (.not. is .or. replace) return
       call read_table_header(path, header, error)
       if (allocated(error)) then
-         error%message = path // " exists and is not the table of a sweep" // what_helps // &
-            new_line("a") // "  " // error%message
+         wrong = " exists and is not the table of a sweep"
+         if (index(error%message, "damaged") > 0) wrong = " exists and is damaged"
+         error%message = path // wrong // what_helps(path) // new_line("a") // "  " // &
+            error%message
          error%status = status_file
       else if (header%fingerprint /= fingerprint) then
-         call fatal(error, path // " exists and is of another sweep" // what_helps, status_file)
+         call fatal(error, path // " exists and is of another sweep" // &
+            what_helps(path), status_file)
       else if (header%cases /= cases) then
          call fatal(error, path // " exists and has other cases, " // to_text(header%n_rows) // &
-            " of " // to_text(header%n_cases) // what_helps, status_file)
+            " of " // to_text(header%n_cases) // what_helps(path), status_file)
       else
          complete = .true.
       end if
@@ -579,10 +581,15 @@ contains
 
       self%path = path
       self%n_parameters = 0
-      call self%reader%open(path, error)
+      call probe(path, error)
+      if (.not. allocated(error)) call self%reader%open(path, error)
       if (allocated(error)) return
       text = text_of("/", "filetype")
-      if (allocated(error) .or. text /= sweep_filetype) then
+      if (allocated(error)) then
+         call fatal(error, path // " is not the table of a sweep, or is damaged", status_usage)
+         call self%reader%close()
+         return
+      else if (text /= sweep_filetype) then
          call fatal(error, path // " is not the table of a sweep", status_usage)
          call self%reader%close()
          return
@@ -610,6 +617,7 @@ contains
       if (.not. allocated(error)) call self%reader%open_item("/status", "", self%status, error)
       if (.not. allocated(error)) call self%reader%open_item("/message", "", self%message, error)
       if (.not. allocated(error)) call open_columns(self, error)
+      if (.not. allocated(error)) call check_columns(self, error)
       if (allocated(error)) then
          error%message = path // " is damaged: " // error%message
          call self%close()
@@ -638,12 +646,47 @@ contains
          n = 0
          call self%reader%open_item("/", "case_count", item, error)
          if (allocated(error)) return
-         call item%read([0_i8], [1_i8], buffer, error)
+         buffer = 0
+         if (item%class /= class_integer .or. product(item%extents(:item%rank)) /= 1 .or. &
+            item%is_null) then
+            call fatal(error, "case_count is not a number", status_file)
+         else
+            call item%read([0_i8], [1_i8], buffer, error)
+         end if
          call item%close()
          n = buffer(1)
       end subroutine read_count
 
    end subroutine open_reader
+
+   !> All columns of a table have a value for each case, of the kind that they are to have.
+   subroutine check_columns(self, error)
+      class(table_reader_type), intent(in) :: self
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i
+      logical :: good
+
+      good = is_column(self%number) .and. is_column(self%status) .and. is_column(self%message)
+      good = good .and. self%number%class == class_integer .and. &
+         self%status%class == class_integer .and. self%message%class == class_text
+      do i = 1, size(self%columns)
+         good = good .and. is_column(self%columns(i)%item) .and. any(self%columns(i)%item%class == &
+            [class_integer, class_real, class_text])
+      end do
+      if (.not. good) call fatal(error, "its columns are not equally long, or no columns", &
+         status_file)
+
+   contains
+
+      !> Whether a data set is a column of this table.
+      pure logical function is_column(item)
+         type(hdf5_item_type), intent(in) :: item
+
+         is_column = item%rank == 1 .and. .not. item%is_null .and. &
+            item%extents(1) == self%number%extents(1)
+      end function is_column
+
+   end subroutine check_columns
 
    !> Open the columns of a table.
    subroutine open_columns(self, error)
@@ -699,7 +742,11 @@ contains
       end if
       call reader%open_item(group, "columns", item, error)
       if (allocated(error)) return
-      call item%read_texts([0_i8], item%extents(:1), int(item%extents(1)), names, error)
+      if (item%class /= class_text .or. item%rank /= 1 .or. item%is_null) then
+         call fatal(error, "the list of its columns is no list of names", status_file)
+      else
+         call item%read_texts([0_i8], item%extents(:1), int(item%extents(1)), names, error)
+      end if
       call item%close()
    end subroutine list_names
 

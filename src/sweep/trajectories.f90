@@ -6,6 +6,7 @@ module contensou_sweep_trajectories
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : to_text
    use contensou_base_operating_system, only : file_exists, remove_file
+   use contensou_base_output_path, only : what_helps
    use contensou_base_text, only : command_text, string_type
    use contensou_sweep_cases, only : cases_type
    use contensou_sweep_selection, only : named, selection_type
@@ -75,8 +76,8 @@ contains
          list%files(n)%s = named(sweep%output, "_case_" // to_text(list%numbers(n)))
          is = file_exists(list%files(n)%s)
          if (is .and. .not. may_exist) then
-            call fatal(error, list%files(n)%s // " exists; --force replaces it, -o FILE writes " &
-               // "others", status_file)
+            call fatal(error, list%files(n)%s // " exists" // what_helps(list%files(n)%s), &
+               status_file)
             return
          end if
          if (is .and. force) call remove_file(list%files(n)%s, error)

@@ -357,18 +357,22 @@ def test_existing_file_is_kept(run, tmp_path, name, existing):
     result = run("bench", "kernels", "--quick", "-o", name)
     assert result.status == 74
     assert result.out == ""
-    expected = f"error: {existing} exists; --force replaces it, -o writes another one\n"
+    expected = f"error: {existing} exists; --force replaces it, -o FILE writes another one\n"
     assert result.err == expected
     assert [path.name for path in tmp_path.iterdir()] == [existing]
     assert (tmp_path / existing).read_text() == "mine"
 
 
 def test_force_replaces_files(run, tmp_path):
-    for name in ("out.csv", "out.h5", "out.csv.part", "out.h5.part"):
+    others = ["out.csv.part", "out.h5.part"]
+    for name in ("out.csv", "out.h5", *others):
         (tmp_path / name).write_text("mine")
     result = run("bench", "kernels", "--quick", "--force", "--output=out.h5")
     assert result.status == 0, result.err
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["out.csv", "out.h5"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        ["out.csv", "out.h5", *others]
+    )
+    assert all((tmp_path / name).read_text() == "mine" for name in others)
     assert (tmp_path / "out.csv").read_text().startswith("kernel,")
     with h5py.File(tmp_path / "out.h5") as file:
         assert file.attrs["filetype"] == "contensou-bench"

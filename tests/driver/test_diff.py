@@ -584,8 +584,8 @@ def test_bad_rules(diff):
         (["a.h5", "none.h5"], "error: cannot read none.h5: it does not exist\n"),
         (["a.h5", "."], "error: cannot read .: it is a folder\n"),
         (["a.h5", "/dev/null"], "error: cannot read /dev/null: it is not a regular file\n"),
-        (["text", "a.h5"], "error: cannot read text: it is not an HDF5 file\n"),
-        (["empty", "a.h5"], "error: cannot read empty: it is not an HDF5 file\n"),
+        (["text", "a.h5"], "error: cannot read text: it is not an HDF5 file, or damaged\n"),
+        (["empty", "a.h5"], "error: cannot read empty: it is not an HDF5 file, or damaged\n"),
     ],
 )
 def test_trouble(words, message, run, tmp_path):

@@ -1,0 +1,472 @@
+"""Files are never lost, never misread, and names and texts do no harm."""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import pytest
+from terminal import on_terminal
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "campaigns"))
+
+import corruptions  # noqa: E402
+import together  # noqa: E402
+
+SWEEP = """\
+&sweep scene = 'scene.nml', keep = 'steps' /
+&parameter name = 'top.angle', first = 0.1, last = 0.2, count = 2 /
+"""
+ENDLESS = ("--set", "scene.t_end=1e5", "--set", "output.interval=1e-2")
+
+
+@pytest.fixture
+def files(scene, tmp_path):
+    """A scene and a sweep under short names; the folder."""
+    shutil.copy(scene, tmp_path / "scene.nml")
+    (tmp_path / "sweep.nml").write_text(SWEEP)
+    return tmp_path
+
+
+def content(folder):
+    """What a folder holds."""
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+
+
+def good(result):
+    """The result of a command that must have done its work."""
+    assert result.status == 0, result.err
+    return result
+
+
+# --- 1: no command writes over its inputs ------------------------------------------------------
+
+
+def spellings(folder, name):
+    """Names of a file."""
+    os.link(folder / name, folder / "hard")
+    (folder / "soft").symlink_to(name)
+    return [name, f"./{name}", str(folder / name), f"../{folder.name}/{name}", "hard", "soft"]
+
+
+@pytest.mark.parametrize("force", [[], ["--force"]])
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        (["run", "scene.nml"], "scene.nml"),
+        (["run", "scene.nml", "--resume"], "scene.nml"),
+        (["sweep", "sweep.nml"], "scene.nml"),
+        (["sweep", "sweep.nml"], "sweep.nml"),
+        (["sweep", "cases.nml"], "cases.csv"),
+        (["merge", "sweep.nml"], "scene.nml"),
+        (["merge", "a.h5", "b.h5"], "b.h5"),
+        (["cost", "scene.nml"], "scene.nml"),
+        (["cost", "scene.nml", "--csv"], "scene.nml"),
+    ],
+)
+def test_no_input_is_written_over(run, files, command, name, force):
+    if "--resume" in command and force:
+        pytest.skip("--resume and --force exclude each other")
+    (files / "cases.nml").write_text(
+        "&sweep scene = 'scene.nml', sampling = 'file', table = 'cases.csv' /\n"
+    )
+    (files / "cases.csv").write_text("top.angle\n0.1\n")
+    for k, table in ((1, "a.h5"), (2, "b.h5")):
+        if command[0] == "merge":
+            good(run("sweep", "sweep.nml", "-q", "--cases", k, "-o", table))
+    names = spellings(files, name)
+    before = content(files)
+    for spelling in names:
+        words = [*command, spelling] if command[-1] == "--csv" else [*command, "-o", spelling]
+        result = run(*words, *force)
+        assert result.status in (2, 74), (spelling, result)
+        assert result.out == ""
+        if "--resume" not in command:
+            assert "is read" in result.err or "would replace the sweep file" in result.err, (
+                result.err
+            )
+    assert content(files) == before
+
+
+def test_no_input_is_written_over_beside_the_output(run, files):
+    for name in ("x.h5.part", "x.h5.part.checkpoint"):
+        os.link(files / "scene.nml", files / name)
+        before = content(files)
+        result = run("run", "scene.nml", "-o", "x.h5", "--force")
+        assert result.status == 2
+        assert name in result.err
+        assert content(files) == before
+        (files / name).unlink()
+
+
+def test_a_picture_does_not_replace_what_it_shows(run, files):
+    good(run("run", "scene.nml", "-o", "x.png", "-q"))
+    before = content(files)
+    for words in (["x.png"], ["x.png", "-o", "./x.png"], ["x.png", "-o", "pipe.png"]):
+        if "pipe.png" in words:
+            os.mkfifo(files / "pipe.png")
+        done = plot(files, *words)
+        assert done.returncode == 2
+        assert "would replace" in done.stderr
+        assert content(files) == before
+
+
+def plot(folder, *words):
+    """Draw a picture."""
+    return subprocess.run(
+        [sys.executable, ROOT / "scripts" / "plot.py", *words],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+# --- 2: only regular files are replaced --------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["pipe", "socket", "folder", "device", "link", "loose link"])
+def test_only_files_are_replaced(run, files, kind):
+    node = files / "node"
+    if kind == "pipe":
+        os.mkfifo(node)
+    elif kind == "socket":
+        short = socket.socket(socket.AF_UNIX)
+        here = os.getcwd()
+        os.chdir(files)
+        short.bind("node")
+        os.chdir(here)
+    elif kind == "folder":
+        node.mkdir()
+    elif kind == "device":
+        node = Path("/dev/null")
+    else:
+        (files / "target").write_text("mine")
+        node.symlink_to("target" if kind == "link" else "nothing")
+    for words in (["run", "scene.nml"], ["sweep", "sweep.nml"], ["cost", "scene.nml"]):
+        for options in ([], ["--force"]):
+            result = run(*words, "-o", node, *options)
+            assert result.status == 74, result
+            assert "--force" not in result.err
+            assert node.is_symlink() == ("link" in kind)
+    assert kind != "link" or (files / "target").read_text() == "mine"
+    assert not list(files.glob("*.part*"))
+
+
+@pytest.mark.parametrize("suffix", [".part", ".part.old", ".part.checkpoint", ".part.lock"])
+def test_nothing_but_files_beside_the_output(run, files, suffix):
+    os.mkfifo(files / f"x.h5{suffix}")
+    for option in ("--force", "--resume"):
+        result = run("run", "scene.nml", "-o", "x.h5", option)
+        assert result.status == 74
+        assert f"x.h5{suffix}" in result.err
+        assert (files / f"x.h5{suffix}").is_fifo()
+
+
+# --- 3: two at once ----------------------------------------------------------------------------
+
+
+def test_two_at_once(executable, tmp_path):
+    """All pairs of run, resume, sweep and merge; tests/campaigns/together.py does hundreds."""
+    counts, mistakes = together.campaign(str(executable), 2, tmp_path, seed=3)
+    assert len(counts) == 10
+    assert mistakes == []
+
+
+def test_files_of_dead_processes_are_removed(run, files):
+    (files / "x.h5.part-0123456789abcdef").write_text("left by a process that was killed")
+    (files / "x.h5.part.lock").touch()
+    good(run("sweep", "sweep.nml", "-q", "-o", "x.h5"))
+    assert sorted(path.name for path in files.glob("x.h5*")) == ["x.h5"]
+
+
+def test_a_run_does_not_take_the_rows_of_a_sweep(run, files):
+    (files / "x.h5.part").write_bytes(b"CONTJRN1" + bytes(5000))
+    before = content(files)
+    for option in ([], ["--resume"]):
+        result = run("run", "scene.nml", "-o", "x.h5", *option)
+        assert result.status == 74
+        assert "x.h5.part holds the rows of a sweep" in result.err
+        assert content(files) == before
+
+
+def test_a_table_is_not_a_complete_run(run, files):
+    good(run("sweep", "sweep.nml", "-q", "-o", "scene.h5"))
+    result = run("run", "scene.nml", "-o", "scene.h5", "--resume")
+    assert result.status == 74
+    assert "scene.h5 is not the output of a run" in result.err
+
+
+# --- 4: damaged files --------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def campaign(executable, tmp_path_factory):
+    """Good files, and what each command makes of damaged ones."""
+    return corruptions.Campaign(str(executable), tmp_path_factory.mktemp("campaign"))
+
+
+@pytest.mark.parametrize("command", ["diff", "merge", "sweep", "resume", "going_on", "plot"])
+def test_damaged_files(campaign, command):
+    """tests/campaigns/corruptions.py damages thousands."""
+    found = [campaign.trial(command, k) for k in range({"plot": 3, "going_on": 4}.get(command, 25))]
+    assert [wrong for _, wrong in found if wrong] == []
+    assert any(words in ("told", "begun anew") for words, _ in found)
+
+
+def test_columns_have_checksums(run, files):
+    good(run("sweep", "sweep.nml", "-q", "-o", "table.h5"))
+    good(run("run", "scene.nml", "-q", "-o", "run.h5"))
+    with h5py.File(files / "run.h5") as file:
+        assert all(data.fletcher32 for data in file["trajectory"].values() if data.chunks)
+        assert file["events/time"].fletcher32
+        assert file.attrs["filetype_version"] == "1.3"
+    with h5py.File(files / "table.h5") as file:
+        assert file["results/steps"].fletcher32
+        assert file["case"].fletcher32
+        assert file.attrs["filetype_version"] == "1.1"
+
+
+@pytest.mark.parametrize("where", [0.0, 0.1, 0.5, 0.9, 1.0])
+def test_every_byte_counts(run, files, where):
+    good(run("run", "scene.nml", "-q", "-o", "a.h5"))
+    data = bytearray((files / "a.h5").read_bytes())
+    data[min(int(where * len(data)), len(data) - 1)] ^= 1
+    (files / "b.h5").write_bytes(data)
+    result = run("diff", "a.h5", "b.h5")
+    assert result.status == 2
+    assert "damaged" in result.err
+
+
+def test_a_file_that_another_program_has_changed_is_read(run, files):
+    good(run("run", "scene.nml", "-q", "-o", "a.h5"))
+    shutil.copy(files / "a.h5", files / "b.h5")
+    with h5py.File(files / "b.h5", "r+") as file:
+        file["trajectory/gap"][0, 0] = 1.0
+    result = run("diff", "a.h5", "b.h5")
+    assert result.status == 1
+    assert "/trajectory/gap" in result.out
+
+
+# --- 5: signals --------------------------------------------------------------------------------
+
+STOPS = ["SIGHUP", "SIGUSR1", "SIGUSR2", "SIGXCPU", "SIGTERM", "SIGINT", "SIGALRM", "SIGQUIT"]
+
+
+def begin(executable, folder, *words, ready, **options):
+    """Begin a command and wait until a file is there."""
+    process = subprocess.Popen(
+        [str(executable), *map(str, words)],
+        cwd=folder,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,
+    )
+    end = time.monotonic() + 60
+    while not (folder / ready).exists():
+        assert time.monotonic() < end, "it did not begin"
+        time.sleep(0.01)
+    return process
+
+
+@pytest.mark.parametrize("name", STOPS)
+def test_signals_end_a_run_that_can_be_resumed(executable, run, files, name):
+    process = begin(executable, files, "run", "scene.nml", "-q", *ENDLESS, "-o", "x.h5",
+                    ready="x.h5.part")  # fmt: skip
+    process.send_signal(getattr(signal, name))
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 75, err
+    assert err.count("\n") == 1
+    assert err.startswith("contensou: interrupted at t = ")
+    assert sorted(path.name for path in files.glob("x.h5*")) == [
+        "x.h5.part",
+        "x.h5.part.checkpoint",
+    ]
+
+
+@pytest.mark.parametrize("name", STOPS)
+def test_signals_end_a_sweep_that_goes_on(executable, run, files, name):
+    process = begin(executable, files, "sweep", "sweep.nml", "-q", *ENDLESS, "-o", "x.h5",
+                    ready="x.h5.part")  # fmt: skip
+    process.send_signal(getattr(signal, name))
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 75, err
+    assert err.count("\n") == 1
+    assert sorted(path.name for path in files.glob("x.h5*")) == ["x.h5.part"]
+
+
+@pytest.mark.parametrize("words", [("run", "scene.nml"), ("sweep", "sweep.nml")])
+def test_nohup_is_respected(executable, files, words):
+    process = begin(executable, files, *words, "-q", *ENDLESS, "-o", "x.h5", ready="x.h5.part",
+                    preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))  # fmt: skip
+    process.send_signal(signal.SIGHUP)
+    time.sleep(0.3)
+    assert process.poll() is None
+    process.terminate()
+    process.communicate(timeout=60)
+    assert process.returncode == 75
+
+
+@pytest.mark.parametrize("words", [("run", "scene.nml"), ("sweep", "sweep.nml", "-j", "1")])
+def test_a_limit_of_cpu_time(executable, files, words):
+    def limit():
+        resource.setrlimit(resource.RLIMIT_CPU, (1, 20))
+
+    process = begin(executable, files, *words, "-q", *ENDLESS, "-o", "x.h5", ready="x.h5.part",
+                    preexec_fn=limit)  # fmt: skip
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 75, err
+    assert "Backtrace" not in err
+
+
+# --- 6: refused before anything runs -----------------------------------------------------------
+
+
+def test_columns_that_collide(run, files):
+    text = (files / "scene.nml").read_text()
+    text = text.replace("name = 'ball_floor'", "name = 'b/f'")
+    (files / "scene.nml").write_text(text.replace("name = 'stem_floor'", "name = 'b_f'"))
+    (files / "sweep.nml").write_text(SWEEP.replace("'steps'", "'events'"))
+    for command in ("sweep", "check"):
+        result = run(command, "sweep.nml")
+        assert result.status == 2
+        assert "contact 'b/f' and contact 'b_f' would have the same column" in result.err
+    assert not list(files.glob("sweep.h5*"))
+
+
+@pytest.mark.parametrize("length", [236, 250, 255, 300])
+def test_names_that_are_too_long(run, files, length):
+    name = "n" * (length - 3) + ".h5"
+    for words in (["run", "scene.nml"], ["sweep", "sweep.nml"]):
+        result = run(*words, "-o", name)
+        assert result.status == 74
+        assert "is too long" in result.err
+        assert "255 bytes" in result.err
+    assert not list(files.glob("nnn*"))
+    name = "n" * 230 + ".h5"
+    assert run("run", "scene.nml", "-q", "-o", name).status == 0
+    assert (files / name).exists()
+
+
+def test_more_cases_than_a_disk_holds(run, files):
+    (files / "sweep.nml").write_text(
+        "&sweep scene = 'scene.nml' /\n"
+        "&parameter name = 'top.angle', first = 0.1, last = 0.2, count = 1000000 /\n"
+        "&parameter name = 'top.mass', first = 0.1, last = 0.2, count = 1000000 /\n"
+    )
+    for command in ("sweep", "check"):
+        result = run(command, "sweep.nml")
+        assert result.status == 2
+        assert "1000000000000 cases" in result.err
+        assert "free" in result.err
+    assert not list(files.glob("sweep.h5*"))
+
+
+# --- 7: UTF-8 ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place"),
+    [
+        (b"&scene title", b"! K\xf6rper\n&scene title", "1:4"),
+        (b"title = 'Tippe-Top'", b"title = 'T\xfcr'", "1:18"),
+        (b"name = 'top'", b"name = 't\xc3'", "4:13"),
+        (b"title = 'Tippe-Top'", b"title = '\xed\xa0\x80'", "1:17"),
+    ],
+)
+def test_scenes_that_are_not_utf8(run, files, old, new, place):
+    data = (files / "scene.nml").read_bytes()
+    (files / "scene.nml").write_bytes(data.replace(old, new, 1))
+    for words in (["run", "scene.nml"], ["check", "scene.nml"], ["sweep", "sweep.nml"]):
+        result = run(*words)
+        assert result.status == 2
+        assert f"scene.nml:{place}: error: byte 0x" in result.err
+        assert "is not UTF-8" in result.err
+    assert not list(files.glob("*.h5*"))
+
+
+def test_other_texts_that_are_not_utf8(run, files):
+    (files / "sweep.nml").write_bytes(b"! \xe4\n" + SWEEP.encode())
+    result = run("sweep", "sweep.nml")
+    assert result.status == 2
+    assert "sweep.nml:1:3: error: byte 0xE4 is not UTF-8" in result.err
+    (files / "rules").write_bytes(b"/a 1 0\n/b\xff 1 0\n")
+    result = run("diff", "a.h5", "b.h5", "--rules", "rules")
+    assert result.status == 2
+    assert "rules:2:3: error: byte 0xFF is not UTF-8" in result.err
+    (files / "sweep.nml").write_text(
+        "&sweep scene = 'scene.nml', sampling = 'file', table = 't.csv' /\n"
+    )
+    (files / "t.csv").write_bytes(b"ball_floor.friction\ncontensou_exact\npad\xe9\n")
+    result = run("sweep", "sweep.nml")
+    assert result.status == 2
+    assert "t.csv:3:4: error: byte 0xE9 is not UTF-8" in result.err
+    assert not list(files.glob("*.h5*"))
+
+
+@pytest.mark.parametrize("word", [b"K\xf6rper.h5", b"--set=scene.title='\xe4'"])
+def test_words_that_are_not_utf8(executable, files, word):
+    words = [b"-o", word] if b"set" not in word else [word]
+    done = subprocess.run(
+        [os.fsencode(executable), b"run", b"scene.nml", *words],
+        cwd=files,
+        capture_output=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert b"is not UTF-8" in done.stderr
+    assert not list(files.glob("*.h5*"))
+
+
+def test_utf8_is_taken(run, files):
+    text = (files / "scene.nml").read_text().replace("Tippe-Top", "Kreisel für Zoë, 球")
+    (files / "scene.nml").write_bytes(b"\xef\xbb\xbf" + text.encode())
+    result = good(run("run", "scene.nml", "-o", "球.h5"))
+    assert "Kreisel für Zoë, 球" in result.out
+    with h5py.File(files / "球.h5") as file:
+        assert file.attrs["title"] == "Kreisel für Zoë, 球"
+
+
+# --- 8: control characters ---------------------------------------------------------------------
+
+
+def test_control_characters_are_shown(run, files):
+    title = "a\x1b[31mred\x07\x7f\x9b2J\u202eevil\u2066x\u2028y"
+    text = (files / "scene.nml").read_text().replace("Tippe-Top", title)
+    text = text.replace("'ball_floor'", "'b\x1b]0;f\x07'")
+    (files / "scene.nml").write_text(text)
+    results = [run("run", "scene.nml"), run("check", "scene.nml"), run("cost", "scene.nml", "-x")]
+    results.append(run("run", "no\x1b[2Jscene.nml"))
+    results.append(run("run", "scene.nml", "--set", "to\x1b[2Jp.mass=1"))
+    for result in results:
+        shown = result.out + result.err
+        for character in "\x1b\x07\x7f\x9b\u202e\u2066\u2028":
+            assert character not in shown
+    assert r"a\x1b[31mred\x07\x7f\u009b2J\u202eevil\u2066x\u2028y" in results[0].out
+    done = plot(files, "top.h5", "-o", "a\x1b[2Jb.png")
+    assert done.stdout == "a\\x1b[2Jb.png\n"
+
+
+def test_a_dumb_terminal_gets_no_escapes(executable, files, monkeypatch):
+    command = [executable, "run", "scene.nml", "--set", "scene.t_end=1"]
+    status, shown = on_terminal(command, files, 80)
+    assert "\x1b[K" in shown
+    (files / "top.h5").unlink()
+    monkeypatch.setenv("TERM", "dumb")
+    status, shown = on_terminal(command, files, 80)
+    assert status == 0
+    assert "\x1b" not in shown
+    assert "contensou: 10 %" in shown

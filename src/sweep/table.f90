@@ -577,10 +577,16 @@ contains
       character(len=*), intent(in) :: path
       !> Set when it is not the complete table of a sweep, or cannot be read.
       type(error_type), allocatable, intent(out) :: error
+      type(hdf5_item_type) :: closed
       character(len=:), allocatable :: text
 
       self%path = path
       self%n_parameters = 0
+      ! What a copy of another reader brings with it is not its own.
+      if (allocated(self%columns)) deallocate(self%columns)
+      self%number = closed
+      self%status = closed
+      self%message = closed
       call probe(path, error)
       if (.not. allocated(error)) call self%reader%open(path, error)
       if (allocated(error)) return

@@ -258,6 +258,23 @@ def test_a_file_that_another_program_has_changed_is_read(run, files):
     assert "/trajectory/gap" in result.out
 
 
+@pytest.mark.parametrize("what", ["case_count", "fingerprint", "message", "results/steps"])
+def test_shards_without_a_seal_that_lack_something(run, files, what):
+    """As of an earlier version of the program; a second shard that could not be opened crashed."""
+    for k, table in ((1, "a.h5"), (2, "b.h5")):
+        good(run("sweep", "sweep.nml", "-q", "--cases", k, "-o", table))
+    with h5py.File(files / "b.h5", "r+") as file:
+        if what in file.attrs:
+            del file.attrs[what]
+        else:
+            del file[what]
+    result = run("merge", "a.h5", "b.h5", "-o", "c.h5")
+    assert result.status == 74
+    assert "b.h5" in result.err
+    assert "damaged" in result.err
+    assert not (files / "c.h5").exists()
+
+
 # --- 5: signals --------------------------------------------------------------------------------
 
 STOPS = ["SIGHUP", "SIGUSR1", "SIGUSR2", "SIGXCPU", "SIGTERM", "SIGINT", "SIGALRM", "SIGQUIT"]

@@ -358,7 +358,7 @@ contains
             if (next >= high) next = 0.5_wp*(low + high)
             if (next <= low) next = merge(least, 0.5_wp*(low + min(high, 2.0_wp*normal)), &
                low <= least)
-            if (next == normal) exit
+            if (abs(next - normal) <= 0.0_wp) exit
             normal = next
          end do
          solved = k <= most_iterations .or. abs(rate) <= negligible*self%speed

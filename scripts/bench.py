@@ -24,6 +24,7 @@ from pathlib import Path
 import h5py
 
 from lib import explicit_libraries
+from lib.many_balls import many_balls
 from lib.program import PROGRAM, ROOT
 from lib.results import ResultError
 
@@ -366,35 +367,10 @@ def forecast(folder, good):
 # ---- Set-up and kernels --------------------------------------------------------------------------
 
 
-def many_balls(number: int) -> str:
-    """Balls on a floor in a grid, each with contacts with the floor and two neighbours."""
-    row = int(number**0.5)
-    lines = [
-        "&scene gravity = 0, 0, -9.81, t_end = 1e-3 /",
-        "&material name = 'steel', young = 2.1e11, poisson = 0.3 /",
-        "&surface name = 'floor', body = 'ground', shape = 'plane', material = 'steel' /",
-    ]
-    for i in range(number):
-        place = f"{0.021 * (i % row)}, {0.021 * (i // row)}, 0.0101"
-        lines += [
-            f"&body name = 'b_{i}', mass = 0.0327, inertia = 3*1.31e-6, position = {place} /",
-            f"&surface name = 's_{i}', body = 'b_{i}', shape = 'sphere', radius = 0.01, "
-            "material = 'steel' /",
-            f"&contact name = 'f_{i}', surfaces = 's_{i}', 'floor', "
-            "friction = 'contensou_exact', friction_coefficient = 0.2 /",
-        ]
-        lines += [
-            f"&contact name = 'c_{i}_{step}', surfaces = 's_{i}', 's_{(i + step) % number}', "
-            "damping = 'hunt_crossley', restitution = 0.8 /"
-            for step in (1, row)
-        ]
-    return "\n".join(lines) + "\n"
-
-
 def set_up(folder, good):
     """`check --expand` of 1,000 and 10,000 balls, and `check` of the latter."""
     for number in (1000, 10000):
-        (folder / f"{number}.nml").write_text(many_balls(number))
+        (folder / f"{number}.nml").write_text("\n".join(many_balls(number)) + "\n")
 
     def work(number, *more):
         return lambda: execute([PROGRAM, "check", f"{number}.nml", *more], folder)[0]

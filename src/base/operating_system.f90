@@ -278,7 +278,7 @@ module contensou_base_operating_system
          integer(c_size_t), value :: size
       end subroutine c_utc_now
 
-      !> Write to stderr.
+      !> Write to a standard stream.
       function c_write(unit, text, length) result(code) bind(c, name="contensou_system_write")
          import :: c_char, c_int, c_size_t
          implicit none(type, external)
@@ -292,7 +292,7 @@ module contensou_base_operating_system
          integer(c_int) :: code
       end function c_write
 
-      !> Write to stderr, control characters as escapes.
+      !> The same, control characters as escapes.
       function c_print(unit, text, length) result(code) bind(c, name="contensou_system_print")
          import :: c_char, c_int, c_size_t
          implicit none(type, external)

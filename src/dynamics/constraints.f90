@@ -551,24 +551,29 @@ contains
    end subroutine first_displacements
 
    !> Shorten a change of the displacements, in `right`, that would overload a contact: one without
-   !> a load, as when it closes, has no stiffness.
+   !> a load, as when it closes, has no stiffness, and may be far from its place.
    subroutine shorten(self, shortened)
       class(constraints_type), intent(inout) :: self
       logical, intent(out) :: shortened
-      real(wp) :: largest, change
+      real(wp) :: largest, share, x, change
       integer :: i, r
 
       r = self%rank
       largest = 1.0_wp
-      change = 0.0_wp
+      do i = 1, self%n_links
+         largest = max(largest, self%shared(i)%lever*dot_product(self%basis(i, :r), &
+            self%shared(:r)%u))
+      end do
+      share = 1.0_wp
       do i = 1, self%n_links
          associate (row => self%basis(i, :r), lever => self%shared(i)%lever)
-            largest = max(largest, lever*dot_product(row, self%shared(:r)%u))
-            change = max(change, lever*dot_product(row, self%right(:r)))
+            x = lever*dot_product(row, self%shared(:r)%u)
+            change = lever*dot_product(row, self%right(:r))
+            if (share*change > largest - min(x, 0.0_wp)) share = (largest - min(x, 0.0_wp))/change
          end associate
       end do
-      shortened = change > largest
-      if (shortened) self%right(:r) = self%right(:r)*(largest/change)
+      shortened = share < 1.0_wp
+      if (shortened) self%right(:r) = self%right(:r)*share
    end subroutine shorten
 
    !> Loads of the contacts at displacements.

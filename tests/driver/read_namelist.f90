@@ -38,10 +38,10 @@ contains
 
    !> Every group `scene`.
    subroutine read_scene()
-      character(len=256) :: title
+      character(len=256) :: title, impacts
       real(wp) :: gravity(3), t_end
       integer :: n
-      namelist /scene/ title, gravity, t_end
+      namelist /scene/ title, gravity, t_end, impacts
 
       rewind(unit)
       n = 0
@@ -49,12 +49,14 @@ contains
          title = no_text
          gravity = no_number
          t_end = no_number
+         impacts = no_text
          read(unit, nml=scene, iostat=status)
          if (status == iostat_end) exit
          call count_group("scene", status, n)
          call put_texts("scene", n, "title", [title])
          call put_numbers("scene", n, "gravity", gravity)
          call put_numbers("scene", n, "t_end", [t_end])
+         call put_texts("scene", n, "impacts", [impacts])
       end do
    end subroutine read_scene
 

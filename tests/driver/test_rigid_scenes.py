@@ -230,7 +230,8 @@ def attempt(executable, folder, seed):
         wrong = []
     else:
         end, wrong = f"status {done.returncode}", [done.stderr[-300:] or "no message"]
-        if done.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+        # The limit of CPU time interrupts a run as other signals do.
+        if done.returncode in (75, -signal.SIGKILL):
             end, wrong = "slow", []
     if end == "0" and not wrong:
         for file in place.iterdir():

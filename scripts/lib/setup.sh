@@ -24,7 +24,7 @@ export MPLCONFIGDIR=$venv/matplotlib
 # Debian packages that a build needs, and those that the Python environment needs.
 build_packages=(
    gfortran gcc libc6-dev meson ninja-build pkg-config
-   libgsl-dev libsundials-dev libsundials-fortran-dev libhdf5-dev hdf5-tools
+   libgsl-dev libsundials-dev libsundials-fortran-dev libhdf5-dev zlib1g-dev hdf5-tools
    python3 python3-venv git ca-certificates
 )
 python_packages=(python3 python3-venv ca-certificates)

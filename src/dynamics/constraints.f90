@@ -39,7 +39,10 @@ module contensou_dynamics_constraints
    !> Relative change of a normal force whose square is below rounding.
    real(wp), parameter :: converged = 3.0e-9_wp
 
-   !> The same for forces that compliance shares, whose equations are worse conditioned.
+   !> Relative error of a normal force that rounding makes anyway.
+   real(wp), parameter :: rounding = 4.0_wp*epsilon(1.0_wp)
+
+   !> As `converged`, for forces that compliance shares, whose equations are worse conditioned.
    real(wp), parameter :: converged_shared = 1.0e-7_wp
 
    !> Closed contacts for which there is room from the start, if there are so many rigid ones.
@@ -337,7 +340,7 @@ contains
       integer, intent(inout) :: index
       !> One of the `trouble_*` codes.
       integer, intent(out) :: trouble
-      real(wp) :: change, largest
+      real(wp) :: change, largest, defect
       integer :: i, j, k, n
       logical :: singular
 
@@ -375,6 +378,8 @@ contains
                return
             end if
          end do
+         if (n == 1) defect = proportionality_defect(self%links(1), self%matrix(1, 1), &
+            self%right(1))
          if (n < 3) then
             call solve_linear(n, self%matrix, self%right, singular)
          else
@@ -392,6 +397,9 @@ contains
             end associate
          end do
          if (change <= converged*largest .or. largest <= 0.0_wp) return
+         if (n == 1) then
+            if (0.5_wp*defect*change**2 <= rounding*largest**3) return
+         end if
       end do
       if (n > 1) then
          call self%share_load(mechanism, index, trouble)
@@ -400,6 +408,21 @@ contains
          trouble = trouble_jammed
       end if
    end subroutine find_forces
+
+   !> How far the load of a contact is from being proportional to its normal force [N]: half of it
+   !> times the square of a relative change of this force is the error that a step of Newton's
+   !> method leaves.
+   pure function proportionality_defect(link, answer, missing) result(defect)
+      !> The contact, its load set.
+      type(link_type), intent(in) :: link
+      !> Second derivative of the gap by the normal force [1/kg].
+      real(wp), intent(in) :: answer
+      !> What the second derivative of the gap lacks [m/s2].
+      real(wp), intent(in) :: missing
+      real(wp) :: defect
+
+      defect = abs(link%normal_force + (missing + link%free + link%stabilisation)/answer)
+   end function proportionality_defect
 
    !> Normal forces of closed contacts that are more than the bodies need, by Newton's method.
    subroutine share_load(self, mechanism, index, trouble)

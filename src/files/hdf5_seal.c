@@ -7,6 +7,7 @@
 
 #include <fcntl.h>
 #include <unistd.h>
+#include <zlib.h>
 
 enum { SEAL_SIZE = 64, BLOCK = 1 << 20, BLOCKS_BETWEEN_NOTES = 64 };
 
@@ -15,38 +16,10 @@ static const char magic[] = "contensou-seal 1 ";
 /* src/base/guard.c */
 void contensou_guard_enter(const char *path, const char *object);
 
-/* Continue a CRC-32, that of zlib, by eight bytes at a time. */
-static uint32_t continue_crc(uint32_t crc, const unsigned char *bytes, size_t length)
-{
-   static uint32_t table[8][256];
-   if (table[0][1] == 0) {
-      for (uint32_t i = 0; i < 256; ++i) {
-         uint32_t value = i;
-         for (int bit = 0; bit < 8; ++bit) value = value >> 1 ^ (value & 1 ? 0xedb88320u : 0);
-         table[0][i] = value;
-      }
-      for (uint32_t i = 0; i < 256; ++i) {
-         for (int k = 1; k < 8; ++k) {
-            table[k][i] = table[k - 1][i] >> 8 ^ table[0][table[k - 1][i] & 255];
-         }
-      }
-   }
-   crc = ~crc;
-   for (; length >= 8; length -= 8, bytes += 8) {
-      uint32_t low = crc ^ ((uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16
-         | (uint32_t)bytes[3] << 24);
-      crc = table[7][low & 255] ^ table[6][low >> 8 & 255] ^ table[5][low >> 16 & 255]
-         ^ table[4][low >> 24] ^ table[3][bytes[4]] ^ table[2][bytes[5]] ^ table[1][bytes[6]]
-         ^ table[0][bytes[7]];
-   }
-   for (; length > 0; --length, ++bytes) crc = crc >> 8 ^ table[0][(crc ^ *bytes) & 255];
-   return ~crc;
-}
-
 /* Make the seal of the first bytes of a file; 0 or errno. */
 static int make_seal(int fd, int64_t size, const char *path, char *seal)
 {
-   uint32_t crc = 0;
+   uLong crc = crc32(0, NULL, 0);
    unsigned char *block = malloc(BLOCK);
    if (!block) return ENOMEM;
    int code = 0;
@@ -59,13 +32,13 @@ static int make_seal(int fd, int64_t size, const char *path, char *seal)
       if (got <= 0) {
          code = got < 0 ? errno : EIO;
       } else {
-         crc = continue_crc(crc, block, (size_t)got);
+         crc = crc32(crc, block, (uInt)got);
          done += got;
       }
    }
    free(block);
    memset(seal, ' ', SEAL_SIZE);
-   int used = snprintf(seal, SEAL_SIZE, "%ssize %lld crc %08x", magic, (long long)size, crc);
+   int used = snprintf(seal, SEAL_SIZE, "%ssize %lld crc %08lx", magic, (long long)size, crc);
    seal[used] = ' ';
    seal[SEAL_SIZE - 1] = '\n';
    return code;

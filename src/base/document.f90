@@ -8,7 +8,7 @@ module contensou_base_document
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_document_types, only : append_source, assignment_type, copy_values, &
       document_type, group_type, move_assignment, move_group, resize_assignments, resize_groups, &
-      value_integer, value_logical, value_null, value_real, value_text, value_type
+      value_expression, value_integer, value_logical, value_null, value_real, value_text, value_type
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8
    use contensou_base_numbers, only : to_text
@@ -21,9 +21,13 @@ module contensou_base_document
    implicit none(type, external)
    private
 
+   public :: constants_group
    public :: value_type, assignment_type, group_type, document_type
-   public :: value_null, value_integer, value_real, value_logical, value_text
+   public :: value_null, value_integer, value_real, value_logical, value_text, value_expression
    public :: read_document, parse_document, parse_value_list, read_file
+
+   !> Name of the groups that give constants.
+   character(len=*), parameter :: constants_group = "constants"
 
 contains
 
@@ -161,6 +165,7 @@ contains
       allocate(document%groups(0))
       parser%diagnostics = diagnostics
       call split_lines(parser, text)
+      call name_constants(parser)
       parser%last_group = ""
       do
          call skip_space(parser)
@@ -172,6 +177,7 @@ contains
          end if
       end do
       call resize_groups(document, document%n_groups)
+      call move_alloc(parser%constants, document%constant_names)
       document%complete = parser%n_mistakes == 0
       allocate(document%sources(1))
       document%n_sources = 1
@@ -179,6 +185,43 @@ contains
       call move_alloc(parser%lines, document%sources(1)%lines)
       diagnostics = parser%diagnostics
    end subroutine parse_document
+
+   !> Find the names of the constants of a file, so that they are known before they are used: read
+   !> its groups &constants once beforehand.
+   pure subroutine name_constants(parser)
+      !> Parser at the beginning of the text.
+      type(parser_type), intent(inout) :: parser
+      type(document_type) :: found
+      type(parser_type) :: ahead
+      integer :: column, g, i, n
+
+      allocate(parser%constants(0))
+      do i = 1, size(parser%lines)
+         if (index(parser%lines(i)%s, "&") == 0) cycle
+         column = index(lower(parser%lines(i)%s), "&" // constants_group)
+         if (column == 0) cycle
+         if (scan(parser%lines(i)%s(:column), "!") > 0) cycle
+         if (.not. allocated(found%groups)) then
+            allocate(found%groups(0))
+            ahead%lines = parser%lines
+            ahead%quiet = .true.
+            allocate(ahead%constants(0))
+         end if
+         ahead%line = i
+         ahead%column = column + len(constants_group) + 1
+         call parse_group(ahead, constants_group, origin_type(), 0, found)
+      end do
+      if (found%n_groups == 0) return
+      deallocate(parser%constants)
+      allocate(parser%constants(sum(found%groups(:found%n_groups)%n_assignments)))
+      n = 0
+      do g = 1, found%n_groups
+         do i = 1, found%groups(g)%n_assignments
+            n = n + 1
+            parser%constants(n)%s = found%groups(g)%assignments(i)%key
+         end do
+      end do
+   end subroutine name_constants
 
    !> Read a list of values that does not stand in a file, such as a setting from the command
    !> line.
@@ -204,6 +247,11 @@ contains
       if (present(bare_text)) parser%bare_text = bare_text
       parser%diagnostics = diagnostics
       call split_lines(parser, text)
+      if (allocated(document%constant_names)) then
+         parser%constants = document%constant_names
+      else
+         allocate(parser%constants(0))
+      end if
       allocate(buffer(4))
       call parse_values(parser, buffer, n)
       call skip_space(parser)
@@ -320,7 +368,9 @@ contains
 
       hint = ""
       if (parser%last_line == parser%line .and. len(parser%last_group) > 0) then
-         hint = " ('/' ended &" // shorten(parser%last_group, word_width) // " in this line)"
+         hint = " ('/' ended &" // shorten(parser%last_group, word_width) // " in this line"
+         if (size(parser%constants) > 0) hint = hint // "; one that divides has no blanks"
+         hint = hint // ")"
       end if
    end function closed_hint
 
@@ -340,6 +390,7 @@ contains
       logical :: closed, found
 
       allocate(buffer(4), group%assignments(4))
+      parser%in_constants = name == constants_group
       parser%lost_end = .false.
       closed = .false.
       do

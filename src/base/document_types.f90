@@ -1,12 +1,15 @@
 !> What a document of groups, keys and values is made of, and how its lists grow.
 module contensou_base_document_types
    use contensou_base_diagnostics, only : origin_type, source_type
+   use contensou_base_expressions, only : constants_type
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_text, only : string_type
    implicit none(type, external)
    private
 
    public :: value_type, assignment_type, group_type, document_type
-   public :: value_null, value_integer, value_real, value_logical, value_text
+   public :: value_null, value_integer, value_real, value_logical, value_text, &
+      value_expression
    public :: copy_values, move_assignment, move_group
    public :: resize_assignments, resize_groups, append_source
 
@@ -23,6 +26,9 @@ module contensou_base_document_types
    !> A text in quotes.
    integer, parameter :: value_text = 4
 
+   !> An expression without quotes, whose text is that of the expression.
+   integer, parameter :: value_expression = 5
+
    !> One value.
    type :: value_type
       !> What it is, one of the `value_*` parameters.
@@ -31,7 +37,7 @@ module contensou_base_document_types
       real(wp) :: real = 0.0_wp
       integer(i8) :: integer = 0
       logical :: logical = .false.
-      !> The text without its quotes; allocated for texts only.
+      !> The text without its quotes, or an expression; not allocated for others.
       character(len=:), allocatable :: text
       type(origin_type) :: origin
    end type value_type
@@ -75,6 +81,10 @@ module contensou_base_document_types
       type(group_type), allocatable :: groups(:)
       !> Whether all was read without a mistake; if not, groups may be missing.
       logical :: complete = .true.
+      !> Names of the constants that the file gives, in lower case.
+      type(string_type), allocatable :: constant_names(:)
+      !> These constants, as `contensou_base_constants` takes them from their groups.
+      type(constants_type) :: constants
    end type document_type
 
 contains

@@ -2,9 +2,11 @@
 !> every mistake is reported. What keys mean together is for those who read them.
 module contensou_base_resolve
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
+   use contensou_base_constants, only : expression_value
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document_types, only : assignment_type, document_type, group_type, &
-      value_integer, value_logical, value_null, value_real, value_text, value_type
+      value_expression, value_integer, value_logical, value_null, value_real, value_text, value_type
+   use contensou_base_expressions, only : constants_type
    use contensou_base_kinds, only : wp
    use contensou_base_numbers, only : to_text
    use contensou_base_schema, only : admits, any_number, domain_text, group_schema_type, &
@@ -60,8 +62,8 @@ contains
          if (kinds(i) == 0) cycle
          n = n + 1
          settings%groups(n)%kind = kinds(i)
-         call resolve_group(document%groups(i), schema%groups(kinds(i)), settings%groups(n), &
-            diagnostics)
+         call resolve_group(document%groups(i), schema%groups(kinds(i)), document%constants, &
+            settings%groups(n), diagnostics)
          call check_complete(settings%group(n, schema), schema%groups(kinds(i)), diagnostics)
       end do
       do g = 1, size(schema%groups)
@@ -97,9 +99,11 @@ contains
    end subroutine resolve
 
    !> Check the keys of a group.
-   subroutine resolve_group(group, schema, stored, diagnostics)
+   subroutine resolve_group(group, schema, constants, stored, diagnostics)
       type(group_type), intent(in) :: group
       type(group_schema_type), intent(in) :: schema
+      !> Constants that its values may name.
+      type(constants_type), intent(in) :: constants
       !> What is given in it.
       type(stored_group_type), intent(inout) :: stored
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -126,7 +130,7 @@ contains
             end if
             if (.not. allocated(given(s)%first)) allocate(given(s)%first(max(1, &
                schema%keys(k)%values)), source=0)
-            call take_assignment(assignment, schema%keys(k), schema%choices(k)%names, &
+            call take_assignment(assignment, schema%keys(k), schema%choices(k)%names, constants, &
                stored%settings(s), given(s)%first, group%complete, diagnostics)
          end associate
       end do
@@ -202,11 +206,13 @@ contains
    end subroutine find_key
 
    !> Take the values of an assignment.
-   subroutine take_assignment(assignment, key, names, setting, first, complete, diagnostics)
+   subroutine take_assignment(assignment, key, names, constants, setting, first, complete, &
+      diagnostics)
       type(assignment_type), intent(in) :: assignment
       type(key_type), intent(in) :: key
       !> Names that the key admits, if it is a choice.
       type(string_type), intent(in) :: names(:)
+      type(constants_type), intent(in) :: constants
       type(setting_type), intent(inout) :: setting
       !> For each value, the line it was first given in; -1 after a mistake, 0 if it is not given.
       integer, allocatable, intent(inout) :: first(:)
@@ -260,7 +266,8 @@ contains
       setting%given = .true.
       do i = 1, size(assignment%values)
          slot = low + i - 1
-         call take_value(assignment%values(i), key, names, setting%values(slot), diagnostics, good)
+         call take_value(assignment%values(i), key, names, setting%values(slot), diagnostics, &
+            good, constants)
          first(slot) = -1
          if (good) first(slot) = max(assignment%origin%line, 1)
       end do
@@ -286,7 +293,7 @@ contains
    end subroutine take_assignment
 
    !> Take a value of a key.
-   subroutine take_value(value, key, names, taken, diagnostics, good)
+   subroutine take_value(value, key, names, taken, diagnostics, good, constants)
       type(value_type), intent(in) :: value
       type(key_type), intent(in) :: key
       !> Names that the key admits, if it is a choice.
@@ -296,6 +303,10 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       !> Whether the value is in order.
       logical, intent(out) :: good
+      !> Constants that the value may name; without them it is no expression.
+      type(constants_type), intent(in), optional :: constants
+      type(value_type) :: number
+      logical :: is_number_now
 
       good = .false.
       taken%origin = value%origin
@@ -306,7 +317,12 @@ contains
       end if
       select case (key%kind)
       case (kind_real, kind_integer)
-         call take_number()
+         if (value%kind == value_text .or. value%kind == value_expression) then
+            call compute(is_number_now)
+            if (is_number_now .and. good) call take_number(number)
+         else
+            call take_number(value)
+         end if
       case (kind_logical)
          if (value%kind /= value_logical) then
             call wrong("'" // trim(key%name) // "' needs a logical, this is a " // &
@@ -316,6 +332,11 @@ contains
          taken = value
          good = .true.
       case (kind_any)
+         if (value%kind == value_expression) then
+            call compute(is_number_now)
+            taken = number
+            return
+         end if
          if (value%kind == value_real .or. value%kind == value_integer) then
             if (.not. ieee_is_finite(value%real)) then
                call wrong("'" // trim(key%name) // "' must be finite")
@@ -339,8 +360,26 @@ contains
          call diagnostics%add(value%origin, message, expected_of(key))
       end subroutine wrong
 
+      !> Compute an expression.
+      subroutine compute(is_one)
+         !> Whether it is one; what is not is reported as what it is.
+         logical, intent(out) :: is_one
+
+         is_one = .false.
+         number%kind = value_real
+         number%origin = value%origin
+         if (present(constants)) call expression_value(value, constants, number%real, is_one, &
+            diagnostics, good)
+         if (is_one) return
+         good = .false.
+         call wrong("'" // trim(key%name) // "' needs a number, this is a " // kind_word(value))
+      end subroutine compute
+
       !> Take a number.
-      subroutine take_number()
+      subroutine take_number(value)
+         type(value_type), intent(in) :: value
+
+         good = .false.
          if (value%kind /= value_integer .and. value%kind /= value_real) then
             call wrong("'" // trim(key%name) // "' needs a number, this is a " // kind_word(value))
          else if (.not. ieee_is_finite(value%real)) then
@@ -424,6 +463,8 @@ contains
          word = "logical"
       case (value_text)
          word = "text"
+      case (value_expression)
+         word = "number"
       case default
          word = "number"
       end select

@@ -46,6 +46,10 @@ module contensou_base_scanner
       integer :: n_values = 0
       !> Number of characters in these values.
       integer :: n_characters = 0
+      !> Names of the constants of the file, in lower case.
+      type(string_type), allocatable :: constants(:)
+      !> Whether the group that is read gives constants.
+      logical :: in_constants = .false.
       !> Name of the group that ended last.
       character(len=:), allocatable :: last_group
       !> Line in which it ended.
@@ -326,6 +330,8 @@ contains
       c_last = last + 1
       call skip_over(lines, c_line, c_last)
       c = char_at(lines, c_line, c_last)
+      ! What ends with an operator is no key but an expression.
+      if (c == "(" .and. scan(lines(line)%s(last:last), "*+-") > 0) return
       if (c == "(" .and. c_line == line) then
          n = scan(lines(line)%s(c_last + 1:), ")(=!/&" // quotes)
          if (n == 0) return

@@ -3,8 +3,9 @@
 module contensou_base_value_reader
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
    use contensou_base_diagnostics, only : origin_type
-   use contensou_base_document_types, only : value_integer, value_logical, value_real, value_text, &
-      value_type
+   use contensou_base_document_types, only : value_expression, value_integer, value_logical, &
+      value_real, value_text, value_type
+   use contensou_base_expressions, only : is_expression
    use contensou_base_kinds, only : i8
    use contensou_base_numbers, only : read_real, to_text
    use contensou_base_scanner, only : at_end, blanks, char_at, digits, foreign_comment, give_up, &
@@ -131,6 +132,9 @@ contains
       first = parser%column
       last = word_end(parser, first)
       word = parser%lines(parser%line)%s(first:last)
+      call parse_expression(parser, last, buffer, n, found)
+      if (found) return
+      found = .true.
 
       if (parser%bare_text) then
          call value_of(word, value, form)
@@ -203,6 +207,197 @@ contains
          call report_word(parser)
       end select
    end subroutine parse_token
+
+   !> Read an expression without quotes, such as `2*m`, `30 deg` or `(r+1)/2`: what is neither a
+   !> value nor one with a repeat count. It has no blanks but in parentheses, on both sides of
+   !> + - * ** and between a number and its unit; a slash that is directly followed by an operand
+   !> divides.
+   pure subroutine parse_expression(parser, last, buffer, n, found)
+      type(parser_type), intent(inout) :: parser
+      !> Last column of the word that comes next.
+      integer, intent(in) :: last
+      !> The values read so far.
+      type(value_type), allocatable, intent(inout) :: buffer(:)
+      !> Number of values.
+      integer, intent(inout) :: n
+      !> Whether there is one; if not, nothing is read.
+      logical, intent(out) :: found
+      type(value_type) :: value
+      integer :: end, first, form, star
+      logical :: longer
+
+      found = .false.
+      first = parser%column
+      longer = goes_on(parser, last)
+      associate (word => parser%lines(parser%line)%s(first:last))
+         if (.not. longer) then
+            call value_of(word, value, form)
+            if (form /= form_none) return
+            star = verify(word, digits)
+            if (star > 1) then
+               if (word(star:star) == "*") then
+                  if (star == len(word)) return
+                  call value_of(word(star + 1:), value, form)
+                  if (form /= form_none) return
+               end if
+            end if
+         end if
+      end associate
+      end = expression_end(parser, first)
+      if (end < first) return
+      associate (text => parser%lines(parser%line)%s(first:end))
+         found = is_expression(text, parser%constants)
+         if (.not. found .and. parser%in_constants) found = is_name(text)
+         if (found .and. parser%bare_text) found = .not. (may_be_bare(parser) .and. &
+            goes_on_as_text(parser, end))
+         if (.not. found) return
+         value%kind = value_expression
+         value%text = text
+      end associate
+      value%origin = here(parser, end - first + 1)
+      parser%column = end + 1
+      call append_value(parser, value, 1, buffer, n)
+   end subroutine parse_expression
+
+   !> Whether an expression goes on behind a column that ends a word.
+   pure logical function goes_on(parser, column)
+      type(parser_type), intent(in) :: parser
+      integer, intent(in) :: column
+      integer :: next
+
+      next = column + 1
+      select case (char_at(parser%lines, parser%line, next))
+      case ("/")
+         goes_on = divides(parser, next)
+      case ("(")
+         goes_on = .true.
+      case (" ")
+         goes_on = operator_follows(parser, next) > 0 .or. unit_follows(parser, next) > 0
+      case default
+         goes_on = .false.
+      end select
+   end function goes_on
+
+   !> Whether a slash divides and does not end the group: an operand directly follows it, and
+   !> something directly goes before it.
+   pure logical function divides(parser, column)
+      type(parser_type), intent(in) :: parser
+      !> Where the slash stands.
+      integer, intent(in) :: column
+
+      divides = scan(char_at(parser%lines, parser%line, column + 1), letters // digits // ".(") > 0
+      if (divides .and. column > 1) divides = scan(char_at(parser%lines, parser%line, column - 1), &
+         blanks) == 0
+   end function divides
+
+   !> Column behind an operator that has blanks on both sides; 0 if there is none.
+   pure integer function operator_follows(parser, column) result(next)
+      type(parser_type), intent(in) :: parser
+      !> Where the blanks begin.
+      integer, intent(in) :: column
+      integer :: k
+
+      next = 0
+      associate (line => parser%lines(parser%line)%s)
+         k = verify(line(column:), blanks)
+         if (k < 2) return
+         k = column + k - 1
+         if (scan(line(k:k), "+-*") == 0) return
+         if (k + 2 <= len(line)) then
+            if (line(k:k + 1) == "**") k = k + 1
+         end if
+         if (scan(char_at(parser%lines, parser%line, k + 1), blanks) > 0) next = k + 1
+      end associate
+   end function operator_follows
+
+   !> Column behind the unit of an angle that blanks divide from its number; 0 if there is none.
+   pure integer function unit_follows(parser, column) result(next)
+      type(parser_type), intent(in) :: parser
+      !> Where the blanks begin.
+      integer, intent(in) :: column
+      character(len=*), parameter :: unit = "deg"
+      integer :: first, k
+
+      next = 0
+      associate (line => parser%lines(parser%line)%s)
+         if (column < 2) return
+         first = verify(line(:column - 1), letters // digits // "_.", back=.true.) + 1
+         if (scan(line(first:first), digits // ".") == 0) return
+         k = verify(line(column:), blanks)
+         if (k < 2) return
+         k = column + k - 1
+         if (k + len(unit) - 1 > len(line)) return
+         if (lower(line(k:k + len(unit) - 1)) /= unit) return
+         k = k + len(unit)
+         if (scan(char_at(parser%lines, parser%line, k), letters // digits // "_.(=") == 0) next = k
+      end associate
+   end function unit_follows
+
+   !> Whether more than blanks follows before the next comma.
+   pure logical function goes_on_as_text(parser, column)
+      type(parser_type), intent(in) :: parser
+      !> Last column before it.
+      integer, intent(in) :: column
+      integer :: n
+
+      associate (line => parser%lines(parser%line)%s)
+         n = verify(line(column + 1:), blanks)
+         goes_on_as_text = n > 0
+         if (n > 0) goes_on_as_text = line(column + n:column + n) /= ","
+      end associate
+   end function goes_on_as_text
+
+   !> Last column of what may be an expression; the column before it if there is nothing.
+   pure integer function expression_end(parser, first) result(last)
+      type(parser_type), intent(in) :: parser
+      integer, intent(in) :: first
+      integer :: column, depth, next
+
+      last = first - 1
+      depth = 0
+      column = first
+      associate (line => parser%lines(parser%line)%s)
+         do while (column <= len(line))
+            select case (line(column:column))
+            case ("(")
+               depth = depth + 1
+            case (")")
+               depth = depth - 1
+               if (depth < 0) return
+            case (",")
+               if (depth == 0) return
+            case ("/")
+               if (depth == 0 .and. .not. parser%list_only) then
+                  if (.not. divides(parser, column)) return
+               end if
+            case ("'", '"', ";", "!", "=", "&")
+               return
+            case (" ", achar(9), achar(13))
+               if (depth == 0) then
+                  next = unit_follows(parser, column)
+                  if (next > 0) then
+                     last = next - 1
+                     column = next
+                     cycle
+                  end if
+                  next = operator_follows(parser, column)
+                  if (next == 0) return
+                  next = next + verify(line(next:) // ".", blanks) - 1
+                  column = next - 1
+               end if
+            case default
+               continue
+            end select
+            if (scan(line(column:column), blanks) == 0) last = column
+            column = column + 1
+         end do
+         ! A parenthesis that is not closed does not hold the end of the group.
+         if (last < max(first, 2) .or. depth == 0) return
+         if (line(last:last) == "/" .and. scan(line(last - 1:last - 1), blanks) > 0) then
+            last = first - 1 + len_trim(line(first:last - 1))
+         end if
+      end associate
+   end function expression_end
 
    !> Extend the last column of `nan` by a bracket directly behind it.
    pure subroutine extend_nan(parser, last)

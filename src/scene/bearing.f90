@@ -6,7 +6,6 @@ module contensou_scene_bearing
    use contensou_base_document_types, only : move_group, resize_groups
    use contensou_base_kinds, only : pi, wp
    use contensou_base_rotations, only : rotation_matrix, unit_quaternion
-   use contensou_base_names, only : names_type
    use contensou_base_numbers, only : to_text
    use contensou_base_resolve, only : resolve
    use contensou_base_schema, only : key_type, schema_type
@@ -17,13 +16,12 @@ module contensou_scene_bearing
    use contensou_contact_normal, only : normal_model_type, normal_models, normal_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_dynamics_bearing, only : ball_bearing_type, bearing_state_type, largest_angle
-   use contensou_scene_overrides, only : name_of, object_of_override
    implicit none(type, external)
    private
 
-   public :: expand_bearings, has_bearings, bearing_names, concerns_bearings
+   public :: expand_bearings, bearing_group
 
-   character(len=*), parameter :: group_name = "bearing"
+   character(len=*), parameter :: bearing_group = "bearing"
 
    !> Largest cosine between the axis and a direction across it.
    real(wp), parameter :: askew = 1.0e-6_wp
@@ -59,48 +57,6 @@ module contensou_scene_bearing
 
 contains
 
-   !> Whether a document has groups `bearing`.
-   pure function has_bearings(document) result(has)
-      type(document_type), intent(in) :: document
-      logical :: has
-      integer :: i
-
-      has = .false.
-      do i = 1, document%n_groups
-         has = has .or. document%groups(i)%name == group_name
-      end do
-   end function has_bearings
-
-   !> Names of what bearings are made from: bearings and materials.
-   pure function bearing_names(document) result(names)
-      type(document_type), intent(in) :: document
-      type(names_type) :: names
-      character(len=:), allocatable :: name
-      integer :: i
-
-      call names%add(group_name, 1)
-      call names%add("material", 1)
-      do i = 1, document%n_groups
-         associate (group => document%groups(i))
-            if (all(group%name /= [character(len=8) :: group_name, "material"])) cycle
-            name = name_of(group)
-            call names%add(name, 1)
-            call names%add(group%name // "." // name, 1)
-         end associate
-      end do
-   end function bearing_names
-
-   !> Whether `--set PATH=VALUE` changes what bearings are made from: a bearing or a material. All
-   !> else is to be set after the expansion, so that it finds the parts, too.
-   pure logical function concerns_bearings(names, override)
-      !> Names of bearings and materials.
-      type(names_type), intent(in) :: names
-      !> Text after `--set`.
-      character(len=*), intent(in) :: override
-
-      concerns_bearings = names%find(object_of_override(override)) > 0
-   end function concerns_bearings
-
    !> Put bodies, surfaces and contacts in the place of every group `bearing`. What they say stands
    !> where the key of the bearing stands that it comes from, or else where its group begins.
    subroutine expand_bearings(document, schema, diagnostics)
@@ -118,9 +74,10 @@ contains
       integer :: i, k, n, b
       logical :: good
 
+      if (.not. any([(document%groups(i)%name == bearing_group, i=1, document%n_groups)])) return
       call resolve(selection(document, "material"), schema, materials, ignored)
       matter = [(materials%group(i, schema), i=1, size(materials%groups))]
-      call resolve(selection(document, group_name), schema, bearings, diagnostics)
+      call resolve(selection(document, bearing_group), schema, bearings, diagnostics)
       n = document%n_groups
       do i = 1, size(bearings%groups)
          n = n + size_of(bearings%group(i, schema))
@@ -129,7 +86,7 @@ contains
       n = 0
       b = 0
       do i = 1, document%n_groups
-         if (document%groups(i)%name /= group_name) then
+         if (document%groups(i)%name /= bearing_group) then
             n = n + 1
             call move_group(document%groups(i), expanded%groups(n))
             cycle
@@ -174,6 +131,7 @@ contains
          part%groups(n) = document%groups(i)
       end do
       part%n_groups = n
+      part%constants = document%constants
       ! The other groups are not missing.
       part%complete = .false.
    end function selection

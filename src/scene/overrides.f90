@@ -5,13 +5,13 @@
 !> key stands for the third of its values.
 module contensou_scene_overrides
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
-   use contensou_base_document, only : assignment_type, document_type, group_type, &
-      parse_value_list, value_text, value_type
+   use contensou_base_document, only : assignment_type, constants_group, document_type, &
+      group_type, parse_value_list, value_expression, value_text, value_type
    use contensou_base_document_types, only : move_assignment, resize_assignments, resize_groups
    use contensou_base_names, only : names_type
    use contensou_base_numbers, only : to_text
    use contensou_base_schema, only : is_number, schema_type
-   use contensou_base_text, only : lower, nearest, string_type
+   use contensou_base_text, only : join, lower, nearest, quote, string_type
    implicit none(type, external)
    private
 
@@ -165,11 +165,30 @@ contains
          call index_group(document%groups(document%n_groups), document%n_groups, index_of)
          path%groups = [document%n_groups]
       end if
+      if (.not. takes_numbers(path, document, schema)) then
+         ! 'run-2' is no difference where a text is wanted.
+         where (values%kind == value_expression) values%kind = value_text
+      end if
       do i = 1, size(path%groups)
          call set_key(document%groups(path%groups(i)), schema, path%key, path%element, values, &
             origin)
       end do
    end subroutine apply_override
+
+   !> Whether the key of a path takes numbers; so it is said of one that is not known.
+   pure logical function takes_numbers(path, document, schema)
+      type(path_type), intent(in) :: path
+      type(document_type), intent(in) :: document
+      type(schema_type), intent(in) :: schema
+      integer :: g, k
+
+      takes_numbers = .true.
+      if (size(path%groups) == 0) return
+      g = schema%find(document%groups(path%groups(1))%name)
+      if (g == 0) return
+      k = schema%groups(g)%position(path%key)
+      if (k > 0) takes_numbers = is_number(schema%groups(g)%keys(k))
+   end function takes_numbers
 
    !> What stands before the key in the path of an override, in lower case.
    pure function object_of_override(override) result(object)
@@ -196,7 +215,7 @@ contains
       logical, intent(out) :: found
       type(diagnostics_type), intent(inout) :: diagnostics
       character(len=:), allocatable :: whole
-      integer :: dot, g
+      integer :: dot, g, k
 
       found = .false.
       whole = lower(trim(adjustl(text)))
@@ -212,7 +231,10 @@ contains
       g = schema%find(path%object)
       if (g > 0) then
          path%groups = index_of%groups("&" // path%object)
-         path%add_group = size(path%groups) == 0 .and. .not. schema%groups(g)%spec%repeats
+         if (path%object == constants_group) path%groups = pack(path%groups, &
+            [(gives(document%groups(path%groups(k)), path%key), k=1, size(path%groups))])
+         path%add_group = size(path%groups) == 0 .and. .not. (schema%groups(g)%spec%repeats .or. &
+            path%object == constants_group)
       else
          path%groups = named_groups(document, schema, index_of, path%object, path%key)
          if (size(path%groups) > 1) then
@@ -238,6 +260,18 @@ contains
       end function all_names
 
    end subroutine find_path
+
+   !> Whether a group gives a key a value.
+   pure logical function gives(group, key)
+      type(group_type), intent(in) :: group
+      character(len=*), intent(in) :: key
+      integer :: i
+
+      gives = .false.
+      do i = 1, group%n_assignments
+         gives = gives .or. group%assignments(i)%key == key
+      end do
+   end function gives
 
    !> The groups that a name stands for before a key: those that have the key, if any group has it.
    function named_groups(document, schema, index_of, object, key) result(groups)
@@ -279,6 +313,19 @@ contains
       type(string_type), allocatable :: names(:)
       integer :: i, n
 
+      if (path%object == constants_group .and. allocated(document%constant_names)) then
+         if (size(document%constant_names) > 0) then
+            i = nearest(path%key, document%constant_names)
+            if (i > 0) then
+               call diagnostics%add(origin, "there is no constant " // quote(path%key), &
+                  constants_group // "." // document%constant_names(i)%s)
+            else
+               call diagnostics%add(origin, "there is no constant " // quote(path%key), &
+                  "one of " // join(document%constant_names, ", "))
+            end if
+            return
+         end if
+      end if
       if (schema%find(path%object) > 0) then
          call diagnostics%add(origin, "the scene has no group &" // path%object)
          return

@@ -1,9 +1,9 @@
 !> Reads a scene: document, settings, cross references; every mistake is reported at once.
 module contensou_scene_reader
+   use contensou_base_constants, only : constants_text
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
-   use contensou_base_document, only : document_type, read_document
+   use contensou_base_document, only : constants_group, document_type, read_document
    use contensou_base_errors, only : error_type, fatal, status_usage
-   use contensou_base_names, only : names_type
    use contensou_base_numbers, only : to_text
    use contensou_base_resolve, only : resolve
    use contensou_base_schema, only : schema_type
@@ -15,8 +15,6 @@ module contensou_scene_reader
    use contensou_dynamics_assembly, only : assemble
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_scene, only : scene_type
-   use contensou_scene_bearing, only : bearing_names, concerns_bearings, expand_bearings, &
-      has_bearings
    use contensou_scene_bodies, only : build_body
    use contensou_scene_checks, only : check_contacts, check_impacts, check_overlaps, &
       check_positions, check_rows, fill_in
@@ -26,6 +24,7 @@ module contensou_scene_reader
    use contensou_scene_overrides, only : apply_override, index_groups, index_type
    use contensou_scene_references, only : collect_names, references_type
    use contensou_scene_schema, only : scene_schema
+   use contensou_scene_templates, only : expand_templates, has_templates
    implicit none(type, external)
    private
 
@@ -50,9 +49,9 @@ module contensou_scene_reader
       character(len=:), allocatable :: path
       !> The groups and keys that there are.
       type(schema_type) :: schema
-      !> The file as parsed, if it has bearings.
+      !> The file as parsed, if something in it stands for other groups or gives them values.
       type(document_type) :: raw
-      !> With overrides and the parts of bearings, and with the texts of the overrides as sources.
+      !> With overrides and the parts of templates, and with the texts of the overrides as sources.
       type(document_type) :: document
       !> All groups, also those that may be left out: the groups of `document` first, in their
       !> order, if it has no mistake. Nothing is derived yet.
@@ -114,7 +113,7 @@ contains
          return
       end if
       call move_alloc(document%bytes, file%text)
-      file%resolved = settings%text(schema)
+      file%resolved = constants_text(document%constants) // settings%text(schema)
    end subroutine read_parsed
 
    !> Read a scene file, apply overrides, check everything, and keep what other scenes can be made
@@ -135,18 +134,19 @@ contains
       call read_document(path, loaded%document, diagnostics, error)
       if (allocated(error)) return
       loaded%file%text = loaded%document%bytes
-      if (has_bearings(loaded%document)) loaded%raw = loaded%document
+      if (has_templates(loaded%document)) loaded%raw = loaded%document
       call scene_schema(loaded%schema)
       call resolve_scene(loaded%document, loaded%schema, overrides, loaded%settings, diagnostics)
       settings = loaded%settings
       call build(settings, loaded%schema, path, "", loaded%file%scene, loaded%file%cost, &
          loaded%file%system, diagnostics)
-      if (diagnostics%count() == 0) loaded%file%resolved = settings%text(loaded%schema)
+      if (diagnostics%count() == 0) loaded%file%resolved = &
+         constants_text(loaded%document%constants) // settings%text(loaded%schema)
    end subroutine load_scene
 
    !> Apply overrides to a scene as parsed and check each of its settings.
    subroutine resolve_scene(document, schema, overrides, settings, diagnostics)
-      !> The file as parsed; it gets overrides and the parts of bearings.
+      !> The file as parsed; it gets overrides and the parts of templates.
       type(document_type), intent(inout) :: document
       type(schema_type), intent(in), target :: schema
       !> Texts of the `--set` options.
@@ -156,8 +156,8 @@ contains
       type(index_type) :: index_of
       integer :: i
 
-      if (has_bearings(document)) then
-         call expand(document, schema, overrides, diagnostics)
+      if (has_templates(document)) then
+         call expand_templates(document, schema, overrides, diagnostics)
       else if (size(overrides) > 0) then
          call index_groups(document, schema, index_of)
          do i = 1, size(overrides)
@@ -181,36 +181,6 @@ contains
 
       call build(settings, schema, path, "", file%scene, file%cost, file%system, diagnostics)
    end subroutine build_case
-
-   !> Apply overrides and expand bearings: first what the bearings are made from, then the rest,
-   !> which may concern their parts.
-   subroutine expand(document, schema, overrides, diagnostics)
-      type(document_type), intent(inout) :: document
-      type(schema_type), intent(in) :: schema
-      !> Texts of the `--set` options.
-      type(string_type), intent(in) :: overrides(:)
-      type(diagnostics_type), intent(inout) :: diagnostics
-      type(index_type) :: index_of
-      type(names_type) :: names
-      logical :: first(size(overrides))
-      integer :: i
-
-      names = bearing_names(document)
-      call index_groups(document, schema, index_of)
-      do i = 1, size(overrides)
-         first(i) = concerns_bearings(names, overrides(i)%s)
-         if (.not. first(i)) cycle
-         call apply_override(document, schema, index_of, overrides(i)%s, diagnostics)
-      end do
-      call expand_bearings(document, schema, diagnostics)
-      if (.not. document%complete) return
-      ! The parts of a bearing that was left out are not unknown.
-      call index_groups(document, schema, index_of)
-      do i = 1, size(overrides)
-         if (.not. first(i) .and. document%complete) call apply_override(document, schema, &
-            index_of, overrides(i)%s, diagnostics)
-      end do
-   end subroutine expand
 
    !> Build the scene from its settings; references and everything that concerns several keys are
    !> checked here.
@@ -274,6 +244,9 @@ contains
          case ("output")
             call build_output(group, path, output_file, scene)
             interval_place = group%place("interval", 1)
+         case (constants_group)
+            ! Taken from the document before its keys were looked at.
+            continue
          case ("cost")
             call build_cost(group, cost, diagnostics)
          case default

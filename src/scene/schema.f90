@@ -1,10 +1,11 @@
 !> The groups and keys of a scene: one table, from which the reader checks, `contensou help`
 !> documents, and the resolved scene in an output file is written.
 module contensou_scene_schema
+   use contensou_base_document, only : constants_group
    use contensou_base_kinds, only : wp
-   use contensou_base_schema, only : group_spec_type, key_list_type, key_type, kind_choice, &
-      kind_file, kind_integer, kind_logical, kind_name, kind_real, kind_reference, kind_text, &
-      most_values, new_schema, schema_type
+   use contensou_base_schema, only : group_spec_type, key_list_type, key_type, &
+      kind_choice, kind_file, kind_integer, kind_logical, kind_name, kind_real, kind_reference, &
+      kind_text, most_values, new_schema, schema_type
    use contensou_base_text, only : string_type, strings
    use contensou_contact_parts, only : put_part_keys
    use contensou_contact_shapes_table, only : put_shape_keys, shape_names
@@ -14,7 +15,8 @@ module contensou_scene_schema
    implicit none(type, external)
    private
 
-   public :: scene_schema, schema_groups, schema_keys, start_names, ring_names
+   public :: scene_schema, schema_groups, schema_keys, constants_group_spec, put_constant_keys
+   public :: start_names, ring_names
 
    !> How a bearing can begin.
    character(len=*), parameter :: start_names(*) = [character(len=7) :: "rest", "rolling"]
@@ -35,7 +37,7 @@ contains
    pure function schema_groups() result(groups)
       type(group_spec_type), allocatable :: groups(:)
 
-      allocate(groups(9))
+      allocate(groups(10))
       groups(1) = group_spec_type("scene", .false., .true., "what the whole scene shares")
       groups(2) = group_spec_type("material", .true., .false., "an isotropic elastic material")
       groups(3) = group_spec_type("body", .true., .true., &
@@ -49,9 +51,18 @@ contains
       groups(8) = group_spec_type("bearing", .true., .false., &
          "a ball bearing, which stands for its bodies, surfaces and contacts: NAME_inner, " // &
          "NAME_outer, NAME_ball_1, ..., see check --expand")
-      groups(9) = group_spec_type("cost", .false., .false., &
+      groups(9) = constants_group_spec()
+      groups(10) = group_spec_type("cost", .false., .false., &
          "what contensou cost runs and compares; other commands only check it", hidden=.true.)
    end function schema_groups
+
+   !> The group of constants, which has the keys that a file gives it.
+   pure function constants_group_spec() result(spec)
+      type(group_spec_type) :: spec
+
+      spec = group_spec_type(constants_group, .false., .false., "names for numbers, to be " // &
+         "used in all values: r = 0.01, m = 4/3*pi*r**3*7850, then mass = 2*m", hidden=.true.)
+   end function constants_group_spec
 
    !> The keys of all groups, in the order of the documentation.
    function schema_keys() result(keys)
@@ -101,9 +112,21 @@ contains
          doc="time between rows; not given, t_end/1000")
 
       call put_bearing_keys(list)
+      call put_constant_keys(list)
       call put_cost_keys(list)
       allocate(keys, source=list%keys(:list%n))
    end function schema_keys
+
+   !> What a group of constants says.
+   subroutine put_constant_keys(list)
+      type(key_list_type), intent(inout) :: list
+
+      call list%put(constants_group, "name", kind_real, unit="1", &
+         doc="any name of letters, digits and _ that has no meaning yet, for a number or an " // &
+         "expression of + - * / **, (), constants, pi, deg (pi/180, so that an angle may be " // &
+         "30*deg or 30 deg), sqrt, exp, log, log10, sin, cos, tan, asin, acos, atan, atan2, " // &
+         "sinh, cosh, tanh, abs, min, max; all numbers are reals, 4/3 is not 1")
+   end subroutine put_constant_keys
 
    !> The keys of a body.
    subroutine put_body_keys(list)

@@ -2,8 +2,10 @@
 !> one-dimensional data set for each parameter.
 module contensou_sweep_points
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
+   use contensou_base_constants, only : expression_value
    use contensou_base_document, only : value_logical, value_null, value_real, value_text, value_type
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
+   use contensou_base_expressions, only : constants_type
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : read_real, to_text
    use contensou_base_operating_system, only : check_readable, first_bytes
@@ -200,10 +202,12 @@ contains
    end subroutine list_columns
 
    !> Read the values of all columns and check each.
-   subroutine read_values(self, columns, source, lines, diagnostics, error)
+   subroutine read_values(self, columns, constants, source, lines, diagnostics, error)
       class(points_type), intent(inout) :: self
       !> What takes them, in the order of the columns.
       type(points_column_type), intent(inout) :: columns(:)
+      !> Constants that expressions may name.
+      type(constants_type), intent(in) :: constants
       !> Number that the table has as a source of mistakes.
       integer, intent(in) :: source
       !> Lines with mistakes, for messages; the others are not allocated.
@@ -218,9 +222,9 @@ contains
       end do
       lines = self%header_source()
       if (self%is_hdf5) then
-         call read_hdf5(self, columns, source, diagnostics, error)
+         call read_hdf5(self, columns, constants, source, diagnostics, error)
       else
-         call read_csv(self, columns, source, lines, diagnostics, error)
+         call read_csv(self, columns, constants, source, lines, diagnostics, error)
       end if
       if (allocated(error)) return
       if (self%n == 0 .and. diagnostics%count() == before) call fatal(error, &
@@ -228,9 +232,11 @@ contains
    end subroutine read_values
 
    !> Read CSV.
-   subroutine read_csv(self, columns, source, lines, diagnostics, error)
+   subroutine read_csv(self, columns, constants, source, lines, diagnostics, error)
       type(points_type), intent(inout) :: self
       type(points_column_type), intent(inout) :: columns(:)
+      !> Constants that expressions may name.
+      type(constants_type), intent(in) :: constants
       integer, intent(in) :: source
       !> Lines with mistakes.
       type(source_type), intent(inout) :: lines
@@ -284,8 +290,8 @@ contains
          self%n = self%n + 1
          do i = 1, size(columns)
             value%origin = places(i)
-            call understand(cells(i)%s, columns(i), value)
-            call take(columns(i), value, self%values(i, self%n), diagnostics, good)
+            call understand(cells(i)%s, columns(i), constants, value, diagnostics, good)
+            if (good) call take(columns(i), value, self%values(i, self%n), diagnostics, good)
             if (.not. good) call keep_line(lines, number, line)
          end do
       end do
@@ -295,9 +301,11 @@ contains
    end subroutine read_csv
 
    !> Read HDF5.
-   subroutine read_hdf5(self, columns, source, diagnostics, error)
+   subroutine read_hdf5(self, columns, constants, source, diagnostics, error)
       type(points_type), intent(inout) :: self
       type(points_column_type), intent(inout) :: columns(:)
+      !> Constants that expressions may name.
+      type(constants_type), intent(in) :: constants
       integer, intent(in) :: source
       type(diagnostics_type), intent(inout) :: diagnostics
       type(error_type), allocatable, intent(out) :: error
@@ -332,6 +340,8 @@ contains
             if (allocated(error)) exit
             do k = 1, n
                value = value_type()
+               found = diagnostics_type()
+               good = .true.
                value%origin = origin_type(source, 0, 0, 1)
                if (item%class == class_text) then
                   bad = invalid_byte(texts(k)%s)
@@ -341,14 +351,13 @@ contains
                         invalid_byte_text(texts(k)%s(bad:bad)), in_utf8)
                      cycle
                   end if
-                  call understand(texts(k)%s, columns(i), value)
+                  call understand(texts(k)%s, columns(i), constants, value, found, good)
                else
                   value%kind = value_real
                   value%real = reals(k)
                end if
-               found = diagnostics_type()
-               call take(columns(i), value, self%values(i, row + k), found, good)
-               if (good) cycle
+               if (good) call take(columns(i), value, self%values(i, row + k), found, good)
+               if (good .or. found%count() == 0) cycle
                call diagnostics%add(value%origin, "row " // to_text(row + k) // " of " // &
                   self%names(i)%s // ": " // found%message(1), found%expected(1))
                if (diagnostics%count() >= enough_mistakes) exit
@@ -363,13 +372,20 @@ contains
    end subroutine read_hdf5
 
    !> What a cell says: a number where one is wanted and there is one, else a text.
-   subroutine understand(cell, column, value)
+   subroutine understand(cell, column, constants, value, diagnostics, good)
       character(len=*), intent(in) :: cell
       type(points_column_type), intent(in) :: column
+      !> Constants that expressions may name.
+      type(constants_type), intent(in) :: constants
       !> What it says; its origin is kept.
       type(value_type), intent(inout) :: value
-      logical :: valid
+      type(diagnostics_type), intent(inout) :: diagnostics
+      !> False after a mistake in an expression.
+      logical, intent(out) :: good
+      real(wp) :: x
+      logical :: is_one, valid
 
+      good = .true.
       value%kind = value_null
       if (cell == "") return
       if (column%targets(1)%is_text()) then
@@ -383,6 +399,13 @@ contains
       if (valid) return
       value%kind = value_text
       value%text = cell
+      call expression_value(value, constants, x, is_one, diagnostics, good)
+      if (is_one) then
+         value%kind = value_real
+         value%real = x
+      else
+         good = .true.
+      end if
    end subroutine understand
 
    !> A logical in one of the forms that Fortran reads, if a text is one.

@@ -2,10 +2,13 @@
 !> mistakes reported at once.
 module contensou_sweep_reader
    use contensou_base_build, only : program_version
+   use contensou_base_constants, only : expression_value, take_constants
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
-   use contensou_base_document, only : document_type, read_document, value_text, value_type
+   use contensou_base_document, only : constants_group, document_type, read_document, value_real, &
+      value_text, value_type
    use contensou_base_document_types, only : append_source
    use contensou_base_errors, only : error_type, fatal, status_usage
+   use contensou_base_expressions, only : constants_type
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : to_text
    use contensou_base_resolve, only : expected_of, resolve
@@ -47,7 +50,8 @@ contains
             is_sweep_file = .false.
             return
          end if
-         is_sweep_file = is_sweep_file .or. schema%find(document%groups(i)%name) > 0
+         is_sweep_file = is_sweep_file .or. (schema%find(document%groups(i)%name) > 0 .and. &
+            document%groups(i)%name /= constants_group)
       end do
    end function is_sweep_file
 
@@ -91,6 +95,7 @@ contains
          if (concerns_sweep(overrides(i)%s)) call apply_override(document, schema, index_of, &
             overrides(i)%s, diagnostics)
       end do
+      call take_constants(document, diagnostics)
       call resolve(document, schema, settings, diagnostics)
       allocate(groups(size(settings%groups)))
       head = 0
@@ -109,7 +114,8 @@ contains
                if (scene_good) call read_table(main, groups, sweep, document, diagnostics)
             else
                call check_keys(main, groups, sweep%sampling, diagnostics)
-               call read_parameters(main, groups, sweep, scene_good, diagnostics)
+               call read_parameters(main, groups, document%constants, sweep, scene_good, &
+                  diagnostics)
             end if
             if (scene_good) then
                call check_parameters(main, groups, sweep, diagnostics)
@@ -292,10 +298,12 @@ contains
    end subroutine check_keys
 
    !> Read the parameters of a grid, a Latin hypercube or a Sobol sequence.
-   subroutine read_parameters(main, groups, sweep, scene_good, diagnostics)
+   subroutine read_parameters(main, groups, constants, sweep, scene_good, diagnostics)
       !> Group `sweep`.
       type(group_settings_type), intent(in) :: main
       type(group_settings_type), intent(in) :: groups(:)
+      !> Constants of the sweep file.
+      type(constants_type), intent(in) :: constants
       type(sweep_type), intent(inout) :: sweep
       !> Whether the base scene is in order, so that paths can be looked up.
       logical, intent(in) :: scene_good
@@ -320,7 +328,7 @@ contains
          associate (parameter => sweep%parameters(n))
             call name_column(groups(i), parameter, diagnostics)
             call find_targets(groups(i), sweep%base, scene_good, parameter, diagnostics)
-            call read_range(groups(i), sweep%sampling, parameter, diagnostics)
+            call read_range(groups(i), sweep%sampling, constants, parameter, diagnostics)
          end associate
       end do
       if (sweep%sampling == sampling_grid) then
@@ -448,10 +456,12 @@ contains
    end subroutine take_targets
 
    !> How a parameter varies.
-   subroutine read_range(group, sampling, parameter, diagnostics)
+   subroutine read_range(group, sampling, constants, parameter, diagnostics)
       !> Group `parameter`.
       type(group_settings_type), intent(in) :: group
       integer, intent(in) :: sampling
+      !> Constants of the sweep file.
+      type(constants_type), intent(in) :: constants
       type(parameter_column_type), intent(inout) :: parameter
       type(diagnostics_type), intent(inout) :: diagnostics
       character(len=*), parameter :: of_range(*) = [character(len=5) :: "first", "last", "count"]
@@ -473,6 +483,7 @@ contains
             "'values' is missing for vary = 'list'", "values = V1, V2, ...", diagnostics)
          if (.not. group%is_set("values")) return
          parameter%list = group%values("values")
+         if (size(parameter%targets) > 0 .and. .not. parameter%is_text) call compute_values()
          parameter%count = size(parameter%list)
          call check_values(parameter, parameter%list, diagnostics)
          return
@@ -508,6 +519,21 @@ contains
       end if
 
    contains
+
+      !> Texts that stand for numbers are computed.
+      subroutine compute_values()
+         real(wp) :: x
+         logical :: good, is_one
+         integer :: k
+
+         do k = 1, size(parameter%list)
+            if (parameter%list(k)%kind /= value_text) cycle
+            call expression_value(parameter%list(k), constants, x, is_one, diagnostics, good)
+            if (.not. is_one) cycle
+            parameter%list(k)%kind = value_real
+            parameter%list(k)%real = x
+         end do
+      end subroutine compute_values
 
       !> A key that has to be there.
       subroutine need(name)
@@ -614,7 +640,8 @@ contains
             "a column " // quote(group_name(groups(g))) // " in " // sweep%points%path)
       end do
       if (n_found < n) return
-      call sweep%points%read(columns, document%n_sources, lines, diagnostics, error)
+      call sweep%points%read(columns, document%constants, document%n_sources, lines, diagnostics, &
+         error)
       document%sources(document%n_sources) = lines
       if (allocated(error)) then
          call diagnostics%add(main%place("table", 1), error%message)

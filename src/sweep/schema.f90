@@ -5,6 +5,7 @@ module contensou_sweep_schema
    use contensou_base_schema, only : any_number, group_spec_type, key_list_type, key_type, &
       kind_any, kind_choice, kind_file, kind_integer, kind_real, kind_text, new_schema, schema_type
    use contensou_base_text, only : string_type, strings
+   use contensou_scene_schema, only : constants_group_spec, put_constant_keys
    use contensou_study_quantities, only : row_quantities
    use contensou_study_quantity, only : quantity_type
    use contensou_sweep_sampling, only : sampling_names
@@ -40,10 +41,16 @@ contains
    subroutine sweep_schema(schema)
       type(schema_type), intent(out) :: schema
 
-      call new_schema(sweep_groups(), sweep_keys(), schema, " in a sweep")
+      type(key_list_type) :: list
+
+      list%keys = sweep_keys()
+      list%n = size(list%keys)
+      call put_constant_keys(list)
+      call new_schema([sweep_groups(), constants_group_spec()], list%keys(:list%n), schema, &
+         " in a sweep")
    end subroutine sweep_schema
 
-   !> The groups of a sweep file, in the order of the documentation.
+   !> The groups of a sweep file that a scene does not have, in the order of the documentation.
    pure function sweep_groups() result(groups)
       type(group_spec_type), allocatable :: groups(:)
 

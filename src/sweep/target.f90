@@ -2,7 +2,8 @@
 !> in each case without a look at the path.
 module contensou_sweep_target
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
-   use contensou_base_document, only : value_logical, value_real, value_text, value_type
+   use contensou_base_document, only : constants_group, value_logical, value_real, value_text, &
+      value_type
    use contensou_base_kinds, only : wp
    use contensou_base_numbers, only : to_text
    use contensou_base_resolve, only : expected_of, take_value
@@ -10,9 +11,9 @@ module contensou_sweep_target
       kind_reference, kind_text, schema_type
    use contensou_base_settings, only : group_settings_type, new_setting, settings_type
    use contensou_base_text, only : lower, nearest, quote, string_type
-   use contensou_scene_bearing, only : bearing_names, concerns_bearings, has_bearings
    use contensou_scene_overrides, only : find_path, index_groups, index_type, path_type
    use contensou_scene_reader, only : loaded_scene_type
+   use contensou_scene_templates, only : concerns_templates, template_names
    implicit none(type, external)
    private
 
@@ -60,8 +61,8 @@ contains
       integer :: g, k
 
       target%path = lower(trim(adjustl(text)))
-      if (has_bearings(scene%raw)) target%expands = &
-         concerns_bearings(bearing_names(scene%raw), target%path // "=")
+      if (allocated(scene%raw%groups)) target%expands = &
+         concerns_templates(template_names(scene%raw), target%path // "=")
       if (target%expands) then
          call index_groups(scene%raw, scene%schema, index_of)
          call find_path(scene%raw, scene%schema, index_of, target%path, origin, path, found, &
@@ -80,6 +81,15 @@ contains
          else
             group = scene%document%groups(path%groups(1))%name
          end if
+      end if
+      if (group == constants_group) then
+         target%key%group = constants_group
+         target%key%name = path%key
+         allocate(target%groups(0))
+         found = path%element == 0
+         if (.not. found) call diagnostics%add(origin, "a constant has no subscript", &
+            constants_group // "." // path%key)
+         return
       end if
       g = scene%schema%find(group)
       associate (keys => scene%schema%groups(g)%keys)

@@ -3,8 +3,10 @@ module test_document
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_document, only : document_type, parse_document, parse_value_list, &
-      read_document, value_integer, value_logical, value_null, value_real, value_text, value_type
+      read_document, value_expression, value_integer, value_logical, value_null, value_real, &
+      value_text, value_type
    use contensou_base_errors, only : error_type, status_file, status_usage
+   use contensou_base_expressions, only : constant_known, constants_type, evaluate, fault_type
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : read_real, to_text
    use contensou_base_text, only : edit_distance, join, lower, nearest, quote, shorten, &
@@ -53,6 +55,7 @@ contains
       call test_long_lines(check)
       call test_syntax(check)
       call test_values(check)
+      call test_expressions(check)
       call test_subscripts(check)
       call test_line_ends(check)
       call test_mistakes(check)
@@ -401,7 +404,7 @@ contains
 
       type(document_type) :: d
       type(diagnostics_type) :: g
-      integer :: i
+      integer :: i, k
 
       call parse('&a x = 7 -7 +7 007, 9223372036854775807 -9223372036854775807 /', d, g)
       associate (v => d%groups(1)%assignments(1)%values)
@@ -460,7 +463,122 @@ contains
          call check(all(v%kind == [value_null, value_integer, value_null, value_integer, &
             & value_null, value_integer, value_null]), 'null values: kind')
       end associate
+
+      ! Expressions, which end where a value does.
+      call parse('&a x = 2**3, 1/2 3*0.5 2*0.5*4 (1+ 2)/3 2 - 1 -1 2*deg 2*t/ &b y = 1.5-3/', d, g)
+      call check(g%count() == 0 .and. d%n_groups == 2, 'expressions: groups')
+      associate (v => d%groups(1)%assignments(1)%values)
+         call check(size(v) == 12, 'expressions: number')
+         call check(all([(v(k)%kind, k=1, 12)] == [value_expression, value_expression, &
+            & value_real, value_real, value_real, value_expression, value_expression, &
+            & value_expression, value_integer, value_expression, value_logical, value_logical]), &
+            & 'expressions: kinds')
+         call check(v(1)%text == '2**3' .and. v(2)%text == '1/2' .and. v(6)%text == '2*0.5*4' &
+            & .and. v(7)%text == '(1+ 2)/3' .and. v(8)%text == '2 - 1' .and. &
+            & v(10)%text == '2*deg', 'expressions: texts')
+         call check(same(v(7)%origin, 1, 32, 8), 'expressions: place')
+      end associate
+      associate (v => d%groups(2)%assignments(1)%values)
+         call check(v(1)%kind == value_real .and. abs(v(1)%real - 1.5e-3_wp) <= 0.0_wp, &
+            & 'expressions: an exponent without letter stays one')
+      end associate
+      call parse('&a x = 30 deg, -9e1  Deg - 2 deg 1 degree = 2, 4.5 deg/', d, g)
+      associate (v => d%groups(1)%assignments(1)%values)
+         call check(size(v) == 3, 'degrees: number')
+         call check(v(1)%text == '30 deg' .and. v(2)%text == '-9e1  Deg - 2 deg' .and. &
+            & v(3)%kind == value_integer, 'degrees: texts')
+      end associate
+      call check(d%groups(1)%n_assignments == 2 .and. &
+         & d%groups(1)%assignments(2)%values(2)%text == '4.5 deg', 'degrees: at the end')
+      call parse('&a x = m, 2*m, m /' // lf // '&constants m = 1/2, k = m+1 /', d, g)
+      call check(g%count() == 0 .and. size(d%constant_names) == 2, 'constants: known before')
    end subroutine test_values
+
+   !> Values of expressions, and what is wrong with them.
+   subroutine test_expressions(check)
+      !> Called once for each test.
+      procedure(check_interface) :: check
+
+      type(constants_type) :: constants
+      integer :: k
+
+      call constants%add('r', '0.01', origin_type())
+      constants%items(1)%value = 0.01_wp
+      constants%items(1)%state = constant_known
+      call worth('4/3*pi*r**3*7850', 4.0_wp/3.0_wp*3.14159265358979324_wp*1.0e-6_wp*7850.0_wp)
+      call worth('-2**2', -4.0_wp)
+      call worth('2**3**2/128', 4.0_wp)
+      call worth('2**-1 + 2*-3', -5.5_wp)
+      call worth('1-2-3*(4-6)', 5.0_wp)
+      call worth('8/4/2', 1.0_wp)
+      call worth('30 deg', 0.523598775598298873_wp)
+      call worth('180 deg - 30*DEG - 150 deg', 0.0_wp)
+      call worth('sqrt(16)*max(1, 3, 2) + Atan2(0, 1) - abs(-2)', 10.0_wp)
+      call worth('cos(0)+sin(0)+tan(0)+asin(0)+acos(1)+atan(0)+exp(0)+log(1)+log10(100)', 4.0_wp)
+      call worth('sinh(0)+cosh(0)+tanh(0)+min(2, 1)', 2.0_wp)
+      call worth('1.5d3*1.e-3 + .5', 2.0_wp)
+      call worth('1-2', -1.0_wp)
+      call worth('0**0', 1.0_wp)
+      call worth('2**0.5*2**0.5', 2.0_wp)
+      call wrong('1/0', 2, 'division by zero')
+      call wrong('1/(r-r)', 2, 'division by zero')
+      call wrong('0**-1', 2, 'division by zero')
+      call wrong('(0-8)**(1/3)', 6, 'no power of a fraction')
+      call wrong('1e300*1e300', 6, 'too large')
+      call wrong('1e308+1e308', 6, 'too large')
+      call wrong('1e300/1e-300', 6, 'too large')
+      call wrong('10**400', 3, 'too large')
+      call wrong('exp(1000)', 1, 'too large')
+      call wrong('cosh(1000)', 1, 'too large')
+      call wrong('1e999', 1, 'too large')
+      call wrong('2*q', 3, 'no constant ''q''')
+      call wrong('2*sine(r)', 3, 'no function ''sine''')
+      call wrong('sin(1, 2)', 1, 'has 2 arguments')
+      call wrong('min(1)', 1, 'has 1 argument')
+      call wrong('sqrt(-1)', 1, 'not defined')
+      call wrong('log(0)', 1, 'not defined')
+      call wrong('asin(2)', 1, 'not defined')
+      call wrong('atan2(0, 0)', 1, 'not defined')
+      call wrong('2*(r+1', 6, ''')'' is missing')
+      call wrong('2*r)', 4, ''')'' without')
+      call wrong('2*', 2, 'not complete')
+      call wrong('2 3', 3, 'unexpected ''3''')
+      call wrong('2..3', 1, 'not a number')
+      call wrong('2x', 1, 'not a number')
+      call wrong('', 1, 'not complete')
+      call wrong(repeat('(', 5000) // '1', 100, 'too many levels')
+      call wrong('2' // repeat('**2', 5000), 200, 'too many exponents')
+
+   contains
+
+      !> An expression is worth a number.
+      subroutine worth(text, x)
+         character(len=*), intent(in) :: text
+         real(wp), intent(in) :: x
+         type(fault_type) :: fault
+         real(wp) :: value
+
+         call evaluate(text, constants, value, fault)
+         call check(.not. fault%found .and. abs(value - x) <= 4.0_wp*epsilon(x)*abs(x) + &
+            & 1.0e-30_wp, 'expression: ' // text)
+      end subroutine worth
+
+      !> An expression has a mistake near a column.
+      subroutine wrong(text, column, message)
+         character(len=*), intent(in) :: text
+         integer, intent(in) :: column
+         character(len=*), intent(in) :: message
+         type(fault_type) :: fault
+         real(wp) :: value
+
+         call evaluate(text, constants, value, fault)
+         k = 0
+         if (fault%found) k = index(fault%message, message)
+         call check(k > 0 .and. abs(value) <= 0.0_wp .and. (fault%column == column .or. &
+            & column >= 100), 'expression: mistake in ' // shorten(text, 40))
+      end subroutine wrong
+
+   end subroutine test_expressions
 
    !> Whether two numbers agree to rounding.
    elemental function near(a, b) result(is)
@@ -561,7 +679,6 @@ contains
       call expect(check, '&a x = 1.0.0, y = 2 /', 1, 8, 'not a number', 'number with two points')
       call expect(check, '&a x = 12abc /', 1, 8, 'not a number', 'number with letters')
       call expect(check, '&a x = 1e /', 1, 8, 'not a number', 'number without exponent')
-      call expect(check, '&a x = 2**3 /', 1, 10, '''*3''', 'power')
       call expect(check, '&a x = -+3 /', 1, 8, 'not a number', 'number with two signs')
       call expect(check, '&a x = 1e400 /', 1, 8, 'too large for double', 'number too large')
       call expect(check, '&a x = 2*-1e309, y = 2 /', 1, 10, 'too large for double', &
@@ -591,8 +708,8 @@ contains
       call expect(check, '$body x = 1 /', 1, 1, '''&'' missing', 'dollar for ampersand')
       call expect(check, 'A scene, don''t / touch' // lf // '&b y = 1 /', 1, 1, &
          & 'outside any group', 'prose outside any group')
-      call expect(check, '&a x = 1/2, y = 3 /' // lf // '&b y = 1 /', 1, 10, 'outside any group', &
-         & 'quotient')
+      call expect(check, '&a x = 1 /2, y = 3 /' // lf // '&b y = 1 /', 1, 11, 'outside any group', &
+         & 'quotient with a blank')
       call expect(check, '&a x = 1 / / &b y = 1 /', 1, 12, 'outside any group', 'doubled slash')
       call expect(check, 'x = 1, y = 2 /' // lf // '&b y = 1 /', 1, 1, 'key ''x'' outside', &
          & 'keys outside any group')
@@ -674,7 +791,10 @@ contains
       call parse_value_list(name, '', v, d, g)
       call check(g%count() == 0 .and. size(v) == 0, 'value list: empty')
 
-      call parse_value_list(name, '1/2', v, d, g_bad)
+      call parse_value_list(name, '1/2', v, d, g)
+      call check(g%count() == 0 .and. size(v) == 1 .and. v(1)%kind == value_expression &
+         & .and. v(1)%text == '1/2', 'value list: quotient')
+      call parse_value_list(name, '/', v, d, g_bad)
       call check(g_bad%count() == 1 .and. .not. d%complete, 'value list: slash')
       call parse_value_list(name, '1, b = 3', v, d, g_bad)
       call check(g_bad%count() == 2, 'value list: second key')

@@ -1,0 +1,103 @@
+!> What stands for other groups of a scene or gives them values: constants and bearings. It is
+!> worked out in the document, before keys are looked at, so that what comes of it is read, checked
+!> and set as if it had been written.
+module contensou_scene_templates
+   use contensou_base_constants, only : has_constants, take_constants
+   use contensou_base_diagnostics, only : diagnostics_type
+   use contensou_base_document, only : constants_group, document_type
+   use contensou_base_names, only : names_type
+   use contensou_base_schema, only : schema_type
+   use contensou_base_text, only : string_type
+   use contensou_scene_bearing, only : bearing_group, expand_bearings
+   use contensou_scene_overrides, only : apply_override, index_groups, index_type, name_of, &
+      object_of_override
+   implicit none(type, external)
+   private
+
+   public :: has_templates, template_names, concerns_templates, expand_templates
+
+contains
+
+   !> Whether there is something to work out.
+   pure logical function has_templates(document)
+      type(document_type), intent(in) :: document
+      integer :: i
+
+      has_templates = has_constants(document)
+      do i = 1, document%n_groups
+         has_templates = has_templates .or. is_template(document%groups(i)%name)
+      end do
+   end function has_templates
+
+   !> Whether groups of some name are worked out.
+   pure logical function is_template(name)
+      character(len=*), intent(in) :: name
+
+      is_template = name == bearing_group .or. name == constants_group
+   end function is_template
+
+   !> Names of what other groups are made from, materials among them.
+   pure function template_names(document) result(names)
+      type(document_type), intent(in) :: document
+      type(names_type) :: names
+      character(len=:), allocatable :: name
+      integer :: i
+
+      call names%add("material", 1)
+      do i = 1, document%n_groups
+         associate (group => document%groups(i))
+            if (.not. (is_template(group%name) .or. group%name == "material")) cycle
+            call names%add(group%name, 1)
+            name = name_of(group)
+            if (name == "") cycle
+            call names%add(name, 1)
+            call names%add(group%name // "." // name, 1)
+         end associate
+      end do
+   end function template_names
+
+   !> Whether `--set PATH=VALUE` changes what other groups are made from. All else is to be set
+   !> when they are there, so that it finds them, too.
+   pure logical function concerns_templates(names, override)
+      !> From `template_names`.
+      type(names_type), intent(in) :: names
+      !> Text after `--set`.
+      character(len=*), intent(in) :: override
+
+      concerns_templates = names%find(object_of_override(override)) > 0
+   end function concerns_templates
+
+   !> Apply overrides and work everything out: first what concerns the templates, then the rest,
+   !> which may concern what came of them.
+   subroutine expand_templates(document, schema, overrides, diagnostics)
+      !> The document; it is no longer complete when something could not be worked out.
+      type(document_type), intent(inout) :: document
+      type(schema_type), intent(in), target :: schema
+      !> Texts of the `--set` options.
+      type(string_type), intent(in) :: overrides(:)
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(index_type) :: index_of
+      type(names_type) :: names
+      logical :: first(size(overrides))
+      integer :: i
+
+      names = template_names(document)
+      call index_groups(document, schema, index_of)
+      do i = 1, size(overrides)
+         first(i) = concerns_templates(names, overrides(i)%s)
+         if (.not. first(i)) cycle
+         call apply_override(document, schema, index_of, overrides(i)%s, diagnostics)
+      end do
+      call take_constants(document, diagnostics)
+      call expand_bearings(document, schema, diagnostics)
+      if (.not. document%complete) return
+      ! What would have come of something that was left out is not unknown.
+      if (size(overrides) == 0) return
+      call index_groups(document, schema, index_of)
+      do i = 1, size(overrides)
+         if (.not. first(i) .and. document%complete) call apply_override(document, schema, &
+            index_of, overrides(i)%s, diagnostics)
+      end do
+   end subroutine expand_templates
+
+end module contensou_scene_templates

@@ -249,8 +249,8 @@ contains
       real(wp), intent(in) :: y(:)
       type(error_type), allocatable, intent(out) :: error
 
-      call self%row%at%look(motion%system, t, y)
-      call self%row%fill()
+      call self%row%at%look(motion%system, t, y, error)
+      if (.not. allocated(error)) call self%row%fill()
    end subroutine sample
 
    !> Stop when the time is over.

@@ -330,7 +330,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer :: i
 
-      call self%summary%add_row(self%last, system, t, y)
+      call self%summary%add_row(self%last, system, t, y, error)
+      if (allocated(error)) return
       self%waiting = self%waiting + 1
       do i = 1, size(self%columns)
          associate (column => self%columns(i))

@@ -287,12 +287,14 @@ contains
    end subroutine after_step
 
    !> The state at `next_time`; nobody asked for it unless an observer overrides this.
-   subroutine between(self, motion, t, y)
+   subroutine between(self, motion, t, y, error)
       class(observer_type), intent(inout) :: self
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
       real(wp), intent(in) :: y(:)
+      !> Set to end the march.
+      type(error_type), allocatable, intent(out) :: error
 
       self%next_time = huge(t)
    end subroutine between
@@ -470,6 +472,10 @@ contains
             if (allocated(error)) return
             too_deep = system%too_deep > 0
             if (too_deep) call find_depth(self, too_deep)
+            if (self%motion%unfound .and. .not. too_deep) then
+               call fatal(error, "the forces of the rigid contacts are not found")
+               return
+            end if
             if (.not. all(memory%closed)) then
                call avoid_dip(self, again, error)
                if (allocated(error)) return
@@ -477,7 +483,8 @@ contains
             end if
             call give_rows(self, error)
             if (allocated(error)) return
-            if (self%observer%next_time < t) call look_between(self)
+            if (self%observer%next_time < t) call look_between(self, error)
+            if (allocated(error)) return
             if (too_deep) then
                call fatal(error, "the motion leaves the domain of the model")
                return
@@ -816,8 +823,10 @@ contains
    end subroutine restore_workspace
 
    !> States that are asked for beside the rows, so that nothing that follows depends on it.
-   subroutine look_between(self)
+   subroutine look_between(self, error)
       type(march_type), intent(inout) :: self
+      !> Set when the observer failed.
+      type(error_type), allocatable, intent(out) :: error
       type(statistics_type) :: before, after
       type(kept_type) :: kept
       real(wp) :: y(self%motion%n)
@@ -827,7 +836,8 @@ contains
          before = self%integrator%statistics()
          do while (observer%next_time < self%memory%t)
             call self%integrator%interpolate(observer%next_time, y)
-            call observer%between(self%motion, observer%next_time, y)
+            call observer%between(self%motion, observer%next_time, y, error)
+            if (allocated(error)) return
          end do
          after = self%integrator%statistics()
          self%unasked = self%unasked + after%derivatives - before%derivatives

@@ -63,6 +63,8 @@ module contensou_integrate_motion
       type(profile_type) :: profile
       !> Whether Jacobians are those of differences.
       logical :: differences = .false.
+      !> Whether forces of rigid contacts were not found where events were looked for.
+      logical :: unfound = .false.
    contains
       procedure :: lay_out_jacobian
       procedure :: jacobian
@@ -236,6 +238,7 @@ contains
          integer :: i
 
          call self%system%constraint_forces(t, y)
+         if (self%system%outside) self%unfound = .true.
          do i = 1, size(g)
             associate (contact => self%system%contacts(i))
                if (contact%closed) then

@@ -141,21 +141,23 @@ contains
       real(wp), intent(in) :: y(:)
       type(error_type), allocatable, intent(out) :: error
 
-      call self%summary%add_row(self%row, motion%system, t, y)
+      call self%summary%add_row(self%row, motion%system, t, y, error)
+      if (allocated(error)) return
       ! A value at the time of a row is that of the row.
       if (self%next_time <= t + 16.0_wp*spacing(t)) call take_values(self, t)
    end subroutine sample
 
    !> A state that is asked for beside the rows.
-   subroutine between(self, motion, t, y)
+   subroutine between(self, motion, t, y, error)
       class(witness_type), intent(inout) :: self
       class(motion_type), intent(inout) :: motion
       !> Time [s].
       real(wp), intent(in) :: t
       real(wp), intent(in) :: y(:)
+      type(error_type), allocatable, intent(out) :: error
 
-      call self%summary%look(self%row, motion%system, t, y)
-      call take_values(self, t)
+      call self%summary%look(self%row, motion%system, t, y, error)
+      if (.not. allocated(error)) call take_values(self, t)
    end subroutine between
 
    !> Take the values at the time of the last row; a later one may come before an earlier one.

@@ -1,6 +1,7 @@
 !> What a row of an output file is made of: a quantity with its name, dimensions, units and text,
 !> and the procedure that takes its values from a moment of a motion.
 module contensou_study_quantity
+   use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : wp
    use contensou_contact_geometry, only : pose_type
    use contensou_dynamics_scene, only : turns_by_drive
@@ -115,13 +116,15 @@ contains
    end subroutine look_at_bodies
 
    !> Take all of a state, apart from the energy error.
-   subroutine look(self, system, t, y)
+   subroutine look(self, system, t, y, error)
       class(moment_type), intent(inout) :: self
       !> The equations of motion; their workspace is changed.
       type(system_type), intent(inout), target :: system
       !> Time [s].
       real(wp), intent(in) :: t
       real(wp), intent(in) :: y(:)
+      !> Set where the forces of rigid contacts are not found: nothing is known then.
+      type(error_type), allocatable, intent(out) :: error
       real(wp) :: stored_friction, stored_damping
       integer :: i
 
@@ -129,6 +132,10 @@ contains
       if (.not. allocated(self%contact)) allocate(self%contact(size(system%contacts)))
       self%elastic = 0.0_wp
       call begin_report(system, t, y)
+      if (system%outside) then
+         call fatal(error, "the forces of the rigid contacts are not found")
+         return
+      end if
       do i = 1, size(system%contacts)
          call report_contact(system, i, self%contact(i))
          self%elastic = self%elastic + self%contact(i)%elastic_energy

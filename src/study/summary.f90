@@ -2,6 +2,7 @@
 !> of a sweep, which hold the same numbers because both take them from here.
 module contensou_study_summary
    use contensou_base_checkpoint, only : checkpoint_type
+   use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
    use contensou_dynamics_equations, only : system_type
    use contensou_integrate_integrator, only : statistics_type
@@ -75,7 +76,7 @@ module contensou_study_summary
 contains
 
    !> A row at a state that does not count.
-   subroutine look(self, row, system, t, y)
+   subroutine look(self, row, system, t, y, error)
       class(summary_type), intent(in) :: self
       !> The row, prepared.
       type(row_type), intent(inout) :: row
@@ -84,14 +85,17 @@ contains
       !> Time [s].
       real(wp), intent(in) :: t
       real(wp), intent(in) :: y(:)
+      !> Set where the forces of rigid contacts are not found: there is no row.
+      type(error_type), allocatable, intent(out) :: error
 
-      call row%at%look(system, t, y)
+      call row%at%look(system, t, y, error)
+      if (allocated(error)) return
       row%at%energy_error = row%at%balance() - self%initial_energy
       call row%fill()
    end subroutine look
 
    !> Count a row at a state.
-   subroutine add_row(self, row, system, t, y)
+   subroutine add_row(self, row, system, t, y, error)
       class(summary_type), intent(inout) :: self
       !> The row, prepared.
       type(row_type), intent(inout) :: row
@@ -100,8 +104,11 @@ contains
       !> Time [s].
       real(wp), intent(in) :: t
       real(wp), intent(in) :: y(:)
+      !> Set where the forces of rigid contacts are not found: there is no row.
+      type(error_type), allocatable, intent(out) :: error
 
-      call row%at%look(system, t, y)
+      call row%at%look(system, t, y, error)
+      if (allocated(error)) return
       associate (at => row%at)
          if (self%rows == 0) self%initial_energy = at%balance()
          at%energy_error = at%balance() - self%initial_energy

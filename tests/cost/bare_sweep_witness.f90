@@ -36,7 +36,7 @@ contains
       !> Never set.
       type(error_type), allocatable, intent(out) :: error
 
-      call self%summary%add_row(self%row, motion%system, t, y)
+      call self%summary%add_row(self%row, motion%system, t, y, error)
    end subroutine sample
 
    !> A contact touched or lifted off.

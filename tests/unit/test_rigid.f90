@@ -1,6 +1,7 @@
 !> Rigid contacts: the constraint against differences of the motion, normal forces and impacts
 !> against hand formulas.
 module test_rigid
+   use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
    use contensou_contact_damping_coefficient, only : hunt_crossley_number, &
       hunt_crossley_restitution
@@ -14,6 +15,7 @@ module test_rigid
       report_contact
    use contensou_integrate_motion, only : motion_type
    use contensou_special_complementarity, only : solve_complementarity
+   use contensou_study_quantity, only : moment_type
    use test_harness, only : check, check_close, check_relative, random_type, worst_type
    use test_scenes, only : ball, friction_index, random_touch, rolling_index, set_motion, two_bodies
    implicit none(type, external)
@@ -31,6 +33,7 @@ contains
       call test_restitution()
       call test_constraint()
       call test_tilted_body()
+      call test_no_forces()
       call test_impacts()
    end subroutine run_rigid_tests
 
@@ -279,6 +282,39 @@ contains
             "spot of Hertz at the normal force")
       end do
    end subroutine test_tilted_body
+
+   !> Where friction leaves no normal force, nothing is told of a state, nor taken for an event.
+   subroutine test_no_forces()
+      real(wp), parameter :: l = 0.008_wp, r = 0.02_wp, theta = 0.7_wp, speed = 2.0_wp
+      type(scene_type) :: scene
+      type(motion_type) :: motion
+      type(moment_type) :: moment
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: y(:)
+      real(wp) :: g(1)
+      integer :: side
+
+      do side = -1, 1, 2
+         call ball(scene, 0.0_wp)
+         scene%gravity = [0.0_wp, 0.0_wp, -9.81_wp]
+         scene%surfaces(1)%surface%centre = [0.0_wp, 0.0_wp, -l]
+         ! At the floor the scene would be refused.
+         scene%bodies(1)%position = [0.0_wp, 0.0_wp, 2.0_wp*r]
+         scene%bodies(1)%quaternion = [cos(0.5_wp*theta), 0.0_wp, sin(0.5_wp*theta), 0.0_wp]
+         scene%bodies(1)%velocity = [side*speed, 0.0_wp, 0.0_wp]
+         scene%contacts(1)%normal = normal_rigid
+         scene%contacts(1)%friction = friction_index("contensou_exact")
+         call scene%contacts(1)%parameters%set("friction_coefficient", 3.0_wp)
+         call set_motion(scene, motion, y)
+         y(3) = r + l*cos(theta)
+         motion%system%contacts(1)%closed = .true.
+         call moment%look(motion%system, 0.0_wp, y, error)
+         call motion%events(0.0_wp, y, g)
+         call check(allocated(error) .eqv. side < 0, "a row where there is no normal force")
+         call check(motion%unfound .eqv. side < 0, "events where there is no normal force")
+         motion%unfound = .false.
+      end do
+   end subroutine test_no_forces
 
    !> Impacts of two free bodies: momenta stay, no work is negative, the balance closes, nothing
    !> approaches afterwards.

@@ -541,7 +541,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer :: place
 
-      call self%at%look(motion%system, t, y)
+      call self%at%look(motion%system, t, y, error)
+      if (allocated(error)) return
       associate (contact => self%at%contact(1), states => motion%system%contacts(1)%states)
          if (self%rows == 0) then
             self%energy = self%at%balance()

@@ -243,7 +243,8 @@ contains
          call line("simulated", number_text(s%time, 8) // " s with " // &
             scene%integrator%method // " at rtol " // to_text(scene%integrator%rtol))
          if (allocated(recorder%output%choice)) call line("auto", recorder%output%choice)
-         if (recorder%changes > 0) call line("auto", recorder%first_change)
+         if (recorder%changes > 0) call line(merge("auto  ", "method", &
+            scene%integrator%method == "auto"), recorder%first_change)
          if (recorder%changes > 1) call line("auto", to_text(recorder%changes) // &
             " changes of the method in all")
          call add_effects(scene, text)

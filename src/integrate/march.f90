@@ -162,6 +162,9 @@ module contensou_integrate_march
       !> Time at which the pace was looked at last [s], steps since, and looks at which it was poor.
       real(wp) :: t_watch = 0.0_wp
       integer :: steps = 0, looks = 0
+      !> Time since which no event was, and steps since then, started anew from time to time.
+      real(wp) :: t_quiet = 0.0_wp
+      integer :: quiet_steps = 0
       !> Steps since the last check of what a tolerance does not tell of.
       integer :: unchecked = 0
    end type march_type
@@ -214,6 +217,12 @@ module contensou_integrate_march
 
    !> ... and they were so for this number of looks: a stiff impact passes.
    integer, parameter :: poor_looks = 10
+
+   !> Steps without an event after which it is seen whether friction sticks.
+   integer, parameter :: quiet_enough = 2000
+
+   !> Steps to the end from which on another method is to take over where friction sticks.
+   real(wp), parameter :: stuck_steps = 1.0e5_wp
 
    !> Overlap within a step that goes unseen, over the smallest radius.
    real(wp), parameter :: unseen_overlap = 2.0e-7_wp
@@ -523,6 +532,10 @@ contains
             if (memory%switch%may .and. memory%bounded_until <= 0.0_wp .and. &
                memory%row <= self%rows) then
                call switch_if_due(self, error)
+               if (allocated(error)) return
+            else if (sticks(self)) then
+               call change_method_to(self, "cvode_bdf", "friction that sticks at rigid contacts " &
+                  // "is too stiff for " // trim(self%plan%method), error)
                if (allocated(error)) return
             else if (allocated(self%integrator%advice)) then
                call self%observer%advise(t, self%integrator%advice)
@@ -866,14 +879,16 @@ contains
             if (.not. allocated(self%integrator%advice)) return
             deallocate(self%integrator%advice)
             if (switch%to_go > 0 .and. .not. self%integrator%hopeless) return
-            call change("cvode_bdf", "stability, not accuracy, bounds the steps of explicit8")
+            call change_method_to(self, "cvode_bdf", &
+               "stability, not accuracy, bounds the steps of explicit8", error)
          else if (switch%steps >= steps_between_looks) then
             call look()
             if (switch%explicit_step <= 0.0_wp .or. mean >= switch%explicit_step) return
             switch%to_go = switch%patience
             switch%patience = 2_i8*switch%patience
-            call change("explicit8", "the steps of cvode_bdf are " // power_text(mean, 2) // &
-               " s, those of explicit8 were " // power_text(switch%explicit_step, 2) // " s")
+            call change_method_to(self, "explicit8", "the steps of cvode_bdf are " // &
+               power_text(mean, 2) // " s, those of explicit8 were " // &
+               power_text(switch%explicit_step, 2) // " s", error)
             switch%explicit_step = 0.0_wp
          end if
       end associate
@@ -886,20 +901,49 @@ contains
          self%memory%switch%steps = 0
       end subroutine look
 
-      !> Go on with a method.
-      subroutine change(method, reason)
-         character(len=*), intent(in) :: method
-         !> Why.
-         character(len=*), intent(in) :: reason
-
-         self%memory%switch%before = self%memory%switch%before + self%integrator%statistics()
-         call self%integrator%free()
-         call start(self, method, error)
-         self%memory%switch%method = method
-         call self%observer%change_method(self%memory%t, method, reason)
-      end subroutine change
-
    end subroutine switch_if_due
+
+   !> Go on with another method.
+   subroutine change_method_to(self, method, reason, error)
+      type(march_type), intent(inout) :: self
+      character(len=*), intent(in) :: method
+      !> Why.
+      character(len=*), intent(in) :: reason
+      !> Set when it cannot be started.
+      type(error_type), allocatable, intent(out) :: error
+
+      self%memory%switch%before = self%memory%switch%before + self%integrator%statistics()
+      call self%integrator%free()
+      call start(self, method, error)
+      self%memory%switch%method = method
+      call self%observer%change_method(self%memory%t, method, reason)
+   end subroutine change_method_to
+
+   !> Whether friction that sticks at closed rigid contacts makes the steps of a method so short
+   !> that it would not come to the end.
+   logical function sticks(self)
+      type(march_type), intent(inout) :: self
+      real(wp) :: left
+      integer :: i
+
+      sticks = .false.
+      if (self%motion%system%constraints%n_links == 0 .or. self%memory%switch%may) return
+      if (self%memory%switch%method == "cvode_bdf") return
+      if (any(self%events /= 0)) self%quiet_steps = 0
+      if (self%quiet_steps == 0) self%t_quiet = self%memory%t
+      self%quiet_steps = self%quiet_steps + 1
+      if (self%quiet_steps <= quiet_enough) return
+      left = self%plan%t_end - self%memory%t
+      if (left > stuck_steps/self%quiet_steps*(self%memory%t - self%t_quiet)) then
+         do i = 1, self%motion%n_events
+            associate (contact => self%motion%system%contacts(i))
+               sticks = sticks .or. (contact%rigid .and. contact%closed .and. &
+                  allocated(contact%law%friction))
+            end associate
+         end do
+      end if
+      self%quiet_steps = 0
+   end function sticks
 
    !> End a march whose steps have become so small that it would not come to its end.
    subroutine watch_pace(self, error)

@@ -8,7 +8,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from test_rigid_scenes import judge
+from rigid_scenes import judge
 
 GRAVITY = 9.81
 HEAD = "&material name = 'steel', young = 2.1e11, poisson = 0.3 /\n"
@@ -586,6 +586,34 @@ def test_a_stack_of_tables_slides_apart(simulate, tmp_path):
     for i in range(3):
         load = run.normal_force[:, 4 * i : 4 * i + 4].sum(axis=1)
         assert load == pytest.approx((3 - i) * GRAVITY, rel=1e-6)
+
+
+@pytest.mark.parametrize("method", ["explicit8", "cvode_adams"])
+def test_a_method_that_friction_stops_hands_over(run, tmp_path, method):
+    # A stool slides to rest, where explicit8 and the method of Adams would need 1e9 steps.
+    text = (
+        "&body name = 'stool', mass = 1, inertia = 3*0.01, position = 0, 0, 0.04,"
+        " velocity = 0.2, 0.1, 0 /\n"
+    )
+    for k, (x, y) in enumerate(((-0.05, -0.03), (0.05, -0.03), (0.0, 0.06))):
+        text += (
+            f"&surface name = 'foot{k}', body = 'stool', shape = 'sphere', radius = 0.01,"
+            f" centre = {x}, {y}, -0.03, material = 'steel' /\n"
+        )
+        text += contact(
+            f"foot{k}", "floor", ", friction = 'contensou_exact', friction_coefficient = 0.3"
+        )
+    text = scene(FLOOR + text, t_end=1.0, method=method, rtol=1e-8, interval=1e-2)
+    (tmp_path / "scene.nml").write_text(text)
+    done = run("run", "scene.nml", "-q")
+    assert done.status == 0, done.err
+    assert f"is too stiff for {method}" in done.out
+    with h5py.File(tmp_path / "rigid.h5") as file:
+        assert [name.decode() for name in file["integrator/method"]] == [method, "cvode_bdf"]
+        since = file["integrator/method_since"][1]
+        assert np.abs(file["trajectory/velocity"][-1]).max() < 1e-8
+    # It slides for 0.223607/(0.3 g) s, and only then is it too stiff.
+    assert 0.0759 < since < 0.09
 
 
 # ---- What is refused ----------------------------------------------------------------------------

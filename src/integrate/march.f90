@@ -1006,30 +1006,24 @@ contains
       type(march_type), intent(inout) :: self
       !> The time [s].
       real(wp), intent(out) :: t_dip
-      real(wp) :: low, high, middle, y(self%motion%n)
+      real(wp) :: y(self%motion%n)
       real(wp), dimension(self%motion%n_events) :: gap, rate
-      integer :: i, k
+      type(bisection_type) :: search
+      integer :: i
 
       t_dip = huge(t_dip)
       do i = 1, size(self%suspect)
          if (.not. self%suspect(i)) cycle
-         low = self%t_before
-         high = self%memory%t
-         do k = 1, 60
-            middle = 0.5_wp*(low + high)
-            if (middle <= low .or. middle >= high) exit
-            call self%integrator%interpolate(middle, y)
+         call search%begin(self%t_before, self%memory%t, steps=60)
+         do while (search%goes_on)
+            call self%integrator%interpolate(search%middle, y)
             call self%motion%system%gaps(y, gap)
             if (gap(i) < -self%resolution) then
-               t_dip = min(t_dip, middle)
+               t_dip = min(t_dip, search%middle)
                exit
             end if
             call self%motion%system%gap_rates(y, rate)
-            if (rate(i) < 0.0_wp) then
-               low = middle
-            else
-               high = middle
-            end if
+            call search%narrow(rate(i) >= 0.0_wp)
          end do
       end do
    end subroutine find_dip

@@ -1,7 +1,8 @@
 """Draw one output file of contensou.
 
-A run: inclination, contacts, energy balance and spin over time. A study of `contensou cost`: error
-against CPU time. The table of `contensou sweep`: results over one or two parameters.
+A run: what moves of its bodies, contacts and energy balance over time, and the paths. A study of
+`contensou cost`: error against CPU time. The table of `contensou sweep`: results over one or two
+parameters.
 """
 
 from __future__ import annotations
@@ -15,48 +16,22 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lib import seal, style, sweeps, work_precision
+from lib import motion, seal, style, sweeps, work_precision
 from lib.results import Result, ResultError
 
-MAX_LINES = 8
+MAX_LINES = motion.MOST
 MAX_LANDMARKS = 4
-
-
-def inclination_panel(axes: Axes, result: Result) -> None:
-    """Angle between each body's axis and the vertical."""
-    bodies = result.symmetric_bodies()
-    for i, body in enumerate(bodies[:MAX_LINES]):
-        theta = np.degrees(result.inclination(body))
-        axes.plot(result.time, theta, color=style.CYCLE[i], label=result.bodies[body])
-    note_omitted(axes, bodies)
-    axes.set_title("Inclination of the body's axis")
-    axes.set_ylabel("θ [°]")
-    low, high = axes.get_ylim()
-    if high - low > 60:
-        axes.set_yticks(np.arange(0, 181, 45))
-        axes.set_ylim(max(low, -8), min(high, 188))
-    style.legend_beside(axes)
-
-
-def height_panel(axes: Axes, result: Result) -> None:
-    """Height of each centre of mass, for bodies that have no axis."""
-    position = result.column("position")
-    factor, unit = style.unit_for(np.abs(position[:, :, 2]).max(), "m")
-    for i, name in enumerate(result.bodies[:MAX_LINES]):
-        axes.plot(result.time, factor * position[:, i, 2], color=style.CYCLE[i], label=name)
-    note_omitted(axes, result.bodies)
-    axes.set_title("Height of the centre of mass")
-    axes.set_ylabel(f"z [{unit}]")
-    style.legend_beside(axes)
 
 
 def gap_panel(axes: Axes, result: Result) -> None:
     """Contact indicators with the touches and lifts."""
     gaps = result.column("gap")
     style.gap_axis(axes, gaps)
-    for i, name in enumerate(result.contacts[:MAX_LINES]):
+    for i, (name, at) in enumerate(motion.groups(result.contacts)):
         colour = style.CYCLE[i]
-        axes.plot(result.time, gaps[:, i], color=colour, linewidth=1.3, label=name)
+        motion.curve(axes, result.time, gaps[:, at], name, color=colour, linewidth=1.3)
+        if len(at) > 1:
+            continue
         for kind, marker, face in (("touch", "v", colour), ("lift", "^", "white")):
             times = [e.time for e in result.events if e.contact == name and e.kind == kind]
             detailed = times and len(result.contacts) <= 2
@@ -71,7 +46,6 @@ def gap_panel(axes: Axes, result: Result) -> None:
                 zorder=4,
                 label=f"{kind}, {len(times)} ×" if detailed else None,
             )
-    note_omitted(axes, result.contacts)
     axes.annotate(
         "overlap",
         (1, 0),
@@ -88,7 +62,7 @@ def gap_panel(axes: Axes, result: Result) -> None:
 
 
 def energy_panel(axes: Axes, result: Result) -> None:
-    """Terms of the energy balance; the legend gives what is too small to be seen."""
+    """Changes of the terms of the balance; the legend gives what is too small to be seen."""
     terms = result.energies()
     factor, unit = style.unit_for(max(np.abs(values).max() for values in terms.values()), "J")
     total = np.zeros_like(result.time)
@@ -107,8 +81,8 @@ def energy_panel(axes: Axes, result: Result) -> None:
         label=f"sum: {style.prefixed(total[-1], 'J')}",
     )
     axes.set_title("Energy balance")
-    axes.set_ylabel(f"energy [{unit}]")
-    style.legend_beside(axes, title="value at the end", alignment="left", title_fontsize=8.5)
+    axes.set_ylabel(f"change [{unit}]")
+    style.legend_beside(axes, title="change at the end", alignment="left", title_fontsize=8.5)
 
 
 def residual_panel(axes: Axes, result: Result) -> None:
@@ -118,7 +92,7 @@ def residual_panel(axes: Axes, result: Result) -> None:
     shown = np.where(share > 0, share, np.nan)
     axes.plot(result.time, shown, color=style.DARK, linewidth=1.0)
     if np.isfinite(shown).any():
-        axes.set_yscale("log")
+        style.log_scale(axes.yaxis)
         low, high = np.nanpercentile(shown, 5), np.nanmax(shown)
         axes.set_ylim(10 ** np.floor(np.log10(low) - 0.2), 10 ** np.ceil(np.log10(high) + 0.2))
         axes.yaxis.set_major_locator(plt.LogLocator(numticks=4))
@@ -136,43 +110,14 @@ def residual_panel(axes: Axes, result: Result) -> None:
     )
 
 
-def spin_panel(axes: Axes, result: Result) -> None:
-    """Angular velocity about the vertical and about the body's axis."""
-    vertical = result.column("angular_velocity")[:, :, 2]
-    symmetric = result.symmetric_bodies()
-    several = len(result.bodies) > 1
-    for i, name in enumerate(result.bodies[: MAX_LINES if not several else MAX_LINES // 2]):
-        colour = style.CYCLE[i if several else 0]
-        prefix = f"{name}, " if several else ""
-        axes.plot(result.time, vertical[:, i], color=colour, label=f"{prefix}about the vertical")
-        if i in symmetric:
-            axes.plot(
-                result.time,
-                result.axial_spin(i),
-                color=colour if several else style.RED,
-                linestyle=(0, (4, 1.5)) if several else "-",
-                label=f"{prefix}about its axis",
-            )
-    axes.axhline(0, color=style.GREY, linewidth=0.8, zorder=1)
-    note_omitted(axes, result.bodies, MAX_LINES if not several else MAX_LINES // 2)
-    axes.set_title("Angular velocity")
-    axes.set_ylabel("ω [rad/s]")
-    style.legend_beside(axes)
-
-
-def note_omitted(axes: Axes, items: list, limit: int = MAX_LINES) -> None:
-    """Say in the legend how many lines are not drawn."""
-    if len(items) > limit:
-        axes.plot([], [], " ", label=f"… and {len(items) - limit} more")
-
-
 def panels_of(result: Result) -> list[tuple]:
     """The panels that the file has data for, with their relative heights."""
-    panels = []
-    if result.column("quaternion") is not None and result.symmetric_bodies():
-        panels.append((inclination_panel, 1.3))
-    elif result.column("position") is not None:
-        panels.append((height_panel, 1.3))
+    panels = [
+        *motion.inclination_panels(result),
+        *motion.position_panels(result),
+        *motion.speed_panels(result),
+        *motion.spin_panels(result),
+    ]
     gaps = result.column("gap")
     if result.contacts and gaps is not None and gaps.size:
         panels.append((gap_panel, 1.5))
@@ -180,8 +125,6 @@ def panels_of(result: Result) -> list[tuple]:
         panels.append((energy_panel, 1.5))
     if result.residual() is not None:
         panels.append((residual_panel, 0.65))
-    if result.column("angular_velocity") is not None:
-        panels.append((spin_panel, 1.3))
     return panels
 
 
@@ -199,29 +142,17 @@ def landmarks(result: Result) -> list[tuple[float, str]]:
 
 
 def draw_landmarks(panels: list[Axes], result: Result) -> None:
-    """Thin lines through all panels where contacts change for good, named in the first one."""
+    """Thin lines through all panels where contacts change for good, named beside the first one."""
     marks = landmarks(result)
     if not 0 < len(marks) <= MAX_LANDMARKS:
         return
-    for time, _ in marks:
+    for time, text in marks:
         for axes in panels:
-            axes.axvline(time, color=style.GREY, linewidth=0.8, linestyle=(0, (2, 2)), zorder=1)
-    # The text stands on the wider side of the lines.
-    first, last = marks[0][0], marks[-1][0]
-    right = result.time[-1] - last >= first - result.time[0]
-    panels[0].annotate(
-        "\n".join(f"{text} at {time:.4f} s" for time, text in marks),
-        (last if right else first, 0.05),
-        xycoords=("data", "axes fraction"),
-        xytext=(6 if right else -6, 0),
-        textcoords="offset points",
-        ha="left" if right else "right",
-        va="bottom",
-        fontsize=8.5,
-        linespacing=1.4,
-        color=style.DARK,
-        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5},
-    )
+            label = f"{text} at {time:.4f} s" if axes is panels[0] else None
+            axes.axvline(
+                time, color=style.GREY, linewidth=0.8, linestyle=(0, (2, 2)), zorder=1, label=label
+            )
+    style.legend_beside(panels[0])
 
 
 def draw(result: Result) -> Figure:
@@ -230,15 +161,20 @@ def draw(result: Result) -> Figure:
     panels = panels_of(result)
     if not panels:
         raise ResultError(f"{result.path} holds nothing that could be drawn")
-    figure, grid = style.panels([height for _, height in panels])
+    path = motion.path_plane(result) is not None
+    heights = [height for _, height in panels] + [2.0] * path
+    figure, grid = style.panels(heights, alone=path)
     style.headline(figure, title_of(result), describe(result), alert=not result.complete)
     column = list(grid[:, 0])
+    if path:
+        motion.path_panel(column.pop(), result)
     for axes, (panel, _) in zip(column, panels, strict=True):
         panel(axes, result)
         axes.yaxis.set_label_coords(-0.092, 0.5)
+        axes.set_xlim(result.time[0], result.time[-1])
+        axes.tick_params(labelbottom=axes is column[-1])
     draw_landmarks(column, result)
     column[-1].set_xlabel("time [s]")
-    column[-1].set_xlim(result.time[0], result.time[-1])
     return figure
 
 

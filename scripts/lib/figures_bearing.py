@@ -26,10 +26,10 @@ SOURCE = (
 
 # Settings, colour and name of each normal force.
 MODELS = {
-    "hertz": (["bearing.normal='hertz'"], style.RED, "Hertz"),
+    "hertz": (["bearing.normal='hertz'"], style.OTHER_MODELS["hertz"], "Hertz"),
     "vilke": (
         ["bearing.normal='vilke'", "bearing.ellipse='chord'"],
-        style.BLUE,
+        style.OTHER_MODELS["vilke"],
         "Vil'ke, chord",
     ),
 }

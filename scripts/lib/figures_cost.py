@@ -63,7 +63,7 @@ KERNELS = {
 # Colours of the points and their labels; others are blue.
 COLOURS = {
     **{name: colour for name, (colour, _) in style.MODELS.items()},
-    "coulomb": style.PINK,
+    **style.OTHER_MODELS,
     "tables": style.RED,
     "tables_fixed": style.RED,
     "agm": style.GREEN,
@@ -72,9 +72,7 @@ COLOURS = {
     "newton_gsl": style.GREY,
     "brewe_hamrock": style.ORANGE,
     "greenwood": style.GREEN,
-    "vilke_chord": style.PINK,
-    "vilke_power": style.PINK,
-    "vilke_exact": style.PINK,
+    **dict.fromkeys(("vilke_chord", "vilke_power", "vilke_exact"), style.OTHER_MODELS["vilke"]),
 }
 
 # Labels that differ from the names of the rungs.
@@ -257,13 +255,12 @@ def figure_cost(table: list[dict[str, str]], name: str, path: Path) -> None:
         draw_rungs(grid[place], rungs, kernel)
         grid[place].set_title(title_of(kernel.cases[place[0]][place[1]]))
     axes = grid[0, 0]
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    style.log_scale(axes.xaxis)
+    style.log_scale(axes.yaxis)
     # Room for labels on both sides.
     axes.set_xlim(min(r.cost for r in shown) / 2.2, max(r.cost for r in shown) * 2.2)
     axes.set_ylim(kernel.floor / 2, max(rung.largest for rung in shown) * 100)
     axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if n_rows > 1 else (1,)))
-    axes.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
     axes.xaxis.set_minor_formatter(NullFormatter())
     for axes in grid[-1]:
         axes.set_xlabel("time of a call, in units of log()")

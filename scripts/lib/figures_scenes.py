@@ -32,7 +32,7 @@ def rattleback(path: Path, place: Path) -> None:
         spin.plot(result.time, vertical(result), color=colour, linewidth=1.2, label=name)
     factor, unit = style.unit_for(result.initial_energy(), "J")
     for term, values in result.energies().items():
-        if term in ("kinetic", "potential, change", "work of friction"):
+        if term in ("kinetic", "potential", "work of friction"):
             energy.plot(
                 result.time,
                 factor * values,
@@ -47,8 +47,8 @@ def rattleback(path: Path, place: Path) -> None:
     spin.axhline(0, color=style.GREY, linewidth=0.8, zorder=1)
     spin.set_title("Angular velocity about the vertical")
     spin.set_ylabel("ω [rad/s]")
-    energy.set_title("Energies, 1000 times as stiff as steel")
-    energy.set_ylabel(f"energy [{unit}]")
+    energy.set_title("Changes of the energies, 1000 times as stiff as steel")
+    energy.set_ylabel(f"change [{unit}]")
     energy.set_xlabel("time [s]")
     energy.set_xlim(0, result.time[-1])
     for axes in (spin, energy):

@@ -203,20 +203,20 @@ def figure_8(runs: dict[str, Result], path: Path) -> None:
         result = runs[model]
         line = {"linestyle": "-" if model == EXACT else (0, (4, 1.5))}
         for term, values in result.energies().items():
-            if term in ("kinetic", "potential, change", "work of friction"):
+            if term in ("kinetic", "potential", "work of friction"):
                 colour = style.ENERGY_COLOURS[term]
                 energy.plot(result.time, factor * values, color=colour, **line)
         spin.plot(result.time, result.column("angular_velocity")[:, 0, 2], color=style.BLUE, **line)
         spin.plot(result.time, result.axial_spin(0), color=style.RED, **line)
         for axes in (energy, spin):
             axes.plot([], [], color=style.DARK, label=name, **line)
-    for term in ("kinetic", "potential, change", "work of friction"):
+    for term in ("kinetic", "potential", "work of friction"):
         energy.plot([], [], color=style.ENERGY_COLOURS[term], label=term)
     spin.plot([], [], color=style.BLUE, label="about the vertical")
     spin.plot([], [], color=style.RED, label="about the top's axis")
     spin.axhline(0, color=style.GREY, linewidth=0.8, zorder=1)
-    energy.set_title("Energies of the top and work of friction")
-    energy.set_ylabel(f"energy [{unit}]")
+    energy.set_title("Changes of the energies of the top, and work of friction")
+    energy.set_ylabel(f"change [{unit}]")
     spin.set_title("Angular velocity")
     spin.set_ylabel("ω [rad/s]")
     spin.set_xlabel("time [s]")

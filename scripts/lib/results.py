@@ -67,10 +67,14 @@ class Result:
         return self.status == "complete"
 
     def symmetric_bodies(self) -> list[int]:
-        """Bodies whose first two principal moments are equal: they have an axis, the body's z."""
+        """Bodies of which the first two principal moments alone are equal: they have an axis, z."""
         if self.inertia is None:
             return []
-        return [i for i, moments in enumerate(self.inertia) if np.isclose(*moments[:2], rtol=1e-9)]
+        return [
+            i
+            for i, (first, second, third) in enumerate(self.inertia)
+            if np.isclose(first, second, rtol=1e-9) and not np.isclose(first, third, rtol=1e-9)
+        ]
 
     def body_axis(self, body: int) -> np.ndarray | None:
         """The body's z axis in the inertial frame, (time, 3)."""
@@ -95,21 +99,21 @@ class Result:
         return np.sum(axis * spin[:, body, :], axis=1)
 
     def energies(self) -> dict[str, np.ndarray]:
-        """The terms of the balance by name [J], the potential one relative to the start."""
+        """The terms of the balance by name [J], as changes since the start; their sum is zero."""
         terms = {}
         for name, column in (
             ("kinetic", "energy_kinetic"),
-            ("potential, change", "energy_potential"),
+            ("potential", "energy_potential"),
             ("elastic", "energy_elastic"),
             ("work of friction", "work_friction"),
             ("work of damping", "work_damping"),
-            ("work supplied", "work_applied"),
         ):
             values = self.column(column)
             if values is not None:
-                if name == "work supplied" and not values.any():
-                    continue
-                terms[name] = values - values[0] if name == "potential, change" else values
+                terms[name] = values - values[0]
+        supplied = self.column("work_applied")
+        if supplied is not None and supplied.any():
+            terms["less work supplied"] = supplied[0] - supplied
         return terms
 
     def initial_energy(self) -> float:
@@ -128,9 +132,7 @@ class Result:
         terms = self.energies()
         if "kinetic" not in terms:
             return None
-        supplied = terms.pop("work supplied", 0.0)
-        total = sum(terms.values()) - supplied
-        return total - total[0]
+        return sum(terms.values())
 
     def choices(self, key: str) -> list[str]:
         """The distinct text values that the scene gives a key, such as friction, in order."""

@@ -8,7 +8,9 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import XAxis, YAxis
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatterSciNotation
 
 # Distinct also to the colour-blind (Okabe and Ito).
 BLUE, ORANGE, GREEN, PINK, SKY, RED = (
@@ -30,12 +32,16 @@ MODELS = {
     "pade22": (ORANGE, "Padé 2/2"),
 }
 
+# Colours of models that have no name of their own in pictures.
+OTHER_MODELS = {"coulomb": PINK, "hertz": DARK, "vilke": SKY}
+
 ENERGY_COLOURS = {
     "kinetic": BLUE,
-    "potential, change": GREEN,
+    "potential": GREEN,
     "elastic": PINK,
     "work of friction": RED,
     "work of damping": ORANGE,
+    "less work supplied": SKY,
 }
 
 
@@ -75,17 +81,26 @@ def apply() -> None:
 
 
 def panels(
-    heights: list[float], columns: int = 1, width: float = 10.0, legend: float = 2.3
+    heights: list[float],
+    columns: int = 1,
+    width: float = 10.0,
+    legend: float = 2.3,
+    alone: bool = False,
 ) -> tuple[Figure, np.ndarray]:
-    """Panels over one time axis per column, with room for legends on the right; sizes in inches."""
+    """Panels over one time axis per column, with room for legends on the right; sizes in inches.
+
+    With `alone` the last row has an axis of its own, and the row before it the time axis.
+    """
     above, below = 0.98, 0.5
     between = 0.5 if columns == 1 else 0.8  # room for a time axis of its own
+    if alone:
+        heights = [*heights[:-1], 0.1, heights[-1]]
     tall = [1.25 * height for height in heights]
     height = above + below + sum(tall) + between * (len(tall) - 1)
     figure, grid = plt.subplots(
         len(tall),
         columns,
-        sharex="col" if columns == 1 else False,
+        sharex="col" if columns == 1 and not alone else False,
         squeeze=False,
         figsize=(width, height),
         gridspec_kw={
@@ -98,6 +113,10 @@ def panels(
             "wspace": 0.24,
         },
     )
+    if alone:
+        for axes in grid[-2]:
+            axes.remove()
+        grid = np.delete(grid, -2, axis=0)
     return figure, grid
 
 
@@ -129,6 +148,36 @@ def legend_beside(axes: Axes, **options: object) -> None:
     """A legend to the right of the panel, where it covers no data."""
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.03), borderaxespad=0, **options)
+
+
+def colour_of(model: str, otherwise: str) -> str:
+    """Colour of a model, the same in all pictures, or what others have."""
+    return MODELS[model][0] if model in MODELS else OTHER_MODELS.get(model, otherwise)
+
+
+class LogLabels(LogFormatterSciNotation):
+    """Labels of a logarithmic axis: 0.6 and not 6x10^-1; powers of ten where zeros get many."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """The label of a tick; none for minor ones where they would be too many."""
+        label = super().__call__(x, pos)
+        low, high = sorted(self.axis.get_view_interval())
+        return f"{x:g}" if label and low > 2e-4 and high < 5e5 else label
+
+
+def log_scale(axis: XAxis | YAxis) -> None:
+    """Make an axis logarithmic."""
+    (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
+    axis.set_major_formatter(LogLabels())
+    axis.set_minor_formatter(LogLabels(labelOnlyBase=False))
+
+
+def hold_scale(axes: Axes, scale: float) -> None:
+    """Keep noise, a millionth of the scale of what is drawn, from filling the panel."""
+    low, high = axes.get_ylim()
+    if high - low < 2e-6 * scale:
+        middle = (low + high) / 2
+        axes.set_ylim(middle - 0.05 * scale, middle + 0.05 * scale)
 
 
 def prefixed(value: float, unit: str, digits: int = 3) -> str:

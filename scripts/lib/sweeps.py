@@ -364,7 +364,7 @@ def dress(axis: object, parameter: Column) -> None:
         levels = parameter.levels()
         axis.set_ticks(np.arange(len(levels)), [str(level) for level in levels])
     elif is_logarithmic(parameter.values):
-        (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
+        style.log_scale(axis)
 
 
 def never(result: Column) -> str:
@@ -441,7 +441,10 @@ def draw_lines(sweep: Sweep, over: list[str], results: list[Column]) -> Figure:
             (v if second.is_text else f"{v:.4g}", second.values == v) for v in second.levels()
         ]
     places = coordinates(x)
-    colours = style.CYCLE
+    colours = [
+        style.colour_of(name, colour)
+        for (name, _), colour in zip(groups, style.CYCLE, strict=False)
+    ]
     if len(groups) > MAX_LINES:
         shade = shade_of(sweep.parameters[over[1]])
         colours = plt.get_cmap(COLOURS)(shade(levels_of(sweep.parameters[over[1]])))
@@ -458,7 +461,7 @@ def draw_lines(sweep: Sweep, over: list[str], results: list[Column]) -> Figure:
                 label=name if len(groups) <= MAX_LINES else None,
             )
         if np.isfinite(shown(sweep, result)).any() and is_logarithmic(shown(sweep, result)):
-            axes.set_yscale("log")
+            style.log_scale(axes.yaxis)
         mark_missing(axes, sweep, result, places)
         dress(axes.xaxis, x)
         axes.set_ylabel(result.label)
@@ -686,7 +689,7 @@ def draw_points(sweep: Sweep, over: str, results: list[Column]) -> Figure:
         values = shown(sweep, result)
         axes.scatter(places, values, s=point_size(len(values)), color=style.BLUE, linewidths=0)
         if np.isfinite(values).any() and is_logarithmic(values):
-            axes.set_yscale("log")
+            style.log_scale(axes.yaxis)
         mark_missing(axes, sweep, result, places)
         dress(axes.xaxis, x)
         axes.set_ylabel(result.label)

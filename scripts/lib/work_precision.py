@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from lib import style
 from lib.results import ResultError
@@ -95,9 +95,8 @@ def read(path: Path) -> Study:
 
 def colour_of(study: Study, model: str) -> str:
     """Colour of a model: that of its friction where it has one."""
-    if model in style.MODELS:
-        return style.MODELS[model][0]
-    return style.CYCLE[study.model_names.index(model) % len(style.CYCLE)]
+    nth = study.model_names.index(model) % len(style.CYCLE)
+    return style.colour_of(model, style.CYCLE[nth])
 
 
 def draw_lines(axes: Axes, study: Study, values: np.ndarray) -> None:
@@ -119,10 +118,9 @@ def draw_lines(axes: Axes, study: Study, values: np.ndarray) -> None:
             )
     if np.isfinite(study.agreement) and study.agreement > 0:
         axes.axhspan(axes.get_ylim()[0] * 1e-9, study.agreement, color=style.LIGHT, zorder=0)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    style.log_scale(axes.xaxis)
+    style.log_scale(axes.yaxis)
     axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel("CPU time [s]")
 

@@ -86,18 +86,26 @@ def picture(request):
         from lib import style as looks
 
         looks.apply()
-        figure, axes = plt.subplots(figsize=(4.6, 2.6), layout="constrained")
-        for (label, y), colour in zip(curves.items(), looks.CYCLE * 4, strict=False):
+        figure, axes = plt.subplots(figsize=(6.9, 3.9))
+        # Many lines are members of a family, in its order.
+        family = plt.get_cmap("viridis")(np.linspace(0, 0.9, len(curves)))
+        colours = looks.CYCLE if len(curves) <= 4 else family
+        for i, (label, y) in enumerate(curves.items()):
             abscissa, y = (x[label], y) if isinstance(x, dict) else (x, y)
-            axes.plot(abscissa, y, style, color=colour, label=label, ms=3.5, lw=1.2)
+            # Of lines that lie on each other both are seen.
+            width = 1.2 if i or len(curves) > 2 else 2.4
+            axes.plot(abscissa, y, style, color=colours[i], label=label, ms=3.5, lw=width)
         axes.set(xlabel=xlabel, ylabel=ylabel)
-        if "x" in log:
-            axes.set_xscale("log")
-        if "y" in log:
-            axes.set_yscale("log")
+        axes.set_title(name_of(request.function).replace("-", " ").capitalize())
+        for letter, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
+            if letter in log:
+                looks.log_scale(axis)
+        if "y" not in log:
+            looks.hold_scale(axes, max(np.abs(y).max() for y in curves.values()))
         if len(curves) > 1:
-            axes.legend(fontsize=7)
-        figure.savefig(Path(folder) / f"{name_of(request.function)}.png", dpi=90)
+            looks.legend_beside(axes)
+        picture_path = Path(folder) / f"{name_of(request.function)}.png"
+        figure.savefig(picture_path, dpi=90, bbox_inches="tight")
         plt.close(figure)
 
     return draw
@@ -135,9 +143,9 @@ def test_grazing_touch(attempt, picture):
     assert not missed.events
     picture(
         excesses,
-        {"error of the time of touch [s]": errors, "steps": steps},
+        {"error of the time of touch": errors, "steps": steps},
         "excess of height [m]",
-        "",
+        "error [s], number of steps",
         "xy",
         "o-",
     )
@@ -162,7 +170,7 @@ def test_approach_from_rounding_to_the_limit(attempt, picture):
         rounding = 4.0 * np.spacing(RADIUS) / overlap
         expected = stiffness(young) * (RADIUS - z) ** 1.5
         assert found[-1] == pytest.approx(expected, rel=1e-14 + 1.5 * rounding)
-    picture(overlaps, {"force [N]": found}, "overlap [m]", "force [N]", "xy", "o-")
+    picture(overlaps, {"force": found}, "overlap [m]", "force [N]", "xy", "o-")
     result = attempt("ball", f"body.position = 0, 0, {0.899 * RADIUS!r}", refused=True)
     assert result.status == 2
     assert "tenth" in result.err or "at most" in result.err
@@ -199,7 +207,7 @@ def test_too_deep_on_the_way(attempt, picture):
     assert len(depths) >= 2
     picture(
         speeds[: len(depths)],
-        {"largest overlap [m]": depths, "limit": [0.1 * RADIUS] * len(depths)},
+        {"largest overlap": depths, "limit": [0.1 * RADIUS] * len(depths)},
         "speed [m/s]",
         "overlap [m]",
         "",
@@ -286,7 +294,14 @@ def test_soft_and_stiff_materials(attempt, picture):
         energy = ball.energy()
         assert np.abs(energy - energy[0]).max() <= 1e-6 * energy[0]
     assert len(found) == len(moduli)
-    picture(moduli, {"found": found, "Hertz": expected}, "E* [Pa]", "contact time [s]", "xy", "o-")
+    picture(
+        moduli,
+        {"found": found, "Hertz": expected},
+        "effective modulus E* [Pa]",
+        "contact time [s]",
+        "xy",
+        "o-",
+    )
     assert found == pytest.approx(expected, rel=1e-6)
 
 
@@ -324,7 +339,7 @@ def test_masses_from_dust_to_boulders(attempt, picture, slow_build):
         radii,
         {"restitution of the first bounce": ratios},
         "radius [m]",
-        "speed after over before",
+        "speed after over speed before [-]",
         "x",
         "o-",
     )
@@ -351,7 +366,7 @@ def test_lightly_damped_steel(attempt, picture):
         "contact.damping_coefficient = 0.2",
         "integrator.method = 'explicit8'",
     )
-    picture(ball.time, {"gap": ball.gap[:, 0] * 1e6}, "time [s]", "gap [um]")
+    picture(ball.time, {"gap": ball.gap[:, 0] * 1e6}, "time [s]", "gap [µm]")
     assert len(ball.times("touch")) > 1000
     energy = ball.energy()
     assert np.abs(energy - energy[0]).max() <= 1e-7 * energy[0]
@@ -451,10 +466,10 @@ def test_heavy_damping_and_none(attempt, picture):
     assert np.diff(crossing).mean() == pytest.approx(period, rel=1e-3)
     assert swing.max() == pytest.approx(offset, rel=0.01)
     picture(
-        {"zeta 20": ball.time * rate, "none": free.time[:200] / free.time[199] * 4.0},
-        {"zeta 20": height, "none": swing[:200] / offset},
-        "time (scaled)",
-        "height over that of rest (scaled)",
+        {"ζ = 20": ball.time * rate, "ζ = 0": free.time[:200] / free.time[199] * 4.0},
+        {"ζ = 20": height, "ζ = 0": swing[:200] / offset},
+        "time over that of the decay, or of two swings [-]",
+        "height above rest over the first [-]",
     )
 
 
@@ -474,7 +489,13 @@ def test_sliding_that_stops(attempt, picture):
     whole = attempt("stool", "scene.t_end = 100", "output.interval = 0.01", *start)
     speed = np.hypot(slide.velocity[:, 0, 0], slide.velocity[:, 0, 1])
     spin = np.abs(slide.angular_velocity[:, 0, 2])
-    picture(slide.time, {"v [m/s]": speed, "0.05 m w": 0.05 * spin}, "time [s]", "", "y")
+    picture(
+        slide.time,
+        {"sliding": speed, "spin times 0.05 m": 0.05 * spin},
+        "time [s]",
+        "speed [m/s]",
+        "y",
+    )
     stops = [slide.time[np.flatnonzero(x > 1e-3 * x[0])[-1]] for x in (speed, spin)]
     assert abs(stops[0] - stops[1]) <= 2e-3
     resting = whole.time > 0.5
@@ -516,7 +537,7 @@ def test_long_rest_with_light_damping(attempt, picture, coefficient, slow_build)
         first.time[1:],
         {"gap": np.abs(first.gap[1:, 0] + rest)},
         "time [s]",
-        "gap off rest [m]",
+        "distance from rest [m]",
         "y",
     )
     assert -whole.gap[-1, 0] == pytest.approx(rest, rel=1e-5)
@@ -543,7 +564,7 @@ def test_incline_below_and_above_the_friction_angle(attempt, picture, slow_build
         )
         x, v, t = stool.position[:, 0, 0], stool.velocity[:, 0, 0], stool.time
         late = t > 0.5 * t_end
-        times[f"tan = {tangent}"], curves[f"tan = {tangent}"] = t[1:], np.abs(x[1:])
+        times[f"tan α = {tangent}"], curves[f"tan α = {tangent}"] = t[1:], np.abs(x[1:])
         if tangent < 0.3:
             creep = np.polyfit(t[late], x[late], 1)[0]
             speeds.append(creep)
@@ -551,7 +572,7 @@ def test_incline_below_and_above_the_friction_angle(attempt, picture, slow_build
         else:
             expected = GRAVITY * (math.sin(angle) - 0.3 * math.cos(angle))
             assert np.polyfit(t[late], v[late], 1)[0] == pytest.approx(expected, rel=5e-3)
-    picture(times, curves, "time [s]", "way [m]", "y")
+    picture(times, curves, "time [s]", "distance slid [m]", "y")
 
 
 def test_spin_without_sliding_and_sliding_without_spin(attempt, picture):
@@ -592,8 +613,8 @@ def test_spin_without_sliding_and_sliding_without_spin(attempt, picture):
     picture(
         {"spin": top.time / stop, "sliding": ball.time / rolls},
         {"spin": top.angular_velocity[:, 0, 2] / spin, "sliding": ball.velocity[:, 0, 0] / speed},
-        "time over that of the end",
-        "over the initial value",
+        "time over that of the stop [-]",
+        "velocity over the first [-]",
     )
 
 
@@ -624,9 +645,9 @@ def test_passage_through_zero_sliding_and_zero_spin(attempt, picture):
     assert np.linalg.norm(middle) == pytest.approx(0.3 * spin.normal_force[0, 0], rel=1e-9)
     picture(
         slide.time * 1e3,
-        {"force, v through zero": force / largest, "torque, w through zero": spun / spun.max()},
+        {"force, v through zero": force / largest, "torque, ω through zero": spun / spun.max()},
         "time [ms]",
-        "over the largest",
+        "load over the largest [-]",
     )
 
 
@@ -673,9 +694,9 @@ def test_rotation_centre_on_the_rim(attempt, evaluate, picture):
     assert f == pytest.approx(9.0 * math.pi / 32.0, rel=1e-9)
     picture(
         ratio[:801],
-        {"F / fN": force[:801] / 3, "T / fNa": -found["Tz"][:801] / 3 / a},
-        "v over that at the rim",
-        "",
+        {"force, F/(f N)": force[:801] / 3, "torque, T/(f N a)": -found["Tz"][:801] / 3 / a},
+        "sliding over that with the centre on the rim [-]",
+        "load [-]",
     )
 
 
@@ -720,8 +741,8 @@ def test_spots_from_circle_to_needle(attempt, evaluate, picture):
     picture(
         lengths,
         {"b/a": ratios},
-        "ratio of the semi-axes of the body",
-        "b/a of the spot",
+        "ratio of the semi-axes of the body [-]",
+        "b/a of the spot [-]",
         "xy",
         "o-",
     )
@@ -752,7 +773,11 @@ def test_curvature_ratio_sweeps_from_one_to_a_millionth(attempt, evaluate, pictu
     assert g[0] == pytest.approx(1.0, rel=1e-9)
     assert g[-1] == pytest.approx(1e-6, rel=0.01)
     picture(
-        g, {"a [m]": rods.semi_axes[:, 0, 0], "b [m]": rods.semi_axes[:, 0, 1]}, "A/B", "", "xy"
+        g,
+        {"a": rods.semi_axes[:, 0, 0], "b": rods.semi_axes[:, 0, 1]},
+        "ratio of curvatures A/B [-]",
+        "semi-axis of the spot [m]",
+        "xy",
     )
     assert rods.normal_force[:, 0] == pytest.approx(table["N"], rel=1e-9)
     assert rods.semi_axes[:, 0, 0] == pytest.approx(table["a"], rel=1e-9)
@@ -788,7 +813,7 @@ def test_regularization_from_coarse_to_fine(attempt, picture, slow_build):
             "scene.t_end = 0.2",
         )
         slip = ball.slip_velocity[:, 0, 0]
-        times[f"delta = {delta:g}"], curves[f"delta = {delta:g}"] = ball.time, np.abs(slip) + 1e-12
+        times[f"δ = {delta:g}"], curves[f"δ = {delta:g}"] = ball.time, np.abs(slip) + 1e-12
         assert np.diff(ball.mechanical()).max() <= 1e-12
         if power == 0:
             rate = 3.5 * coefficient * GRAVITY / delta
@@ -821,7 +846,11 @@ def test_a_million_revolutions(attempt, picture, slow_build):
     turned = 2.0 * np.arctan2(z, w)
     off = np.angle(np.exp(1j * (turned - spin * body.time))) / (2.0 * math.pi)
     picture(
-        body.time[1:] * spin / 2 / math.pi, {"error": np.abs(off[1:])}, "revolutions", "turns", "xy"
+        body.time[1:] * spin / 2 / math.pi,
+        {"error": np.abs(off[1:])},
+        "revolutions [-]",
+        "error [turns]",
+        "xy",
     )
     assert np.abs(np.linalg.norm(body.quaternion[:, 0], axis=1) - 1.0).max() <= 1e-14
     assert np.abs(off).max() <= 2e-3
@@ -867,7 +896,7 @@ def test_middle_axis(attempt, picture):
     half = (
         2.0 * quarter * math.sqrt(inertia.prod() / abs((last - middle) * (square - twice * first)))
     )
-    picture(body.time, {"rate about the middle axis": rates[:, 1]}, "time [s]", "rad/s")
+    picture(body.time, {"rate": rates[:, 1]}, "time [s]", "rate about the middle axis [rad/s]")
     sign = np.flatnonzero(rates[:-1, 1] * rates[1:, 1] < 0)
     flips = []
     for i in sign:
@@ -897,7 +926,7 @@ def test_light_top_through_its_bounces(attempt, picture, inputs, slow_build):
     _, x, y, _ = top.quaternion[:, 0].T
     upright = 1 - 2 * (x * x + y * y)
     theta = np.degrees(np.arccos(np.clip(upright, -1, 1)))
-    picture(top.time, {"inclination": theta}, "time [s]", "degrees")
+    picture(top.time, {"inclination": theta}, "time [s]", "inclination [°]")
     assert top.summary["energy_error_relative"] <= 1e-6
     assert np.diff(top.mechanical()).max() <= 1e-8 * top.mechanical()[0]
     if not slow_build:
@@ -925,7 +954,7 @@ def test_bearing_from_rest_in_a_millisecond(attempt, picture):
             "ball about itself": bearing.angular_velocity[:, 1, 2],
         },
         "time [ms]",
-        "rad/s",
+        "angular velocity [rad/s]",
     )
     assert np.polyfit(bearing.time[late], orbit[late], 1)[0] == pytest.approx(40.0, rel=0.01)
     assert bearing.angular_velocity[late, 1, 2] == pytest.approx(-200.0, rel=0.01)
@@ -947,7 +976,7 @@ def test_nothing_happens_for_a_day(attempt, picture, method):
         "free", "scene.t_end = 1e5", "body.velocity = 1, 2, 3", f"integrator.method = '{method}'"
     )
     expected = body.time[:, None] * np.array([1.0, 2.0, 3.0])
-    picture(body.time, {"way": body.position[:, 0, 0]}, "time [s]", "m")
+    picture(body.time, {"x": body.position[:, 0, 0]}, "time [s]", "distance [m]")
     assert np.abs(body.position[:, 0] - expected).max() <= 1e-9 * 3e5
     assert body.steps < 2000
 
@@ -966,7 +995,7 @@ def test_nothing_happens_on_the_floor(attempt, picture):
         "contact.damping_coefficient = 100",
         *RUBBED,
     )
-    picture(ball.time, {"overlap over that of Hertz": -ball.gap[:, 0] / rest}, "time [s]", "")
+    picture(ball.time, {"": -ball.gap[:, 0] / rest}, "time [s]", "overlap over that of Hertz [-]")
     assert -ball.gap[:, 0] == pytest.approx(rest, rel=1e-6)
     assert ball.steps < 20000
 
@@ -1003,7 +1032,14 @@ def test_tolerances_from_coarse_to_fine(attempt, picture, method):
             "ball", *sets, f"integrator.method = '{method}'", f"integrator.rtol = {tolerance!r}"
         )
         errors.append(np.abs(last(found) - exact).max() / np.abs(exact).max())
-    picture(tolerances, {"error": errors, "tolerance": tolerances}, "tolerance", "", "xy", "o-")
+    picture(
+        tolerances,
+        {"error": errors, "tolerance": tolerances},
+        "tolerance [-]",
+        "error [-]",
+        "xy",
+        "o-",
+    )
     factor = {"explicit8": 10.0, "cvode_bdf": 1e3, "cvode_adams": 1e4}[method]
     assert (np.array(errors) <= factor * tolerances).all()
     assert errors[-1] <= 1e-8

@@ -211,6 +211,12 @@ def test_the_page_reads_a_table(table, tmp_path, library):
     )
     text = text.replace("stem_floor", "ball_floor")
     text += "print(t, t.first_touch_ball_floor.min())\n"
+    # Cases have their numbers, from 1, in both.
+    flat = text.replace('.set_index(case=["friction_coefficient", "tilt"]).unstack("case")', "")
+    flat = flat.replace("t.first_touch_ball_floor.plot()", "")
+    numbers = "t.case.values" if library == "xarray" else "t.index.values"
+    done = captured([sys.executable, "-c", f"{flat}print({numbers})"], cwd=tmp_path, timeout=300)
+    assert done.stdout.splitlines()[-1].split() == ["[", *"1 2 3 4 5 6 7 8 9 10 11 12]".split()]
     done = captured(
         [sys.executable, "-c", text],
         cwd=tmp_path,

@@ -96,7 +96,8 @@ def test_work_supplied_is_drawn(drawn):
 &body name = 'table', motion = 'prescribed', velocity = 1, 0, 0 /
 &surface name = 'ball', body = 'ball', shape = 'sphere', radius = 0.01, material = 'm' /
 &surface name = 'top', body = 'table', shape = 'plane', normal = 0, 0, 1, material = 'm' /
-&contact name = 'c', surfaces = 'ball', 'top', friction = 'contensou_exact', friction_coefficient = 0.3 /
+&contact name = 'c', surfaces = 'ball', 'top', friction = 'contensou_exact',
+         friction_coefficient = 0.3 /
 &output interval = 1e-4 /
 """
     (energy,) = drawn(scene)["Energy balance"]

@@ -4,7 +4,7 @@ module contensou_base_constants
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : constants_group, document_type, value_expression, &
       value_integer, value_null, value_real, value_text, value_type
-   use contensou_base_document_types, only : assignment_type, move_group, resize_groups
+   use contensou_base_document_types, only : assignment_type, remove_groups
    use contensou_base_expressions, only : constant_bad, constant_known, constant_open, &
       constants_type, evaluate, fault_type, name_is_free
    use contensou_base_kinds, only : wp
@@ -34,7 +34,7 @@ contains
    subroutine take_constants(document, diagnostics)
       type(document_type), intent(inout) :: document
       type(diagnostics_type), intent(inout) :: diagnostics
-      integer :: g, i, n
+      integer :: g, i
 
       if (.not. has_constants(document)) return
       do g = 1, document%n_groups
@@ -43,14 +43,7 @@ contains
             call take_constant(document, document%groups(g)%assignments(i), diagnostics)
          end do
       end do
-      n = 0
-      do g = 1, document%n_groups
-         if (document%groups(g)%name == constants_group) cycle
-         n = n + 1
-         if (n < g) call move_group(document%groups(g), document%groups(n))
-      end do
-      document%n_groups = n
-      call resize_groups(document, n)
+      call remove_groups(document, constants_group)
       do i = 1, document%constants%n
          call compute(document%constants, i, diagnostics)
       end do

@@ -11,7 +11,8 @@ module contensou_base_document_types
    public :: value_null, value_integer, value_real, value_logical, value_text, &
       value_expression
    public :: copy_values, move_assignment, move_group
-   public :: resize_assignments, resize_groups, append_source
+   public :: resize_assignments, resize_groups, append_source, append_text, selection
+   public :: remove_groups
 
    !> No value was given: nothing between two commas.
    integer, parameter :: value_null = 0
@@ -160,6 +161,80 @@ contains
       call move_alloc(from%name, to%name)
       call move_alloc(from%assignments, to%assignments)
    end subroutine move_group
+
+   !> Remove the groups of one name.
+   pure subroutine remove_groups(document, name)
+      type(document_type), intent(inout) :: document
+      character(len=*), intent(in) :: name
+      integer :: g, n
+
+      n = 0
+      do g = 1, document%n_groups
+         if (document%groups(g)%name == name) cycle
+         n = n + 1
+         if (n < g) call move_group(document%groups(g), document%groups(n))
+      end do
+      document%n_groups = n
+      call resize_groups(document, n)
+   end subroutine remove_groups
+
+   !> Append a key with one text, or two, to a group.
+   pure subroutine append_text(group, key, text, origin, second)
+      type(group_type), intent(inout) :: group
+      character(len=*), intent(in) :: key
+      character(len=*), intent(in) :: text
+      !> Where it comes from.
+      type(origin_type), intent(in) :: origin
+      !> Another text.
+      character(len=*), intent(in), optional :: second
+      integer :: n
+
+      n = group%n_assignments + 1
+      call resize_assignments(group, n)
+      group%n_assignments = n
+      associate (assignment => group%assignments(n))
+         assignment%key = key
+         assignment%origin = origin
+         allocate(assignment%values(merge(2, 1, present(second))))
+         assignment%values%kind = value_text
+         assignment%values%origin = origin
+         assignment%values(1)%text = text
+         if (present(second)) assignment%values(2)%text = second
+      end associate
+   end subroutine append_text
+
+   !> The groups of one name of a document, with its constants. With a key, those that give it.
+   pure function selection(document, name, key) result(part)
+      type(document_type), intent(in) :: document
+      !> Name of the groups.
+      character(len=*), intent(in) :: name
+      character(len=*), intent(in), optional :: key
+      type(document_type) :: part
+      logical :: chosen(document%n_groups)
+      integer :: i, k, n
+
+      do i = 1, document%n_groups
+         associate (group => document%groups(i))
+            chosen(i) = group%name == name
+            if (.not. chosen(i) .or. .not. present(key)) cycle
+            chosen(i) = .false.
+            do k = 1, group%n_assignments
+               chosen(i) = chosen(i) .or. group%assignments(k)%key == key
+            end do
+         end associate
+      end do
+      allocate(part%groups(count(chosen)))
+      n = 0
+      do i = 1, document%n_groups
+         if (.not. chosen(i)) cycle
+         n = n + 1
+         part%groups(n) = document%groups(i)
+      end do
+      part%n_groups = n
+      part%constants = document%constants
+      ! The other groups are not missing.
+      part%complete = .false.
+   end function selection
 
    !> Append a source without copying the lines of any.
    pure subroutine append_source(document, source)

@@ -80,6 +80,7 @@ module contensou_base_settings
       procedure :: require
       procedure :: refuse
       procedure :: derive_number
+      procedure :: derive_numbers
       procedure :: derive_text
       procedure :: unset
    end type group_settings_type
@@ -547,6 +548,25 @@ contains
          setting%values(1)%real = x
       end associate
    end subroutine derive_number
+
+   !> Give a key numbers that are derived from others.
+   subroutine derive_numbers(self, name, x)
+      class(group_settings_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: x(:)
+      integer :: s
+
+      call new_setting(self%stored, self%schema, self%schema%position(name), s)
+      associate (setting => self%stored%settings(s))
+         setting%set = .true.
+         if (size(setting%values) /= size(x)) then
+            deallocate(setting%values)
+            allocate(setting%values(size(x)))
+         end if
+         setting%values%kind = value_real
+         setting%values%real = x
+      end associate
+   end subroutine derive_numbers
 
    !> Give a key a text that is derived from others.
    subroutine derive_text(self, name, text)

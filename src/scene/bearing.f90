@@ -3,7 +3,7 @@
 module contensou_scene_bearing
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : document_type, group_type, value_real, value_text
-   use contensou_base_document_types, only : move_group, resize_groups
+   use contensou_base_document_types, only : move_group, resize_groups, selection
    use contensou_base_kinds, only : pi, wp
    use contensou_base_rotations, only : rotation_matrix, unit_quaternion
    use contensou_base_numbers, only : to_text
@@ -113,28 +113,6 @@ contains
       call move_alloc(expanded%groups, document%groups)
       document%n_groups = n
    end subroutine expand_bearings
-
-   !> The groups of one name of a document.
-   function selection(document, name) result(part)
-      type(document_type), intent(in) :: document
-      !> Name of the groups.
-      character(len=*), intent(in) :: name
-      type(document_type) :: part
-      integer :: i, n
-
-      n = count([(document%groups(i)%name == name, i=1, document%n_groups)])
-      allocate(part%groups(n))
-      n = 0
-      do i = 1, document%n_groups
-         if (document%groups(i)%name /= name) cycle
-         n = n + 1
-         part%groups(n) = document%groups(i)
-      end do
-      part%n_groups = n
-      part%constants = document%constants
-      ! The other groups are not missing.
-      part%complete = .false.
-   end function selection
 
    !> Largest number of groups that a bearing stands for.
    integer function size_of(group)

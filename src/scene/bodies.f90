@@ -10,6 +10,7 @@ module contensou_scene_bodies
    use contensou_base_text, only : quote
    use contensou_dynamics_scene, only : body_spec_type, frame_names, motion_fixed, motion_free, &
       motion_names, motion_prescribed, moves_freely, turns_by_drive
+   use contensou_scene_solids, only : is_solid
    implicit none(type, external)
    private
 
@@ -85,9 +86,10 @@ contains
          call refuse_motion("spin")
          call refuse_motion("angular_velocity")
       end if
+      if (group%is_given("density")) return
       if (body%motion == motion_free .or. moves_freely(body%motion)) call need("mass")
       ! The inertia of a body that a drive turns has no say.
-      if (body%motion == motion_free) call need("inertia")
+      if (body%motion == motion_free .and. .not. is_solid(group)) call need("inertia")
 
    contains
 

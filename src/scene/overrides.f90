@@ -16,7 +16,7 @@ module contensou_scene_overrides
    private
 
    public :: path_type, index_type
-   public :: apply_override, find_path, index_groups, name_of, object_of_override
+   public :: apply_override, find_path, index_groups, name_of, text_of, object_of_override
 
    !> What a path such as `top.position(3)` stands for.
    type :: path_type
@@ -371,17 +371,31 @@ contains
    pure function name_of(group) result(name)
       type(group_type), intent(in) :: group
       character(len=:), allocatable :: name
-      integer :: i
 
-      name = ""
+      name = text_of(group, "name")
+   end function name_of
+
+   !> A text that a group of a document gives a key, in lower case; blank if none.
+   pure function text_of(group, key, slot) result(text)
+      type(group_type), intent(in) :: group
+      character(len=*), intent(in) :: key
+      !> Which of two values; the only one if not given.
+      integer, intent(in), optional :: slot
+      character(len=:), allocatable :: text
+      integer :: i, k
+
+      text = ""
+      k = 1
+      if (present(slot)) k = slot
       do i = 1, group%n_assignments
-         if (group%assignments(i)%key /= "name") cycle
-         if (size(group%assignments(i)%values) /= 1) cycle
-         if (group%assignments(i)%values(1)%kind == value_text) then
-            name = lower(trim(group%assignments(i)%values(1)%text))
+         if (group%assignments(i)%key /= key) cycle
+         if (size(group%assignments(i)%values) < k) cycle
+         if (size(group%assignments(i)%values) > 1 .and. .not. present(slot)) cycle
+         if (group%assignments(i)%values(k)%kind == value_text) then
+            text = lower(trim(adjustl(group%assignments(i)%values(k)%text)))
          end if
       end do
-   end function name_of
+   end function text_of
 
    !> Add an empty group to a document.
    subroutine add_group(document, name, origin)

@@ -21,9 +21,11 @@ module contensou_scene_reader
    use contensou_scene_contacts, only : build_contact
    use contensou_scene_controls, only : build_integrator, build_output, build_scene
    use contensou_scene_cost, only : build_cost, cost_spec_type
+   use contensou_scene_defaults, only : defaults_group
    use contensou_scene_overrides, only : apply_override, index_groups, index_type
    use contensou_scene_references, only : collect_names, references_type
    use contensou_scene_schema, only : scene_schema
+   use contensou_scene_solids, only : weigh_bodies
    use contensou_scene_templates, only : expand_templates, has_templates
    implicit none(type, external)
    private
@@ -244,7 +246,7 @@ contains
          case ("output")
             call build_output(group, path, output_file, scene)
             interval_place = group%place("interval", 1)
-         case (constants_group)
+         case (constants_group, defaults_group)
             ! Taken from the document before its keys were looked at.
             continue
          case ("cost")
@@ -253,6 +255,7 @@ contains
             error stop "the schema has a group that no scene is built from"
          end select
       end do
+      call weigh_bodies(settings, schema, references, scene, diagnostics)
       if (diagnostics%count() > 0) return
       call check_contacts(scene, places, diagnostics)
       call check_impacts(scene, impacts_place, diagnostics)

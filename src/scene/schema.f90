@@ -12,6 +12,7 @@ module contensou_scene_schema
    use contensou_dynamics_scene, only : frame_names, impact_names, motion_names
    use contensou_integrate_march, only : integrator_methods, jacobian_kinds
    use contensou_scene_cost, only : put_cost_keys
+   use contensou_scene_solids, only : solid_parts
    implicit none(type, external)
    private
 
@@ -37,7 +38,7 @@ contains
    pure function schema_groups() result(groups)
       type(group_spec_type), allocatable :: groups(:)
 
-      allocate(groups(10))
+      allocate(groups(11))
       groups(1) = group_spec_type("scene", .false., .true., "what the whole scene shares")
       groups(2) = group_spec_type("material", .true., .false., "an isotropic elastic material")
       groups(3) = group_spec_type("body", .true., .true., &
@@ -52,7 +53,9 @@ contains
          "a ball bearing, which stands for its bodies, surfaces and contacts: NAME_inner, " // &
          "NAME_outer, NAME_ball_1, ..., see check --expand")
       groups(9) = constants_group_spec()
-      groups(10) = group_spec_type("cost", .false., .false., &
+      groups(10) = group_spec_type("defaults", .false., .false., "values of keys for all " // &
+         "surfaces and contacts that have a use for them and do not give them", hidden=.true.)
+      groups(11) = group_spec_type("cost", .false., .false., &
          "what contensou cost runs and compares; other commands only check it", hidden=.true.)
    end function schema_groups
 
@@ -102,6 +105,7 @@ contains
          target="surface", doc="the surfaces A and B; normals point from A into B, forces are " // &
          "reported as they act on the body of B")
       call put_part_keys(list)
+      call put_default_keys(list)
 
       call put_integrator_keys(list)
 
@@ -144,6 +148,22 @@ contains
          above=0.0_wp, doc="principal moments of inertia about the centre of mass, along the " // &
          "body axes; none may exceed the sum of the other two; mandatory for a free body, " // &
          "without meaning for others")
+      call list%put("body", "radius_of_gyration", kind_real, values=3, fewer=.true., unit="m", &
+         above=0.0_wp, doc="radii of gyration along the body axes, or one for all: inertia is " // &
+         "mass times their squares; instead of inertia")
+      call list%put("body", "density", kind_real, unit="kg m-3", above=0.0_wp, &
+         doc="density of a solid body, bounded by its surface: gives mass and inertia, and " // &
+         "makes position that of its centre of mass; the coordinates of its surfaces may then " // &
+         "have any origin; instead of mass and inertia")
+      call list%put("body", "solid", kind_reference, target="surface", &
+         doc="surface of the body that bounds the solid; not given, its only one; with mass " // &
+         "in place of density, inertia is that of such a solid")
+      call list%put("body", "solid_length", kind_real, unit="m", above=0.0_wp, &
+         doc="length of the solid in a cylinder, about its centre, or height of the one in a " // &
+         "cone or paraboloid, from its apex or vertex")
+      call list%put("body", "solid_part", kind_choice, words=solid_parts, &
+         doc="part of a sphere or ellipsoid that the solid is: all of it ('whole', if not " // &
+         "given), or the half below or above its centre, along its third axis")
       call list%put("body", "position", kind_real, values=3, unit="m", default="0, 0, 0", &
          doc="initial centre of mass in the inertial frame")
       call list%put("body", "axis", kind_real, values=3, unit="1", &
@@ -216,8 +236,6 @@ contains
    subroutine put_bearing_keys(list)
       type(key_list_type), intent(inout) :: list
       character(len=*), parameter :: b = "bearing"
-      type(key_type) :: key
-      integer :: i, before
 
       call list%put(b, "name", kind_name, mandatory=.true., &
          doc="name of the bearing, with which the names of its parts begin")
@@ -285,14 +303,41 @@ contains
          doc="diameter of a pocket less that of a ball; mandatory with a cage")
       call list%put(b, "cage_friction_coefficient", kind_real, unit="1", least=0.0_wp, &
          doc="friction coefficient in the pockets; friction_coefficient if not given")
+      call copy_keys(list, "contact", b)
+   end subroutine put_bearing_keys
+
+   !> The keys of the defaults: those of contacts and surfaces, but for where a surface is;
+   !> `normal` is that of a contact.
+   subroutine put_default_keys(list)
+      type(key_list_type), intent(inout) :: list
+
+      call copy_keys(list, "contact", "defaults")
+      call copy_keys(list, "surface", "defaults")
+   end subroutine put_default_keys
+
+   !> Add the keys of a group to another one, but for those it has and those that say which group
+   !> it is, or where.
+   subroutine copy_keys(list, from, to)
+      type(key_list_type), intent(inout) :: list
+      character(len=*), intent(in) :: from, to
+      character(len=*), parameter :: of_one(*) = [character(len=28) :: "name", "surfaces", &
+         "body", "centre", "direction", "axis", "angle", "quaternion"]
+      type(key_type) :: key
+      integer :: before, i
+
       before = list%n
       do i = 1, before
-         if (list%keys(i)%group /= "contact") cycle
-         if (any(list%keys(i)%name == [character(len=28) :: "name", "surfaces"])) cycle
+         if (list%keys(i)%group /= from) cycle
          key = list%keys(i)
-         key%group = b
+         if (any(key%name == of_one)) cycle
+         if (any(list%keys(:list%n)%group == to .and. list%keys(:list%n)%name == key%name)) cycle
+         key%group = to
+         if (to == "defaults") then
+            key%mandatory = .false.
+            key%default = ""
+         end if
          call list%append(key)
       end do
-   end subroutine put_bearing_keys
+   end subroutine copy_keys
 
 end module contensou_scene_schema

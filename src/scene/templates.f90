@@ -1,6 +1,6 @@
-!> What stands for other groups of a scene or gives them values: constants and bearings. It is
-!> worked out in the document, before keys are looked at, so that what comes of it is read, checked
-!> and set as if it had been written.
+!> What stands for other groups of a scene or gives them values: constants, defaults and bearings.
+!> It is worked out in the document, before keys are looked at, so that what comes of it is read,
+!> checked and set as if it had been written.
 module contensou_scene_templates
    use contensou_base_constants, only : has_constants, take_constants
    use contensou_base_diagnostics, only : diagnostics_type
@@ -9,6 +9,7 @@ module contensou_scene_templates
    use contensou_base_schema, only : schema_type
    use contensou_base_text, only : string_type
    use contensou_scene_bearing, only : bearing_group, expand_bearings
+   use contensou_scene_defaults, only : apply_defaults, defaults_group
    use contensou_scene_overrides, only : apply_override, index_groups, index_type, name_of, &
       object_of_override
    implicit none(type, external)
@@ -33,7 +34,8 @@ contains
    pure logical function is_template(name)
       character(len=*), intent(in) :: name
 
-      is_template = name == bearing_group .or. name == constants_group
+      is_template = any(name == [character(len=9) :: bearing_group, constants_group, &
+         defaults_group])
    end function is_template
 
    !> Names of what other groups are made from, materials among them.
@@ -78,6 +80,7 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       type(index_type) :: index_of
       type(names_type) :: names
+      type(diagnostics_type) :: ignored
       logical :: first(size(overrides))
       integer :: i
 
@@ -89,6 +92,15 @@ contains
          call apply_override(document, schema, index_of, overrides(i)%s, diagnostics)
       end do
       call take_constants(document, diagnostics)
+      if (any([(document%groups(i)%name == defaults_group, i=1, document%n_groups)])) then
+         ! What is set for a group decides on what it has a use for; what comes of the templates is
+         ! not there yet.
+         do i = 1, size(overrides)
+            if (.not. first(i)) call apply_override(document, schema, index_of, overrides(i)%s, &
+               ignored)
+         end do
+         call apply_defaults(document, schema, diagnostics)
+      end if
       call expand_bearings(document, schema, diagnostics)
       if (.not. document%complete) return
       ! What would have come of something that was left out is not unknown.

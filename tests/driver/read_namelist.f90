@@ -85,12 +85,15 @@ contains
    !> Every group `body`.
    subroutine read_body()
       character(len=256) :: name
-      real(wp) :: mass, inertia(3), position(3), axis(3), angle, quaternion(4), velocity(3), &
+      real(wp) :: mass, inertia(3), radius_of_gyration(3), density, solid_length
+      character(len=256) :: solid, solid_part
+      real(wp) :: position(3), axis(3), angle, quaternion(4), velocity(3), &
          spin(3), angular_velocity(3)
       character(len=256) :: motion, applied_frame
       real(wp) :: final_velocity(3), final_angular_velocity(3), ramp_duration, applied_force(3), &
          applied_torque(3)
       integer :: n
+      namelist /body/ radius_of_gyration, density, solid, solid_length, solid_part
       namelist /body/ name, motion, mass, inertia, position, axis, angle, quaternion, velocity, &
          spin, angular_velocity, final_velocity, final_angular_velocity, ramp_duration, &
          applied_force, applied_torque, applied_frame
@@ -101,6 +104,11 @@ contains
          name = no_text
          mass = no_number
          inertia = no_number
+         radius_of_gyration = no_number
+         density = no_number
+         solid = no_text
+         solid_length = no_number
+         solid_part = no_text
          position = no_number
          axis = no_number
          angle = no_number
@@ -121,6 +129,11 @@ contains
          call put_texts("body", n, "name", [name])
          call put_numbers("body", n, "mass", [mass])
          call put_numbers("body", n, "inertia", inertia)
+         call put_numbers("body", n, "radius_of_gyration", radius_of_gyration)
+         call put_numbers("body", n, "density", [density])
+         call put_texts("body", n, "solid", [solid])
+         call put_numbers("body", n, "solid_length", [solid_length])
+         call put_texts("body", n, "solid_part", [solid_part])
          call put_numbers("body", n, "position", position)
          call put_numbers("body", n, "axis", axis)
          call put_numbers("body", n, "angle", [angle])

@@ -212,8 +212,8 @@ def keys(run):
 
 
 def test_help_lists_all_groups(keys):
-    expected = "scene material body surface contact integrator output bearing constants cost"
-    expected += " sweep parameter value"
+    expected = "scene material body surface contact integrator output bearing constants defaults"
+    expected += " cost sweep parameter value"
     assert list(keys) == expected.split()
     assert sum(len(group) for group in keys.values()) >= 40
 

@@ -193,3 +193,306 @@ def test_a_table_of_cases_has_expressions(run, tmp_path, mistakes):
     assert [line for line, _ in found] == [2, 3, 4, 5]
     assert "division by zero" in found[1][1]
     assert "there is no constant 'x'" in found[2][1]
+
+
+STEEL = """\
+&scene t_end = 1e-3, gravity = 0, 0, -9.81 /
+&material name = 'steel', young = 2.1e11, poisson = 0.3 /
+&body name = 'top', density = 7850, position = 0.1, 0.2, 3 {body} /
+&surface name = 'skin', body = 'top', material = 'steel', {skin} /
+&surface name = 'floor', body = 'ground', shape = 'sphere', radius = 1, centre = 9, 0, 0,
+   material = 'steel' /
+&contact name = 'c', surfaces = 'skin', 'floor' /
+"""
+
+# Shape, what the body says more, cross sections: half axes along x and y, holes and heights.
+SOLIDS = {
+    "sphere": (
+        "shape = 'sphere', radius = 0.02, centre = 0, 0, 0.01",
+        "",
+        lambda z: (0.02**2 - z**2, 0.02**2 - z**2, 0 * z, -0.02, 0.02),
+    ),
+    "ellipsoid": (
+        "shape = 'ellipsoid', semi_axes = 0.02, 0.03, 0.05",
+        "",
+        lambda z: (
+            0.02**2 * (1 - z**2 / 0.05**2),
+            0.03**2 * (1 - z**2 / 0.05**2),
+            0 * z,
+            -0.05,
+            0.05,
+        ),
+    ),
+    "torus": (
+        "shape = 'torus', major_radius = 0.05, minor_radius = 0.02",
+        "",
+        lambda z: (
+            (0.05 + np.sqrt(0.02**2 - z**2)) ** 2,
+            (0.05 + np.sqrt(0.02**2 - z**2)) ** 2,
+            (0.05 - np.sqrt(0.02**2 - z**2)) ** 2,
+            -0.02,
+            0.02,
+        ),
+    ),
+    "cylinder": (
+        "shape = 'cylinder', radius = 0.02",
+        ", solid_length = 0.1",
+        lambda z: (0.02**2 + 0 * z, 0.02**2 + 0 * z, 0 * z, -0.05, 0.05),
+    ),
+    "cone": (
+        "shape = 'cone', half_angle = 30 deg, direction = 0, 0, 1",
+        ", solid_length = 0.1",
+        lambda z: (z**2 / 3, z**2 / 3, 0 * z, 0.0, 0.1),
+    ),
+    "paraboloid": (
+        "shape = 'paraboloid', vertex_radius = 0.03, direction = 0, 0, 1",
+        ", solid_length = 0.1",
+        lambda z: (0.06 * z, 0.06 * z, 0 * z, 0.0, 0.1),
+    ),
+    "lower half": (
+        "shape = 'ellipsoid', semi_axes = 0.02, 0.03, 0.05",
+        ", solid_part = 'lower_half'",
+        lambda z: (
+            0.02**2 * (1 - z**2 / 0.05**2),
+            0.03**2 * (1 - z**2 / 0.05**2),
+            0 * z,
+            -0.05,
+            0.0,
+        ),
+    ),
+    "upper half": (
+        "shape = 'sphere', radius = 0.05",
+        ", solid_part = 'upper_half'",
+        lambda z: (0.05**2 - z**2, 0.05**2 - z**2, 0 * z, 0.0, 0.05),
+    ),
+}
+
+
+@pytest.mark.parametrize("solid", SOLIDS)
+def test_density_gives_what_sections_add_up_to(expand, solid):
+    skin, body, sections = SOLIDS[solid]
+    found = expand(STEEL.format(skin=skin, body=body))
+    *_, low, high = sections(np.array(0.0))
+    # Gauss-Legendre in an angle: the ends of the sections are round.
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    angle = (nodes + 1) * np.pi / 2
+    z = low + (high - low) * (1 - np.cos(angle)) / 2
+    weights = weights * np.pi / 2 * (high - low) / 2 * np.sin(angle)
+    a2, b2, hole2, *_ = sections(z)
+    area = np.pi * (np.sqrt(a2 * b2) - hole2)
+    volume = weights @ area
+    centre = weights @ (area * z) / volume
+    # Second moments of an ellipse and of its round hole.
+    xx = weights @ (np.pi / 4 * (np.sqrt(a2 * b2) * a2 - hole2**2))
+    yy = weights @ (np.pi / 4 * (np.sqrt(a2 * b2) * b2 - hole2**2))
+    zz = weights @ (area * (z - centre) ** 2)
+    top = group(found, "body")
+    assert top["mass"] == [pytest.approx(7850 * volume, rel=1e-9)]
+    inertia = 7850 * np.array([yy + zz, xx + zz, xx + yy])
+    assert top["inertia"] == pytest.approx(inertia, rel=1e-9)
+    assert top["position"] == [0.1, 0.2, 3]
+    # The centre of mass is the origin of what the surfaces are given in.
+    assert group(found, "surface", "skin")["centre"] == pytest.approx([0, 0, -centre], abs=1e-16)
+    assert "density" not in top
+
+
+def test_a_solid_carries_the_other_surfaces_along(expand):
+    text = STEEL.format(
+        skin="shape = 'sphere', radius = 0.05, centre = 0, 0, 1", body=", solid = 'skin'"
+    )
+    text = text.replace(
+        "&contact",
+        "&surface name = 'peg', body = 'top', shape = 'sphere', "
+        "material = 'steel', radius = 0.01, centre = 0, 0.02, 1.1 /\n&contact",
+    )
+    found = expand(text)
+    assert group(found, "surface", "skin")["centre"] == [0, 0, 0]
+    assert group(found, "surface", "peg")["centre"] == pytest.approx([0, 0.02, 0.1], rel=1e-14)
+
+
+def test_a_solid_on_its_side_has_its_inertia_there(expand):
+    skin = "shape = 'cylinder', radius = 0.02, direction = 1, 0, 0"
+    lying = group(expand(STEEL.format(skin=skin, body=", solid_length = 0.1")), "body")["inertia"]
+    mass = 7850 * np.pi * 0.02**2 * 0.1
+    assert lying[0] == pytest.approx(mass * 0.02**2 / 2, rel=1e-14)
+    assert lying[1:] == pytest.approx([mass * (0.02**2 / 4 + 0.1**2 / 12)] * 2, rel=1e-14)
+
+
+def test_radii_of_gyration(expand):
+    body = ", mass = 2, radius_of_gyration = {}"
+    text = STEEL.format(skin="shape = 'sphere', radius = 0.02", body="").replace(
+        " density = 7850,", ""
+    )
+    for given, inertia in (("0.1", [0.02] * 3), ("0.1, 0.1, 0.2", [0.02, 0.02, 0.08])):
+        found = expand(text.replace("0.2, 3 ", "0.2, 3" + body.format(given)))
+        assert group(found, "body")["inertia"] == pytest.approx(inertia, rel=1e-15)
+    solid = expand(text.replace("0.2, 3 ", "0.2, 3, mass = 2, solid = 'skin'"))
+    assert group(solid, "body")["inertia"] == pytest.approx([2 * 0.4 * 0.02**2] * 3, rel=1e-15)
+
+
+def test_what_a_solid_leaves_out_gives_the_same_run(simulate, tmp_path):
+    """A run from the settings of a result is the same run, bit for bit."""
+    text = (
+        STEEL.replace("'sphere', radius = 1, centre = 9, 0, 0", "'plane'")
+        .format(
+            skin="shape = 'sphere', radius = 0.05, centre = 0, 0, 0.01",
+            body=", solid_part = 'lower_half'",
+        )
+        .replace("0.2, 3", "0.2, 0.031, spin = 3, 2, 1")
+    )
+    simulate(text)
+    (tmp_path / "out.h5").rename(tmp_path / "first.h5")
+    with h5py.File(tmp_path / "first.h5") as file:
+        simulate(file["/input/resolved"].asstr()[()])
+    with h5py.File(tmp_path / "first.h5") as one, h5py.File(tmp_path / "out.h5") as other:
+        assert one["/input/resolved"][()] == other["/input/resolved"][()]
+        assert len(one["/trajectory/time"]) > 100
+        for name, values in one["/trajectory"].items():
+            if values.dtype == object:
+                continue
+            assert values[()].tobytes() == other["/trajectory"][name][()].tobytes(), name
+
+
+WRONG_SOLIDS = {
+    "mass = 1": "the mass is given twice",
+    "inertia = 3*1": "the inertia is given twice",
+    "radius_of_gyration = 1": "'density' beside 'radius_of_gyration'",
+    "solid = 'floor'": "surface 'floor' is not on body 'top'",
+    "solid = 'skim'": "there is no surface 'skim'",
+    "solid_length = 1": "has a length of its own",
+    "solid_part = 'half'": "expected",
+}
+
+
+@pytest.mark.parametrize("words", WRONG_SOLIDS)
+def test_mistakes_in_solids(run, tmp_path, mistakes, words):
+    path = tmp_path / "scene.nml"
+    path.write_text(STEEL.format(skin="shape = 'sphere', radius = 0.02", body=", " + words))
+    result = run("run", path)
+    assert result.status == 2
+    assert not (tmp_path / "scene.h5").exists()
+    assert [m.line for m in mistakes(result.err)] == [3]
+    assert WRONG_SOLIDS[words] in result.err
+
+
+BOUNDLESS = {
+    "shape = 'plane'": "a plane bounds no solid",
+    "shape = 'cylinder', radius = 0.1": "has no ends",
+    "shape = 'sphere', radius = 0.1, side = 'inside'": "the inside of a sphere bounds no solid",
+    "shape = 'sphere', radius = 1e-30": "follow",
+    "shape = 'cylinder', radius = 0.1, direction = 1, 0, 1": "has no ends",
+}
+
+
+@pytest.mark.parametrize("skin", BOUNDLESS)
+def test_surfaces_that_bound_no_solid(run, tmp_path, mistakes, skin):
+    path = tmp_path / "scene.nml"
+    path.write_text(STEEL.format(skin=skin, body=""))
+    result = run("check", path)
+    assert result.status == 2
+    assert [m.line for m in mistakes(result.err)] == [3]
+    assert BOUNDLESS[skin] in result.err
+
+
+def test_axes_of_a_solid_are_those_of_its_body(run, tmp_path):
+    path = tmp_path / "scene.nml"
+    skin = "shape = 'cylinder', radius = 0.1, direction = 1, 0, 1"
+    path.write_text(STEEL.format(skin=skin, body=", solid_length = 1"))
+    result = run("check", path)
+    assert result.status == 2
+    assert "products of inertia are not zero" in result.err
+
+
+PAIR = """\
+&defaults shape = 'sphere', radius = 0.02, material = 'steel', damping = 'tsuji',
+   restitution = 0.9, friction = 'pade22', friction_coefficient = 0.3, normal = 'hertz' {more} /
+&scene t_end = 0.01 /
+&material name = 'steel', young = 2.1e11, poisson = 0.3 /
+&body name = 'a', mass = 1, inertia = 3*1 /
+&body name = 'b', mass = 1, inertia = 3*1, position = 1, 0, 0 /
+&surface name = 'a', body = 'a' /
+&surface name = 'b', body = 'b', radius = 0.01 /
+&surface name = 'floor', body = 'ground', shape = 'plane', centre = 0, 0, -2 /
+&contact name = 'ab', surfaces = 'a', 'b' /
+&contact name = 'af', surfaces = 'a', 'floor', friction_coefficient = 0.1, damping = 'none' /
+"""
+
+
+def test_defaults_go_where_they_have_a_use(expand):
+    found = expand(PAIR.format(more=""))
+    assert [group(found, "surface", name).get("radius") for name in ("a", "b", "floor")] == [
+        [0.02],
+        [0.01],
+        None,
+    ]
+    assert all(group(found, "surface", name)["material"] == ["steel"] for name in ("a", "floor"))
+    assert "defaults" not in [name for name, _ in found]
+    ab, af = (group(found, "contact", name) for name in ("ab", "af"))
+    assert (ab["friction"], ab["friction_coefficient"]) == (["pade22"], [0.3])
+    assert (ab["damping"], ab["restitution"]) == (["tsuji"], [0.9])
+    assert (af["friction"], af["friction_coefficient"]) == (["pade22"], [0.1])
+    assert af["damping"] == ["none"]
+    assert "restitution" not in af
+
+
+def test_defaults_and_what_is_set(expand):
+    found = expand(
+        PAIR.format(more=""),
+        "defaults.friction_coefficient=0.2",
+        "ab.friction=none",
+        "af.damping=tsuji",
+    )
+    ab, af = (group(found, "contact", name) for name in ("ab", "af"))
+    assert ab["friction"] == ["none"]
+    assert "friction_coefficient" not in ab
+    assert (af["friction_coefficient"], af["restitution"]) == ([0.1], [0.9])
+    assert group(
+        expand(
+            PAIR.format(more=""), "contact.friction=coulomb", "contact.regularization_velocity=1e-3"
+        ),
+        "contact",
+        "ab",
+    )["friction"] == ["coulomb"]
+
+
+def test_a_key_takes_the_place_of_a_default(expand):
+    text = PAIR.format(more="").replace("'a', 'b' /", "'a', 'b', damping_coefficient = 0.1 /")
+    ab = group(expand(text), "contact", "ab")
+    assert ab["damping_coefficient"] == [0.1]
+    assert "restitution" not in ab
+
+
+def test_a_sweep_varies_a_default(run, tmp_path):
+    (tmp_path / "scene.nml").write_text(PAIR.format(more=""))
+    (tmp_path / "sweep.nml").write_text(
+        "&sweep scene = 'scene.nml', keep = 'steps', trajectories = 1, 2 /\n"
+        "&parameter name = 'defaults.radius', values = 0.01, 0.03 /\n"
+    )
+    result = run("sweep", tmp_path / "sweep.nml", "-j", "1")
+    assert result.status == 0, result.err
+    with h5py.File(tmp_path / "sweep.h5") as file:
+        assert list(file["status"]) == [0, 0]
+    for case, radius in (("1", "0.01"), ("2", "0.03")):
+        (name,) = tmp_path.glob(f"sweep*{case}.h5")
+        with h5py.File(name) as file:
+            assert f"radius = {radius}" in file["/input/resolved"].asstr()[()]
+
+
+WRONG_DEFAULTS = {
+    ", rolling_coefficient = 1e-3": "no surface or contact takes 'rolling_coefficient'",
+    ", half_angle = 0.1": "no surface or contact takes 'half_angle'",
+    ", fricton = 'none'": "unknown key 'fricton' in group &defaults",
+    ", rolling = 'sticky'": "'sticky'",
+    ", centre = 0, 0, 1": "unknown key 'centre' in group &defaults",
+}
+
+
+@pytest.mark.parametrize("more", WRONG_DEFAULTS)
+def test_mistakes_in_defaults(run, tmp_path, mistakes, more):
+    path = tmp_path / "scene.nml"
+    path.write_text(PAIR.format(more=more))
+    result = run("check", path)
+    assert result.status == 2
+    (only,) = mistakes(result.err)
+    assert only.line == 2
+    assert WRONG_DEFAULTS[more] in only.message

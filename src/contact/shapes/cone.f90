@@ -11,8 +11,8 @@ module contensou_contact_shapes_cone
    use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote
    use contensou_base_vectors, only : any_tangent
-   use contensou_contact_shapes_shape, only : apex_curvature, put_centre, put_direction, &
-      shape_info_type, shape_type, turning_cubic, turning_form
+   use contensou_contact_shapes_shape, only : solid_type, apex_curvature, put_centre, &
+      put_direction, shape_info_type, shape_type, turning_cubic, turning_form
    implicit none(type, external)
    private
 
@@ -31,6 +31,7 @@ module contensou_contact_shapes_cone
       procedure :: cubic
       procedure :: principal
       procedure :: apex
+      procedure :: solid
    end type cone_type
 
 contains
@@ -156,5 +157,20 @@ contains
       x = 0.0_wp
       found = .true.
    end subroutine apex
+
+   pure subroutine solid(self, part, length, body)
+      class(cone_type), intent(in) :: self
+      integer, intent(in) :: part
+      real(wp), intent(in) :: length
+      type(solid_type), intent(out) :: body
+      real(wp) :: radius
+
+      body%cut = .true.
+      radius = length*tan(self%half_angle)
+      body%volume = pi/3.0_wp*radius**2*length
+      body%centre(3) = 0.75_wp*length
+      body%gyration = 0.15_wp*radius**2 + 0.0375_wp*length**2
+      body%gyration(3) = 0.3_wp*radius**2
+   end subroutine solid
 
 end module contensou_contact_shapes_cone

@@ -2,11 +2,11 @@
 module contensou_contact_shapes_cylinder
    use contensou_base_attitude, only : read_frame
    use contensou_base_diagnostics, only : diagnostics_type
-   use contensou_base_kinds, only : wp
+   use contensou_base_kinds, only : pi, wp
    use contensou_base_schema, only : key_list_type
    use contensou_base_settings, only : group_settings_type
-   use contensou_contact_shapes_shape, only : half_tangents, put_centre, put_direction, &
-      put_radius, shape_info_type, shape_type, turning_form
+   use contensou_contact_shapes_shape, only : solid_type, half_tangents, put_centre, &
+      put_direction, put_radius, shape_info_type, shape_type, turning_form
    implicit none(type, external)
    private
 
@@ -27,6 +27,7 @@ module contensou_contact_shapes_cylinder
       procedure :: constant_curvatures
       procedure :: spine
       procedure :: room
+      procedure :: solid
    end type cylinder_type
 
 contains
@@ -135,5 +136,17 @@ contains
 
       room = [self%radius, self%radius, huge(room)]
    end function room
+
+   pure subroutine solid(self, part, length, body)
+      class(cylinder_type), intent(in) :: self
+      integer, intent(in) :: part
+      real(wp), intent(in) :: length
+      type(solid_type), intent(out) :: body
+
+      body%cut = .true.
+      body%volume = pi*self%radius**2*length
+      body%gyration = 0.25_wp*self%radius**2 + length**2/12.0_wp
+      body%gyration(3) = 0.5_wp*self%radius**2
+   end subroutine solid
 
 end module contensou_contact_shapes_cylinder

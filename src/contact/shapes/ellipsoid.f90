@@ -6,8 +6,8 @@ module contensou_contact_shapes_ellipsoid
    use contensou_base_rotations, only : rotation_matrix
    use contensou_base_schema, only : key_list_type, kind_real
    use contensou_base_settings, only : group_settings_type
-   use contensou_contact_shapes_shape, only : put_centre, quadric_cubic, quadric_form, &
-      shape_info_type, shape_type
+   use contensou_contact_shapes_shape, only : ellipsoidal_solid, solid_type, put_centre, &
+      quadric_cubic, quadric_form, shape_info_type, shape_type
    implicit none(type, external)
    private
 
@@ -32,6 +32,7 @@ module contensou_contact_shapes_ellipsoid
       procedure :: misfit
       procedure :: room
       procedure :: flattest_radius
+      procedure :: solid
    end type ellipsoid_type
 
    !> Most iterations for the point closest to a given one. Newton's method takes 3 to 6 of them,
@@ -234,5 +235,14 @@ contains
       rooms = self%room()
       radius = rooms(2)**2/rooms(1)
    end function flattest_radius
+
+   pure subroutine solid(self, part, length, body)
+      class(ellipsoid_type), intent(in) :: self
+      integer, intent(in) :: part
+      real(wp), intent(in) :: length
+      type(solid_type), intent(out) :: body
+
+      call ellipsoidal_solid(self%semi_axes, part, body)
+   end subroutine solid
 
 end module contensou_contact_shapes_ellipsoid

@@ -3,11 +3,11 @@
 module contensou_contact_shapes_paraboloid
    use contensou_base_attitude, only : read_frame
    use contensou_base_diagnostics, only : diagnostics_type
-   use contensou_base_kinds, only : wp
+   use contensou_base_kinds, only : pi, wp
    use contensou_base_schema, only : key_list_type, kind_real
    use contensou_base_settings, only : group_settings_type
-   use contensou_contact_shapes_shape, only : put_centre, put_direction, quadric_cubic, &
-      quadric_form, shape_info_type, shape_type
+   use contensou_contact_shapes_shape, only : solid_type, put_centre, put_direction, &
+      quadric_cubic, quadric_form, shape_info_type, shape_type
    implicit none(type, external)
    private
 
@@ -29,6 +29,7 @@ module contensou_contact_shapes_paraboloid
       procedure :: extent => radius_of
       procedure :: support
       procedure :: spine
+      procedure :: solid
    end type paraboloid_type
 
    !> Most iterations for the closest point; Newton's method takes 3 to 8.
@@ -180,5 +181,21 @@ contains
       centre = [0.0_wp, 0.0_wp, self%vertex_radius + z]
       radius = sqrt(self%vertex_radius*(self%vertex_radius + 2.0_wp*z))
    end subroutine spine
+
+   pure subroutine solid(self, part, length, body)
+      class(paraboloid_type), intent(in) :: self
+      integer, intent(in) :: part
+      real(wp), intent(in) :: length
+      type(solid_type), intent(out) :: body
+      real(wp) :: square
+
+      body%cut = .true.
+      ! The radius of its rim, squared.
+      square = 2.0_wp*self%vertex_radius*length
+      body%volume = 0.5_wp*pi*square*length
+      body%centre(3) = 2.0_wp/3.0_wp*length
+      body%gyration = square/6.0_wp + length**2/18.0_wp
+      body%gyration(3) = square/3.0_wp
+   end subroutine solid
 
 end module contensou_contact_shapes_paraboloid

@@ -20,6 +20,7 @@ module contensou_contact_shapes_shape
    private
 
    public :: shape_type, shape_info_type, put_centre, put_radius, put_direction
+   public :: solid_type, ellipsoidal_solid
    public :: turning_form, turning_cubic, quadric_form, quadric_cubic
    public :: samples_line, angles, cosines, sines, half_tangents, apex_curvature
 
@@ -56,6 +57,20 @@ module contensou_contact_shapes_shape
       character(len=32) :: remark = ""
    end type shape_info_type
 
+   !> A homogeneous solid.
+   type :: solid_type
+      !> Volume [m3]; 0 if the shape bounds none.
+      real(wp) :: volume = 0.0_wp
+      !> Centre of mass, frame of the shape [m].
+      real(wp) :: centre(3) = 0.0_wp
+      !> Squares of the radii of gyration about the centre of mass, axes of the shape [m2].
+      real(wp) :: gyration(3) = 0.0_wp
+      !> Whether it needs a length.
+      logical :: cut = .false.
+      !> Whether it has halves.
+      logical :: has_halves = .false.
+   end type solid_type
+
    !> A shape in its own frame.
    type, abstract :: shape_type
    contains
@@ -80,6 +95,7 @@ module contensou_contact_shapes_shape
       procedure :: misfit
       procedure :: room
       procedure :: flattest_radius
+      procedure :: solid
       !> "a sphere".
       procedure, non_overridable :: words
       procedure, non_overridable :: too_wide
@@ -377,6 +393,37 @@ contains
 
       radius = self%narrowest()
    end function flattest_radius
+
+   !> The solid that a shape bounds; none if it has no ends.
+   pure subroutine solid(self, part, length, body)
+      class(shape_type), intent(in) :: self
+      !> 0 for all of it, -1 or 1 for the half below or above its centre along its third axis.
+      integer, intent(in) :: part
+      !> Length or height of what has no ends by itself [m].
+      real(wp), intent(in) :: length
+      type(solid_type), intent(out) :: body
+
+      body = solid_type()
+   end subroutine solid
+
+   !> The solid of an ellipsoid, or half of it.
+   pure subroutine ellipsoidal_solid(axes, part, body)
+      !> Semi-axes [m].
+      real(wp), intent(in) :: axes(3)
+      !> As for `solid`.
+      integer, intent(in) :: part
+      type(solid_type), intent(out) :: body
+      real(wp) :: square(3)
+
+      square = axes**2
+      body%has_halves = .true.
+      body%volume = 4.0_wp/3.0_wp*pi*axes(1)*axes(2)*axes(3)
+      body%gyration = 0.2_wp*[square(2) + square(3), square(1) + square(3), square(1) + square(2)]
+      if (part == 0) return
+      body%volume = 0.5_wp*body%volume
+      body%centre(3) = part*0.375_wp*axes(3)
+      body%gyration(1:2) = body%gyration(1:2) - body%centre(3)**2
+   end subroutine ellipsoidal_solid
 
    !> A shape in words, as "a sphere".
    pure function words(self) result(text)

@@ -4,7 +4,8 @@ module contensou_contact_shapes_sphere
    use contensou_base_kinds, only : wp
    use contensou_base_schema, only : key_list_type
    use contensou_base_settings, only : group_settings_type
-   use contensou_contact_shapes_shape, only : put_centre, put_radius, shape_info_type, shape_type
+   use contensou_contact_shapes_shape, only : ellipsoidal_solid, solid_type, put_centre, &
+      put_radius, shape_info_type, shape_type
    implicit none(type, external)
    private
 
@@ -25,6 +26,7 @@ module contensou_contact_shapes_sphere
       procedure :: axes
       procedure :: misfit
       procedure :: room
+      procedure :: solid
    end type sphere_type
 
 contains
@@ -118,5 +120,14 @@ contains
 
       room = self%radius
    end function room
+
+   pure subroutine solid(self, part, length, body)
+      class(sphere_type), intent(in) :: self
+      integer, intent(in) :: part
+      real(wp), intent(in) :: length
+      type(solid_type), intent(out) :: body
+
+      call ellipsoidal_solid([1.0_wp, 1.0_wp, 1.0_wp]*self%radius, part, body)
+   end subroutine solid
 
 end module contensou_contact_shapes_sphere

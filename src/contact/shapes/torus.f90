@@ -2,14 +2,14 @@
 module contensou_contact_shapes_torus
    use contensou_base_attitude, only : read_frame
    use contensou_base_diagnostics, only : diagnostics_type
-   use contensou_base_kinds, only : wp
+   use contensou_base_kinds, only : pi, wp
    use contensou_base_numbers, only : to_text
    use contensou_base_schema, only : key_list_type, kind_real
    use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote
    use contensou_base_vectors, only : cross
-   use contensou_contact_shapes_shape, only : cosines, put_centre, put_direction, shape_info_type, &
-      shape_type, sines
+   use contensou_contact_shapes_shape, only : solid_type, cosines, put_centre, put_direction, &
+      shape_info_type, shape_type, sines
    implicit none(type, external)
    private
 
@@ -37,6 +37,7 @@ module contensou_contact_shapes_torus
       procedure :: alongside
       procedure :: misfit
       procedure :: room
+      procedure :: solid
    end type torus_type
 
    !> Cosine of the angle up to which samples belong to one place.
@@ -245,5 +246,16 @@ contains
 
       room = [self%radius, self%radius, huge(room)]
    end function room
+
+   pure subroutine solid(self, part, length, body)
+      class(torus_type), intent(in) :: self
+      integer, intent(in) :: part
+      real(wp), intent(in) :: length
+      type(solid_type), intent(out) :: body
+
+      body%volume = 2.0_wp*pi**2*self%major_radius*self%radius**2
+      body%gyration = 0.5_wp*self%major_radius**2 + 0.625_wp*self%radius**2
+      body%gyration(3) = self%major_radius**2 + 0.75_wp*self%radius**2
+   end subroutine solid
 
 end module contensou_contact_shapes_torus

@@ -1,0 +1,215 @@
+!> A group `defaults` gives keys to surfaces and contacts that do not give them themselves: to those
+!> that have a use for them. Parts of bearings have keys of their own and take nothing from it.
+module contensou_scene_defaults
+   use contensou_base_diagnostics, only : diagnostics_type
+   use contensou_base_document, only : document_type, group_type
+   use contensou_base_document_types, only : remove_groups, resize_assignments, selection
+   use contensou_base_resolve, only : resolve
+   use contensou_base_schema, only : key_list_type, schema_type
+   use contensou_base_settings, only : settings_type
+   use contensou_base_text, only : quote
+   use contensou_contact_parts, only : n_parts, part_type, shared_parts
+   use contensou_contact_shapes_shape, only : shape_info_type
+   use contensou_contact_shapes_table, only : all_shapes, shape_list_type
+   use contensou_scene_overrides, only : text_of
+   implicit none(type, external)
+   private
+
+   public :: apply_defaults, defaults_group
+
+   character(len=*), parameter :: defaults_group = "defaults"
+
+contains
+
+   !> Give the keys of `defaults` to the groups that have a use for them.
+   subroutine apply_defaults(document, schema, diagnostics)
+      type(document_type), intent(inout) :: document
+      type(schema_type), intent(in), target :: schema
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(settings_type) :: ignored
+      type(shape_list_type) :: shapes
+      type(part_type), pointer :: parts(:)
+      type(group_type) :: defaults
+      type(key_list_type), allocatable :: shape_keys(:)
+      logical, allocatable :: used(:)
+      logical :: wrong
+      integer :: before, d, g, i
+
+      do d = 1, document%n_groups
+         if (document%groups(d)%name == defaults_group) exit
+      end do
+      if (d > document%n_groups) return
+      before = diagnostics%count()
+      call resolve(selection(document, defaults_group), schema, ignored, diagnostics)
+      wrong = diagnostics%count() > before
+      defaults = document%groups(d)
+      if (wrong) call keep_right_ones()
+      call remove_groups(document, defaults_group)
+      call all_shapes(shapes)
+      allocate(shape_keys(shapes%n))
+      do i = 1, shapes%n
+         call shapes%items(i)%shape%put_keys(shape_keys(i))
+      end do
+      parts => shared_parts()
+      allocate(used(defaults%n_assignments), source=.false.)
+      do g = 1, document%n_groups
+         select case (document%groups(g)%name)
+         case ("surface")
+            call give_surface(document%groups(g))
+         case ("contact", "contacts")
+            call give_contact(document%groups(g))
+         case default
+            cycle
+         end select
+         ! What a mistake in the defaults leaves out is not missing.
+         if (wrong) document%groups(g)%complete = .false.
+      end do
+      if (wrong) return
+      do i = 1, size(used)
+         if (.not. used(i)) call diagnostics%add(defaults%assignments(i)%origin, &
+            "no surface or contact takes " // quote(defaults%assignments(i)%key) // &
+            " from &" // defaults_group, "a key that one of them has a use for and does not give")
+      end do
+
+   contains
+
+      !> Leave out what has a mistake.
+      subroutine keep_right_ones()
+         type(document_type) :: part
+         type(diagnostics_type) :: found
+         integer :: k, n
+
+         part = selection(document, defaults_group)
+         part%n_groups = 1
+         part%groups(1)%n_assignments = 1
+         n = 0
+         do k = 1, defaults%n_assignments
+            part%groups(1)%assignments(1) = defaults%assignments(k)
+            found = diagnostics_type()
+            call resolve(part, schema, ignored, found)
+            if (found%count() > 0) cycle
+            n = n + 1
+            if (n < k) defaults%assignments(n) = defaults%assignments(k)
+         end do
+         defaults%n_assignments = n
+      end subroutine keep_right_ones
+
+      !> Give a surface what its shape has a use for.
+      subroutine give_surface(group)
+         type(group_type), intent(inout) :: group
+         type(shape_info_type) :: info
+         character(len=:), allocatable :: shape
+         integer :: k, s
+
+         shape = text_in(group, defaults, "shape")
+         do s = 1, shapes%n
+            info = shapes%items(s)%shape%info()
+            if (info%name == shape) exit
+         end do
+         do k = 1, defaults%n_assignments
+            associate (key => defaults%assignments(k)%key)
+               select case (key)
+               case ("normal")
+                  ! That of a contact.
+                  continue
+               case ("shape", "material")
+                  call give(group, k)
+               case ("side")
+                  if (s > shapes%n) cycle
+                  if (info%hollow /= "") call give(group, k)
+               case default
+                  if (s > shapes%n) cycle
+                  if (any(shape_keys(s)%keys(:shape_keys(s)%n)%name == key)) call give(group, k)
+               end select
+            end associate
+         end do
+      end subroutine give_surface
+
+      !> Give a contact what its models have a use for.
+      subroutine give_contact(group)
+         type(group_type), intent(inout) :: group
+         character(len=:), allocatable :: with, instead
+         integer :: at, choice, i, k
+
+         do k = 1, defaults%n_assignments
+            associate (key => defaults%assignments(k)%key)
+               if (any(parts%name == key)) then
+                  call give(group, k)
+                  cycle
+               end if
+               do i = 1, n_parts
+                  choice = model_of(group, parts(i))
+                  at = parts(i)%keys(choice)%at(key)
+                  if (at == 0) cycle
+                  with = trim(parts(i)%keys(choice)%keys(at)%with)
+                  instead = trim(parts(i)%keys(choice)%keys(at)%instead)
+                  if (with /= "") then
+                     if (.not. (gives(group, with) .or. gives(defaults, with))) cycle
+                  end if
+                  used(k) = .true.
+                  if (instead /= "") then
+                     if (gives(group, instead)) cycle
+                  end if
+                  call give(group, k)
+                  exit
+               end do
+            end associate
+         end do
+      end subroutine give_contact
+
+      !> Position of the model of a part of a contact in its table.
+      integer function model_of(group, part)
+         type(group_type), intent(in) :: group
+         type(part_type), intent(in) :: part
+         character(len=:), allocatable :: name
+
+         name = text_in(group, defaults, trim(part%name))
+         do model_of = 1, size(part%models)
+            if (part%models(model_of)%info%name == name) return
+         end do
+         model_of = 1
+      end function model_of
+
+      !> Give a group one of the defaults, unless it has the key.
+      subroutine give(group, k)
+         type(group_type), intent(inout) :: group
+         !> Which default.
+         integer, intent(in) :: k
+         integer :: n
+
+         used(k) = .true.
+         if (gives(group, defaults%assignments(k)%key)) return
+         n = group%n_assignments + 1
+         call resize_assignments(group, n)
+         group%n_assignments = n
+         group%assignments(n) = defaults%assignments(k)
+      end subroutine give
+
+   end subroutine apply_defaults
+
+   !> Whether a group gives a key.
+   pure logical function gives(group, key)
+      type(group_type), intent(in) :: group
+      character(len=*), intent(in) :: key
+      integer :: i
+
+      gives = .false.
+      do i = 1, group%n_assignments
+         gives = gives .or. group%assignments(i)%key == key
+      end do
+   end function gives
+
+   !> Text of a key in a group, or else in the defaults, in lower case; blank if there is none.
+   pure function text_in(group, defaults, key) result(text)
+      type(group_type), intent(in) :: group, defaults
+      character(len=*), intent(in) :: key
+      character(len=:), allocatable :: text
+
+      if (gives(group, key)) then
+         text = text_of(group, key)
+      else
+         text = text_of(defaults, key)
+      end if
+   end function text_in
+
+end module contensou_scene_defaults

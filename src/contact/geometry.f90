@@ -12,12 +12,13 @@ module contensou_contact_geometry
    private
 
    public :: pose_type, contact_point_type, contact_variation_type, track_type, geometry_type
-   public :: contact_trouble, trouble_text
+   public :: place_closest, place_own, place_none, same_place
+   public :: contact_trouble, search_trouble, trouble_text
    public :: trouble_none, trouble_lost, trouble_conforming, trouble_no_spot, &
       trouble_jammed, trouble_redundant, trouble_apex, trouble_sunk, trouble_pulls, &
       trouble_drives
    public :: trouble_far, trouble_sudden, trouble_spots, trouble_endless, trouble_squeezed, &
-      trouble_unsettled, trouble_unseen
+      trouble_unsettled, trouble_unseen, trouble_merged
 
    !> What can make a contact unusable: nothing, a search without result, surfaces that do not touch
    !> in a point, a formula for the spot that gives none, friction that jams a rigid contact, rigid
@@ -28,9 +29,16 @@ module contensou_contact_geometry
       trouble_endless = 10, trouble_squeezed = 11, trouble_unsettled = 12
 
    !> More of it: positions too large for their rounding, an overlap that no motion explains, a
-   !> second place where the surfaces touch.
+   !> place where the surfaces touch without a spot, two spots that become one under load.
    integer, parameter :: trouble_far = 20, trouble_sudden = 21, trouble_spots = 22, &
-      trouble_unseen = 23
+      trouble_unseen = 23, trouble_merged = 24
+
+   !> What a track follows: the closest place; one that it keeps, however close others are, as each
+   !> spot of a contact that has several; none.
+   integer, parameter :: place_closest = 0, place_own = 1, place_none = 2
+
+   !> Distance of two places over the size of the surfaces above which they are not the same.
+   real(wp), parameter :: distinct = 1.0e-4_wp
 
    !> Ratio A/B below which a spot counts as a line.
    real(wp), parameter :: conforming_ratio = 1.0e-8_wp
@@ -101,6 +109,18 @@ module contensou_contact_geometry
       real(wp) :: rotation(3, 3) = 0.0_wp
       !> Its origin [m].
       real(wp) :: origin(3) = 0.0_wp
+      !> One of the `place_*` codes.
+      integer :: place = place_closest
+      !> Whether there was no such place at the last search: there is nothing to locate.
+      logical :: away = .false.
+      !> Whether the surfaces overlapped when a place of its own was found last.
+      logical :: overlaps = .false.
+      !> Whether a rigid contact is closed there.
+      logical :: pinned = .false.
+      !> Where a place of its own was when all were looked for last, on A and on B, in their frames
+      !> [m], and how far from there it may be found: half the distance of the next one [m].
+      real(wp) :: anchor(3, 2) = 0.0_wp
+      real(wp) :: leash = huge(1.0_wp)
    contains
       procedure :: exchange => exchange_track
    end type track_type
@@ -109,6 +129,12 @@ module contensou_contact_geometry
    type, abstract :: geometry_type
       !> Whether the relative curvatures never change.
       logical :: constant_curvatures = .true.
+      !> Number of places where the surfaces may touch at the same time.
+      integer :: most_spots = 1
+      !> The surface on which these are put in order, 1 for A and 2 for B.
+      integer :: ordering = 1
+      !> Length of the order of the surfaces where there may be more than one [m].
+      real(wp) :: length = 0.0_wp
    contains
       !> Gap alone.
       procedure(gap_interface), deferred :: gap
@@ -116,8 +142,8 @@ module contensou_contact_geometry
       procedure(locate_interface), deferred :: locate
       !> Variation of the contact point.
       procedure(vary_interface), deferred :: vary
-      !> Gap of a second place where the surfaces overlap; the largest number if there is none.
-      procedure :: second_gap
+      !> All places where the gap is smallest among those near by, and below a limit.
+      procedure :: find_places
       !> Smallest radius of curvature of the pair [m], the scale of admissible overlaps.
       procedure(radius_interface), deferred :: smallest_radius
    end type geometry_type
@@ -182,18 +208,35 @@ module contensou_contact_geometry
 
 contains
 
-   !> Gap of a second place where the surfaces overlap [m]; a closed form has none.
-   pure subroutine second_gap(self, a, b, track, gap)
+   !> All places where the gap is smallest among those near by, and below a limit; a closed form
+   !> tells of none, as there is one.
+   pure subroutine find_places(self, a, b, limit, places, gaps, n)
       class(geometry_type), intent(in) :: self
       type(pose_type), intent(in) :: a
       type(pose_type), intent(in) :: b
-      !> The place that is known.
-      type(track_type), intent(in) :: track
-      !> The gap; the largest number if there is no other place.
-      real(wp), intent(out) :: gap
+      !> The limit [m].
+      real(wp), intent(in) :: limit
+      !> The places; as many as there is room for.
+      type(track_type), intent(inout) :: places(:)
+      !> Their gaps [m].
+      real(wp), intent(out) :: gaps(:)
+      !> Number of places.
+      integer, intent(out) :: n
 
-      gap = huge(gap)
-   end subroutine second_gap
+      n = 0
+      gaps = limit
+   end subroutine find_places
+
+   !> Whether two tracks are at the same place.
+   pure logical function same_place(one, other, size)
+      type(track_type), intent(in) :: one
+      type(track_type), intent(in) :: other
+      !> Length of the order of the surfaces [m].
+      real(wp), intent(in) :: size
+
+      same_place = max(sum((one%first - other%first)**2), sum((one%second - other%second)**2)) &
+         <= (distinct*size)**2
+   end function same_place
 
    !> Write a track to a checkpoint or read it back.
    subroutine exchange_track(self, checkpoint)
@@ -207,6 +250,13 @@ contains
       call checkpoint%exchange("track_elsewhere", self%elsewhere)
       call checkpoint%exchange("track_rotation", self%rotation)
       call checkpoint%exchange("track_origin", self%origin)
+      call checkpoint%exchange("track_place", self%place)
+      if (self%place == place_closest) return
+      call checkpoint%exchange("track_away", self%away)
+      call checkpoint%exchange("track_overlaps", self%overlaps)
+      call checkpoint%exchange("track_pinned", self%pinned)
+      call checkpoint%exchange("track_anchor", self%anchor)
+      call checkpoint%exchange("track_leash", self%leash)
    end subroutine exchange_track
 
    !> What is wrong with a contact, one of the `trouble_*` codes.
@@ -218,15 +268,23 @@ contains
       type(contact_point_type), intent(in) :: at
       integer :: trouble
 
-      trouble = trouble_none
-      if (track%lost) then
-         trouble = trouble_lost
-      else if (max(abs(at%curvature_a), abs(at%curvature_b)) > 0.1_wp*apex_curvature) then
+      trouble = search_trouble(track)
+      if (trouble /= trouble_none) return
+      if (max(abs(at%curvature_a), abs(at%curvature_b)) > 0.1_wp*apex_curvature) then
          trouble = trouble_apex
       else if (.not. at%curvature_a > conforming_ratio*abs(at%curvature_b)) then
          trouble = trouble_conforming
       end if
    end function contact_trouble
+
+   !> What is wrong with a search. A place that is not there any more though the surfaces overlap
+   !> has become one with another.
+   pure integer function search_trouble(track) result(trouble)
+      type(track_type), intent(in) :: track
+
+      trouble = trouble_none
+      if (track%lost) trouble = merge(trouble_lost, trouble_merged, track%place == place_closest)
+   end function search_trouble
 
    !> A trouble in words that follow the names of the surfaces.
    pure function trouble_text(trouble) result(text)
@@ -276,8 +334,13 @@ contains
             "jumped, as where they can touch in several places; a contact of its own for each " // &
             "place, with surfaces that touch only there, does not"
       case (trouble_spots)
-         text = "the surfaces touch in two places at once, of which a contact knows one; a " // &
-            "contact of its own for each place, with surfaces that touch only there, knows both"
+         text = "the surfaces touch in more places at once than the contact has spots; a " // &
+            "contact of its own for each place, with surfaces that touch only there, knows all"
+      case (trouble_merged)
+         text = "two spots that touch become one, or one becomes two: there the surfaces " // &
+            "conform, and no spot is one of Hertz's. A body in a hollow that is wider than " // &
+            "the largest radius of curvature of the body, a^2/c of an ellipsoid, has one " // &
+            "spot from the start"
       case (trouble_far)
          text = "its bodies are so far from the origin that the rounding of their positions " // &
             "is not small against the overlap; an origin near where they touch resolves it"

@@ -10,14 +10,15 @@
 !> is sampled all over.
 !>
 !> Two convex surfaces have one place of this kind. Others may have several: then the one with the
-!> smallest distance is taken while the surfaces are apart, and once they overlap it is followed.
+!> smallest distance is taken while the surfaces are apart. Where more than one may touch, all are
+!> looked for once the surfaces are close, and each is followed by a track of its own.
 !> The tracking of surfaces by their common normal follows I. Kosenko and E. Aleksandrov,
 !> 7th Modelica Conference (2009) 288; the form of the equations here is reconstructed.
 module contensou_contact_search
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_kinds, only : pi, wp
    use contensou_base_vectors, only : any_tangent, cross
-   use contensou_contact_geometry, only : track_type
+   use contensou_contact_geometry, only : place_closest, place_none, same_place, track_type
    use contensou_contact_relative, only : joint_form
    use contensou_contact_shapes_shape, only : angles, samples_line, shape_info_type
    use contensou_contact_surface, only : closest_point, form_at, normal_at, surface_type
@@ -45,7 +46,7 @@ module contensou_contact_search
       real(wp) :: far = 0.0_wp
    contains
       procedure :: find
-      procedure :: find_second
+      procedure :: find_places
    end type search_type
 
    !> Frame of surface B seen from surface A.
@@ -86,8 +87,22 @@ module contensou_contact_search
    !> nearest sample is at most 0.23 away on the unit sphere.
    real(wp), parameter :: depth_area = 0.05_wp
 
-   !> Distance of two places over the size of the surfaces above which they are not the same.
-   real(wp), parameter :: distinct = 1.0e-4_wp
+   !> How far from one look to the next a place may be found, over the size of the surfaces.
+   real(wp), parameter :: longest_leash = 0.25_wp
+
+   !> Intervals between two samples of a line where all places are looked for.
+   integer, parameter :: finer = 6
+
+   !> Places that are looked for with all of them.
+   integer, parameter :: most_places = 24
+
+   !> Cosine of the angle up to which samples of two parameters are neighbours.
+   real(wp), parameter :: neighbours = 0.93_wp
+
+   !> Steps along the valley of the distance about a place, and the length of the first one on the
+   !> unit sphere and its growth.
+   integer, parameter :: valley_steps = 11
+   real(wp), parameter :: valley_step = 0.02_wp, valley_growth = 1.4_wp
 
    integer :: counter
 
@@ -148,6 +163,10 @@ contains
       real(wp), intent(out) :: gap
       logical :: found
 
+      if (track%place /= place_closest) then
+         call follow(self, placing, track, gap)
+         return
+      end if
       if (track%known) then
          call polish(self, placing, track%first, track%second, track%normal, gap, found)
          if (found) then
@@ -162,6 +181,61 @@ contains
       end if
       call find_cold(self, placing, track, gap)
    end subroutine find
+
+   !> Distance at the place of a track that has one of its own, or has none.
+   pure subroutine follow(self, placing, track, gap)
+      type(search_type), intent(in) :: self
+      type(placing_type), intent(in) :: placing
+      !> Where the search begins, and what it finds; `away` when there is no such place any more,
+      !> `lost` when it overlapped.
+      type(track_type), intent(inout) :: track
+      !> Signed distance [m]; without a place the size of the surfaces, negative when lost.
+      real(wp), intent(out) :: gap
+      real(wp) :: x(3), y(3), n(3)
+      logical :: found
+
+      track%lost = .false.
+      track%away = .true.
+      gap = self%size
+      if (track%place == place_none) return
+      x = track%first
+      y = track%second
+      n = track%normal
+      call polish(self, placing, x, y, n, gap, found)
+      if (found) found = is_near(x, y)
+      if (.not. found) then
+         ! A trial of an integrator may have led away.
+         x = track%anchor(:, 1)
+         y = track%anchor(:, 2)
+         call polish(self, placing, x, y, n, gap, found)
+         if (found) found = is_near(x, y)
+      end if
+      if (found) then
+         track%first = x
+         track%second = y
+         track%normal = n
+         track%overlaps = gap < 0.0_wp
+         track%away = .false.
+      else
+         track%lost = track%overlaps .or. track%pinned
+         gap = merge(-self%size, self%size, track%lost)
+      end if
+
+   contains
+
+      !> Whether points may be those of the place: from one to another it has to go by way of both
+      !> surfaces.
+      pure logical function is_near(first, second)
+         !> Point of A, frame of A [m].
+         real(wp), intent(in) :: first(3)
+         !> Point of B, frame of B [m].
+         real(wp), intent(in) :: second(3)
+
+         is_near = min(sum((first - track%anchor(:, 1))**2), &
+            sum((second - track%anchor(:, 2))**2)) <= min(track%leash, longest_leash*self%size)**2
+      end function is_near
+
+   end subroutine follow
 
    !> Newton's method on the equations of the common normal.
    pure subroutine polish(self, placing, first, second, normal, gap, found)
@@ -333,40 +407,224 @@ contains
       end if
    end subroutine look_elsewhere
 
-   !> Gap of a second place where overlapping surfaces overlap.
-   pure subroutine find_second(self, placing, track, gap)
+   !> All places where the distance is smallest among those near by, and below a limit.
+   pure subroutine find_places(self, placing, limit, places, gaps, n)
       class(search_type), intent(in) :: self
       type(placing_type), intent(in) :: placing
-      !> The place that is known.
-      type(track_type), intent(in) :: track
-      !> The gap [m]; the largest number if there is no other place.
-      real(wp), intent(out) :: gap
-      real(wp) :: value(samples_area), low, x(3), y(3), n(3), g
-      logical :: taken(samples_area), found
-      integer :: i, k, count, start
+      !> The limit [m].
+      real(wp), intent(in) :: limit
+      !> Closest points and normals; as many as there is room for.
+      type(track_type), intent(inout) :: places(:)
+      !> Their gaps [m].
+      real(wp), intent(out) :: gaps(:)
+      !> Number of places.
+      integer, intent(out) :: n
+      integer :: i
 
-      gap = huge(gap)
-      count = samples_of(self)
-      taken = .true.
-      value = huge(gap)
-      do i = 1, count
+      n = 0
+      gaps = huge(gaps)
+      if (self%line) then
+         call find_on_line(self, placing, limit, places, gaps, n)
+      else
+         call find_on_area(self, placing, limit, places, gaps, n)
+         i = 1
+         do while (i <= n)
+            call look_along_valley(self, placing, limit, places(i), places, gaps, n)
+            i = i + 1
+         end do
+      end if
+   end subroutine find_places
+
+   !> All places below a limit on a carrier with one parameter.
+   pure subroutine find_on_line(self, placing, limit, places, gaps, n)
+      type(search_type), intent(in) :: self
+      type(placing_type), intent(in) :: placing
+      !> The limit [m].
+      real(wp), intent(in) :: limit
+      type(track_type), intent(inout) :: places(:)
+      !> Their gaps [m].
+      real(wp), intent(inout) :: gaps(:)
+      integer, intent(inout) :: n
+      integer, parameter :: count = samples_line*finer
+      real(wp), parameter :: width = 2.0_wp*pi/count
+      real(wp) :: value(samples_line), fine(0:count - 1), around(4), before, after, out(3), foot(3)
+      real(wp) :: distance
+      type(swept_type) :: p
+      integer :: i, j, starts
+
+      do i = 1, samples_line
          value(i) = distance_of(self, placing, sample_of(self, placing, i))
       end do
-      do i = 1, count
-         ! Only samples near which the surfaces may overlap.
-         low = value(i) - depth_area*maxval(self%axes)
-         if (self%line) low = lowest_between(value(:count), i)
-         taken(i) = low >= 0.0_wp
+      fine = huge(fine)
+      do i = 1, samples_line
+         do j = 1, 4
+            around(j) = value(modulo(i + j - 3, samples_line) + 1)
+         end do
+         fine((i - 1)*finer) = value(i)
+         ! Only where the surfaces may be as close as that.
+         if (2.0_wp*minval(around) - maxval(around) >= limit) cycle
+         do j = 1, finer - 1
+            fine((i - 1)*finer + j) = distance_of(self, placing, &
+               on_line(self, placing, angles(i) + j*width, 0))
+         end do
       end do
-      do start = 1, most_starts
-         if (all(taken)) exit
-         k = minloc(value, dim=1, mask=.not. taken)
-         call refine(self, placing, k, x, y, n, g, low, found)
-         call leave_out(self, k, value, taken)
-         if (.not. found .or. g >= 0.0_wp) cycle
-         if (norm2(x - track%first) > distinct*self%size) gap = min(gap, g)
+      starts = 0
+      do i = 0, count - 1
+         if (starts >= most_places) exit
+         before = fine(modulo(i - 1, count))
+         after = fine(modulo(i + 1, count))
+         if (fine(i) > before .or. fine(i) > after .or. fine(i) >= huge(limit)) cycle
+         if (2.0_wp*fine(i) - min(before, after) >= limit) cycle
+         starts = starts + 1
+         p = lowest_about(self, placing, angles(1) + i*width, width)
+         call add_place(self, placing, p, limit, places, gaps, n)
+         if (.not. p%radius > 0.0_wp) cycle
+         ! The sphere may touch on its far side, too, where it is held tightly.
+         call closest_point(self%surfaces(self%other), carried(self, placing, p%centre), foot, &
+            out, distance)
+         if (self%carrier == 1) then
+            out = matmul(placing%rotation, out)
+         else
+            out = matmul(out, placing%rotation)
+         end if
+         p = swept_type(p%centre + p%radius*out, 0.0_wp)
+         if (distance_of(self, placing, p) < limit) call add_place(self, placing, p, limit, &
+            places, gaps, n)
       end do
-   end subroutine find_second
+   end subroutine find_on_line
+
+   !> All places below a limit on a carrier with two parameters.
+   pure subroutine find_on_area(self, placing, limit, places, gaps, n)
+      type(search_type), intent(in) :: self
+      type(placing_type), intent(in) :: placing
+      !> The limit [m].
+      real(wp), intent(in) :: limit
+      type(track_type), intent(inout) :: places(:)
+      !> Their gaps [m].
+      real(wp), intent(inout) :: gaps(:)
+      integer, intent(inout) :: n
+      real(wp) :: value(samples_area), near
+      logical :: start(samples_area)
+      integer :: i, j, k
+
+      do i = 1, samples_area
+         value(i) = distance_of(self, placing, sample_of(self, placing, i))
+      end do
+      near = limit + depth_of(self)
+      do i = 1, samples_area
+         start(i) = value(i) < near
+         if (.not. start(i)) cycle
+         do j = 1, samples_area
+            if (value(j) >= value(i)) cycle
+            start(i) = sum(directions(i, :)*directions(j, :)) < neighbours
+            if (.not. start(i)) exit
+         end do
+      end do
+      do i = 1, most_places
+         k = minloc(value, dim=1, mask=start)
+         if (k == 0) exit
+         start(k) = .false.
+         call add_place(self, placing, lowest_on_area(self, placing, &
+            sample_of(self, placing, k)), limit, places, gaps, n)
+      end do
+   end subroutine find_on_area
+
+   !> How much lower than the nearest sample of two parameters a place may be [m].
+   pure real(wp) function depth_of(self)
+      type(search_type), intent(in) :: self
+      real(wp) :: a
+
+      a = maxval(self%axes)
+      depth_of = depth_area*a*(1.0_wp + a/self%surfaces(self%other)%shape%smallest_radius())
+   end function depth_of
+
+   !> Follow the valley of the distance from a place of an ellipsoid to both sides, along which it
+   !> rises least, for others into which it falls again.
+   pure subroutine look_along_valley(self, placing, limit, from, places, gaps, n)
+      type(search_type), intent(in) :: self
+      type(placing_type), intent(in) :: placing
+      !> The limit [m].
+      real(wp), intent(in) :: limit
+      type(track_type), intent(in) :: from
+      type(track_type), intent(inout) :: places(:)
+      !> Their gaps [m].
+      real(wp), intent(inout) :: gaps(:)
+      integer, intent(inout) :: n
+      real(wp) :: u(3), v(3), t(3, 2), along(3), value, slope(3), hesse(3), h(3), step, angle
+      real(wp) :: image(3), across, width, highest
+      integer :: side, i
+
+      if (self%carrier == 1) then
+         u = from%first/self%axes
+      else
+         u = from%second/self%axes
+      end if
+      u = u/sqrt(sum(u**2))
+      t(:, 1) = any_tangent(u)
+      t(:, 2) = cross(u, t(:, 1))
+      call slopes(self, placing, self%axes*u, t, value, slope, hesse)
+      image = self%axes*slope
+      h = hesse - dot_product(image, u)*[1.0_wp, 0.0_wp, 1.0_wp]
+      ! The direction of the smaller of the two second derivatives.
+      angle = 0.5_wp*atan2(-2.0_wp*h(2), h(3) - h(1))
+      along = cos(angle)*t(:, 1) + sin(angle)*t(:, 2)
+      highest = max(limit, value) + depth_of(self)
+      do side = -1, 1, 2
+         v = u
+         t(:, 1) = side*along
+         width = valley_step
+         do i = 1, valley_steps
+            v = v + width*t(:, 1)
+            v = v/sqrt(sum(v**2))
+            t(:, 1) = t(:, 1) - dot_product(t(:, 1), v)*v
+            t(:, 1) = t(:, 1)/sqrt(sum(t(:, 1)**2))
+            t(:, 2) = cross(v, t(:, 1))
+            call slopes(self, placing, self%axes*v, t, value, slope, hesse)
+            if (value > highest) exit
+            image = self%axes*slope
+            if (dot_product(image, t(:, 1)) < 0.0_wp) then
+               call add_place(self, placing, lowest_on_area(self, placing, &
+                  swept_type(self%axes*v, 0.0_wp)), limit, places, gaps, n)
+               exit
+            end if
+            ! Back to the bottom of the valley.
+            across = hesse(3) - dot_product(image, v)
+            if (across > 0.0_wp) then
+               step = -dot_product(image, t(:, 2))/across
+               v = v + min(max(step, -width), width)*t(:, 2)
+               v = v/sqrt(sum(v**2))
+            end if
+            width = valley_growth*width
+         end do
+      end do
+   end subroutine look_along_valley
+
+   !> Add the closest points near a place of the carrier to those that are known.
+   pure subroutine add_place(self, placing, p, limit, places, gaps, n)
+      type(search_type), intent(in) :: self
+      type(placing_type), intent(in) :: placing
+      type(swept_type), intent(in) :: p
+      !> The limit [m].
+      real(wp), intent(in) :: limit
+      type(track_type), intent(inout) :: places(:)
+      !> Their gaps [m].
+      real(wp), intent(inout) :: gaps(:)
+      integer, intent(inout) :: n
+      type(track_type) :: new
+      real(wp) :: gap, low
+      logical :: found
+      integer :: i
+
+      call finish(self, placing, p, new%first, new%second, new%normal, gap, low, found)
+      if (.not. found .or. gap >= limit) return
+      do i = 1, n
+         if (same_place(new, places(i), self%size)) return
+      end do
+      if (n >= size(places)) return
+      n = n + 1
+      places(n) = new
+      gaps(n) = gap
+   end subroutine add_place
 
    !> Lower bound of a periodic function that is convex next to a sample that is smaller than its
    !> neighbours; the sample itself where it is not: where the straight lines through
@@ -586,13 +844,34 @@ contains
       !> Whether they were found; if not, `x`, `y` and `n` belong to `low`.
       logical, intent(out) :: found
       type(swept_type) :: p
-      real(wp) :: q(3), foot(3), normal(3), distance
 
       if (self%line) then
          p = lowest_on_line(self, placing, angles(k))
       else
          p = lowest_on_area(self, placing, sample_of(self, placing, k))
       end if
+      call finish(self, placing, p, x, y, n, gap, low, found)
+   end subroutine refine
+
+   !> Closest points near a place of the carrier.
+   pure subroutine finish(self, placing, p, x, y, n, gap, low, found)
+      type(search_type), intent(in) :: self
+      type(placing_type), intent(in) :: placing
+      type(swept_type), intent(in) :: p
+      !> Closest point of A, frame of A [m].
+      real(wp), intent(out) :: x(3)
+      !> Closest point of B, frame of B [m].
+      real(wp), intent(out) :: y(3)
+      !> Normal of A out of its material, frame of A.
+      real(wp), intent(out) :: n(3)
+      !> Signed distance [m].
+      real(wp), intent(out) :: gap
+      !> As of `refine`.
+      real(wp), intent(out) :: low
+      !> Whether they were found; if not, `x`, `y` and `n` belong to `low`.
+      logical, intent(out) :: found
+      real(wp) :: q(3), foot(3), normal(3), distance
+
       q = carried(self, placing, p%centre)
       call closest_point(self%surfaces(self%other), q, foot, normal, distance)
       if (self%carrier == 1) then
@@ -613,7 +892,7 @@ contains
       normal = matmul(placing%rotation, normal)
       if (dot_product(n, normal) > 0.0_wp) low = huge(low)
       call polish(self, placing, x, y, n, gap, found)
-   end subroutine refine
+   end subroutine finish
 
    !> Do not start again from a sample, nor from those uphill of it on a line, or near it.
    pure subroutine leave_out(self, sample, value, taken)
@@ -650,9 +929,7 @@ contains
       !> Angle of the sample.
       real(wp), intent(in) :: angle
       type(swept_type) :: p
-      real(wp), parameter :: golden = 0.6180339887498949_wp
-      integer, parameter :: finer = 6
-      real(wp) :: low, high, left, right, at_left, at_right, width, best, at_best
+      real(wp) :: value, width, best, at_best
       integer :: i
 
       ! The best of finer samples first: there may be two minima side by side.
@@ -660,14 +937,30 @@ contains
       best = angle
       at_best = huge(at_best)
       do i = -finer, finer
-         at_left = distance_of(self, placing, point_at(angle + i*width/finer))
-         if (at_left >= at_best) cycle
+         value = distance_of(self, placing, on_line(self, placing, angle + i*width/finer, 0))
+         if (value >= at_best) cycle
          best = angle + i*width/finer
-         at_best = at_left
+         at_best = value
       end do
       width = width/finer
-      low = best - width
-      high = best + width
+      p = lowest_about(self, placing, best, width)
+   end function lowest_on_line
+
+   !> Place of a carrier with one parameter where the distance is smallest in an interval.
+   pure function lowest_about(self, placing, angle, width) result(p)
+      type(search_type), intent(in) :: self
+      type(placing_type), intent(in) :: placing
+      !> Middle of the interval.
+      real(wp), intent(in) :: angle
+      !> Half of its length.
+      real(wp), intent(in) :: width
+      type(swept_type) :: p
+      real(wp), parameter :: golden = 0.6180339887498949_wp
+      real(wp) :: low, high, left, right, at_left, at_right
+      integer :: i
+
+      low = angle - width
+      high = angle + width
       left = high - golden*(high - low)
       right = low + golden*(high - low)
       at_left = distance_of(self, placing, point_at(left))
@@ -700,7 +993,7 @@ contains
          swept = on_line(self, placing, u, 0)
       end function point_at
 
-   end function lowest_on_line
+   end function lowest_about
 
    !> Point of an ellipsoid or a sphere where the distance is smallest, near a sample: Newton's
    !> method in the unit sphere that an affine map makes of the ellipsoid, on the distance as a
@@ -718,7 +1011,7 @@ contains
       u = u/sqrt(sum(u**2))
       t(:, 1) = any_tangent(u)
       t(:, 2) = cross(u, t(:, 1))
-      call slopes(self%axes*u, t, value, slope, hesse)
+      call slopes(self, placing, self%axes*u, t, value, slope, hesse)
       do i = 1, most_descents
          image = self%axes*slope
          g = [dot_product(image, t(:, 1)), dot_product(image, t(:, 2))]
@@ -746,63 +1039,62 @@ contains
          u = trial
          t(:, 1) = any_tangent(u)
          t(:, 2) = cross(u, t(:, 1))
-         call slopes(self%axes*u, t, value, slope, hesse)
+         call slopes(self, placing, self%axes*u, t, value, slope, hesse)
       end do
       p = swept_type(self%axes*u, 0.0_wp)
-
-   contains
-
-      !> Distance with its gradient and, along the images of two tangents, its second derivatives.
-      pure subroutine slopes(point, tangent, distance, gradient, second)
-         !> Point of the carrier [m].
-         real(wp), intent(in) :: point(3)
-         !> The tangents of the unit sphere.
-         real(wp), intent(in) :: tangent(3, 2)
-         !> Distance [m].
-         real(wp), intent(out) :: distance
-         !> Gradient in the frame of the carrier.
-         real(wp), intent(out) :: gradient(3)
-         !> Second derivatives 11, 12, 22.
-         real(wp), intent(out) :: second(3)
-         real(wp) :: foot(3), normal(3), basis(3, 2), form(3), turned(3, 2), v(2, 2), m(3), d
-
-         associate (other => self%surfaces(self%other))
-            call closest_point(other, carried(self, placing, point), foot, normal, distance)
-            basis(:, 1) = any_tangent(normal)
-            basis(:, 2) = cross(normal, basis(:, 1))
-            call form_at(other, foot, normal, basis, form)
-         end associate
-         if (self%carrier == 1) then
-            gradient = matmul(placing%rotation, normal)
-            turned = matmul(placing%rotation, basis)
-         else
-            gradient = matmul(normal, placing%rotation)
-            turned = matmul(transpose(placing%rotation), basis)
-         end if
-         ! Form of the parallel surface through the point, L (1 + d L)^-1.
-         d = (1.0_wp + distance*form(1))*(1.0_wp + distance*form(3)) - (distance*form(2))**2
-         m = form + distance*(form(1)*form(3) - form(2)**2)*[1.0_wp, 0.0_wp, 1.0_wp]
-         if (abs(d) > 1.0e-10_wp) m = m/d
-         v(:, 1) = matmul(self%axes*tangent(:, 1), turned)
-         v(:, 2) = matmul(self%axes*tangent(:, 2), turned)
-         second(1) = quadratic(m, v(:, 1), v(:, 1))
-         second(2) = quadratic(m, v(:, 1), v(:, 2))
-         second(3) = quadratic(m, v(:, 2), v(:, 2))
-      end subroutine slopes
-
-      !> Value of a form.
-      pure function quadratic(form, a, b) result(value_of)
-         !> Components 11, 12, 22.
-         real(wp), intent(in) :: form(3)
-         !> First vector.
-         real(wp), intent(in) :: a(2)
-         !> Second vector.
-         real(wp), intent(in) :: b(2)
-         real(wp) :: value_of
-
-         value_of = form(1)*a(1)*b(1) + form(2)*(a(1)*b(2) + a(2)*b(1)) + form(3)*a(2)*b(2)
-      end function quadratic
-
    end function lowest_on_area
+
+   !> Distance with its gradient and, along the images of two tangents, its second derivatives.
+   pure subroutine slopes(self, placing, point, tangent, distance, gradient, second)
+      type(search_type), intent(in) :: self
+      type(placing_type), intent(in) :: placing
+      !> Point of the carrier [m].
+      real(wp), intent(in) :: point(3)
+      !> The tangents of the unit sphere.
+      real(wp), intent(in) :: tangent(3, 2)
+      !> Distance [m].
+      real(wp), intent(out) :: distance
+      !> Gradient in the frame of the carrier.
+      real(wp), intent(out) :: gradient(3)
+      !> Second derivatives 11, 12, 22.
+      real(wp), intent(out) :: second(3)
+      real(wp) :: foot(3), normal(3), basis(3, 2), form(3), turned(3, 2), v(2, 2), m(3), d
+
+      associate (other => self%surfaces(self%other))
+         call closest_point(other, carried(self, placing, point), foot, normal, distance)
+         basis(:, 1) = any_tangent(normal)
+         basis(:, 2) = cross(normal, basis(:, 1))
+         call form_at(other, foot, normal, basis, form)
+      end associate
+      if (self%carrier == 1) then
+         gradient = matmul(placing%rotation, normal)
+         turned = matmul(placing%rotation, basis)
+      else
+         gradient = matmul(normal, placing%rotation)
+         turned = matmul(transpose(placing%rotation), basis)
+      end if
+      ! Form of the parallel surface through the point, L (1 + d L)^-1.
+      d = (1.0_wp + distance*form(1))*(1.0_wp + distance*form(3)) - (distance*form(2))**2
+      m = form + distance*(form(1)*form(3) - form(2)**2)*[1.0_wp, 0.0_wp, 1.0_wp]
+      if (abs(d) > 1.0e-10_wp) m = m/d
+      v(:, 1) = matmul(self%axes*tangent(:, 1), turned)
+      v(:, 2) = matmul(self%axes*tangent(:, 2), turned)
+      second(1) = quadratic(m, v(:, 1), v(:, 1))
+      second(2) = quadratic(m, v(:, 1), v(:, 2))
+      second(3) = quadratic(m, v(:, 2), v(:, 2))
+   end subroutine slopes
+
+   !> Value of a form.
+   pure function quadratic(form, a, b) result(value_of)
+      !> Components 11, 12, 22.
+      real(wp), intent(in) :: form(3)
+      !> First vector.
+      real(wp), intent(in) :: a(2)
+      !> Second vector.
+      real(wp), intent(in) :: b(2)
+      real(wp) :: value_of
+
+      value_of = form(1)*a(1)*b(1) + form(2)*(a(1)*b(2) + a(2)*b(1)) + form(3)*a(2)*b(2)
+   end function quadratic
 
 end module contensou_contact_search

@@ -10,6 +10,7 @@ module contensou_contact_surface_pair
       geometry_type, pose_type, track_type
    use contensou_contact_relative, only : contact_frame_type, set_curvatures, set_variation
    use contensou_contact_search, only : placing_type, search_type, set_search
+   use contensou_contact_shapes_shape, only : shape_info_type
    use contensou_contact_surface, only : closest_point, cubic_at, form_at, surface_type
    implicit none(type, external)
    private
@@ -21,6 +22,9 @@ module contensou_contact_surface_pair
 
    !> Smallest part of its radius that a convex surface keeps as a scale in a concave one.
    real(wp), parameter :: least_part = 0.01_wp
+
+   !> Spots where no smaller number is known: more than that have to be told from a line.
+   integer, parameter :: most_spots = 4
 
    !> Two surfaces where they are closest, in their own frames.
    type :: meeting_type
@@ -88,7 +92,7 @@ module contensou_contact_surface_pair
    type, extends(surface_pair_type) :: searched_pair_type
    contains
       procedure :: gap => searched_gap
-      procedure :: second_gap => searched_second_gap
+      procedure :: find_places => searched_places
    end type searched_pair_type
 
 contains
@@ -141,6 +145,10 @@ contains
       class(geometry_type), allocatable, intent(out) :: geometry
       type(ball_pair_type), allocatable :: self
 
+      if (is_wedged(a, b) .or. is_wedged(b, a)) then
+         call new_searched_pair(a, b, .true., geometry)
+         return
+      end if
       allocate(self)
       call set_pair(self, a, b, .not. ball_first)
       if (ball_first) then
@@ -153,6 +161,16 @@ contains
       call move_alloc(self, geometry)
 
    contains
+
+      !> Whether a ball fits into a hollow, but not where that is narrowest: between two of its
+      !> walls it touches twice.
+      pure logical function is_wedged(ball, hollow)
+         type(surface_type), intent(in) :: ball
+         type(surface_type), intent(in) :: hollow
+
+         is_wedged = hollow%inside
+         if (is_wedged) is_wedged = ball%shape%smallest_radius() >= hollow%shape%narrowest()
+      end function is_wedged
 
       !> Curvatures that never change.
       subroutine set_constants(base)
@@ -209,6 +227,9 @@ contains
       allocate(self)
       call set_pair(self, a, b, .true.)
       call set_search(self%search)
+      self%most_spots = spots_of(a, b, self%search%several)
+      self%ordering = self%search%carrier
+      self%length = self%search%size
       call move_alloc(self, geometry)
    end subroutine new_searched_pair
 
@@ -261,21 +282,73 @@ contains
       call self%search%find(placing_of(self, a, b), track, gap)
    end subroutine searched_gap
 
-   !> Gap of a second place where the surfaces overlap [m].
-   pure subroutine searched_second_gap(self, a, b, track, gap)
+   !> All places where the gap is smallest among those near by, and below a limit.
+   pure subroutine searched_places(self, a, b, limit, places, gaps, n)
       class(searched_pair_type), intent(in) :: self
-      type(pose_type), intent(in) :: a
-      type(pose_type), intent(in) :: b
-      !> The place that is known.
-      type(track_type), intent(in) :: track
-      !> The gap; the largest number if there is no other place.
-      real(wp), intent(out) :: gap
+      type(pose_type), intent(in) :: a, b
+      real(wp), intent(in) :: limit
+      type(track_type), intent(inout) :: places(:)
+      real(wp), intent(out) :: gaps(:)
+      integer, intent(out) :: n
 
-      gap = huge(gap)
-      if (self%search%several .and. track%known) then
-         call self%search%find_second(placing_of(self, a, b), track, gap)
+      call self%search%find_places(placing_of(self, a, b), limit, places, gaps, n)
+   end subroutine searched_places
+
+   !> Number of places where two searched surfaces may touch at the same time, from their shapes and
+   !> sizes.
+   !>
+   !> Convex bodies have one. So has a convex body in a convex hollow if none of its radii of
+   !> curvature is larger than any of the hollow: it rolls freely in there (W. Blaschke, Kreis und
+   !> Kugel (1916), section 24). The distance of the points of a circle from a line has two
+   !> smallest and two largest values at most, from a point one of each, and that of the points of
+   !> an ellipse or an ellipsoid from a point no more than two largest ones.
+   pure integer function spots_of(a, b, several)
+      type(surface_type), intent(in) :: a
+      type(surface_type), intent(in) :: b
+      !> Whether they may have more than one.
+      logical, intent(in) :: several
+
+      if (.not. several) then
+         spots_of = 1
+      else if (a%inside) then
+         spots_of = spots_in(b, a)
+      else if (b%inside) then
+         spots_of = spots_in(a, b)
+      else
+         spots_of = merge(2, most_spots, evenness(a) + evenness(b) > 0)
       end if
-   end subroutine searched_second_gap
+
+   contains
+
+      !> Number for a body in a hollow.
+      pure integer function spots_in(body, hollow)
+         type(surface_type), intent(in) :: body
+         type(surface_type), intent(in) :: hollow
+         type(shape_info_type) :: info, other
+
+         info = body%shape%info()
+         other = hollow%shape%info()
+         spots_in = merge(2, most_spots, evenness(hollow) + evenness(body) > 0)
+         if (info%convex .and. other%convex .and. hollow%shape%narrowest() < huge(1.0_wp)) then
+            if (body%shape%largest_radius() < hollow%shape%narrowest()) spots_in = 1
+         else if (.not. info%convex .and. evenness(hollow) == 2) then
+            spots_in = 1
+         end if
+      end function spots_in
+
+      !> Whether the curvatures of a surface are the same everywhere (1), as of a cylinder, and in
+      !> all directions (2), as of a sphere.
+      pure integer function evenness(surface)
+         type(surface_type), intent(in) :: surface
+         logical :: even
+         real(wp) :: k(2)
+
+         call surface%shape%constant_curvatures(even, k)
+         evenness = merge(1, 0, even)
+         if (even .and. abs(k(1) - k(2)) <= 0.0_wp) evenness = 2
+      end function evenness
+
+   end function spots_of
 
    !> A point of one body in the frame of a surface of another [m].
    pure function seen(surface, pose, point, pose_of_point) result(p)

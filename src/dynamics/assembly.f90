@@ -18,12 +18,13 @@ module contensou_dynamics_assembly
    use contensou_dynamics_mechanism, only : body_type, contact_type
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, moves_freely, &
       scene_type, surface_spec_type, turns_by_drive
+   use contensou_dynamics_spots, only : assign_spots
    use contensou_dynamics_state, only : put_body
    implicit none(type, external)
    private
 
    public :: assemble, initial_state, initial_pose, contact_length, contact_time, &
-      largest_relative_approach
+      largest_relative_approach, place_spots
 
    !> Largest approach over the smallest radius of curvature: beyond it the half-space theory of
    !> Hertz has no meaning.
@@ -45,7 +46,7 @@ contains
       type(scene_type), intent(in) :: scene
       type(system_type), intent(out) :: system
       type(tables_type) :: tables
-      integer :: i
+      integer :: i, index, trouble
 
       tables%normal = normal_models()
       tables%damping = damping_models()
@@ -59,6 +60,8 @@ contains
       end do
       do i = 1, size(scene%contacts)
          associate (spec => scene%contacts(i), contact => system%contacts(i))
+            contact%spot = spec%spot
+            contact%spots = spec%spots
             call set_law(scene, spec, tables, contact)
             contact%largest_position = largest_position(scene, contact)
             contact%reach = [reach_of(scene%surfaces(spec%surfaces(1))), &
@@ -66,7 +69,25 @@ contains
          end associate
       end do
       call system%prepare()
+      system%several_spots = any(system%contacts%spots > 1)
+      if (system%several_spots) call place_spots(scene, system, index, trouble)
    end subroutine assemble
+
+   !> Give the spots of contacts that have several their places at the beginning.
+   subroutine place_spots(scene, system, index, trouble)
+      type(scene_type), intent(in) :: scene
+      type(system_type), intent(inout) :: system
+      !> Contact that touches in more places; 0 for none.
+      integer, intent(out) :: index
+      !> Why it cannot, one of the `trouble_*` codes.
+      integer, intent(out) :: trouble
+      integer :: i
+
+      do i = 1, size(scene%bodies)
+         system%pose(i) = initial_pose(scene, i)
+      end do
+      call assign_spots(system, spread(.false., 1, size(system%contacts)), index, trouble)
+   end subroutine place_spots
 
    !> A body.
    pure subroutine set_body(spec, body)

@@ -21,7 +21,7 @@ module contensou_dynamics_constraints
    use contensou_base_vectors, only : cross
    use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_geometry, only : contact_point_type, contact_variation_type, pose_type, &
-      track_type, trouble_jammed, trouble_lost, trouble_none, trouble_redundant
+      search_trouble, track_type, trouble_jammed, trouble_none, trouble_redundant
    use contensou_contact_law, only : contact_law_type
    use contensou_contact_states, only : most_states
    use contensou_dynamics_mechanism, only : contact_type, mechanism_type, relative_motion
@@ -295,7 +295,7 @@ contains
          link%body(2) = contact%b
          call contact%find_gap(a, b, gap)
          if (contact%track%lost) then
-            trouble = trouble_lost
+            trouble = search_trouble(contact%track)
             return
          end if
          call contact%locate(a, b, gap, link%at)

@@ -13,7 +13,7 @@ module contensou_dynamics_equations
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : quaternion_rate, to_body, to_inertial
    use contensou_base_vectors, only : cross
-   use contensou_contact_geometry, only : contact_point_type, trouble_lost, trouble_none
+   use contensou_contact_geometry, only : contact_point_type, search_trouble, trouble_none
    use contensou_contact_law, only : contact_load_type
    use contensou_dynamics_constraints, only : constraints_type
    use contensou_dynamics_mechanism, only : body_type, contact_type, mechanism_type, relative_motion
@@ -319,7 +319,7 @@ contains
          if (contact%track%lost) then
             self%outside = .true.
             self%trouble = index
-            self%trouble_code = trouble_lost
+            self%trouble_code = search_trouble(contact%track)
             return
          end if
          if (gap >= 0.0_wp) return

@@ -55,6 +55,9 @@ module contensou_dynamics_mechanism
       !> Body B; 0 is the ground.
       integer :: b = 0
       type(contact_law_type) :: law
+      !> Which of the spots of the two surfaces it is, and how many there are; these follow one
+      !> another.
+      integer :: spot = 1, spots = 1
       !> States of its parts.
       type(contact_states_type) :: states
       !> Where the surfaces were closest last.
@@ -133,6 +136,8 @@ module contensou_dynamics_mechanism
       type(resolution_type) :: resolution
       !> Poses of the ground (0) and the bodies.
       type(pose_type), allocatable :: pose(:)
+      !> Whether there are contacts with several spots.
+      logical :: several_spots = .false.
    contains
       procedure, non_overridable :: set_poses
       procedure, non_overridable :: set_states
@@ -487,6 +492,12 @@ contains
       associate (contact => self%contacts(index), a => self%pose(self%contacts(index)%a), &
          b => self%pose(self%contacts(index)%b))
          call contact%find_gap(a, b, gap)
+         if (contact%track%away) then
+            now = contact_motion_type(contact_point_type(gap, [0.0_wp, 0.0_wp, 0.0_wp], &
+               [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp, 0.0_wp), &
+               [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+            return
+         end if
          call contact%locate(a, b, gap, now%at)
          call relative_motion(a, b, now%at%point, now%velocity, now%spin)
       end associate

@@ -4,6 +4,7 @@
 !> `begin_report` sets poses and the normal forces of rigid contacts once for all that is told of a
 !> state.
 module contensou_dynamics_reports
+   use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : rotation_matrix
    use contensou_base_vectors, only : cross
@@ -107,6 +108,10 @@ contains
 
       call system%observe(index, now)
       row%at = now%at
+      if (system%contacts(index)%track%away) then
+         row%at%gap = ieee_value(row%at%gap, ieee_quiet_nan)
+         return
+      end if
       associate (contact => system%contacts(index), law => system%contacts(index)%law)
          if (contact%track%lost) return
          if (contact%rigid) then

@@ -92,6 +92,9 @@ module contensou_dynamics_scene
       character(len=:), allocatable :: name
       !> Indices of the surfaces A and B.
       integer :: surfaces(2) = 0
+      !> Which of the spots of its surfaces it is, and how many they have; all of them follow one
+      !> another, and differ in name only.
+      integer :: spot = 1, spots = 1
       !> Index into `normal_models`.
       integer :: normal = normal_hertz
       !> Index into `damping_models`.

@@ -125,7 +125,7 @@ contains
          end if
          if (.not. allocated(c%law%friction)) return
          associate (a => system%pose(c%a), b => system%pose(c%b))
-            if (c%track%lost) return
+            if (c%track%lost .or. c%track%away) return
             call c%locate(a, b, gap, at)
             call relative_motion(a, b, at%point, velocity, spin)
             slip = norm2(slip_velocity(velocity, at%normal))

@@ -6,11 +6,12 @@ module contensou_integrate_march
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : power_text
    use contensou_contact_geometry, only : track_type, trouble_far, trouble_none, &
-      trouble_pulls, trouble_spots, trouble_sudden, trouble_unseen
+      trouble_pulls, trouble_sudden, trouble_unseen
    use contensou_dynamics_impact, only : agree, check_contacts, open_contact, resolve_contacts, &
       set_thresholds, slow_rate, sunk, touching_gap
    use contensou_dynamics_mechanism, only : contact_motion_type
    use contensou_dynamics_reports, only : energy_type, find_energy
+   use contensou_dynamics_spots, only : assign_spots, change_spots, take_back_spots
    use contensou_dynamics_state, only : position_of
    use contensou_integrate_choice, only : choice_type, choose_method, &
       explicit_reach
@@ -167,6 +168,8 @@ module contensou_integrate_march
       integer :: quiet_steps = 0
       !> Steps since the last check of what a tolerance does not tell of.
       integer :: unchecked = 0
+      !> How often the step was taken again because its spots were others.
+      integer :: retaken = 0
    end type march_type
 
    !> What a look at a state changes in a system, though the march is to go on as if there had been
@@ -199,6 +202,9 @@ module contensou_integrate_march
 
    !> Steps after which what a tolerance does not tell of is checked, beside touches and the end.
    integer, parameter :: checked_steps = 100
+
+   !> How often a step is taken again before its spots are given up.
+   integer, parameter :: most_retaken = 200
 
    !> Steps after which the pace is looked at.
    integer, parameter :: watched_steps = 50000
@@ -477,10 +483,17 @@ contains
             self%t_before = t
             self%y_before = memory%y
             self%gap_before = self%gap
+            ! Trouble of a trial of the last step is over.
+            system%trouble = 0
             call self%integrator%step(t, memory%y, self%events, error)
             if (allocated(error)) return
             too_deep = system%too_deep > 0
             if (too_deep) call find_depth(self, too_deep)
+            if (system%several_spots) then
+               call follow_spots(self, again, error)
+               if (allocated(error)) return
+               if (again) cycle
+            end if
             if (self%motion%unfound .and. .not. too_deep) then
                call fatal(error, "the forces of the rigid contacts are not found")
                return
@@ -503,7 +516,7 @@ contains
                memory%row > self%rows) then
                self%unchecked = 0
                call check_resolution(self, error)
-               if (.not. allocated(error)) call check_spots(self, error)
+               if (.not. allocated(error)) call check_touches(self, error)
                if (.not. allocated(error)) call check_balance(self, error)
                if (allocated(error)) return
             end if
@@ -647,6 +660,60 @@ contains
       end associate
    end subroutine avoid_dip
 
+   !> Give the places of contacts with several spots at the end of the step to these; where one
+   !> touches that was not followed, go back to take the step with it.
+   subroutine follow_spots(self, again, error)
+      type(march_type), intent(inout) :: self
+      !> Whether the march is at the beginning of the step again.
+      logical, intent(out) :: again
+      !> Set where they cannot be followed.
+      type(error_type), allocatable, intent(out) :: error
+      logical :: born
+      integer :: index, trouble
+
+      associate (system => self%motion%system, memory => self%memory, t => self%memory%t)
+         call system%set_poses(memory%y)
+         call change_spots(system, memory%closed, self%events < 0, again, index, trouble)
+         again = again .and. t > self%t_before
+         if (.not. again) self%retaken = 0
+         if (index == 0 .and. again) then
+            call system%set_poses(self%y_before)
+            call take_back_spots(system, memory%closed, born, index, trouble)
+            self%retaken = self%retaken + 1
+            if (index == 0 .and. self%retaken > most_retaken) then
+               index = findloc(system%contacts%spots > 1, .true., dim=1)
+               trouble = trouble_sudden
+            end if
+         end if
+         if (index > 0) then
+            system%trouble = index
+            system%trouble_code = trouble
+            call fatal(error, "a contact does not know where it touches")
+            return
+         end if
+         if (.not. again) return
+         if (born) then
+            memory%bounded_until = t
+            call self%integrator%bound_step((t - self%t_before)/4.0_wp)
+         end if
+         t = self%t_before
+         memory%y = self%y_before
+         self%motion%unfound = .false.
+         call look_at_gaps(self)
+         call self%integrator%restart(t, memory%y, error)
+      end associate
+   end subroutine follow_spots
+
+   !> See the spots as they are at a state within the step, with what touches in it.
+   subroutine view_spots(self, y)
+      type(march_type), intent(inout) :: self
+      real(wp), intent(in) :: y(:)
+      integer :: index, trouble
+
+      call self%motion%system%set_poses(y)
+      call assign_spots(self%motion%system, self%memory%closed, index, trouble)
+   end subroutine view_spots
+
    !> Overlap within a step that goes unseen, from that with which a contact has opened [m].
    pure real(wp) function unseen(self, index)
       type(march_type), intent(in) :: self
@@ -770,16 +837,22 @@ contains
       type(march_type), intent(inout) :: self
       !> Set when the observer failed.
       type(error_type), allocatable, intent(out) :: error
+      type(kept_type) :: kept
       real(wp) :: t
 
-      associate (row => self%memory%row)
+      associate (row => self%memory%row, several => self%motion%system%several_spots)
          do while (row <= self%rows)
             t = min(row*self%plan%interval, self%plan%t_end)
             if (row == self%rows) t = self%plan%t_end
             if (t > self%memory%t) exit
             call self%integrator%interpolate(t, self%y_row)
+            if (several) then
+               call keep_workspace(self%motion, kept)
+               call view_spots(self, self%y_row)
+            end if
             call self%observer%sample(self%motion, t, self%y_row, error)
             if (allocated(error)) return
+            if (several) call restore_workspace(self%motion, kept)
             row = row + 1
          end do
       end associate
@@ -849,6 +922,7 @@ contains
          before = self%integrator%statistics()
          do while (observer%next_time < self%memory%t)
             call self%integrator%interpolate(observer%next_time, y)
+            if (self%motion%system%several_spots) call view_spots(self, y)
             call observer%between(self%motion, observer%next_time, y, error)
             if (allocated(error)) return
          end do
@@ -1068,49 +1142,43 @@ contains
       end associate
    end subroutine take_events
 
-   !> See whether surfaces overlap without having approached, or in two places.
-   subroutine check_spots(self, error)
+   !> See whether surfaces that touch overlap without having approached.
+   subroutine check_touches(self, error)
       type(march_type), intent(inout) :: self
       !> Set where they do.
       type(error_type), allocatable, intent(out) :: error
       type(kept_type) :: kept
       real(wp), dimension(self%motion%n_events) :: gap, rate
-      real(wp) :: second, explained
-      integer :: i, trouble
+      real(wp) :: explained
+      integer :: i
 
+      if (.not. any(self%events < 0)) return
       associate (system => self%motion%system, memory => self%memory)
          call keep_workspace(self%motion, kept)
          call system%gaps(memory%y, gap)
-         rate = 0.0_wp
-         if (any(self%events < 0)) call system%gap_rates(memory%y, rate)
+         call system%gap_rates(memory%y, rate)
          do i = 1, size(gap)
+            if (self%events(i) >= 0 .or. memory%closed(i) .or. gap(i) >= 0.0_wp) cycle
             associate (contact => system%contacts(i))
-               if (gap(i) >= 0.0_wp .or. contact%track%lost) cycle
-               trouble = trouble_none
-               call contact%law%geometry%second_gap(system%pose(contact%a), &
-                  system%pose(contact%b), contact%track, second)
-               if (second < 0.0_wp) trouble = trouble_spots
-               if (self%events(i) < 0 .and. .not. memory%closed(i)) then
-                  ! An event is where the gap is zero, to the resolution of time.
-                  explained = time_of_event*epsilon(second)*(abs(memory%t) + (memory%t &
-                     - self%t_before))*(abs(rate(i)) + abs(self%gap_before(i)%rate))
-                  explained = explained + 16.0_wp*zero_gap(memory%y) &
-                     + place_of_event*self%motion%scales%rtol*self%motion%scales%length
-                  ! One that has just opened may close below zero.
-                  if (contact%rigid) explained = explained &
-                     + sunk*contact%law%geometry%smallest_radius()
-                  if (-gap(i) > explained) trouble = trouble_sudden
-               end if
+               if (contact%track%lost) cycle
+               ! An event is where the gap is zero, to the resolution of time.
+               explained = time_of_event*epsilon(explained)*(abs(memory%t) + (memory%t &
+                  - self%t_before))*(abs(rate(i)) + abs(self%gap_before(i)%rate))
+               explained = explained + 16.0_wp*zero_gap(memory%y) &
+                  + place_of_event*self%motion%scales%rtol*self%motion%scales%length
+               ! One that has just opened may close below zero.
+               if (contact%rigid) explained = explained &
+                  + sunk*contact%law%geometry%smallest_radius()
+               if (-gap(i) <= explained) cycle
             end associate
-            if (trouble == trouble_none) cycle
             system%trouble = i
-            system%trouble_code = trouble
+            system%trouble_code = trouble_sudden
             call fatal(error, "a contact does not know where it touches")
             return
          end do
          call restore_workspace(self%motion, kept)
       end associate
-   end subroutine check_spots
+   end subroutine check_touches
 
    !> Take note of the energy at the beginning.
    subroutine begin_balance(self)

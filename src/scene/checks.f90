@@ -13,7 +13,8 @@ module contensou_scene_checks
       pose_type, track_type, trouble_lost, trouble_no_spot, trouble_none, trouble_text
    use contensou_contact_normal, only : normal_rigid
    use contensou_contact_pairs, only : geometry_models, new_geometry
-   use contensou_dynamics_assembly, only : contact_length, initial_pose, largest_relative_approach
+   use contensou_dynamics_assembly, only : contact_length, initial_pose, &
+      largest_relative_approach, place_spots
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_impact, only : touching_gap
    use contensou_dynamics_mechanism, only : contact_type
@@ -210,11 +211,20 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       type(pose_type) :: pose(0:size(scene%bodies))
       type(track_type) :: track
-      integer :: i
+      integer :: i, trouble
 
       do i = 0, size(scene%bodies)
          pose(i) = initial_pose(scene, i)
       end do
+      if (system%several_spots) then
+         call place_spots(scene, system, i, trouble)
+         if (i > 0) then
+            call diagnostics%add(places(i), "contact " // quote(scene%contacts(i)%name) // &
+               " at the beginning: " // trouble_text(trouble), "surfaces that are closest in " // &
+               "at most " // to_text(scene%contacts(i)%spots) // " points")
+            return
+         end if
+      end if
       do i = 1, size(system%contacts)
          associate (contact => system%contacts(i))
             track = contact%track

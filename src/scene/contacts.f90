@@ -1,17 +1,20 @@
 !> Reads groups `contact`.
 module contensou_scene_contacts
-   use contensou_base_diagnostics, only : diagnostics_type
+   use contensou_base_diagnostics, only : diagnostics_type, origin_type
+   use contensou_base_numbers, only : to_text
    use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote
    use contensou_contact_damping, only : damping_model_type, damping_models
+   use contensou_contact_geometry, only : geometry_type
    use contensou_contact_normal, only : normal_rigid
+   use contensou_contact_pairs, only : new_geometry
    use contensou_contact_parts, only : n_parts, part_type, read_models
-   use contensou_dynamics_scene, only : contact_spec_type
+   use contensou_dynamics_scene, only : contact_spec_type, scene_type
    use contensou_scene_references, only : references_type
    implicit none(type, external)
    private
 
-   public :: build_contact
+   public :: build_contact, add_spots
 
 contains
 
@@ -44,5 +47,61 @@ contains
             "restitution without damping, or damping = 'hunt_crossley'")
       end associate
    end subroutine build_contact
+
+   !> Replace each contact that may have several spots by one for each of them, `name[1]`, `name[2]`
+   !> and so on.
+   subroutine add_spots(scene, places, diagnostics)
+      !> The scene; its pairs of surfaces are supported.
+      type(scene_type), intent(inout) :: scene
+      !> Where the surfaces of each contact are named.
+      type(origin_type), allocatable, intent(inout) :: places(:)
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(contact_spec_type), allocatable :: contacts(:)
+      type(origin_type), allocatable :: new_places(:)
+      class(geometry_type), allocatable :: geometry
+      integer :: spots(size(scene%contacts)), i, k, n
+
+      do i = 1, size(spots)
+         associate (indices => scene%contacts(i)%surfaces)
+            call new_geometry(scene%surfaces(indices(1))%surface, &
+               scene%surfaces(indices(2))%surface, geometry)
+         end associate
+         spots(i) = geometry%most_spots
+      end do
+      if (all(spots == 1)) return
+      allocate(contacts(sum(spots)), new_places(sum(spots)))
+      n = 0
+      do i = 1, size(spots)
+         do k = 1, spots(i)
+            n = n + 1
+            contacts(n) = scene%contacts(i)
+            contacts(n)%spot = k
+            contacts(n)%spots = spots(i)
+            new_places(n) = places(i)
+            if (spots(i) == 1) cycle
+            contacts(n)%name = scene%contacts(i)%name // "[" // to_text(k) // "]"
+            call check_name(contacts(n)%name, scene%contacts(i)%name)
+         end do
+      end do
+      call move_alloc(contacts, scene%contacts)
+      call move_alloc(new_places, places)
+
+   contains
+
+      !> No other contact may have the name of a spot.
+      subroutine check_name(name, of)
+         character(len=*), intent(in) :: name
+         !> Name of the contact that the spot belongs to.
+         character(len=*), intent(in) :: of
+         integer :: j
+
+         do j = 1, size(spots)
+            if (scene%contacts(j)%name == name) call diagnostics%add(places(j), "contact " // &
+               quote(name) // " has the name of a spot of contact " // quote(of), "another name")
+         end do
+      end subroutine check_name
+
+   end subroutine add_spots
 
 end module contensou_scene_contacts

@@ -18,7 +18,7 @@ module contensou_scene_reader
    use contensou_scene_bodies, only : build_body
    use contensou_scene_checks, only : check_contacts, check_impacts, check_overlaps, &
       check_positions, check_rows, fill_in
-   use contensou_scene_contacts, only : build_contact
+   use contensou_scene_contacts, only : add_spots, build_contact
    use contensou_scene_controls, only : build_integrator, build_output, build_scene
    use contensou_scene_cost, only : build_cost, cost_spec_type
    use contensou_scene_defaults, only : defaults_group
@@ -260,6 +260,8 @@ contains
       call check_contacts(scene, places, diagnostics)
       call check_impacts(scene, impacts_place, diagnostics)
       call check_rows(scene, interval_place, diagnostics)
+      if (diagnostics%count() > 0) return
+      call add_spots(scene, places, diagnostics)
       if (diagnostics%count() > 0) return
       allocate(system)
       call assemble(scene, system)

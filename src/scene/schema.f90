@@ -100,7 +100,8 @@ contains
       call list%put("surface", "material", kind_reference, mandatory=.true., target="material", &
          doc="material of the surface")
 
-      call list%put("contact", "name", kind_name, mandatory=.true., doc="name of the contact")
+      call list%put("contact", "name", kind_name, mandatory=.true., doc="name of the contact; " // &
+         "where its surfaces can touch at several places, name[1], name[2] and so on in the output")
       call list%put("contact", "surfaces", kind_reference, values=2, mandatory=.true., &
          target="surface", doc="the surfaces A and B; normals point from A into B, forces are " // &
          "reported as they act on the body of B")

@@ -19,6 +19,7 @@ module contensou_study_simulation
    use contensou_dynamics_assembly, only : assemble, contact_length, initial_state
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_equations, only : system_type
+   use contensou_dynamics_reports, only : contact_report_type, report_contact
    use contensou_integrate_choice, only : choice_text, choice_type
    use contensou_integrate_march, only : begin_march, integrator_methods, march, memory_type, &
       observer_type, plan_type
@@ -298,6 +299,7 @@ contains
          call system%gap_rates(y, rate)
       end if
       do i = 1, size(gap)
+         if (system%contacts(i)%track%away) cycle
          text = text // new_line("a") // "  contact " // quote(name_of(scene, i)) // ": gap " // &
             number_text(gap(i), 4) // " m, changing at " // number_text(rate(i), 4) // " m/s"
       end do
@@ -318,6 +320,10 @@ contains
             "its radius, beyond Hertz's theory: a stiffer material, a slower " // &
             "impact or a smaller mass keeps it inside"
       else
+         do i = 1, size(gap)
+            if (gap(i) < 0.0_wp .and. .not. system%contacts(i)%rigid) call add_long_spot(system, &
+               y, name_of(scene, i), i, text)
+         end do
          if (scene%integrator%method /= "cvode_bdf") text = text // new_line("a") // &
             "  friction that sticks and strong damping are stiff: integrator.method = " // &
             "'cvode_bdf' takes them in large steps"
@@ -325,5 +331,24 @@ contains
             "regularization_velocity may help"
       end if
    end function failure_text
+
+   !> Say of a spot that is far longer than wide that the surfaces come to conform.
+   subroutine add_long_spot(system, y, name, contact, text)
+      type(system_type), intent(inout) :: system
+      !> Last state.
+      real(wp), intent(in) :: y(:)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: contact
+      character(len=:), allocatable, intent(inout) :: text
+      type(contact_report_type) :: row
+      real(wp), parameter :: long = 30.0_wp
+
+      call system%set_poses(y)
+      call report_contact(system, contact, row)
+      if (.not. row%semi_axes(1) > long*row%semi_axes(2)) return
+      text = text // new_line("a") // "  contact " // quote(name) // ": its spot is " // &
+         number_text(row%semi_axes(1)/max(row%semi_axes(2), tiny(long)), 2) // " times longer " &
+         // "than wide: the surfaces come to conform, where Hertz's theory ends"
+   end subroutine add_long_spot
 
 end module contensou_study_simulation

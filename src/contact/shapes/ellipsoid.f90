@@ -26,6 +26,7 @@ module contensou_contact_shapes_ellipsoid
       procedure :: cubic
       procedure :: restore
       procedure :: smallest_radius
+      procedure :: largest_radius
       procedure :: extent
       procedure :: support
       procedure :: axes
@@ -169,6 +170,13 @@ contains
 
       length = minval(self%semi_axes)**2/maxval(self%semi_axes)
    end function smallest_radius
+
+   pure function largest_radius(self) result(radius)
+      class(ellipsoid_type), intent(in) :: self
+      real(wp) :: radius
+
+      radius = maxval(self%semi_axes)**2/minval(self%semi_axes)
+   end function largest_radius
 
    pure function extent(self) result(length)
       class(ellipsoid_type), intent(in) :: self

@@ -81,6 +81,7 @@ module contensou_contact_shapes_shape
       procedure(normal_interface), deferred :: normal
       procedure(form_interface), deferred :: form
       procedure :: smallest_radius
+      procedure :: largest_radius
       procedure :: extent
       procedure :: cubic
       procedure :: principal
@@ -277,6 +278,14 @@ contains
 
       radius = huge(radius)
    end function smallest_radius
+
+   !> Largest radius of curvature over all of a convex shape [m].
+   pure function largest_radius(self) result(radius)
+      class(shape_type), intent(in) :: self
+      real(wp) :: radius
+
+      radius = huge(radius)
+   end function largest_radius
 
    !> Length of the order of the shape [m], zero where there is none.
    pure function extent(self) result(length)

@@ -21,6 +21,7 @@ module contensou_contact_shapes_sphere
       procedure :: normal
       procedure :: form
       procedure :: smallest_radius => radius_of
+      procedure :: largest_radius => radius_of
       procedure :: extent => radius_of
       procedure :: constant_curvatures
       procedure :: axes

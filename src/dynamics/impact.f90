@@ -65,6 +65,9 @@ module contensou_dynamics_impact
    !> Rate of a gap that counts as rest, over `velocity_scale`.
    real(wp), parameter :: slow_rate = rest*slow
 
+   !> Rate of a gap that is rounding, over the same.
+   real(wp), parameter :: rounding = 1.0e-15_wp
+
    !> Overlap of a rigid contact that ends a run, over the smallest radius.
    real(wp), parameter :: sunk = 1.0e-6_wp
 
@@ -146,6 +149,10 @@ contains
             ! What is left of a rate decides with friction on the forces: they are sought again.
             if (left <= still) exit
          end do
+         ! What creeps up without a force would touch again and again.
+         call system%gap_rates(y, rate)
+         if (any(resting .and. .not. active .and. rate < 0.0_wp)) call stop_closed_gaps(system, &
+            y, links, active .or. (resting .and. rate < 0.0_wp), rounding*velocity_scale)
          ! Others may approach by that.
          call system%gap_rates(y, rate)
          if (all(rate >= -still .or. .not. candidate .or. system%contacts%closed)) exit

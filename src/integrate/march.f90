@@ -1359,8 +1359,25 @@ contains
       end if
       if (resolved) return
       where (self%missed .and. self%events == 0) self%events = -1
+      call ignore_drift(self)
       unresolved = any(self%pulls .and. self%events == 0)
    end subroutine watch_contacts
+
+   !> No touch is what the errors of the integration make of a gap that has just opened and grows.
+   subroutine ignore_drift(self)
+      type(march_type), intent(inout) :: self
+      integer :: i
+
+      associate (system => self%motion%system)
+         do i = 1, size(self%events)
+            if (self%events(i) >= 0 .or. .not. system%contacts(i)%leaving) cycle
+            if (self%gap(i)%rate < 0.0_wp) cycle
+            self%events(i) = 0
+            call system%set_poses(self%memory%y)
+            call open_contact(system, i)
+         end do
+      end associate
+   end subroutine ignore_drift
 
    !> Set the states of parts at the beginning.
    subroutine begin_states(motion, y)

@@ -7,6 +7,7 @@ CONTENSOU_RIGID_SCENES says how many are tried, CONTENSOU_RIGID_SEED with which 
 from __future__ import annotations
 
 import os
+import re
 
 import pytest
 from rigid_scenes import SCENES, campaign
@@ -26,3 +27,14 @@ def test_rigid_contacts_that_act_together_hold(executable, tmp_path, build_kind,
     if wrong:
         pytest.fail(f"{len(wrong)} of {number}, in {tmp_path}\n" + "\n".join(wrong[:20]))
     assert len(messages) <= max(1, 0.01 * number), ends
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("impacts", 120), ("random", 2177), ("random", 3660)])
+def test_touches_do_not_pile_up(run, tmp_path, kind, seed):
+    # A ball that creeps up to another one without a force, and a gap that opens less fast than the
+    # errors of short steps close it, touched 1e6 and 4e8 times a second.
+    (tmp_path / "scene.nml").write_text(SCENES[kind](seed))
+    done = run("run", "scene.nml", "-q")
+    assert done.status == 0, done.err
+    touches = int(re.search(r"events +(\d+) touches", done.out)[1])
+    assert touches < 200

@@ -6,6 +6,7 @@
 #include <ISO_Fortran_binding.h>
 #include <fenv.h>
 #include <stddef.h>
+#include <time.h>
 
 struct reader;
 struct item;
@@ -135,6 +136,20 @@ static int fail_read(const struct reader *reader, const char *object, const char
    return 1;
 }
 
+/* Open a file; wait a little for who has just written it, and holds its lock until it has its name.
+   The reason of a failure is composed. */
+static hid_t open_patiently(const char *path, hid_t access)
+{
+   enum { TRIES = 20 };
+   for (int i = 1;; ++i) {
+      hid_t id = H5Fopen(path, H5F_ACC_RDONLY, access);
+      if (id >= 0) return id;
+      int code = contensou_hdf5_explain("read", path, NULL);
+      if ((code != EAGAIN && code != EWOULDBLOCK) || i == TRIES) return id;
+      nanosleep(&(struct timespec){0, 10 * 1000 * 1000}, NULL);
+   }
+}
+
 struct reader *contensou_hdf5_open_reader(const char *path, int lenient)
 {
    struct stat info;
@@ -160,13 +175,14 @@ struct reader *contensou_hdf5_open_reader(const char *path, int lenient)
       int damaged = contensou_hdf5_check_seal(path) == SEAL_BROKEN;
       hid_t access = damaged ? H5I_INVALID_HID : contensou_hdf5_access(1);
       if (access >= 0 && limit_metadata(access) >= 0) {
-         reader->id = H5Fopen(path, H5F_ACC_RDONLY, access);
+         reader->id = open_patiently(path, access);
+      } else if (!damaged) {
+         contensou_hdf5_explain("read", path, NULL);
       }
       if (damaged) {
          fail_read(reader, NULL, "it is damaged, its content is not that of its checksum");
       } else if (reader->id < 0) {
          htri_t known = 1;
-         contensou_hdf5_explain("read", path, NULL);
          H5E_BEGIN_TRY known = H5Fis_hdf5(path); H5E_END_TRY
          if (known == 0) fail_read(reader, NULL, "it is not an HDF5 file, or damaged");
       }

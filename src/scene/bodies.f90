@@ -10,6 +10,7 @@ module contensou_scene_bodies
    use contensou_base_text, only : quote
    use contensou_dynamics_scene, only : body_spec_type, frame_names, motion_fixed, motion_free, &
       motion_names, motion_prescribed, moves_freely, turns_by_drive
+   use contensou_scene_repeats, only : repeat_keys
    use contensou_scene_solids, only : is_solid
    implicit none(type, external)
    private
@@ -23,9 +24,15 @@ contains
       type(group_settings_type), intent(in) :: group
       type(body_spec_type), intent(inout) :: body
       type(diagnostics_type), intent(inout) :: diagnostics
-      integer :: largest
+      integer :: i, largest
 
       body%name = group%label()
+      ! Of bodies with a count each is one without it here.
+      do i = 1, size(repeat_keys)
+         if (.not. group%is_given("count")) call group%refuse(trim(repeat_keys(i)), "'" // &
+            trim(repeat_keys(i)) // "' without 'count'", "count = how many bodies there are", &
+            diagnostics)
+      end do
       body%mass = group%number("mass")
       body%inertia = group%numbers("inertia")
       body%position = group%numbers("position")

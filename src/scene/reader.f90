@@ -23,6 +23,7 @@ module contensou_scene_reader
    use contensou_scene_cost, only : build_cost, cost_spec_type
    use contensou_scene_defaults, only : defaults_group
    use contensou_scene_overrides, only : apply_override, index_groups, index_type
+   use contensou_scene_pair_patterns, only : pairs_group
    use contensou_scene_references, only : collect_names, references_type
    use contensou_scene_schema, only : scene_schema
    use contensou_scene_solids, only : weigh_bodies
@@ -136,7 +137,7 @@ contains
       call read_document(path, loaded%document, diagnostics, error)
       if (allocated(error)) return
       loaded%file%text = loaded%document%bytes
-      if (has_templates(loaded%document)) loaded%raw = loaded%document
+      if (has_templates(loaded%document, overrides)) loaded%raw = loaded%document
       call scene_schema(loaded%schema)
       call resolve_scene(loaded%document, loaded%schema, overrides, loaded%settings, diagnostics)
       settings = loaded%settings
@@ -158,7 +159,7 @@ contains
       type(index_type) :: index_of
       integer :: i
 
-      if (has_templates(document)) then
+      if (has_templates(document, overrides)) then
          call expand_templates(document, schema, overrides, diagnostics)
       else if (size(overrides) > 0) then
          call index_groups(document, schema, index_of)
@@ -246,8 +247,8 @@ contains
          case ("output")
             call build_output(group, path, output_file, scene)
             interval_place = group%place("interval", 1)
-         case (constants_group, defaults_group)
-            ! Taken from the document before its keys were looked at.
+         case (constants_group, defaults_group, pairs_group)
+            ! Taken from the document before its keys were looked at, if they had no mistake.
             continue
          case ("cost")
             call build_cost(group, cost, diagnostics)

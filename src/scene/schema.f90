@@ -12,6 +12,7 @@ module contensou_scene_schema
    use contensou_dynamics_scene, only : frame_names, impact_names, motion_names
    use contensou_integrate_march, only : integrator_methods, jacobian_kinds
    use contensou_scene_cost, only : put_cost_keys
+   use contensou_scene_repeats, only : arrangement_names
    use contensou_scene_solids, only : solid_parts
    implicit none(type, external)
    private
@@ -38,7 +39,7 @@ contains
    pure function schema_groups() result(groups)
       type(group_spec_type), allocatable :: groups(:)
 
-      allocate(groups(11))
+      allocate(groups(12))
       groups(1) = group_spec_type("scene", .false., .true., "what the whole scene shares")
       groups(2) = group_spec_type("material", .true., .false., "an isotropic elastic material")
       groups(3) = group_spec_type("body", .true., .true., &
@@ -55,7 +56,10 @@ contains
       groups(9) = constants_group_spec()
       groups(10) = group_spec_type("defaults", .false., .false., "values of keys for all " // &
          "surfaces and contacts that have a use for them and do not give them", hidden=.true.)
-      groups(11) = group_spec_type("cost", .false., .false., &
+      groups(11) = group_spec_type("contacts", .true., .false., &
+         "one group for the contacts of all pairs of two patterns or lists of surfaces, each " // &
+         "called A_B after its surfaces")
+      groups(12) = group_spec_type("cost", .false., .false., &
          "what contensou cost runs and compares; other commands only check it", hidden=.true.)
    end function schema_groups
 
@@ -106,6 +110,7 @@ contains
          target="surface", doc="the surfaces A and B; normals point from A into B, forces are " // &
          "reported as they act on the body of B")
       call put_part_keys(list)
+      call put_pair_keys(list)
       call put_default_keys(list)
 
       call put_integrator_keys(list)
@@ -165,6 +170,20 @@ contains
       call list%put("body", "solid_part", kind_choice, words=solid_parts, &
          doc="part of a sphere or ellipsoid that the solid is: all of it ('whole', if not " // &
          "given), or the half below or above its centre, along its third axis")
+      call list%put("body", "count", kind_integer, values=3, fewer=.true., unit="1", &
+         least=1.0_wp, most=1.0e5_wp, doc="how many of this body there are, with its surfaces: " &
+         // "NAME_1, NAME_2, ...; one number for a row, a ring or the rows of a triangle, up to " &
+         // "three for a grid along x, y and z, of which the first runs fastest")
+      call list%put("body", "spacing", kind_real, values=3, fewer=.true., unit="m", &
+         doc="from one body to the next: the step of a row (x, y, z), the distances of a grid " // &
+         "along x, y and z, the distance of neighbours in a ring or triangle")
+      call list%put("body", "ring_radius", kind_real, unit="m", above=0.0_wp, &
+         doc="radius of a ring of bodies about position, in the plane of x and y, the first " // &
+         "towards x; in place of spacing")
+      call list%put("body", "arrangement", kind_choice, words=arrangement_names, &
+         doc="how the bodies are arranged: row and grid from the first at position; ring about " &
+         // "it; triangle of rows of 1, 2, 3, ... along x from the first at position; not " // &
+         "given, it follows from count and ring_radius")
       call list%put("body", "position", kind_real, values=3, unit="m", default="0, 0, 0", &
          doc="initial centre of mass in the inertial frame")
       call list%put("body", "axis", kind_real, values=3, unit="1", &
@@ -306,6 +325,24 @@ contains
          doc="friction coefficient in the pockets; friction_coefficient if not given")
       call copy_keys(list, "contact", b)
    end subroutine put_bearing_keys
+
+   !> The keys of contacts between all pairs: those of a contact, but for its name and surfaces.
+   subroutine put_pair_keys(list)
+      type(key_list_type), intent(inout) :: list
+
+      call list%put("contacts", "name", kind_name, &
+         doc="beginning of the names of the contacts, NAME_A_B; not given, they are A_B")
+      call list%put("contacts", "surfaces", kind_text, values=2, &
+         doc="two names or patterns of surfaces, in which * stands for any characters and ? " // &
+         "for one: all pairs of a surface of the first and one of the second, each once, but " // &
+         "for those of one body, of bodies that cannot move, and with a group &contact of their " &
+         // "own")
+      call list%put("contacts", "first", kind_text, values=most_values, fewer=.true., &
+         doc="names and patterns of the first surfaces of the pairs; in place of surfaces")
+      call list%put("contacts", "second", kind_text, values=most_values, fewer=.true., &
+         doc="names and patterns of the second surfaces of the pairs; goes with first")
+      call copy_keys(list, "contact", "contacts")
+   end subroutine put_pair_keys
 
    !> The keys of the defaults: those of contacts and surfaces, but for where a surface is;
    !> `normal` is that of a contact.

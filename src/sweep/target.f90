@@ -13,6 +13,7 @@ module contensou_sweep_target
    use contensou_base_text, only : lower, nearest, quote, string_type
    use contensou_scene_overrides, only : find_path, index_groups, index_type, path_type
    use contensou_scene_reader, only : loaded_scene_type
+   use contensou_scene_repeats, only : repeat_keys
    use contensou_scene_templates, only : concerns_templates, template_names
    implicit none(type, external)
    private
@@ -140,6 +141,9 @@ contains
                "' cannot vary: no motion depends on it")
          else if (group == "bearing" .and. any(path%key == [character(len=10) :: "ball_count", &
             "cage"])) then
+            call diagnostics%add(origin, "'" // target%path // &
+               "' cannot vary: it changes which bodies there are")
+         else if (group == "body" .and. any(repeat_keys == path%key)) then
             call diagnostics%add(origin, "'" // target%path // &
                "' cannot vary: it changes which bodies there are")
          else if (path%element > key%values) then

@@ -86,14 +86,16 @@ contains
    subroutine read_body()
       character(len=256) :: name
       real(wp) :: mass, inertia(3), radius_of_gyration(3), density, solid_length
-      character(len=256) :: solid, solid_part
+      character(len=256) :: solid, solid_part, arrangement
+      real(wp) :: count(3), spacing(3), ring_radius
       real(wp) :: position(3), axis(3), angle, quaternion(4), velocity(3), &
          spin(3), angular_velocity(3)
       character(len=256) :: motion, applied_frame
       real(wp) :: final_velocity(3), final_angular_velocity(3), ramp_duration, applied_force(3), &
          applied_torque(3)
       integer :: n
-      namelist /body/ radius_of_gyration, density, solid, solid_length, solid_part
+      namelist /body/ radius_of_gyration, density, solid, solid_length, solid_part, &
+         count, spacing, ring_radius, arrangement
       namelist /body/ name, motion, mass, inertia, position, axis, angle, quaternion, velocity, &
          spin, angular_velocity, final_velocity, final_angular_velocity, ramp_duration, &
          applied_force, applied_torque, applied_frame
@@ -109,6 +111,10 @@ contains
          solid = no_text
          solid_length = no_number
          solid_part = no_text
+         count = no_number
+         spacing = no_number
+         ring_radius = no_number
+         arrangement = no_text
          position = no_number
          axis = no_number
          angle = no_number
@@ -134,6 +140,10 @@ contains
          call put_texts("body", n, "solid", [solid])
          call put_numbers("body", n, "solid_length", [solid_length])
          call put_texts("body", n, "solid_part", [solid_part])
+         call put_numbers("body", n, "count", count)
+         call put_numbers("body", n, "spacing", spacing)
+         call put_numbers("body", n, "ring_radius", [ring_radius])
+         call put_texts("body", n, "arrangement", [arrangement])
          call put_numbers("body", n, "position", position)
          call put_numbers("body", n, "axis", axis)
          call put_numbers("body", n, "angle", [angle])

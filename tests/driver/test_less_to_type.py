@@ -496,3 +496,167 @@ def test_mistakes_in_defaults(run, tmp_path, mistakes, more):
     (only,) = mistakes(result.err)
     assert only.line == 2
     assert WRONG_DEFAULTS[more] in only.message
+
+
+MANY = """\
+&constants r = 0.01 /
+&scene t_end = 1e-4 /
+&material name = 'steel', young = 2.1e11, poisson = 0.3 /
+&body name = 'ball', mass = 1, inertia = 3*1, position = 1, 2, 3, {count} /
+&surface name = 'skin', body = 'ball', shape = 'sphere', radius = r, material = 'steel' /
+&surface name = 'floor', body = 'ground', shape = 'plane', centre = 0, 0, -9, material = 'steel' /
+&contacts surfaces = 'skin*', 'floor' /
+"""
+
+PLACES = {
+    "count = 3, spacing = 0.1": [[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]],
+    "count = 2, spacing = 0, 0.1, 0.2": [[0, 0, 0], [0, 0.1, 0.2]],
+    "count = 2, 2, spacing = 0.1, 0.2": [[0, 0, 0], [0.1, 0, 0], [0, 0.2, 0], [0.1, 0.2, 0]],
+    "count = 1, 1, 2, spacing = 3*0.1": [[0, 0, 0], [0, 0, 0.1]],
+    "count = 4, ring_radius = 10*r": [[0.1, 0, 0], [0, 0.1, 0], [-0.1, 0, 0], [0, -0.1, 0]],
+    "count = 2, arrangement = 'ring', spacing = 0.2": [[0.1, 0, 0], [-0.1, 0, 0]],
+    "count = 2, arrangement = 'triangle', spacing = 0.2": [
+        [0, 0, 0],
+        [0.1 * 3**0.5, -0.1, 0],
+        [0.1 * 3**0.5, 0.1, 0],
+    ],
+    "count = 1": [[0, 0, 0]],
+}
+
+
+@pytest.mark.parametrize("count", PLACES)
+def test_rows_grids_rings_and_triangles(expand, count):
+    found = expand(MANY.format(count=count))
+    bodies = [keys for kind, keys in found if kind == "body"]
+    assert [body["name"] for body in bodies] == [[f"ball_{i + 1}"] for i in range(len(bodies))]
+    places = [body["position"] for body in bodies]
+    assert np.array(places) == pytest.approx(np.array([1, 2, 3]) + PLACES[count], abs=1e-15)
+    skins = [keys for kind, keys in found if kind == "surface"][:-1]
+    assert [(skin["name"], skin["body"]) for skin in skins] == [
+        ([f"skin_{i + 1}"], [f"ball_{i + 1}"]) for i in range(len(bodies))
+    ]
+    contacts = [keys for kind, keys in found if kind == "contact"]
+    assert [contact["name"] for contact in contacts] == [
+        [f"skin_{i + 1}_floor"] for i in range(len(bodies))
+    ]
+
+
+def test_what_is_set_for_bodies_with_a_count(expand):
+    found = expand(
+        MANY.format(count="count = 3, spacing = 0.1"),
+        "ball.count=2",
+        "ball.mass=5",
+        "ball_2.mass=7",
+        "skin.radius=0.02",
+        "skin_1.radius=0.03",
+        "contacts.damping=tsuji",
+        "contact.restitution=0.5",
+        "skin_1_floor.restitution=0.6",
+    )
+    assert [keys["mass"] for kind, keys in found if kind == "body"] == [[5], [7]]
+    assert group(found, "surface", "skin_1")["radius"] == [0.03]
+    assert group(found, "surface", "skin_2")["radius"] == [0.02]
+    assert [keys["restitution"] for kind, keys in found if kind == "contact"] == [[0.6], [0.5]]
+
+
+def test_a_count_may_be_set_where_none_is_written(expand):
+    text = MANY.format(count="angle = 0, axis = 0, 0, 1")
+    found = expand(text, "ball.count=2", "ball.spacing=0.5")
+    assert len([1 for kind, _ in found if kind == "body"]) == 2
+
+
+PAIRS = {
+    "surfaces = 'skin*', '*'": "1_2 1_3 1_floor 2_3 2_floor 3_floor",
+    "surfaces = 'skin_?', 'skin_2'": "1_2 3_2",
+    "surfaces = 'floor', 'SKIN_1'": "floor_1",
+    "first = 'skin_1', 'skin_2', second = 'floor', 'skin_3'": "1_3 1_floor 2_3 2_floor",
+    "name = 'c', first = 'skin_1', second = 'floor', friction = 'none'": "c_1_floor",
+}
+
+
+@pytest.mark.parametrize("words", PAIRS)
+def test_contacts_of_pairs(expand, words):
+    text = MANY.format(count="count = 3, spacing = 0.1").replace(
+        "surfaces = 'skin*', 'floor'", words
+    )
+    names = [keys["name"][0] for kind, keys in expand(text) if kind == "contact"]
+    assert [name.replace("skin_", "") for name in names] == PAIRS[words].split()
+
+
+def test_a_pair_with_a_contact_of_its_own(expand):
+    text = MANY.format(count="count = 2, spacing = 0.1").replace("'floor' /\n", "'*' /\n")
+    text += "&contact name = 'own', surfaces = 'floor', 'skin_2', friction = 'none' /\n"
+    names = [keys["name"][0] for kind, keys in expand(text) if kind == "contact"]
+    assert names == ["skin_1_skin_2", "skin_1_floor", "own"]
+
+
+def test_a_sweep_varies_what_many_bodies_share(run, tmp_path):
+    (tmp_path / "scene.nml").write_text(MANY.format(count="count = 2, spacing = 10*r"))
+    (tmp_path / "sweep.nml").write_text(
+        "&sweep scene = 'scene.nml', keep = 'position' /\n"
+        "&parameter name = 'constants.r', values = 0.01, 0.02 /\n"
+    )
+    result = run("sweep", tmp_path / "sweep.nml", "-j", "1")
+    assert result.status == 0, result.err
+    with h5py.File(tmp_path / "sweep.h5") as file:
+        assert file["results/position_ball_2_x"][:] == pytest.approx([1.1, 1.2])
+    (tmp_path / "sweep.nml").write_text(
+        "&sweep scene = 'scene.nml' /\n&parameter name = 'ball.count', values = 2, 3 /\n"
+    )
+    result = run("sweep", tmp_path / "sweep.nml")
+    assert result.status == 2
+    assert "'ball.count' cannot vary: it changes which bodies there are" in result.err
+
+
+WRONG_MANY = {
+    "count = 3": "'count' needs 'spacing'",
+    "count = 0, spacing = 1": "'count'",
+    "count = 2.5, spacing = 1": "'count'",
+    "count = 3, spacing = 0": "'spacing' is not what 'row' needs",
+    "count = 2, 2, spacing = 1": "'spacing' is not what 'grid' needs",
+    "count = 3, arrangement = 'ring'": "a ring needs its radius",
+    "count = 3, arrangement = 'ring', spacing = 1, ring_radius = 1": "given twice",
+    "count = 3, spacing = 1, arrangement = 'heap'": "'heap'",
+    "count = 2, 2, arrangement = 'ring', spacing = 1": "'count' has one value",
+    "count = 3, spacing = 1, ring_radius = 1, arrangement = 'row'": "'ring_radius' has no meaning",
+    "count = 100000, 100000, spacing = 1, 1": "bodies",
+    "spacing = 1": "'spacing' without 'count'",
+    "arrangement = 'ring'": "'arrangement' without 'count'",
+}
+
+
+@pytest.mark.parametrize("count", WRONG_MANY)
+def test_mistakes_in_counts(run, tmp_path, mistakes, count):
+    path = tmp_path / "scene.nml"
+    path.write_text(MANY.format(count=count))
+    result = run("check", path)
+    assert result.status == 2
+    (only,) = mistakes(result.err)
+    assert only.line == 4
+    assert WRONG_MANY[count] in only.message
+
+
+WRONG_PAIRS = {
+    "surfaces = 'skin*', 'flor'": "there is no surface 'flor'",
+    "surfaces = 'skin*', 'wall*'": "no surface matches 'wall*'",
+    "surfaces = 'floor', 'floor'": "stands for no contact",
+    "name = 'x'": "'surfaces' is missing",
+    "first = 'skin*'": "'second' is missing",
+    "surfaces = 'skin*', 'floor', first = 'skin*'": "the surfaces are given twice",
+    "surfaces = 'skin*', 'floor', normal = 'hart'": "unknown normal 'hart'",
+    "surfaces = 'skin*', 'floor', fricton = 'none'": "unknown key 'fricton'",
+}
+
+
+@pytest.mark.parametrize("words", WRONG_PAIRS)
+def test_mistakes_in_pairs(run, tmp_path, mistakes, words):
+    text = MANY.format(count="count = 3, spacing = 0.1").replace(
+        "surfaces = 'skin*', 'floor'", words
+    )
+    path = tmp_path / "scene.nml"
+    path.write_text(text)
+    result = run("check", path)
+    assert result.status == 2
+    (only,) = mistakes(result.err)
+    assert only.line == 7
+    assert WRONG_PAIRS[words] in only.message

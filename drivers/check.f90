@@ -6,8 +6,8 @@ module contensou_drivers_check
    use contensou_base_operating_system, only : cpu_seconds, is_terminal, write_stdout
    use contensou_base_text, only : string_type, text_buffer_type
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
-      set_option
-   use contensou_drivers_report, only : bodies_text, body_effects, contact_effects
+      set_option, strict_option
+   use contensou_drivers_report, only : bodies_of, bodies_text, contacts_of, heed_warnings
    use contensou_drivers_sweep_check, only : check_sweep
    use contensou_integrate_march, only : observer_type, row_count
    use contensou_scene_reader, only : read_scene, scene_file_type
@@ -21,7 +21,7 @@ module contensou_drivers_check
 
    type(option_type), parameter :: options(*) = [ &
       option_type("SCENE", "", "namelist file of a scene or a sweep", needs="a scene"), &
-      set_option, &
+      set_option, strict_option, &
       option_type("--expand", "", "print only the scene that is run, with all settings and " // &
       "every bearing expanded; it is legal and gives the same run")]
 
@@ -68,7 +68,8 @@ contains
       type(check_config_type) :: config
       type(scene_file_type) :: file
       type(text_buffer_type) :: text
-      integer :: i, nb
+      type(string_type), allocatable :: lines(:)
+      integer :: i
       logical :: of_sweep
 
       config%scene = line%text("SCENE")
@@ -78,30 +79,31 @@ contains
       if (of_sweep .and. config%expand) then
          call fatal(error, "--expand goes with a scene, not with a sweep", status_usage)
       else if (of_sweep) then
-         call check_sweep(config%scene, config%overrides, error)
+         call check_sweep(config%scene, config%overrides, line%has("--strict"), error)
       end if
       if (of_sweep) return
       call read_scene(config%scene, config%overrides, "", file, error)
+      if (allocated(error)) return
+      call heed_warnings(file, config%scene, line%has("--strict"), error)
       if (allocated(error)) return
       if (config%expand) then
          call write_stdout(file%resolved, error, as_is=.not. is_terminal(1))
          return
       end if
       associate (scene => file%scene, system => file%system)
-         nb = size(scene%bodies)
          call text%add(config%scene // " is in order" // nl)
          if (scene%title /= "") call text%add("  " // scene%title // nl)
          call text%add("effects" // nl)
          if (norm2(scene%gravity) > 0.0_wp) call text%add("  gravity    " // &
             number_text(norm2(scene%gravity), 5) // " m/s2" // nl)
          call text%add("  bodies     " // bodies_text(scene) // nl)
-         do i = 1, nb
-            if (body_effects(scene%bodies(i)) /= "") call text%add("  body       " // &
-               scene%bodies(i)%name // ": " // body_effects(scene%bodies(i)) // nl)
+         call bodies_of(scene, lines)
+         do i = 1, size(lines)
+            call text%add("  body       " // lines(i)%s // nl)
          end do
-         do i = 1, size(scene%contacts)
-            call text%add("  contact    " // scene%contacts(i)%name // ": " // &
-               contact_effects(scene, scene%contacts(i)) // nl)
+         call contacts_of(scene, lines)
+         do i = 1, size(lines)
+            call text%add("  contact    " // lines(i)%s // nl)
          end do
          if (size(scene%contacts) == 0) call text%add("  contact    none" // nl)
          if (scene%together) call text%add("  impacts    simultaneous" // nl)

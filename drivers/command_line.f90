@@ -6,13 +6,15 @@ module contensou_drivers_command_line
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
+   use contensou_base_misprints, only : explain_misprint
    use contensou_base_numbers, only : read_real, to_text
    use contensou_base_text, only : did_you_mean, invalid_byte, invalid_byte_text, quote, &
       starts_with, string_type
    implicit none(type, external)
    private
 
-   public :: option_type, command_type, command_line_type, set_option, quiet_option
+   public :: option_type, command_type, command_line_type, set_option, quiet_option, &
+      strict_option
    public :: command_line_words, parse_command_line, usage_text, program_usage
    public :: takes_text, takes_number, takes_non_negative, takes_positive, takes_count
 
@@ -59,7 +61,11 @@ module contensou_drivers_command_line
 
    !> Option that keeps a command from showing its progress.
    type(option_type), parameter :: quiet_option = option_type("--quiet", "", &
-      "no progress on stderr", "-q")
+      "print nothing unless something is wrong", "-q")
+
+   !> Option that makes warnings errors.
+   type(option_type), parameter :: strict_option = option_type("--strict", "", &
+      "warnings are errors")
 
    !> A command.
    type :: command_type
@@ -214,7 +220,7 @@ contains
       !> Set when they cannot be understood.
       type(error_type), allocatable, intent(out) :: error
       type(option_type), allocatable :: operands(:)
-      character(len=:), allocatable :: name, value
+      character(len=:), allocatable :: name, value, why, expected
       integer :: i, k, n_operands
       logical :: only_operands, attached
 
@@ -261,6 +267,10 @@ contains
          if (.not. fits(command%options(k), value)) then
             name = name // " needs " // trim(command%options(k)%needs)
             if (command%options(k)%takes /= takes_text) name = name // ", not " // quote(value)
+            if (all(command%options(k)%takes /= [takes_text, takes_count])) then
+               call explain_misprint(value, why, expected)
+               if (allocated(why)) name = name // ": " // why // ", expected " // expected
+            end if
             call fatal(error, name, status_usage)
             return
          end if

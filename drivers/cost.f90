@@ -10,11 +10,12 @@ module contensou_drivers_cost
    use contensou_base_text, only : command_text, right, string_type
    use contensou_drivers_bench, only : check_output, write_text
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
-      quiet_option, takes_positive
+      strict_option, takes_positive
    use contensou_drivers_progress, only : progress_type
    use contensou_files_cost_table, only : csv_text, write_hdf5
    use contensou_files_hdf5_file, only : hdf5_file_type
    use contensou_scene_cost, only : cost_measures, cost_quantities
+   use contensou_drivers_report, only : heed_warnings
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_study_cost, only : cheapest, compute_references, compute_runs, judge_runs, &
       kind_names, kind_units, outcome_names, plan_models, run_type, study_type
@@ -32,7 +33,7 @@ module contensou_drivers_cost
       "the name of a file"), &
       option_type("--csv", "FILE", "write the table", needs="the name of a file"), &
       option_type("--force", "", "replace existing files"), &
-      quiet_option, &
+      option_type("--quiet", "", "no progress on stderr", "-q"), strict_option, &
       option_type("--set", "PATH=VALUE", "replace a value, as in run: --set cost.rtol=1e-4,1e-6", &
       repeats=.true.)]
 
@@ -102,6 +103,8 @@ contains
       call configure(line, config, error)
       if (allocated(error)) return
       call read_scene(config%scene, config%overrides, "", file, error)
+      if (allocated(error)) return
+      call heed_warnings(file, config%scene, line%has("--strict"), error)
       if (allocated(error)) return
       inputs(1)%s = config%scene
       if (config%output /= "") call check_output(config%output, inputs, config%force, error)

@@ -63,8 +63,9 @@ contains
          do k = 1, size(own)
             text = text // nl // key_text(own(k))
          end do
-         if (any(line%commands%name == group)) text = text // nl // "contensou " // group // &
-            " --help tells about the command." // nl
+         c = findloc(line%commands%name == group, .true., dim=1)
+         if (c > 0) text = text // nl // "The command of this name:" // nl // nl // &
+            usage_text(line%commands(c)) // nl
       else if (k == 0) then
          call fatal(error, "group " // quote(group) // " has no key " // quote(key) // &
             did_you_mean(key, own%name, "contensou help " // group // " lists them"), status_usage)

@@ -3,7 +3,7 @@ module contensou_drivers_merge
    use contensou_base_errors, only : error_type, fatal, status_failed, status_file, &
       status_interrupted, status_usage
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_numbers, only : to_text
+   use contensou_base_numbers, only : counted, to_text
    use contensou_base_operating_system, only : catch_signals, lock_suffix, longest_temporary, &
       name_lock_type, signal_received, write_stderr, write_stdout
    use contensou_base_output_path, only : check_output_path
@@ -12,7 +12,7 @@ module contensou_drivers_merge
       quiet_option
    use contensou_sweep_merge, only : find_shards, join_tables, merge_type, plan_merge
    use contensou_sweep_plan, only : sweep_type
-   use contensou_sweep_reader, only : is_sweep_file, read_sweep
+   use contensou_sweep_reader, only : is_scene_file, is_sweep_file, read_sweep
    use contensou_sweep_table, only : check_table, last_status, status_names
    implicit none(type, external)
    private
@@ -85,12 +85,15 @@ contains
       else if (size(config%overrides) > 0) then
          call fatal(error, "--set goes with a sweep file, not with tables", status_usage)
       else if (output == "") then
-         call fatal(error, "merge needs -o TABLE", status_usage)
+         call fatal(error, "tables are joined into another one: merge needs -o TABLE", status_usage)
+         call name_scene(config%files, error)
       else
          call check_names(output, config%force, config%files, error)
-         if (.not. allocated(error)) call plan_merge(config%files, "", "", plan, error)
-         if (.not. allocated(error)) call check_output(output, config%force, all_cases(plan), &
-            plan, complete, error)
+         if (allocated(error)) return
+         call plan_merge(config%files, "", "", plan, error)
+         if (allocated(error)) call name_scene(config%files, error)
+         if (.not. allocated(error)) call check_output(output, config, all_cases(plan), plan, &
+            complete, error)
       end if
       if (allocated(error) .or. complete) return
       lack = to_text(plan%missing%count()) // " of " // to_text(plan%header%n_cases) // &
@@ -103,7 +106,7 @@ contains
       if (allocated(error)) return
       if (taken) then
          ! Another process may have written the table meanwhile.
-         call check_output(output, config%force, plan%present%text(), plan, complete, error)
+         call check_output(output, config, plan%present%text(), plan, complete, error)
       else if (signal_received() == 0) then
          call fatal(error, "another process is writing " // output, status_file)
       end if
@@ -122,7 +125,7 @@ contains
          call fatal(error, "interrupted; nothing was written", status_interrupted)
          return
       end if
-      if (.not. allocated(error) .and. .not. complete) call print_summary(output, &
+      if (.not. (allocated(error) .or. complete .or. config%quiet)) call print_summary(output, &
          size(plan%files), counts, error)
       if (.not. allocated(error) .and. plan%missing%count() > 0) call fatal(error, lack // &
          " in " // output // how_to_run(), status_failed)
@@ -138,6 +141,23 @@ contains
       end function how_to_run
 
    end subroutine merge_tables
+
+   !> Say so if one of the files is a scene.
+   subroutine name_scene(files, error)
+      type(string_type), intent(in) :: files(:)
+      !> What is wrong; replaced if one is.
+      type(error_type), allocatable, intent(inout) :: error
+      !> Files that are looked into: tables are large.
+      integer, parameter :: most = 4
+      integer :: i
+
+      do i = 1, min(size(files), most)
+         if (.not. is_scene_file(files(i)%s)) cycle
+         call fatal(error, files(i)%s // " is a scene: merge joins the tables of shards of a " // &
+            "sweep, or takes the file of the sweep", status_usage)
+         return
+      end do
+   end subroutine name_scene
 
    !> Plan how the shards of a sweep are joined.
    subroutine plan_sweep(config, plan, output, complete, error)
@@ -158,11 +178,13 @@ contains
       output = sweep%output
       plan%header%fingerprint = sweep%fingerprint
       plan%header%n_cases = sweep%n_cases
+      plan%header%resolved = sweep%scene_resolved
+      plan%header%settings = sweep%settings
       allocate(files(2))
       files(1)%s = sweep%path
       files(2)%s = sweep%scene_path
       call check_names(output, config%force, files, error)
-      if (.not. allocated(error)) call check_output(output, config%force, all_cases(plan), plan, &
+      if (.not. allocated(error)) call check_output(output, config, all_cases(plan), plan, &
          complete, error)
       if (allocated(error) .or. complete) return
       call find_shards(output, files)
@@ -202,11 +224,10 @@ contains
    end function all_cases
 
    !> See that the table can be written, and whether it is there already.
-   subroutine check_output(output, force, cases, plan, complete, error)
+   subroutine check_output(output, config, cases, plan, complete, error)
       !> Name of the table.
       character(len=*), intent(in) :: output
-      !> Whether it may replace an existing file.
-      logical, intent(in) :: force
+      type(merge_config_type), intent(in) :: config
       !> Cases that it is to have, as ranges.
       character(len=*), intent(in) :: cases
       !> What is joined; its header is set.
@@ -215,11 +236,11 @@ contains
       logical, intent(out) :: complete
       type(error_type), allocatable, intent(out) :: error
 
-      call check_table(output, force, plan%header%fingerprint, cases, complete, error)
-      if (.not. complete) return
+      call check_table(output, config%force, plan%header, cases, complete, error)
+      if (.not. complete .or. config%quiet) return
       if (cases == all_cases(plan)) then
-         call write_stdout(output // " is complete, " // to_text(plan%header%n_cases) // &
-            " cases" // nl, error)
+         call write_stdout(output // " is complete, " // counted(plan%header%n_cases, &
+            "case") // nl, error)
       else
          call write_stdout(output // " has these cases already" // nl, error)
       end if

@@ -1,17 +1,75 @@
 !> Texts about a scene that several sub-commands print.
 module contensou_drivers_report
-   use contensou_base_kinds, only : wp
-   use contensou_base_numbers, only : number_text, to_text
-   use contensou_base_text, only : quote
+   use contensou_base_errors, only : error_type, fatal, status_usage
+   use contensou_base_kinds, only : i8, wp
+   use contensou_base_numbers, only : counted, number_text, to_text
+   use contensou_base_operating_system, only : write_stderr
+   use contensou_base_text, only : quote, string_type
    use contensou_contact_parts, only : contact_parts, n_parts, part_type
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, motion_fixed, &
-      motion_free, motion_prescribed, motion_spindle, scene_type
+      motion_free, motion_prescribed, motion_spindle, scene_type, stop_angle, stop_conforming, &
+      stop_lift, stop_names, stop_position, stop_rest, stop_speed, stop_spec_type, stop_spin, &
+      stop_touch
+   use contensou_scene_reader, only : scene_file_type
    implicit none(type, external)
    private
 
-   public :: bodies_text, body_effects, contact_effects
+   public :: bodies_text, bodies_of, contacts_of, put_together, names_in_short, &
+      in_series, stop_words, &
+      heed_warnings
 
 contains
+
+   !> Show the warnings of a scene; nothing is to be done then if they are errors.
+   subroutine heed_warnings(file, path, strict, error)
+      type(scene_file_type), intent(in) :: file
+      !> Name of the scene file.
+      character(len=*), intent(in) :: path
+      !> Whether warnings are errors.
+      logical, intent(in) :: strict
+      !> Set when there are some and they are errors.
+      type(error_type), allocatable, intent(out) :: error
+
+      if (file%n_warnings == 0) return
+      call write_stderr(file%warnings)
+      if (strict) call fatal(error, counted(int(file%n_warnings, i8), "warning") // " in " // &
+         path // ", and --strict allows none; nothing was run", status_usage)
+   end subroutine heed_warnings
+
+   !> What drives or loads the bodies of a scene, a line for those that are alike.
+   subroutine bodies_of(scene, lines)
+      type(scene_type), intent(in) :: scene
+      type(string_type), allocatable, intent(out) :: lines(:)
+      type(string_type) :: names(size(scene%bodies)), words(size(scene%bodies))
+      integer :: i
+
+      do i = 1, size(names)
+         names(i)%s = scene%bodies(i)%name
+         words(i)%s = body_effects(scene%bodies(i))
+      end do
+      call put_together(names, words, lines)
+   end subroutine bodies_of
+
+   !> The effects that the contacts of a scene pay for, a line for those that are alike.
+   subroutine contacts_of(scene, lines)
+      type(scene_type), intent(in) :: scene
+      type(string_type), allocatable, intent(out) :: lines(:)
+      type(string_type) :: names(size(scene%contacts)), words(size(scene%contacts))
+      integer :: i
+
+      do i = 1, size(names)
+         associate (contact => scene%contacts(i))
+            names(i)%s = contact%name
+            words(i)%s = ""
+            if (contact%spot > 1) cycle
+            words(i)%s = contact_effects(scene, contact)
+            if (contact%spots == 1) cycle
+            names(i)%s = contact%name(:index(contact%name, "[", back=.true.) - 1)
+            words(i)%s = words(i)%s // ", up to " // to_text(contact%spots) // " spots"
+         end associate
+      end do
+      call put_together(names, words, lines)
+   end subroutine contacts_of
 
    !> The effects that a contact pays for, separated by commas.
    function contact_effects(scene, contact) result(text)
@@ -31,6 +89,180 @@ contains
          text = text // parts(i)%words(choice(i), contact%parameters)
       end do
    end function contact_effects
+
+   !> Things of which the same is said, in a line: names, a colon, and what is said. Those whose
+   !> names differ in the number at their end are put together, others if they are many.
+   subroutine put_together(names, words, lines)
+      !> Names of the things.
+      type(string_type), intent(in) :: names(:)
+      !> What is said of each; nothing is if it is empty.
+      type(string_type), intent(in) :: words(:)
+      type(string_type), allocatable, intent(out) :: lines(:)
+      integer, parameter :: many = 6
+      type(string_type) :: found(size(names))
+      logical :: said(size(names)), alike(size(names))
+      integer :: i, k, n
+
+      said = .false.
+      n = 0
+      do i = 1, size(names)
+         if (said(i) .or. words(i)%s == "") cycle
+         do k = 1, size(names)
+            alike(k) = .not. said(k) .and. words(k)%s == words(i)%s
+         end do
+         if (count(alike) <= many .or. all_in_series(names, alike)) then
+            do k = 1, size(names)
+               if (alike(k)) alike(k) = k == i .or. in_series(names(k)%s, names(i)%s)
+            end do
+         end if
+         said = said .or. alike
+         n = n + 1
+         found(n)%s = names_in_short(names, alike) // ": " // words(i)%s
+      end do
+      allocate(lines(n))
+      do i = 1, n
+         lines(i)%s = found(i)%s
+      end do
+   end subroutine put_together
+
+   !> Whether the names of some things are few series.
+   pure logical function all_in_series(names, chosen)
+      type(string_type), intent(in) :: names(:)
+      !> Which of them.
+      logical, intent(in) :: chosen(:)
+      integer, parameter :: few = 4
+      logical :: left(size(names))
+      integer :: i, k, n
+
+      left = chosen
+      n = 0
+      do i = 1, size(names)
+         if (.not. left(i)) cycle
+         n = n + 1
+         do k = i, size(names)
+            if (left(k)) left(k) = k /= i .and. .not. in_series(names(k)%s, names(i)%s)
+         end do
+      end do
+      all_in_series = n <= few
+   end function all_in_series
+
+   !> Whether two names differ in the number at their end only.
+   pure logical function in_series(a, b)
+      character(len=*), intent(in) :: a, b
+
+      in_series = stem_of(a) == stem_of(b) .and. len(stem_of(a)) < len(a) .and. &
+         len(stem_of(b)) < len(b)
+   end function in_series
+
+   !> Some names, those that differ in a number at their end as a range: "ball_1..9, cage".
+   function names_in_short(names, chosen) result(text)
+      type(string_type), intent(in) :: names(:)
+      !> Which of them.
+      logical, intent(in) :: chosen(:)
+      character(len=:), allocatable :: text
+      integer, parameter :: most = 6
+      integer :: i, last, shown, left, first_number, number
+      logical :: done(size(names))
+
+      text = ""
+      done = .not. chosen
+      shown = 0
+      do i = 1, size(names)
+         if (done(i)) cycle
+         if (shown == most) then
+            left = count(.not. done)
+            if (left > 1) then
+               text = text // " and " // to_text(left) // " more"
+               return
+            end if
+         end if
+         if (text /= "") text = text // ", "
+         text = text // names(i)%s
+         shown = shown + 1
+         done(i) = .true.
+         first_number = number_of(names(i)%s)
+         number = first_number
+         if (number < 0) cycle
+         do
+            last = next_of(stem_of(names(i)%s), number + 1)
+            if (last == 0) exit
+            done(last) = .true.
+            number = number + 1
+         end do
+         if (number > first_number) text = text // ".." // to_text(number)
+      end do
+
+   contains
+
+      !> The name with a stem and a number that is left; 0 if there is none.
+      pure integer function next_of(stem, number)
+         character(len=*), intent(in) :: stem
+         integer, intent(in) :: number
+
+         do next_of = 1, size(names)
+            if (.not. done(next_of) .and. names(next_of)%s == stem // to_text(number)) return
+         end do
+         next_of = 0
+      end function next_of
+
+   end function names_in_short
+
+   !> A name without the number at its end.
+   pure function stem_of(name) result(stem)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: stem
+
+      stem = name(:verify(name, "0123456789", back=.true.))
+   end function stem_of
+
+   !> The number at the end of a name; -1 if there is none.
+   pure integer function number_of(name)
+      character(len=*), intent(in) :: name
+      integer :: first
+
+      number_of = -1
+      first = verify(name, "0123456789", back=.true.) + 1
+      if (first > len(name) .or. len(name) - first > 7) return
+      read(name(first:), *) number_of
+   end function number_of
+
+   !> A condition that ends a run, in words.
+   function stop_words(scene, stop, met_by) result(text)
+      type(scene_type), intent(in) :: scene
+      type(stop_spec_type), intent(in) :: stop
+      !> The contact that has met it, if it is about contacts.
+      integer, intent(in) :: met_by
+      character(len=:), allocatable :: text
+      character(len=:), allocatable :: body, contact
+
+      body = "all bodies"
+      if (stop%body > 0) body = scene%bodies(stop%body)%name
+      contact = ""
+      if (met_by > 0) contact = scene%contacts(met_by)%name
+      text = "by " // quote(stop%name) // ": "
+      select case (stop%kind)
+      case (stop_rest)
+         text = text // body // " at rest, below " // to_text(stop%threshold) // &
+            " J for " // to_text(stop%duration) // " s"
+      case (stop_touch)
+         text = text // contact // " touches"
+      case (stop_lift)
+         text = text // contact // " lifts off"
+      case (stop_angle)
+         text = text // "axis of " // body // " at " // to_text(stop%threshold) // &
+            " rad from its direction"
+      case (stop_speed)
+         text = text // "speed of " // body // " is " // to_text(stop%threshold) // " m/s"
+      case (stop_spin)
+         text = text // body // " turns at " // to_text(stop%threshold) // " rad/s"
+      case (stop_position)
+         text = text // "position of " // body // " is " // to_text(stop%threshold) // " m"
+      case (stop_conforming)
+         text = text // "the surfaces of " // contact // " conform"
+      case default
+         text = text // trim(stop_names(stop%kind))
+      end select
+   end function stop_words
 
    !> How many bodies a scene has, and how they move.
    function bodies_text(scene) result(text)

@@ -2,19 +2,21 @@
 module contensou_drivers_run
    use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted, &
       status_usage
-   use contensou_base_kinds, only : pi, wp
-   use contensou_base_numbers, only : number_text, to_text
+   use contensou_base_kinds, only : i8, pi, wp
+   use contensou_base_numbers, only : counted, number_text, to_text
    use contensou_base_operating_system, only : catch_signals, check_writable, file_exists, &
       name_lock_type, signal_received, write_stderr, write_stdout
    use contensou_base_output_path, only : check_output_path
    use contensou_base_text, only : command_text, string_type, text_buffer_type
    use contensou_contact_geometry, only : pose_type
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
-      quiet_option, set_option, takes_non_negative
+      quiet_option, set_option, strict_option, takes_non_negative
    use contensou_drivers_progress, only : progress_type
-   use contensou_drivers_report, only : body_effects, contact_effects
+   use contensou_drivers_report, only : bodies_of, contacts_of, heed_warnings, in_series, &
+      names_in_short, stop_words
    use contensou_dynamics_assembly, only : initial_state
-   use contensou_dynamics_scene, only : scene_type
+   use contensou_dynamics_scene, only : motion_fixed, scene_type
+   use contensou_dynamics_state, only : position_of, spin_of, velocity_of
    use contensou_files_earlier, only : check_output, companions, earlier_type, find_earlier
    use contensou_files_recorder, only : recorder_type
    use contensou_files_trajectory, only : part_suffix
@@ -38,7 +40,7 @@ module contensou_drivers_run
       "is none, do nothing if it is complete"), &
       option_type("--checkpoint", "S", "wall time between two checkpoints [s], default 5", &
       needs="a time >= 0 [s]", takes=takes_non_negative), &
-      quiet_option, &
+      quiet_option, strict_option, &
       option_type("--profile", "", "tell the CPU time by effect")]
 
    !> What the user asks for, in the words of the options.
@@ -110,6 +112,8 @@ contains
       call catch_signals()
       call read_scene(config%scene, config%overrides, config%output, file, error)
       if (allocated(error)) return
+      call heed_warnings(file, config%scene, line%has("--strict"), error)
+      if (allocated(error)) return
       inputs(1)%s = config%scene
       associate (name => file%scene%output%file)
          call check_output_path(name, "output file", inputs, companions, config%force, error)
@@ -171,11 +175,11 @@ contains
       call watch%finish(simulation, error)
       if (allocated(error)) return
       if (.not. simulation%stopped) then
-         call print_summary(file%scene, simulation, watch, error)
+         if (.not. config%quiet) call print_summary(file%scene, simulation, watch, error)
          return
       end if
       ! The terminal may be lost with all that could be said there.
-      call print_summary(file%scene, simulation, watch, ignored)
+      if (.not. config%quiet) call print_summary(file%scene, simulation, watch, ignored)
       call fatal(error, &
          "interrupted at t = " // number_text(simulation%time(), 8) // &
          " s; the rows so far are in " // file%scene%output%file // part_suffix // &
@@ -242,6 +246,9 @@ contains
          statistics => simulation%memory%statistics)
          call line("simulated", number_text(s%time, 8) // " s with " // &
             scene%integrator%method // " at rtol " // to_text(scene%integrator%rtol))
+         if (simulation%memory%stops%ended_by > 0) call line("stopped", &
+            stop_words(scene, scene%stops(simulation%memory%stops%ended_by), &
+            simulation%memory%stops%contact))
          if (allocated(recorder%output%choice)) call line("auto", recorder%output%choice)
          if (recorder%changes > 0) call line(merge("auto  ", "method", &
             scene%integrator%method == "auto"), recorder%first_change)
@@ -250,30 +257,29 @@ contains
          call add_effects(scene, text)
          call add_bodies(scene, simulation, text)
          if (recorder%first_contact > 0) then
-            call line("events", to_text(s%touches) // " touches, " // to_text(s%lifts) // &
-               " lift-offs; first touch " // number_text(recorder%first_touch, 10) // " s, " // &
+            call line("events", events(s%touches, s%lifts) // "; first touch " // &
+               number_text(recorder%first_touch, 10) // " s, " // &
                scene%contacts(recorder%first_contact)%name)
          else
-            call line("events", to_text(s%touches) // " touches, " // to_text(s%lifts) // &
-               " lift-offs")
+            call line("events", events(s%touches, s%lifts))
          end if
          call line("energy", number_text(s%initial_energy, 6) // " J at the start" // &
             energy(layout%friction, s%work_friction, "lost in friction") // &
             energy(layout%damping, s%work_damping, "lost in damping") // &
             energy(layout%applied, s%work_applied, "supplied") // &
             "; balance closed to " // number_text(s%relative_error, 2))
-         call line("work", to_text(statistics%steps) // " steps, " // &
-            to_text(statistics%derivatives) // " right-hand sides, " // &
-            to_text(statistics%jacobians) // " Jacobians; " // number_text(seconds(2), 3) // &
+         call line("work", counted(statistics%steps, "step") // ", " // &
+            counted(statistics%derivatives, "right-hand side") // ", " // &
+            counted(statistics%jacobians, "Jacobian") // "; " // number_text(seconds(2), 3) // &
             " s CPU, " // number_text(seconds(1), 3) // " s wall")
          if (allocated(recorder%output%cpu_by_effect)) call add_shares( &
             recorder%output%cpu_by_effect, text)
          if (allocated(recorder%advice)) call line("advice", recorder%advice)
          if (simulation%stopped) then
             call line("output", scene%output%file // part_suffix // " (interrupted), " // &
-               to_text(s%rows) // " rows")
+               counted(s%rows, "row"))
          else
-            call line("output", scene%output%file // ", " // to_text(s%rows) // " rows")
+            call line("output", scene%output%file // ", " // counted(s%rows, "row"))
          end if
       end associate
       call write_stdout(text%text(), error)
@@ -288,6 +294,16 @@ contains
 
          call add_line(text, word, words)
       end subroutine line
+
+      !> Events in words.
+      function events(touches, lifts) result(words)
+         integer(i8), intent(in) :: touches
+         !> Lift-offs.
+         integer(i8), intent(in) :: lifts
+         character(len=:), allocatable :: words
+
+         words = counted(touches, "touch", "touches") // ", " // counted(lifts, "lift-off")
+      end function events
 
       !> Energy that an effect takes or supplies, if the run has the effect.
       function energy(index, work, what) result(words)
@@ -320,38 +336,112 @@ contains
    subroutine add_effects(scene, text)
       type(scene_type), intent(in) :: scene
       type(text_buffer_type), intent(inout) :: text
+      type(string_type), allocatable :: lines(:)
       integer :: i
 
       if (norm2(scene%gravity) > 0.0_wp) call add_line(text, "effects", "gravity")
-      do i = 1, size(scene%bodies)
-         if (body_effects(scene%bodies(i)) /= "") call add_line(text, "effects", &
-            scene%bodies(i)%name // ": " // body_effects(scene%bodies(i)))
+      call bodies_of(scene, lines)
+      do i = 1, size(lines)
+         call add_line(text, "effects", lines(i)%s)
       end do
-      do i = 1, size(scene%contacts)
-         call add_line(text, "effects", scene%contacts(i)%name // ": " // &
-            contact_effects(scene, scene%contacts(i)))
+      call contacts_of(scene, lines)
+      do i = 1, size(lines)
+         call add_line(text, "effects", lines(i)%s)
       end do
       if (scene%together) call add_line(text, "effects", "simultaneous impacts")
    end subroutine add_effects
 
-   !> Add how the bodies turned.
+   !> Add where the bodies came to, and how they turned: for those of a long series whose names
+   !> differ in a number only the bounds of that.
    subroutine add_bodies(scene, simulation, text)
       type(scene_type), intent(in) :: scene
       type(simulation_type), intent(in) :: simulation
       type(text_buffer_type), intent(inout) :: text
+      integer, parameter :: series = 4, most = 12
+      type(string_type) :: names(size(scene%bodies))
       real(wp) :: y_start(simulation%motion%n)
-      integer :: i
+      logical :: left(size(names)), alike(size(names)), many
+      integer :: i, k
 
       y_start = initial_state(scene, simulation%motion%n)
-      associate (y => simulation%memory%y)
-         do i = 1, size(scene%bodies)
-            call add_line(text, "body", scene%bodies(i)%name // ": axis " // tilt(y_start) // &
+      do i = 1, size(names)
+         names(i)%s = scene%bodies(i)%name
+      end do
+      left = .true.
+      many = size(names) > most
+      do i = 1, size(names)
+         if (.not. left(i)) cycle
+         do k = 1, size(names)
+            alike(k) = left(k) .and. (k == i .or. in_series(names(k)%s, names(i)%s))
+         end do
+         if (count(alike) < series) alike = [(k == i, k=1, size(names))]
+         left = left .and. .not. alike
+         associate (y => simulation%memory%y)
+            if (count(alike) > 1) then
+               call add_line(text, "bodies", names_in_short(names, alike) // ": " // &
+                  bounds(y, alike))
+               cycle
+            end if
+            if (scene%bodies(i)%motion == motion_fixed) cycle
+            call add_line(text, "body", names(i)%s // ": at " // three(position_of(y, i)) // &
+               " m, velocity " // three(velocity_of(y, i)) // " m/s")
+            if (many) cycle
+            call add_line(text, "", names(i)%s // ": axis " // tilt(y_start) // &
                " -> " // tilt(y) // " deg from vertical, spin about it " // &
                number_text(y_start(13*i), 5) // " -> " // number_text(y(13*i), 5) // " rad/s")
-         end do
-      end associate
+         end associate
+      end do
 
    contains
+
+      !> Bounds of where some bodies are and how fast.
+      function bounds(y, chosen) result(words)
+         real(wp), intent(in) :: y(:)
+         !> Which bodies.
+         logical, intent(in) :: chosen(:)
+         character(len=:), allocatable :: words
+         real(wp) :: low(5), high(5), value(5)
+         integer :: body, component
+
+         low = huge(low)
+         high = -huge(high)
+         do body = 1, size(chosen)
+            if (.not. chosen(body)) cycle
+            value = [position_of(y, body), norm2(velocity_of(y, body)), norm2(spin_of(y, body))]
+            low = min(low, value)
+            high = max(high, value)
+         end do
+         words = "x"
+         do component = 1, 5
+            if (component > 1 .and. component < 4) words = words // ", " // &
+               "xyz"(component:component)
+            if (component == 4) words = words // " m, speed"
+            if (component == 5) words = words // " m/s, turning at"
+            words = words // " " // number_text(low(component), 4) // " to " // &
+               number_text(high(component), 4)
+         end do
+         words = words // " rad/s"
+      end function bounds
+
+      !> Three numbers in brackets.
+      function three(x) result(words)
+         real(wp), intent(in) :: x(3)
+         character(len=:), allocatable :: words
+         real(wp) :: shown(3)
+
+         ! What rounding leaves of a zero is none.
+         shown = merge(x, 0.0_wp, abs(x) > 1.0e-14_wp*norm2(x))
+         words = "("
+         do k = 1, 3
+            if (k > 1) words = words // ", "
+            if (abs(shown(k)) > 0.0_wp) then
+               words = words // number_text(shown(k), 6)
+            else
+               words = words // "0"
+            end if
+         end do
+         words = words // ")"
+      end function three
 
       !> Angle between the z axis of the body and the vertical [deg].
       function tilt(state) result(angle)

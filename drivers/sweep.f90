@@ -8,20 +8,21 @@ module contensou_drivers_sweep
    use contensou_base_errors, only : error_type, fatal, status_file, status_interrupted, &
       status_usage
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_numbers, only : to_text
+   use contensou_base_numbers, only : counted
    use contensou_base_operating_system, only : file_exists, name_lock_type, remove_file, &
       wall_seconds, write_stdout
    use contensou_base_text, only : command_text, quote, string_type
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
-      quiet_option, set_option, takes_count
+      quiet_option, set_option, strict_option, takes_count
    use contensou_sweep_case, only : outline_of
+   use contensou_drivers_report, only : heed_warnings
    use contensou_drivers_sweep_report, only : begin_progress, print_summary, shown_cases_type
    use contensou_sweep_selection, only : select_cases, selection_type, table_name
    use contensou_sweep_cases, only : check_output_paths, tally_type, write_table
    use contensou_sweep_trajectories, only : list_trajectories, trajectories_type, write_trajectories
    use contensou_sweep_plan, only : sweep_type
    use contensou_sweep_reader, only : read_sweep
-   use contensou_sweep_table, only : check_table
+   use contensou_sweep_table, only : case_complete, check_table, table_header_type
    use contensou_files_trajectory, only : part_suffix
    implicit none(type, external)
    private
@@ -38,7 +39,7 @@ module contensou_drivers_sweep
       option_type("--output", "FILE", "table, instead of that of the sweep file", "-o", &
       "the name of a file"), &
       option_type("--force", "", "begin anew, replace existing files"), &
-      quiet_option, set_option]
+      quiet_option, set_option, strict_option]
 
    !> What the user asks for, in the words of the options; texts blank, numbers 0 for the default.
    type :: sweep_config_type
@@ -127,19 +128,21 @@ contains
       call hold_signals()
       call read_sweep(config%sweep, config%overrides, config%output, sweep, error)
       if (allocated(error)) return
+      call heed_warnings(sweep%base%file, sweep%scene_path, line%has("--strict"), error)
+      if (allocated(error)) return
       call select_cases(config%cases, config%shard, sweep%n_cases, cases%selection, error)
       if (allocated(error)) return
       name = table_name(sweep%output, cases%selection, config%cases /= "" .and. &
          config%output == "", config%shard)
       call check_output_paths(name, sweep, cases%selection, config%force, error)
       if (allocated(error)) return
-      call check_output(name, config%force, sweep, cases%selection, .false., complete, error)
+      call check_output(name, config, sweep, cases%selection, .false., complete, error)
       if (allocated(error) .or. complete) return
       call lock%take(name, patience, taken, error)
       if (allocated(error)) return
       if (taken) then
          ! Another process may have written the table meanwhile.
-         call check_output(name, config%force, sweep, cases%selection, .true., complete, error)
+         call check_output(name, config, sweep, cases%selection, .true., complete, error)
          if (.not. allocated(error) .and. .not. complete) call write_sweep(line, config, sweep, &
             name, cases, error)
       else if (stop_requested()) then
@@ -200,7 +203,7 @@ contains
             stopped, error)
          if (allocated(error) .and. .not. config%force) then
             ! As when merge was there first.
-            call check_output(name, .false., sweep, cases%selection, .true., complete, trouble)
+            call check_output(name, config, sweep, cases%selection, .true., complete, trouble)
             if (complete) deallocate(error)
             if (complete) call cases%journal%close()
             if (complete) return
@@ -210,6 +213,7 @@ contains
       if (.not. allocated(error)) call remove_file(name // part_suffix, error)
       call cases%journal%close()
       if (allocated(error)) return
+      if (config%quiet .and. sum(tally%counts) == tally%counts(case_complete)) return
       call print_summary(name, sweep, tally, trajectories, threads, wall_seconds() - wall, error)
    end subroutine write_sweep
 
@@ -246,10 +250,9 @@ contains
    end function thread_count
 
    !> See that the table can be written, and whether it is there already.
-   subroutine check_output(name, force, sweep, selection, locked, complete, error)
+   subroutine check_output(name, config, sweep, selection, locked, complete, error)
       character(len=*), intent(in) :: name
-      !> Whether it may replace an existing file.
-      logical, intent(in) :: force
+      type(sweep_config_type), intent(in) :: config
       type(sweep_type), intent(in) :: sweep
       type(selection_type), intent(in) :: selection
       !> Whether no other process can write it.
@@ -258,8 +261,13 @@ contains
       logical, intent(out) :: complete
       !> Set when the sweep must not begin.
       type(error_type), allocatable, intent(out) :: error
+      type(table_header_type) :: wanted
 
-      call check_table(name, force, sweep%fingerprint, selection%text(), complete, error)
+      ! Not a structure constructor: gfortran 12 frees its components twice.
+      wanted%fingerprint = sweep%fingerprint
+      wanted%resolved = sweep%scene_resolved
+      wanted%settings = sweep%settings
+      call check_table(name, config%force, wanted, selection%text(), complete, error)
       if (.not. complete) return
       ! Left by a program that was killed at its very end.
       if (.not. locked .and. file_exists(name // part_suffix)) then
@@ -267,8 +275,9 @@ contains
          return
       end if
       call remove_file(name // part_suffix, error)
-      if (.not. allocated(error)) call write_stdout(name // " is complete, " // &
-         to_text(selection%count()) // " cases" // nl, error)
+      if (.not. (allocated(error) .or. config%quiet)) call write_stdout(name // &
+         " is complete, " // &
+         counted(selection%count(), "case") // nl, error)
    end subroutine check_output
 
    !> A signal came: say where the rows are.

@@ -7,6 +7,7 @@ module contensou_drivers_sweep_check
    use contensou_base_text, only : join, string_type
    use contensou_integrate_march, only : observer_type
    use contensou_integrate_motion, only : motion_type
+   use contensou_drivers_report, only : heed_warnings
    use contensou_study_simulation, only : new_simulation, simulate, simulation_type
    use contensou_study_quantities, only : row_type
    use contensou_scene_reader, only : scene_file_type
@@ -72,11 +73,13 @@ module contensou_drivers_sweep_check
 contains
 
    !> Read a sweep and report what it will cost.
-   subroutine check_sweep(name, overrides, error)
+   subroutine check_sweep(name, overrides, strict, error)
       !> Name of the sweep file.
       character(len=*), intent(in) :: name
       !> Settings that replace those of the scene in all cases.
       type(string_type), intent(in) :: overrides(:)
+      !> Whether warnings are errors.
+      logical, intent(in) :: strict
       !> Set when the sweep has a mistake.
       type(error_type), allocatable, intent(out) :: error
       type(sweep_type) :: sweep
@@ -92,6 +95,8 @@ contains
       if (.not. allocated(error)) call select_cases("", [0, 0], sweep%n_cases, selection, error)
       if (.not. allocated(error)) call check_output_paths(sweep%output, sweep, selection, .false., &
          error)
+      if (allocated(error)) return
+      call heed_warnings(sweep%base%file, sweep%scene_path, strict, error)
       if (allocated(error)) return
       text = name // " is in order" // nl // "  scene       " // sweep%scene_path // nl
       if (sweep%scene%title /= "") text = text // "              " // sweep%scene%title // nl

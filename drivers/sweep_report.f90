@@ -2,7 +2,7 @@
 module contensou_drivers_sweep_report
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_numbers, only : number_text, to_text
+   use contensou_base_numbers, only : counted, number_text, to_text
    use contensou_base_operating_system, only : file_exists, write_stdout
    use contensou_base_text, only : command_text, string_type
    use contensou_drivers_progress, only : progress_type
@@ -53,21 +53,13 @@ contains
          call cases%progress%begin(quiet, real(before, wp)/real(total, wp))
          if (again) then
             call cases%progress%note("going on with " // to_text(left) // " of " // &
-               to_text(total) // " cases on " // threads_text(threads))
+               counted(total, "case") // " on " // counted(int(threads, i8), "thread"))
          else
-            call cases%progress%note(to_text(total) // " cases on " // threads_text(threads))
+            call cases%progress%note(counted(total, "case") // " on " // &
+               counted(int(threads, i8), "thread"))
          end if
       end associate
    end subroutine begin_progress
-
-   !> A number of threads in words.
-   pure function threads_text(threads) result(text)
-      integer, intent(in) :: threads
-      character(len=:), allocatable :: text
-
-      text = to_text(threads) // " threads"
-      if (threads == 1) text = "1 thread"
-   end function threads_text
 
    !> Show how far the sweep is.
    subroutine look_cases(self, finished)
@@ -78,7 +70,7 @@ contains
 
       share = min(real(self%before + finished, wp)/real(self%total, wp), 1.0_wp)
       if (self%progress%is_due(share)) call self%progress%tell(share, &
-         to_text(self%before + finished) // " of " // to_text(self%total) // " cases")
+         to_text(self%before + finished) // " of " // counted(self%total, "case"))
    end subroutine look_cases
 
    !> Print what the sweep came to.
@@ -126,7 +118,7 @@ contains
          end if
       end do
       text = text // "  work       " // number_text(wall, 3) // " s wall on " // &
-         threads_text(threads) // nl // "  table      " // name // nl
+         counted(int(threads, i8), "thread") // nl // "  table      " // name // nl
       call write_stdout(text, error)
 
    contains

@@ -6,6 +6,7 @@ module contensou_drivers_table
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : wp
+   use contensou_base_misprints, only : explain_misprint
    use contensou_base_numbers, only : read_real, to_text
    use contensou_base_operating_system, only : check_readable, write_stdout
    use contensou_base_text, only : join, lower, quote, starts_with, string_type, strings
@@ -108,7 +109,7 @@ contains
       integer :: column(size(names)), i, c, n, near
       logical :: valid
       type(origin_type) :: place
-      character(len=:), allocatable :: missing
+      character(len=:), allocatable :: missing, message, expected
 
       missing = ""
       allocate(values(size(names), 0), lines(0))
@@ -160,11 +161,15 @@ contains
             place = origin_type(1, i, starts(column(c)), &
                max(starts(column(c) + 1) - starts(column(c)) - 1, 1))
             if (.not. valid) then
-               call diagnostics%add(place, quote(field(i, starts, column(c))) // &
-                  " is not a number", trim(names(c)) // " = a number")
+               call explain_misprint(field(i, starts, column(c)), message, expected)
+               if (.not. allocated(message)) then
+                  message = quote(field(i, starts, column(c))) // " is not a number"
+                  expected = "a number"
+               end if
+               call diagnostics%add(place, message, trim(names(c)) // " = " // expected)
             else if (.not. (ieee_is_finite(values(c, n)) .or. ieee_is_nan(values(c, n)))) then
                call diagnostics%add(place, quote(field(i, starts, column(c))) // &
-                  " is too large", trim(names(c)) // " = a finite number")
+                  " is too large", trim(names(c)) // " = a finite number, below 1.8e308")
             end if
          end do
       end do

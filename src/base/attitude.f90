@@ -43,7 +43,7 @@ contains
             attitude = unit_quaternion(quaternion)
          else
             call diagnostics%add(group%place("quaternion", 1), "'quaternion' is zero", &
-               "(w, x, y, z) of any norm but zero")
+               "(w, x, y, z) of any norm but zero, components of 1e-40 to 1e40")
          end if
       end if
    end subroutine read_attitude

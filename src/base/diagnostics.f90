@@ -171,25 +171,30 @@ contains
    end function entry_expected
 
    !> Text that shows the mistakes, sorted by place; each line ends with a line end.
-   pure function render(self, sources) result(text)
+   pure function render(self, sources, kind) result(text)
       class(diagnostics_type), intent(in) :: self
       !> Sources that the places refer to.
       type(source_type), intent(in) :: sources(:)
+      !> What they are, "error" if not given.
+      character(len=*), intent(in), optional :: kind
       !> The text; empty if there are no mistakes.
       character(len=:), allocatable :: text
+      character(len=:), allocatable :: word
       integer, allocatable :: order(:)
       integer :: i, n_more
 
       text = ""
+      word = "error"
+      if (present(kind)) word = kind
       call sort(self, order)
       do i = 1, min(self%n_entries, max_shown)
-         text = text // render_entry(self%entries(order(i)), sources)
+         text = text // render_entry(self%entries(order(i)), sources, word)
       end do
       n_more = self%n_found - max_shown
       if (n_more == 1) then
-         text = text // "... and 1 more error" // newline
+         text = text // "... and 1 more " // word // newline
       else if (n_more > 1) then
-         text = text // "... and " // to_text(n_more) // " more errors" // newline
+         text = text // "... and " // to_text(n_more) // " more " // word // "s" // newline
       end if
    end function render
 
@@ -229,10 +234,12 @@ contains
    end function comes_before
 
    !> Text that shows one mistake.
-   pure function render_entry(entry, sources) result(text)
+   pure function render_entry(entry, sources, kind) result(text)
       type(entry_type), intent(in) :: entry
       !> Sources that its place refers to.
       type(source_type), intent(in) :: sources(:)
+      !> What it is.
+      character(len=*), intent(in) :: kind
       character(len=:), allocatable :: text
       character(len=:), allocatable :: excerpt
       type(origin_type) :: origin
@@ -260,7 +267,7 @@ contains
          end if
          text = text // ": "
       end if
-      text = text // "error: " // printable(entry%message) // newline // excerpt
+      text = text // kind // ": " // printable(entry%message) // newline // excerpt
       if (allocated(entry%expected)) then
          text = text // "  expected: " // printable(entry%expected) // newline
       end if

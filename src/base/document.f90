@@ -11,6 +11,7 @@ module contensou_base_document
       value_expression, value_integer, value_logical, value_null, value_real, value_text, value_type
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8
+   use contensou_base_misprints, only : explain_lookalike
    use contensou_base_numbers, only : to_text
    use contensou_base_scanner, only : at_end, blanks, digits, foreign_comment, give_up, here, &
       is_key, is_name, key_ends, key_follows, letters, max_assignments, max_bytes, max_groups, &
@@ -301,9 +302,7 @@ contains
             end if
          end if
       else
-         call mistake(parser, origin, "'" // shorten(name, word_width) // &
-            "' is not the name of a group", &
-            "letters, digits and underscores, a letter first")
+         call report_name("is not the name of a group", name, origin, parser)
          name = ""
       end if
       call parse_group(parser, lower(name), origin, n_before, document)
@@ -313,7 +312,7 @@ contains
    pure subroutine parse_outside(parser, document)
       type(parser_type), intent(inout) :: parser
       type(document_type), intent(inout) :: document
-      character(len=:), allocatable :: expected, word
+      character(len=:), allocatable :: expected, message, word
       type(origin_type) :: origin
       integer :: last, n_before
       logical :: found
@@ -348,9 +347,12 @@ contains
          end if
       end if
 
-      call mistake(parser, origin, "'" // shorten(word, word_width) // &
-         "' outside any group", &
-         "'&' and the name of a group, or '!' before a comment" // closed_hint(parser))
+      call explain_lookalike(word, message, expected)
+      if (.not. allocated(message)) then
+         message = "'" // shorten(word, word_width) // "' outside any group"
+         expected = "'&' and the name of a group, or '!' before a comment" // closed_hint(parser)
+      end if
+      call mistake(parser, origin, message, expected)
       parser%column = last + 1
       do
          call skip_space(parser)
@@ -490,9 +492,7 @@ contains
                shorten(word, word_width) // "' has a component", &
                "a plain key, without '%'")
          else
-            call mistake(parser, assignment%origin, "'" // &
-               shorten(word, word_width) // "' is not a key", &
-               "letters, digits and underscores, a letter first")
+            call report_name("is not a key", word, assignment%origin, parser)
          end if
       end if
       call skip_blanks(parser)
@@ -539,6 +539,23 @@ contains
       call copy_values(buffer, n, assignment%values)
       call append_assignment(parser, group, assignment)
    end subroutine parse_assignment
+
+   !> Report a word that cannot be a name.
+   pure subroutine report_name(what, word, origin, parser)
+      !> What it is not.
+      character(len=*), intent(in) :: what
+      character(len=*), intent(in) :: word
+      type(origin_type), intent(in) :: origin
+      type(parser_type), intent(inout) :: parser
+      character(len=:), allocatable :: message, expected
+
+      call explain_lookalike(word, message, expected)
+      if (.not. allocated(message)) then
+         message = "'" // shorten(word, word_width) // "' " // what
+         expected = "letters, digits and underscores, a letter first"
+      end if
+      call mistake(parser, origin, message, expected)
+   end subroutine report_name
 
    !> Read a subscript in parentheses.
    pure subroutine parse_subscript(parser, assignment, valid)

@@ -6,7 +6,7 @@ module contensou_base_numbers
    implicit none(type, external)
    private
 
-   public :: to_text, number_text, fixed_text, power_text, read_real
+   public :: to_text, counted, number_text, fixed_text, power_text, rounded, read_real
 
    !> Text of a number or a logical, without surrounding blanks.
    interface to_text
@@ -75,6 +75,31 @@ contains
       write(buffer, form) x
       text = trim(adjustl(buffer))
    end function power_text
+
+   !> A number rounded to some significant digits: five thousandths come out as 0.005.
+   pure real(wp) function rounded(x, digits)
+      real(wp), intent(in) :: x
+      !> Significant digits, 2 to 17.
+      integer, intent(in) :: digits
+      logical :: valid
+
+      call read_real(power_text(x, digits), rounded, valid)
+   end function rounded
+
+   !> A number of things: "1 case", "2 cases".
+   pure function counted(n, thing, things) result(text)
+      integer(i8), intent(in) :: n
+      !> One of them.
+      character(len=*), intent(in) :: thing
+      !> Many of them, if that is not `thing` with an s.
+      character(len=*), intent(in), optional :: things
+      character(len=:), allocatable :: text
+
+      text = to_text(n) // " " // thing
+      if (n == 1_i8) return
+      text = text // "s"
+      if (present(things)) text = to_text(n) // " " // things
+   end function counted
 
    !> Decimal text of an integer.
    pure function integer_to_text(x) result(s)

@@ -587,9 +587,30 @@ contains
          call fatal(error, "the " // what // " " // path // " is a folder", status_file)
          return
       end if
-      if (.not. folder_writable(path)) call fatal(error, "cannot write " // path // &
-         ": its folder does not exist or is not writable", status_file)
+      if (.not. folder_writable(path)) call fatal(error, "cannot write " // path // ": " // &
+         folder_trouble(path), status_file)
    end subroutine check_writable
+
+   !> Why files cannot be created in the folder of a file.
+   function folder_trouble(path) result(words)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: words
+      integer :: slash
+
+      slash = index(path, "/", back=.true.)
+      if (slash <= 1) then
+         words = "its folder is not writable"
+         return
+      end if
+      words = "its folder " // path(:slash - 1)
+      if (is_folder(path(:slash - 1))) then
+         words = words // " is not writable"
+      else if (file_exists(path(:slash - 1))) then
+         words = words // " is a file, not a folder"
+      else
+         words = words // " does not exist"
+      end if
+   end function folder_trouble
 
    !> Whether another process is writing this file, judged by the lock that a writer holds.
    function is_locked(path) result(answer)

@@ -8,7 +8,8 @@ module contensou_base_resolve
       value_expression, value_integer, value_logical, value_null, value_real, value_text, value_type
    use contensou_base_expressions, only : constants_type
    use contensou_base_kinds, only : wp
-   use contensou_base_numbers, only : to_text
+   use contensou_base_misprints, only : explain_comma, explain_misprint, explain_unit
+   use contensou_base_numbers, only : power_text, to_text
    use contensou_base_schema, only : admits, any_number, domain_text, group_schema_type, &
       is_number, key_type, kind_any, kind_choice, kind_file, kind_integer, kind_logical, &
       kind_name, kind_real, kind_reference, kind_text, schema_type, setting_type
@@ -137,16 +138,18 @@ contains
       do s = 1, stored%n
          associate (setting => stored%settings(s), key => schema%keys(stored%settings(s)%key))
             if (.not. setting%given) cycle
-            call check_given(key, given(s)%first, setting, diagnostics)
+            call check_given(key, given(s)%first, group%complete, setting, diagnostics)
          end associate
       end do
    end subroutine resolve_group
 
    !> Whether all values of a key that is given are there and in order.
-   subroutine check_given(key, first, setting, diagnostics)
+   subroutine check_given(key, first, complete, setting, diagnostics)
       type(key_type), intent(in) :: key
       !> For each value, the line it was given in; -1 after a mistake, 0 if it is not given.
       integer, intent(in) :: first(:)
+      !> Whether the group was read without a mistake of syntax, which may have taken a value.
+      logical, intent(in) :: complete
       type(setting_type), intent(inout) :: setting
       type(diagnostics_type), intent(inout) :: diagnostics
       integer :: n
@@ -157,9 +160,9 @@ contains
          if (size(setting%values) > n) setting%values = setting%values(:n)
       end if
       setting%set = all(first(:n) > 0)
-      if (any(first(:n) == 0)) call diagnostics%add(setting%origin, "'" // trim(key%name) // &
-         "' has " // to_text(count(first /= 0)) // " of " // to_text(n) // " values", &
-         expected_of(key))
+      if (complete .and. any(first(:n) == 0)) call diagnostics%add(setting%origin, &
+         "'" // trim(key%name) // "' has " // to_text(count(first /= 0)) // " of " // &
+         to_text(n) // " values", expected_of(key))
    end subroutine check_given
 
    !> Whether a group has all keys that it must have.
@@ -239,8 +242,7 @@ contains
          return
       end if
       if (size(assignment%values) > high - low + 1) then
-         call wrong(assignment%values(high - low + 2)%origin, "too many values for '" &
-            // trim(key%name) // "' in group &" // trim(key%group))
+         call report_too_many()
          return
       end if
       if (size(assignment%values) == 0) then
@@ -273,6 +275,43 @@ contains
       end do
 
    contains
+
+      !> Report too many values: often a comma is meant for a decimal point, or a unit stands in
+      !> quotes.
+      subroutine report_too_many()
+         character(len=:), allocatable :: message, right, words, plain
+         integer :: k
+
+         words = "too many values for '" // trim(key%name) // "' in group &" // trim(key%group)
+         right = expected_of(key)
+         associate (values => assignment%values)
+            do k = 1, merge(size(values) - 1, 0, is_number(key))
+               if (values(k)%kind == value_real .or. values(k)%kind == value_integer) then
+                  if (values(k + 1)%kind == value_text) then
+                     call explain_unit(to_text(values(k)%real), values(k + 1)%text, .true., &
+                        message, plain)
+                     if (.not. allocated(message)) cycle
+                     words = words // ": " // message
+                     right = plain
+                     exit
+                  end if
+               end if
+               if (values(k)%kind /= value_integer .or. .not. any(values(k + 1)%kind == &
+                  [value_integer, value_real])) cycle
+               associate (a => values(k)%origin, b => values(k + 1)%origin)
+                  if (a%line /= b%line .or. b%column /= a%column + a%length + 1) cycle
+                  message = "its place"
+                  if (values(k + 1)%kind == value_integer) call explain_comma(values(k)%real, &
+                     values(k + 1)%real, b%length, message)
+               end associate
+               words = words // ": a comma separates values"
+               right = right // "; a decimal point in " // message // ", if that is meant"
+               exit
+            end do
+            call diagnostics%add(values(high - low + 2)%origin, words, right)
+         end associate
+         call lose()
+      end subroutine report_too_many
 
       !> Report a mistake that leaves the key without values.
       subroutine wrong(origin, message)
@@ -364,6 +403,7 @@ contains
       subroutine compute(is_one)
          !> Whether it is one; what is not is reported as what it is.
          logical, intent(out) :: is_one
+         character(len=:), allocatable :: message, right
 
          is_one = .false.
          number%kind = value_real
@@ -372,7 +412,13 @@ contains
             diagnostics, good)
          if (is_one) return
          good = .false.
-         call wrong("'" // trim(key%name) // "' needs a number, this is a " // kind_word(value))
+         call explain_misprint(value%text, message, right)
+         if (allocated(message)) then
+            call diagnostics%add(value%origin, "'" // trim(key%name) // "' needs a number: " // &
+               message, right)
+         else
+            call wrong("'" // trim(key%name) // "' needs a number, this is a " // kind_word(value))
+         end if
       end subroutine compute
 
       !> Take a number.
@@ -386,7 +432,9 @@ contains
             call wrong("'" // trim(key%name) // "' must be finite")
          else if (abs(value%real) > largest_number .or. (abs(value%real) > 0.0_wp .and. &
             abs(value%real) < 1.0_wp/largest_number)) then
-            call wrong("'" // trim(key%name) // "' is beyond what can be computed with")
+            call wrong("'" // trim(key%name) // "' is beyond what can be computed with, " // &
+               "magnitudes from " // power_text(1.0_wp/largest_number, 2) // " to " // &
+               power_text(largest_number, 2))
          else if (.not. admits(key, value%real)) then
             call wrong("'" // trim(key%name) // "' is out of range")
          else if (key%kind == kind_integer .and. abs(value%real - anint(value%real)) > 0.0_wp) then

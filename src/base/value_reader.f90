@@ -7,6 +7,7 @@ module contensou_base_value_reader
       value_real, value_text, value_type
    use contensou_base_expressions, only : is_expression
    use contensou_base_kinds, only : i8
+   use contensou_base_misprints, only : explain_misprint, explain_unit
    use contensou_base_numbers, only : read_real, to_text
    use contensou_base_scanner, only : at_end, blanks, char_at, digits, foreign_comment, give_up, &
       here, is_key, is_key_at, is_name, letters, lose_line, max_characters, max_values, mistake, &
@@ -64,10 +65,10 @@ contains
             cycle
          case ("/")
             if (parser%bare_text) then
-               call parse_token(parser, buffer, n, after_comma, found)
+               call parse_token(parser, buffer, n, has_value, after_comma, found)
             else if (.not. after_comma .and. .not. has_value &
                .and. scan(peek_next(parser), letters // digits // "._~") > 0) then
-               call report_word(parser)
+               call report_word(parser, "")
             else
                exit
             end if
@@ -88,7 +89,7 @@ contains
             end if
             call foreign_comment(parser, found)
             if (found) cycle
-            call parse_token(parser, buffer, n, after_comma, found)
+            call parse_token(parser, buffer, n, has_value, after_comma, found)
             if (.not. found) exit
          end select
          has_value = .true.
@@ -114,18 +115,20 @@ contains
    end subroutine discard_values
 
    !> Read a value that is not in quotes, or report what stands in its place.
-   pure subroutine parse_token(parser, buffer, n, after_comma, found)
+   pure subroutine parse_token(parser, buffer, n, after_value, after_comma, found)
       type(parser_type), intent(inout) :: parser
       !> The values read so far.
       type(value_type), allocatable, intent(inout) :: buffer(:)
       !> Number of values.
       integer, intent(inout) :: n
+      !> Whether a value went before, with no comma behind it.
+      logical, intent(in) :: after_value
       !> Whether a comma went before.
       logical, intent(in) :: after_comma
       !> False if this is a key without equals sign, which is left for others to read.
       logical, intent(out) :: found
       type(value_type) :: value
-      character(len=:), allocatable :: word
+      character(len=:), allocatable :: word, number
       integer :: count, first, form, last, star, start
 
       found = .true.
@@ -136,7 +139,10 @@ contains
       if (found) return
       found = .true.
 
-      if (parser%bare_text) then
+      number = ""
+      ! A unit is no text of its own.
+      if (after_value .and. len(word) > 0) number = number_before(parser, buffer(n))
+      if (parser%bare_text .and. number == "") then
          call value_of(word, value, form)
          if (form == form_none .and. may_be_bare(parser)) then
             call parse_bare_text(parser, buffer, n)
@@ -204,7 +210,7 @@ contains
             end if
          end if
          parser%column = start
-         call report_word(parser)
+         call report_word(parser, number)
       end select
    end subroutine parse_token
 
@@ -398,6 +404,21 @@ contains
          end if
       end associate
    end function expression_end
+
+   !> The number before the next word in the same line, as it stands there; empty if there is none.
+   pure function number_before(parser, value) result(number)
+      type(parser_type), intent(in) :: parser
+      !> The value before that word.
+      type(value_type), intent(in) :: value
+      character(len=:), allocatable :: number
+
+      number = ""
+      if (value%kind /= value_integer .and. value%kind /= value_real) return
+      associate (origin => value%origin)
+         if (origin%line /= parser%line .or. origin%source /= parser%source) return
+         number = parser%lines(origin%line)%s(origin%column:origin%column + origin%length - 1)
+      end associate
+   end function number_before
 
    !> Extend the last column of `nan` by a bracket directly behind it.
    pure subroutine extend_nan(parser, last)
@@ -671,9 +692,11 @@ contains
    end subroutine append_value
 
    !> Report a word that is not a value and skip it, with the words that belong to it.
-   pure subroutine report_word(parser)
+   pure subroutine report_word(parser, number)
       !> State of the reading, at the word.
       type(parser_type), intent(inout) :: parser
+      !> The number directly before it; empty if there is none.
+      character(len=*), intent(in) :: number
       character(len=:), allocatable :: expected, message, word
       type(origin_type) :: origin
       type(value_type) :: value
@@ -712,7 +735,12 @@ contains
          word = line%s(first:last)
       end associate
 
-      if (scan(word(1:1), digits) > 0 .or. &
+      call explain_misprint(word, message, expected)
+      if (.not. allocated(message) .and. number /= "") call explain_unit(number, word, .false., &
+         message, expected)
+      if (allocated(message)) then
+         continue
+      else if (scan(word(1:1), digits) > 0 .or. &
          (scan(word(1:1), "+-.") > 0 .and. scan(word, digits) > 0 .and. &
          verify(word, "+-." // digits // "eEdD") == 0)) then
          message = "'" // shorten(word, word_width) // "' is not a number"
@@ -741,13 +769,19 @@ contains
       if (loses) call lose_line(parser)
    end subroutine report_word
 
-   !> Whether a word begins with a quote from a word processor (U+2018 to U+201F).
+   !> Whether a word begins with a quote from a word processor (U+2018 to U+201F), or with another
+   !> character that is taken for one.
    pure logical function is_curly(word)
       !> Word to look at.
       character(len=*), intent(in) :: word
 
       is_curly = .false.
-      if (len(word) < 3) return
+      if (len(word) < 2) return
+      ! Accents and quotes of other languages, too.
+      if (word(1:1) == char(194)) is_curly = scan(word(2:2), char(171) // char(187) // &
+         char(180)) > 0
+      if (word(1:1) == "`") is_curly = .true.
+      if (is_curly .or. len(word) < 3) return
       is_curly = word(1:2) == char(226) // char(128) .and. &
          ichar(word(3:3)) >= 152 .and. ichar(word(3:3)) <= 159
    end function is_curly

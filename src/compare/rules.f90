@@ -15,6 +15,7 @@ module contensou_compare_rules
    use contensou_base_document, only : read_file
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
+   use contensou_base_misprints, only : explain_misprint
    use contensou_base_numbers, only : read_real, to_text
    use contensou_base_scanner, only : in_utf8
    use contensou_base_text, only : invalid_byte, invalid_byte_text, lower, quote, string_type
@@ -159,6 +160,7 @@ contains
       character(len=*), parameter :: form = "PATTERN ATOL RTOL or PATTERN ignore"
       integer :: starts(4), ends(4), n, n_before
       real(wp) :: tolerances(2)
+      character(len=:), allocatable :: message, expected
       integer :: i
       logical :: valid
 
@@ -193,7 +195,10 @@ contains
             if (valid) valid = ieee_is_finite(tolerances(i))
             if (valid) valid = tolerances(i) >= 0.0_wp
             if (.not. valid) then
-               if (i == 1) then
+               call explain_misprint(line(starts(i + 1):ends(i + 1)), message, expected)
+               if (allocated(message)) then
+                  call mistake(i + 1, message, expected)
+               else if (i == 1) then
                   call mistake(2, quote(line(starts(2):ends(2))) // " is no absolute tolerance", &
                      "a number >= 0, or ignore")
                else

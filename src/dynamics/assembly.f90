@@ -23,8 +23,8 @@ module contensou_dynamics_assembly
    implicit none(type, external)
    private
 
-   public :: assemble, initial_state, initial_pose, contact_length, contact_time, &
-      largest_relative_approach, place_spots
+   public :: assemble, initial_state, initial_pose, contact_length, contact_time, reach_of, &
+      reduced_mass, largest_relative_approach, place_spots
 
    !> Largest approach over the smallest radius of curvature: beyond it the half-space theory of
    !> Hertz has no meaning.

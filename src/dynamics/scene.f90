@@ -8,7 +8,9 @@ module contensou_dynamics_scene
    private
 
    public :: scene_type, material_spec_type, body_spec_type, surface_spec_type
-   public :: contact_spec_type, integrator_spec_type, output_spec_type
+   public :: contact_spec_type, integrator_spec_type, output_spec_type, stop_spec_type
+   public :: stop_rest, stop_touch, stop_lift, stop_angle, stop_speed, stop_spin, stop_position, &
+      stop_conforming, stop_names, crossing_any, crossing_rising, crossing_falling, crossing_names
    public :: motion_free, motion_fixed, motion_prescribed, motion_spindle, motion_names
    public :: moves_freely, turns_by_drive, frame_names, impact_names, impacts_together
 
@@ -36,6 +38,21 @@ module contensou_dynamics_scene
 
    !> The one of them that takes them all at once.
    character(len=*), parameter :: impacts_together = "simultaneous"
+
+   !> What a condition that ends a run is about.
+   integer, parameter :: stop_rest = 1, stop_touch = 2, stop_lift = 3, stop_angle = 4, &
+      stop_speed = 5, stop_spin = 6, stop_position = 7, stop_conforming = 8
+
+   !> Their names in a scene, in the order of the codes.
+   character(len=*), parameter :: stop_names(*) = [character(len=10) :: "rest", "touch", "lift", &
+      "angle", "speed", "spin", "position", "conforming"]
+
+   !> How a quantity crosses its threshold.
+   integer, parameter :: crossing_any = 1, crossing_rising = 2, crossing_falling = 3
+
+   !> Their names in a scene, in the order of the codes.
+   character(len=*), parameter :: crossing_names(*) = [character(len=7) :: "any", "rising", &
+      "falling"]
 
    !> Elastic material.
    type :: material_spec_type
@@ -127,6 +144,28 @@ module contensou_dynamics_scene
       real(wp) :: max_step = 0.0_wp
    end type integrator_spec_type
 
+   !> Condition that ends a run.
+   type :: stop_spec_type
+      character(len=:), allocatable :: name
+      !> One of the `stop_*` codes.
+      integer :: kind = 0
+      !> Index of the body; 0 for all.
+      integer :: body = 0
+      !> Index of the contact; 0 for any.
+      integer :: contact = 0
+      !> Value at which the run ends: energy [J], angle [rad], speed [m/s], angular velocity [rad/s]
+      !> or position [m].
+      real(wp) :: threshold = 0.0_wp
+      !> Time for which bodies are to be at rest [s].
+      real(wp) :: duration = 0.0_wp
+      !> Unit vector in the frame of the body.
+      real(wp) :: axis(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+      !> Unit vector in the inertial frame.
+      real(wp) :: direction(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+      !> One of the `crossing_*` codes.
+      integer :: crossing = crossing_any
+   end type stop_spec_type
+
    !> What to write.
    type :: output_spec_type
       !> Name of the output file.
@@ -149,6 +188,8 @@ module contensou_dynamics_scene
       type(body_spec_type), allocatable :: bodies(:)
       type(surface_spec_type), allocatable :: surfaces(:)
       type(contact_spec_type), allocatable :: contacts(:)
+      !> Conditions that end a run before `t_end`; not allocated for none.
+      type(stop_spec_type), allocatable :: stops(:)
       type(integrator_spec_type) :: integrator
       type(output_spec_type) :: output
    end type scene_type

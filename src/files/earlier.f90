@@ -18,8 +18,8 @@ module contensou_files_earlier
    implicit none(type, external)
    private
 
-   public :: earlier_type, check_output, find_earlier, put_aside, forget, discard_unreadable, &
-      exchange_program, checkpoint_suffix, companions, settings_item
+   public :: earlier_type, check_output, find_earlier, settings_difference, put_aside, forget, &
+      discard_unreadable, exchange_program, checkpoint_suffix, companions, settings_item
 
    !> Suffix of the file from which a run goes on.
    character(len=*), parameter :: checkpoint_suffix = part_suffix // ".checkpoint"
@@ -84,6 +84,17 @@ contains
       if (answer) answer = file_exists(name // part_suffix) .or. file_exists(name // old_suffix)
    end function is_resumable
 
+   !> What became of a run, in words: it "was killed", it "failed".
+   pure function fate(status) result(words)
+      !> Status of its file.
+      character(len=*), intent(in) :: status
+      character(len=:), allocatable :: words
+
+      words = status
+      if (status == "complete") words = "is complete"
+      if (status /= "failed" .and. status /= "complete") words = "was " // status
+   end function fate
+
    !> See that the output file can be written and that nothing is lost by it.
    subroutine check_output(name, force, resume, notice, error)
       !> Name of the output file.
@@ -128,10 +139,10 @@ contains
       is = is_resumable(name)
       if (is .and. status /= "failed") then
          if (status /= "interrupted") status = "killed"
-         call fatal(error, part // " holds the rows of a run that was " // status // &
+         call fatal(error, part // " holds the rows of a run that " // fate(status) // &
             "; --resume continues it, --force replaces it, -o FILE writes another one", status_file)
       else if (status == "interrupted" .or. status == "failed") then
-         call fatal(error, part // " holds the rows of a run that was " // status // &
+         call fatal(error, part // " holds the rows of a run that " // fate(status) // &
             "; --force replaces it, -o FILE writes another one", status_file)
       else
          notice = "replacing " // part // ", left by a run that was killed" // new_line("a")
@@ -234,8 +245,8 @@ contains
             call notice(earlier%source // " was left by a run that was killed before its " // &
                "first checkpoint; beginning from the start")
          else
-            call fatal(error, earlier%source // " holds the rows of a run that was " // status // &
-               ", without " // name // checkpoint_suffix // what_helps, &
+            call fatal(error, earlier%source // " holds the rows of a run that " // &
+               fate(status) // ", without " // name // checkpoint_suffix // what_helps, &
                merge(status_failed, status_file, status == "failed"))
          end if
       end subroutine without_checkpoint
@@ -313,7 +324,7 @@ contains
             found = found_status
             return
          end if
-         message = difference(stored, resolved)
+         message = settings_difference(stored, resolved)
          if (message /= "") then
             message = path // " is of another scene: " // message
             found = found_other
@@ -335,7 +346,7 @@ contains
 
    !> The first difference of two sets of settings in words, the name of the output file aside;
    !> blank if there is none.
-   function difference(before, now) result(words)
+   function settings_difference(before, now) result(words)
       !> Settings of the earlier run.
       character(len=*), intent(in) :: before
       !> Settings of this one.
@@ -377,7 +388,7 @@ contains
          if (name /= "") words = words // ", in " // group // " " // name
          return
       end do
-   end function difference
+   end function settings_difference
 
    !> The next line of a text, without leading blanks; empty after the end.
    function next_line(text, at) result(line)

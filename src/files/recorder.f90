@@ -129,6 +129,12 @@ contains
       end if
       status = merge("interrupted", "complete   ", simulation%stopped)
       if (allocated(error)) status = "failed"
+      if (allocated(simulation%plan%stops)) then
+         associate (by => simulation%memory%stops%ended_by)
+            self%output%summary%stop = by
+            if (by > 0) self%output%stopped_by = simulation%plan%stops(by)%name
+         end associate
+      end if
       call self%output%finish(simulation%motion%system, simulation%memory%y, &
          simulation%memory%statistics, trim(status), write_error)
       if (allocated(error)) then

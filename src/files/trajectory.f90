@@ -26,7 +26,7 @@ module contensou_files_trajectory
    use contensou_scene_reader, only : scene_file_type
    use contensou_study_quantities, only : final_quantities, row_type
    use contensou_study_quantity, only : quantity_type
-   use contensou_study_summary, only : summary_quantities, summary_type
+   use contensou_study_summary, only : summary_quantities, summary_stop, summary_type
    implicit none(type, external)
    private
 
@@ -37,7 +37,7 @@ module contensou_files_trajectory
    character(len=*), parameter :: filetype = "contensou-trajectory"
 
    !> Version of the format: the second number grows with additions, the first with changes.
-   character(len=*), parameter :: filetype_version = "1.3"
+   character(len=*), parameter :: filetype_version = "1.4"
 
    !> Suffix of a file that is not complete.
    character(len=*), parameter :: part_suffix = ".part"
@@ -96,6 +96,8 @@ module contensou_files_trajectory
       real(wp), allocatable, private :: method_times(:)
       !> Why the method `auto` begins with was chosen; not allocated without `auto`.
       character(len=:), allocatable :: choice
+      !> Name of the condition that ended the run; not allocated without.
+      character(len=:), allocatable :: stopped_by
       !> CPU time by effect [s]; not allocated if it was not asked for.
       real(wp), allocatable :: cpu_by_effect(:)
       !> When the file was last flushed [s].
@@ -686,6 +688,8 @@ contains
          call f%put_value("/provenance/lives", self%lives, "1", &
             "how often the run was begun or continued", error)
          call put_summary(self, system, y, statistics, cpu, error)
+         if (allocated(self%stopped_by)) call f%put_attribute("/", "stopped_by", self%stopped_by, &
+            error)
          call f%put_attribute("/", "status", status, error)
          ! A failure is kept by the file, so that closing reports the first one.
          if (status == "complete") then
@@ -722,6 +726,7 @@ contains
          call f%put_labels(g // "xyz", ["x", "y", "z"], "axis of the inertial frame", error)
          call f%put_labels(g // "wxyz", ["w", "x", "y", "z"], "component of a quaternion", error)
          do i = 1, size(summary_quantities)
+            if (i == summary_stop .and. self%summary%stop < 0) cycle
             associate (q => summary_quantities(i))
                if (q%is_integer) then
                   call f%put_value(g // trim(q%name), nint(values(i), i8), trim(q%units), &

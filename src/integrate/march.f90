@@ -2,15 +2,16 @@
 !> as events, a chance to stop after every step.
 module contensou_integrate_march
    use contensou_base_checkpoint, only : checkpoint_type
-   use contensou_base_errors, only : error_type, fatal
+   use contensou_base_errors, only : error_type, fatal, status_failed
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : power_text
-   use contensou_contact_geometry, only : track_type, trouble_far, trouble_none, &
-      trouble_pulls, trouble_sudden, trouble_unseen
+   use contensou_contact_geometry, only : contact_point_type, track_type, trouble_conforming, &
+      trouble_far, trouble_none, trouble_pulls, trouble_sudden, trouble_unseen
    use contensou_dynamics_impact, only : agree, check_contacts, open_contact, resolve_contacts, &
       set_thresholds, slow_rate, sunk, touching_gap
    use contensou_dynamics_mechanism, only : contact_motion_type
    use contensou_dynamics_reports, only : energy_type, find_energy
+   use contensou_dynamics_scene, only : stop_spec_type
    use contensou_dynamics_spots, only : assign_spots, change_spots, take_back_spots
    use contensou_dynamics_state, only : position_of
    use contensou_integrate_choice, only : choice_type, choose_method, &
@@ -19,6 +20,7 @@ module contensou_integrate_march
    use contensou_integrate_explicit8, only : explicit8_type
    use contensou_integrate_integrator, only : integrator_type, statistics_type
    use contensou_integrate_motion, only : motion_type
+   use contensou_integrate_stops, only : stops_type
    use contensou_special_bisection, only : bisection_type
    implicit none(type, external)
    private
@@ -77,6 +79,8 @@ module contensou_integrate_march
       real(wp) :: interval = 0.0_wp
       !> Largest step [s], 0 for no bound.
       real(wp) :: max_step = 0.0_wp
+      !> Conditions that end the march before; not allocated for none.
+      type(stop_spec_type), allocatable :: stops(:)
    end type plan_type
 
    !> What a march needs to go on later where it stopped, besides what the contacts of its motion
@@ -104,6 +108,8 @@ module contensou_integrate_march
       type(switch_type) :: switch
       !> Counters so far.
       type(statistics_type) :: statistics
+      !> What is known of the conditions that end the march, and which one has.
+      type(stops_type) :: stops
    contains
       procedure :: exchange => exchange_memory
    end type memory_type
@@ -170,6 +176,10 @@ module contensou_integrate_march
       integer :: unchecked = 0
       !> How often the step was taken again because its spots were others.
       integer :: retaken = 0
+      !> Condition that is met where the march is; 0 for none.
+      integer :: met = 0
+      !> Whether there is any.
+      logical :: has_stops = .false.
    end type march_type
 
    !> What a look at a state changes in a system, though the march is to go on as if there had been
@@ -199,6 +209,9 @@ module contensou_integrate_march
 
    !> Gap at an event, in units of the tolerance of positions: it is found on an interpolant.
    real(wp), parameter :: place_of_event = 1.0e3_wp
+
+   !> Ratio of the curvatures below which surfaces as good as conform: where a march fails, they do.
+   real(wp), parameter :: nearly = 1.0e-3_wp
 
    !> Steps after which what a tolerance does not tell of is checked, beside touches and the end.
    integer, parameter :: checked_steps = 100
@@ -373,6 +386,7 @@ contains
       do i = 1, size(motion%system%contacts)
          call motion%system%contacts(i)%exchange(checkpoint)
       end do
+      call self%stops%exchange(checkpoint)
    end subroutine exchange_memory
 
    !> Make ready for a march: resolve impacts of rigid contacts that touch at once, choose a method.
@@ -425,6 +439,7 @@ contains
       memory%switch%may = plan%method == "auto"
       call start(self, trim(memory%switch%method), error)
       if (.not. allocated(error)) call advance(self, stopped, error)
+      if (allocated(error)) call heed_conforming(self, error)
       memory%statistics = counters(self)
       call self%integrator%free()
    end subroutine march
@@ -503,8 +518,10 @@ contains
                if (allocated(error)) return
                if (again) cycle
             end if
+            if (self%has_stops) call watch_stops(self)
             call give_rows(self, error)
-            if (allocated(error)) return
+            if (.not. allocated(error) .and. self%met > 0) call end_here(self, error)
+            if (allocated(error) .or. self%met > 0) return
             if (self%observer%next_time < t) call look_between(self, error)
             if (allocated(error)) return
             if (too_deep) then
@@ -533,6 +550,10 @@ contains
                call look_at_gaps(self)
                if (unresolved) call watch_contacts(self, .true., unresolved, error)
                if (allocated(error)) return
+            end if
+            if (self%met > 0) then
+               call end_here(self, error)
+               return
             end if
             if (system%constraints%n_rigid > 0) then
                if (any(system%contacts%leaving)) call note_separation(self%motion, memory%y)
@@ -578,6 +599,9 @@ contains
          self%y_row(self%motion%n))
       associate (system => self%motion%system, memory => self%memory, y => self%memory%y)
          call look_at_gaps(self)
+         if (allocated(self%plan%stops)) self%has_stops = size(self%plan%stops) > 0
+         if (self%has_stops) call memory%stops%begin(self%plan%stops, &
+            system%bodies, memory%row > 0, memory%t, y)
          self%resolution = zero_gap(y)
          self%t_watch = memory%t
          if (memory%row > 0) then
@@ -790,24 +814,12 @@ contains
       !> Contact of that gap; unchanged if the time is.
       integer, intent(inout) :: index
       type(kept_type) :: kept
-      type(statistics_type) :: before, after
       type(gap_type) :: gap
       real(wp) :: t, t_clear, bend, limit, step, y(self%motion%n)
       integer :: i, k
-      logical :: row_due
 
       associate (system => self%motion%system, t_end => self%memory%t)
-         row_due = min(self%memory%row*self%plan%interval, self%plan%t_end) < t_end
-         call keep_workspace(self%motion, kept)
-         before = self%integrator%statistics()
-         call self%integrator%interpolate(0.5_wp*(self%t_before + t_end), y)
-         after = self%integrator%statistics()
-         if (row_due) then
-            ! A row has the same need of what the interpolation takes.
-            call keep_workspace(self%motion, kept)
-         else
-            self%unasked = self%unasked + after%derivatives - before%derivatives
-         end if
+         call open_step(self, 0.5_wp*(self%t_before + t_end), kept)
          do i = 1, size(self%suspect)
             if (.not. self%suspect(i)) cycle
             bend = largest_bend(self, i)
@@ -831,6 +843,28 @@ contains
          call restore_workspace(self%motion, kept)
       end associate
    end subroutine follow_gaps
+
+   !> Begin to look at states within the step, of which nothing that follows is to depend, and keep
+   !> what is to be put back.
+   subroutine open_step(self, t, kept)
+      type(march_type), intent(inout) :: self
+      !> Time within the step [s].
+      real(wp), intent(in) :: t
+      type(kept_type), intent(out) :: kept
+      type(statistics_type) :: before, after
+      real(wp) :: y(self%motion%n)
+
+      call keep_workspace(self%motion, kept)
+      before = self%integrator%statistics()
+      call self%integrator%interpolate(t, y)
+      after = self%integrator%statistics()
+      if (min(self%memory%row*self%plan%interval, self%plan%t_end) < self%memory%t) then
+         ! A row has the same need of what the interpolation takes.
+         call keep_workspace(self%motion, kept)
+      else
+         self%unasked = self%unasked + after%derivatives - before%derivatives
+      end if
+   end subroutine open_step
 
    !> Hand over the rows that the step has come by.
    subroutine give_rows(self, error)
@@ -1125,11 +1159,11 @@ contains
                call begin_impact(motion, i, -rate(i), changed)
                any_changed = any_changed .or. changed
                call renew_states(motion, i, .true., y, any_changed)
-               call self%observer%event(t, event_touch, i, error)
+               call tell_event(self, event_touch, i, error)
             else if (events(i) > 0 .and. closed(i)) then
                closed(i) = .false.
                call renew_states(motion, i, .false., y, any_changed)
-               call self%observer%event(t, event_lift, i, error)
+               call tell_event(self, event_lift, i, error)
             end if
             if (allocated(error)) return
          end do
@@ -1141,6 +1175,123 @@ contains
          if (any_changed) call self%integrator%restart(t, y, error)
       end associate
    end subroutine take_events
+
+   !> Tell the observer of an event, and see whether it ends the march.
+   subroutine tell_event(self, kind, contact, error)
+      type(march_type), intent(inout) :: self
+      !> `event_touch` or `event_lift`.
+      integer, intent(in) :: kind
+      integer, intent(in) :: contact
+      !> Set when the observer failed.
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%observer%event(self%memory%t, kind, contact, error)
+      if (.not. self%has_stops .or. self%met > 0) return
+      self%met = self%memory%stops%of_event(self%plan%stops, kind == event_touch, &
+         first_spot(self, contact))
+      self%memory%stops%contact = contact
+   end subroutine tell_event
+
+   !> The contact of the first spot of the surfaces of a contact.
+   pure integer function first_spot(self, contact)
+      type(march_type), intent(in) :: self
+      integer, intent(in) :: contact
+
+      first_spot = contact - self%motion%system%contacts(contact)%spot + 1
+   end function first_spot
+
+   !> If a condition is met within the step, move its end there.
+   subroutine watch_stops(self)
+      type(march_type), intent(inout) :: self
+      type(kept_type) :: kept
+      real(wp) :: t_end, t_found, y(self%motion%n)
+
+      associate (memory => self%memory, stops => self%memory%stops, specs => self%plan%stops, &
+         bodies => self%motion%system%bodies, before => self%y_before)
+         t_end = min(memory%t, self%plan%t_end)
+         if (t_end <= self%t_before) return
+         t_found = memory%t
+         if (.not. stops%near(specs, bodies, self%t_before, before, t_found, memory%y)) return
+         call open_step(self, 0.5_wp*(self%t_before + t_end), kept)
+         call stops%find(specs, bodies, self%integrator, self%t_before, before, t_end, &
+            self%met, t_found)
+         if (self%met > 0) call self%integrator%interpolate(t_found, y)
+         call restore_workspace(self%motion, kept)
+         if (self%met == 0) return
+         if (t_found <= self%t_before) y = before
+         self%events = 0
+         memory%t = t_found
+         memory%y = y
+         call look_at_gaps(self)
+      end associate
+   end subroutine watch_stops
+
+   !> A condition is met here: the last row, and no more.
+   subroutine end_here(self, error)
+      type(march_type), intent(inout) :: self
+      !> Set when the observer failed, or the energy is not where it should be.
+      type(error_type), allocatable, intent(out) :: error
+
+      associate (memory => self%memory)
+         ! What comes after the end of time ends nothing.
+         if (memory%row > self%rows) return
+         memory%stops%ended_by = self%met
+         if (memory%t > (memory%row - 1)*self%plan%interval) call self%observer%sample( &
+            self%motion, memory%t, memory%y, error)
+         memory%row = self%rows + 1
+         if (.not. allocated(error)) call check_balance(self, error)
+      end associate
+   end subroutine end_here
+
+   !> Where the march has failed and surfaces conform, or nearly do, see whether it is to end there.
+   subroutine heed_conforming(self, error)
+      type(march_type), intent(inout) :: self
+      !> Why it has failed; not allocated if that is a condition to end.
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: contact, met
+
+      associate (system => self%motion%system, memory => self%memory)
+         if (.not. self%has_stops .or. error%status /= status_failed) return
+         if (memory%row > self%rows) return
+         contact = system%trouble
+         if (contact == 0 .or. system%trouble_code /= trouble_conforming) contact = &
+            nearly_conforming(self)
+         if (contact == 0) return
+         met = memory%stops%of_conforming(self%plan%stops, first_spot(self, contact))
+         if (met == 0) return
+         self%met = met
+         memory%stops%contact = contact
+         if (self%motion%unfound) then
+            memory%t = self%t_before
+            memory%y = self%y_before
+         end if
+      end associate
+      deallocate(error)
+      call end_here(self, error)
+   end subroutine heed_conforming
+
+   !> A closed contact whose spot is so long that its surfaces as good as conform; 0 for none.
+   integer function nearly_conforming(self) result(contact)
+      type(march_type), intent(inout) :: self
+      type(contact_point_type) :: at
+      real(wp) :: gap
+
+      associate (system => self%motion%system)
+         call system%set_poses(self%memory%y)
+         do contact = 1, size(system%contacts)
+            if (.not. self%memory%closed(contact)) cycle
+            associate (candidate => system%contacts(contact), &
+               a => system%pose(system%contacts(contact)%a), &
+               b => system%pose(system%contacts(contact)%b))
+               call candidate%find_gap(a, b, gap)
+               if (candidate%track%lost) cycle
+               call candidate%locate(a, b, gap, at)
+               if (at%curvature_a <= nearly*abs(at%curvature_b)) return
+            end associate
+         end do
+      end associate
+      contact = 0
+   end function nearly_conforming
 
    !> See whether surfaces that touch overlap without having approached.
    subroutine check_touches(self, error)
@@ -1303,7 +1454,7 @@ contains
                closed(i) = contact%closed
             end associate
             call renew_states(motion, i, closed(i), y, changed)
-            call self%observer%event(t, merge(event_touch, event_lift, closed(i)), i, error)
+            call tell_event(self, merge(event_touch, event_lift, closed(i)), i, error)
             if (allocated(error)) return
          end do
       end associate

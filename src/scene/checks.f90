@@ -4,7 +4,7 @@ module contensou_scene_checks
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_kinds, only : wp
-   use contensou_base_numbers, only : power_text, to_text
+   use contensou_base_numbers, only : power_text, rounded, to_text
    use contensou_base_schema, only : schema_type
    use contensou_base_settings, only : settings_type
    use contensou_base_resolve, only : largest_number
@@ -19,6 +19,7 @@ module contensou_scene_checks
    use contensou_dynamics_impact, only : touching_gap
    use contensou_dynamics_mechanism, only : contact_type
    use contensou_dynamics_scene, only : contact_spec_type, motion_spindle, moves_freely, scene_type
+   use contensou_scene_remedies, only : remedy
    implicit none(type, external)
    private
 
@@ -39,7 +40,7 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       class(geometry_type), allocatable :: geometry
       character(len=:), allocatable :: problem
-      integer :: i
+      integer :: i, twin
 
       do i = 1, size(scene%contacts)
          associate (a => scene%surfaces(scene%contacts(i)%surfaces(1)), &
@@ -48,6 +49,14 @@ contains
                call diagnostics%add(place, "surfaces " // quote(a%name) // " and " // &
                   quote(b%name) // " of contact " // quote(scene%contacts(i)%name) // &
                   " belong to the same body", "surfaces of two bodies")
+               cycle
+            end if
+            twin = earlier_of(i)
+            if (twin > 0) then
+               call diagnostics%add(place, "surfaces " // quote(a%name) // " and " // &
+                  quote(b%name) // " of contact " // quote(scene%contacts(i)%name) // &
+                  " are those of contact " // quote(scene%contacts(twin)%name) // &
+                  ", too: their forces would add up", "one contact for a pair of surfaces")
                cycle
             end if
             if (.not. moves(a%body) .and. .not. moves(b%body)) then
@@ -71,6 +80,24 @@ contains
       end do
 
    contains
+
+      !> The first contact with the surfaces of another one that is written elsewhere; 0 for none.
+      pure integer function earlier_of(contact)
+         integer, intent(in) :: contact
+
+         associate (pair => scene%contacts(contact)%surfaces)
+            do earlier_of = 1, contact - 1
+               associate (other => scene%contacts(earlier_of)%surfaces)
+                  if (.not. (all(pair == other) .or. all(pair == other([2, 1])))) cycle
+               end associate
+               ! One contact as written may stand for several.
+               associate (p => places(contact), q => places(earlier_of))
+                  if (p%source /= q%source .or. p%line /= q%line .or. p%column /= q%column) return
+               end associate
+            end do
+         end associate
+         earlier_of = 0
+      end function earlier_of
 
       !> Whether a body is a spindle.
       pure logical function spins(body)
@@ -254,7 +281,7 @@ contains
       if (ieee_is_nan(contact%law%normal%stiffness)) then
          call diagnostics%add(place, "the stiffness of contact " // quote(spec%name) // &
             " is beyond what can be computed with", &
-            "radii and moduli that are neither so small nor so large")
+            "curvatures of the surfaces of 1e-38 to 1e38 per metre and moduli of 1e-38 to 1e38 Pa")
          return
       end if
       ! It never has one, so that this need not wait for the surfaces to touch.
@@ -268,14 +295,14 @@ contains
          call diagnostics%add(place, "the surfaces of the rigid contact " // &
             quote(spec%name) // " overlap by " // short(-gap) // &
             " m at the beginning", "a position with a gap of zero, to " // &
-            short(touching_gap(contact)) // " m, or a positive one")
+            short(touching_gap(contact)) // " m, or a positive one" // what_helps())
          return
       end if
       if (-gap > contact%law%largest_approach) then
          call diagnostics%add(place, "the surfaces of contact " // quote(spec%name) // &
             " overlap by " // short(-gap) // " m at the beginning", "at most " // &
             short(contact%law%largest_approach) // " m, " // short(largest_relative_approach) // &
-            " of the smallest radius of curvature" // less_in_hollow())
+            " of the smallest radius of curvature" // less_in_hollow() // what_helps())
          return
       end if
       trouble = trouble_none
@@ -307,6 +334,14 @@ contains
             quote(spec%name) // " at the beginning: " // trouble_text(trouble), right)
       end subroutine add_trouble
 
+      !> What would make it right.
+      function what_helps() result(text)
+         character(len=:), allocatable :: text
+
+         text = remedy(scene, spec, contact, pose_a, pose_b)
+         if (text /= "") text = "; " // text
+      end function what_helps
+
       !> What reduces that bound.
       pure function less_in_hollow() result(text)
          character(len=:), allocatable :: text
@@ -325,7 +360,7 @@ contains
       character(len=:), allocatable :: text
 
       text = power_text(x, 4)
-      if (x >= 1.0e-2_wp .and. x < 1.0e3_wp) text = to_text(x)
+      if (x >= 1.0e-2_wp .and. x < 1.0e3_wp) text = to_text(rounded(x, 4))
    end function short
 
 end module contensou_scene_checks

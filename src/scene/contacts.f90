@@ -84,6 +84,12 @@ contains
             call check_name(contacts(n)%name, scene%contacts(i)%name)
          end do
       end do
+      ! A condition about a contact is about all of its spots; it has the index of the first.
+      do i = 1, size(scene%stops)
+         associate (contact => scene%stops(i)%contact)
+            if (contact > 0) contact = 1 + sum(spots(:contact - 1))
+         end associate
+      end do
       call move_alloc(contacts, scene%contacts)
       call move_alloc(new_places, places)
 

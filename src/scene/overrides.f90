@@ -238,7 +238,12 @@ contains
       else
          path%groups = named_groups(document, schema, index_of, path%object, path%key)
          if (size(path%groups) > 1) then
-            call diagnostics%add(origin, "'" // whole // "' is ambiguous", "one of" // all_names())
+            if (.not. any([(has_key(g), g=1, size(path%groups))])) then
+               call report_key(document, schema, path, origin, diagnostics)
+            else
+               call diagnostics%add(origin, "'" // whole // "' is ambiguous", "one of" // &
+                  all_names())
+            end if
             return
          end if
       end if
@@ -246,6 +251,17 @@ contains
       if (.not. found) call report_path(document, schema, path, origin, diagnostics)
 
    contains
+
+      !> Whether a group that the path may mean has its key.
+      logical function has_key(i)
+         !> Index in the path.
+         integer, intent(in) :: i
+         integer :: kind
+
+         kind = schema%find(document%groups(path%groups(i))%name)
+         has_key = kind > 0
+         if (has_key) has_key = schema%groups(kind)%position(path%key) > 0
+      end function has_key
 
       !> Paths without ambiguity.
       function all_names() result(names)
@@ -302,6 +318,62 @@ contains
       end do
       groups = pack(groups, has)
    end function named_groups
+
+   !> Report a key that none of the groups has which a path may mean.
+   subroutine report_key(document, schema, path, origin, diagnostics)
+      type(document_type), intent(in) :: document
+      type(schema_type), intent(in) :: schema
+      !> The path, with more than one group.
+      type(path_type), intent(in) :: path
+      type(origin_type), intent(in) :: origin
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(string_type), allocatable :: keys(:)
+      character(len=:), allocatable :: kinds, right
+      integer :: i, k, n, near
+
+      n = 0
+      do i = 1, size(path%groups)
+         n = n + size(schema%groups(group(i))%keys)
+      end do
+      allocate(keys(n))
+      n = 0
+      kinds = ""
+      do i = 1, size(path%groups)
+         associate (kind => schema%groups(group(i)))
+            do k = 1, size(kind%keys)
+               if (any([(keys(near)%s == kind%keys(k)%name, near=1, n)])) cycle
+               n = n + 1
+               keys(n)%s = trim(kind%keys(k)%name)
+            end do
+         end associate
+         if (kinds /= "") kinds = kinds // " and "
+         kinds = kinds // "&" // document%groups(path%groups(i))%name
+      end do
+      right = "one of " // join(keys(:n), ", ")
+      near = nearest(path%key, keys(:n))
+      if (near > 0) then
+         right = ""
+         do i = 1, size(path%groups)
+            if (schema%groups(group(i))%position(keys(near)%s) == 0) cycle
+            if (right /= "") right = right // " or "
+            right = right // document%groups(path%groups(i))%name // "." // path%object // "." // &
+               keys(near)%s
+         end do
+      end if
+      call diagnostics%add(origin, "unknown key '" // path%key // "' of '" // path%object // &
+         "', " // kinds, right)
+
+   contains
+
+      !> What a group of the path is in the schema.
+      integer function group(i)
+         !> Index in the path.
+         integer, intent(in) :: i
+
+         group = schema%find(document%groups(path%groups(i))%name)
+      end function group
+
+   end subroutine report_key
 
    !> Report a path that stands for nothing.
    subroutine report_path(document, schema, path, origin, diagnostics)

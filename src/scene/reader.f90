@@ -27,7 +27,9 @@ module contensou_scene_reader
    use contensou_scene_references, only : collect_names, references_type
    use contensou_scene_schema, only : scene_schema
    use contensou_scene_solids, only : weigh_bodies
+   use contensou_scene_stops, only : build_stop, complete_stops
    use contensou_scene_templates, only : expand_templates, has_templates
+   use contensou_scene_warnings, only : find_warnings
    implicit none(type, external)
    private
 
@@ -45,6 +47,10 @@ module contensou_scene_reader
       character(len=:), allocatable :: text
       !> All settings with defaults and overrides, as a namelist text.
       character(len=:), allocatable :: resolved
+      !> What is legal in it and hardly meant, ready to be shown; empty for nothing.
+      character(len=:), allocatable :: warnings
+      !> Number of these warnings.
+      integer :: n_warnings = 0
    end type scene_file_type
 
    !> A scene that others are made from by a change of some of its settings.
@@ -117,6 +123,7 @@ contains
       end if
       call move_alloc(document%bytes, file%text)
       file%resolved = constants_text(document%constants) // settings%text(schema)
+      call keep_warnings(settings, schema, document, file)
    end subroutine read_parsed
 
    !> Read a scene file, apply overrides, check everything, and keep what other scenes can be made
@@ -143,9 +150,25 @@ contains
       settings = loaded%settings
       call build(settings, loaded%schema, path, "", loaded%file%scene, loaded%file%cost, &
          loaded%file%system, diagnostics)
-      if (diagnostics%count() == 0) loaded%file%resolved = &
-         constants_text(loaded%document%constants) // settings%text(loaded%schema)
+      if (diagnostics%count() > 0) return
+      loaded%file%resolved = constants_text(loaded%document%constants) // &
+         settings%text(loaded%schema)
+      call keep_warnings(settings, loaded%schema, loaded%document, loaded%file)
    end subroutine load_scene
+
+   !> Look for what is legal in a scene and hardly meant.
+   subroutine keep_warnings(settings, schema, document, file)
+      type(settings_type), intent(in), target :: settings
+      type(schema_type), intent(in), target :: schema
+      !> The sources of the settings.
+      type(document_type), intent(in) :: document
+      type(scene_file_type), intent(inout) :: file
+      type(diagnostics_type) :: warnings
+
+      call find_warnings(settings, schema, file%scene, file%system, warnings)
+      file%warnings = warnings%render(document%sources, "warning")
+      file%n_warnings = warnings%count()
+   end subroutine keep_warnings
 
    !> Apply overrides to a scene as parsed and check each of its settings.
    subroutine resolve_scene(document, schema, overrides, settings, diagnostics)
@@ -203,7 +226,7 @@ contains
       type(references_type) :: references
       type(part_type), pointer :: parts(:)
       type(group_settings_type) :: group
-      type(origin_type), allocatable :: places(:), body_places(:)
+      type(origin_type), allocatable :: places(:), body_places(:), stop_places(:)
       type(origin_type) :: interval_place, impacts_place
       integer :: i, n
 
@@ -212,7 +235,9 @@ contains
       allocate(scene%bodies(references%count(schema%find("body"))))
       allocate(scene%surfaces(references%count(schema%find("surface"))))
       allocate(scene%contacts(references%count(schema%find("contact"))))
-      allocate(places(size(scene%contacts)), body_places(size(scene%bodies)))
+      allocate(scene%stops(references%count(schema%find("stop"))))
+      allocate(places(size(scene%contacts)), body_places(size(scene%bodies)), &
+         stop_places(size(scene%stops)))
       interval_place = origin_type(1, 0, 0, 1)
       impacts_place = interval_place
       parts => shared_parts()
@@ -242,6 +267,9 @@ contains
          case ("contact")
             call build_contact(group, references, parts, scene%contacts(n), diagnostics)
             places(n) = group%place("surfaces")
+         case ("stop")
+            call build_stop(group, references, scene%stops(n), diagnostics)
+            stop_places(n) = group%place("when", 1)
          case ("integrator")
             call build_integrator(group, scene%integrator)
          case ("output")
@@ -261,6 +289,7 @@ contains
       call check_contacts(scene, places, diagnostics)
       call check_impacts(scene, impacts_place, diagnostics)
       call check_rows(scene, interval_place, diagnostics)
+      call complete_stops(scene, stop_places, diagnostics)
       if (diagnostics%count() > 0) return
       call add_spots(scene, places, diagnostics)
       if (diagnostics%count() > 0) return

@@ -14,6 +14,7 @@ module contensou_scene_schema
    use contensou_scene_cost, only : put_cost_keys
    use contensou_scene_repeats, only : arrangement_names
    use contensou_scene_solids, only : solid_parts
+   use contensou_scene_stops, only : put_stop_keys
    implicit none(type, external)
    private
 
@@ -39,7 +40,7 @@ contains
    pure function schema_groups() result(groups)
       type(group_spec_type), allocatable :: groups(:)
 
-      allocate(groups(12))
+      allocate(groups(13))
       groups(1) = group_spec_type("scene", .false., .true., "what the whole scene shares")
       groups(2) = group_spec_type("material", .true., .false., "an isotropic elastic material")
       groups(3) = group_spec_type("body", .true., .true., &
@@ -59,7 +60,9 @@ contains
       groups(11) = group_spec_type("contacts", .true., .false., &
          "one group for the contacts of all pairs of two patterns or lists of surfaces, each " // &
          "called A_B after its surfaces")
-      groups(12) = group_spec_type("cost", .false., .false., &
+      groups(12) = group_spec_type("stop", .true., .false., &
+         "a condition that ends a run before scene.t_end, with exit status 0")
+      groups(13) = group_spec_type("cost", .false., .false., &
          "what contensou cost runs and compares; other commands only check it", hidden=.true.)
    end function schema_groups
 
@@ -123,6 +126,7 @@ contains
 
       call put_bearing_keys(list)
       call put_constant_keys(list)
+      call put_stop_keys(list)
       call put_cost_keys(list)
       allocate(keys, source=list%keys(:list%n))
    end function schema_keys
@@ -192,8 +196,8 @@ contains
       call list%put("body", "angle", kind_real, unit="rad", &
          doc="angle of the initial rotation about axis")
       call list%put("body", "quaternion", kind_real, values=4, unit="1", &
-         doc="initial attitude (w, x, y, z), body to inertial frame, of any norm; instead of " // &
-         "axis and angle")
+         doc="initial attitude (w, x, y, z), body to inertial frame, of any norm but zero, " // &
+         "its components up to 1e40; instead of axis and angle")
       call list%put("body", "velocity", kind_real, values=3, unit="m s-1", default="0, 0, 0", &
          doc="initial velocity of the centre of mass in the inertial frame")
       call list%put("body", "spin", kind_real, values=3, unit="rad s-1", default="0, 0, 0", &

@@ -107,6 +107,7 @@ contains
       real(wp), allocatable :: summary(:), state(:, :)
       integer :: i
 
+      self%summary%stop = simulation%memory%stops%ended_by
       summary = self%summary%values(simulation%memory%statistics)
       call self%row%final_state(simulation%motion%system, simulation%memory%t, &
          simulation%memory%y, state)

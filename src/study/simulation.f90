@@ -15,7 +15,7 @@ module contensou_study_simulation
    use contensou_base_operating_system, only : cpu_seconds
    use contensou_base_text, only : quote
    use contensou_base_text_lock, only : lock_texts, unlock_texts
-   use contensou_contact_geometry, only : trouble_text
+   use contensou_contact_geometry, only : trouble_conforming, trouble_text
    use contensou_dynamics_assembly, only : assemble, contact_length, initial_state
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_equations, only : system_type
@@ -44,6 +44,8 @@ module contensou_study_simulation
       real(wp), allocatable :: max_step
       !> Whether the CPU time is taken by effect.
       logical :: profile = .false.
+      !> Whether it goes to the end of time, whatever the conditions to stop say.
+      logical :: to_the_end = .false.
    end type simulation_options_type
 
    !> A simulation.
@@ -135,6 +137,7 @@ contains
             if (allocated(options%interval)) own%output%interval = options%interval
             if (allocated(options%max_step)) own%integrator%max_step = options%max_step
             simulation%profile = options%profile
+            if (options%to_the_end .and. allocated(own%stops)) deallocate(own%stops)
          end if
          if (own%output%interval <= 0.0_wp) own%output%interval = 1.0e-3_wp*own%t_end
          if (all(integrator_methods /= own%integrator%method)) then
@@ -151,6 +154,10 @@ contains
          plan%t_end = own%t_end
          plan%interval = own%output%interval
          plan%max_step = own%integrator%max_step
+         if (.not. allocated(own%stops)) return
+         if (size(own%stops) == 0) return
+         plan%stops = own%stops
+         allocate(simulation%memory%stops%since(size(own%stops)), source=-1.0_wp)
       end associate
    end subroutine apply_options
 
@@ -307,6 +314,8 @@ contains
          text = text // new_line("a") // "  contact " // &
             quote(name_of(scene, system%trouble)) // ", surfaces " // &
             surfaces_of(scene, system%trouble) // ": " // trouble_text(system%trouble_code)
+         if (system%trouble_code == trouble_conforming) text = text // "; where that is the " // &
+            "end, as of a coin that comes to lie flat, &stop when = 'conforming' makes it one"
          if (deep == 0) return
       end if
       if (deep > 0) then

@@ -10,7 +10,7 @@ module contensou_study_summary
    implicit none(type, external)
    private
 
-   public :: summary_type, summary_quantities
+   public :: summary_type, summary_quantities, summary_stop
 
    !> A scalar of the summary.
    type :: scalar_type
@@ -36,7 +36,11 @@ module contensou_study_summary
       scalar_type("work_applied", "J", &
       "energy supplied by applied loads and prescribed motions"), &
       scalar_type("steps", "1", "steps", .true.), &
-      scalar_type("right_hand_sides", "1", "evaluations of the right-hand side", .true.)]
+      scalar_type("right_hand_sides", "1", "evaluations of the right-hand side", .true.), &
+      scalar_type("stop", "1", "number of the group stop that ended the run, 0 for none", .true.)]
+
+   !> Which of them is there only if the scene has a group `stop`.
+   integer, parameter :: summary_stop = size(summary_quantities)
 
    !> What a run comes down to.
    type :: summary_type
@@ -65,6 +69,8 @@ module contensou_study_summary
       real(wp) :: largest_kinetic = 0.0_wp
       !> Largest energy supplied or taken by loads and drives so far [J].
       real(wp) :: largest_supply = 0.0_wp
+      !> Condition that ended the run, 0 for none; negative if the scene has no conditions.
+      integer :: stop = -1
    contains
       procedure :: add_row
       procedure :: look
@@ -177,7 +183,7 @@ contains
          values = [s%time, real(s%rows, wp), real(s%touches, wp), real(s%lifts, wp), &
             s%initial_energy, s%largest_error, s%relative_error, s%work_friction, &
             s%work_damping, s%work_applied, real(statistics%steps, wp), &
-            real(statistics%derivatives, wp)]
+            real(statistics%derivatives, wp), real(s%stop, wp)]
       end associate
    end function values_of
 

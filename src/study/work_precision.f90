@@ -230,6 +230,7 @@ contains
       samples = nint(scene%t_end/scene%output%interval)
       options%method = method
       options%rtol = rtol
+      options%to_the_end = .true.
       call new_simulation(scene, simulation, error, options)
       allocate(gauge%kept%event_time(64), gauge%kept%event_code(64))
       if (gauge%keep_states) allocate(gauge%kept%y(body_size*size(scene%bodies), 0:samples))

@@ -6,7 +6,8 @@ module contensou_sweep_merge
    use contensou_base_operating_system, only : list_folder, signal_received
    use contensou_base_text, only : shorten, starts_with, string_type
    use contensou_sweep_selection, only : parse_ranges, selection_type
-   use contensou_sweep_table, only : sweep_table_type, table_header_type, table_reader_type
+   use contensou_sweep_table, only : sweep_difference, sweep_table_type, table_header_type, &
+      table_reader_type
    implicit none(type, external)
    private
 
@@ -134,9 +135,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(table_reader_type) :: first, reader
       type(segment_type), allocatable :: segments(:), more(:), longer(:)
+      type(table_header_type) :: wanted
       character(len=:), allocatable :: why
       integer :: i
 
+      wanted = plan%header
       plan%files = files
       allocate(segments(0))
       do i = 1, size(files)
@@ -153,7 +156,8 @@ contains
          end if
          if (fingerprint /= "" .and. reader%header%fingerprint /= fingerprint) then
             call fatal(error, files(i)%s // " is of another sweep, or of this one before it " // &
-               "was changed; " // hint, status_usage)
+               "was changed: " // sweep_difference(reader%header, wanted) // "; " // hint, &
+               status_usage)
          else if (why /= "") then
             call fatal(error, files(1)%s // " and " // files(i)%s // " cannot be joined: " // why, &
                status_usage)

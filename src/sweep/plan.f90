@@ -72,6 +72,9 @@ module contensou_sweep_plan
       !> Name of the sweep file.
       character(len=:), allocatable :: path
       character(len=:), allocatable :: text
+      !> Settings of the sweep file with defaults, as a namelist text, without those that the rows
+      !> do not depend on.
+      character(len=:), allocatable :: settings
       !> Name of the base scene's file.
       character(len=:), allocatable :: scene_path
       character(len=:), allocatable :: scene_text

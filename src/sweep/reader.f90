@@ -28,7 +28,7 @@ module contensou_sweep_reader
    implicit none(type, external)
    private
 
-   public :: read_sweep, is_sweep_file
+   public :: read_sweep, is_sweep_file, is_scene_file
 
 contains
 
@@ -54,6 +54,22 @@ contains
             document%groups(i)%name /= constants_group)
       end do
    end function is_sweep_file
+
+   !> Whether a file has a group `scene`; false for one that cannot be read.
+   logical function is_scene_file(path)
+      character(len=*), intent(in) :: path
+      type(document_type) :: document
+      type(diagnostics_type) :: ignored
+      type(error_type), allocatable :: error
+      integer :: i
+
+      is_scene_file = .false.
+      call read_document(path, document, ignored, error)
+      if (allocated(error)) return
+      do i = 1, document%n_groups
+         is_scene_file = is_scene_file .or. document%groups(i)%name == "scene"
+      end do
+   end function is_scene_file
 
    !> Whether the text of a `--set` option is about the sweep, not its scene.
    pure logical function concerns_sweep(override)
@@ -136,6 +152,7 @@ contains
             status_usage)
          return
       end if
+      sweep%settings = decisive(settings%text(schema))
       call set_fingerprint(sweep)
    end subroutine read_sweep
 
@@ -828,6 +845,26 @@ contains
          sweep%trajectories = [sweep%trajectories, last]
       end do
    end subroutine read_trajectories
+
+   !> The settings of a sweep that its rows depend on.
+   function decisive(settings) result(text)
+      !> All settings, a line for each.
+      character(len=*), intent(in) :: settings
+      character(len=:), allocatable :: text, line
+      character(len=*), parameter :: others(*) = [character(len=12) :: "scene", "output", "set", &
+         "trajectories"]
+      integer :: first, last
+
+      text = ""
+      first = 1
+      do while (first <= len(settings))
+         last = first + index(settings(first:), new_line("a")) - 1
+         line = adjustl(settings(first:last))
+         if (all(others /= line(:index(line // " = ", " = ") - 1))) text = text // &
+            settings(first:last)
+         first = last + 1
+      end do
+   end function decisive
 
    !> What tells this sweep from others.
    subroutine set_fingerprint(sweep)

@@ -8,7 +8,7 @@ module contensou_sweep_results
    use contensou_dynamics_scene, only : turns_by_drive
    use contensou_study_quantities, only : final_quantities, row_quantities
    use contensou_study_quantity, only : quantity_type
-   use contensou_study_summary, only : summary_quantities
+   use contensou_study_summary, only : summary_quantities, summary_stop
    use contensou_study_case, only : event_names, source_event, source_state, source_summary, &
       source_value
    use contensou_sweep_plan, only : result_column_type, sweep_type
@@ -48,8 +48,11 @@ contains
          n = 0
          do k = 1, size(summary_quantities)
             if (.not. keep_summary(k)) cycle
+            if (k == summary_stop .and. size(sweep%scene%stops) == 0) cycle
             associate (q => summary_quantities(k))
                call put(q%name, q%units, trim(q%long_name), q%is_integer)
+               if (k == summary_stop) columns(n)%long_name = columns(n)%long_name // &
+                  names_of_stops()
             end associate
             columns(n)%source = source_summary
             columns(n)%quantity = k
@@ -138,6 +141,17 @@ contains
             words = "body " // quote(sweep%scene%bodies(column%index)%name)
          end if
       end function owner
+
+      !> Names of the conditions that end a run, with their numbers.
+      function names_of_stops() result(names)
+         character(len=:), allocatable :: names
+         integer :: stop
+
+         names = ""
+         do stop = 1, size(sweep%scene%stops)
+            names = names // ", " // to_text(stop) // " for " // sweep%scene%stops(stop)%name
+         end do
+      end function names_of_stops
 
       !> Begin the next column. (A structure constructor would leak its texts.)
       subroutine put(name, units, long_name, is_integer)

@@ -2,7 +2,7 @@
 module contensou_sweep_selection
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8
-   use contensou_base_numbers, only : to_text
+   use contensou_base_numbers, only : counted, to_text
    use contensou_base_text, only : quote
    implicit none(type, external)
    private
@@ -53,8 +53,8 @@ contains
       end if
       associate (n => whole%count(), k => int(shard(1), i8), m => shard(2))
          if (m > n) then
-            call fatal(error, "there are " // to_text(n) // " cases for " // to_text(m) // &
-               " shards", status_usage)
+            call fatal(error, counted(n, "case") // " cannot be divided among " // &
+               counted(int(m, i8), "shard"), status_usage)
             return
          end if
          call cut(whole, first_of(n, k - 1, m) + 1, first_of(n, k, m), selection)

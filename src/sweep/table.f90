@@ -13,6 +13,7 @@ module contensou_sweep_table
       temporary_name
    use contensou_base_output_path, only : what_helps
    use contensou_base_text, only : join, pad, string_type, strings
+   use contensou_files_earlier, only : settings_difference
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_byte, &
       series_long, series_real, series_text
    use contensou_files_hdf5_reader, only : class_integer, class_real, class_text, &
@@ -23,7 +24,8 @@ module contensou_sweep_table
    implicit none(type, external)
    private
 
-   public :: sweep_table_type, table_reader_type, table_header_type, check_table, read_table_header
+   public :: sweep_table_type, table_reader_type, table_header_type, check_table, &
+      read_table_header, sweep_difference
    public :: case_complete, case_failed, case_invalid, case_too_long, case_crashed, last_status, &
       status_names
    public :: sweep_filetype, sweep_filetype_version
@@ -32,7 +34,7 @@ module contensou_sweep_table
    character(len=*), parameter :: sweep_filetype = "contensou-sweep"
 
    !> Version of the format: the second number grows with additions, the first with changes.
-   character(len=*), parameter :: sweep_filetype_version = "1.1"
+   character(len=*), parameter :: sweep_filetype_version = "1.2"
 
    !> The case was computed to its end.
    integer, parameter :: case_complete = 0
@@ -74,6 +76,8 @@ module contensou_sweep_table
       integer(i8) :: n_rows = 0
       !> Its cases, as ranges such as "1:500,800".
       character(len=:), allocatable :: cases
+      !> The base scene and the sweep with all settings; a table may lack the latter.
+      character(len=:), allocatable :: resolved, settings
    end type table_header_type
 
    !> A column with the rows that wait.
@@ -105,6 +109,8 @@ module contensou_sweep_table
       character(len=:), allocatable :: scene
       !> The base scene with all settings.
       character(len=:), allocatable :: resolved
+      !> The sweep with all settings that its rows depend on.
+      character(len=:), allocatable :: settings
       !> Title of the base scene.
       character(len=:), allocatable :: title
    end type origins_type
@@ -176,6 +182,7 @@ contains
       character(len=*), intent(in) :: command_line
       type(error_type), allocatable, intent(out) :: error
       type(origins_type) :: origins
+      type(table_header_type) :: header
       integer :: i, n
 
       n = size(sweep%parameters)
@@ -201,9 +208,12 @@ contains
       origins%sweep = sweep%text
       origins%scene = sweep%scene_text
       origins%resolved = sweep%scene_resolved
+      origins%settings = sweep%settings
       origins%title = sweep%scene%title
-      call create(self, name, replace, table_header_type(sweep%fingerprint, sweep%n_cases, 0_i8, &
-         cases), origins, command_line, error)
+      header%fingerprint = sweep%fingerprint
+      header%n_cases = sweep%n_cases
+      header%cases = cases
+      call create(self, name, replace, header, origins, command_line, error)
    end subroutine open_table
 
    !> Create a table with the columns and texts of another one.
@@ -218,6 +228,7 @@ contains
       character(len=*), intent(in) :: cases
       character(len=*), intent(in) :: command_line
       type(error_type), allocatable, intent(out) :: error
+      type(table_header_type) :: header
       integer :: i
 
       self%n_parameters = other%n_parameters
@@ -229,8 +240,10 @@ contains
          self%columns(i)%long_name = other%columns(i)%long_name
          self%columns(i)%kind = other%columns(i)%kind
       end do
-      call create(self, name, replace, table_header_type(other%header%fingerprint, &
-         other%header%n_cases, 0_i8, cases), other%origins, command_line, error)
+      header%fingerprint = other%header%fingerprint
+      header%n_cases = other%header%n_cases
+      header%cases = cases
+      call create(self, name, replace, header, other%origins, command_line, error)
    end subroutine open_like
 
    !> Create the file.
@@ -267,6 +280,8 @@ contains
          call f%put_text("/input/scene", origins%scene, "text of the file of the base scene", error)
          call f%put_text("/input/resolved", origins%resolved, &
             "base scene, all settings with defaults", error)
+         if (allocated(origins%settings)) call f%put_text("/input/settings", origins%settings, &
+            "sweep, all settings that the rows depend on", error)
          call f%put_text("/input/command_line", command_line, "command line", error)
          call put_provenance(f, error)
          call put_series("/case", "1", "number of the case", series_long, self%number)
@@ -518,12 +533,12 @@ contains
    end subroutine abandon
 
    !> See that a table can be written, and whether it is there already.
-   subroutine check_table(path, replace, fingerprint, cases, complete, error)
+   subroutine check_table(path, replace, wanted, cases, complete, error)
       character(len=*), intent(in) :: path
       !> Whether an existing file may be replaced.
       logical, intent(in) :: replace
-      !> Fingerprint of its sweep.
-      character(len=*), intent(in) :: fingerprint
+      !> Fingerprint and settings of its sweep.
+      type(table_header_type), intent(in) :: wanted
       !> Its cases, as ranges such as "1:500,800".
       character(len=*), intent(in) :: cases
       !> Whether there is a table with these cases of this sweep, which is not to be replaced.
@@ -546,9 +561,9 @@ contains
          error%message = path // wrong // what_helps(path) // new_line("a") // "  " // &
             error%message
          error%status = status_file
-      else if (header%fingerprint /= fingerprint) then
-         call fatal(error, path // " exists and is of another sweep" // &
-            what_helps(path), status_file)
+      else if (header%fingerprint /= wanted%fingerprint) then
+         call fatal(error, path // " exists and is of another sweep: " // &
+            sweep_difference(header, wanted) // what_helps(path), status_file)
       else if (header%cases /= cases) then
          call fatal(error, path // " exists and has other cases, " // to_text(header%n_rows) // &
             " of " // to_text(header%n_cases) // what_helps(path), status_file)
@@ -556,6 +571,23 @@ contains
          complete = .true.
       end if
    end subroutine check_table
+
+   !> What tells a sweep from another one, in words.
+   function sweep_difference(before, now) result(words)
+      !> The sweep of a table.
+      type(table_header_type), intent(in) :: before
+      !> Another sweep.
+      type(table_header_type), intent(in) :: now
+      character(len=:), allocatable :: words
+
+      words = ""
+      if (allocated(before%resolved) .and. allocated(now%resolved)) words = settings_difference( &
+         before%resolved, now%resolved)
+      if (words == "" .and. allocated(before%settings) .and. allocated(now%settings)) words = &
+         settings_difference(before%settings, now%settings)
+      if (words == "") words = "their settings are the same, their tables of cases or the " // &
+         "versions of the program are not"
+   end function sweep_difference
 
    !> What a complete table says about itself.
    subroutine read_table_header(path, header, error)
@@ -579,6 +611,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(hdf5_item_type) :: closed
       character(len=:), allocatable :: text
+      type(error_type), allocatable :: absent
 
       self%path = path
       self%n_parameters = 0
@@ -619,6 +652,10 @@ contains
       self%origins%sweep = text_of("/input/sweep", "")
       self%origins%scene = text_of("/input/scene", "")
       self%origins%resolved = text_of("/input/resolved", "")
+      if (.not. allocated(error)) call self%reader%read_text("/input/settings", "", text, absent)
+      if (.not. allocated(absent)) self%origins%settings = text
+      self%header%resolved = self%origins%resolved
+      if (allocated(self%origins%settings)) self%header%settings = self%origins%settings
       if (.not. allocated(error)) call self%reader%open_item("/case", "", self%number, error)
       if (.not. allocated(error)) call self%reader%open_item("/status", "", self%status, error)
       if (.not. allocated(error)) call self%reader%open_item("/message", "", self%message, error)
@@ -808,7 +845,7 @@ contains
          why = "they are of sweeps with " // to_text(self%header%n_cases) // " and " // &
             to_text(other%header%n_cases) // " cases"
       else if (self%header%fingerprint /= other%header%fingerprint) then
-         why = "they are of different sweeps or versions of the program"
+         why = "they are of different sweeps: " // sweep_difference(other%header, self%header)
       end if
    end function difference
 

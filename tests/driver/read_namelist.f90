@@ -32,6 +32,7 @@ program read_namelist
    call read_integrator()
    call read_output()
    call read_bearing()
+   call read_stop()
    close(unit)
 
 contains
@@ -432,6 +433,50 @@ contains
          call put_numbers("bearing", n, "rolling_regularization", [rolling_regularization])
       end do
    end subroutine read_bearing
+
+   !> Every group `stop`.
+   subroutine read_stop()
+      character(len=256) :: name, when, body, contact, crossing
+      real(wp) :: kinetic_energy, duration, angle, axis(3), speed, angular_velocity, position, &
+         direction(3)
+      integer :: n
+      namelist /stop/ name, when, body, contact, kinetic_energy, duration, angle, axis, speed, &
+         angular_velocity, position, direction, crossing
+
+      rewind(unit)
+      n = 0
+      do
+         name = no_text
+         when = no_text
+         body = no_text
+         contact = no_text
+         kinetic_energy = no_number
+         duration = no_number
+         angle = no_number
+         axis = no_number
+         speed = no_number
+         angular_velocity = no_number
+         position = no_number
+         direction = no_number
+         crossing = no_text
+         read(unit, nml=stop, iostat=status)
+         if (status == iostat_end) exit
+         call count_group("stop", status, n)
+         call put_texts("stop", n, "name", [name])
+         call put_texts("stop", n, "when", [when])
+         call put_texts("stop", n, "body", [body])
+         call put_texts("stop", n, "contact", [contact])
+         call put_numbers("stop", n, "kinetic_energy", [kinetic_energy])
+         call put_numbers("stop", n, "duration", [duration])
+         call put_numbers("stop", n, "angle", [angle])
+         call put_numbers("stop", n, "axis", axis)
+         call put_numbers("stop", n, "speed", [speed])
+         call put_numbers("stop", n, "angular_velocity", [angular_velocity])
+         call put_numbers("stop", n, "position", [position])
+         call put_numbers("stop", n, "direction", direction)
+         call put_texts("stop", n, "crossing", [crossing])
+      end do
+   end subroutine read_stop
 
    !> Count a group that was read; a mistake in it stops.
    subroutine count_group(group, state, n)

@@ -460,7 +460,7 @@ def test_a_reader_that_left(executable, scene, tmp_path):
     read, write = os.pipe()
     os.close(read)
     process = subprocess.Popen(
-        [executable, "run", scene, "-q"], cwd=tmp_path, stdout=write, stderr=subprocess.PIPE
+        [executable, "run", scene], cwd=tmp_path, stdout=write, stderr=subprocess.PIPE
     )
     os.close(write)
     status, err = finish(process)
@@ -490,7 +490,7 @@ def test_a_full_standard_output(executable, scene, tmp_path):
         pytest.skip("there is no /dev/full")
     with open("/dev/full", "wb") as full:
         process = subprocess.Popen(
-            [executable, "run", scene, "-q"], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE
+            [executable, "run", scene], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE
         )
     status, err = finish(process)
     assert status == 74

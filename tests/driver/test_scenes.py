@@ -440,10 +440,12 @@ def test_shipped_scenes_read_by_the_compiler(inputs, run, settings, fortran_read
         assert n_given == n_assignments(scene)
 
 
-def test_the_reader_of_the_compiler_knows_all_keys(inputs, run, fortran_reader):
+def test_the_reader_of_the_compiler_knows_all_keys(inputs, run, fortran_reader, tmp_path):
+    stop = tmp_path / "stop.nml"
+    stop.write_text("&stop when = 'rest' /\n")
     known = {
         (group, key)
-        for scene in shipped(inputs)
+        for scene in [*shipped(inputs), stop]
         for group, values in read_with_fortran(fortran_reader, scene)
         for key in values
     }

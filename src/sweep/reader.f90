@@ -55,7 +55,8 @@ contains
       end do
    end function is_sweep_file
 
-   !> Whether a file has a group `scene`; false for one that cannot be read.
+   !> Whether a file is a namelist with a group `scene`; false for one that cannot be read, and for
+   !> a table that holds the text of its scene.
    logical function is_scene_file(path)
       character(len=*), intent(in) :: path
       type(document_type) :: document
@@ -69,6 +70,7 @@ contains
       do i = 1, document%n_groups
          is_scene_file = is_scene_file .or. document%groups(i)%name == "scene"
       end do
+      is_scene_file = is_scene_file .and. ignored%count() == 0
    end function is_scene_file
 
    !> Whether the text of a `--set` option is about the sweep, not its scene.

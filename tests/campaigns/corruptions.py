@@ -33,7 +33,7 @@ HONEST = re.compile(
     r"damaged|not an HDF5 file|no HDF5 file|cannot be resumed|beginning from the start|"
     r"of another|another sweep|is not the table of a sweep|is not the output|was not left by|"
     r"exists and has other cases|rows for the cases|cannot be joined|is no table|holds no|"
-    r"holds \d+ rows"
+    r"holds \d+ rows|is a scene: merge joins"
 )
 # A run that does not end by itself.
 LONG = "--set scene.t_end=1e4 --set output.interval=1e-2"

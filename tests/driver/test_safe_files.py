@@ -234,7 +234,7 @@ def test_columns_have_checksums(run, files):
     with h5py.File(files / "table.h5") as file:
         assert file["results/steps"].fletcher32
         assert file["case"].fletcher32
-        assert file.attrs["filetype_version"] == "1.1"
+        assert file.attrs["filetype_version"] == "1.2"
 
 
 @pytest.mark.parametrize("where", [0.0, 0.1, 0.5, 0.9, 1.0])

@@ -24,6 +24,7 @@ module contensou_scene_reader
    use contensou_scene_defaults, only : defaults_group
    use contensou_scene_overrides, only : apply_override, index_groups, index_type
    use contensou_scene_pair_patterns, only : pairs_group
+   use contensou_scene_placing, only : place_bodies
    use contensou_scene_references, only : collect_names, references_type
    use contensou_scene_schema, only : scene_schema
    use contensou_scene_solids, only : weigh_bodies
@@ -295,6 +296,8 @@ contains
       if (diagnostics%count() > 0) return
       allocate(system)
       call assemble(scene, system)
+      call place_bodies(settings, schema, references, scene, system, diagnostics)
+      if (diagnostics%count() > 0) return
       call fill_in(settings, schema, scene, system)
       call check_positions(scene, system, body_places, diagnostics)
       if (diagnostics%count() > 0) return

@@ -12,6 +12,7 @@ module contensou_scene_schema
    use contensou_dynamics_scene, only : frame_names, impact_names, motion_names
    use contensou_integrate_march, only : integrator_methods, jacobian_kinds
    use contensou_scene_cost, only : put_cost_keys
+   use contensou_scene_placing, only : place_names
    use contensou_scene_repeats, only : arrangement_names
    use contensou_scene_solids, only : solid_parts
    use contensou_scene_stops, only : put_stop_keys
@@ -174,6 +175,9 @@ contains
       call list%put("body", "solid_part", kind_choice, words=solid_parts, &
          doc="part of a sphere or ellipsoid that the solid is: all of it ('whole', if not " // &
          "given), or the half below or above its centre, along its third axis")
+      call list%put("body", "place", kind_choice, words=place_names, &
+         doc="moves the body along gravity from its position: touch, until it just touches; " // &
+         "rest, until the normal forces of its contacts carry it; not given, it stays")
       call list%put("body", "count", kind_integer, values=3, fewer=.true., unit="1", &
          least=1.0_wp, most=1.0e5_wp, doc="how many of this body there are, with its surfaces: " &
          // "NAME_1, NAME_2, ...; one number for a row, a ring or the rows of a triangle, up to " &

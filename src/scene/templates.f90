@@ -135,6 +135,7 @@ contains
       end do
       call take_constants(document, diagnostics)
       if (any([(document%groups(i)%name == defaults_group, i=1, document%n_groups)])) then
+         call index_groups(document, schema, index_of)
          ! What is set for a group decides on what it has a use for; what comes of the templates is
          ! not there yet.
          do i = 1, size(overrides)

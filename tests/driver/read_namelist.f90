@@ -87,7 +87,7 @@ contains
    subroutine read_body()
       character(len=256) :: name
       real(wp) :: mass, inertia(3), radius_of_gyration(3), density, solid_length
-      character(len=256) :: solid, solid_part, arrangement
+      character(len=256) :: solid, solid_part, arrangement, place
       real(wp) :: count(3), spacing(3), ring_radius
       real(wp) :: position(3), axis(3), angle, quaternion(4), velocity(3), &
          spin(3), angular_velocity(3)
@@ -96,7 +96,7 @@ contains
          applied_torque(3)
       integer :: n
       namelist /body/ radius_of_gyration, density, solid, solid_length, solid_part, &
-         count, spacing, ring_radius, arrangement
+         count, spacing, ring_radius, arrangement, place
       namelist /body/ name, motion, mass, inertia, position, axis, angle, quaternion, velocity, &
          spin, angular_velocity, final_velocity, final_angular_velocity, ramp_duration, &
          applied_force, applied_torque, applied_frame
@@ -116,6 +116,7 @@ contains
          spacing = no_number
          ring_radius = no_number
          arrangement = no_text
+         place = no_text
          position = no_number
          axis = no_number
          angle = no_number
@@ -141,6 +142,7 @@ contains
          call put_texts("body", n, "solid", [solid])
          call put_numbers("body", n, "solid_length", [solid_length])
          call put_texts("body", n, "solid_part", [solid_part])
+         call put_texts("body", n, "place", [place])
          call put_numbers("body", n, "count", count)
          call put_numbers("body", n, "spacing", spacing)
          call put_numbers("body", n, "ring_radius", [ring_radius])

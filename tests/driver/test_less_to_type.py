@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import h5py
 import numpy as np
 import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
 
 CONSTANTS = "&constants r = 0.01, m = 4/3*pi*r**3*7850, tilt = 30*deg /\n"
 BALL = """\
@@ -436,6 +440,10 @@ def test_defaults_go_where_they_have_a_use(expand):
 
 
 def test_defaults_and_what_is_set(expand):
+    # Constants before all else leave the groups in their places.
+    constants = "&constants q = 1 /\n"
+    found = expand(constants + PAIR.format(more=""), "scene.t_end=0.5")
+    assert group(found, "scene")["t_end"] == [0.5]
     found = expand(
         PAIR.format(more=""),
         "defaults.friction_coefficient=0.2",
@@ -660,3 +668,112 @@ def test_mistakes_in_pairs(run, tmp_path, mistakes, words):
     (only,) = mistakes(result.err)
     assert only.line == 7
     assert WRONG_PAIRS[words] in only.message
+
+
+PUT_DOWN = """\
+&constants r = 0.01 /
+&scene t_end = 2e-3, gravity = {gravity} /
+&material name = 'steel', young = 2.1e11, poisson = 0.3 /
+&defaults material = 'steel' /
+&body name = 'egg', density = 7850, position = 0.3, 0, 0.2, axis = 1, 0, 0, angle = 20 deg {egg} /
+&body name = 'low', density = 7850, position = 0.003, 0, 0.05 {low} /
+&body name = 'high', density = 7850, position = 0.003, 0, 0.2 {high} /
+&surface name = 'low', body = 'low', shape = 'sphere', radius = r /
+&surface name = 'high', body = 'high', shape = 'sphere', radius = r /
+&surface name = 'egg', body = 'egg', shape = 'ellipsoid', semi_axes = 0.01, 0.02, 0.03 /
+&surface name = 'floor', body = 'ground', shape = 'plane' /
+&contacts surfaces = '*', '*' /
+"""
+DOWN = "0, 0, -9.81"
+
+
+def test_bodies_are_put_down_until_they_touch(expand):
+    touch = ", place = 'touch'"
+    found = expand(PUT_DOWN.format(gravity=DOWN, egg=touch, low=touch, high=touch))
+    tilt = np.radians(20)
+    height = np.hypot(0.02 * np.sin(tilt), 0.03 * np.cos(tilt))
+    assert group(found, "body", "egg")["position"] == [0.3, 0, pytest.approx(height, abs=1e-17)]
+    assert group(found, "body", "low")["position"][2] == pytest.approx(0.01, abs=4e-18)
+    # Rounded where it came from.
+    assert group(found, "body", "high")["position"][2] == pytest.approx(0.03, abs=np.spacing(0.2))
+    assert "place" not in group(found, "body", "low")
+
+
+def test_a_body_is_put_down_between_two_others(expand):
+    """In the gap of two balls, and along a gravity that is not that of z."""
+    text = (
+        PUT_DOWN.format(
+            gravity="-9.81, 0, 0", egg="", low=", motion = 'fixed'", high=", place = 'touch'"
+        )
+        .replace("0.003, 0, 0.05", "0, 0.008, 0")
+        .replace("0.003, 0, 0.2", "0.2, 0, 0")
+    )
+    text = text.replace("'plane' /", "'sphere', radius = r, centre = 0, -0.008, 0 /")
+    found = expand(text)
+    height = np.sqrt(0.02**2 - 0.008**2)
+    assert group(found, "body", "high")["position"] == [pytest.approx(height, abs=1e-17), 0, 0]
+
+
+def test_a_body_at_rest_is_carried_by_hertz(simulate, tmp_path):
+    rest = ", place = 'rest'"
+    simulate(PUT_DOWN.format(gravity=DOWN, egg="", low=rest, high=rest))
+    mass = 7850 * 4 / 3 * np.pi * 0.01**3
+    modulus = 2.1e11 / 2 / (1 - 0.3**2)
+    floor = (2 * mass * 9.81 / (4 / 3 * modulus * np.sqrt(0.01))) ** (2 / 3)
+    balls = (mass * 9.81 / (4 / 3 * modulus * np.sqrt(0.005))) ** (2 / 3)
+    with h5py.File(tmp_path / "out.h5") as file:
+        z = file["/trajectory/position"][:, :, 2]
+        v = file["/trajectory/velocity"][:, :, 2]
+        names = list(file["/body/name"].asstr())
+    low, high = names.index("low"), names.index("high")
+    assert z[0, low] == pytest.approx(0.01 - floor, abs=1e-17)
+    assert z[0, high] == pytest.approx(0.03 - floor - balls, abs=1e-16)
+    # They stay: a free fall would have 0.02 m/s by now.
+    assert np.abs(v[:, [low, high]]).max() < 1e-8
+
+
+WRONG_PLACES = {
+    ("0, 0, 0", ", place = 'rest'"): "'place' has no meaning without gravity",
+    (DOWN, ", place = 'rest', motion = 'fixed'"): "is not carried",
+    (DOWN, ", place = 'lie'"): "'lie'",
+    ("9.81, 0, 0", ", place = 'touch'"): "cannot be put down",
+}
+
+
+@pytest.mark.parametrize("case", WRONG_PLACES)
+def test_mistakes_in_places(run, tmp_path, mistakes, case):
+    path = tmp_path / "scene.nml"
+    path.write_text(PUT_DOWN.format(gravity=case[0], egg="", low=case[1], high=""))
+    result = run("check", path)
+    assert result.status == 2
+    (only,) = mistakes(result.err)
+    assert only.line == 6
+    assert WRONG_PLACES[case] in only.message
+
+
+def test_what_pushes_aside_carries_nothing(run, tmp_path):
+    rest = ", place = 'rest'"
+    text = PUT_DOWN.format(gravity=DOWN, egg="", low=rest, high=rest)
+    path = tmp_path / "scene.nml"
+    path.write_text(text.replace("0.003, 0, 0.2", "0.004, 0, 0.2"))
+    result = run("check", path)
+    assert result.status == 2
+    assert "its contacts push it aside with" in result.err
+
+
+def test_the_break_shot(simulate, tmp_path):
+    scene = ROOT / "inputs" / "examples" / "break_shot.nml"
+    text = scene.read_text()
+    assert len([line for line in text.splitlines() if line and line[0] != "!"]) <= 24
+    simulate(text, "scene.t_end=0.155", "output.interval=0.005")
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert len(file["/body/name"]) == 16
+        assert file["/contact/name"].shape == (16 * 15 // 2 + 16 * 5,)
+        velocity = file["/trajectory/velocity"][-1]
+        position = file["/trajectory/position"][:]
+        assert abs(file["/summary/energy_error_relative"][()]) < 1e-5
+    assert np.abs(position[:, :, 2] - 0.028575).max() < 2e-3
+    # The cue ball has given most of its speed to the others, the pack begins to open.
+    speeds = np.linalg.norm(velocity, axis=1)
+    assert speeds[-1] < 3
+    assert (speeds[:-1] > 0.05).sum() >= 8

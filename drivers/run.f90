@@ -59,6 +59,7 @@ module contensou_drivers_run
    contains
       procedure :: after_step
       procedure :: advise
+      procedure :: warn
    end type watch_type
 
    !> How long to wait for another process that writes the same file, and for one that is to be gone
@@ -229,6 +230,16 @@ contains
       call self%progress%note(self%advice)
    end subroutine advise
 
+   !> What the user should know of the run: at once, and in the summary.
+   subroutine warn(self, text)
+      class(watch_type), intent(inout) :: self
+      !> What it is.
+      character(len=*), intent(in) :: text
+
+      call self%recorder_type%warn(text)
+      call self%progress%note("warning: " // text)
+   end subroutine warn
+
    !> Print what the run comes down to.
    subroutine print_summary(scene, simulation, recorder, error)
       type(scene_type), intent(in) :: scene
@@ -275,6 +286,7 @@ contains
          if (allocated(recorder%output%cpu_by_effect)) call add_shares( &
             recorder%output%cpu_by_effect, text)
          if (allocated(recorder%advice)) call line("advice", recorder%advice)
+         if (allocated(recorder%output%warning)) call line("warning", recorder%output%warning)
          if (simulation%stopped) then
             call line("output", scene%output%file // part_suffix // " (interrupted), " // &
                counted(s%rows, "row"))

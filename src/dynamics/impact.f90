@@ -153,9 +153,10 @@ contains
          call system%gap_rates(y, rate)
          if (any(resting .and. .not. active .and. rate < 0.0_wp)) call stop_closed_gaps(system, &
             y, links, active .or. (resting .and. rate < 0.0_wp), rounding*velocity_scale)
-         ! Others may approach by that.
+         ! Others may approach by that, or have come to rest.
          call system%gap_rates(y, rate)
-         if (all(rate >= -still .or. .not. candidate .or. system%contacts%closed)) exit
+         if (all((rate >= -still .and. (resting .or. rate > still)) .or. .not. candidate .or. &
+            system%contacts%closed)) exit
       end do
       if (pass > most_passes) then
          index = minloc(rate, dim=1, mask=candidate)

@@ -47,6 +47,7 @@ module contensou_files_recorder
       procedure :: event
       procedure :: after_step
       procedure :: advise
+      procedure :: warn
       procedure :: change_method
       procedure, private :: exchange
    end type recorder_type
@@ -248,6 +249,15 @@ contains
 
       self%advice = "since t = " // number_text(t, 4) // " s " // text
    end subroutine advise
+
+   !> What the user should know of the run.
+   subroutine warn(self, text)
+      class(recorder_type), intent(inout) :: self
+      !> What it is.
+      character(len=*), intent(in) :: text
+
+      self%output%warning = text
+   end subroutine warn
 
    !> `auto` goes on with another method.
    subroutine change_method(self, t, method, reason)

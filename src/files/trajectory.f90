@@ -98,6 +98,8 @@ module contensou_files_trajectory
       character(len=:), allocatable :: choice
       !> Name of the condition that ended the run; not allocated without.
       character(len=:), allocatable :: stopped_by
+      !> What the user should know of the run; not allocated: nothing.
+      character(len=:), allocatable :: warning
       !> CPU time by effect [s]; not allocated if it was not asked for.
       real(wp), allocatable :: cpu_by_effect(:)
       !> When the file was last flushed [s].
@@ -691,6 +693,7 @@ contains
          if (allocated(self%stopped_by)) call f%put_attribute("/", "stopped_by", self%stopped_by, &
             error)
          call f%put_attribute("/", "status", status, error)
+         if (allocated(self%warning)) call f%put_attribute("/", "warning", self%warning, error)
          ! A failure is kept by the file, so that closing reports the first one.
          if (status == "complete") then
             call f%close_as(self%name, self%replace, error)

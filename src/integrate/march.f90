@@ -104,6 +104,9 @@ module contensou_integrate_march
       real(wp) :: energy = 0.0_wp, energy_moved = 0.0_wp
       !> Potential energy at the beginning [J].
       real(wp) :: potential = 0.0_wp
+      !> Largest share of the energy that moved by which the balance was off; 0 as long as that is
+      !> too little to be told.
+      real(wp) :: imbalance = 0.0_wp
       !> The method in use, and what `auto` knows.
       type(switch_type) :: switch
       !> Counters so far.
@@ -127,6 +130,7 @@ module contensou_integrate_march
       procedure :: after_step
       procedure :: between
       procedure :: advise
+      procedure :: warn
       procedure :: change_method
       procedure :: keep
    end type observer_type
@@ -336,6 +340,14 @@ contains
       character(len=*), intent(in) :: text
    end subroutine advise
 
+   !> What the user should know of a run that came to its end; nobody listens unless an observer
+   !> overrides this.
+   subroutine warn(self, text)
+      class(observer_type), intent(inout) :: self
+      !> What it is.
+      character(len=*), intent(in) :: text
+   end subroutine warn
+
    !> `auto` goes on with another method; nobody takes note unless an observer overrides this.
    subroutine change_method(self, t, method, reason)
       class(observer_type), intent(inout) :: self
@@ -378,6 +390,7 @@ contains
       call checkpoint%exchange("energy", self%energy)
       call checkpoint%exchange("energy_moved", self%energy_moved)
       call checkpoint%exchange("potential", self%potential)
+      call checkpoint%exchange("imbalance", self%imbalance)
       call self%statistics%exchange(checkpoint)
       call checkpoint%exchange("method", self%switch%method)
       call checkpoint%exchange("patience", self%switch%patience)
@@ -1368,13 +1381,14 @@ contains
          bound = max(leak, leak_of_tolerance*motion%scales%rtol) &
             *max(memory%energy_moved, motion%scales%energy) &
             + rounded*max(abs(memory%energy), abs(energy%potential))
-         if (.not. abs(off) > warned*bound) return
          if (.not. abs(off) > bound) then
+            if (abs(off) > warned*bound) memory%imbalance = max(memory%imbalance, &
+               abs(off)/max(memory%energy_moved, tiny(off)))
             ! At the end it is told.
-            if (memory%row <= self%rows) return
-            write(digits, "(es9.2)") abs(off)/max(memory%energy_moved, tiny(off))
-            call self%observer%advise(memory%t, "the energy balance is off by" // &
-               trim(digits) // " of the energy that moved: a smaller integrator.rtol closes it")
+            if (memory%imbalance <= 0.0_wp .or. memory%row <= self%rows) return
+            write(digits, "(es9.2)") memory%imbalance
+            call self%observer%warn("the energy balance was off by" // trim(digits) // &
+               " of the energy that moved: a smaller integrator.rtol closes it")
             return
          end if
          write(digits, "(es9.2, a, es9.2)") abs(off), " J of", memory%energy_moved

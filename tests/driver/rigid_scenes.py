@@ -521,3 +521,132 @@ def impacts_scene(seed):
 
 
 SCENES = {"random": random_scene, "hostile": hostile_scene, "impacts": impacts_scene}
+
+
+def settled_scene(seed):
+    """A body on three to five feet that falls flat, slides and turns."""
+    rng = random.Random(f"settled {seed}")
+    centres = feet(rng, rng.choice(("table", "table", "stool", "pentagon")))
+    mu = rng.choice((0.0, rng.uniform(0.05, 0.5)))
+    keys = f", restitution = {rng.uniform(0.0, 0.4)!r}"
+    if mu > 0:
+        keys += f", friction = 'contensou_exact', friction_coefficient = {mu!r}"
+    slide = (rng.uniform(-1.5, 1.5), rng.uniform(-1.5, 1.5), 0.0)
+    inertia = [rng.uniform(0.005, 0.02) for _ in range(2)]
+    inertia.append(0.9 * sum(inertia))
+    height = RADIUS - centres[0][2] + 1e-4
+    spin = (0.0, 0.0, rng.uniform(-8, 8))
+    return mu, inertia, centres, ((0.0, 0.0, height), (1.0, 0.0, 0.0, 0.0), slide, spin), keys
+
+
+def settled_text(young, inertia, centres, state, keys, t_end):
+    """The same at a state, with a modulus of elasticity, or rigid where the keys say so."""
+    position, quaternion, velocity, spin = (words(part) for part in state)
+    text = f"&material name = 'w', young = {young!r}, poisson = 0.3 /\n"
+    text += "&surface name = 'floor', body = 'ground', shape = 'plane', material = 'w' /\n"
+    text += (
+        f"&body name = 'body', mass = 1.0, inertia = {words(inertia)}, position = {position},"
+        f" quaternion = {quaternion}, velocity = {velocity}, spin = {spin} /\n"
+    )
+    for k, centre in enumerate(centres):
+        text += ball_surface(f"foot{k}", "body", centre)
+        text += f"&contact name = 'c{k}', surfaces = 'floor', 'foot{k}'{keys} /\n"
+    return (
+        text
+        + f"&scene gravity = 0, 0, {-GRAVITY}, t_end = {t_end!r} /\n"
+        + "&integrator method = 'cvode_bdf', rtol = 1e-9 /\n"
+        + "&output file = 'out.h5', interval = 1e-3 /\n"
+    )
+
+
+def simulated(executable, folder, text):
+    """The rows of a scene and the times of its events."""
+    (Path(folder) / "scene.nml").write_text(text)
+    command = [executable, "run", "scene.nml", "-q", "--force"]
+    subprocess.run(command, cwd=folder, check=True, capture_output=True)
+    with h5py.File(Path(folder) / "out.h5") as file:
+        rows = {name: item[()] for name, item in file["trajectory"].items() if item.ndim}
+        return rows, file["events/time"][()]
+
+
+def against_hertz(executable, folder, seed, youngs=(1e9, 8e9)):
+    """How far a rigid scene and compliant ones are apart 0.1 s after the last impact.
+
+    The compliant scenes begin at the state of the rigid one, lowered by the overlaps that its
+    forces have. For each modulus: the distance of the centres of mass and the largest overlap [m],
+    the difference of the velocities [m/s], that of the forces over the weight.
+    """
+    _mu, inertia, centres, state, keys = settled_scene(seed)
+    rigid = ", normal = 'rigid'" + keys
+    rows, events = simulated(
+        executable, folder, settled_text(1e9, inertia, centres, state, rigid, 0.6)
+    )
+    first = int(np.searchsorted(rows["time"], events.max(initial=0.0))) + 1
+    last = first + 100
+    if last >= len(rows["time"]):
+        return None
+    force = rows["normal_force"][first]
+    if (rows["normal_force"][first:last] > 0).sum(axis=1).min() < 3:
+        return None
+    quaternion = rows["quaternion"][first, 0]
+    arms = turned(np.tile(quaternion, (len(centres), 1)), np.array(centres)) - [0, 0, RADIUS]
+    found = []
+    for young in youngs:
+        stiffness = 4 / 3 * young / (2 * (1 - 0.3**2)) * math.sqrt(RADIUS)
+        overlap = (np.maximum(force, 0) / stiffness) ** (2 / 3)
+        # A small displacement and a small rotation, by which the feet sink in as far as that.
+        loaded = force > 1e-3 * force.max()
+        change = np.stack([np.ones(len(arms)), arms[:, 1], -arms[:, 0]], axis=1)
+        sink = np.linalg.lstsq(change[loaded], -overlap[loaded], rcond=None)[0]
+        half = np.array([0.0, sink[1] / 2, sink[2] / 2, 0.0])
+        w, u = quaternion[0], quaternion[1:]
+        tilted = quaternion + np.concatenate(
+            [[-half[1:] @ u], w * half[1:] + np.cross(half[1:], u)]
+        )
+        begin = (
+            rows["position"][first, 0] + [0, 0, sink[0]],
+            tilted / np.linalg.norm(tilted),
+            rows["velocity"][first, 0],
+            turned((quaternion * [1, -1, -1, -1])[None], rows["angular_velocity"][first])[0],
+        )
+        soft = (
+            keys.split(", friction")[0].split(", restitution")[0] + keys[keys.find(", friction") :]
+        )
+        soft = (soft if "friction" in keys else "") + ", damping = 'hunt_crossley'"
+        soft += ", damping_coefficient = 100.0"
+        other, _ = simulated(
+            executable, folder, settled_text(young, inertia, centres, begin, soft, 0.1)
+        )
+        found.append(
+            (
+                np.linalg.norm(other["position"][-1] - rows["position"][last]),
+                overlap.max(),
+                np.linalg.norm(other["velocity"][-1] - rows["velocity"][last]),
+                np.abs(other["normal_force"][-1] - rows["normal_force"][last]).max() / GRAVITY,
+            )
+        )
+    return found
+
+
+def beyond_compliance(found):
+    """What the overlaps do not account for in a comparison with compliant scenes, softer first."""
+    wrong = []
+    for distance, overlap, speed, force in found:
+        # The centre lies lower by the overlaps; turning and sliding differ by their share of the
+        # radius. Velocities follow within the tenth of a second.
+        if distance > 3 * overlap:
+            wrong.append(f"distance {distance:.2g} m, overlap {overlap:.2g} m")
+        if speed > 5 * overlap + 1e-8:
+            wrong.append(f"velocities {speed:.2g} m/s, overlap {overlap:.2g} m")
+        if force > 4 * overlap / RADIUS + 1e-6:
+            wrong.append(f"forces {force:.2g} of the weight, overlap {overlap:.2g} m")
+    (soft, _, soft_speed, soft_force), (stiff, _, stiff_speed, stiff_force) = found
+    # Eight times as stiff: a quarter of the overlap.
+    for name, one, other, least in (
+        ("distance", soft, stiff, 1e-9),
+        ("velocities", soft_speed, stiff_speed, 1e-6),
+        ("forces", soft_force, stiff_force, 1e-6),
+    ):
+        if other > one / 2 + least:
+            wrong.append(f"{name} {one:.2g} and stiffer {other:.2g}")
+    return wrong

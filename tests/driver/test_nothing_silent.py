@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+
+import h5py
 import numpy as np
 import pytest
 
@@ -192,3 +195,35 @@ def test_one_spot_in_a_bore(simulate, method):
     keys = RUBBING + ", friction_coefficient = 0.3"
     rows = simulate(BORE.format(length=0.015, keys=keys, method=method))
     assert rows.summary["energy_error_relative"] <= 1e-5
+
+
+BOUNCING = """
+&scene gravity = 0, 0, -9.81, t_end = 3 /
+&material name = 'm', young = 1e8, poisson = 0.3 /
+&body name = 'b', mass = 0.05, inertia = 3*8e-6, position = 0, 0, 0.03 /
+&surface name = 's', body = 'b', shape = 'sphere', radius = 0.02, material = 'm' /
+&surface name = 'f', body = 'ground', shape = 'plane', material = 'm' /
+&contact name = 'k', surfaces = 'f', 's' /
+&integrator method = 'cvode_bdf', rtol = {rtol!r} /
+&output file = 'out.h5', interval = 0.01 /
+"""
+
+
+@pytest.mark.parametrize(("rtol", "warns"), [(1e-6, True), (1e-7, False)])
+def test_a_small_imbalance_of_energy_warns(run, tmp_path, rtol, warns):
+    # 2e-4 of the energy that moved, where 1e-3 ends a run.
+    (tmp_path / "scene.nml").write_text(BOUNCING.format(rtol=rtol))
+    done = run("run", "scene.nml")
+    assert done.status == 0
+    with h5py.File(tmp_path / "out.h5") as file:
+        told = str(file.attrs.get("warning", ""))
+        error = np.abs(file["trajectory/energy_error"][()]).max()
+        moved = file["trajectory/energy_kinetic"][()].max()
+    assert bool(told) == warns
+    if warns:
+        assert f"  warning    {told}" in done.out.splitlines()
+        assert f"contensou: warning: {told}" in done.err.splitlines()
+        share = float(re.search(r"off by (\S+) of the energy that moved", told)[1])
+        assert 0.9 * error / moved < share < 1e-3
+    else:
+        assert "warning" not in done.out + done.err

@@ -605,7 +605,7 @@ def test_a_method_that_friction_stops_hands_over(run, tmp_path, method):
         )
     text = scene(FLOOR + text, t_end=1.0, method=method, rtol=1e-8, interval=1e-2)
     (tmp_path / "scene.nml").write_text(text)
-    done = run("run", "scene.nml", "-q")
+    done = run("run", "scene.nml")
     assert done.status == 0, done.err
     assert f"is too stiff for {method}" in done.out
     with h5py.File(tmp_path / "rigid.h5") as file:

@@ -323,6 +323,7 @@ contains
             return
          end if
          if (gap >= 0.0_wp) return
+         contact%felt = max(contact%felt, -gap)
          if (-gap > contact%law%largest_approach) then
             self%too_deep = index
             self%outside = -gap > far_beyond*contact%law%largest_approach

@@ -58,6 +58,8 @@ module contensou_dynamics_mechanism
       !> Which of the spots of the two surfaces it is, and how many there are; these follow one
       !> another.
       integer :: spot = 1, spots = 1
+      !> Largest overlap at which its force was evaluated since this was set to zero [m].
+      real(wp) :: felt = 0.0_wp
       !> States of its parts.
       type(contact_states_type) :: states
       !> Where the surfaces were closest last.

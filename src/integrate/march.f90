@@ -670,12 +670,14 @@ contains
             self%gap_before%rate < 0.0_wp .and. self%gap%rate > 0.0_wp .and. &
             .not. self%motion%system%contacts%leaving
          t_dip = huge(t_dip)
+         self%motion%system%contacts%felt = 0.0_wp
          index = findloc(self%suspect, .true., dim=1)
          if (index > 0) call find_dip(self, t_dip)
          ! A step that ends at once where a contact is too deep has no inside.
          if (t_dip > t .and. t > self%t_before) then
             call suspect_near(self)
             if (any(self%suspect)) call follow_gaps(self, t_dip, index)
+            call doubt_interpolant(self, t_dip, index)
          end if
          again = t_dip < t
          if (again .and. t - self%t_before <= shortest*spacing(t)) then
@@ -696,6 +698,27 @@ contains
          end if
       end associate
    end subroutine avoid_dip
+
+   !> Where the interpolant has felt the force of an open contact it is of no use: the step is
+   !> taken in smaller ones.
+   pure subroutine doubt_interpolant(self, t_dip, index)
+      type(march_type), intent(in) :: self
+      !> The time [s].
+      real(wp), intent(inout) :: t_dip
+      !> Contact that was felt; unchanged if none was.
+      integer, intent(inout) :: index
+      integer :: i
+
+      do i = 1, size(self%gap)
+         if (self%memory%closed(i) .or. self%events(i) /= 0) cycle
+         associate (felt => self%motion%system%contacts(i)%felt)
+            if (felt <= 0.0_wp) cycle
+            if (felt <= unseen(self, i)) cycle
+         end associate
+         t_dip = min(t_dip, 0.5_wp*(self%t_before + self%memory%t))
+         index = i
+      end do
+   end subroutine doubt_interpolant
 
    !> Give the places of contacts with several spots at the end of the step to these; where one
    !> touches that was not followed, go back to take the step with it.

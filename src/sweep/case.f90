@@ -4,7 +4,7 @@
 !> rows, the same summary.
 module contensou_sweep_case
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
-   use contensou_base_errors, only : error_type
+   use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : number_text
    use contensou_base_operating_system, only : wall_seconds
@@ -126,6 +126,8 @@ contains
          status = case_failed
          call new_simulation(file, simulation, error)
       end if
+      if (.not. allocated(error)) call check_spots(sweep%scene%contacts%spots, &
+         simulation%scene%contacts%spots, error)
       if (allocated(error)) then
          message = error%message
          call unlock_texts()
@@ -150,6 +152,24 @@ contains
          call witness%collect(simulation, results)
       end if
    end subroutine run_case
+
+   !> See that the contacts have as many spots as in the scene of the sweep, that columns are of.
+   subroutine check_spots(base, own, error)
+      !> Spots of the contacts of the scene of the sweep.
+      integer, intent(in) :: base(:)
+      !> Spots of those of the case.
+      integer, intent(in) :: own(:)
+      !> Set when they differ.
+      type(error_type), allocatable, intent(out) :: error
+      logical :: same
+
+      if (all(base == 1) .and. all(own == 1)) return
+      same = size(base) == size(own)
+      if (same) same = all(base == own)
+      if (.not. same) call fatal(error, "surfaces of this case can touch in another number of " // &
+         "places than in the scene of the sweep, whose spots are the columns of the table; a " // &
+         "sweep for the cases with as many spots as its scene keeps them apart")
+   end subroutine check_spots
 
    !> A step is done: is there time for another one?
    subroutine after_step(self, t, stop_now, error)

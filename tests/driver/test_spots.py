@@ -240,6 +240,22 @@ def test_one_spot_keeps_its_name(simulate):
     scene.check(rows, every=10)
 
 
+def test_a_sweep_keeps_spots_apart(run, tmp_path):
+    """A case with other spots than the scene of a sweep has no columns, and says so."""
+    (tmp_path / "scene.nml").write_text(SCENES["ellipsoid across a bore"].text(t_end=0.03))
+    (tmp_path / "sweep.nml").write_text(
+        "&sweep scene = 'scene.nml' /\n"
+        "&parameter name = 'f.radius', first = 0.04, last = 0.12, count = 2 /\n"
+    )
+    run("sweep", "sweep.nml", "-q", "-o", "sweep.h5")
+    with h5py.File(tmp_path / "sweep.h5") as file:
+        first, last = file["message"].asstr()[()]
+        touches = file["results/touches_k[1]"][()]
+    assert first == ""
+    assert touches[0] >= 1
+    assert "another number of places than in the scene of the sweep" in last
+
+
 def drawn(seed):
     """A long ellipsoid that is dropped into a bore or a groove, or onto a ring."""
     draw = np.random.default_rng(seed)

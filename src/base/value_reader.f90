@@ -141,7 +141,7 @@ contains
 
       number = ""
       ! A unit is no text of its own.
-      if (after_value .and. len(word) > 0) number = number_before(parser, buffer(n))
+      if (after_value .and. n > 0 .and. len(word) > 0) number = number_before(parser, buffer(n))
       if (parser%bare_text .and. number == "") then
          call value_of(word, value, form)
          if (form == form_none .and. may_be_bare(parser)) then

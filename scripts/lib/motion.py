@@ -42,7 +42,9 @@ def curve(axes: Axes, time: np.ndarray, values: np.ndarray, label: str, **looks:
     if values.shape[1] == 1:
         axes.plot(time, values[:, 0], label=label, **looks)
         return
-    axes.plot(time, np.median(values, axis=1), label=f"{label}, median", **looks)
+    # A spot without a place has no gap.
+    values = np.ma.masked_invalid(values)
+    axes.plot(time, np.ma.median(values, axis=1), label=f"{label}, median", **looks)
     axes.fill_between(
         time,
         values.min(axis=1),

@@ -113,7 +113,7 @@ def test_tippe_top_meets_the_reference(simulate, inputs, reference, model, metho
 
 
 def test_first_touch_in_the_summary_line(run, inputs, reference):
-    result = run("run", inputs / "tippe_top.nml", "-q", "--set", "scene.t_end = 1.745")
+    result = run("run", inputs / "tippe_top.nml", "--set", "scene.t_end = 1.745")
     assert result.status == 0
     line = next(line for line in result.out.splitlines() if "first touch" in line)
     assert float(line.split("first touch")[1].split()[0]) == pytest.approx(1.743582928, abs=5e-6)

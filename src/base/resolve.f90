@@ -63,7 +63,7 @@ contains
          if (kinds(i) == 0) cycle
          n = n + 1
          settings%groups(n)%kind = kinds(i)
-         call resolve_group(document%groups(i), schema%groups(kinds(i)), document%constants, &
+         call resolve_group(document%groups(i), schema, kinds(i), document%constants, &
             settings%groups(n), diagnostics)
          call check_complete(settings%group(n, schema), schema%groups(kinds(i)), diagnostics)
       end do
@@ -100,9 +100,12 @@ contains
    end subroutine resolve
 
    !> Check the keys of a group.
-   subroutine resolve_group(group, schema, constants, stored, diagnostics)
+   subroutine resolve_group(group, whole, kind, constants, stored, diagnostics)
       type(group_type), intent(in) :: group
-      type(group_schema_type), intent(in) :: schema
+      !> All groups.
+      type(schema_type), intent(in) :: whole
+      !> Which of them it is.
+      integer, intent(in) :: kind
       !> Constants that its values may name.
       type(constants_type), intent(in) :: constants
       !> What is given in it.
@@ -120,27 +123,29 @@ contains
       stored%origin = group%origin
       stored%complete = group%complete
       if (group%n_assignments > 0) allocate(stored%settings(group%n_assignments))
-      do i = 1, group%n_assignments
-         associate (assignment => group%assignments(i))
-            call find_key(assignment, schema, k, misspelt, diagnostics)
-            if (k == 0) cycle
-            call new_setting(stored, schema, k, s)
-            if (misspelt) then
-               stored%settings(s)%misspelt = .true.
-               cycle
-            end if
-            if (.not. allocated(given(s)%first)) allocate(given(s)%first(max(1, &
-               schema%keys(k)%values)), source=0)
-            call take_assignment(assignment, schema%keys(k), schema%choices(k)%names, constants, &
-               stored%settings(s), given(s)%first, group%complete, diagnostics)
-         end associate
-      end do
-      do s = 1, stored%n
-         associate (setting => stored%settings(s), key => schema%keys(stored%settings(s)%key))
-            if (.not. setting%given) cycle
-            call check_given(key, given(s)%first, group%complete, setting, diagnostics)
-         end associate
-      end do
+      associate (schema => whole%groups(kind))
+         do i = 1, group%n_assignments
+            associate (assignment => group%assignments(i))
+               call find_key(assignment, whole, kind, k, misspelt, diagnostics)
+               if (k == 0) cycle
+               call new_setting(stored, schema, k, s)
+               if (misspelt) then
+                  stored%settings(s)%misspelt = .true.
+                  cycle
+               end if
+               if (.not. allocated(given(s)%first)) allocate(given(s)%first(max(1, &
+                  schema%keys(k)%values)), source=0)
+               call take_assignment(assignment, schema%keys(k), schema%choices(k)%names, &
+                  constants, stored%settings(s), given(s)%first, group%complete, diagnostics)
+            end associate
+         end do
+         do s = 1, stored%n
+            associate (setting => stored%settings(s), key => schema%keys(stored%settings(s)%key))
+               if (.not. setting%given) cycle
+               call check_given(key, given(s)%first, group%complete, setting, diagnostics)
+            end associate
+         end do
+      end associate
    end subroutine resolve_group
 
    !> Whether all values of a key that is given are there and in order.
@@ -183,30 +188,56 @@ contains
    end subroutine check_complete
 
    !> Find the key of an assignment among those of its group; one that is unknown is reported.
-   subroutine find_key(assignment, schema, position, misspelt, diagnostics)
+   subroutine find_key(assignment, schema, kind, position, misspelt, diagnostics)
       type(assignment_type), intent(in) :: assignment
-      !> The keys of the group.
-      type(group_schema_type), intent(in) :: schema
+      !> All groups.
+      type(schema_type), intent(in) :: schema
+      !> Which of them it stands in.
+      integer, intent(in) :: kind
       !> Position of the key, or of the one that is likely meant; 0 if it is unknown.
       integer, intent(out) :: position
       !> Whether it is unknown and another one is likely meant.
       logical, intent(out) :: misspelt
       type(diagnostics_type), intent(inout) :: diagnostics
 
+      character(len=:), allocatable :: expected, owners
+
       misspelt = .false.
-      position = schema%position(assignment%key)
-      if (position > 0) return
-      position = nearest(assignment%key, schema%keys%name)
-      misspelt = position > 0
-      if (misspelt) then
+      associate (group => schema%groups(kind))
+         position = group%position(assignment%key)
+         if (position > 0) return
+         position = nearest(assignment%key, group%keys%name)
+         misspelt = position > 0
+         owners = groups_with(schema, assignment%key)
+         if (misspelt) then
+            expected = trim(group%keys(position)%name)
+         else if (owners == "") then
+            expected = "one of " // join(strings(group%keys%name), ", ")
+         end if
+         if (owners /= "") then
+            owners = "'" // assignment%key // "' in " // owners
+            if (misspelt) owners = owners // ", or " // expected
+            expected = owners
+         end if
          call diagnostics%add(assignment%origin, "unknown key '" // assignment%key // &
-            "' in group &" // trim(schema%spec%name), trim(schema%keys(position)%name))
-      else
-         call diagnostics%add(assignment%origin, "unknown key '" // assignment%key // &
-            "' in group &" // trim(schema%spec%name), &
-            "one of " // join(strings(schema%keys%name), ", "))
-      end if
+            "' in group &" // trim(group%spec%name), expected)
+      end associate
    end subroutine find_key
+
+   !> The groups that have a key, as "&body or &surface"; empty if none has it.
+   function groups_with(schema, key) result(text)
+      type(schema_type), intent(in) :: schema
+      character(len=*), intent(in) :: key
+      character(len=:), allocatable :: text
+      integer :: g
+
+      text = ""
+      do g = 1, size(schema%groups)
+         if (schema%groups(g)%position(key) == 0) cycle
+         if (text /= "") text = text // " or "
+         text = text // "&" // trim(schema%groups(g)%spec%name)
+      end do
+   end function groups_with
 
    !> Take the values of an assignment.
    subroutine take_assignment(assignment, key, names, constants, setting, first, complete, &

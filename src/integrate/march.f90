@@ -817,7 +817,7 @@ contains
       if (rate > 0.0_wp) then
          reach = (rate + root)/max(bend, tiny(bend)*max(rate, 1.0_wp)*4.0_wp)
       else
-         reach = 2.0_wp*(gap + limit)/max(root - rate, tiny(root)*4.0_wp)
+         reach = 2.0_wp*(gap + limit)/max(root - rate, tiny(root)*max(gap + limit, 1.0_wp)*4.0_wp)
       end if
    end function reach
 

@@ -58,6 +58,23 @@ def test_a_misspelt_key_of_a_name_that_two_have(check, mistakes, path, expected)
     assert mistake.expected.startswith(expected)
 
 
+@pytest.mark.parametrize(
+    ("group", "key", "expected"),
+    [
+        ("body", "radius", "'radius' in &surface or &defaults, or radius_of_gyration"),
+        ("body", "young", "'young' in &material"),
+        ("surface", "t_end", "'t_end' in &scene"),
+        ("body", "zzzzzzzz", "one of name, motion, mass, "),
+    ],
+)
+def test_a_key_in_the_wrong_group(check, mistakes, group, key, expected):
+    done = check((f"&{group} name = 'ball',", f"&{group} name = 'ball', {key} = 1,"))
+    assert done.status == 2
+    (mistake,) = mistakes(done.err)
+    assert mistake.message == f"unknown key '{key}' in group &{group}"
+    assert mistake.expected.startswith(expected)
+
+
 # --- 10: numbers --------------------------------------------------------------------------------
 
 

@@ -1,14 +1,16 @@
-"""Sweeps in shards under other programs: what is submitted to Slurm, and GNU parallel.
+"""Sweeps in shards under other programs: what is submitted to batch systems, and GNU parallel.
 
-No Slurm is needed here; test_slurm.py holds what Slurm makes of it.
+No batch system is needed here; test_slurm.py holds what Slurm makes of it.
 """
 
 from __future__ import annotations
 
+import ast
 import os
 import re
 import shlex
 import shutil
+import sys
 from pathlib import Path
 
 import h5py
@@ -17,7 +19,7 @@ import pytest
 from programs import captured
 
 ROOT = Path(__file__).resolve().parents[2]
-SUBMIT = ROOT / "scripts" / "slurm" / "submit"
+SUBMIT = ROOT / "scripts" / "batch" / "submit"
 PAGE = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
 SWEEPS = sorted((ROOT / "inputs" / "sweeps").glob("*.nml"))
 
@@ -51,7 +53,7 @@ def slurm(tmp_path):
 
 @pytest.fixture
 def submit(executable, sweep, slurm):
-    """Run scripts/slurm/submit in the folder of the sweep: status, output, messages."""
+    """Run scripts/batch/submit in the folder of the sweep: status, output, messages."""
 
     def run_it(*options: object) -> tuple[int, str, str]:
         path = f"{slurm}{os.pathsep}{os.environ['PATH']}"
@@ -86,7 +88,7 @@ def test_submit_takes_shards_and_time_from_check(submit, executable):
     assert words[""] == [
         f"CONTENSOU={executable}",
         "sbatch",
-        str(SUBMIT.with_name("sweep.sbatch")),
+        str(SUBMIT.with_name("sweep.sh")),
         "1",
         "sweep.nml",
     ]
@@ -166,6 +168,140 @@ def test_submit_says_what_is_wrong(submit, sweep, slurm):
     assert (status, out) == (2, "")
     assert "angel" in err
     assert "the sweep was not submitted" in err
+
+
+# ---- Other batch systems -----------------------------------------------------------------------
+
+# Stand-ins that take what the real ones do and run it at once: options with values, and how a task
+# learns which one it is.
+STAND_IN = """\
+#!{python}
+import os, re, subprocess, sys
+ENGINE = {engine!r}
+WITH_VALUES = {values!r}
+words, options = sys.argv[1:], []
+with open({told!r}, "a") as told:
+    told.write(repr(words) + "\\n")
+environment = dict(os.environ)
+while words and words[0].startswith("-") and words[0] != "--":
+    option = words.pop(0)
+    options.append((option, words.pop(0) if option in WITH_VALUES else ""))
+    if option == "-pe":
+        words.pop(0)
+if words[0] == "--":
+    words.pop(0)
+value = dict(options)
+if "-v" in value:
+    for item in value["-v"].split(","):
+        name, equals, text = item.partition("=")
+        if equals:
+            environment[name] = text
+if ENGINE == "lsf":
+    spec = re.fullmatch(r".*\\[(.*)\\](?:%\\d+)?", value["-J"])
+    name = "LSB_JOBINDEX"
+elif ENGINE == "sge":
+    spec, name = re.fullmatch(r"(.*)", value.get("-t", "")), "SGE_TASK_ID"
+else:
+    spec, name = re.fullmatch(r"([^%]*)(?:%\\d+)?", value.get("-J", "")), "PBS_ARRAY_INDEX"
+    environment["PBS_O_WORKDIR"] = os.getcwd()
+    os.chdir("/")
+tasks = []
+for part in (spec[1] if spec and spec[1] else "").split(","):
+    if part:
+        first, _, last = part.partition("-")
+        tasks += range(int(first), int(last or first) + 1)
+shell = ENGINE == "lsf"
+command = " ".join(words) if shell and len(words) == 1 else words
+for task in tasks or [None]:
+    extra = {{}} if task is None else {{name: str(task)}}
+    done = subprocess.run(command, env=environment | extra, shell=isinstance(command, str),
+                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    with open({told!r}, "a") as told:
+        told.write(f"ended {{done.returncode}}\\n")
+print({answer!r})
+"""
+ENGINES = {
+    "pbs": ("qsub", "-N -l -j -r -J -v -W", "12[].server"),
+    "sge": ("qsub", "-t -N -S -v -r -l -j -o -tc -pe -hold_jid -b", "12.1-3:1"),
+    "lsf": ("bsub", "-J -W -wt -wa -Q -n -R -o -w", "Job <12> is submitted to default queue."),
+}
+
+
+@pytest.fixture(params=ENGINES)
+def engine(request, tmp_path):
+    """A batch system: its name, a folder with its command, and the file of what it heard."""
+    command, values, answer = ENGINES[request.param]
+    folder = tmp_path / "engine"
+    folder.mkdir()
+    told = tmp_path / "told"
+    text = STAND_IN.format(
+        python=sys.executable,
+        engine=request.param,
+        values=values.split(),
+        told=str(told),
+        answer=answer,
+    )
+    (folder / command).write_text(text)
+    (folder / command).chmod(0o755)
+    return request.param, folder, told
+
+
+def test_engines_run_the_shards(engine, executable, sweep, run):
+    """Shards that are there already are left out; the others and the last job make one table."""
+    name, folder, told = engine
+    assert run("sweep", "sweep.nml", "-q", "--shard", "3/6").status == 0
+    environment = {
+        **os.environ,
+        "CONTENSOU": str(executable),
+        "PATH": f"{folder}{os.pathsep}{os.environ['PATH']}",
+    }
+    words = [str(SUBMIT), "--engine", name, "--at-once", "2", "--cpus", "2", "--merge", "sweep.nml"]
+    dry = captured([*words, "--dry-run"], cwd=sweep.parent, env=environment, timeout=120)
+    assert dry.returncode == 0, dry.stderr
+    assert not told.exists()
+    done = captured(words, cwd=sweep.parent, env=environment, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert set(done.stdout.split()) == {"12[].server" if name == "pbs" else "12"}
+    assert "1 shards are complete, 5 are submitted" in done.stderr
+    lines = told.read_text().splitlines()
+    assert [line for line in lines if line.startswith("ended")] == 6 * ["ended 0"]
+    asked = [ast.literal_eval(line) for line in lines if not line.startswith("ended")]
+    assert len(asked) == (2 if name == "lsf" else 3)
+    # What the dry run has shown is what was done.
+    shown = [shlex.split(line) for line in dry.stdout.splitlines()]
+    assert [words[2:] for words in shown[:-1]] == asked[:-1]
+    text = " ".join(asked[0])
+    expected = {
+        "pbs": ("-J 1-2%2", "select=1:ncpus=2", "-l walltime=0:0"),
+        "sge": ("-t 1-2", "-tc 2", "-pe smp 2", "-l h_rt=0:0", "-l s_rt=0:0"),
+        "lsf": ("-J sweep[1-2,4-6]%2", "-n 2", "-W 0:0", "-Q 75"),
+    }
+    for option in expected[name]:
+        assert option in text
+    assert any(word in " ".join(asked[-1]) for word in ("afterany:12", "-hold_jid 12", "ended(12)"))
+    assert run("sweep", "sweep.nml", "-q", "-o", "alone.h5").status == 0
+    assert columns(sweep.with_name("my table.h5")) == columns(sweep.with_name("alone.h5"))
+
+
+def test_an_array_of_pbs_has_two_shards_at_least(engine, executable, sweep):
+    name = engine[0]
+    environment = {**os.environ, "CONTENSOU": str(executable)}
+    command = [str(SUBMIT), "--engine", name, "--dry-run", "--shards", "1", "sweep.nml"]
+    done = captured(command, cwd=sweep.parent, env=environment, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert ("CONTENSOU_SHARD=1" in done.stdout) == (name == "pbs")
+    assert ("-J" in done.stdout) == (name == "lsf")
+
+
+def test_engines_that_are_not_there(executable, sweep):
+    environment = {**os.environ, "CONTENSOU": str(executable)}
+    for words, message in (
+        (["--engine", "condor"], "--engine is slurm, pbs, sge or lsf, not 'condor'"),
+        (["--engine", "lsf"], "there is no bsub here; --dry-run says what would be submitted"),
+    ):
+        done = captured([SUBMIT, *words, "sweep.nml"], cwd=sweep.parent, env=environment)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert message in done.stderr
 
 
 def test_gnu_parallel_runs_the_shards(executable, sweep, run):

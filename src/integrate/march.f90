@@ -662,6 +662,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: t_dip
       integer :: index
+      logical :: looked, near
 
       again = .false.
       associate (memory => self%memory, t => self%memory%t)
@@ -670,14 +671,21 @@ contains
             self%gap_before%rate < 0.0_wp .and. self%gap%rate > 0.0_wp .and. &
             .not. self%motion%system%contacts%leaving
          t_dip = huge(t_dip)
-         self%motion%system%contacts%felt = 0.0_wp
          index = findloc(self%suspect, .true., dim=1)
-         if (index > 0) call find_dip(self, t_dip)
+         looked = index > 0
+         if (looked) then
+            self%motion%system%contacts%felt = 0.0_wp
+            call find_dip(self, t_dip)
+         end if
          ! A step that ends at once where a contact is too deep has no inside.
          if (t_dip > t .and. t > self%t_before) then
             call suspect_near(self)
-            if (any(self%suspect)) call follow_gaps(self, t_dip, index)
-            call doubt_interpolant(self, t_dip, index)
+            near = any(self%suspect)
+            if (near) then
+               if (.not. looked) self%motion%system%contacts%felt = 0.0_wp
+               call follow_gaps(self, t_dip, index)
+            end if
+            if (near .or. looked) call doubt_interpolant(self, t_dip, index)
          end if
          again = t_dip < t
          if (again .and. t - self%t_before <= shortest*spacing(t)) then

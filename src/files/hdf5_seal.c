@@ -9,7 +9,7 @@
 #include <unistd.h>
 #include <zlib.h>
 
-enum { SEAL_SIZE = 64, BLOCK = 1 << 20, BLOCKS_BETWEEN_NOTES = 64 };
+enum { SEAL_SIZE = 64, BLOCK = 1 << 16, BLOCKS_BETWEEN_NOTES = 1024 };
 
 static const char magic[] = "contensou-seal 1 ";
 

@@ -139,6 +139,7 @@ contains
       do i = 1, size(names)
          if (.not. left(i)) cycle
          n = n + 1
+         if (n > few) exit
          do k = i, size(names)
             if (left(k)) left(k) = k /= i .and. .not. in_series(names(k)%s, names(i)%s)
          end do
@@ -183,8 +184,9 @@ contains
          first_number = number_of(names(i)%s)
          number = first_number
          if (number < 0) cycle
+         last = i
          do
-            last = next_of(stem_of(names(i)%s), number + 1)
+            last = next_of(stem_of(names(i)%s) // to_text(number + 1), last)
             if (last == 0) exit
             done(last) = .true.
             number = number + 1
@@ -194,13 +196,15 @@ contains
 
    contains
 
-      !> The name with a stem and a number that is left; 0 if there is none.
-      pure integer function next_of(stem, number)
-         character(len=*), intent(in) :: stem
-         integer, intent(in) :: number
+      !> Where a name is that is left; 0 if it is not there. It is most likely behind another one.
+      pure integer function next_of(name, behind)
+         character(len=*), intent(in) :: name
+         integer, intent(in) :: behind
+         integer :: k
 
-         do next_of = 1, size(names)
-            if (.not. done(next_of) .and. names(next_of)%s == stem // to_text(number)) return
+         do k = 0, size(names) - 1
+            next_of = 1 + modulo(behind + k, size(names))
+            if (.not. done(next_of) .and. names(next_of)%s == name) return
          end do
          next_of = 0
       end function next_of

@@ -40,9 +40,15 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       class(geometry_type), allocatable :: geometry
       character(len=:), allocatable :: problem
+      ! Contacts seen of each surface, as chains from the newest.
+      integer :: newest(size(scene%surfaces)), length(size(scene%surfaces))
+      integer :: older(2, size(scene%contacts))
       integer :: i, twin
 
+      newest = 0
+      length = 0
       do i = 1, size(scene%contacts)
+         if (i > 1) call chain(i - 1)
          associate (a => scene%surfaces(scene%contacts(i)%surfaces(1)), &
             b => scene%surfaces(scene%contacts(i)%surfaces(2)), place => places(i))
             if (a%body == b%body) then
@@ -81,22 +87,43 @@ contains
 
    contains
 
+      !> Put a contact before those of its surfaces.
+      subroutine chain(contact)
+         integer, intent(in) :: contact
+         integer :: side
+
+         associate (pair => scene%contacts(contact)%surfaces)
+            do side = 1, merge(1, 2, pair(1) == pair(2))
+               older(side, contact) = newest(pair(side))
+               newest(pair(side)) = contact
+               length(pair(side)) = length(pair(side)) + 1
+            end do
+         end associate
+      end subroutine chain
+
       !> The first contact with the surfaces of another one that is written elsewhere; 0 for none.
       pure integer function earlier_of(contact)
          integer, intent(in) :: contact
+         integer :: k, side
 
+         earlier_of = 0
          associate (pair => scene%contacts(contact)%surfaces)
-            do earlier_of = 1, contact - 1
-               associate (other => scene%contacts(earlier_of)%surfaces)
-                  if (.not. (all(pair == other) .or. all(pair == other([2, 1])))) cycle
-               end associate
-               ! One contact as written may stand for several.
-               associate (p => places(contact), q => places(earlier_of))
-                  if (p%source /= q%source .or. p%line /= q%line .or. p%column /= q%column) return
+            ! The shorter chain: all bodies may touch one floor.
+            side = merge(1, 2, length(pair(1)) <= length(pair(2)))
+            k = newest(pair(side))
+            do while (k > 0)
+               associate (other => scene%contacts(k)%surfaces, p => places(contact), &
+                  q => places(k))
+                  ! One contact as written may stand for several.
+                  if (all(pair == other) .or. all(pair == other([2, 1]))) then
+                     if (p%source /= q%source .or. p%line /= q%line .or. p%column /= q%column) then
+                        earlier_of = k
+                     end if
+                  end if
+                  k = older(merge(1, 2, other(1) == pair(side)), k)
                end associate
             end do
          end associate
-         earlier_of = 0
       end function earlier_of
 
       !> Whether a body is a spindle.

@@ -30,6 +30,8 @@ module contensou_scene_warnings
       real(wp), allocatable :: radius(:)
       !> Largest speed at the beginning, of a drive, or of the fall on a surface [m/s].
       real(wp) :: speed = 0.0_wp
+      !> Whether a surface, and a body, has a contact.
+      logical, allocatable :: surface_touches(:), body_touches(:)
    end type scales_type
 
 contains
@@ -55,10 +57,11 @@ contains
          select case (group%group_name())
          case ("body")
             bodies = bodies + 1
-            call look_at_body(group, scene, bodies, scales%radius(bodies), warnings)
+            call look_at_body(group, scene, bodies, scales, warnings)
          case ("surface")
             surfaces = surfaces + 1
-            call look_at_surface(group, scene, surfaces, warnings)
+            if (.not. scales%surface_touches(surfaces)) call warn_of_surface(group, &
+               scene%surfaces(surfaces)%name, warnings)
          case ("contact")
             ! The first of its spots.
             if (contact > 0) contact = contact + scene%contacts(contact)%spots
@@ -79,8 +82,20 @@ contains
       type(scales_type), intent(out) :: scales
       type(track_type) :: track
       real(wp) :: g, gap, load, reach
-      integer :: i
+      integer :: i, k
 
+      allocate(scales%surface_touches(size(scene%surfaces)), source=.false.)
+      allocate(scales%body_touches(size(scene%bodies)), source=.false.)
+      do i = 1, size(scene%contacts)
+         associate (pair => scene%contacts(i)%surfaces)
+            scales%surface_touches(pair) = .true.
+            do k = 1, 2
+               associate (body => scene%surfaces(pair(k))%body)
+                  if (body > 0) scales%body_touches(body) = .true.
+               end associate
+            end do
+         end associate
+      end do
       g = norm2(scene%gravity)
       allocate(scales%radius(size(scene%bodies)), source=0.0_wp)
       do i = 1, size(scene%surfaces)
@@ -116,23 +131,18 @@ contains
    end subroutine find_scales
 
    !> A body that nothing acts on, or whose moments of inertia are too large for its size.
-   subroutine look_at_body(group, scene, index, radius, warnings)
+   subroutine look_at_body(group, scene, index, scales, warnings)
       type(group_settings_type), intent(in) :: group
       type(scene_type), intent(in) :: scene
       !> Which body.
       integer, intent(in) :: index
-      !> Radius that holds its surfaces [m]; 0 without any, huge for none.
-      real(wp), intent(in) :: radius
+      type(scales_type), intent(in) :: scales
       type(diagnostics_type), intent(inout) :: warnings
       real(wp) :: largest
-      logical :: touches
       integer :: i
 
-      associate (body => scene%bodies(index))
-         touches = .false.
-         do i = 1, size(scene%contacts)
-            touches = touches .or. any(scene%surfaces(scene%contacts(i)%surfaces)%body == index)
-         end do
+      associate (body => scene%bodies(index), radius => scales%radius(index), &
+         touches => scales%body_touches(index))
          if (.not. moves_freely(body%motion)) then
             if (.not. touches) call warnings%add(group%place("name", 1), "body " // &
                quote(body%name) // ", whose motion is '" // trim(motion_names(body%motion)) // &
@@ -168,21 +178,15 @@ contains
    end subroutine look_at_body
 
    !> A surface in no contact.
-   subroutine look_at_surface(group, scene, index, warnings)
+   subroutine warn_of_surface(group, name, warnings)
       type(group_settings_type), intent(in) :: group
-      type(scene_type), intent(in) :: scene
-      !> Which surface.
-      integer, intent(in) :: index
+      character(len=*), intent(in) :: name
       type(diagnostics_type), intent(inout) :: warnings
-      integer :: i
 
-      do i = 1, size(scene%contacts)
-         if (any(scene%contacts(i)%surfaces == index)) return
-      end do
-      call warnings%add(group%place("name", 1), "surface " // quote(scene%surfaces(index)%name) // &
-         " is in no contact, nothing can touch it", "&contact surfaces = " // &
-         quote(scene%surfaces(index)%name) // ", ... /, or no such surface")
-   end subroutine look_at_surface
+      call warnings%add(group%place("name", 1), "surface " // quote(name) // &
+         " is in no contact, nothing can touch it", "&contact surfaces = " // quote(name) // &
+         ", ... /, or no such surface")
+   end subroutine warn_of_surface
 
    !> Friction that is too strong or too much regularized.
    subroutine look_at_friction(group, speed, warnings)

@@ -46,7 +46,7 @@ fi
 restarts=${SLURM_RESTART_COUNT:-0}
 say "shard $shard of $shards on ${SLURMD_NODENAME:-$(hostname)}, restart $restarts"
 
-# A signal that is for this script alone is passed on; `wait` returns when one has been handled.
+# A signal that is for this script alone is passed on.
 child=
 asked=
 cancelled=no
@@ -61,15 +61,15 @@ trap 'cancelled=yes; pass_on TERM' TERM
 child=$!
 [ -z "$asked" ] || pass_on "$asked"
 
-status=1
-while :; do
-   asked=
-   wait "$child"
-   code=$?
-   [ "$code" -ne 127 ] || break # its status is known already
-   status=$code
-   [ -n "$asked" ] || break
+# Look now and then, and `wait` only for what has ended: bash 5.2 loses the status of a program that
+# ends while a signal interrupts `wait`. A signal that comes during a nap is passed on after it.
+nap=0.1
+while kill -0 "$child" 2>/dev/null; do
+   sleep "$nap"
+   [ "$SECONDS" -lt 2 ] || nap=1
 done
+wait "$child"
+status=$?
 
 # 128 + USR1: the signal came before the program could handle it.
 case $status in

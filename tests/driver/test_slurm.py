@@ -16,7 +16,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from slurm_cluster import NODES, Cluster, missing_programs, own_address
+from slurm_cluster import NODES, Cluster, ClusterError, missing_programs, own_address
 
 ROOT = Path(__file__).resolve().parents[2]
 SUBMIT = ROOT / "scripts" / "slurm" / "submit"
@@ -82,9 +82,15 @@ class Work:
 
     def wait_for_log(self, job: str, shard: int, text: str, limit: float = 120.0) -> str:
         """Wait until a shard has written something."""
-        self.cluster.wait_for(
-            f"'{text}' of shard {shard} of job {job}", lambda: text in self.log(job, shard), limit
-        )
+        try:
+            self.cluster.wait_for(
+                f"'{text}' of shard {shard} of job {job}",
+                lambda: text in self.log(job, shard),
+                limit,
+            )
+        except ClusterError as error:
+            error.add_note(f"--- what the shard wrote\n{self.log(job, shard)}")
+            raise
         return self.log(job, shard)
 
     def merge(self) -> None:

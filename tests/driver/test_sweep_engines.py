@@ -10,6 +10,8 @@ import os
 import re
 import shlex
 import shutil
+import signal
+import subprocess
 import sys
 from pathlib import Path
 
@@ -302,6 +304,35 @@ def test_engines_that_are_not_there(executable, sweep):
         done = captured([SUBMIT, *words, "sweep.nml"], cwd=sweep.parent, env=environment)
         assert (done.returncode, done.stdout) == (2, "")
         assert message in done.stderr
+
+
+def test_a_shard_that_ends_at_once_is_cancelled_all_the_same(tmp_path):
+    """Batch systems send TERM to the script and to the program at once.
+
+    bash 5.2 may lose the status of what ends while `wait` is interrupted: so tried two dozen times.
+    """
+    program = tmp_path / "program"
+    program.write_text("#!/bin/sh\ntrap 'exit 75' TERM\necho begun\nwhile :; do sleep 0.01; done\n")
+    program.chmod(0o755)
+    variables = {"SLURM_ARRAY_TASK_ID": "1", "SLURM_JOB_ID": "1", "CONTENSOU": str(program)}
+    tasks = [
+        subprocess.Popen(
+            ["bash", SUBMIT.with_name("sweep.sh"), "1", "sweep.nml"],
+            env=os.environ | variables,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+        for _ in range(24)
+    ]
+    for task in tasks:
+        assert task.stdout.readline() == "begun\n"
+        os.killpg(task.pid, signal.SIGTERM)
+    for task in tasks:
+        _, messages = task.communicate(timeout=60)
+        assert task.returncode == 75, messages
+        assert "cancelled; what is done is saved" in messages
 
 
 def test_gnu_parallel_runs_the_shards(executable, sweep, run):

@@ -1,15 +1,10 @@
 !> Rigid contacts: the contact as a constraint without compliance, whose normal force follows from
 !> the equations of motion.
 !>
-!> With u the velocity of B against A at the contact point p and n the normal, the gap changes by
-!> n.u and its second derivative is
-!>    n.(a_B + alpha_B x r_B - a_A - alpha_A x r_A) + n'.u
-!>       + n.(w_B x (p' - v_B) - w_A x (p' - v_A)),
-!> r the arms from the centres of mass to p. It is linear in the wrench of the contact, and this in
-!> the normal force N but for the size of the spot, a ~ N^(1/3) after Hertz.
-!> A closed contact has the N at which the second derivative is -2 beta gap' - beta^2 gap: the last
-!> two terms hold what rounding and the errors of the integration make of the gap (J. Baumgarte,
-!> Comput. Methods Appl. Mech. Eng. 1 (1972) 1).
+!> A closed contact has the N at which the second derivative of its gap (module
+!> `contensou_dynamics_links`) is -2 beta gap' - beta^2 gap: the last two terms hold what rounding
+!> and the errors of the integration make of the gap (J. Baumgarte, Comput. Methods Appl. Mech. Eng.
+!> 1 (1972) 1).
 !>
 !> Bodies on more supports than they need: the equations leave the forces open, and these are what
 !> the compliance of the contacts makes them, in the limit of a large stiffness. The bodies yield by
@@ -18,20 +13,17 @@
 !> equations. Contacts that this unloads (d < 0) stay closed while the others hold their gap.
 module contensou_dynamics_constraints
    use contensou_base_kinds, only : wp
-   use contensou_base_vectors, only : cross
-   use contensou_contact_friction_law, only : sliding_type
-   use contensou_contact_geometry, only : contact_point_type, contact_variation_type, pose_type, &
-      search_trouble, track_type, trouble_jammed, trouble_none, trouble_redundant
-   use contensou_contact_law, only : contact_law_type
-   use contensou_contact_states, only : most_states
-   use contensou_dynamics_mechanism, only : contact_type, mechanism_type, relative_motion
+   use contensou_contact_geometry, only : trouble_jammed, trouble_none, trouble_redundant
+   use contensou_dynamics_links, only : find_link, link_type, normal_response, response, &
+      set_load, set_state_rates
+   use contensou_dynamics_mechanism, only : mechanism_type
    use contensou_dynamics_scene, only : motion_free, motion_prescribed
-   use contensou_dynamics_state, only : add_to_motion, spin_of, velocity_of
+   use contensou_dynamics_state, only : add_to_motion
+   use contensou_special_elimination, only : independent_rows, solve_linear
    implicit none(type, external)
    private
 
-   public :: constraints_type, link_type, find_link, set_kinematics, response, turned_by
-   public :: solve_linear, set_load, normal_response, independent_rows
+   public :: constraints_type
 
    !> Iterations for the normal forces, which converge quadratically.
    integer, parameter :: most_iterations = 50
@@ -48,10 +40,6 @@ module contensou_dynamics_constraints
    !> Closed contacts for which there is room from the start, if there are so many rigid ones.
    integer, parameter :: first_room = 64
 
-   !> Square of the distance of a row of a unit length from those before it, below which it counts
-   !> as dependent on them.
-   real(wp), parameter :: dependent = 1.0e-9_wp
-
    !> Least pivot over the largest response of three or more contacts whose forces are determined.
    real(wp), parameter :: least_pivot = 1.0e-11_wp
 
@@ -61,48 +49,6 @@ module contensou_dynamics_constraints
 
    !> Pull of such a contact, over the mean load, that is no lift-off.
    real(wp), parameter :: slack_pull = 1.0e-6_wp
-
-   !> A closed rigid contact at a state, inertial frame.
-   type :: link_type
-      integer :: contact = 0
-      !> Bodies A and B; 0 is the ground.
-      integer :: body(2) = 0
-      !> Geometry.
-      type(contact_point_type) :: at
-      !> Unit tangent along the minor axis of the spot.
-      real(wp) :: minor(3) = 0.0_wp
-      !> From the centres of mass of A and B to the contact point [m].
-      real(wp) :: arm(3, 2) = 0.0_wp
-      !> Inverse masses [1/kg]; 0 for a body that does not yield.
-      real(wp) :: inverse_mass(2) = 0.0_wp
-      !> Angular acceleration by a unit normal force on the body [1/(kg m)].
-      real(wp) :: tilt(3, 2) = 0.0_wp
-      !> Sliding along the major and the minor axis [m/s], spin about the normal [rad/s].
-      real(wp) :: motion(3) = 0.0_wp
-      !> Angular velocity of B against A [rad/s].
-      real(wp) :: spin(3) = 0.0_wp
-      !> Square of the velocity below which sliding is not resolved [m2/s2].
-      real(wp) :: resolution = 0.0_wp
-      !> Rate of the gap [m/s].
-      real(wp) :: rate = 0.0_wp
-      !> Second derivative of the gap that no acceleration makes [m/s2].
-      real(wp) :: bias = 0.0_wp
-      !> Second derivative of the gap without rigid contacts [m/s2].
-      real(wp) :: free = 0.0_wp
-      !> Square of the rate beta at which an error of the gap decays [1/s2].
-      real(wp) :: pace = 0.0_wp
-      !> Stabilisation 2 beta gap' + beta^2 gap [m/s2].
-      real(wp) :: stabilisation = 0.0_wp
-      !> Normal force [N].
-      real(wp) :: normal_force = 0.0_wp
-      !> Force (1:3) and torque (4:6) on B at the contact point [N, N m].
-      real(wp) :: wrench(6) = 0.0_wp
-      !> Their derivatives by the normal force [-, m].
-      real(wp) :: slope(6) = 0.0_wp
-   contains
-      procedure :: slip
-      procedure :: load_on
-   end type link_type
 
    !> A contact that shares a load, and a displacement.
    type :: share_type
@@ -148,31 +94,6 @@ module contensou_dynamics_constraints
    end type constraints_type
 
 contains
-
-   !> Slip of B against A at the contact [m/s].
-   pure function slip(self)
-      class(link_type), intent(in) :: self
-      real(wp) :: slip(3)
-
-      slip = self%motion(1)*self%at%major + self%motion(2)*self%minor
-   end function slip
-
-   !> Force and torque of the contact on one of its bodies, inertial frame.
-   pure subroutine load_on(self, side, force, torque)
-      class(link_type), intent(in) :: self
-      !> 1 for body A, 2 for body B.
-      integer, intent(in) :: side
-      !> Force [N].
-      real(wp), intent(out) :: force(3)
-      !> Torque about the centre of mass [N m].
-      real(wp), intent(out) :: torque(3)
-
-      force = self%wrench(1:3)
-      torque = cross(self%arm(:, side), force) + self%wrench(4:6)
-      if (side == 2) return
-      force = -force
-      torque = -torque
-   end subroutine load_on
 
    !> Make room for the contacts of a mechanism, none of them closed yet.
    subroutine prepare(self, mechanism)
@@ -272,64 +193,6 @@ contains
          end if
       end associate
    end subroutine accelerate
-
-   !> Kinematics of a rigid contact at the poses that are set, closed or not.
-   subroutine find_link(mechanism, index, rate, link, trouble)
-      !> The mechanism; the track of the contact is changed, and its normal part.
-      type(mechanism_type), intent(inout) :: mechanism
-      integer, intent(in) :: index
-      !> Time derivative of the state without rigid contacts.
-      real(wp), intent(in) :: rate(:)
-      type(link_type), intent(inout) :: link
-      !> One of the `trouble_*` codes.
-      integer, intent(out) :: trouble
-      real(wp) :: inverse_inertia(3, 2), acceleration(3), turned(3), gap
-      integer :: j
-
-      trouble = trouble_none
-      associate (contact => mechanism%contacts(index), &
-         a => mechanism%pose(mechanism%contacts(index)%a), &
-         b => mechanism%pose(mechanism%contacts(index)%b))
-         link%contact = index
-         link%body(1) = contact%a
-         link%body(2) = contact%b
-         call contact%find_gap(a, b, gap)
-         if (contact%track%lost) then
-            trouble = search_trouble(contact%track)
-            return
-         end if
-         call contact%locate(a, b, gap, link%at)
-         call contact%follow(link%at, trouble)
-         if (trouble /= trouble_none) return
-         link%inverse_mass = 0.0_wp
-         inverse_inertia = 0.0_wp
-         do j = 1, 2
-            if (link%body(j) == 0) cycle
-            associate (body => mechanism%bodies(link%body(j)))
-               if (body%motion /= motion_free) cycle
-               link%inverse_mass(j) = 1.0_wp/body%mass
-               inverse_inertia(:, j) = 1.0_wp/body%inertia
-            end associate
-         end do
-         link%resolution = mechanism%resolution%of(a, b, link%at%point)
-         call set_kinematics(link, contact%law, contact%track, a, b, inverse_inertia)
-         link%free = link%bias
-         do j = 1, 2
-            if (link%body(j) == 0) cycle
-            ! Copies: gfortran takes memory for the product with a part of an assumed-shape array.
-            acceleration = spin_of(rate, link%body(j))
-            turned = matmul(mechanism%pose(link%body(j))%rotation, acceleration)
-            acceleration = velocity_of(rate, link%body(j)) + cross(turned, link%arm(:, j))
-            link%free = link%free + merge(-1.0_wp, 1.0_wp, j == 1) &
-               *dot_product(link%at%normal, acceleration)
-         end do
-         ! The gap returns within about a radian of the motion, which steps resolve anyway.
-         link%pace = dot_product(a%spin, a%spin) + dot_product(b%spin, b%spin) &
-            + (link%motion(1)**2 + link%motion(2)**2)*(2.0_wp*link%at%curvature_b)**2 &
-            + abs(link%free)*2.0_wp*link%at%curvature_b
-         link%stabilisation = 2.0_wp*sqrt(link%pace)*link%rate + link%pace*link%at%gap
-      end associate
-   end subroutine find_link
 
    !> Normal forces of the closed rigid contacts by Newton's method.
    subroutine find_forces(self, mechanism, index, trouble)
@@ -685,300 +548,5 @@ contains
          end if
       end do
    end subroutine invert
-
-   !> Rows of a symmetric positive semidefinite matrix with a unit diagonal that are independent, by
-   !> Cholesky's method with pivots: the columns of a factor that spans them.
-   pure subroutine independent_rows(n, matrix, factor, rank)
-      !> Number of rows.
-      integer, intent(in) :: n
-      real(wp), intent(in) :: matrix(:, :)
-      !> The factor, n rows and as many columns as the rank.
-      real(wp), intent(inout) :: factor(:, :)
-      !> Number of independent rows.
-      integer, intent(out) :: rank
-      real(wp) :: left, most
-      integer :: i, j, pivot
-
-      rank = 0
-      do
-         pivot = 0
-         most = dependent
-         do i = 1, n
-            left = matrix(i, i)
-            do j = 1, rank
-               left = left - factor(i, j)**2
-            end do
-            if (left <= most) cycle
-            pivot = i
-            most = left
-         end do
-         if (pivot == 0 .or. rank == n) return
-         do i = 1, n
-            left = matrix(i, pivot)
-            do j = 1, rank
-               left = left - factor(i, j)*factor(pivot, j)
-            end do
-            factor(i, rank + 1) = left/sqrt(most)
-         end do
-         rank = rank + 1
-      end do
-   end subroutine independent_rows
-
-   !> Second derivative of the gap of one contact by a unit normal force at another one [1/kg].
-   pure function normal_response(self, other) result(acceleration)
-      !> The contact.
-      type(link_type), intent(in) :: self
-      !> Where the force acts.
-      type(link_type), intent(in) :: other
-      real(wp) :: acceleration
-      real(wp) :: unit(6)
-
-      unit(1:3) = other%at%normal
-      unit(4:6) = 0.0_wp
-      acceleration = response(self, other, unit)
-   end function normal_response
-
-   !> Angular acceleration of a body by a torque, without gyroscopic terms [rad/s2].
-   pure function turned_by(torque, inverse_inertia, pose) result(rate)
-      !> Torque about the centre of mass [N m], inertial frame.
-      real(wp), intent(in) :: torque(3)
-      !> Inverse principal moments of inertia [1/(kg m2)]; 0 for a body that does not yield.
-      real(wp), intent(in) :: inverse_inertia(3)
-      !> Pose of the body.
-      type(pose_type), intent(in) :: pose
-      real(wp) :: rate(3)
-      real(wp) :: moment(3)
-
-      moment = matmul(torque, pose%rotation)
-      moment = inverse_inertia*moment
-      rate = matmul(pose%rotation, moment)
-   end function turned_by
-
-   !> Kinematics of a closed contact; `at`, `body`, `inverse_mass` and `resolution` are set.
-   pure subroutine set_kinematics(self, law, track, a, b, inverse_inertia)
-      type(link_type), intent(inout) :: self
-      type(contact_law_type), intent(in) :: law
-      !> Where the surfaces are closest.
-      type(track_type), intent(in) :: track
-      type(pose_type), intent(in) :: a
-      type(pose_type), intent(in) :: b
-      !> Inverse principal moments of inertia of A and B [1/(kg m2)].
-      real(wp), intent(in) :: inverse_inertia(3, 2)
-      type(contact_variation_type) :: variation
-      real(wp) :: velocity(3), twist(6), point_rate(3), normal_rate(3)
-
-      associate (n => self%at%normal)
-         self%minor = cross(n, self%at%major)
-         self%arm(:, 1) = self%at%point - a%position
-         self%arm(:, 2) = self%at%point - b%position
-         self%tilt(:, 1) = turned_by(cross(self%arm(:, 1), n), inverse_inertia(:, 1), a)
-         self%tilt(:, 2) = turned_by(cross(self%arm(:, 2), n), inverse_inertia(:, 2), b)
-         call relative_motion(a, b, self%at%point, velocity, self%spin)
-         self%motion = [dot_product(velocity, self%at%major), dot_product(velocity, self%minor), &
-            dot_product(self%spin, n)]
-         self%rate = dot_product(velocity, n)
-         call law%geometry%vary(a, b, track, self%at, variation)
-         twist(1:3) = velocity
-         twist(4:6) = self%spin
-         point_rate = matmul(variation%point, twist)
-         point_rate = point_rate + a%velocity + cross(a%spin, self%arm(:, 1))
-         normal_rate = matmul(variation%normal, twist)
-         normal_rate = normal_rate + cross(a%spin, n)
-         self%bias = dot_product(normal_rate, velocity) &
-            + dot_product(n, cross(b%spin, point_rate - b%velocity)) &
-            - dot_product(n, cross(a%spin, point_rate - a%velocity))
-      end associate
-   end subroutine set_kinematics
-
-   !> Wrench of a contact at a normal force, and its derivative.
-   !>
-   !> Below N = 0, where an integrator looks for lift-off, the wrench of a point goes on linearly.
-   pure subroutine set_load(self, contact, normal_force)
-      !> The contact, its kinematics set.
-      type(link_type), intent(inout) :: self
-      type(contact_type), intent(in) :: contact
-      !> Normal force [N].
-      real(wp), intent(in) :: normal_force
-      real(wp) :: root, a, wrench(3), slopes(3, 5), torque(3)
-
-      associate (law => contact%law)
-         self%normal_force = normal_force
-         self%wrench(1:3) = normal_force*self%at%normal
-         self%wrench(4:6) = 0.0_wp
-         self%slope(1:3) = self%at%normal
-         self%slope(4:6) = 0.0_wp
-         root = 0.0_wp
-         if (normal_force > 0.0_wp) root = sqrt(law%normal%approach(normal_force))
-         a = law%normal%axis_a*root
-         if (allocated(law%friction)) then
-            if (contact%states%n == 0) then
-               call law%friction%linearize(law%normal%shape, sliding_type(normal_force, a, &
-                  self%motion(1), self%motion(2), self%motion(3), self%resolution), wrench, &
-                  slopes)
-            else
-               call load_at_states(self, contact, normal_force, wrench, slopes)
-            end if
-            if (normal_force > 0.0_wp) slopes(:, 1) = slopes(:, 1) &
-               + slopes(:, 2)*(a/(3.0_wp*normal_force))
-            self%wrench(1:3) = self%wrench(1:3) + wrench(1)*self%at%major + wrench(2)*self%minor
-            self%wrench(4:6) = wrench(3)*self%at%normal
-            self%slope(1:3) = self%slope(1:3) + slopes(1, 1)*self%at%major + slopes(2, 1)*self%minor
-            self%slope(4:6) = slopes(3, 1)*self%at%normal
-         end if
-         if (.not. allocated(law%rolling)) return
-         if (.not. law%rolling%follows_spot) then
-            torque = law%rolling%torque(1.0_wp, self%at%normal, self%at%major, a, &
-               law%normal%axis_b*root, self%spin)
-            self%slope(4:6) = self%slope(4:6) + torque
-            self%wrench(4:6) = self%wrench(4:6) + normal_force*torque
-         else if (normal_force > 0.0_wp) then
-            ! The lever arm follows the spot.
-            torque = law%rolling%torque(normal_force, self%at%normal, self%at%major, a, &
-               law%normal%axis_b*root, self%spin)
-            self%wrench(4:6) = self%wrench(4:6) + torque
-            self%slope(4:6) = self%slope(4:6) + (4.0_wp/(3.0_wp*normal_force))*torque
-         end if
-      end associate
-   end subroutine set_load
-
-   !> Friction wrench of a contact at the states of its parts, and its derivatives by normal force
-   !> and size of the spot. Below N = 0 it goes on linearly.
-   pure subroutine load_at_states(self, contact, normal_force, wrench, slopes)
-      !> The contact, its kinematics set.
-      type(link_type), intent(in) :: self
-      type(contact_type), intent(in) :: contact
-      !> Normal force [N].
-      real(wp), intent(in) :: normal_force
-      real(wp), intent(out) :: wrench(3)
-      !> Only the derivatives by these two are set.
-      real(wp), intent(out) :: slopes(3, 5)
-      real(wp) :: local(most_states), rates(most_states)
-      real(wp) :: all_slopes(3 + most_states, 5 + most_states)
-
-      local = contact%local_states(self%at)
-      associate (n => contact%states%n_local)
-         call contact%law%friction%vary(contact%law%normal%shape, &
-            slides_of(self, contact, normal_force), local(:n), contact%states%scales, wrench, &
-            rates(:n), all_slopes(:3 + n, :5 + n))
-      end associate
-      slopes = all_slopes(:3, :5)
-      wrench = wrench + min(normal_force, 0.0_wp)*slopes(:, 1)
-   end subroutine load_at_states
-
-   !> What slides at a closed contact.
-   pure function slides_of(self, contact, normal_force) result(slides)
-      type(link_type), intent(in) :: self
-      type(contact_type), intent(in) :: contact
-      !> Normal force [N].
-      real(wp), intent(in) :: normal_force
-      type(sliding_type) :: slides
-      real(wp) :: approach
-
-      approach = 0.0_wp
-      if (normal_force > 0.0_wp) approach = contact%law%normal%approach(normal_force)
-      slides = contact%law%sliding(max(normal_force, 0.0_wp), approach, self%motion, &
-         self%resolution)
-   end function slides_of
-
-   !> Rates of the states of the parts of a closed contact, its normal force known.
-   subroutine set_state_rates(self, contact, a, b)
-      type(link_type), intent(in) :: self
-      type(contact_type), intent(inout) :: contact
-      type(pose_type), intent(in) :: a
-      type(pose_type), intent(in) :: b
-      real(wp) :: wrench(3), local(most_states), rates(most_states)
-
-      local = contact%local_states(self%at)
-      associate (n => contact%states%n_local)
-         call contact%law%friction%evolve(contact%law%normal%shape, &
-            slides_of(self, contact, self%normal_force), local(:n), wrench, rates(:n))
-         call contact%set_rates(a, b, self%at, self%slip() + self%rate*self%at%normal, self%spin, &
-            rates(:n))
-      end associate
-   end subroutine set_state_rates
-
-   !> Second derivative of the gap of one contact by a wrench at another one, or at itself [m/s2].
-   pure function response(self, other, wrench) result(acceleration)
-      type(link_type), intent(in) :: self
-      !> Where the wrench acts.
-      type(link_type), intent(in) :: other
-      !> Force (1:3) and torque (4:6) on body B there [N, N m].
-      real(wp), intent(in) :: wrench(6)
-      real(wp) :: acceleration
-      real(wp) :: part
-      integer :: i, j
-
-      acceleration = 0.0_wp
-      do i = 1, 2
-         if (self%body(i) == 0) cycle
-         do j = 1, 2
-            if (other%body(j) /= self%body(i)) cycle
-            part = self%inverse_mass(i)*dot_product(self%at%normal, wrench(1:3)) &
-               + dot_product(self%tilt(:, i), cross(other%arm(:, j), wrench(1:3)) + wrench(4:6))
-            if (i == j) then
-               acceleration = acceleration + part
-            else
-               acceleration = acceleration - part
-            end if
-         end do
-      end do
-   end function response
-
-   !> Solve a small system of linear equations by elimination with row pivots.
-   pure subroutine solve_linear(n, matrix, right, singular, least)
-      !> Number of unknowns.
-      integer, intent(in) :: n
-      !> The matrix; overwritten.
-      real(wp), intent(inout) :: matrix(:, :)
-      !> Right-hand side; the solution on return.
-      real(wp), intent(inout) :: right(:)
-      !> Whether the matrix is singular to rounding.
-      logical, intent(out) :: singular
-      !> Least pivot over the largest element, if larger than that.
-      real(wp), intent(in), optional :: least
-      real(wp) :: factor, held, smallest
-      integer :: i, j, k, pivot
-
-      if (n == 1) then
-         ! By far the most frequent case.
-         smallest = abs(matrix(1, 1))
-         singular = .not. smallest > 64.0_wp*epsilon(smallest)*smallest
-         if (.not. singular) right(1) = right(1)/matrix(1, 1)
-         return
-      end if
-      singular = .false.
-      smallest = 64.0_wp*epsilon(smallest)*n*maxval(abs(matrix(:n, :n)))
-      if (present(least)) smallest = max(smallest, least*maxval(abs(matrix(:n, :n))))
-      do k = 1, n
-         pivot = k - 1 + maxloc(abs(matrix(k:n, k)), dim=1)
-         if (.not. abs(matrix(pivot, k)) > smallest) then
-            singular = .true.
-            return
-         end if
-         if (pivot /= k) then
-            do j = k, n
-               held = matrix(k, j)
-               matrix(k, j) = matrix(pivot, j)
-               matrix(pivot, j) = held
-            end do
-            held = right(k)
-            right(k) = right(pivot)
-            right(pivot) = held
-         end if
-         do i = k + 1, n
-            factor = matrix(i, k)/matrix(k, k)
-            do j = k + 1, n
-               matrix(i, j) = matrix(i, j) - factor*matrix(k, j)
-            end do
-            right(i) = right(i) - factor*right(k)
-         end do
-      end do
-      do k = n, 1, -1
-         do j = k + 1, n
-            right(k) = right(k) - matrix(k, j)*right(j)
-         end do
-         right(k) = right(k)/matrix(k, k)
-      end do
-   end subroutine solve_linear
 
 end module contensou_dynamics_constraints

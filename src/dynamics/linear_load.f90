@@ -15,12 +15,12 @@ module contensou_dynamics_linear_load
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : quaternion_from_axis_angle, rotation_matrix
    use contensou_base_vectors, only : cross
-   use contensou_contact_geometry, only : contact_point_type, contact_variation_type, &
-      pose_type, track_type, trouble_none
+   use contensou_contact_geometry, only : contact_point_type, contact_variation_type, pose_type, &
+      track_type, trouble_none
    use contensou_contact_law, only : contact_law_type
    use contensou_contact_normal, only : normal_type
    use contensou_contact_states, only : most_numbers, most_states
-   use contensou_dynamics_constraints, only : link_type, set_kinematics
+   use contensou_dynamics_links, only : link_type, set_kinematics
    use contensou_dynamics_mechanism, only : contact_type, relative_motion, resolution_type
    implicit none(type, external)
    private

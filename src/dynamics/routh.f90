@@ -15,7 +15,7 @@ module contensou_dynamics_routh
    use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_geometry, only : trouble_jammed, trouble_none
    use contensou_contact_law, only : contact_law_type
-   use contensou_dynamics_constraints, only : solve_linear
+   use contensou_special_elimination, only : solve_linear
    implicit none(type, external)
    private
 

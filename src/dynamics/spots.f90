@@ -9,8 +9,8 @@ module contensou_dynamics_spots
    use contensou_base_kinds, only : wp
    use contensou_contact_geometry, only : place_closest, place_none, place_own, same_place, &
       track_type, trouble_merged, trouble_none, trouble_spots, trouble_sudden
-   use contensou_dynamics_impact, only : sunk
    use contensou_dynamics_mechanism, only : contact_type, mechanism_type
+   use contensou_dynamics_rests, only : sunk
    implicit none(type, external)
    private
 

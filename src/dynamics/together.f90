@@ -18,7 +18,7 @@ module contensou_dynamics_together
    use contensou_base_kinds, only : wp
    use contensou_base_vectors, only : cross
    use contensou_contact_geometry, only : trouble_none, trouble_squeezed, trouble_unsettled
-   use contensou_dynamics_constraints, only : link_type, turned_by
+   use contensou_dynamics_links, only : link_type, turned_by
    use contensou_dynamics_mechanism, only : contact_type, mechanism_type
    use contensou_dynamics_routh, only : impact_type, smallest_velocity, solve_stage
    use contensou_dynamics_scene, only : motion_free

@@ -7,15 +7,15 @@ module contensou_integrate_march
    use contensou_base_numbers, only : power_text
    use contensou_contact_geometry, only : contact_point_type, track_type, trouble_conforming, &
       trouble_far, trouble_none, trouble_pulls, trouble_sudden, trouble_unseen
-   use contensou_dynamics_impact, only : agree, check_contacts, open_contact, resolve_contacts, &
-      set_thresholds, slow_rate, sunk, touching_gap
+   use contensou_dynamics_impact, only : slow_rate
    use contensou_dynamics_mechanism, only : contact_motion_type
    use contensou_dynamics_reports, only : energy_type, find_energy
+   use contensou_dynamics_rests, only : agree, check_contacts, open_contact, resolve_contacts, &
+      set_thresholds, sunk, touching_gap
    use contensou_dynamics_scene, only : stop_spec_type
    use contensou_dynamics_spots, only : assign_spots, change_spots, take_back_spots
    use contensou_dynamics_state, only : position_of
-   use contensou_integrate_choice, only : choice_type, choose_method, &
-      explicit_reach
+   use contensou_integrate_choice, only : choice_type, choose_method, explicit_reach
    use contensou_integrate_cvode, only : cvode_type
    use contensou_integrate_explicit8, only : explicit8_type
    use contensou_integrate_integrator, only : integrator_type, statistics_type

@@ -6,10 +6,10 @@ module contensou_integrate_motion
       against_velocity, state_type
    use contensou_dynamics_assembly, only : contact_time
    use contensou_dynamics_equations, only : system_type
-   use contensou_dynamics_impact, only : sunk
    use contensou_dynamics_jacobian, only : is_available, jacobian_type
    use contensou_dynamics_mechanism, only : contact_motion_type
    use contensou_dynamics_reports, only : energies
+   use contensou_dynamics_rests, only : sunk
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_state, only : body_size, position_of, put_body, spin_of, velocity_of
    use contensou_integrate_problem, only : problem_type

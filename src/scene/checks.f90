@@ -16,7 +16,7 @@ module contensou_scene_checks
    use contensou_dynamics_assembly, only : contact_length, initial_pose, &
       largest_relative_approach, place_spots
    use contensou_dynamics_equations, only : system_type
-   use contensou_dynamics_impact, only : touching_gap
+   use contensou_dynamics_rests, only : touching_gap
    use contensou_dynamics_mechanism, only : contact_type
    use contensou_dynamics_scene, only : contact_spec_type, motion_spindle, moves_freely, scene_type
    use contensou_scene_remedies, only : remedy

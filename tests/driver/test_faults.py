@@ -28,7 +28,7 @@ FAULTS = {
         "precedes = difference > 0.0_wp",
     ),
     "supports that depend on each other": (
-        "dynamics/constraints.f90",
+        "special/elimination.f90",
         "left = left - factor(i, j)*factor(pivot, j)",
         "left = left + factor(i, j)*factor(pivot, j)",
     ),

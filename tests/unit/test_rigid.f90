@@ -3,18 +3,17 @@
 module test_rigid
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
-   use contensou_contact_damping_coefficient, only : hunt_crossley_number, &
-      hunt_crossley_restitution
+   use contensou_contact_damping_coefficient, only : hunt_crossley_number, hunt_crossley_restitution
    use contensou_contact_geometry, only : trouble_none
    use contensou_contact_normal, only : normal_rigid
    use contensou_contact_shapes_ellipsoid, only : ellipsoid_type
-   use contensou_dynamics_impact, only : resolve_contacts
-   use contensou_dynamics_constraints, only : independent_rows, solve_linear
-   use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_reports, only : begin_report, contact_report_type, energies, momenta, &
       report_contact
+   use contensou_dynamics_rests, only : resolve_contacts
+   use contensou_dynamics_scene, only : scene_type
    use contensou_integrate_motion, only : motion_type
    use contensou_special_complementarity, only : solve_complementarity
+   use contensou_special_elimination, only : independent_rows, solve_linear
    use contensou_study_quantity, only : moment_type
    use test_harness, only : check, check_close, check_relative, random_type, worst_type
    use test_scenes, only : ball, friction_index, random_touch, rolling_index, set_motion, two_bodies

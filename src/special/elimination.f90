@@ -1,0 +1,110 @@
+!> Small systems of linear equations, and which rows of a matrix are independent.
+module contensou_special_elimination
+   use contensou_base_kinds, only : wp
+   implicit none(type, external)
+   private
+
+   public :: solve_linear, independent_rows
+
+   !> Square of the distance of a row of a unit length from those before it, below which it counts
+   !> as dependent on them.
+   real(wp), parameter :: dependent = 1.0e-9_wp
+
+contains
+
+   !> Solve a small system of linear equations by elimination with row pivots.
+   pure subroutine solve_linear(n, matrix, right, singular, least)
+      !> Number of unknowns.
+      integer, intent(in) :: n
+      !> The matrix; overwritten.
+      real(wp), intent(inout) :: matrix(:, :)
+      !> Right-hand side; the solution on return.
+      real(wp), intent(inout) :: right(:)
+      !> Whether the matrix is singular to rounding.
+      logical, intent(out) :: singular
+      !> Least pivot over the largest element, if larger than that.
+      real(wp), intent(in), optional :: least
+      real(wp) :: factor, held, smallest
+      integer :: i, j, k, pivot
+
+      if (n == 1) then
+         ! By far the most frequent case.
+         smallest = abs(matrix(1, 1))
+         singular = .not. smallest > 64.0_wp*epsilon(smallest)*smallest
+         if (.not. singular) right(1) = right(1)/matrix(1, 1)
+         return
+      end if
+      singular = .false.
+      smallest = 64.0_wp*epsilon(smallest)*n*maxval(abs(matrix(:n, :n)))
+      if (present(least)) smallest = max(smallest, least*maxval(abs(matrix(:n, :n))))
+      do k = 1, n
+         pivot = k - 1 + maxloc(abs(matrix(k:n, k)), dim=1)
+         if (.not. abs(matrix(pivot, k)) > smallest) then
+            singular = .true.
+            return
+         end if
+         if (pivot /= k) then
+            do j = k, n
+               held = matrix(k, j)
+               matrix(k, j) = matrix(pivot, j)
+               matrix(pivot, j) = held
+            end do
+            held = right(k)
+            right(k) = right(pivot)
+            right(pivot) = held
+         end if
+         do i = k + 1, n
+            factor = matrix(i, k)/matrix(k, k)
+            do j = k + 1, n
+               matrix(i, j) = matrix(i, j) - factor*matrix(k, j)
+            end do
+            right(i) = right(i) - factor*right(k)
+         end do
+      end do
+      do k = n, 1, -1
+         do j = k + 1, n
+            right(k) = right(k) - matrix(k, j)*right(j)
+         end do
+         right(k) = right(k)/matrix(k, k)
+      end do
+   end subroutine solve_linear
+
+   !> Rows of a symmetric positive semidefinite matrix with a unit diagonal that are independent, by
+   !> Cholesky's method with pivots: the columns of a factor that spans them.
+   pure subroutine independent_rows(n, matrix, factor, rank)
+      !> Number of rows.
+      integer, intent(in) :: n
+      real(wp), intent(in) :: matrix(:, :)
+      !> The factor, n rows and as many columns as the rank.
+      real(wp), intent(inout) :: factor(:, :)
+      !> Number of independent rows.
+      integer, intent(out) :: rank
+      real(wp) :: left, most
+      integer :: i, j, pivot
+
+      rank = 0
+      do
+         pivot = 0
+         most = dependent
+         do i = 1, n
+            left = matrix(i, i)
+            do j = 1, rank
+               left = left - factor(i, j)**2
+            end do
+            if (left <= most) cycle
+            pivot = i
+            most = left
+         end do
+         if (pivot == 0 .or. rank == n) return
+         do i = 1, n
+            left = matrix(i, pivot)
+            do j = 1, rank
+               left = left - factor(i, j)*factor(pivot, j)
+            end do
+            factor(i, rank + 1) = left/sqrt(most)
+         end do
+         rank = rank + 1
+      end do
+   end subroutine independent_rows
+
+end module contensou_special_elimination

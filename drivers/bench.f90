@@ -4,9 +4,8 @@ module contensou_drivers_bench
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : wp
    use contensou_base_numbers, only : to_text
-   use contensou_base_operating_system, only : check_writable, file_exists, is_terminal, &
-      longest_temporary, remove_file, rename_file, temporary_name, write_stdout
-   use contensou_base_output_path, only : check_output_path, what_helps
+   use contensou_base_operating_system, only : is_terminal, remove_file, rename_file, &
+      temporary_name, write_stdout
    use contensou_base_text, only : did_you_mean, lower, quote, string_type
    use contensou_drivers_bench_baselines, only : boost_version
    use contensou_drivers_bench_errors, only : check_errors
@@ -14,12 +13,13 @@ module contensou_drivers_bench
    use contensou_drivers_bench_suite, only : new_suite, suite_type
    use contensou_drivers_bench_times, only : measure_times
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type
+   use contensou_drivers_output, only : check_output, write_text
    use contensou_drivers_progress, only : progress_type
    use contensou_files_hdf5_file, only : hdf5_file_type
    implicit none(type, external)
    private
 
-   public :: bench_command, check_output, write_text
+   public :: bench_command
 
    type(option_type), parameter :: options(*) = [ &
       option_type("kernels", "", "what is measured", needs="a benchmark"), &
@@ -116,22 +116,6 @@ contains
       end if
    end function base_name
 
-   !> See that a file can be written and that nothing is lost by it.
-   subroutine check_output(name, inputs, force, error)
-      character(len=*), intent(in) :: name
-      !> Names of the files that are read.
-      type(string_type), intent(in) :: inputs(:)
-      !> Whether it may replace an existing one.
-      logical, intent(in) :: force
-      !> Set when it is not to be written.
-      type(error_type), allocatable, intent(out) :: error
-
-      call check_output_path(name, "output file", inputs, [longest_temporary], force, error)
-      if (.not. allocated(error)) call check_writable(name, "output file", error)
-      if (allocated(error) .or. force) return
-      if (file_exists(name)) call fatal(error, name // " exists" // what_helps(name), status_file)
-   end subroutine check_output
-
    !> Write NAME.csv and NAME.h5, each under a temporary name that it loses when both are complete.
    subroutine write_files(suite, name, rounds, force, error)
       type(suite_type), intent(in) :: suite
@@ -161,29 +145,5 @@ contains
          if (ours) call remove_file(h5, ignored)
       end if
    end subroutine write_files
-
-   !> Write a text file.
-   subroutine write_text(name, text, error)
-      character(len=*), intent(in) :: name
-      character(len=*), intent(in) :: text
-      type(error_type), allocatable, intent(out) :: error
-      character(len=200) :: message
-      integer :: unit, stat
-
-      open(newunit=unit, file=name, access="stream", form="unformatted", action="write", &
-         status="replace", iostat=stat, iomsg=message)
-      if (stat == 0) then
-         write(unit, iostat=stat, iomsg=message) text
-         ! A full disk may show only now.
-         if (stat == 0) flush(unit, iostat=stat, iomsg=message)
-         if (stat == 0) then
-            close(unit, iostat=stat, iomsg=message)
-         else
-            close(unit)
-         end if
-      end if
-      if (stat /= 0) call fatal(error, "cannot write " // name // ": " // trim(message), &
-         status_file)
-   end subroutine write_text
 
 end module contensou_drivers_bench

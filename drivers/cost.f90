@@ -8,9 +8,9 @@ module contensou_drivers_cost
    use contensou_base_operating_system, only : catch_signals, remove_file, rename_file, &
       same_file, signal_received, temporary_name, write_stdout
    use contensou_base_text, only : command_text, right, string_type
-   use contensou_drivers_bench, only : check_output, write_text
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
       strict_option, takes_positive
+   use contensou_drivers_output, only : check_output, write_text
    use contensou_drivers_progress, only : progress_type
    use contensou_files_cost_table, only : csv_text, write_hdf5
    use contensou_files_hdf5_file, only : hdf5_file_type

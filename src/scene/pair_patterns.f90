@@ -8,13 +8,14 @@ module contensou_scene_pair_patterns
    use contensou_base_resolve, only : resolve
    use contensou_base_schema, only : schema_type
    use contensou_base_settings, only : group_settings_type, settings_type
+   use contensou_base_patterns, only : matches_pattern
    use contensou_base_text, only : lower, nearest, quote, string_type
    use contensou_dynamics_scene, only : motion_names, moves_freely
    use contensou_scene_overrides, only : name_of, text_of
    implicit none(type, external)
    private
 
-   public :: expand_pairs, pairs_group, matches
+   public :: expand_pairs, pairs_group
 
    character(len=*), parameter :: pairs_group = "contacts"
 
@@ -232,7 +233,7 @@ contains
          if (pattern == "") return
          found = .false.
          do s = 1, size(chosen)
-            if (.not. matches(pattern, lower(surfaces%names(s)%s))) cycle
+            if (.not. matches_pattern(pattern, lower(surfaces%names(s)%s))) cycle
             chosen(s) = .true.
             found = .true.
          end do
@@ -265,39 +266,6 @@ contains
       list%n = list%n + 1
       list%pairs(:, list%n) = pair
    end subroutine append
-
-   !> Whether a name matches a pattern, in which `*` stands for any characters and `?` for one.
-   pure logical function matches(pattern, name)
-      character(len=*), intent(in) :: pattern
-      character(len=*), intent(in) :: name
-      integer :: i, j, star, mark
-
-      ! The star that was met last takes one more character whenever what follows it fails.
-      i = 1
-      j = 1
-      star = 0
-      mark = 0
-      matches = .false.
-      do while (j <= len(name))
-         if (i <= len(pattern)) then
-            if (pattern(i:i) == "*") then
-               star = i
-               mark = j
-               i = i + 1
-               cycle
-            else if (pattern(i:i) == "?" .or. pattern(i:i) == name(j:j)) then
-               i = i + 1
-               j = j + 1
-               cycle
-            end if
-         end if
-         if (star == 0) return
-         mark = mark + 1
-         j = mark
-         i = star + 1
-      end do
-      matches = verify(pattern(min(i, len(pattern) + 1):), "*") == 0
-   end function matches
 
    !> A contact of a pair.
    subroutine make_contact(group, first, second, contact)

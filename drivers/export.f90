@@ -1,0 +1,168 @@
+!> `contensou export`: an output file in another format.
+module contensou_drivers_export
+   use contensou_base_errors, only : error_type, fatal, status_usage
+   use contensou_base_kinds, only : i8
+   use contensou_base_numbers, only : counted
+   use contensou_base_operating_system, only : write_stderr, write_stdout
+   use contensou_base_text, only : did_you_mean, join, quote, string_type, strings
+   use contensou_drivers_command_line, only : command_line_type, command_type, option_type
+   use contensou_drivers_output, only : output_type
+   use contensou_files_columns, only : tables_type
+   implicit none(type, external)
+   private
+
+   public :: export_command
+
+   type(option_type), parameter :: options(*) = [ &
+      option_type("FILE.h5", "", "output file of a run, a sweep or a cost study", needs="a file"), &
+      option_type("--to", "FORMAT", "csv: comma-separated values, a line for each row", &
+      needs="a format"), &
+      option_type("--csv", "", "the same as --to csv"), &
+      option_type("--output", "FILE", "file to write; the terminal if not given", "-o", &
+      "the name of a file"), &
+      option_type("--columns", "NAMES", "columns, separated by commas, in their order; names " // &
+      "of data sets or columns, * for any characters, ? for one; default all", "-c", &
+      "names of columns", repeats=.true.), &
+      option_type("--list", "", "list the columns, their units and meanings instead"), &
+      option_type("--force", "", "replace an existing file")]
+
+   !> Formats that can be written; the ending of a file is the same.
+   character(len=*), parameter :: formats(*) = ["csv"]
+
+   !> What the user asks for, in the words of the options.
+   type :: export_config_type
+      character(len=:), allocatable :: file, format, output
+      !> Words of `--columns`.
+      type(string_type), allocatable :: columns(:)
+      logical :: list = .false., force = .false.
+   end type export_config_type
+
+   character(len=*), parameter :: nl = new_line("a")
+
+contains
+
+   !> `contensou export` in the table of commands.
+   function export_command() result(command)
+      type(command_type) :: command
+
+      command = command_type("export", "write an output file in another format", options, &
+         "writes columns of an output file: the trajectory of a run, the cases of a sweep or " // &
+         "the runs of a cost study; numbers read back to the same bits", &
+         "contensou export ball.h5 --csv --columns time,position,gap_ball_floor -o ball.csv" // &
+         nl // "contensou export ball.h5 --csv --columns 'events/*'", execute=export)
+   end function export_command
+
+   !> Write a file in another format.
+   subroutine export(line, error)
+      type(command_line_type), intent(in) :: line
+      type(error_type), allocatable, intent(out) :: error
+      type(export_config_type) :: config
+      type(tables_type) :: tables
+
+      call configure(line, config, error)
+      if (allocated(error)) return
+      call tables%open(config%file, error)
+      if (allocated(error)) return
+      if (config%list) then
+         call write_stdout(tables%list(), error)
+      else
+         call write_csv(config, tables, error)
+      end if
+      call tables%close()
+   end subroutine export
+
+   !> Take what the user asks for.
+   subroutine configure(line, config, error)
+      type(command_line_type), intent(in) :: line
+      type(export_config_type), intent(out) :: config
+      !> Set when that is no format, or none at all.
+      type(error_type), allocatable, intent(out) :: error
+      integer :: dot
+
+      config%file = line%text("FILE.h5")
+      config%output = line%text("--output")
+      config%list = line%has("--list")
+      config%force = line%has("--force")
+      call split_at_commas(line%texts("--columns"), config%columns)
+      config%format = line%text("--to")
+      if (config%format == "" .and. line%has("--csv")) config%format = "csv"
+      if (config%format == "") then
+         ! The name of the file tells it, if it can.
+         dot = index(config%output, ".", back=.true.)
+         if (dot > 0) config%format = config%output(dot + 1:)
+         if (all(formats /= config%format)) config%format = ""
+      end if
+      if (line%has("--columns") .and. size(config%columns) == 0) then
+         call fatal(error, "--columns needs names of columns", status_usage)
+         return
+      end if
+      if (config%list) return
+      if (config%format == "") then
+         call fatal(error, "export needs a format: --to " // &
+            join(strings(formats), ", --to "), status_usage)
+      else if (all(formats /= config%format)) then
+         call fatal(error, "unknown format " // quote(config%format) // &
+            did_you_mean(config%format, formats, "expected " // join(strings(formats), " or ")), &
+            status_usage)
+      else if (line%has("--csv") .and. config%format /= "csv") then
+         call fatal(error, "--csv and --to " // config%format // " are two formats", status_usage)
+      end if
+   end subroutine configure
+
+   !> The words between commas, without blanks around them.
+   subroutine split_at_commas(texts, words)
+      type(string_type), intent(in) :: texts(:)
+      type(string_type), allocatable, intent(out) :: words(:)
+      character(len=:), allocatable :: rest
+      integer :: comma, i, n
+
+      n = 0
+      do i = 1, size(texts)
+         n = n + count(transfer(texts(i)%s, ["a"]) == ",") + 1
+      end do
+      allocate(words(n))
+      n = 0
+      do i = 1, size(texts)
+         rest = texts(i)%s // ","
+         do while (rest /= "")
+            comma = index(rest, ",")
+            if (rest(:comma - 1) /= "") then
+               n = n + 1
+               words(n)%s = trim(adjustl(rest(:comma - 1)))
+            end if
+            rest = rest(comma + 1:)
+         end do
+      end do
+      words = words(:n)
+   end subroutine split_at_commas
+
+   !> Write columns as comma-separated values.
+   subroutine write_csv(config, tables, error)
+      type(export_config_type), intent(in) :: config
+      type(tables_type), intent(inout) :: tables
+      type(error_type), allocatable, intent(out) :: error
+      type(output_type) :: output
+      type(string_type) :: inputs(1)
+      character(len=:), allocatable :: text
+      integer, allocatable :: chosen(:)
+      integer(i8) :: first, last
+
+      inputs(1)%s = config%file
+      call tables%choose(config%columns, chosen, error)
+      if (.not. allocated(error)) call tables%rows(chosen, last, error)
+      if (.not. allocated(error)) call output%open(config%output, inputs, config%force, error)
+      if (allocated(error)) return
+      if (all(tables%status /= [character(len=8) :: "", "complete"])) call write_stderr( &
+         "warning: " // config%file // " is not complete (" // tables%status // "); " // &
+         counted(last, "row") // nl)
+      call output%write(tables%header(chosen), error)
+      first = 1
+      do while (first <= last .and. .not. allocated(error))
+         call tables%lines(chosen, first, last, text, error)
+         if (.not. allocated(error)) call output%write(text, error)
+      end do
+      if (.not. allocated(error)) call output%finish(error)
+      call output%abandon()
+   end subroutine write_csv
+
+end module contensou_drivers_export

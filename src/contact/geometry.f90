@@ -135,6 +135,9 @@ module contensou_contact_geometry
       integer :: ordering = 1
       !> Length of the order of the surfaces where there may be more than one [m].
       real(wp) :: length = 0.0_wp
+      !> Largest curvature of what meets a surface that is concave somewhere [1/m]; 0 if both are
+      !> convex.
+      real(wp) :: into_hollow = 0.0_wp
    contains
       !> Gap alone.
       procedure(gap_interface), deferred :: gap

@@ -23,6 +23,9 @@ module contensou_contact_surface_pair
    !> Smallest part of its radius that a convex surface keeps as a scale in a concave one.
    real(wp), parameter :: least_part = 0.01_wp
 
+   !> Curvature of a tip [1/m].
+   real(wp), parameter :: unbounded = 1.0e100_wp
+
    !> Spots where no smaller number is known: more than that have to be told from a line.
    integer, parameter :: most_spots = 4
 
@@ -122,8 +125,25 @@ contains
          self%form_other = k_a(1)*[1.0_wp, 0.0_wp, 1.0_wp]
          if (merge(b%inside, a%inside, base_first)) self%form_other = -self%form_other
       end if
+      self%into_hollow = max(meeting(a, b), meeting(b, a))
 
    contains
+
+      !> Largest curvature of what meets a surface [1/m]; 0 if that is convex, or only its hull is
+      !> met, as by a plane.
+      pure real(wp) function meeting(hollow, other)
+         type(surface_type), intent(in) :: hollow
+         type(surface_type), intent(in) :: other
+         type(shape_info_type) :: info
+
+         meeting = 0.0_wp
+         info = hollow%shape%info()
+         if (.not. hollow%inside .and. (info%convex .or. self%share < 0.5_wp .or. &
+            self%share > 0.5_wp)) return
+         meeting = unbounded
+         if (other%shape%smallest_radius() < huge(meeting)) meeting = &
+            1.0_wp/other%shape%smallest_radius()
+      end function meeting
 
       !> Whether a surface is a plane.
       pure logical function is_flat(even, k)

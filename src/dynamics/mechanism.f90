@@ -21,8 +21,11 @@ module contensou_dynamics_mechanism
    implicit none(type, external)
    private
 
-   public :: mechanism_type, body_type, contact_type, contact_motion_type, resolution_type
+   public :: mechanism_type, body_type, contact_type, contact_motion_type, gap_type, resolution_type
    public :: relative_motion, slip_velocity
+
+   !> Sharpness of a gap where the surfaces conform, over the curvature [-].
+   real(wp), parameter :: unbounded = 1.0e100_wp
 
    !> Inertia of a rigid body, and what drives it.
    type :: body_type
@@ -108,6 +111,21 @@ module contensou_dynamics_mechanism
       !> Angular velocity of B against A [rad/s].
       real(wp) :: spin(3)
    end type contact_motion_type
+
+   !> Gap of a contact at an instant, and bounds of how it can go on.
+   type :: gap_type
+      !> Gap [m].
+      real(wp) :: value = 0.0_wp
+      !> Its rate [m/s].
+      real(wp) :: rate = 0.0_wp
+      !> Bound of the second derivative that the turning of the bodies makes [m/s2].
+      real(wp) :: bend = 0.0_wp
+      !> Where a surface is concave, bound of the rate [m/s]; else 0.
+      real(wp) :: speed = 0.0_wp
+      !> Bound of how strongly the gap bends down there, over the square of the speed [1/m]. Within
+      !> half the inverse of that it cannot be more than twice as strong.
+      real(wp) :: sharpness = 0.0_wp
+   end type gap_type
 
    !> What an integrator resolves of the velocities at a contact.
    type :: resolution_type
@@ -539,39 +557,44 @@ contains
       end do
    end subroutine gap_rates
 
-   !> Gap of a contact, how it changes, and how fast the turning of its bodies can bend it, at the
-   !> poses that are set.
-   subroutine gap_motion(self, index, gap, rate, bend)
+   !> Gap of a contact and how it changes at the poses that are set.
+   subroutine gap_motion(self, index, gap)
       !> The mechanism; the track of the contact is changed.
       class(mechanism_type), intent(inout) :: self
       integer, intent(in) :: index
-      !> Gap, negative for overlap [m].
-      real(wp), intent(out) :: gap
-      !> Its rate [m/s].
-      real(wp), intent(out) :: rate
-      !> Bound of the second derivative that the turning makes [m/s2].
-      real(wp), intent(out) :: bend
+      type(gap_type), intent(out) :: gap
       type(contact_motion_type) :: now
+      real(wp) :: k, s
 
       call self%observe(index, now)
-      gap = now%at%gap
-      rate = dot_product(now%velocity, now%at%normal)
-      ! The point of a surface that touches is as far from the centre of mass all the way, within a
-      ! factor of two.
-      bend = 0.0_wp
-      if (self%contacts(index)%a > 0) call add_bend(self%pose(self%contacts(index)%a))
-      if (self%contacts(index)%b > 0) call add_bend(self%pose(self%contacts(index)%b))
+      gap%value = now%at%gap
+      gap%rate = dot_product(now%velocity, now%at%normal)
+      k = self%contacts(index)%law%geometry%into_hollow
+      associate (a => self%contacts(index)%a, b => self%contacts(index)%b)
+         if (a > 0) call add_turning(self%pose(a))
+         if (b > 0) call add_turning(self%pose(b))
+         if (.not. k > 0.0_wp) return
+         gap%speed = gap%speed + norm2(self%pose(a)%velocity - self%pose(b)%velocity)
+      end associate
+      ! The smallest relative curvature where what meets the hollow is larger by the gap.
+      s = max(gap%value, 0.0_wp)
+      s = 2.0_wp*now%at%curvature_a - s*k/(1.0_wp + s*k)*k
+      gap%sharpness = k*unbounded
+      if (s > k/unbounded) gap%sharpness = k*k/s
 
    contains
 
-      !> Add what the turning of a body makes.
-      subroutine add_bend(pose)
+      !> Add what the turning of a body makes. The point that touches is as far from its centre of
+      !> mass all the way, within a factor of two.
+      subroutine add_turning(pose)
          type(pose_type), intent(in) :: pose
-         real(wp) :: arm(3)
+         real(wp) :: arm(3), length
 
          arm = now%at%point - pose%position
-         bend = bend + 2.0_wp*dot_product(pose%spin, pose%spin)*sqrt(dot_product(arm, arm))
-      end subroutine add_bend
+         length = 2.0_wp*sqrt(dot_product(arm, arm))
+         gap%bend = gap%bend + dot_product(pose%spin, pose%spin)*length
+         if (k > 0.0_wp) gap%speed = gap%speed + norm2(pose%spin)*length
+      end subroutine add_turning
 
    end subroutine gap_motion
 

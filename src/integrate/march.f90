@@ -8,7 +8,7 @@ module contensou_integrate_march
    use contensou_contact_geometry, only : contact_point_type, track_type, trouble_conforming, &
       trouble_far, trouble_none, trouble_pulls, trouble_sudden, trouble_unseen
    use contensou_dynamics_impact, only : slow_rate
-   use contensou_dynamics_mechanism, only : contact_motion_type
+   use contensou_dynamics_mechanism, only : contact_motion_type, gap_type
    use contensou_dynamics_reports, only : energy_type, find_energy
    use contensou_dynamics_rests, only : agree, check_contacts, open_contact, resolve_contacts, &
       set_thresholds, sunk, touching_gap
@@ -135,15 +135,15 @@ module contensou_integrate_march
       procedure :: keep
    end type observer_type
 
-   !> Gap of a contact at an instant.
-   type :: gap_type
-      !> Gap [m].
-      real(wp) :: value = 0.0_wp
-      !> Its rate [m/s].
-      real(wp) :: rate = 0.0_wp
-      !> Bound of the second derivative that the turning of the bodies makes [m/s2].
+   !> Bounds of the gap of an open contact within a step.
+   type :: bounds_type
+      !> How strongly it bends down over convex surfaces [m/s2].
       real(wp) :: bend = 0.0_wp
-   end type gap_type
+      !> Where a surface is concave, of its rate [m/s]; else 0.
+      real(wp) :: speed = 0.0_wp
+      !> Overlap that goes unseen [m].
+      real(wp) :: overlap = 0.0_wp
+   end type bounds_type
 
    !> A march under way: what takes part in it. Where it is stands in its memory.
    type :: march_type
@@ -648,7 +648,7 @@ contains
       associate (system => self%motion%system)
          call system%set_poses(self%memory%y)
          do i = 1, size(self%gap)
-            call system%gap_motion(i, self%gap(i)%value, self%gap(i)%rate, self%gap(i)%bend)
+            call system%gap_motion(i, self%gap(i))
          end do
       end associate
    end subroutine look_at_gaps
@@ -792,57 +792,63 @@ contains
          + max(-self%gap_before(index)%value, 0.0_wp)
    end function unseen
 
-   !> Bound of how strongly the gap of a contact bends down in the step [m/s2].
+   !> Bounds of the gap of a contact in the step.
    !>
-   !> The distance of two convex bodies without spin that move uniformly never does. What spins do
-   !> is bounded; accelerations are smooth, or the step were shorter.
-   pure real(wp) function largest_bend(self, index)
+   !> The distance of two convex bodies without spin that move uniformly never bends down. What
+   !> spins do is bounded; accelerations are smooth, or the step were shorter.
+   pure type(bounds_type) function bounds_of(self, index) result(bounds)
       type(march_type), intent(in) :: self
       !> Contact.
       integer, intent(in) :: index
 
       associate (now => self%gap(index), before => self%gap_before(index))
-         largest_bend = 3.0_wp*abs(now%rate - before%rate)/(self%memory%t - self%t_before) &
+         bounds%bend = 3.0_wp*abs(now%rate - before%rate)/(self%memory%t - self%t_before) &
             + max(now%bend, before%bend)
+         bounds%speed = max(now%speed, before%speed)
+         bounds%overlap = unseen(self, index)
       end associate
-   end function largest_bend
+   end function bounds_of
 
    !> Time for which a gap cannot fall below an overlap that goes unseen [s].
-   pure real(wp) function reach(gap, rate, bend, limit)
-      !> Gap [m].
-      real(wp), intent(in) :: gap
+   !>
+   !> Over a hollow the gap bends down the more, the nearer the surfaces are to conforming: what is
+   !> known here holds for as long only as that cannot have doubled. But no gap falls faster than
+   !> the bodies move.
+   pure real(wp) function reach(gap, rate, bounds)
+      !> The gap here.
+      type(gap_type), intent(in) :: gap
       !> Its rate away from here [m/s].
       real(wp), intent(in) :: rate
-      !> Bound of how strongly it bends down [m/s2].
-      real(wp), intent(in) :: bend
-      !> The overlap [m].
-      real(wp), intent(in) :: limit
-      real(wp) :: root
+      type(bounds_type), intent(in) :: bounds
+      real(wp) :: height, bend, root
 
       reach = 0.0_wp
-      if (gap <= -limit) return
-      root = sqrt(rate**2 + 2.0_wp*bend*(gap + limit))
+      height = gap%value + bounds%overlap
+      if (height <= 0.0_wp) return
+      bend = bounds%bend + 2.0_wp*gap%sharpness*bounds%speed**2
+      root = sqrt(rate**2 + 2.0_wp*bend*height)
       if (rate > 0.0_wp) then
          reach = (rate + root)/max(bend, tiny(bend)*max(rate, 1.0_wp)*4.0_wp)
       else
-         reach = 2.0_wp*(gap + limit)/max(root - rate, tiny(root)*max(gap + limit, 1.0_wp)*4.0_wp)
+         reach = 2.0_wp*height/max(root - rate, tiny(root)*max(height, 1.0_wp)*4.0_wp)
       end if
+      if (bounds%speed > 0.0_wp) reach = max(min(reach, 0.5_wp/(gap%sharpness*bounds%speed)), &
+         height/bounds%speed)
    end function reach
 
    !> Suspect the open contacts whose gaps may fall below zero as seen from the ends of the step.
    pure subroutine suspect_near(self)
       type(march_type), intent(inout) :: self
-      real(wp) :: bend, limit
+      type(bounds_type) :: bounds
       integer :: i
 
       do i = 1, size(self%suspect)
          self%suspect(i) = .not. self%memory%closed(i)
          if (.not. self%suspect(i)) cycle
-         bend = largest_bend(self, i)
-         limit = unseen(self, i)
+         bounds = bounds_of(self, i)
          associate (now => self%gap(i), before => self%gap_before(i))
-            self%suspect(i) = reach(before%value, before%rate, bend, limit) &
-               + reach(now%value, -now%rate, bend, limit) < self%memory%t - self%t_before
+            self%suspect(i) = reach(before, before%rate, bounds) + reach(now, -now%rate, bounds) &
+               < self%memory%t - self%t_before
          end associate
       end do
    end subroutine suspect_near
@@ -859,26 +865,25 @@ contains
       integer, intent(inout) :: index
       type(kept_type) :: kept
       type(gap_type) :: gap
-      real(wp) :: t, t_clear, bend, limit, step, y(self%motion%n)
+      type(bounds_type) :: bounds
+      real(wp) :: t, t_clear, y(self%motion%n)
       integer :: i, k
 
       associate (system => self%motion%system, t_end => self%memory%t)
          call open_step(self, 0.5_wp*(self%t_before + t_end), kept)
          do i = 1, size(self%suspect)
             if (.not. self%suspect(i)) cycle
-            bend = largest_bend(self, i)
-            limit = unseen(self, i)
-            t_clear = t_end - reach(self%gap(i)%value, -self%gap(i)%rate, bend, limit)
+            bounds = bounds_of(self, i)
+            t_clear = t_end - reach(self%gap(i), -self%gap(i)%rate, bounds)
             t = self%t_before
             gap = self%gap_before(i)
             do k = 1, most_looks
-               step = reach(gap%value, gap%rate, bend, limit)
-               t = t + max(step, 4.0_wp*spacing(t))
+               t = t + max(reach(gap, gap%rate, bounds), 4.0_wp*spacing(t))
                if (t >= min(t_clear, t_dip)) exit
                call self%integrator%interpolate(t, y)
                call system%set_poses(y)
-               call system%gap_motion(i, gap%value, gap%rate, gap%bend)
-               if (gap%value <= 0.5_wp*(min(self%gap_before(i)%value, 0.0_wp) - limit)) exit
+               call system%gap_motion(i, gap)
+               if (2.0_wp*gap%value <= min(self%gap_before(i)%value, 0.0_wp) - bounds%overlap) exit
             end do
             if (t >= min(t_clear, t_dip)) cycle
             t_dip = t

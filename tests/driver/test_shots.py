@@ -12,8 +12,8 @@ sys.path.insert(0, str(ROOT / "tests" / "campaigns"))
 from shots import Range, fly, shot, two_balls  # noqa: E402
 
 # All kinds, but one in which a rigid ball rattles between two posts for half a minute; and two that
-# only the interpolant of explicit8 met.
-SEEDS = [seed for seed in range(28) if seed != 22] + [1081, 1281]
+# only the interpolant of explicit8 met; and two balls that rattle in a ring which is too small.
+SEEDS = [seed for seed in range(28) if seed != 22] + [1081, 1281, 1221, 1242]
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -5,7 +5,7 @@
 module contensou_contact_surface
    use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_kinds, only : wp
-   use contensou_base_schema, only : domain_text, key_list_type
+   use contensou_base_schema, only : domain_text, key_list_type, key_type, kind_real
    use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote, string_type
    use contensou_contact_shapes_shape, only : shape_info_type, shape_type
@@ -13,7 +13,7 @@ module contensou_contact_surface
    implicit none(type, external)
    private
 
-   public :: surface_type, read_surface
+   public :: surface_type, size_type, read_surface, list_sizes
    public :: closest_point, normal_at, form_at, cubic_at
 
    !> Keys of a surface that are not those of its shape.
@@ -37,6 +37,17 @@ module contensou_contact_surface
       procedure :: is_outside_of
    end type surface_type
 
+   !> A size of a shape, as the scene gives it.
+   type :: size_type
+      !> Key of the scene.
+      character(len=28) :: name = ""
+      !> UDUNITS text.
+      character(len=12) :: unit = ""
+      !> Its values, the first `n`.
+      real(wp) :: values(3) = 0.0_wp
+      integer :: n = 0
+   end type size_type
+
 contains
 
    !> Read a surface from the settings of its group.
@@ -57,6 +68,40 @@ contains
       call surface%shape%read(group, surface%frame, diagnostics)
       call check_keys(group, surface%shape, diagnostics)
    end subroutine read_surface
+
+   !> Sizes of the shape of a surface: its keys of numbers above zero.
+   subroutine list_sizes(group, shape, sizes)
+      type(group_settings_type), intent(in) :: group
+      class(shape_type), intent(in) :: shape
+      !> The sizes, and behind them some without name.
+      type(size_type), intent(out) :: sizes(:)
+      type(key_list_type) :: own
+      integer :: i, n
+
+      call shape%put_keys(own)
+      n = 0
+      do i = 1, own%n
+         associate (key => own%keys(i))
+            if (.not. is_size(key) .or. n == size(sizes)) cycle
+            n = n + 1
+            sizes(n)%name = key%name
+            sizes(n)%unit = key%unit
+            sizes(n)%n = key%values
+            sizes(n)%values(:key%values) = group%numbers(trim(key%name))
+         end associate
+      end do
+
+   contains
+
+      !> Whether a key gives a size.
+      pure logical function is_size(key)
+         type(key_type), intent(in) :: key
+
+         is_size = key%kind == kind_real .and. key%mandatory .and. key%above_low .and. &
+            key%values >= 1 .and. key%values <= 3
+      end function is_size
+
+   end subroutine list_sizes
 
    !> Keys that the shape of a surface does not have, and those that it needs.
    subroutine check_keys(group, shape, diagnostics)

@@ -3,7 +3,7 @@ module contensou_dynamics_scene
    use contensou_base_kinds, only : wp
    use contensou_contact_normal, only : normal_hertz
    use contensou_contact_parameters, only : parameters_type
-   use contensou_contact_surface, only : surface_type
+   use contensou_contact_surface, only : size_type, surface_type
    implicit none(type, external)
    private
 
@@ -12,7 +12,8 @@ module contensou_dynamics_scene
    public :: stop_rest, stop_touch, stop_lift, stop_angle, stop_speed, stop_spin, stop_position, &
       stop_conforming, stop_names, crossing_any, crossing_rising, crossing_falling, crossing_names
    public :: motion_free, motion_fixed, motion_prescribed, motion_spindle, motion_names
-   public :: moves_freely, turns_by_drive, frame_names, impact_names, impacts_together
+   public :: moves_freely, turns_by_drive, frame_names, impact_names, impacts_together, &
+      solid_parts
 
    !> How a body moves: by Newton-Euler, not at all, as prescribed, or turning as prescribed while
    !> its centre of mass moves freely.
@@ -31,6 +32,10 @@ module contensou_dynamics_scene
 
    !> Frames in which an applied load can be constant.
    character(len=*), parameter :: frame_names(*) = [character(len=8) :: "inertial", "body"]
+
+   !> Parts of a sphere or ellipsoid that a solid can be.
+   character(len=*), parameter :: solid_parts(*) = [character(len=10) :: "whole", "lower_half", &
+      "upper_half"]
 
    !> How impacts of several rigid contacts at one instant are taken.
    character(len=*), parameter :: impact_names(*) = [character(len=12) :: &
@@ -102,6 +107,12 @@ module contensou_dynamics_scene
       integer :: material = 0
       !> The surface in the frame of its body.
       type(surface_type) :: surface
+      !> What its shape measures, and behind it some without name.
+      type(size_type) :: sizes(4)
+      !> The solid of the body that it bounds: which of `solid_parts` of the shape, 0 where the
+      !> scene speaks of none, and its length where the shape has no ends [m].
+      integer :: solid_part = 0
+      real(wp) :: solid_length = 0.0_wp
    end type surface_spec_type
 
    !> Contact of two surfaces.
@@ -172,6 +183,8 @@ module contensou_dynamics_scene
       character(len=:), allocatable :: file
       !> Time between rows [s].
       real(wp) :: interval = 0.0_wp
+      !> Whether rows hold contact points, normals and directions of spots.
+      logical :: contact_geometry = .true.
    end type output_spec_type
 
    !> A scene.

@@ -4,6 +4,7 @@
 !> killed run leaves what it had. The file is written under the name NAME.part and renamed when it
 !> is complete: a file under its final name is a complete result.
 module contensou_files_trajectory
+   use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : to_text
@@ -13,7 +14,9 @@ module contensou_files_trajectory
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_normal, only : normal_model_type, normal_models
-   use contensou_dynamics_scene, only : scene_type
+   use contensou_contact_shapes_shape, only : shape_info_type
+   use contensou_contact_surface, only : size_type
+   use contensou_dynamics_scene, only : scene_type, solid_parts
    use contensou_dynamics_equations, only : system_type
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_march, only : event_touch
@@ -37,7 +40,7 @@ module contensou_files_trajectory
    character(len=*), parameter :: filetype = "contensou-trajectory"
 
    !> Version of the format: the second number grows with additions, the first with changes.
-   character(len=*), parameter :: filetype_version = "1.4"
+   character(len=*), parameter :: filetype_version = "1.5"
 
    !> Suffix of a file that is not complete.
    character(len=*), parameter :: part_suffix = ".part"
@@ -159,8 +162,9 @@ contains
          call f%put_attribute("/", "default", "trajectory", error)
          call put_input(f, file%text, file%resolved, command_line, error)
          call put_bodies(self, file%scene, error)
+         call put_surfaces(self%file, file%scene, error)
          call put_contacts(self, file%scene, error)
-         call create_columns(self, system, error)
+         call create_columns(self, system, file%scene%output%contact_geometry, error)
          call create_events(self, error)
          ! A failure is kept by the file, so that this last call sees the first one.
          call f%flush(error)
@@ -206,6 +210,111 @@ contains
       end associate
    end subroutine put_bodies
 
+   !> The materials, and the surfaces: what it takes to draw the bodies.
+   subroutine put_surfaces(file, scene, error)
+      type(hdf5_file_type), intent(inout) :: file
+      type(scene_type), intent(in) :: scene
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: s = "/surface/", scale(*) = ["/surface/name"]
+      type(string_type) :: materials(size(scene%materials))
+      type(string_type), dimension(size(scene%surfaces)) :: names, bodies, shapes, made_of
+      character(len=10) :: parts(size(scene%surfaces))
+      real(wp) :: centre(3, size(scene%surfaces)), axes(3, 3, size(scene%surfaces)), &
+         length(size(scene%surfaces))
+      character(len=:), allocatable :: padded(:)
+      type(shape_info_type) :: info
+      integer :: i
+
+      do i = 1, size(scene%materials)
+         materials(i)%s = scene%materials(i)%name
+      end do
+      call pad(materials, padded)
+      call file%create_group("/material", error)
+      call file%put_labels("/material/name", padded, "name of the material", error)
+      call file%put_array("/material/young", scene%materials%young, ["/material/name"], "Pa", &
+         "Young's modulus", error)
+      call file%put_array("/material/poisson", scene%materials%poisson, ["/material/name"], "1", &
+         "Poisson's ratio", error)
+      parts = ""
+      length = ieee_value(1.0_wp, ieee_quiet_nan)
+      do i = 1, size(scene%surfaces)
+         associate (spec => scene%surfaces(i))
+            names(i)%s = spec%name
+            bodies(i)%s = "ground"
+            if (spec%body > 0) bodies(i)%s = scene%bodies(spec%body)%name
+            made_of(i)%s = scene%materials(spec%material)%name
+            info = spec%surface%shape%info()
+            shapes(i)%s = trim(info%name)
+            centre(:, i) = spec%surface%centre
+            axes(:, :, i) = spec%surface%frame
+            if (spec%solid_part > 0) parts(i) = solid_parts(spec%solid_part)
+            if (spec%solid_length > 0.0_wp) length(i) = spec%solid_length
+         end associate
+      end do
+      call file%create_group("/surface", error)
+      call pad(names, padded)
+      call file%put_labels(s // "name", padded, "name of the surface", error)
+      call file%put_labels(s // "xyz", ["x", "y", "z"], "axis of the body", error)
+      call file%put_labels(s // "axis", ["1", "2", "3"], "axis of the shape", error)
+      call pad(bodies, padded)
+      call file%put_texts(s // "body", padded, scale, "body that carries the surface", error)
+      call pad(shapes, padded)
+      call file%put_texts(s // "shape", padded, scale, "shape of the surface", error)
+      call file%put_texts(s // "side", merge("inside ", "outside", scene%surfaces%surface%inside), &
+         scale, "side of the shape that is touched", error)
+      call pad(made_of, padded)
+      call file%put_texts(s // "material", padded, scale, "material of the surface", error)
+      call file%put_array(s // "centre", centre, [character(len=13) :: scale, s // "xyz"], "m", &
+         "origin of the frame of the shape, frame of the body", error)
+      call file%put_array(s // "axes", axes, [character(len=13) :: scale, s // "axis", &
+         s // "xyz"], "1", "axes of the frame of the shape, frame of the body", error)
+      call file%put_texts(s // "solid_part", parts, scale, "part of the shape that the solid " // &
+         "of the body is; empty where the scene does not say that it bounds one", error)
+      call file%put_array(s // "solid_length", length, scale, "m", &
+         "length of that solid where the shape has no ends", error)
+      call put_sizes(file, scene, error)
+   end subroutine put_surfaces
+
+   !> The sizes of the surfaces, a data set for each key that one of their shapes has.
+   subroutine put_sizes(file, scene, error)
+      type(hdf5_file_type), intent(inout) :: file
+      type(scene_type), intent(in) :: scene
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: text = &
+         "size of the shape; not a number where it has none of this name"
+      type(size_type) :: kinds(32)
+      real(wp) :: values(3, size(scene%surfaces))
+      integer :: i, j, k, n
+
+      n = 0
+      do i = 1, size(scene%surfaces)
+         do j = 1, size(scene%surfaces(i)%sizes)
+            associate (item => scene%surfaces(i)%sizes(j))
+               if (item%name == "" .or. any(kinds(:n)%name == item%name)) cycle
+               n = n + 1
+               kinds(n) = item
+            end associate
+         end do
+      end do
+      do k = 1, n
+         values = ieee_value(values, ieee_quiet_nan)
+         do i = 1, size(scene%surfaces)
+            do j = 1, size(scene%surfaces(i)%sizes)
+               associate (item => scene%surfaces(i)%sizes(j))
+                  if (item%name == kinds(k)%name) values(:, i) = item%values
+               end associate
+            end do
+         end do
+         if (kinds(k)%n == 1) then
+            call file%put_array("/surface/" // trim(kinds(k)%name), values(1, :), &
+               ["/surface/name"], trim(kinds(k)%unit), text, error)
+         else
+            call file%put_array("/surface/" // trim(kinds(k)%name), values, ["/surface/name", &
+               "/surface/axis"], trim(kinds(k)%unit), text, error)
+         end if
+      end do
+   end subroutine put_sizes
+
    !> The contacts and their models.
    subroutine put_contacts(self, scene, error)
       type(trajectory_type), intent(inout) :: self
@@ -246,9 +355,11 @@ contains
    end subroutine put_contacts
 
    !> The columns of the trajectory with their scales.
-   subroutine create_columns(self, system, error)
+   subroutine create_columns(self, system, contact_geometry, error)
       type(trajectory_type), intent(inout) :: self
       type(system_type), intent(in) :: system
+      !> Whether rows hold the geometry of the contacts.
+      logical, intent(in) :: contact_geometry
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: t = "/trajectory/"
       integer, allocatable :: places(:)
@@ -261,7 +372,7 @@ contains
          call f%put_labels(t // "xyz", ["x", "y", "z"], "axis of the inertial frame", error)
          call f%put_labels(t // "wxyz", ["w", "x", "y", "z"], "component of a quaternion", error)
          call f%put_labels(t // "axis", ["major", "minor"], "axis of the spot", error)
-         call self%last%prepare(system)
+         call self%last%prepare(system, contact_geometry)
          places = pack([(i, i=1, size(self%last%has))], self%last%has)
          allocate(self%columns(size(places)))
          do i = 1, size(places)

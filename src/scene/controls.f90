@@ -59,6 +59,9 @@ contains
       end if
       scene%output%file = group%text("file")
       scene%output%interval = group%number("interval")
+      scene%output%contact_geometry = .true.
+      if (group%is_given("contact_geometry")) scene%output%contact_geometry = &
+         group%flag("contact_geometry")
    end subroutine build_output
 
 end module contensou_scene_controls

@@ -9,12 +9,11 @@ module contensou_scene_schema
    use contensou_base_text, only : string_type, strings
    use contensou_contact_parts, only : put_part_keys
    use contensou_contact_shapes_table, only : put_shape_keys, shape_names
-   use contensou_dynamics_scene, only : frame_names, impact_names, motion_names
+   use contensou_dynamics_scene, only : frame_names, impact_names, motion_names, solid_parts
    use contensou_integrate_march, only : integrator_methods, jacobian_kinds
    use contensou_scene_cost, only : put_cost_keys
    use contensou_scene_placing, only : place_names
    use contensou_scene_repeats, only : arrangement_names
-   use contensou_scene_solids, only : solid_parts
    use contensou_scene_stops, only : put_stop_keys
    implicit none(type, external)
    private
@@ -124,6 +123,9 @@ contains
          "current folder")
       call list%put("output", "interval", kind_real, unit="s", above=0.0_wp, &
          doc="time between rows; not given, t_end/1000")
+      call list%put("output", "contact_geometry", kind_logical, doc="whether rows hold " // &
+         "contact points, normals and the directions of spots, 72 bytes a contact, from which " // &
+         "forces and spots can be drawn; .true. if not given")
 
       call put_bearing_keys(list)
       call put_constant_keys(list)

@@ -14,11 +14,7 @@ module contensou_scene_solids
    implicit none(type, external)
    private
 
-   public :: solid_parts, is_solid, weigh_bodies
-
-   !> Parts of a sphere or ellipsoid that a solid can be.
-   character(len=*), parameter :: solid_parts(*) = [character(len=10) :: "whole", "lower_half", &
-      "upper_half"]
+   public :: is_solid, weigh_bodies
 
    !> Largest product of inertia, of the largest moment, that counts as rounding.
    real(wp), parameter :: rounding = 1.0e-12_wp
@@ -117,6 +113,8 @@ contains
             "axis and angle of the body, not of its surface " // quote(surfaces(k)%name))
          return
       end if
+      surfaces(k)%solid_part = max(1, group%choice("solid_part"))
+      if (solid%cut) surfaces(k)%solid_length = group%number("solid_length")
       if (group%is_given("density")) then
          call take(group%number("density")*solid%volume, gyration, "density")
       else

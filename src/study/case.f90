@@ -87,7 +87,7 @@ contains
       type(motion_type), intent(in) :: motion
 
       self%outline => outline
-      call self%row%prepare(motion%system)
+      call self%row%prepare(motion%system, .true.)
       allocate(self%events(e_lifts, motion%n_events))
       self%events = ieee_value(1.0_wp, ieee_quiet_nan)
       self%events(e_touches:, :) = 0.0_wp

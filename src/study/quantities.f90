@@ -3,6 +3,7 @@
 !> A quantity is a row of the table in `row_quantities`; the layout of files, their size, their
 !> checkpoints and the columns of sweeps follow from it.
 module contensou_study_quantities
+   use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
    use contensou_base_kinds, only : wp
    use contensou_contact_parts, only : part_states
    use contensou_contact_states, only : state_list_type
@@ -87,7 +88,14 @@ contains
          quantity_type("spin", "contact", "rad s-1", &
          "spin of B against A about the normal; zero while open", spin), &
          quantity_type("semi_axes", "contact axis", "m", "semi-axes of the contact spot", &
-         semi_axes)]
+         semi_axes), &
+         quantity_type("contact_point", "contact xyz", "m", "contact point, inertial frame", &
+         contact_point, of_geometry=.true.), &
+         quantity_type("contact_normal", "contact xyz", "1", &
+         "unit normal from A into B, inertial frame", contact_normal, of_geometry=.true.), &
+         quantity_type("major_direction", "contact xyz", "1", &
+         "unit tangent along the major axis of the spot, inertial frame", major_direction, &
+         of_geometry=.true.)]
       lists = part_states()
       do i = 1, size(lists)
          do j = 1, lists(i)%n
@@ -112,9 +120,11 @@ contains
    end function final_quantities
 
    !> Make room for the rows of a system.
-   subroutine prepare(self, system)
+   subroutine prepare(self, system, contact_geometry)
       class(row_type), intent(inout) :: self
       type(system_type), intent(in) :: system
+      !> Whether contact points, normals and the directions of spots are wanted.
+      logical, intent(in) :: contact_geometry
       integer :: i, j, n, before
 
       self%quantities = row_quantities()
@@ -130,6 +140,7 @@ contains
             if (q%owner() == "body") self%width(i) = self%width(i)*size(system%bodies)
             if (q%owner() == "contact") self%width(i) = self%width(i)*size(system%contacts)
             self%has(i) = .not. q%of_drives .or. any(turns_by_drive(system%bodies%motion))
+            if (q%of_geometry) self%has(i) = contact_geometry
             if (q%of_states) self%has(i) = any([(system%contacts(j)%states%place(q%name) >= 0, &
                j=1, size(system%contacts))])
             if (.not. self%has(i)) self%width(i) = 0
@@ -393,5 +404,46 @@ contains
 
       values = at%contact(i)%semi_axes
    end subroutine semi_axes
+
+   subroutine contact_point(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = known(at, i, at%contact(i)%at%point)
+   end subroutine contact_point
+
+   subroutine contact_normal(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = known(at, i, at%contact(i)%at%normal)
+   end subroutine contact_normal
+
+   subroutine major_direction(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = known(at, i, at%contact(i)%at%major)
+   end subroutine major_direction
+
+   !> A vector of the geometry of a contact; not a number where the contact has no place.
+   pure function known(at, i, vector)
+      type(moment_type), intent(in) :: at
+      !> The contact.
+      integer, intent(in) :: i
+      real(wp), intent(in) :: vector(3)
+      real(wp) :: known(3)
+
+      known = vector
+      associate (track => at%system%contacts(i)%track)
+         if (track%away .or. track%lost) known = ieee_value(known, ieee_quiet_nan)
+      end associate
+   end function known
 
 end module contensou_study_quantities

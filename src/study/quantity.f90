@@ -55,6 +55,8 @@ module contensou_study_quantity
       character(len=64) :: final = ""
       !> Whether it is there only if a body is driven.
       logical :: of_drives = .false.
+      !> Whether it is the geometry of a contact, which rows can do without.
+      logical :: of_geometry = .false.
       !> Whether it is a state of a part of contacts, and there only if a contact has it.
       logical :: of_states = .false.
    contains

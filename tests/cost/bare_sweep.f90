@@ -61,7 +61,7 @@ contains
       type(error_type), allocatable :: error
 
       call new_simulation(scene, simulation, error)
-      call witness%row%prepare(simulation%motion%system)
+      call witness%row%prepare(simulation%motion%system, .true.)
       if (.not. allocated(error)) call simulate(simulation, witness, error)
       if (allocated(error)) then
          write(error_unit, "(a)") error%message

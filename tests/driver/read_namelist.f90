@@ -306,19 +306,23 @@ contains
    subroutine read_output()
       character(len=256) :: file
       real(wp) :: interval
+      logical :: contact_geometry
       integer :: n
-      namelist /output/ file, interval
+      namelist /output/ file, interval, contact_geometry
 
       rewind(unit)
       n = 0
       do
          file = no_text
          interval = no_number
+         contact_geometry = .true.
          read(unit, nml=output, iostat=status)
          if (status == iostat_end) exit
          call count_group("output", status, n)
          call put_texts("output", n, "file", [file])
          call put_numbers("output", n, "interval", [interval])
+         if (.not. contact_geometry) print "(a, i0, a)", "output ", n, &
+            " contact_geometry .false."
       end do
    end subroutine read_output
 

@@ -34,6 +34,16 @@ TRAJECTORY = {name: row for name, row in COLUMNS.items() if not name.startswith(
 FIXED = {
     "/body/mass": (("name",), "kg"),
     "/body/inertia": (("name", "xyz"), "kg m2"),
+    "/material/young": (("name",), "Pa"),
+    "/material/poisson": (("name",), "1"),
+    "/surface/body": (("name",), None),
+    "/surface/shape": (("name",), None),
+    "/surface/side": (("name",), None),
+    "/surface/material": (("name",), None),
+    "/surface/centre": (("name", "xyz"), "m"),
+    "/surface/axes": (("name", "axis", "xyz"), "1"),
+    "/surface/solid_part": (("name",), None),
+    "/surface/solid_length": (("name",), "m"),
     "/contact/surfaces": (("name", "side"), None),
     "/contact/normal": (("name",), None),
     "/contact/damping": (("name",), None),
@@ -77,6 +87,10 @@ SCALARS = {
 SCALES = {
     "/body/name": None,
     "/body/xyz": None,
+    "/material/name": None,
+    "/surface/name": None,
+    "/surface/xyz": None,
+    "/surface/axis": None,
     "/contact/name": None,
     "/contact/side": None,
     "/trajectory/body": None,
@@ -222,6 +236,10 @@ def check_structure(path, rows, bodies, contacts):
         # Nothing is here that the tables above, and so the format's description, do not name.
         known = {f"/trajectory/{name}" for name in TRAJECTORY} | FIXED.keys()
         known |= SCALARS.keys() | SCALES.keys()
+        if len(found["/surface/name"]):
+            assert scale_names(found["/surface/radius"]) == ["/surface/name"]
+            assert found["/surface/radius"].attrs["units"] == "m"
+            known.add("/surface/radius")
         known |= {"/integrator/method", "/integrator/method_since"}
         assert file["/integrator/method"].shape == file["/integrator/method_since"].shape == (1,)
         others = {name for name in found.keys() - known if not name.startswith("/provenance/")}

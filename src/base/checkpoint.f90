@@ -21,7 +21,7 @@ module contensou_base_checkpoint
    public :: checkpoint_type
 
    !> What the file is and the version of its form.
-   character(len=*), parameter :: heading = "contensou-checkpoint 4"
+   character(len=*), parameter :: heading = "contensou-checkpoint 5"
 
    character(len=*), parameter :: kind_real = "real"
 

@@ -146,6 +146,9 @@ contains
          link%pace = dot_product(a%spin, a%spin) + dot_product(b%spin, b%spin) &
             + (link%motion(1)**2 + link%motion(2)**2)*(2.0_wp*link%at%curvature_b)**2 &
             + abs(link%free)*2.0_wp*link%at%curvature_b
+         ! What presses bodies together that fall alike comes from below.
+         if (all(link%inverse_mass > 0.0_wp)) link%pace = link%pace &
+            + norm2(mechanism%gravity)*2.0_wp*link%at%curvature_b
          link%stabilisation = 2.0_wp*sqrt(link%pace)*link%rate + link%pace*link%at%gap
       end associate
    end subroutine find_link

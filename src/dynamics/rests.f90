@@ -499,7 +499,7 @@ contains
 
    !> Whether rigid contacts hold at the end of a step: open ones above zero, closed ones at it and
    !> without a pull, friction without a gain. The forces are those of the last right-hand side.
-   subroutine check_contacts(system, gap, missed, pulls, index, trouble)
+   subroutine check_contacts(system, gap, missed, pulls, drift, index, trouble)
       type(system_type), intent(in) :: system
       !> Gaps; only those of open contacts are looked at [m].
       real(wp), intent(in) :: gap(:)
@@ -507,6 +507,8 @@ contains
       logical, intent(out) :: missed(:)
       !> Closed contacts that pull.
       logical, intent(out) :: pulls(:)
+      !> Largest overlap of a closed contact over that which ends a run [-].
+      real(wp), intent(out) :: drift
       !> Contact that has sunk in, or whose friction drives; 0 for none.
       integer, intent(out) :: index
       !> One of the `trouble_*` codes.
@@ -518,19 +520,21 @@ contains
       trouble = trouble_none
       missed = .false.
       pulls = .false.
+      drift = 0.0_wp
       do i = 1, size(system%contacts)
          associate (contact => system%contacts(i))
             if (contact%closed .or. .not. contact%rigid .or. gap(i) >= 0.0_wp) cycle
             missed(i) = .not. contact%leaving
             if (contact%leaving) missed(i) = gap(i) < contact%threshold
-            if (is_sunk(contact, gap(i))) index = i
+            if (overlap(contact, gap(i)) > 1.0_wp) index = i
          end associate
       end do
       do i = 1, system%constraints%n_links
          associate (link => system%constraints%links(i))
             if (.not. system%contacts(link%contact)%closed) cycle
             if (link%at%gap < 0.0_wp) then
-               if (is_sunk(system%contacts(link%contact), link%at%gap)) index = link%contact
+               drift = max(drift, overlap(system%contacts(link%contact), link%at%gap))
+               if (drift > 1.0_wp .and. index == 0) index = link%contact
             end if
             if (link%normal_force < -system%constraints%pull) then
                pulls(link%contact) = link%normal_force < -unfelt*largest_force(system, link)
@@ -551,14 +555,14 @@ contains
 
    contains
 
-      !> Whether an overlap is too large.
-      pure logical function is_sunk(contact, gap)
+      !> An overlap over that which ends a run [-].
+      pure real(wp) function overlap(contact, gap)
          type(contact_type), intent(in) :: contact
          !> The gap [m].
          real(wp), intent(in) :: gap
 
-         is_sunk = gap < -sunk*contact%law%geometry%smallest_radius()
-      end function is_sunk
+         overlap = -gap/(sunk*contact%law%geometry%smallest_radius())
+      end function overlap
 
    end subroutine check_contacts
 

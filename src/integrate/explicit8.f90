@@ -417,7 +417,8 @@ contains
    subroutine have_extension(self)
       type(explicit8_type), intent(inout) :: self
 
-      if (.not. self%dense_set) call extend(self%pair, self%t_old, self%h, self%y_old, self%y)
+      if (.not. self%dense_set) call extend(self%pair, self%t_old, self%h, self%y_old, self%y, &
+         self%weight)
       self%dense_set = .true.
    end subroutine have_extension
 

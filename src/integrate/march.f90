@@ -107,6 +107,8 @@ module contensou_integrate_march
       !> Largest share of the energy that moved by which the balance was off; 0 as long as that is
       !> too little to be told.
       real(wp) :: imbalance = 0.0_wp
+      !> How many times the tolerance was tightened, as rigid contacts sank in.
+      integer :: tightened = 0
       !> The method in use, and what `auto` knows.
       type(switch_type) :: switch
       !> Counters so far.
@@ -210,6 +212,10 @@ module contensou_integrate_march
 
    !> Resolution of the time of an event, in units of its rounding.
    real(wp), parameter :: time_of_event = 1.0e4_wp
+
+   !> Overlap of a closed rigid contact, over that which ends a run, and its growth since the last
+   !> time, at which the tolerance is tightened: the errors of the integration make it.
+   real(wp), parameter :: drift_step = 0.2_wp
 
    !> Gap at an event, in units of the tolerance of positions: it is found on an interpolant.
    real(wp), parameter :: place_of_event = 1.0e3_wp
@@ -396,6 +402,7 @@ contains
       call checkpoint%exchange("patience", self%switch%patience)
       call checkpoint%exchange("to_go", self%switch%to_go)
       call checkpoint%exchange("explicit_step", self%switch%explicit_step)
+      call checkpoint%exchange("tightened", self%tightened)
       do i = 1, size(motion%system%contacts)
          call motion%system%contacts(i)%exchange(checkpoint)
       end do
@@ -465,6 +472,7 @@ contains
       !> Set when it cannot be started.
       type(error_type), allocatable, intent(out) :: error
 
+      if (self%memory%tightened > 0 .or. self%plan%method /= method) call refine(self, method)
       call new_integrator(method, self%integrator)
       self%integrator%alert = self%memory%switch%may
       call set_stop(self)
@@ -473,6 +481,16 @@ contains
       self%memory%switch%t_look = self%memory%t
       self%memory%switch%steps = 0
    end subroutine start
+
+   !> Set the tolerance that a method needs to hold rigid contacts.
+   subroutine refine(self, method)
+      type(march_type), intent(inout) :: self
+      !> One of `integrator_methods`.
+      character(len=*), intent(in) :: method
+
+      call self%motion%set_tolerance(self%plan%method /= "explicit8" .or. method /= "explicit8", &
+         self%memory%tightened)
+   end subroutine refine
 
    !> Counters of a march so far, and of those that it continues.
    function counters(self) result(statistics)
@@ -1543,10 +1561,11 @@ contains
       logical, intent(out) :: unresolved
       !> Set when a contact has sunk in, drives or pulls.
       type(error_type), allocatable, intent(out) :: error
+      real(wp) :: drift
       integer :: index, trouble
 
       unresolved = .false.
-      call check_contacts(self%motion%system, self%gap%value, self%missed, self%pulls, &
+      call check_contacts(self%motion%system, self%gap%value, self%missed, self%pulls, drift, &
          index, trouble)
       if (resolved .and. index == 0 .and. any(self%pulls)) then
          index = findloc(self%pulls, .true., dim=1)
@@ -1562,6 +1581,13 @@ contains
       where (self%missed .and. self%events == 0) self%events = -1
       call ignore_drift(self)
       unresolved = any(self%pulls .and. self%events == 0)
+      associate (memory => self%memory)
+         if (drift <= drift_step*(memory%tightened + 1)) return
+         ! The errors of the integration make a contact sink in.
+         memory%tightened = memory%tightened + 1
+         call refine(self, memory%switch%method)
+         call self%integrator%restart(memory%t, memory%y, error)
+      end associate
    end subroutine watch_contacts
 
    !> No touch is what the errors of the integration make of a gap that has just opened and grows.

@@ -27,6 +27,8 @@ module contensou_integrate_motion
    type :: scales_type
       !> Relative tolerance [-].
       real(wp) :: rtol = 1.0e-8_wp
+      !> That of the scene, and one whose errors leave the gaps of rigid contacts at what is zero.
+      real(wp) :: asked = 1.0e-8_wp, coarsest = huge(1.0_wp)
       !> Positions: absolute, against this length [m].
       real(wp) :: length = 1.0e-7_wp
       !> Velocities: against the larger of this and the speed of the body [m/s].
@@ -71,6 +73,7 @@ module contensou_integrate_motion
       procedure :: derivative
       procedure :: events
       procedure :: admissible_error
+      procedure :: set_tolerance
       procedure, private :: admit_states
    end type motion_type
 
@@ -82,7 +85,7 @@ contains
       type(scene_type), intent(in) :: scene
       !> Initial state.
       real(wp), intent(in) :: y(:)
-      real(wp) :: kinetic, potential, coarsest
+      real(wp) :: kinetic, potential
       integer :: i
 
       motion%n = motion%system%layout%n
@@ -91,25 +94,15 @@ contains
       motion%differences = scene%integrator%differences
       motion%jacobian_steps = scene%integrator%jacobian_steps
       associate (s => motion%scales)
-         s%rtol = scene%integrator%rtol
-         ! No ringing holds the steps of a rigid scene below what the tolerance admits, and the
-         ! errors of a multistep method add up over them.
-         associate (n_rigid => motion%system%constraints%n_rigid)
-            if (n_rigid > 0) then
-               coarsest = coarsest_tolerance(motion%system, y)
-               if (scene%integrator%method /= "explicit8") then
-                  s%rtol = max(0.1_wp*s%rtol, min(s%rtol, 1.0e-13_wp))
-                  coarsest = 0.1_wp*coarsest
-               end if
-               s%rtol = min(s%rtol, max(coarsest, finest))
-            end if
-         end associate
+         s%asked = scene%integrator%rtol
+         s%coarsest = huge(s%coarsest)
+         if (motion%system%constraints%n_rigid > 0) s%coarsest = coarsest_tolerance( &
+            motion%system, y)
          s%length = scene%integrator%length_scale
          s%velocity = scene%integrator%velocity_scale
          s%angular_velocity = scene%integrator%angular_velocity_scale
          call energies(motion%system, y, kinetic, potential)
-         motion%system%resolution%square = motion%n*(resolved*s%rtol)**2
-         motion%system%resolution%tolerance = s%rtol
+         call motion%set_tolerance(scene%integrator%method /= "explicit8", 0)
          motion%system%resolution%velocity = s%velocity**2
          motion%system%resolution%angular_velocity = s%angular_velocity**2
          motion%contact_time = contact_time(scene, motion%system, s%velocity)
@@ -120,6 +113,29 @@ contains
       end associate
       if (motion%system%layout%states > 0) call set_state_scales(motion)
    end subroutine set_up_motion
+
+   !> Set the relative tolerance, and the velocity below which sliding is not resolved.
+   subroutine set_tolerance(self, multistep, tightened)
+      class(motion_type), intent(inout) :: self
+      !> Whether a multistep method may integrate, whose errors add up.
+      logical, intent(in) :: multistep
+      !> How many times rigid contacts have been found to drift.
+      integer, intent(in) :: tightened
+      real(wp) :: share
+
+      associate (s => self%scales)
+         s%rtol = s%asked
+         if (self%system%constraints%n_rigid > 0) then
+            share = merge(0.1_wp, 1.0_wp, multistep)
+            ! No ringing holds the steps of a rigid scene below what the tolerance admits.
+            s%rtol = max(share*s%asked, min(s%asked, 1.0e-13_wp))
+            s%rtol = min(s%rtol, max(share*s%coarsest, finest))
+            if (tightened > 0) s%rtol = max(s%rtol*0.1_wp**tightened, min(s%rtol, 1.0e-13_wp))
+         end if
+         self%system%resolution%square = self%n*(resolved*s%rtol)**2
+         self%system%resolution%tolerance = s%rtol
+      end associate
+   end subroutine set_tolerance
 
    !> Tolerance whose errors of the attitudes leave the gaps of rigid contacts at what is zero.
    real(wp) function coarsest_tolerance(system, y) result(rtol)

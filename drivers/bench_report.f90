@@ -16,7 +16,7 @@ module contensou_drivers_bench_report
    implicit none(type, external)
    private
 
-   public :: table_text, bars_text, csv_text, write_hdf5
+   public :: table_text, bars_text, csv_text, write_hdf5, filetype, filetype_version
 
    !> What the file is, for programs that open it.
    character(len=*), parameter :: filetype = "contensou-bench"

@@ -10,6 +10,7 @@ module contensou_drivers_commands
    use contensou_drivers_help, only : help_command
    use contensou_drivers_merge, only : merge_command
    use contensou_drivers_models, only : models_command
+   use contensou_drivers_new, only : new_command
    use contensou_drivers_run, only : run_command
    use contensou_drivers_sweep, only : sweep_command
    use contensou_drivers_version, only : version_command
@@ -25,6 +26,7 @@ contains
       type(command_type), allocatable, intent(out) :: commands(:)
 
       allocate(commands(0))
+      call add(commands, new_command())
       call add(commands, run_command())
       call add(commands, check_command())
       call add(commands, models_command())

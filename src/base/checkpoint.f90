@@ -18,10 +18,10 @@ module contensou_base_checkpoint
    implicit none(type, external)
    private
 
-   public :: checkpoint_type
+   public :: checkpoint_type, checkpoint_heading
 
    !> What the file is and the version of its form.
-   character(len=*), parameter :: heading = "contensou-checkpoint 5"
+   character(len=*), parameter :: checkpoint_heading = "contensou-checkpoint 5"
 
    character(len=*), parameter :: kind_real = "real"
 
@@ -67,7 +67,7 @@ contains
       self%reading = .false.
       if (allocated(self%failure)) deallocate(self%failure)
       if (.not. allocated(self%lines)) allocate(character(len=4096) :: self%lines)
-      call add(self, heading // new_line("a"))
+      call add(self, checkpoint_heading // new_line("a"))
    end subroutine begin
 
    !> Whether `exchange` reads.
@@ -313,8 +313,8 @@ contains
       if (allocated(error)) return
       self%length = len(self%lines)
       self%reading = .true.
-      self%next = len(heading) + 2
-      if (.not. starts_with(self%lines, heading // new_line("a"))) then
+      self%next = len(checkpoint_heading) + 2
+      if (.not. starts_with(self%lines, checkpoint_heading // new_line("a"))) then
          call fatal(error, path // " is damaged, or no checkpoint of this version of the " // &
             "program", status_file)
          return

@@ -15,7 +15,13 @@ module contensou_files_cost_table
    implicit none(type, external)
    private
 
-   public :: csv_text, write_hdf5
+   public :: csv_text, write_hdf5, cost_filetype, cost_filetype_version
+
+   !> What the file is, for programs that open it.
+   character(len=*), parameter :: cost_filetype = "contensou-cost"
+
+   !> Version of the format: the second number grows with additions, the first with changes.
+   character(len=*), parameter :: cost_filetype_version = "1.2"
 
    !> A column of the table.
    type :: column_type
@@ -175,7 +181,8 @@ contains
 
       call file%create(name, error)
       if (allocated(error)) return
-      call put_header(file, "contensou-cost", "1.2", "complete", error, study%scene%title)
+      call put_header(file, cost_filetype, cost_filetype_version, "complete", error, &
+         study%scene%title)
       call file%put_attribute("/", "measure", trim(cost_measures(study%cost%measure)), error)
       call file%put_attribute("/", "NX_class", "NXroot", error)
       call file%put_attribute("/", "default", "run", error)

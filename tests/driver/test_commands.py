@@ -191,6 +191,23 @@ def test_version(word, run):
     assert re.match(r"contensou \d+\.\d+\.\d+\n", result.out)
     for name in ("commit ", "SUNDIALS ", "HDF5 ", "GSL "):
         assert name in result.out
+    lines = dict(line.split(maxsplit=1) for line in result.out.splitlines()[1:])
+    assert re.fullmatch(r"[0-9a-f]{7,}(-dirty)?|unknown", lines["commit"])
+    assert lines["compiler"].startswith("GCC version ")
+    assert re.match(r"\w+, optimization \w", lines["build"])
+    assert re.fullmatch(
+        r"SUNDIALS \d+\.\d+\.\d+, HDF5 \d+\.\d+\.\d+, GSL \d+\.\d+(\.\d+)?", lines["libraries"]
+    )
+    for kind in ("trajectory", "sweep", "cost", "bench", "checkpoint"):
+        assert re.search(rf"contensou-{kind} \d", lines["files"])
+
+
+def test_version_tells_the_formats_that_are_written(run, scene, tmp_path):
+    """Those of --version are those of the files."""
+    assert run("run", scene.name, "-q").status == 0
+    with h5py.File(tmp_path / "top.h5") as file:
+        told = f"{file.attrs['filetype']} {file.attrs['filetype_version']}"
+    assert told in run("--version").out
 
 
 # --- help ------------------------------------------------------------------------------------

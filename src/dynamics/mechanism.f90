@@ -166,6 +166,7 @@ module contensou_dynamics_mechanism
       procedure :: gaps
       procedure :: gap_rates
       procedure :: gap_motion
+      procedure :: fastest
    end type mechanism_type
 
 contains
@@ -597,5 +598,40 @@ contains
       end subroutine add_turning
 
    end subroutine gap_motion
+
+   !> Bound of how fast the gap of a contact changes, wherever its surfaces are nearest [m/s];
+   !> infinite where a surface without an end turns.
+   pure real(wp) function fastest(self, index, y)
+      class(mechanism_type), intent(in) :: self
+      integer, intent(in) :: index
+      !> State, that of a body in a column.
+      real(wp), intent(in) :: y(body_size, self%layout%bodies)
+      real(wp) :: velocity(3)
+
+      associate (contact => self%contacts(index))
+         velocity = 0.0_wp
+         fastest = 0.0_wp
+         if (contact%a > 0) then
+            velocity = y(at_velocity:at_velocity + 2, contact%a)
+            fastest = turning(y(at_spin:at_spin + 2, contact%a), contact%reach(1))
+         end if
+         if (contact%b > 0) then
+            velocity = velocity - y(at_velocity:at_velocity + 2, contact%b)
+            fastest = fastest + turning(y(at_spin:at_spin + 2, contact%b), contact%reach(2))
+         end if
+      end associate
+      fastest = fastest + sqrt(dot_product(velocity, velocity))
+
+   contains
+
+      !> Fastest point of a body that turns [m/s].
+      pure real(wp) function turning(spin, reach)
+         real(wp), intent(in) :: spin(3), reach
+
+         turning = 0.0_wp
+         if (any(spin /= 0.0_wp)) turning = reach*sqrt(dot_product(spin, spin))
+      end function turning
+
+   end function fastest
 
 end module contensou_dynamics_mechanism

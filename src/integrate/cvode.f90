@@ -189,6 +189,7 @@ contains
       self%handle%problem => problem
       self%t_end = t_end
       self%bdf = method /= "cvode_adams"
+      self%free_interpolation = .true.
       allocate(self%y(n), self%y_between(n))
       self%y = y
       flag = FSUNContext_Create(c_null_ptr, self%context)

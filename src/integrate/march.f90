@@ -162,8 +162,14 @@ module contensou_integrate_march
       real(wp) :: resolution = 0.0_wp
       !> For each contact 1, -1 or 0 as its gap opens, closes, or neither at the end of the step.
       integer, allocatable :: events(:)
-      !> Gaps and their motion; not kept while all contacts are closed.
+      !> Gaps and their motion where they were looked at last: not while all contacts are closed,
+      !> nor while those that are open are so far away that none can have touched.
       type(gap_type), allocatable :: gap(:)
+      !> Part of each gap that cannot have been passed since then [m], and the bound of its rate at
+      !> the end of the last step [m/s].
+      real(wp), allocatable :: clearance(:), fastest(:)
+      !> Whether looks may be left out, and whether the last one was at the end of the last step.
+      logical :: may_skip = .false., seen = .false.
       !> Time, state and gaps at the beginning of the step.
       real(wp) :: t_before = 0.0_wp
       real(wp), allocatable :: y_before(:)
@@ -528,7 +534,7 @@ contains
             if (allocated(error)) return
             self%t_before = t
             self%y_before = memory%y
-            self%gap_before = self%gap
+            if (self%seen) self%gap_before = self%gap
             ! Trouble of a trial of the last step is over.
             system%trouble = 0
             call self%integrator%step(t, memory%y, self%events, error)
@@ -629,6 +635,8 @@ contains
       allocate(self%events(n), self%gap(n), self%suspect(n), self%missed(n), self%pulls(n), &
          self%y_row(self%motion%n))
       associate (system => self%motion%system, memory => self%memory, y => self%memory%y)
+         self%may_skip = system%constraints%n_rigid == 0 .and. .not. system%several_spots
+         allocate(self%clearance(n), self%fastest(n))
          call look_at_gaps(self)
          if (allocated(self%plan%stops)) self%has_stops = size(self%plan%stops) > 0
          if (self%has_stops) call memory%stops%begin(self%plan%stops, &
@@ -668,8 +676,28 @@ contains
          do i = 1, size(self%gap)
             call system%gap_motion(i, self%gap(i))
          end do
+         self%seen = .true.
+         self%clearance = 0.0_wp
+         if (.not. (self%may_skip .and. self%integrator%free_interpolation)) return
+         self%clearance = self%gap%value
+         do i = 1, size(self%gap)
+            self%fastest(i) = system%fastest(i, self%memory%y)
+         end do
       end associate
    end subroutine look_at_gaps
+
+   !> Gaps and their motion at the beginning of the step.
+   subroutine look_before(self)
+      type(march_type), intent(inout) :: self
+      integer :: i
+
+      associate (system => self%motion%system)
+         call system%set_poses(self%y_before)
+         do i = 1, size(self%gap)
+            call system%gap_motion(i, self%gap_before(i))
+         end do
+      end associate
+   end subroutine look_before
 
    !> If a contact closed and opened again within the step, go back to take it in smaller ones.
    subroutine avoid_dip(self, again, error)
@@ -684,6 +712,12 @@ contains
 
       again = .false.
       associate (memory => self%memory, t => self%memory%t)
+         if (far_away(self)) then
+            self%seen = .false.
+            if (memory%bounded_until > 0.0_wp) call lift_bound(self)
+            return
+         end if
+         if (.not. self%seen) call look_before(self)
          call look_at_gaps(self)
          self%suspect = .not. memory%closed .and. self%events == 0 .and. &
             self%gap_before%rate < 0.0_wp .and. self%gap%rate > 0.0_wp .and. &
@@ -715,15 +749,26 @@ contains
             t = self%t_before
             memory%y = self%y_before
             self%gap = self%gap_before
+            self%clearance = 0.0_wp
             memory%bounded_until = t_dip
             call self%integrator%bound_step((t_dip - t)/4.0_wp)
             call self%integrator%restart(t, memory%y, error)
-         else if (memory%bounded_until > 0.0_wp .and. t > memory%bounded_until) then
-            call self%integrator%bound_step(self%plan%max_step)
-            memory%bounded_until = 0.0_wp
+         else if (memory%bounded_until > 0.0_wp) then
+            call lift_bound(self)
          end if
       end associate
    end subroutine avoid_dip
+
+   !> Let the steps be as long as they were before they were made smaller, once that is passed.
+   subroutine lift_bound(self)
+      type(march_type), intent(inout) :: self
+
+      associate (memory => self%memory)
+         if (memory%t <= memory%bounded_until) return
+         call self%integrator%bound_step(self%plan%max_step)
+         memory%bounded_until = 0.0_wp
+      end associate
+   end subroutine lift_bound
 
    !> Where the interpolant has felt the force of an open contact it is of no use: the step is
    !> taken in smaller ones.
@@ -853,6 +898,27 @@ contains
       if (bounds%speed > 0.0_wp) reach = max(min(reach, 0.5_wp/(gap%sharpness*bounds%speed)), &
          height/bounds%speed)
    end function reach
+
+   !> Whether all open contacts are so far away that none can have touched in the step.
+   logical function far_away(self)
+      type(march_type), intent(inout) :: self
+      real(wp) :: fastest
+      integer :: i
+
+      ! Looks within a step are part of the counts that others compare: a method that pays for them
+      ! looks at each step.
+      far_away = self%may_skip .and. self%integrator%free_interpolation
+      if (.not. far_away) return
+      do i = 1, size(self%clearance)
+         fastest = self%motion%system%fastest(i, self%memory%y)
+         ! Between the ends it may be faster, though not by much.
+         self%clearance(i) = self%clearance(i) &
+            - 2.0_wp*max(fastest, self%fastest(i))*(self%memory%t - self%t_before)
+         self%fastest(i) = fastest
+         if (self%memory%closed(i) .and. self%events(i) == 0) cycle
+         far_away = far_away .and. self%clearance(i) > 0.0_wp .and. self%events(i) == 0
+      end do
+   end function far_away
 
    !> Suspect the open contacts whose gaps may fall below zero as seen from the ends of the step.
    pure subroutine suspect_near(self)

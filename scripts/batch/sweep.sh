@@ -81,17 +81,18 @@ case $status in
    elif [ "$cancelled" = yes ]; then
       say "cancelled; what is done is saved, submit again to go on"
    elif [ -n "${SGE_TASK_ID-}" ]; then
-      say "out of time; what is done is saved, and the task is in the queue again"
+      say "out of time; what is done is saved, and the task goes back into the queue"
       exit 99
    elif [ -n "${LSB_JOBINDEX-}" ]; then
-      say "out of time; what is done is saved, and the task is in the queue again"
+      say "out of time; what is done is saved, and the task goes back into the queue"
       exit 75
    elif [ "$restarts" -ge "${CONTENSOU_RESTARTS:-50}" ]; then
       say "not complete after $restarts restarts; submit again to go on"
-   elif scontrol requeue "$SLURM_JOB_ID"; then
-      say "out of time; what is done is saved, and the task is in the queue again"
    else
-      say "out of time, and the task could not be put back into the queue; submit again to go on"
+      # Slurm may end this script before scontrol does.
+      say "out of time; what is done is saved, and the task goes back into the queue"
+      scontrol requeue "$SLURM_JOB_ID" ||
+         say "the task could not be put back into the queue; submit again to go on"
    fi
    ;;
 esac

@@ -319,7 +319,7 @@ def test_a_time_limit_that_needs_three_lives(work, reference, cluster):
     restarts = int(tasks["1"]["Restarts"])
     assert restarts >= 2
     log = here.log(job, 1)
-    assert log.count("the task is in the queue again") == restarts
+    assert log.count("the task goes back into the queue") == restarts
     assert log.count("going on with") == restarts
     assert [f"restart {i}\n" in log for i in range(restarts + 1)] == [True] * (restarts + 1)
     here.merge()

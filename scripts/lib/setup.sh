@@ -33,7 +33,7 @@ python_packages=(python3 python3-venv ca-certificates)
 declare -A command_of=(
    [gfortran]=gfortran [gcc]=gcc [meson]=meson [ninja-build]=ninja [pkg-config]=pkg-config
    [hdf5-tools]=h5dump [python3]=python3 [git]=git [valgrind]=valgrind
-   [slurm-wlm]=slurmctld [munge]=munged [parallel]=parallel
+   [chromium]=chromium [slurm-wlm]=slurmctld [munge]=munged [parallel]=parallel
 )
 
 say() { printf '%s: %s\n' "$(basename -- "$0")" "$*" >&2; }

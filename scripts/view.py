@@ -1,0 +1,82 @@
+"""Turn one run of contensou into one HTML file that shows it in three dimensions.
+
+The file opens in a browser, from a folder or a mail, without a network.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from lib import seal, style, viewing
+from lib.results import ResultError
+
+
+def main() -> int:
+    """Read the command line, write the page, and print its name."""
+    parser = argparse.ArgumentParser(
+        prog="scripts/view",
+        description="Writes one HTML file that shows a run in three dimensions, and prints its "
+        "name.",
+    )
+    parser.add_argument("file", type=Path, metavar="FILE", help="output file (HDF5, also .part)")
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="HTML", help="page; default beside FILE, as .html"
+    )
+    options = parser.parse_args()
+    page = options.output or default_page(options.file)
+    try:
+        check_page(options.file, page)
+        page.write_text(page_of(options.file), encoding="utf-8")
+    except ResultError as problem:
+        print(f"error: {style.shown(str(problem))}", file=sys.stderr)
+        return 2
+    except OSError as problem:
+        print(
+            f"error: {style.shown(str(page))} cannot be written: {problem.strerror}",
+            file=sys.stderr,
+        )
+        return 2
+    print(style.shown(str(page)))
+    return 0
+
+
+def check_page(file: Path, page: Path) -> None:
+    """See that the page replaces neither the file that is drawn nor anything but a file."""
+    if not page.exists():
+        return
+    if file.exists() and page.samefile(file):
+        raise ResultError(f"the page {page} would replace the file that is drawn")
+    if not page.is_file():
+        raise ResultError(f"the page {page} would replace what is no regular file")
+
+
+def page_of(file: Path) -> str:
+    """The page of a file; an error in words, however damaged it is."""
+    sealed = False
+    try:
+        if file.is_file():
+            sealed = seal.check(file)
+        return viewing.view(file)
+    except ResultError:
+        raise
+    except seal.DamageError as problem:
+        raise ResultError(f"{file} is damaged: {problem}") from None
+    except Exception as problem:
+        # What is known to be as it was written cannot be the reason.
+        if sealed:
+            raise
+        raise ResultError(
+            f"{file} is damaged, or no output file of contensou: {problem}"
+        ) from problem
+
+
+def default_page(file: Path) -> Path:
+    """Beside the file and of its name: run.h5 and run.h5.part both give run.html."""
+    stem = file.with_suffix("") if file.suffix == ".part" else file
+    return stem.with_suffix(".html")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

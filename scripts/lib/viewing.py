@@ -7,7 +7,7 @@ import hashlib
 import json
 import re
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from itertools import pairwise
 from pathlib import Path
 
@@ -31,6 +31,7 @@ BUDGET_MOST = 13_000_000
 LOOSEST = 50.0  # times the tolerances, beyond which it is no motion any more
 
 PORTION = 1 << 23  # numbers that are read at a time
+STRETCH = 1 << 17  # rows of contacts
 CHART_BUCKETS = 400
 CHARTED = 6  # bodies or contacts of a chart
 MOST_EVENTS = 20_000
@@ -239,25 +240,45 @@ def thin_contacts(run: Run, loose: float) -> tuple[list[Contact], np.ndarray]:
     scales = np.zeros(9)
     parts = run.parts(len(run.contacts), 24)
     for part in parts:
-        scales = np.fmax(scales, np.nanmax(np.abs(contact_values(run, part)[0]), axis=(0, 1)))
+        for rows in stretches(run):
+            values = contact_values(run, rows, part)[0]
+            scales = np.fmax(scales, np.fmax.reduce(np.abs(values), axis=(0, 1)))
     # A force and its friction, and the two components and axes, are drawn on one scale.
     for alike in ((0, 1, 2), (4, 5), (7, 8)):
         scales[list(alike)] = scales[list(alike)].max()
     scales = np.where(np.isfinite(scales) & (scales > 0), scales, 1.0)
-    found = []
+    found: list[list[Contact]] = [[] for _ in run.contacts]
     for part in parts:
-        values, point, frame = contact_values(run, part)
-        for i in range(part.stop - part.start):
-            found.append(thin_contact(run, values[:, i] / scales, point[:, i], frame[:, i], loose))
-    return found, scales
+        for rows in stretches(run):
+            values, point, frame = contact_values(run, rows, part)
+            values /= scales
+            for i in range(part.stop - part.start):
+                one = (values[:, i], point[:, i], frame[:, i])
+                found[part.start + i].append(thin_contact(run, rows, *one, loose))
+    return [joined(pieces) for pieces in found], scales
 
 
-def contact_values(run: Run, part: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def stretches(run: Run) -> list[slice]:
+    """Slices of the rows of which each begins with the last row of the one before."""
+    starts = range(0, max(1, run.rows - 1), STRETCH)
+    return [slice(i, min(i + STRETCH, run.rows - 1) + 1) for i in starts]
+
+
+def joined(pieces: list[Contact]) -> Contact:
+    """The keys of a contact from those of stretches of rows that share their ends."""
+    names = [item.name for item in fields(Contact)]
+    columns = [
+        [getattr(piece, name)[min(k, 1) :] for k, piece in enumerate(pieces)] for name in names
+    ]
+    return Contact(*(np.concatenate(column) for column in columns))
+
+
+def contact_values(run: Run, rows: slice, part: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Values of contacts (rows, contacts, 9), their points and frames: normal force, friction force
     along the axes of the spot, its torque, slip along the axes, spin, semi-axes."""
 
     def column(name: str) -> np.ndarray:
-        return np.asarray(run.column(name)[: run.rows, part])
+        return np.asarray(run.column(name)[rows, part])
 
     normal, major = column("contact_normal"), column("major_direction")
     minor = np.cross(normal, major)
@@ -275,25 +296,28 @@ def contact_values(run: Run, part: slice) -> tuple[np.ndarray, np.ndarray, np.nd
 
 
 def thin_contact(
-    run: Run, values: np.ndarray, point: np.ndarray, frame: np.ndarray, loose: float
+    run: Run, rows: slice, values: np.ndarray, point: np.ndarray, frame: np.ndarray, loose: float
 ) -> Contact:
     """Keys of a contact: while it is closed, straight lines; none while it is open."""
     closed = (values[:, 0] > 0) & np.isfinite(point).all(axis=1) & np.isfinite(values).all(axis=1)
     values = np.where(closed[:, None], values, 0.0)
     point = np.where(closed[:, None], point, 0.0)
-    flat = frame.reshape(run.rows, 9)[:, [0, 3, 6, 2, 5, 8]]
+    flat = frame.reshape(len(frame), 9)[:, [0, 3, 6, 2, 5, 8]]
     flat = np.where(closed[:, None], flat, 0.0)
     tolerances = np.concatenate([np.full(3, DRAWN_LENGTH * run.scale / 2), np.full(6, 0.03)])
     tolerances = loose * QUANTIZED * np.concatenate([tolerances, np.full(9, DRAWN_FORCE)])
-    error = thinning.line_error(run.time, np.concatenate([point, flat, values], axis=1), tolerances)
+    error = thinning.line_error(
+        run.time[rows], np.concatenate([point, flat, values], axis=1), tolerances
+    )
 
     def of_states(first: np.ndarray, last: np.ndarray, at: np.ndarray) -> np.ndarray:
         same = (closed[first] == closed[last])[:, None] & (closed[at] == closed[first][:, None])
         return np.where(same, error(first, last, at), np.inf)
 
-    kept = thinning.keys(run.rows, of_states)
+    kept = thinning.keys(len(values), of_states)
     upright = np.where(closed[kept, None, None], frame[kept], np.eye(3))
-    return Contact(kept, closed[kept], point[kept], thinning.quaternions(upright), values[kept])
+    quaternions = thinning.quaternions(upright)
+    return Contact(kept + rows.start, closed[kept], point[kept], quaternions, values[kept])
 
 
 def bytes_of(bodies: list[Body], contacts: list[Contact]) -> int:
@@ -320,7 +344,9 @@ def charts_of(run: Run, up: np.ndarray) -> list[dict]:
         return np.asarray(run.column(name)[: run.rows, i])
 
     def axis(i: int) -> np.ndarray:
-        tilt = np.einsum("j,tj->t", up, thinning.matrices(vector("quaternion", i))[:, :, 2])
+        w, x, y, z = vector("quaternion", i).T
+        tilt = up[0] * 2 * (x * z + w * y) + up[1] * 2 * (y * z - w * x)
+        tilt += up[2] * (1 - 2 * (x * x + y * y))
         return np.degrees(np.arccos(np.clip(tilt, -1, 1)))
 
     bodies = list(enumerate(run.bodies))

@@ -215,6 +215,25 @@ def test_an_hour_of_rows_is_small(shown, tmp_path):
     assert head["rows"] == rows
 
 
+def test_stretches_of_rows_make_one_motion(shown, inputs, monkeypatch):
+    path, page = shown(inputs / "tippe_top.nml", "--set", "scene.t_end=2.5")
+    whole, array = contents(page.read_text(encoding="utf-8"))
+    monkeypatch.setattr(viewing, "STRETCH", 1 << 11)
+    cut, pieces = contents(viewing.view(path))
+    assert cut["forces"] == whole["forces"]
+    for one, two in zip(whole["contacts"], cut["contacts"], strict=True):
+        at = Motion.times(cut, pieces(two["at"]))
+        assert (np.diff(at) > 0).all()
+        assert {len(pieces(two["closed"])), len(pieces(two["point"])) // 3} == {len(at)}
+        fine = np.linspace(0, 2.5, 999)
+        drawn = []
+        for head, get, contact in ((whole, array, one), (cut, pieces, two)):
+            values = get(contact["values"]).view("<f2").reshape(-1, 9)[:, 0].astype(float)
+            times = Motion.times(head, get(contact["at"]))
+            drawn.append(np.interp(fine, times, values))
+        assert np.abs(drawn[0] - drawn[1]).max() < 0.05
+
+
 def test_too_much_motion_is_drawn_less_closely(shown, monkeypatch):
     path, page = shown(ball(end=1.0))
     usual = contents(page.read_text())[0]

@@ -629,7 +629,7 @@ contains
          real(wp), intent(in) :: spin(3), reach
 
          turning = 0.0_wp
-         if (any(spin /= 0.0_wp)) turning = reach*sqrt(dot_product(spin, spin))
+         if (any(abs(spin) > 0.0_wp)) turning = reach*sqrt(dot_product(spin, spin))
       end function turning
 
    end function fastest

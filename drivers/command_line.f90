@@ -50,6 +50,8 @@ module contensou_drivers_command_line
       integer :: takes = takes_text
       !> Whether it may be given many times; of others the last one counts.
       logical :: repeats = .false.
+      !> Values that a shell proposes, separated by blanks; blank for names of files.
+      character(len=120) :: choices = ""
    contains
       procedure :: is_option
       procedure :: is_flag

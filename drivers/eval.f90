@@ -29,7 +29,8 @@ module contensou_drivers_eval
    public :: eval_command
 
    type(option_type), parameter :: options(*) = [ &
-      option_type("KERNEL", "", "elliptic, hertz or wrench", needs="a kernel"), &
+      option_type("KERNEL", "", "elliptic, hertz or wrench", needs="a kernel", &
+      choices="elliptic hertz wrench"), &
       option_type("FILE", "", "CSV with a header; standard input if not given"), &
       option_type("--model", "NAME", "how the kernel is computed"), &
       option_type("--delta", "VELOCITY", &

@@ -16,7 +16,7 @@ module contensou_drivers_export
    type(option_type), parameter :: options(*) = [ &
       option_type("FILE.h5", "", "output file of a run, a sweep or a cost study", needs="a file"), &
       option_type("--to", "FORMAT", "csv: comma-separated values, a line for each row", &
-      needs="a format"), &
+      needs="a format", choices="csv"), &
       option_type("--csv", "", "the same as --to csv"), &
       option_type("--output", "FILE", "file to write; the terminal if not given", "-o", &
       "the name of a file"), &

@@ -5,9 +5,11 @@ module contensou_drivers_help
    use contensou_base_resolve, only : expected_of
    use contensou_base_schema, only : any_number, domain_text, group_spec_type, is_number, &
       key_type, kind_any, kind_choice, kind_logical, kind_name, kind_reference, kind_text
-   use contensou_base_text, only : did_you_mean, join, lower, quote
+   use contensou_base_text, only : did_you_mean, join, lower, quote, string_type
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
       usage_text
+   use contensou_drivers_completion, only : completion_text
+   use contensou_drivers_manual, only : program_page, scene_page
    use contensou_scene_schema, only : schema_groups, schema_keys
    use contensou_sweep_schema, only : sweep_groups, sweep_keys
    implicit none(type, external)
@@ -16,7 +18,11 @@ module contensou_drivers_help
    public :: help_command
 
    type(option_type), parameter :: options(*) = [ &
-      option_type("TOPIC", "", "GROUP or GROUP.KEY of a scene or a sweep, or a command")]
+      option_type("TOPIC", "", "GROUP or GROUP.KEY of a scene or a sweep, or a command"), &
+      option_type("--man", "PAGE", "manual page for man: contensou or scene", &
+      needs="a page, contensou or scene", choices="contensou scene"), &
+      option_type("--completion", "SHELL", "completion of the command line: bash, zsh or fish", &
+      needs="a shell: bash, zsh or fish", choices="bash zsh fish")]
 
    character(len=*), parameter :: nl = new_line("a")
 
@@ -44,6 +50,10 @@ contains
       groups = [schema_groups(), sweep_groups()]
       c = findloc(line%commands%name == topic, .true., dim=1)
       keys = [schema_keys(), sweep_keys()]
+      if (line%has("--man") .or. line%has("--completion")) then
+         call write_for_tools(line, groups, keys, error)
+         return
+      end if
       dot = index(topic // ".", ".")
       group = lower(topic(:dot - 1))
       key = lower(topic(dot + 1:))
@@ -74,6 +84,39 @@ contains
       end if
       if (.not. allocated(error)) call write_stdout(text, error)
    end subroutine explain
+
+   !> Write a manual page, or what a shell needs to complete command lines.
+   subroutine write_for_tools(line, groups, keys, error)
+      type(command_line_type), intent(in) :: line
+      type(group_spec_type), intent(in) :: groups(:)
+      type(key_type), intent(in) :: keys(:)
+      !> Set when there is no such page or shell.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text, page
+      type(string_type) :: texts(size(keys))
+      integer :: k
+
+      if (line%has("--completion")) then
+         text = completion_text(line%text("--completion"), line%commands, groups%name)
+         if (text == "") call fatal(error, "there is no completion for " // &
+            quote(line%text("--completion")) // ", only for bash, zsh and fish", status_usage)
+      else
+         page = line%text("--man")
+         select case (page)
+         case ("contensou")
+            text = program_page(line%commands)
+         case ("scene")
+            do k = 1, size(keys)
+               texts(k)%s = short_domain(keys(k))
+            end do
+            text = scene_page(groups, keys, texts)
+         case default
+            call fatal(error, "there is no page " // quote(page) // ", only contensou and scene", &
+               status_usage)
+         end select
+      end if
+      if (.not. allocated(error)) call write_stdout(text, error, as_is=.true.)
+   end subroutine write_for_tools
 
    !> All groups and their keys.
    function overview(groups, keys) result(text)

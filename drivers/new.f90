@@ -48,8 +48,15 @@ contains
    !> `contensou new` in the table of commands.
    function new_command() result(command)
       type(command_type) :: command
+      type(option_type) :: with_names(size(options))
+      integer :: i
 
-      command = command_type("new", "write a commented scene to begin with", options, &
+      with_names = options
+      do i = 1, c_count()
+         with_names(1)%choices = trim(with_names(1)%choices) // " " // &
+            text_from_c(c_name(i - 1_c_int))
+      end do
+      command = command_type("new", "write a commented scene to begin with", with_names, &
          "writes a commented scene to begin with:" // nl // template_list(), &
          "contensou new ball -o my_ball.nml" // nl // "contensou run my_ball.nml", &
          execute=write_template)

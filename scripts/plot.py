@@ -194,10 +194,10 @@ def describe(result: Result) -> str:
     return "  ·  ".join(parts)
 
 
-def main() -> int:
+def main(name: str = "scripts/plot") -> int:
     """Read the command line, draw, and print the name of the picture."""
     parser = argparse.ArgumentParser(
-        prog="scripts/plot",
+        prog=name,
         description="Draws one output file of contensou into one PNG and prints its name.",
     )
     parser.add_argument("file", type=Path, metavar="FILE", help="output file (HDF5, also .part)")

@@ -332,9 +332,9 @@
     scene.add(trails);
 
     // Arrows of the forces and spots, one of each for a contact.
-    const count = Math.max(contacts.length, 1);
-    const shaft = new THREE.CylinderGeometry(0.018, 0.018, 1, 10).translate(0, 0.5, 0).rotateX(Math.PI / 2);
-    const tip = new THREE.ConeGeometry(0.05, 0.14, 14).translate(0, 0.07, 0).rotateX(Math.PI / 2);
+    const count = Math.max(contacts.length, 1), crowded = contacts.length > 200;
+    const shaft = new THREE.CylinderGeometry(0.018, 0.018, 1, crowded ? 4 : 10).translate(0, 0.5, 0).rotateX(Math.PI / 2);
+    const tip = new THREE.ConeGeometry(0.05, 0.14, crowded ? 5 : 14).translate(0, 0.07, 0).rotateX(Math.PI / 2);
     const arrows = (colour, name) => {
       const material = new THREE.MeshLambertMaterial({ color: colour, emissive: colour, emissiveIntensity: 0.35, depthTest: false });
       const pair = new THREE.Group();
@@ -350,7 +350,7 @@
     };
     const pulls = arrows(PULL, "normal forces"), rubs = arrows(RUB, "friction forces");
     const heat = (x) => new THREE.Color().setHSL(0.66 - 0.66 * x, 0.85, 0.35 + 0.2 * x);
-    const spotGrid = grid((u, v) => round(v, 0)(u), 36, 12, [1, 1], [heat(0), heat(0)], false);
+    const spotGrid = grid((u, v) => round(v, 0)(u), crowded ? 10 : 36, crowded ? 3 : 12, [1, 1], [heat(0), heat(0)], false);
     const tints = spotGrid.getAttribute("color"), places = spotGrid.getAttribute("position");
     for (let i = 0; i < tints.count; i++) {
       const r = Math.min(1, Math.hypot(places.getX(i), places.getY(i))), c = heat(Math.sqrt(1 - r * r));

@@ -411,7 +411,7 @@ def decimate(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 def bands_of(run: Run) -> None:
     """For grooves, the part of the tube that is touched: angles across it, in the surface."""
-    if run.column("contact_point") is None:
+    if run.column("contact_point") is None or not run.contacts:
         return
     pairs = np.asarray(run.file["contact/surfaces"].asstr()[()])
     rows = np.unique(np.linspace(0, run.rows - 1, 40).astype(int))

@@ -234,6 +234,13 @@ def test_stretches_of_rows_make_one_motion(shown, inputs, monkeypatch):
         assert np.abs(drawn[0] - drawn[1]).max() < 0.05
 
 
+def test_body_without_surfaces_and_contacts(shown):
+    scene = """&scene t_end = 0.1 /
+        &body name = 'stone', mass = 1, inertia = 1, 2, 2.5, velocity = 3, 0, 1, spin = 1, 2, 3 /"""
+    path, page = shown(scene)
+    assert check_motion(path, page.read_text(encoding="utf-8"))["contacts"] == []
+
+
 def test_too_much_motion_is_drawn_less_closely(shown, monkeypatch):
     path, page = shown(ball(end=1.0))
     usual = contents(page.read_text())[0]

@@ -262,6 +262,9 @@ module contensou_integrate_march
    !> Overlap within a step that goes unseen, over the smallest radius.
    real(wp), parameter :: unseen_overlap = 2.0e-7_wp
 
+   !> Speed at which nothing moves, and through which a length can be divided [m/s].
+   real(wp), parameter :: still = 1.0e-100_wp
+
    !> Step that cannot be halved any more, in units of the rounding of the time.
    real(wp), parameter :: shortest = 4.0_wp
 
@@ -895,7 +898,7 @@ contains
       else
          reach = 2.0_wp*height/max(root - rate, tiny(root)*max(height, 1.0_wp)*4.0_wp)
       end if
-      if (bounds%speed > 0.0_wp) reach = max(min(reach, 0.5_wp/(gap%sharpness*bounds%speed)), &
+      if (bounds%speed > still) reach = max(min(reach, 0.5_wp/(gap%sharpness*bounds%speed)), &
          height/bounds%speed)
    end function reach
 

@@ -107,6 +107,56 @@ def to_torus(major, minor, inside=False):
     return distance
 
 
+def to_sphere(radius, inside=False):
+    """Distance of points from a sphere."""
+
+    def distance(p):
+        gap = np.linalg.norm(p, axis=-1) - radius
+        return -gap if inside else gap
+
+    return distance
+
+
+def to_cone(half_angle):
+    """Distance of points in a funnel, its apex the origin, from its wall."""
+    c, s = np.cos(half_angle), np.sin(half_angle)
+    return lambda p: p[..., 2] * s - np.hypot(p[..., 0], p[..., 1]) * c
+
+
+def to_paraboloid(radius):
+    """Distance of points in a dish from its wall, by Newton's method from above."""
+
+    def distance(p):
+        q = np.hypot(p[..., 0], p[..., 1])
+        linear = 2 * radius * (radius - p[..., 2])
+        rho = np.maximum(q, 0) + np.sqrt(np.maximum(-linear, 0)) + radius
+        rho = rho + (2 * radius**2 * q) ** (1 / 3)
+        for _ in range(60):
+            rho = rho - (rho**3 + linear * rho - 2 * radius**2 * q) / (3 * rho**2 + linear)
+        height = rho**2 / (2 * radius)
+        outside = q**2 > 2 * radius * p[..., 2]
+        return np.hypot(rho - q, height - p[..., 2]) * np.where(outside, -1, 1)
+
+    return distance
+
+
+def to_ellipsoid(axes):
+    """Distance of points in a hollow ellipsoid from its wall, by bisection."""
+    axes = np.array(axes)
+
+    def distance(p):
+        low = np.full(p.shape[:-1], -(axes.min() ** 2))
+        high = np.linalg.norm(axes * p, axis=-1)
+        for _ in range(70):
+            t = 0.5 * (low + high)
+            beyond = np.sum((axes * p / (t[..., None] + axes**2)) ** 2, axis=-1) > 1
+            low, high = np.where(beyond, t, low), np.where(beyond, high, t)
+        t = 0.5 * (low + high)
+        return -t * np.linalg.norm(p / (t[..., None] + axes**2), axis=-1)
+
+    return distance
+
+
 def gaps(*scene):
     """Gaps at the places of `places`, in ascending order."""
     return [gap for gap, _ in places(*scene)]

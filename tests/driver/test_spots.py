@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
 from places import Ellipsoid, Torus, frame, gaps, places, to_cylinder, to_torus
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "campaigns"))
+from spots import Drop, drop  # noqa: E402
 
 SCENE = """
 &scene gravity = 0, 0, -9.81, t_end = {t_end} /
@@ -299,3 +305,11 @@ def test_drawn_spots(run, tmp_path, seed):
     scene.check(rows, every=5)
     moved = max(rows.energy_kinetic.max(), rows.energy_elastic.max())
     assert np.abs(rows.energy_error).max() <= 1e-5 * moved
+
+
+@pytest.mark.parametrize("seed", range(15))
+def test_every_place_is_felt(executable, tmp_path, seed):
+    """One of each kind of tests/campaigns/spots.py: gaps, energy and momentum."""
+    words, wrong = drop(executable, Drop(seed), tmp_path)
+    assert not wrong
+    assert words == "ends well"

@@ -38,13 +38,28 @@ contains
       !> Folder for files.
       character(len=*), intent(in) :: folder
 
+      type(string_type) :: none(0), rigid(1)
+      integer :: steps
+
       call test_options()
       call test_mistakes()
       call test_failure()
       call test_scene_and_file("inputs/tippe_top.nml")
-      call test_restore("inputs/rattleback.nml", "auto", folder)
-      call test_restore("inputs/tippe_top_rigid.nml", "explicit8", folder)
-      call test_restore("inputs/tippe_top.nml", "cvode_bdf", folder)
+      call test_restore("inputs/rattleback.nml", none, "auto", folder, 0.05_wp, 10)
+      call test_restore("inputs/tippe_top_rigid.nml", none, "explicit8", folder, 0.05_wp, 10)
+      call test_restore("inputs/tippe_top.nml", none, "cvode_bdf", folder, 0.05_wp, 10)
+      rigid(1)%s = "body_bore.normal = 'rigid'"
+      ! One of two spots is away, or open, or both touch.
+      do steps = 2, 302, 50
+         call test_restore("tests/hard/ellipsoid_in_bore.nml", none, "explicit8", folder, &
+            0.04_wp, steps)
+      end do
+      do steps = 2, 102, 20
+         call test_restore("tests/hard/ellipsoid_in_bore.nml", none, "cvode_bdf", folder, &
+            0.04_wp, steps)
+         call test_restore("tests/hard/ellipsoid_in_bore.nml", rigid, "explicit8", folder, &
+            0.2_wp, steps)
+      end do
    end subroutine run_simulation_tests
 
    !> A row is due.
@@ -189,12 +204,18 @@ contains
    end subroutine test_scene_and_file
 
    !> A simulation that was stopped goes on, as does one that is restored from what it saved.
-   subroutine test_restore(name, method, folder)
+   subroutine test_restore(name, overrides, method, folder, t_end, steps)
       !> Scene.
       character(len=*), intent(in) :: name
+      !> Values in place of those of the scene.
+      type(string_type), intent(in) :: overrides(:)
       character(len=*), intent(in) :: method
       !> Folder for files.
       character(len=*), intent(in) :: folder
+      !> End of time [s].
+      real(wp), intent(in) :: t_end
+      !> Steps after which it is stopped.
+      integer, intent(in) :: steps
       type(scene_file_type) :: file
       type(simulation_type) :: stopped, restored
       type(simulation_options_type) :: options
@@ -205,13 +226,13 @@ contains
       character(len=:), allocatable :: path
 
       path = folder // "/simulation.checkpoint"
-      call read_scene(name, [string_type ::], "", file, error)
+      call read_scene(name, overrides, "", file, error)
       options%method = method
-      options%t_end = 0.05_wp
+      options%t_end = t_end
       call new_simulation(file, stopped, error, options)
-      counter%stop_after = 10
+      counter%stop_after = steps
       call simulate(stopped, counter, error)
-      call check(.not. allocated(error) .and. stopped%stopped .and. stopped%time() < 0.05_wp, &
+      call check(.not. allocated(error) .and. stopped%stopped .and. stopped%time() < t_end, &
          name // ": is stopped")
       call saved%begin()
       call stopped%exchange(saved)

@@ -46,6 +46,9 @@ module contensou_dynamics_rests
    !> Overlap of a rigid contact that ends a run, over the smallest radius.
    real(wp), parameter :: sunk = 1.0e-6_wp
 
+   !> Least square of the rate at which an error of a gap decays that tells how far it goes [1/s2].
+   real(wp), parameter :: slowest_pace = 1.0_wp
+
    !> Pull of a rigid contact that is none, over the inverse mass times accelerations of the motion;
    !> the same for the power that friction supplies.
    real(wp), parameter :: unfelt = 1.0e-6_wp
@@ -507,7 +510,8 @@ contains
       logical, intent(out) :: missed(:)
       !> Closed contacts that pull.
       logical, intent(out) :: pulls(:)
-      !> Largest overlap of a closed contact over that which ends a run [-].
+      !> Largest overlap of a closed contact, as far as its rate takes it, over that which ends a
+      !> run [-].
       real(wp), intent(out) :: drift
       !> Contact that has sunk in, or whose friction drives; 0 for none.
       integer, intent(out) :: index
@@ -533,8 +537,12 @@ contains
          associate (link => system%constraints%links(i))
             if (.not. system%contacts(link%contact)%closed) cycle
             if (link%at%gap < 0.0_wp) then
-               drift = max(drift, overlap(system%contacts(link%contact), link%at%gap))
-               if (drift > 1.0_wp .and. index == 0) index = link%contact
+               if (overlap(system%contacts(link%contact), link%at%gap) > 1.0_wp) then
+                  index = link%contact
+               end if
+               ! As far as its rate takes it before it is held.
+               drift = max(drift, overlap(system%contacts(link%contact), link%at%gap &
+                  + min(link%rate, 0.0_wp)/sqrt(max(link%pace, slowest_pace))))
             end if
             if (link%normal_force < -system%constraints%pull) then
                pulls(link%contact) = link%normal_force < -unfelt*largest_force(system, link)

@@ -265,8 +265,9 @@ contains
    end subroutine advance_impact
 
    !> Wrench over the normal force at the end of an implicit stage, by Newton's method: from the
-   !> beginning of the stage, and if that fails from rest, as where friction sticks.
-   pure subroutine solve_stage(impact, law, h, wrench, solved)
+   !> beginning of the stage, and if that fails from rest, as where friction sticks. Where the stage
+   !> cannot be shortened friction is smoothed first, and less and less.
+   pure subroutine solve_stage(impact, law, h, wrench, solved, as_it_is)
       !> The impact at the beginning of the stage, its normal impulse at the end.
       type(impact_type), intent(in) :: impact
       type(contact_law_type), intent(in) :: law
@@ -276,9 +277,11 @@ contains
       real(wp), intent(out) :: wrench(3)
       !> Whether the iteration converged.
       logical, intent(out) :: solved
-      integer, parameter :: most(2) = [12, 60]
+      !> Whether the stage cannot be shortened; if not present it can.
+      logical, intent(in), optional :: as_it_is
+      integer, parameter :: most(3) = [12, 60, 60]
       real(wp) :: start(3), motion(3), value(3), slopes(3, 5), yielding(3, 3), matrix(3, 3)
-      real(wp) :: right(3), last(3), arm
+      real(wp) :: right(3), last(3), arm, resolution
       integer :: i, k, attempt
       logical :: singular
 
@@ -287,13 +290,18 @@ contains
       ! The spin is measured by the spot, so that the equations are of one size.
       arm = merge(impact%a, 1.0_wp, impact%a > 0.0_wp)
       solved = .false.
-      do attempt = 1, 2
+      do attempt = 1, merge(3, 2, present(as_it_is))
          motion = 0.0_wp
          if (attempt == 1) motion = start
+         resolution = impact%resolution
+         if (attempt == 3) resolution = max(resolution, start(1)**2 + start(2)**2 &
+            + (arm*start(3))**2)
          wrench = huge(wrench)
-         do k = 1, most(attempt)
+         k = 0
+         do while (k < most(attempt))
+            k = k + 1
             call law%friction%linearize(law%normal%shape, sliding_type(1.0_wp, impact%a, &
-               motion(1), motion(2), motion(3), impact%resolution), value, slopes)
+               motion(1), motion(2), motion(3), resolution), value, slopes)
             matrix = -matmul(yielding, slopes(:, 3:5))
             do i = 1, 3
                matrix(i, i) = matrix(i, i) + 1.0_wp
@@ -310,7 +318,12 @@ contains
             wrench = value + matmul(slopes(:, 3:5), right)
             solved = maxval(abs(wrench(1:2) - last(1:2))) <= 1.0e-12_wp .and. &
                abs(wrench(3) - last(3)) <= 1.0e-12_wp*arm
-            if (solved) return
+            if (.not. solved) cycle
+            if (resolution <= impact%resolution) return
+            resolution = max(0.01_wp*resolution, impact%resolution)
+            solved = .false.
+            wrench = huge(wrench)
+            k = 0
          end do
       end do
    end subroutine solve_stage

@@ -264,7 +264,8 @@ contains
          end do
          if (change <= converged*self%speed) exit
       end do
-      if (k > most_sweeps) trouble = trouble_unsettled
+      ! Impulses that are not determined creep; the velocities that they make do not matter so long.
+      if (k > most_sweeps .and. change > negligible*self%speed) trouble = trouble_unsettled
       call self%velocities(start, impulse, velocity)
    end subroutine solve_phase
 
@@ -375,7 +376,8 @@ contains
          wrench = 0.0_wp
          solved = .true.
          impact%impulse = [0.0_wp, 0.0_wp, 0.0_wp, normal]
-         if (normal > 0.0_wp) call solve_stage(impact, contact%law, normal, wrench, solved)
+         if (normal > 0.0_wp) call solve_stage(impact, contact%law, normal, wrench, &
+            solved, .true.)
          impulse(1:3) = normal*wrench
          impulse(4) = normal
          rate = start(4) + dot_product(impact%inverse_mass(4, :), impulse)

@@ -7,7 +7,8 @@ module contensou_integrate_march
    use contensou_base_numbers, only : power_text
    use contensou_contact_geometry, only : contact_point_type, track_type, trouble_conforming, &
       trouble_far, trouble_none, trouble_pulls, trouble_sudden, trouble_unseen
-   use contensou_dynamics_impact, only : slow_rate
+   use contensou_dynamics_impact, only : rest, slow_rate, stop_closed_gaps
+   use contensou_dynamics_links, only : link_type
    use contensou_dynamics_mechanism, only : contact_motion_type, gap_type
    use contensou_dynamics_reports, only : energy_type, find_energy
    use contensou_dynamics_rests, only : agree, check_contacts, open_contact, resolve_contacts, &
@@ -1650,14 +1651,30 @@ contains
       where (self%missed .and. self%events == 0) self%events = -1
       call ignore_drift(self)
       unresolved = any(self%pulls .and. self%events == 0)
-      associate (memory => self%memory)
-         if (drift <= drift_step*(memory%tightened + 1)) return
-         ! The errors of the integration make a contact sink in.
+      if (drift > drift_step*(self%memory%tightened + 1)) call hold_contacts(self, error)
+   end subroutine watch_contacts
+
+   !> Where the errors of the integration make closed contacts sink in, take their rates away and
+   !> go on with a finer tolerance.
+   subroutine hold_contacts(self, error)
+      type(march_type), intent(inout) :: self
+      !> Set when the integration cannot be started again.
+      type(error_type), allocatable, intent(out) :: error
+      type(link_type), allocatable :: links(:)
+      real(wp) :: y_rate(self%motion%n)
+
+      associate (memory => self%memory, system => self%motion%system)
          memory%tightened = memory%tightened + 1
          call refine(self, memory%switch%method)
+         call system%derivative(memory%t, memory%y, y_rate)
+         if (.not. system%outside) then
+            allocate(links, source=system%constraints%links(:system%constraints%n_links))
+            call stop_closed_gaps(system, memory%y, links, system%contacts%closed &
+               .and. system%contacts%rigid, rest*slow_rate*self%motion%scales%velocity)
+         end if
          call self%integrator%restart(memory%t, memory%y, error)
       end associate
-   end subroutine watch_contacts
+   end subroutine hold_contacts
 
    !> No touch is what the errors of the integration make of a gap that has just opened and grows.
    subroutine ignore_drift(self)

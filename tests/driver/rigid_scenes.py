@@ -569,7 +569,7 @@ def simulated(executable, folder, text):
         return rows, file["events/time"][()]
 
 
-def against_hertz(executable, folder, seed, youngs=(1e9, 8e9)):
+def against_hertz(executable, folder, seed, youngs=(1e9, 8e9), damping=100.0):
     """How far a rigid scene and compliant ones are apart 0.1 s after the last impact.
 
     The compliant scenes begin at the state of the rigid one, lowered by the overlaps that its
@@ -613,7 +613,7 @@ def against_hertz(executable, folder, seed, youngs=(1e9, 8e9)):
             keys.split(", friction")[0].split(", restitution")[0] + keys[keys.find(", friction") :]
         )
         soft = (soft if "friction" in keys else "") + ", damping = 'hunt_crossley'"
-        soft += ", damping_coefficient = 100.0"
+        soft += f", damping_coefficient = {damping!r}"
         other, _ = simulated(
             executable, folder, settled_text(young, inertia, centres, begin, soft, 0.1)
         )

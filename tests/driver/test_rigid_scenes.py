@@ -38,6 +38,15 @@ def test_rigid_scenes_are_the_limit_of_compliant_ones(executable, tmp_path, buil
     assert {seed: text for seed, text in wrong.items() if text} == {}
 
 
+def test_feet_that_ring_by_themselves_need_damping(executable, tmp_path):
+    # Five feet below a centre of mass that is high slide with friction 0.39: the compliant ones
+    # flutter, the more the stiffer they are, unless more damping holds them.
+    soft, stiff = against_hertz(executable, tmp_path, 47, damping=1000.0)
+    assert stiff[0] < 0.5 * soft[0] < 5e-5
+    assert stiff[2] < 0.5 * soft[2] < 1e-3
+    assert stiff[3] < 0.5 * soft[3] < 2e-3
+
+
 @pytest.mark.parametrize(("kind", "seed"), [("impacts", 120), ("random", 2177), ("random", 3660)])
 def test_touches_do_not_pile_up(run, tmp_path, kind, seed):
     # A ball that creeps up to another one without a force, and a gap that opens less fast than the
@@ -56,10 +65,13 @@ def test_touches_do_not_pile_up(run, tmp_path, kind, seed):
         ("hostile", 606),
         # Nothing held the gaps between bodies that fall alike; the errors of the integration.
         ("random", 2793),
+        ("random", 2906),
         ("random", 3114),
+        # The impulses of impacts at once with friction that sticks were not found.
+        ("hostile", 291),
     ],
 )
 def test_scenes_that_did_not_end_well(executable, tmp_path, kind, seed):
     end, wrong, figures = attempt(executable, tmp_path, SCENES[kind](seed))
     assert (end, wrong) == ("0", [])
-    assert figures["overlap over radius"] < 7e-7
+    assert figures["overlap over radius"] < 4e-7

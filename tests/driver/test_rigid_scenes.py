@@ -69,6 +69,9 @@ def test_touches_do_not_pile_up(run, tmp_path, kind, seed):
         ("random", 3114),
         # The impulses of impacts at once with friction that sticks were not found.
         ("hostile", 291),
+        # They crept by a ten-thousandth of the way in each turn.
+        ("hostile", 447),
+        ("hostile", 575),
     ],
 )
 def test_scenes_that_did_not_end_well(executable, tmp_path, kind, seed):

@@ -49,6 +49,8 @@ contains
    function new_command() result(command)
       type(command_type) :: command
       type(option_type) :: with_names(size(options))
+      ! gfortran 12 does not free a function's text in a structure constructor.
+      character(len=:), allocatable :: text
       integer :: i
 
       with_names = options
@@ -56,8 +58,8 @@ contains
          with_names(1)%choices = trim(with_names(1)%choices) // " " // &
             text_from_c(c_name(i - 1_c_int))
       end do
-      command = command_type("new", "write a commented scene to begin with", with_names, &
-         "writes a commented scene to begin with:" // nl // template_list(), &
+      text = "writes a commented scene to begin with:" // nl // template_list()
+      command = command_type("new", "write a commented scene to begin with", with_names, text, &
          "contensou new ball -o my_ball.nml" // nl // "contensou run my_ball.nml", &
          execute=write_template)
    end function new_command

@@ -2,6 +2,7 @@
 module contensou_drivers_report
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : i8, wp
+   use contensou_base_names, only : names_type
    use contensou_base_numbers, only : counted, number_text, to_text
    use contensou_base_operating_system, only : write_stderr
    use contensou_base_text, only : quote, string_type
@@ -99,30 +100,69 @@ contains
       type(string_type), intent(in) :: words(:)
       type(string_type), allocatable, intent(out) :: lines(:)
       integer, parameter :: many = 6
+      type(names_type) :: kinds
       type(string_type) :: found(size(names))
-      logical :: said(size(names)), alike(size(names))
-      integer :: i, k, n
+      integer :: kind(size(names)), members(size(names)), first(size(names) + 2)
+      logical :: said(size(names))
+      integer :: i, n, n_kinds
 
+      ! Those of which the same is said, kind after kind: `members(first(k):first(k + 1) - 1)`.
+      n_kinds = 0
+      first = 0
+      do i = 1, size(names)
+         kind(i) = 0
+         if (words(i)%s == "") cycle
+         kind(i) = kinds%find(words(i)%s)
+         if (kind(i) == 0) then
+            n_kinds = n_kinds + 1
+            kind(i) = n_kinds
+            call kinds%add(words(i)%s, n_kinds)
+         end if
+         first(kind(i) + 2) = first(kind(i) + 2) + 1
+      end do
+      first(1:2) = 1
+      do i = 3, n_kinds + 2
+         first(i) = first(i) + first(i - 1)
+      end do
+      do i = 1, size(names)
+         if (kind(i) == 0) cycle
+         members(first(kind(i) + 1)) = i
+         first(kind(i) + 1) = first(kind(i) + 1) + 1
+      end do
       said = .false.
       n = 0
       do i = 1, size(names)
-         if (said(i) .or. words(i)%s == "") cycle
-         do k = 1, size(names)
-            alike(k) = .not. said(k) .and. words(k)%s == words(i)%s
-         end do
-         if (count(alike) <= many .or. all_in_series(names, alike)) then
-            do k = 1, size(names)
-               if (alike(k)) alike(k) = k == i .or. in_series(names(k)%s, names(i)%s)
-            end do
-         end if
-         said = said .or. alike
-         n = n + 1
-         found(n)%s = names_in_short(names, alike) // ": " // words(i)%s
+         if (.not. said(i) .and. kind(i) > 0) call put(i, members(first(kind(i)):first(kind(i) &
+            + 1) - 1))
       end do
       allocate(lines(n))
       do i = 1, n
          lines(i)%s = found(i)%s
       end do
+
+   contains
+
+      !> Add a line for a thing and those of its kind that go with it.
+      subroutine put(i, own)
+         integer, intent(in) :: i
+         !> All of its kind.
+         integer, intent(in) :: own(:)
+         type(string_type) :: theirs(size(own))
+         logical :: alike(size(own))
+         integer :: k
+
+         theirs = names(own)
+         alike = .not. said(own)
+         if (count(alike) <= many .or. all_in_series(theirs, alike)) then
+            do k = 1, size(own)
+               if (alike(k)) alike(k) = own(k) == i .or. in_series(theirs(k)%s, names(i)%s)
+            end do
+         end if
+         said(own) = said(own) .or. alike
+         n = n + 1
+         found(n)%s = names_in_short(theirs, alike) // ": " // words(i)%s
+      end subroutine put
+
    end subroutine put_together
 
    !> Whether the names of some things are few series.

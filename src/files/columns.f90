@@ -505,7 +505,7 @@ contains
          if (data%table == self%main) stands_for = matches_pattern(word, lower(name)) .or. &
             matches_pattern(word, lower(data%name))
          if (stands_for .or. index(word, "/") == 0) return
-         pattern = word(verify(word, "/"):)
+         pattern = word(max(verify(word, "/"), 1):)
          stands_for = matches_pattern(pattern, lower(data%path)) .or. matches_pattern(pattern, &
             lower(data%path(:len(data%path) - len(data%name)) // name))
       end associate

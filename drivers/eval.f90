@@ -5,7 +5,8 @@
 !> with 17 significant digits. Nothing is written when any row has a mistake; rows outside the
 !> domain of a kernel give NaN.
 module contensou_drivers_eval
-   use, intrinsic :: ieee_arithmetic, only : ieee_is_nan, ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan, ieee_quiet_nan, &
+      ieee_value
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : wp
@@ -18,9 +19,13 @@ module contensou_drivers_eval
       hertz_newton_with, hertz_spot_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
+   use contensou_contact_tangential_oblique, only : oblique_impact
+   use contensou_contact_tangential_shells, only : default_layers, most_layers, shells_of, &
+      shells_type, single_spring, spring_spot_type
+   use contensou_contact_tangential_stiffness, only : tangential_stiffness
    use contensou_contact_vilke, only : vilke_models
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
-      takes_non_negative
+      takes_count, takes_non_negative
    use contensou_drivers_table, only : digits17, has_column, printer_type, read_lines, read_table
    use contensou_special_elliptic, only : elliptic_kernel, elliptic_model_type, elliptic_models
    implicit none(type, external)
@@ -29,24 +34,31 @@ module contensou_drivers_eval
    public :: eval_command
 
    type(option_type), parameter :: options(*) = [ &
-      option_type("KERNEL", "", "elliptic, hertz or wrench", needs="a kernel", &
-      choices="elliptic hertz wrench"), &
+      option_type("KERNEL", "", "elliptic, hertz, wrench, tangential, tangential_stiffness or " // &
+      "oblique_impact", needs="a kernel", &
+      choices="elliptic hertz wrench tangential tangential_stiffness oblique_impact"), &
       option_type("FILE", "", "CSV with a header; standard input if not given"), &
       option_type("--model", "NAME", "how the kernel is computed"), &
       option_type("--delta", "VELOCITY", &
       "regularisation velocity of the wrench [m/s], default 0", needs="a velocity >= 0 [m/s]", &
       takes=takes_non_negative), &
-      option_type("--jacobian", "", "the wrench's derivatives, too: dFxdvx ... dTzdw")]
+      option_type("--jacobian", "", "the wrench's derivatives, too: dFxdvx ... dTzdw"), &
+      option_type("--layers", "N", &
+      "layers of tangential and oblique_impact, 1 to 128, default 10", &
+      needs="a number of layers from 1 to 128", takes=takes_count)]
 
    !> What the user asks for, in the words of the options; texts blank for the default.
    type :: eval_config_type
       character(len=:), allocatable :: kernel, file, model
       real(wp) :: delta = 0.0_wp
       logical :: jacobian = .false.
+      !> Layers of tangential elasticity; zero for the default.
+      integer :: layers = 0
    end type eval_config_type
 
    !> Names of the kernels.
-   character(len=*), parameter :: kernels(*) = [character(len=8) :: "elliptic", "hertz", "wrench"]
+   character(len=*), parameter :: kernels(*) = [character(len=20) :: "elliptic", "hertz", &
+      "wrench", "tangential", "tangential_stiffness", "oblique_impact"]
 
    character(len=*), parameter :: nl = new_line("a")
 
@@ -57,6 +69,19 @@ module contensou_drivers_eval
    !> Inputs of the kernel `wrench`.
    character(len=*), parameter :: wrench_inputs(*) = [character(len=2) :: &
       "N", "a", "b", "f", "vx", "vy", "w"]
+
+   !> Inputs of the kernel `tangential`.
+   character(len=*), parameter :: tangential_inputs(*) = [character(len=5) :: &
+      "N", "a", "b", "f", "G", "nu", "dx", "dy", "twist"]
+
+   !> Inputs of the kernel `tangential_stiffness`.
+   character(len=*), parameter :: stiffness_inputs(*) = [character(len=2) :: "a", "b", "G", "nu"]
+
+   !> Inputs of the kernel `oblique_impact`.
+   character(len=*), parameter :: oblique_inputs(*) = [character(len=4) :: "nu", "psi1"]
+
+   !> Inputs that must not be negative: as many as the first ones of a kernel.
+   integer, parameter :: wrench_magnitudes = 4, stiffness_magnitudes = 3
 
    !> What is evaluated for each row.
    type :: evaluation_type
@@ -74,6 +99,19 @@ module contensou_drivers_eval
       type(parameters_type) :: parameters
       !> Whether the derivatives of friction are wanted.
       logical :: jacobian = .false.
+      !> Which of the kernels of tangential elasticity; blank for another one.
+      character(len=20) :: tangential = ""
+      !> What the spot remembers from the rows before; without a contact for `oblique_impact`.
+      type(shells_type) :: shells
+      !> Whether the major axis of this spot is y.
+      logical :: turned = .false.
+      !> Shift and twist of the row before.
+      real(wp) :: position(3) = 0.0_wp
+      !> Energy lost up to now [J].
+      real(wp) :: lost = 0.0_wp
+      !> How many of the first inputs must not be negative, and what a message calls them.
+      integer :: magnitudes = 0
+      character(len=24) :: magnitude_names = ""
       !> Inputs beyond `wrench_inputs`: the keys that the friction model alone has.
       character(len=28), allocatable :: keys(:)
    end type evaluation_type
@@ -95,7 +133,13 @@ contains
          // nl // &
          "                                                  newton_gsl, newton_theta" // nl // &
          "wrench    N,a,b,f,vx,vy,w    Fx,Fy,Tz             contensou_exact, coulomb, pade11," // &
-         nl // "                                                  pade22, contensou_simplified", &
+         nl // "                                                  pade22, contensou_simplified" // &
+         nl // &
+         "tangential            N,a,b,f,G,nu,dx,dy,twist   shells, spring" // nl // &
+         "   to Fx,Fy,Tz,stored_energy,slip_work; the rows are a history, dx, dy and twist are" // &
+         nl // "   where body 1 stands, from the unstrained contact on" // nl // &
+         "tangential_stiffness  a,b,G,nu  to kx,ky,kT       mindlin" // nl // &
+         "oblique_impact        nu,psi1   to psi2           shells, spring", &
          execute=evaluate_kernel)
    end function eval_command
 
@@ -115,15 +159,22 @@ contains
       config%model = line%text("--model")
       config%delta = line%number("--delta", config%delta)
       config%jacobian = line%has("--jacobian")
+      config%layers = nint(line%number("--layers", 0.0_wp))
 
       i = findloc(kernels == lower(config%kernel), .true., dim=1)
       if (i == 0) then
          call fatal(error, "unknown kernel " // quote(config%kernel) // did_you_mean( &
-            config%kernel, kernels, "possible are elliptic, hertz, wrench"), status_usage)
+            config%kernel, kernels, "possible are " // join(strings(kernels), ", ")), &
+            status_usage)
          return
       end if
       if (kernels(i) /= "wrench" .and. (config%delta > 0.0_wp .or. config%jacobian)) then
          call fatal(error, "--delta and --jacobian go with the kernel wrench", status_usage)
+         return
+      end if
+      if (config%layers > 0 .and. all(kernels(i) /= ["tangential    ", "oblique_impact"])) then
+         call fatal(error, "--layers goes with the kernels tangential and oblique_impact", &
+            status_usage)
          return
       end if
       select case (kernels(i))
@@ -131,8 +182,10 @@ contains
          call choose_elliptic(config, evaluation, error)
       case ("hertz")
          call choose_hertz(config, evaluation, error)
-      case default
+      case ("wrench")
          call choose_wrench(config, evaluation, error)
+      case default
+         call choose_tangential(config, trim(kernels(i)), evaluation, error)
       end select
       if (allocated(error)) return
       call read_lines(config%file, table, error)
@@ -147,6 +200,13 @@ contains
          end if
       case ("hertz")
          call evaluate(table, hertz_inputs, "c,c1,a,b,N,p0", 6, evaluation, error)
+      case ("tangential")
+         call evaluate(table, tangential_inputs, "Fx,Fy,Tz,stored_energy,slip_work", 5, &
+            evaluation, error)
+      case ("tangential_stiffness")
+         call evaluate(table, stiffness_inputs, "kx,ky,kT", 3, evaluation, error)
+      case ("oblique_impact")
+         call evaluate(table, oblique_inputs, "psi2", 1, evaluation, error)
       case default
          inputs = [character(len=28) :: wrench_inputs, pack(evaluation%keys, &
             [(has_column(table, trim(evaluation%keys(k))) .or. &
@@ -234,6 +294,8 @@ contains
       if (allocated(error)) return
       evaluation%friction = models(i + 1)
       evaluation%jacobian = config%jacobian
+      evaluation%magnitudes = wrench_magnitudes
+      evaluation%magnitude_names = "N, a, b and f"
       call evaluation%parameters%set("regularization_velocity", config%delta)
       evaluation%parameters = models(i + 1)%completed(evaluation%parameters)
       keys = models(i + 1)%keys()
@@ -247,6 +309,40 @@ contains
          .and. keys%keys(:keys%n)%key%name /= "friction_coefficient" &
          .and. keys%keys(:keys%n)%key%name /= "regularization_velocity")
    end subroutine choose_wrench
+
+   !> Choose a model of tangential elasticity.
+   subroutine choose_tangential(config, kernel, evaluation, error)
+      type(eval_config_type), intent(in) :: config
+      !> Name of the kernel.
+      character(len=*), intent(in) :: kernel
+      type(evaluation_type), intent(inout) :: evaluation
+      !> Set when there is no such model.
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i
+
+      evaluation%tangential = kernel
+      if (kernel == "tangential") then
+         evaluation%magnitudes = wrench_magnitudes
+         evaluation%magnitude_names = "N, a, b and f"
+      else if (kernel == "tangential_stiffness") then
+         evaluation%magnitudes = stiffness_magnitudes
+         evaluation%magnitude_names = "a, b and G"
+         call choose("model of the stiffness", config%model, "mindlin", ["mindlin"], i, error)
+         return
+      end if
+      call choose("model of tangential elasticity", config%model, "shells", ["shells", "spring"], &
+         i, error)
+      if (allocated(error)) return
+      if (i == 2) then
+         evaluation%shells = single_spring()
+         if (config%layers > 0) call fatal(error, "--layers goes with the model shells", &
+            status_usage)
+      else if (config%layers > most_layers) then
+         call fatal(error, "--layers needs a number of layers from 1 to 128", status_usage)
+      else
+         evaluation%shells = shells_of(merge(config%layers, default_layers, config%layers > 0))
+      end if
+   end subroutine choose_tangential
 
    !> Find a name in a list.
    subroutine choose(what, wanted, default, names, index, error)
@@ -275,7 +371,7 @@ contains
       !> Names of the outputs, separated by commas.
       character(len=*), intent(in) :: header
       integer, intent(in) :: n_outputs
-      type(evaluation_type), intent(in) :: evaluation
+      type(evaluation_type), intent(inout) :: evaluation
       !> Set when there is a mistake in the table.
       type(error_type), allocatable, intent(out) :: error
       type(diagnostics_type) :: diagnostics
@@ -287,15 +383,15 @@ contains
       integer :: i, k
 
       call read_table(table, names, inputs, lines, diagnostics)
-      if (allocated(evaluation%friction)) then
+      associate (m => evaluation%magnitudes)
          do i = 1, size(lines)
             ! What is not a number gives results that are none; comparing it would trap.
-            if (any(ieee_is_nan(inputs(:4, i)))) cycle
-            if (any(inputs(:4, i) < 0.0_wp)) call diagnostics%add( &
+            if (any(ieee_is_nan(inputs(:m, i)))) cycle
+            if (any(inputs(:m, i) < 0.0_wp)) call diagnostics%add( &
                origin_type(1, lines(i), 1, len(table%lines(lines(i))%s)), &
-               "N, a, b and f must not be negative", "numbers >= 0")
+               trim(evaluation%magnitude_names) // " must not be negative", "numbers >= 0")
          end do
-      end if
+      end associate
       if (diagnostics%count() > 0) then
          call fatal(error, diagnostics%render([table]) // "nothing was evaluated", status_usage)
          return
@@ -316,7 +412,7 @@ contains
 
    !> Evaluate a row.
    subroutine evaluate_row(evaluation, names, x, y)
-      type(evaluation_type), intent(in) :: evaluation
+      type(evaluation_type), intent(inout) :: evaluation
       !> Names of the inputs.
       character(len=*), intent(in) :: names(:)
       !> Inputs.
@@ -343,10 +439,87 @@ contains
       else if (associated(evaluation%hertz)) then
          call evaluation%hertz(x(1), x(2), x(3), x(4), spot)
          y(:6) = [1.0_wp - spot%c1, spot%c1, spot%a, spot%b, spot%force, spot%pressure]
+      else if (evaluation%tangential == "tangential") then
+         call evaluate_tangential(evaluation, x, y)
+      else if (evaluation%tangential == "tangential_stiffness") then
+         call stiffness_of_row(x(1), x(2), x(3), x(4), y)
+      else if (evaluation%tangential == "oblique_impact") then
+         y(1) = oblique_impact(evaluation%shells, x(1), x(2))
       else
          call evaluate_wrench(evaluation, names, x, y)
       end if
    end subroutine evaluate_row
+
+   !> Tangential stiffness of a spot whose major axis may be either one.
+   subroutine stiffness_of_row(a, b, modulus, poisson, stiffness)
+      !> Semi-axes along x and y [m].
+      real(wp), intent(in) :: a, b
+      !> Shear modulus [Pa].
+      real(wp), intent(in) :: modulus
+      !> Poisson's ratio.
+      real(wp), intent(in) :: poisson
+      !> k_x, k_y [N/m] and k_T [N m].
+      real(wp), intent(out) :: stiffness(:)
+      real(wp) :: k(3)
+
+      k = ieee_value(k, ieee_quiet_nan)
+      if (all(ieee_is_finite([a, b]))) then
+         if (min(a, b) > 0.0_wp) then
+            call tangential_stiffness(shape_of(a, b), max(a, b), modulus, poisson, k)
+            if (b > a) k(:2) = k([2, 1])
+         end if
+      end if
+      stiffness(:3) = k
+   end subroutine stiffness_of_row
+
+   !> Shape of a spot with finite semi-axes above zero, in any order.
+   pure function shape_of(a, b) result(shape)
+      real(wp), intent(in) :: a, b
+      type(spot_shape_type) :: shape
+
+      shape = circular_shape
+      if (abs(a - b) > 0.0_wp) shape = elliptic_shape(min(a, b)/max(a, b))
+   end function shape_of
+
+   !> The next row of a history. A row outside the domain gives NaN and is no part of the history.
+   subroutine evaluate_tangential(evaluation, x, y)
+      type(evaluation_type), intent(inout) :: evaluation
+      !> N, a, b, f, G, nu, dx, dy, twist.
+      real(wp), intent(in) :: x(:)
+      !> Fx, Fy, Tz, stored energy, energy lost from the first row on.
+      real(wp), intent(out) :: y(:)
+      type(spring_spot_type) :: spot
+      real(wp) :: step(3), wrench(3), stored, lost
+      logical :: open, turned, valid
+
+      y = ieee_value(y, ieee_quiet_nan)
+      valid = all(ieee_is_finite(x(:9)))
+      if (valid) valid = x(5) > 0.0_wp .and. x(6) >= -1.0_wp .and. x(6) <= 0.5_wp
+      if (.not. valid) return
+      open = .not. x(1) > 0.0_wp
+      if (.not. (open .or. min(x(2), x(3)) > 0.0_wp)) return
+      step = x(7:9) - evaluation%position
+      if (open) then
+         spot = spring_spot_type(circular_shape, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp, 0.0_wp])
+      else
+         turned = x(3) > x(2)
+         spot%shape = shape_of(x(2), x(3))
+         if (.not. ieee_is_finite(spot%shape%k)) return
+         spot%a = max(x(2), x(3))
+         spot%limit = x(4)*x(1)
+         call tangential_stiffness(spot%shape, spot%a, x(5), x(6), spot%stiffness)
+         if (turned .neqv. evaluation%turned) then
+            call evaluation%shells%turn(turned)
+            evaluation%turned = turned
+         end if
+         if (turned) step(:2) = [step(2), -step(1)]
+      end if
+      evaluation%position = x(7:9)
+      call evaluation%shells%advance(spot, step, wrench, stored, lost)
+      evaluation%lost = evaluation%lost + lost
+      if (evaluation%turned) wrench(:2) = [-wrench(2), wrench(1)]
+      y(:5) = [wrench, stored, evaluation%lost]
+   end subroutine evaluate_tangential
 
    !> Friction wrench of a row; the major axis may be either one.
    subroutine evaluate_wrench(evaluation, names, x, y)

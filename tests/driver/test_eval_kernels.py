@@ -24,9 +24,30 @@ ELLIPTIC_MODELS = ["tables", "theta", "agm", "gsl"]
 HERTZ_MODELS = ["hertz", "tables", "newton", "brewe_hamrock", "greenwood"]
 VILKE_MODELS = ["vilke", "vilke_chord", "vilke_power", "vilke_exact"]
 WRENCH_MODELS = ["coulomb", "contensou_simplified", "pade11", "pade22", "contensou_exact"]
-OUTPUTS = {"elliptic": INTEGRALS, "hertz": CONTACT, "wrench": WRENCH}
-INPUTS = {"elliptic": "c1", "hertz": "A,B,Estar,delta", "wrench": "N,a,b,f,vx,vy,w"}
-GOOD_ROW = {"elliptic": "0.5", "hertz": "20,50,1e11,1e-6", "wrench": "2,1e-3,5e-4,0.3,0.1,0.02,50"}
+OUTPUTS = {
+    "elliptic": INTEGRALS,
+    "hertz": CONTACT,
+    "wrench": WRENCH,
+    "tangential": [*WRENCH, "stored_energy", "slip_work"],
+    "tangential_stiffness": ["kx", "ky", "kT"],
+    "oblique_impact": ["psi2"],
+}
+INPUTS = {
+    "elliptic": "c1",
+    "hertz": "A,B,Estar,delta",
+    "wrench": "N,a,b,f,vx,vy,w",
+    "tangential": "N,a,b,f,G,nu,dx,dy,twist",
+    "tangential_stiffness": "a,b,G,nu",
+    "oblique_impact": "nu,psi1",
+}
+GOOD_ROW = {
+    "elliptic": "0.5",
+    "hertz": "20,50,1e11,1e-6",
+    "wrench": "2,1e-3,5e-4,0.3,0.1,0.02,50",
+    "tangential": "2,1e-3,5e-4,0.3,8e10,0.3,1e-9,2e-9,1e-6",
+    "tangential_stiffness": "1e-3,5e-4,8e10,0.3",
+    "oblique_impact": "0.3,1.5",
+}
 KERNELS = list(INPUTS)
 
 
@@ -534,6 +555,7 @@ def test_empty_table(kernel, run, mistakes):
 def test_rows_wrong(kernel, run, mistakes):
     good = GOOD_ROW[kernel]
     bad = good.replace("0.5", "half", 1).replace("1e11", "1e", 1).replace("0.02", "", 1)
+    bad = bad.replace("8e10", "8e", 1).replace("0.3,1.5", "0.3,x", 1)
     long = f"{good},1"
     text = "\n".join([INPUTS[kernel], good, bad, good, long]) + "\n"
     result = run("eval", kernel, input=text)
@@ -582,6 +604,9 @@ def test_words_wrong(words, message, run):
         ("elliptic", ELLIPTIC_MODELS),
         ("hertz", [*HERTZ_MODELS, *VILKE_MODELS]),
         ("wrench", WRENCH_MODELS),
+        ("tangential", ["shells", "spring"]),
+        ("tangential_stiffness", ["mindlin"]),
+        ("oblique_impact", ["shells", "spring"]),
     ],
 )
 def test_unknown_model_lists_the_known(kernel, models, run):
@@ -590,12 +615,13 @@ def test_unknown_model_lists_the_known(kernel, models, run):
     assert all(re.search(rf"\b{model}\b", result.err) for model in models), result.err
 
 
-@pytest.mark.parametrize("kernel", KERNELS)
+@pytest.mark.parametrize("kernel", ["elliptic", "hertz", "wrench", "tangential_stiffness"])
 def test_many_rows(kernel, run, executable, tmp_path, build_kind):
     rows = {
         "elliptic": lambda x: f"{x!r}",
         "hertz": lambda x: f"{50 * x!r},50,1e11,1e-6",
         "wrench": lambda x: f"2,1e-3,{1e-3 * x!r},0.3,{2 * x!r},{x * x!r},1000",
+        "tangential_stiffness": lambda x: f"1e-3,{1e-3 * x!r},8e10,{0.5 * x!r}",
     }[kernel]
 
     def text(number):

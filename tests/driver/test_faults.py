@@ -112,6 +112,36 @@ FAULTS = {
         "load%friction_power = -(wrench(1)*slides%vx + wrench(2)*slides%vy + wrench(3)*slides%w)",
         "load%friction_power = -(wrench(1)*slides%vx + wrench(2)*slides%vy - wrench(3)*slides%w)",
     ),
+    "torsional stiffness of an ellipse": (
+        "contact/tangential/stiffness.f90",
+        "p = rest*shape%b_integral + 3.0_wp*poisson*shape%j20",
+        "p = rest*shape%b_integral - 3.0_wp*poisson*shape%j20",
+    ),
+    "torque of a shell": (
+        "contact/tangential/shells.f90",
+        "force(3) = force(3) + inner%load*inner%size*wrench(3)",
+        "force(3) = force(3) + inner%load*wrench(3)",
+    ),
+    "stiffening that makes energy": (
+        "contact/tangential/shells.f90",
+        "if (now(i) > old(i, j)) self%shift(i, j) = self%shift(i, j)*(old(i, j)/now(i))",
+        "if (now(i) < old(i, j)) self%shift(i, j) = self%shift(i, j)*(old(i, j)/now(i))",
+    ),
+    "shells that are merged without their forces": (
+        "contact/tangential/shells.f90",
+        "self%shift(:, at) = (first*self%shift(:, at) + second*self%shift(:, at + 1))/total",
+        "self%shift(:, at) = 0.5_wp*(self%shift(:, at) + self%shift(:, at + 1))",
+    ),
+    "work of the slip of a shell": (
+        "contact/tangential/shells.f90",
+        "work = dot_product(f, u)*dot_product(force - f, u)/dot_product(u, stiffness*u)",
+        "work = dot_product(force, u)*dot_product(force - f, u)/dot_product(u, stiffness*u)",
+    ),
+    "place of the shells": (
+        "contact/tangential/shells.f90",
+        "edge%load = x*(1.5_wp - 0.5_wp*x*x)",
+        "edge%load = x*(1.5_wp - 0.5_wp*x)",
+    ),
     "sign in the rate of a quaternion": (
         "base/rotations.f90",
         "rate(4) = 0.5_wp*(q(1)*w(3) + q(2)*w(2) - q(3)*w(1)) + pull*q(4)",
@@ -126,7 +156,10 @@ DRIVER_TESTS = (
     "tests/driver/test_corners.py",
     "tests/driver/test_physics.py",
 )
-SUITES = ("dynamics", "contact", "integrate", "jacobian", "rigid", "geometry", "wrench")
+SUITES = (
+    *("dynamics", "contact", "integrate", "jacobian", "rigid", "geometry", "wrench"),
+    "tangential",
+)
 UNIT_TESTS = "tests/unit_tests"
 PROGRAM = "drivers/contensou"
 

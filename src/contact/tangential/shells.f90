@@ -1,0 +1,570 @@
+!> Tangential elasticity of a Hertz spot with local slip and memory: nested shells, each with an
+!> elastic displacement of its own and a limit that is convex in force and torque together.
+!>
+!> A shell between the places x1 < x2, in units of the major semi-axis a, has the share x2 - x1 of
+!> the stiffness against shift and S(x2) - S(x1) of that against twist. It slips as the difference
+!> of two Hertz spots does: with Phi(v, w) the friction potential of the spot for the friction
+!> model of the contact, l(x) = (3/2)(x - x^3/3) the load within x and c(x) = l^(2/3),
+!>    phi(v, w) = l2 Phi(v, c2 w) - l1 Phi(v, c1 w),
+!> which is convex, as l Phi(v, c(l) w) has a second derivative that grows with l. The potentials of
+!> all shells sum to Phi, so full sliding gives the wrench of the friction model for any number of
+!> shells. Without twist the shells are the springs of the method of dimensionality reduction
+!> (Jaeger 1995, Popov and Hess 2015): many shells follow Cattaneo, Mindlin and Deresiewicz for any
+!> history. S(x) makes a pure twist that of Lubkin (1951) on the circle.
+!>
+!> A step is an elastic trial e, after which each shell slips by the p that solves
+!>    K (e - p) in d phi(p):
+!> the minimum of the convex phi(p) + (e - p).K(e - p)/2. Formulas, errors: docs/tangential.md.
+module contensou_contact_tangential_shells
+   use contensou_base_kinds, only : wp
+   use contensou_contact_spot, only : spot_shape_type
+   use contensou_contact_wrench_exact, only : wrench_exact_jacobian
+   use contensou_contact_wrench_scaling, only : slip_type
+   implicit none(type, external)
+   private
+
+   public :: shells_type, shells_of, single_spring, spring_spot_type, default_layers, &
+      most_layers, force_of_sliding
+
+   !> Layers if nothing else is said, and the most.
+   integer, parameter :: default_layers = 10, most_layers = 128
+
+   !> Shells in a layer, which slip one after the other.
+   integer, parameter :: shells_per_layer = 3
+
+   !> Share of the shells, as an inverse, that a spot keeps at least while it shrinks.
+   integer, parameter :: fewest = 10
+
+   !> S(x) = l c [1 + (1 - x) P(x)], from the lowest power of P on.
+   real(wp), parameter :: torsion(0:7) = [ &
+      -0.8698984413305733_wp, 0.02820047614773492_wp, -2.437429052585694_wp, &
+      5.616270271347494_wp, -9.940868532230192_wp, 9.619038470681636_wp, &
+      -5.046682352654168_wp, 0.9303813590491786_wp]
+
+   !> A step of the direction of slip is the last one below this size; it has converged then.
+   real(wp), parameter :: close_enough = 3.0e-7_wp
+
+   !> Below this size a step is Newton's whatever it gains, which rounding errors hide.
+   real(wp), parameter :: close_by = 1.0e-4_wp
+
+   !> The same where a shell sticks.
+   real(wp), parameter :: close_to_limit = 1.0e-6_wp
+
+   !> Longest step of a direction.
+   real(wp), parameter :: longest_step = 0.5_wp
+
+   !> Slip in units of the trial for which a direction is sought where there is none.
+   real(wp), parameter :: short_slip = 1.0e-3_wp
+
+   !> Iterations for the slip of a shell, and halvings of a step.
+   integer, parameter :: most_iterations = 60, most_halvings = 30
+
+   !> A spot with its load and stiffness.
+   type :: spring_spot_type
+      type(spot_shape_type) :: shape
+      !> Major semi-axis [m].
+      real(wp) :: a
+      !> Limit of the friction force, f N [N].
+      real(wp) :: limit
+      !> k_x, k_y [N/m] and k_T [N m] where nothing slips.
+      real(wp) :: stiffness(3)
+   end type spring_spot_type
+
+   !> Edge of a shell.
+   type :: edge_type
+      !> Load within it.
+      real(wp) :: load
+      !> Size c of the spot that slips in its place.
+      real(wp) :: size
+      !> Torsional stiffness within it.
+      real(wp) :: torsion
+   end type edge_type
+
+   !> The shells of a contact, from the centre to the rim, with what they remember.
+   type :: shells_type
+      !> Number of shells when the spot has a size.
+      integer :: most = 0
+      !> Number of shells now, zero without a contact.
+      integer :: n = 0
+      !> Major semi-axis [m].
+      real(wp) :: a = 0.0_wp
+      !> k_x, k_y and k_T of the spot.
+      real(wp) :: stiffness(3) = 0.0_wp
+      !> Outer edges along the major axis [m], from 0 on, and what is within them.
+      real(wp), allocatable :: edge(:)
+      type(edge_type), allocatable :: within(:)
+      !> Elastic displacements along the axes [m] and about the normal [rad] of the shells.
+      real(wp), allocatable :: shift(:, :)
+      !> Directions of their last slips, or zero: where the next slip is sought first.
+      real(wp), allocatable :: direction(:, :)
+   contains
+      procedure :: advance
+      procedure :: resize
+      procedure :: clear
+      procedure :: turn
+      procedure :: energy
+   end type shells_type
+
+contains
+
+   !> Shells without a contact.
+   pure function shells_of(layers) result(shells)
+      !> Number of layers, >= 1.
+      integer, intent(in) :: layers
+      type(shells_type) :: shells
+
+      shells = shells_without_contact(shells_per_layer*layers)
+   end function shells_of
+
+   !> One spring with the stiffness of the whole spot, as granular codes have it.
+   pure function single_spring() result(shells)
+      type(shells_type) :: shells
+
+      shells = shells_without_contact(1)
+   end function single_spring
+
+   !> Shells without a contact, with room for one more.
+   pure function shells_without_contact(number) result(shells)
+      integer, intent(in) :: number
+      type(shells_type) :: shells
+
+      shells%most = number
+      allocate(shells%edge(0:number + 1), source=0.0_wp)
+      allocate(shells%within(0:number + 1))
+      allocate(shells%shift(3, number + 1), source=0.0_wp)
+      allocate(shells%direction(3, number + 1), source=0.0_wp)
+   end function shells_without_contact
+
+   !> Forget all.
+   pure subroutine clear(self)
+      class(shells_type), intent(inout) :: self
+
+      self%n = 0
+      self%a = 0.0_wp
+      self%stiffness = 0.0_wp
+      self%direction = 0.0_wp
+   end subroutine clear
+
+   !> Name the axes anew where the major and the minor axis change their places: what is remembered
+   !> is turned by a right angle, forth or back.
+   pure subroutine turn(self, forth)
+      class(shells_type), intent(inout) :: self
+      !> Whether the new x axis is the old y axis, else the new y axis is the old x axis.
+      logical, intent(in) :: forth
+      real(wp) :: sense, x
+      integer :: j
+
+      sense = merge(1.0_wp, -1.0_wp, forth)
+      do j = 1, self%n
+         x = self%shift(1, j)
+         self%shift(1, j) = sense*self%shift(2, j)
+         self%shift(2, j) = -sense*x
+      end do
+      self%direction = 0.0_wp
+   end subroutine turn
+
+   !> Move the bodies by a step at the load of the spot.
+   pure subroutine advance(self, spot, step, wrench, stored, lost)
+      class(shells_type), intent(inout) :: self
+      type(spring_spot_type), intent(in) :: spot
+      !> Shift of body 1 against body 2 along the axes [m] and twist [rad].
+      real(wp), intent(in) :: step(3)
+      !> Force along the axes [N] and torque [N m] on body 1.
+      real(wp), intent(out) :: wrench(3)
+      !> Elastic energy after the step [J].
+      real(wp), intent(out) :: stored
+      !> Work of the slip in the step and what a smaller spot has let go [J], >= 0.
+      real(wp), intent(out) :: lost
+      real(wp) :: stiffness(3), trial(3), force(3), bearing(3), work, units(3)
+      logical :: slips
+      integer :: j
+
+      wrench = 0.0_wp
+      call self%resize(spot, lost)
+      stored = 0.0_wp
+      if (self%n == 0) return
+      if (.not. spot%limit > 0.0_wp) then
+         lost = lost + self%energy()
+         self%shift(:, :self%n) = 0.0_wp
+         return
+      end if
+      ! Units of f N and of lengths.
+      units = spot%limit*[1.0_wp, 1.0_wp, spot%a]
+      do j = self%n, 1, -1
+         call take_share(self, j, stiffness)
+         trial = self%shift(:, j) + step
+         force = stiffness*trial
+         bearing = force/units
+         if (j < self%n .and. all(abs(self%direction(:, j)) <= 0.0_wp)) self%direction(:, j) = &
+            self%direction(:, j + 1)
+         call slip_of_shell(spot%shape, self%within(j - 1), self%within(j), &
+            stiffness*(spot%limit/units**2), trial*(units/spot%limit), bearing, &
+            self%direction(:, j), slips, work)
+         if (slips) then
+            force = bearing*units
+            trial = force/max(stiffness, tiny(stiffness))
+            lost = lost + spot%limit*work
+         end if
+         self%shift(:, j) = trial
+         wrench = wrench - force
+         stored = stored + 0.5_wp*dot_product(force, trial)
+      end do
+   end subroutine advance
+
+   !> Elastic energy [J].
+   pure function energy(self) result(stored)
+      class(shells_type), intent(in) :: self
+      real(wp) :: stored, stiffness(3)
+      integer :: j
+
+      stored = 0.0_wp
+      do j = 1, self%n
+         call take_share(self, j, stiffness)
+         stored = stored + 0.5_wp*dot_product(stiffness, self%shift(:, j)**2)
+      end do
+   end function energy
+
+   !> Stiffness of a shell.
+   pure subroutine take_share(self, j, stiffness)
+      class(shells_type), intent(in) :: self
+      !> The shell.
+      integer, intent(in) :: j
+      real(wp), intent(out) :: stiffness(3)
+
+      stiffness(1:2) = self%stiffness(1:2)*((self%edge(j) - self%edge(j - 1))/self%a)
+      stiffness(3) = self%stiffness(3)*(self%within(j)%torsion - self%within(j - 1)%torsion)
+   end subroutine take_share
+
+   !> Load, size and torsional stiffness within a place.
+   elemental function edge_at(x) result(edge)
+      !> The place in units of the semi-axis.
+      real(wp), intent(in) :: x
+      type(edge_type) :: edge
+      real(wp) :: p
+      integer :: i
+
+      edge%load = x*(1.5_wp - 0.5_wp*x*x)
+      edge%size = (edge%load*edge%load)**(1.0_wp/3.0_wp)
+      p = torsion(7)
+      do i = 6, 0, -1
+         p = p*x + torsion(i)
+      end do
+      edge%torsion = edge%load*edge%size*(1.0_wp + (1.0_wp - x)*p)
+   end function edge_at
+
+   !> Bring the shells to the size and stiffness of a spot: new area is not strained, lost area lets
+   !> go what it held, and shells that become stiffer keep their force. None of it makes energy.
+   pure subroutine resize(self, spot, lost)
+      class(shells_type), intent(inout) :: self
+      type(spring_spot_type), intent(in) :: spot
+      !> Energy that is let go [J].
+      real(wp), intent(out) :: lost
+      real(wp) :: before, now(3)
+      real(wp), dimension(3, self%most + 1) :: old
+      integer :: j, i
+
+      lost = 0.0_wp
+      if (.not. spot%a > 0.0_wp) then
+         lost = self%energy()
+         call self%clear()
+         return
+      end if
+      if (self%n == 0) then
+         self%n = self%most
+         self%a = spot%a
+         self%stiffness = spot%stiffness
+         do j = 0, self%n
+            self%edge(j) = spot%a*place(real(j, wp)/real(self%n, wp))
+         end do
+         self%within(:self%n) = edge_at(self%edge(:self%n)/self%a)
+         self%shift(:, :self%n) = 0.0_wp
+         return
+      end if
+      ! As it was: bits that agree.
+      if (abs(spot%a - self%a) <= 0.0_wp .and. &
+         all(abs(spot%stiffness - self%stiffness) <= 0.0_wp)) then
+         do while (self%n < self%most)
+            call split_widest(self)
+         end do
+         return
+      end if
+      before = self%energy()
+      if (spot%a < self%a) then
+         do while (self%n > 1 .and. self%edge(self%n - 1) >= spot%a)
+            self%n = self%n - 1
+         end do
+         self%edge(self%n) = spot%a
+         self%within(self%n) = edge_at(spot%a/self%a)
+      end if
+      do j = 1, self%n
+         call take_share(self, j, old(:, j))
+      end do
+      if (spot%a > self%a) then
+         self%n = self%n + 1
+         self%edge(self%n) = spot%a
+         self%shift(:, self%n) = 0.0_wp
+         old(:, self%n) = 0.0_wp
+      end if
+      self%a = spot%a
+      self%stiffness = spot%stiffness
+      self%within(:self%n) = edge_at(self%edge(:self%n)/self%a)
+      do j = 1, self%n
+         call take_share(self, j, now)
+         do i = 1, 3
+            if (now(i) > old(i, j)) self%shift(i, j) = self%shift(i, j)*(old(i, j)/now(i))
+         end do
+      end do
+      do while (self%n > self%most)
+         call merge_narrowest(self)
+      end do
+      ! The halves of a shell that slides are not both at their limits: as late as will do.
+      do while (fewest*self%n < self%most)
+         call split_widest(self)
+      end do
+      lost = max(before - self%energy(), 0.0_wp)
+   end subroutine resize
+
+   !> Place x of a share of the shells: those at the rim, which slip first, are the narrowest. The
+   !> error of the force by shift is then the same everywhere.
+   elemental function place(share) result(x)
+      !> From 0 to 1.
+      real(wp), intent(in) :: share
+      real(wp) :: x
+
+      x = share**(2.0_wp/3.0_wp)
+   end function place
+
+   !> The inverse of `place`, in any unit.
+   elemental function share_of(x) result(share)
+      real(wp), intent(in) :: x
+      real(wp) :: share
+
+      share = x*sqrt(x)
+   end function share_of
+
+   !> Join the two neighbours that are the narrowest together; their forces are kept.
+   pure subroutine merge_narrowest(self)
+      class(shells_type), intent(inout) :: self
+      real(wp) :: width, least, first(3), second(3), total(3)
+      integer :: j, at
+
+      if (self%n < 2) return
+      at = 1
+      least = huge(least)
+      do j = 1, self%n - 1
+         width = share_of(self%edge(j + 1)) - share_of(self%edge(j - 1))
+         if (width < least) then
+            least = width
+            at = j
+         end if
+      end do
+      call take_share(self, at, first)
+      call take_share(self, at + 1, second)
+      total = first + second
+      self%shift(:, at) = (first*self%shift(:, at) + second*self%shift(:, at + 1))/total
+      do j = at + 1, self%n - 1
+         self%shift(:, j) = self%shift(:, j + 1)
+         self%direction(:, j) = self%direction(:, j + 1)
+      end do
+      do j = at, self%n - 1
+         self%edge(j) = self%edge(j + 1)
+         self%within(j) = self%within(j + 1)
+      end do
+      self%n = self%n - 1
+   end subroutine merge_narrowest
+
+   !> Divide the widest shell into two that hold what it held.
+   pure subroutine split_widest(self)
+      class(shells_type), intent(inout) :: self
+      real(wp) :: width, most
+      integer :: j, at
+
+      at = 1
+      most = -1.0_wp
+      do j = 1, self%n
+         width = share_of(self%edge(j)) - share_of(self%edge(j - 1))
+         if (width > most) then
+            most = width
+            at = j
+         end if
+      end do
+      do j = self%n, at, -1
+         self%shift(:, j + 1) = self%shift(:, j)
+         self%direction(:, j + 1) = self%direction(:, j)
+         self%edge(j + 1) = self%edge(j)
+         self%within(j + 1) = self%within(j)
+      end do
+      self%edge(at) = place(0.5_wp*(share_of(self%edge(at - 1)) + share_of(self%edge(at + 1))))
+      self%within(at) = edge_at(self%edge(at)/self%a)
+      self%n = self%n + 1
+   end subroutine split_widest
+
+   !> Slip of a shell after an elastic trial, in units of f N and of a length: shifts along the
+   !> axes, and the twist times the semi-axis. Where it slips by the length p along u, the force is
+   !> that of sliding along u and equals stiffness*(trial - p*u).
+   !>
+   !> Newton's method for the direction u, |u| = 1, with the derivatives of the force of sliding.
+   !> With h(u) = g.u - phi(u), g the force of the trial, a slip along u has the length h/(u.K u)
+   !> and gains h^2/(2 u.K u) where h > 0; else u is short of slipping by -h. Steps that do not gain
+   !> are halved. The shell sticks where no h is above zero.
+   pure subroutine slip_of_shell(shape, inner, outer, stiffness, trial, force, direction, slips, &
+      work)
+      type(spot_shape_type), intent(in) :: shape
+      type(edge_type), intent(in) :: inner, outer
+      !> Its stiffness.
+      real(wp), intent(in) :: stiffness(3)
+      !> Elastic displacement of the trial.
+      real(wp), intent(in) :: trial(3)
+      !> Force of the trial on entry; that of sliding if it slips.
+      real(wp), intent(inout) :: force(3)
+      !> Direction of slip where it is sought first, or zero; that of the slip.
+      real(wp), intent(inout) :: direction(3)
+      logical, intent(out) :: slips
+      !> Work of the slip.
+      real(wp), intent(out) :: work
+      real(wp) :: load, torque, gain, new_gain, length, u(3), new(3), f(3), new_f(3), &
+         hessian(3, 3), new_hessian(3, 3), step(3), size, sliding
+      integer :: i, k
+
+      slips = .false.
+      work = 0.0_wp
+      load = outer%load - inner%load
+      torque = shape%torque*(outer%load*outer%size - inner%load*inner%size)
+      if (.not. (min(load, torque) > 0.0_wp .and. minval(stiffness) > 0.0_wp)) then
+         ! So narrow that rounding errors leave nothing of it.
+         force = 0.0_wp
+         slips = .true.
+         return
+      end if
+      sliding = sqrt(force(1)**2 + force(2)**2)
+      ! The limit holds its corners, pure sliding and pure spinning, and is convex.
+      if (sliding*torque + abs(force(3))*load <= load*torque) return
+      slips = .true.
+      if (abs(force(3)) <= 0.0_wp .and. abs(trial(3)) <= 0.0_wp .and. &
+         abs(stiffness(1) - stiffness(2)) <= 0.0_wp) then
+         ! Along the trial, on a circle.
+         direction = [trial(1:2)/sqrt(trial(1)**2 + trial(2)**2), 0.0_wp]
+         force = load*direction
+         work = load*dot_product(trial - force/stiffness, direction)
+         return
+      end if
+
+      gain = 0.0_wp
+      if (any(abs(direction) > 0.0_wp)) then
+         u = direction
+         call sliding_force(shape, inner, outer, u, f, hessian)
+         gain = gain_of(force, f, u, stiffness)
+      end if
+      if (.not. gain > 0.0_wp) then
+         u = force/[load, load, torque]**2
+         u = u/norm2(u)
+         call sliding_force(shape, inner, outer, u, f, hessian)
+         gain = gain_of(force, f, u, stiffness)
+      end if
+      do i = 1, most_iterations
+         length = dot_product(force - f, u)/dot_product(u, stiffness*u)
+         if (length > 0.0_wp) then
+            call solve(hessian, length*stiffness, force - f - length*stiffness*u, step)
+         else
+            call solve(hessian, (short_slip*norm2(trial))*stiffness, force - f, step)
+         end if
+         step = step - dot_product(step, u)*u
+         size = norm2(step)
+         if (size > longest_step) step = step*(longest_step/size)
+         if (length <= 0.0_wp .and. size < close_to_limit) exit
+         do k = 1, most_halvings
+            new = (u + step)/norm2(u + step)
+            call sliding_force(shape, inner, outer, new, new_f, new_hessian)
+            new_gain = gain_of(force, new_f, new, stiffness)
+            if (new_gain > gain .or. size < close_by) exit
+            step = 0.5_wp*step
+         end do
+         if (.not. (new_gain > gain .or. size < close_by)) exit
+         u = new
+         f = new_f
+         hessian = new_hessian
+         gain = new_gain
+         if (size < close_enough) exit
+      end do
+      slips = gain > 0.0_wp
+      if (.not. slips) return
+      direction = u
+      work = dot_product(f, u)*dot_product(force - f, u)/dot_product(u, stiffness*u)
+      force = f
+   end subroutine slip_of_shell
+
+   !> What is gained by a slip along u, or short of one.
+   pure function gain_of(force, f, u, stiffness) result(gain)
+      !> Force of the trial.
+      real(wp), intent(in) :: force(3)
+      !> Force of sliding along u.
+      real(wp), intent(in) :: f(3)
+      real(wp), intent(in) :: u(3)
+      real(wp), intent(in) :: stiffness(3)
+      real(wp) :: gain
+
+      gain = dot_product(force - f, u)
+      if (gain > 0.0_wp) gain = gain*gain/dot_product(u, stiffness*u)
+   end function gain_of
+
+   !> Force that a shell bears when it slides, and its derivatives by the direction.
+   pure subroutine sliding_force(shape, inner, outer, u, force, hessian)
+      type(spot_shape_type), intent(in) :: shape
+      type(edge_type), intent(in) :: inner, outer
+      !> Direction of the slip.
+      real(wp), intent(in) :: u(3)
+      real(wp), intent(out) :: force(3), hessian(3, 3)
+      real(wp) :: wrench(3), jacobian(3, 3)
+
+      call wrench_exact_jacobian(shape, slip_type(u(1), u(2), outer%size*u(3)), wrench, jacobian)
+      force = -outer%load*wrench
+      force(3) = force(3)*outer%size
+      hessian = -outer%load*jacobian
+      hessian(:, 3) = hessian(:, 3)*outer%size
+      hessian(3, :) = hessian(3, :)*outer%size
+      if (.not. inner%load > 0.0_wp) return
+      call wrench_exact_jacobian(shape, slip_type(u(1), u(2), inner%size*u(3)), wrench, jacobian)
+      force(1:2) = force(1:2) + inner%load*wrench(1:2)
+      force(3) = force(3) + inner%load*inner%size*wrench(3)
+      jacobian(:, 3) = jacobian(:, 3)*inner%size
+      jacobian(3, :) = jacobian(3, :)*inner%size
+      hessian = hessian + inner%load*jacobian
+   end subroutine sliding_force
+
+   !> Force that a shell between two places bears when it slides, in units of f N and f N a.
+   pure subroutine force_of_sliding(shape, inner, outer, u, force)
+      type(spot_shape_type), intent(in) :: shape
+      !> The places in units of the semi-axis.
+      real(wp), intent(in) :: inner, outer
+      !> Shift along the axes, and twist times the semi-axis.
+      real(wp), intent(in) :: u(3)
+      real(wp), intent(out) :: force(3)
+      real(wp) :: hessian(3, 3)
+
+      call sliding_force(shape, edge_at(inner), edge_at(outer), u, force, hessian)
+   end subroutine force_of_sliding
+
+   !> Solve (hessian + diagonal) x = right; the matrix is symmetric and positive definite.
+   pure subroutine solve(hessian, diagonal, right, x)
+      real(wp), intent(in) :: hessian(3, 3), diagonal(3), right(3)
+      real(wp), intent(out) :: x(3)
+      real(wp) :: a11, a21, a31, a22, a32, a33, l21, l31, l32
+
+      a11 = hessian(1, 1) + diagonal(1)
+      a21 = hessian(2, 1)
+      a31 = hessian(3, 1)
+      l21 = a21/a11
+      l31 = a31/a11
+      a22 = hessian(2, 2) + diagonal(2) - l21*a21
+      a32 = hessian(3, 2) - l21*a31
+      l32 = a32/a22
+      a33 = hessian(3, 3) + diagonal(3) - l31*a31 - l32*a32
+      x(1) = right(1)
+      x(2) = right(2) - l21*x(1)
+      x(3) = right(3) - l31*x(1) - l32*x(2)
+      x(3) = x(3)/a33
+      x(2) = x(2)/a22 - l32*x(3)
+      x(1) = x(1)/a11 - l21*x(2) - l31*x(3)
+   end subroutine solve
+
+end module contensou_contact_tangential_shells

@@ -1,0 +1,510 @@
+!> Tests of tangential elasticity: stiffness, nested shells against closed forms, full sliding,
+!> energy, directions, and the oblique impact of a sphere.
+module test_tangential
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_nan, ieee_quiet_nan, ieee_value
+   use contensou_base_kinds, only : pi, wp
+   use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
+   use contensou_contact_tangential_oblique, only : oblique_impact
+   use contensou_contact_tangential_shells, only : default_layers, force_of_sliding, shells_of, &
+      shells_type, single_spring, spring_spot_type
+   use contensou_contact_tangential_stiffness, only : tangential_stiffness
+   use contensou_contact_wrench_exact, only : wrench_exact
+   use contensou_contact_wrench_scaling, only : slip_type
+   use test_harness, only : check, check_close, check_relative, random_type, worst_type
+   implicit none(type, external)
+   private
+
+   public :: run_tangential_tests
+
+   !> Steel, in SI units.
+   real(wp), parameter :: modulus = 8.0e10_wp, poisson = 0.3_wp
+
+   !> Major semi-axis [m] and limit of the friction force [N] of most spots.
+   real(wp), parameter :: a = 1.0e-3_wp, limit = 0.6_wp
+
+   !> Axis ratios of most spots.
+   real(wp), parameter :: ratios(4) = [1.0_wp, 0.5_wp, 0.05_wp, 1.0e-3_wp]
+
+contains
+
+   !> Run all tests.
+   subroutine run_tangential_tests()
+      call test_stiffness()
+      call test_stiffness_domain()
+      call test_history()
+      call test_first_slope()
+      call test_twist()
+      call test_full_sliding()
+      call test_convex()
+      call test_balance()
+      call test_cycles()
+      call test_directions()
+      call test_load()
+      call test_extremes()
+      call test_spring()
+      call test_oblique()
+      call test_oblique_sliding()
+   end subroutine run_tangential_tests
+
+   !> A spot of steel.
+   function spot_of(ratio, size, limit, poisson) result(spot)
+      !> Axis ratio.
+      real(wp), intent(in) :: ratio
+      !> Major semi-axis.
+      real(wp), intent(in) :: size
+      real(wp), intent(in) :: limit, poisson
+      type(spring_spot_type) :: spot
+
+      spot%shape = circular_shape
+      if (ratio < 1.0_wp) spot%shape = elliptic_shape(ratio)
+      spot%a = size
+      spot%limit = limit
+      call tangential_stiffness(spot%shape, size, modulus, poisson, spot%stiffness)
+   end function spot_of
+
+   !> Shift along x at which a spot slides, without twist.
+   function sliding_shift(spot) result(shift)
+      type(spring_spot_type), intent(in) :: spot
+      real(wp) :: shift
+
+      shift = 1.5_wp*spot%limit/spot%stiffness(1)
+   end function sliding_shift
+
+   !> Closed form of the circle, and values of a spectral solver for ellipses.
+   subroutine test_stiffness()
+      !> a/b, nu, k_x and k_y in G sqrt(a b), k_T in G (a b)^(3/2).
+      real(wp), parameter :: table(5, 8) = reshape([ &
+         1.5_wp, 0.2_wp, 2.220280024_wp, 2.270431424_wp, 2.862375382_wp, &
+         1.5_wp, 0.45_wp, 2.533263038_wp, 2.685550088_wp, 2.907686835_wp, &
+         2.0_wp, 0.0_wp, 2.060213634_wp, 2.060213634_wp, 3.176107704_wp, &
+         2.0_wp, 0.5_wp, 2.600360491_wp, 2.911057566_wp, 3.433689389_wp, &
+         5.0_wp, 0.3_wp, 2.577410521_wp, 2.924740336_wp, 7.162339951_wp, &
+         10.0_wp, 0.45_wp, 3.056212919_wp, 4.009734547_wp, 17.31442056_wp, &
+         30.0_wp, 0.3_wp, 3.833115365_wp, 4.71245508_wp, 58.39262625_wp, &
+         100.0_wp, 0.2_wp, 5.42436299_wp, 6.291708619_wp, 249.7982172_wp], [5, 8])
+      real(wp), parameter :: values(5) = [-1.0_wp, 0.0_wp, 0.2_wp, 0.3_wp, 0.5_wp]
+      real(wp) :: k(3)
+      type(worst_type) :: worst
+      integer :: i
+
+      do i = 1, size(values)
+         call tangential_stiffness(circular_shape, a, modulus, values(i), k)
+         call check_relative(k(1), 4.0_wp*modulus*a/(2.0_wp - values(i)), 1.0e-15_wp, &
+            "shift of a circle")
+         call check_relative(k(3), 8.0_wp/3.0_wp*modulus*a**3, 1.0e-15_wp, "twist of a circle")
+      end do
+      do i = 1, size(table, 2)
+         associate (row => table(:, i))
+            call tangential_stiffness(elliptic_shape(1.0_wp/row(1)), sqrt(row(1)), 1.0_wp, &
+               row(2), k)
+            call worst%note(maxval(abs(k/row(3:5) - 1.0_wp)), i)
+         end associate
+      end do
+      call worst%check_below(5.0e-10_wp, "stiffness of ellipses")
+   end subroutine test_stiffness
+
+   !> Outside the domain all is NaN.
+   subroutine test_stiffness_domain()
+      real(wp) :: k(3), nan
+      logical :: is_nan(3, 4)
+
+      nan = ieee_value(nan, ieee_quiet_nan)
+      call tangential_stiffness(circular_shape, -a, modulus, poisson, k)
+      is_nan(:, 1) = ieee_is_nan(k)
+      call tangential_stiffness(circular_shape, a, nan, poisson, k)
+      is_nan(:, 2) = ieee_is_nan(k)
+      call tangential_stiffness(circular_shape, a, modulus, 0.6_wp, k)
+      is_nan(:, 3) = ieee_is_nan(k)
+      call tangential_stiffness(elliptic_shape(2.0_wp), a, modulus, poisson, k)
+      is_nan(:, 4) = ieee_is_nan(k)
+      call check(all(is_nan), "stiffness outside the domain")
+   end subroutine test_stiffness_domain
+
+   !> Loading, reversal and reloading along x without twist: springs at 20000 places of the method
+   !> of dimensionality reduction.
+   subroutine test_history()
+      integer, parameter :: n = 20000, layers(2) = [default_layers, 128]
+      real(wp), parameter :: bars(2) = [1.0e-3_wp, 1.0e-5_wp]
+      real(wp), parameter :: targets(8) = [0.8_wp, -0.6_wp, 0.5_wp, -0.3_wp, 0.9_wp, -1.2_wp, &
+         0.1_wp, 0.7_wp]
+      real(wp) :: q(n), bound(n), from, x, wrench(3), stored, lost, unit
+      type(spring_spot_type) :: spot
+      type(shells_type) :: shells
+      type(worst_type) :: worst
+      integer :: i, j, k, l
+
+      do l = 1, size(layers)
+         do k = 1, 2
+            spot = spot_of(ratios(k), a, limit, poisson)
+            shells = shells_of(layers(l))
+            unit = sliding_shift(spot)
+            bound = [(unit*(1.0_wp - ((real(i, wp) - 0.5_wp)/n)**2), i=1, n)]
+            q = 0.0_wp
+            from = 0.0_wp
+            worst = worst_type()
+            do i = 1, size(targets)
+               do j = 1, 16
+                  x = (targets(i) - from)/16.0_wp*unit
+                  q = max(-bound, min(bound, q + x))
+                  call shells%advance(spot, [x, 0.0_wp, 0.0_wp], wrench, stored, lost)
+                  call worst%note(abs(wrench(1) + spot%stiffness(1)*sum(q)/n)/limit, i)
+               end do
+               from = targets(i)
+            end do
+            call worst%check_below(bars(l), "Cattaneo, Mindlin and Jaeger")
+         end do
+      end do
+   end subroutine test_history
+
+   !> Small steps meet the whole stiffness, in each direction.
+   subroutine test_first_slope()
+      type(spring_spot_type) :: spot
+      type(shells_type) :: shells
+      type(worst_type) :: worst
+      real(wp) :: wrench(3), step(3), stored, lost
+      integer :: i, k
+
+      do k = 1, size(ratios)
+         spot = spot_of(ratios(k), a, limit, poisson)
+         do i = 1, 3
+            shells = shells_of(default_layers)
+            step = 0.0_wp
+            step(i) = 1.0e-6_wp*limit*merge(a, 1.0_wp, i == 3)/spot%stiffness(i)
+            call shells%advance(spot, step, wrench, stored, lost)
+            call worst%note(maxval(abs(wrench + spot%stiffness*step)) &
+               /(spot%stiffness(i)*step(i)), i)
+            call worst%note(lost, i)
+            call worst%note(abs(stored/(0.5_wp*spot%stiffness(i)*step(i)**2) - 1.0_wp), i)
+         end do
+      end do
+      call worst%check_below(1.0e-14_wp, "small steps are elastic")
+   end subroutine test_first_slope
+
+   !> Pure twist of a circle against Lubkin's solution: with the radius c0 of what sticks,
+   !> m = 1 - c0^2, the twist is K(m) - E(m) in units of f p0/G, and dT is k_T c0^3 of its change.
+   subroutine test_twist()
+      integer, parameter :: n = 40000
+      type(spring_spot_type) :: spot
+      type(shells_type) :: shells
+      type(worst_type) :: worst
+      real(wp) :: wrench(3), stored, lost, unit, torque, before, after, c, old
+      integer :: i
+
+      spot = spot_of(1.0_wp, a, limit, poisson)
+      shells = shells_of(60)
+      unit = 1.5_wp*limit/(pi*a**2)/modulus
+      torque = 0.0_wp
+      before = 0.0_wp
+      old = 1.0_wp
+      do i = 1, n - 1
+         c = 1.0_wp - real(i, wp)/n
+         after = twist_of(c)
+         torque = torque + 0.5_wp*(c**3 + old**3)*(after - before)*unit*spot%stiffness(3)
+         if (modulo(i, 500) == 0) then
+            shells = shells_of(60)
+            call shells%advance(spot, [0.0_wp, 0.0_wp, after*unit], wrench, stored, lost)
+            call worst%note(abs(wrench(3) + torque)/(limit*a), i)
+         end if
+         before = after
+         old = c
+      end do
+      call worst%check_below(2.0e-4_wp, "pure twist is Lubkin's")
+   end subroutine test_twist
+
+   !> K(m) - E(m), m = 1 - c^2, by the arithmetic-geometric mean.
+   function twist_of(c) result(twist)
+      real(wp), intent(in) :: c
+      real(wp) :: twist, x, y, z, part, power
+      integer :: i
+
+      x = 1.0_wp
+      y = c
+      part = 0.5_wp*(1.0_wp - c*c)
+      power = 1.0_wp
+      do i = 1, 30
+         z = 0.5_wp*(x - y)
+         part = part + power*z*z
+         power = 2.0_wp*power
+         z = sqrt(x*y)
+         x = 0.5_wp*(x + y)
+         y = z
+      end do
+      twist = pi/(2.0_wp*x)*part
+   end function twist_of
+
+   !> Whatever went before, sliding on gives the wrench of sliding.
+   subroutine test_full_sliding()
+      type(spring_spot_type) :: spot
+      type(shells_type) :: shells
+      type(random_type) :: random
+      type(worst_type) :: worst
+      real(wp) :: wrench(3), expected(3), step(3), stored, lost
+      integer :: i, j, k
+
+      do k = 1, size(ratios)
+         spot = spot_of(ratios(k), a, limit, poisson)
+         do i = 1, 60
+            shells = shells_of(1 + modulo(i, 12))
+            step = random%vector(3)*sliding_shift(spot)/[1.0_wp, 1.0_wp, a]
+            call shells%advance(spot, step, wrench, stored, lost)
+            step = [random%decades(-2.0_wp, 1.0_wp), random%decades(-2.0_wp, 1.0_wp), &
+               random%decades(-2.0_wp, 1.0_wp)/a]*1.0e3_wp*sliding_shift(spot)
+            do j = 1, 20
+               call shells%advance(spot, step, wrench, stored, lost)
+            end do
+            call wrench_exact(spot%shape, slip_type(step(1), step(2), a*step(3)), .true., expected)
+            call worst%note(maxval(abs(wrench/(limit*[1.0_wp, 1.0_wp, a]) - expected)), i)
+         end do
+      end do
+      call worst%check_below(1.0e-12_wp, "full sliding")
+   end subroutine test_full_sliding
+
+   !> The force of sliding of a shell is monotone, as its potential is convex.
+   subroutine test_convex()
+      type(spot_shape_type) :: shape
+      type(random_type) :: random
+      type(worst_type) :: worst
+      real(wp) :: u(3), v(3), f(3), g(3), inner, outer
+      integer :: i, k
+
+      do k = 1, size(ratios)
+         shape = elliptic_shape(ratios(k))
+         do i = 1, 20000
+            inner = random%uniform(0.0_wp, 1.0_wp)
+            outer = inner + (1.0_wp - inner)*random%uniform(0.01_wp, 1.0_wp)
+            u = [random%decades(-3.0_wp, 0.0_wp), random%decades(-3.0_wp, 0.0_wp), &
+               random%decades(-2.0_wp, 1.0_wp)]
+            v = u + random%decades(-3.0_wp, 0.0_wp)*random%vector(3)
+            call force_of_sliding(shape, inner, outer, u, f)
+            call force_of_sliding(shape, inner, outer, v, g)
+            call worst%note(-dot_product(f - g, u - v)/norm2(u - v), i)
+            call worst%note(-dot_product(f, u)/norm2(u), i)
+         end do
+      end do
+      call worst%check_below(2.0e-14_wp, "potentials of the shells are convex")
+   end subroutine test_convex
+
+   !> In each step of any history the work of the wrench after it is at least what is stored and
+   !> lost, nothing lost is negative, and no force is above its limit.
+   subroutine test_balance()
+      type(spring_spot_type) :: spot
+      type(shells_type) :: shells
+      type(random_type) :: random
+      type(worst_type) :: over, negative, force
+      real(wp) :: wrench(3), step(3), stored, before, lost, unit, load
+      integer :: i, j, k
+
+      do k = 1, size(ratios)
+         do i = 1, 40
+            shells = shells_of(1 + modulo(i, 8))
+            before = 0.0_wp
+            do j = 1, 100
+               load = random%uniform(0.01_wp, 2.0_wp)
+               if (modulo(i, 3) == 0) load = 1.0_wp
+               spot = spot_of(ratios(k), a*load**(1.0_wp/3.0_wp), limit*load, 0.1_wp*modulo(i, 6))
+               unit = sliding_shift(spot)
+               step = random%decades(-3.0_wp, 0.5_wp)*random%vector(3)*unit/[1.0_wp, 1.0_wp, a]
+               if (modulo(i, 4) == 0) step(3) = 0.0_wp
+               call shells%advance(spot, step, wrench, stored, lost)
+               call over%note((stored - before + lost + dot_product(wrench, step))/(limit*unit), j)
+               call negative%note(-min(stored, lost)/(limit*unit), j)
+               call force%note(norm2(wrench(1:2))/spot%limit - 1.0_wp, j)
+               call force%note(abs(wrench(3))/(spot%limit*spot%a*spot%shape%torque) - 1.0_wp, j)
+               before = stored
+            end do
+         end do
+      end do
+      call over%check_below(1.0e-13_wp, "no step makes energy")
+      call negative%check_below(0.0_wp, "energies are not negative")
+      call force%check_below(1.0e-12_wp, "within the limits")
+   end subroutine test_balance
+
+   !> In 100000 closed cycles of load, shift and twist the contact returns no more than it took:
+   !> what it takes in a cycle is not below the change of what it stores. Sides of a cycle in four
+   !> steps, with the work of the mean of the wrenches before and after.
+   subroutine test_cycles()
+      integer, parameter :: corners = 3, pieces = 4, cycles = 5
+      real(wp) :: wrench(3), old(3), place(4, corners), at(4), step(4), stored, begin, lost, &
+         taken, unit
+      type(spring_spot_type) :: spot
+      type(shells_type) :: shells
+      type(random_type) :: random
+      type(worst_type) :: worst
+      integer :: i, j, k, cycle
+
+      unit = sliding_shift(spot_of(1.0_wp, a, limit, poisson))
+      do i = 1, 20000
+         do j = 1, corners
+            place(1:3, j) = 0.5_wp*random%vector(3)*unit/[1.0_wp, 1.0_wp, a]
+            place(4, j) = random%uniform(0.3_wp, 1.5_wp)
+         end do
+         shells = shells_of(1)
+         at = place(:, corners)
+         spot = spot_of(1.0_wp, a*at(4), limit*at(4)**3, poisson)
+         call shells%advance(spot, [0.0_wp, 0.0_wp, 0.0_wp], old, begin, lost)
+         do cycle = 1, cycles
+            taken = 0.0_wp
+            do j = 1, corners
+               step = (place(:, j) - at)/pieces
+               do k = 1, pieces
+                  at = at + step
+                  spot%a = a*at(4)
+                  spot%limit = limit*at(4)**3
+                  call tangential_stiffness(spot%shape, spot%a, modulus, poisson, spot%stiffness)
+                  call shells%advance(spot, step(1:3), wrench, stored, lost)
+                  taken = taken - 0.5_wp*dot_product(wrench + old, step(1:3))
+                  old = wrench
+               end do
+               at = place(:, j)
+            end do
+            call worst%note((stored - begin - taken)/(limit*unit), i)
+            begin = stored
+         end do
+      end do
+      call worst%check_below(0.0_wp, "closed cycles return nothing")
+   end subroutine test_cycles
+
+   !> Mirrored and turned steps give mirrored and turned wrenches.
+   subroutine test_directions()
+      type(spring_spot_type) :: spot
+      type(shells_type) :: shells, turned
+      type(random_type) :: random
+      type(worst_type) :: worst
+      real(wp) :: wrench(3), other(3), step(3), stored, lost, stored_2, lost_2, c, s, turn(3, 3)
+      integer :: i, j
+
+      do i = 1, 40
+         shells = shells_of(4)
+         turned = shells
+         spot = spot_of(1.0_wp, a, limit, poisson)
+         c = random%uniform(0.0_wp, 2.0_wp*pi)
+         s = sin(c)
+         c = cos(c)
+         turn = reshape([c, s, 0.0_wp, -s, c, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+         if (modulo(i, 2) == 0) then
+            spot = spot_of(0.3_wp, a, limit, poisson)
+            turn = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
+               -1.0_wp], [3, 3])
+         end if
+         do j = 1, 20
+            step = random%vector(3)*sliding_shift(spot)/[1.0_wp, 1.0_wp, a]
+            call shells%advance(spot, step, wrench, stored, lost)
+            call turned%advance(spot, matmul(turn, step), other, stored_2, lost_2)
+            call worst%note(maxval(abs(matmul(turn, wrench) - other)/[1.0_wp, 1.0_wp, a])/limit, i)
+            call worst%note(abs(stored - stored_2)/(limit*sliding_shift(spot)), i)
+         end do
+      end do
+      call worst%check_below(1.0e-11_wp, "turned and mirrored")
+      wrench(1:2) = shells%shift(1:2, 2)
+      call shells%turn(.true.)
+      call check_close(shells%shift(1, 2), wrench(2), 0.0_wp, "axes named anew")
+      call shells%turn(.false.)
+      call check(all(abs(shells%shift(1:2, 2) - wrench(1:2)) <= 0.0_wp), "and back")
+   end subroutine test_directions
+
+   !> A growing spot keeps its force and a shrinking one lets go; without load nothing stays.
+   subroutine test_load()
+      type(spring_spot_type) :: small, large
+      type(shells_type) :: shells
+      real(wp) :: first(3), wrench(3), stored, lost, before
+      integer :: k
+
+      do k = 1, 2
+         small = spot_of(ratios(k), 0.5_wp*a, limit, poisson)
+         large = spot_of(ratios(k), a, 8.0_wp*limit, poisson)
+         shells = shells_of(default_layers)
+         call shells%advance(small, [0.3_wp, 0.1_wp, 0.2_wp/a]*sliding_shift(small), first, &
+            before, lost)
+         call shells%advance(large, [0.0_wp, 0.0_wp, 0.0_wp], wrench, stored, lost)
+         call check(maxval(abs(wrench - first)/[1.0_wp, 1.0_wp, a]) < 1.0e-12_wp*limit, &
+            "more load keeps the force")
+         call check_close(stored + lost, before, 1.0e-13_wp*before, &
+            "and loses what it does not keep")
+         call shells%advance(small, [0.0_wp, 0.0_wp, 0.0_wp], wrench, stored, lost)
+         call check(stored <= before, "less load lets go")
+         call shells%advance(spring_spot_type(circular_shape, 0.0_wp, 0.0_wp, &
+            [0.0_wp, 0.0_wp, 0.0_wp]), [a, a, 1.0_wp], wrench, before, lost)
+         call check_close(lost, stored, 1.0e-14_wp*stored, "no load: all is lost")
+         call check(all(abs(wrench) <= 0.0_wp) .and. before <= 0.0_wp, "no load, no force")
+         call shells%advance(large, [0.0_wp, 0.0_wp, 0.0_wp], wrench, stored, lost)
+         call check(all(abs(wrench) <= 0.0_wp) .and. lost <= 0.0_wp, "nothing is remembered")
+      end do
+   end subroutine test_load
+
+   !> No friction, much friction, a twist and back, an incompressible material, one layer.
+   subroutine test_extremes()
+      type(spring_spot_type) :: spot
+      type(shells_type) :: shells
+      real(wp) :: wrench(3), stored, lost, theta
+
+      spot = spot_of(1.0e-3_wp, a, 0.0_wp, 0.5_wp)
+      shells = shells_of(1)
+      call shells%advance(spot, [a, a, 1.0_wp], wrench, stored, lost)
+      call check(all(abs(wrench) <= 0.0_wp) .and. stored <= 0.0_wp .and. lost <= 0.0_wp, &
+         "no friction")
+      spot%limit = 5.0_wp
+      theta = 0.05_wp*spot%limit*a/spot%stiffness(3)
+      call shells%advance(spot, [0.0_wp, 0.0_wp, theta], wrench, stored, lost)
+      call shells%advance(spot, [0.0_wp, 0.0_wp, -theta], wrench, stored, lost)
+      call check(abs(wrench(3)) < 0.05_wp*spot%limit*a .and. lost >= 0.0_wp, "twist and back")
+      spot%limit = 0.0_wp
+      call shells%advance(spot, [0.0_wp, 0.0_wp, theta], wrench, stored, lost)
+      call check(shells%energy() <= 0.0_wp, "friction that ends")
+   end subroutine test_extremes
+
+   !> One spring sticks up to the limit.
+   subroutine test_spring()
+      type(spring_spot_type) :: spot
+      type(shells_type) :: shells
+      real(wp) :: wrench(3), stored, lost, unit
+
+      spot = spot_of(1.0_wp, a, limit, poisson)
+      shells = single_spring()
+      unit = limit/spot%stiffness(1)
+      call shells%advance(spot, [0.99_wp*unit, 0.0_wp, 0.0_wp], wrench, stored, lost)
+      call check_relative(wrench(1), -0.99_wp*limit, 1.0e-14_wp, "spring below its limit")
+      call shells%advance(spot, [unit, 0.0_wp, 0.0_wp], wrench, stored, lost)
+      call check_relative(wrench(1), -limit, 1.0e-14_wp, "spring at its limit")
+      call check_relative(lost, 0.99_wp*limit*unit, 1.0e-14_wp, "work of its slip")
+   end subroutine test_spring
+
+   !> Impacts of a sphere against springs at thousands of places.
+   subroutine test_oblique()
+      !> nu, psi before and after.
+      real(wp), parameter :: table(3, 12) = reshape([ &
+         0.3_wp, 0.1_wp, 0.0206_wp, 0.3_wp, 0.75_wp, 0.0140_wp, 0.3_wp, 1.25_wp, -0.2191_wp, &
+         0.3_wp, 2.0_wp, -0.8372_wp, 0.3_wp, 4.0_wp, -1.4367_wp, 0.0_wp, 0.3_wp, 0.1098_wp, &
+         0.0_wp, 1.25_wp, 0.2449_wp, 0.0_wp, 3.0_wp, -1.0375_wp, 0.0_wp, 5.0_wp, -1.5235_wp, &
+         0.5_wp, 0.3_wp, -0.0644_wp, 0.5_wp, 1.25_wp, -0.6356_wp, 0.5_wp, 3.0_wp, -1.3710_wp], &
+         [3, 12])
+      type(worst_type) :: default, twice
+      integer :: i
+
+      do i = 1, size(table, 2)
+         associate (row => table(:, i))
+            call default%note(abs(oblique_impact(shells_of(default_layers), row(1), row(2)) &
+               - row(3)), i)
+            call twice%note(abs(oblique_impact(shells_of(2*default_layers), row(1), row(2)) &
+               - row(3)), i)
+         end associate
+      end do
+      call default%check_below(2.0e-3_wp, "oblique impacts")
+      call twice%check_below(1.0e-3_wp, "oblique impacts with twice the layers")
+      call check(ieee_is_nan(oblique_impact(shells_of(1), 0.6_wp, 1.0_wp)), &
+         "no impact of a material that cannot be")
+   end subroutine test_oblique
+
+   !> A sphere that slides throughout loses the same amount whatever its velocity.
+   subroutine test_oblique_sliding()
+      real(wp), parameter :: values(3) = [0.0_wp, 0.3_wp, 0.5_wp]
+      real(wp) :: chi
+      integer :: i
+
+      do i = 1, size(values)
+         chi = 7.0_wp*(1.0_wp - values(i))/(2.0_wp*(2.0_wp - values(i)))
+         call check_close(oblique_impact(shells_of(default_layers), values(i), 4.0_wp*chi), &
+            0.0_wp, 1.0e-4_wp, "sliding throughout")
+      end do
+   end subroutine test_oblique_sliding
+
+end module test_tangential

@@ -67,6 +67,8 @@ module contensou_base_document_types
       type(assignment_type), allocatable :: assignments(:)
       !> Whether the group was read without a mistake; if not, keys may be missing from it.
       logical :: complete = .true.
+   contains
+      procedure :: gives
    end type group_type
 
    !> What was read.
@@ -89,6 +91,19 @@ module contensou_base_document_types
    end type document_type
 
 contains
+
+   !> Whether a group gives a key a value.
+   pure logical function gives(self, key)
+      class(group_type), intent(in) :: self
+      !> In lower case.
+      character(len=*), intent(in) :: key
+      integer :: i
+
+      gives = .false.
+      do i = 1, self%n_assignments
+         gives = gives .or. self%assignments(i)%key == key
+      end do
+   end function gives
 
    !> Copy the values of a buffer.
    pure subroutine copy_values(buffer, n, values)

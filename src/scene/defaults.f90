@@ -144,11 +144,11 @@ contains
                   with = trim(parts(i)%keys(choice)%keys(at)%with)
                   instead = trim(parts(i)%keys(choice)%keys(at)%instead)
                   if (with /= "") then
-                     if (.not. (gives(group, with) .or. gives(defaults, with))) cycle
+                     if (.not. (group%gives(with) .or. defaults%gives(with))) cycle
                   end if
                   used(k) = .true.
                   if (instead /= "") then
-                     if (gives(group, instead)) cycle
+                     if (group%gives(instead)) cycle
                   end if
                   call give(group, k)
                   exit
@@ -178,7 +178,7 @@ contains
          integer :: n
 
          used(k) = .true.
-         if (gives(group, defaults%assignments(k)%key)) return
+         if (group%gives(defaults%assignments(k)%key)) return
          n = group%n_assignments + 1
          call resize_assignments(group, n)
          group%n_assignments = n
@@ -187,25 +187,13 @@ contains
 
    end subroutine apply_defaults
 
-   !> Whether a group gives a key.
-   pure logical function gives(group, key)
-      type(group_type), intent(in) :: group
-      character(len=*), intent(in) :: key
-      integer :: i
-
-      gives = .false.
-      do i = 1, group%n_assignments
-         gives = gives .or. group%assignments(i)%key == key
-      end do
-   end function gives
-
    !> Text of a key in a group, or else in the defaults, in lower case; blank if there is none.
    pure function text_in(group, defaults, key) result(text)
       type(group_type), intent(in) :: group, defaults
       character(len=*), intent(in) :: key
       character(len=:), allocatable :: text
 
-      if (gives(group, key)) then
+      if (group%gives(key)) then
          text = text_of(group, key)
       else
          text = text_of(defaults, key)

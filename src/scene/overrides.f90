@@ -232,7 +232,7 @@ contains
       if (g > 0) then
          path%groups = index_of%groups("&" // path%object)
          if (path%object == constants_group) path%groups = pack(path%groups, &
-            [(gives(document%groups(path%groups(k)), path%key), k=1, size(path%groups))])
+            [(document%groups(path%groups(k))%gives(path%key), k=1, size(path%groups))])
          path%add_group = size(path%groups) == 0 .and. .not. (schema%groups(g)%spec%repeats .or. &
             path%object == constants_group)
       else
@@ -276,18 +276,6 @@ contains
       end function all_names
 
    end subroutine find_path
-
-   !> Whether a group gives a key a value.
-   pure logical function gives(group, key)
-      type(group_type), intent(in) :: group
-      character(len=*), intent(in) :: key
-      integer :: i
-
-      gives = .false.
-      do i = 1, group%n_assignments
-         gives = gives .or. group%assignments(i)%key == key
-      end do
-   end function gives
 
    !> The groups that a name stands for before a key: those that have the key, if any group has it.
    function named_groups(document, schema, index_of, object, key) result(groups)
@@ -497,7 +485,7 @@ contains
 
       if (element > 0) then
          ! What the others would be if they are not given.
-         if (.not. any([(group%assignments(i)%key == key, i=1, group%n_assignments)])) call &
+         if (.not. group%gives(key)) call &
             set_default_of(group, schema, key, origin)
          do i = 1, group%n_assignments
             associate (assignment => group%assignments(i))

@@ -40,16 +40,12 @@ contains
    !> Whether a group is worked out.
    pure logical function is_template(group)
       type(group_type), intent(in) :: group
-      integer :: i
 
       select case (group%name)
       case (bearing_group, constants_group, defaults_group, pairs_group)
          is_template = .true.
       case ("body")
-         is_template = .false.
-         do i = 1, group%n_assignments
-            is_template = is_template .or. group%assignments(i)%key == "count"
-         end do
+         is_template = group%gives("count")
       case default
          is_template = .false.
       end select

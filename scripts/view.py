@@ -13,10 +13,10 @@ from lib import seal, style, viewing
 from lib.results import ResultError
 
 
-def main() -> int:
+def main(name: str = "scripts/view") -> int:
     """Read the command line, write the page, and print its name."""
     parser = argparse.ArgumentParser(
-        prog="scripts/view",
+        prog=name,
         description="Writes one HTML file that shows a run in three dimensions, and prints its "
         "name.",
     )

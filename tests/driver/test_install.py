@@ -173,6 +173,18 @@ def test_plotting_says_what_it_needs(prefix, tmp_path):
     assert "Traceback" not in done.stderr
 
 
+def test_viewing(run, scene, prefix, tmp_path):
+    """The installed program writes the page of a run."""
+    assert run("run", scene.name, "-q").status == 0
+    program = prefix / "bin/contensou-view"
+    assert os.access(program, os.X_OK)
+    done = captured([sys.executable, program, "top.h5"], cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "top.html\n", "")
+    assert (tmp_path / "top.html").read_text(encoding="utf-8").startswith("<!doctype html>")
+    usage = captured([sys.executable, program, "--help"]).stdout
+    assert usage.startswith("usage: contensou-view ")
+
+
 def test_submission(scene, prefix, tmp_path):
     """The installed script finds the installed program, and the script of a task beside it."""
     (tmp_path / "s.nml").write_text(

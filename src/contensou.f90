@@ -22,10 +22,7 @@ module contensou
    use contensou_contact_hertz, only : effective_modulus, hertz_contact, hertz_spot_type, &
       hertz_type, new_hertz
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
-   use contensou_contact_tangential_oblique, only : oblique_impact
-   use contensou_contact_tangential_shells, only : default_layers, shells_of, shells_type, &
-      single_spring, spring_spot_type
-   use contensou_contact_tangential_stiffness, only : tangential_stiffness
+   use contensou_contact_tangential_shells, only : shells_type, spring_spot_type
    use contensou_contact_vilke, only : vilke_force
    use contensou_contact_wrench, only : slip_type, wrench_exact, wrench_exact_jacobian, &
       wrench_exact_potential

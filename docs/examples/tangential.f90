@@ -27,17 +27,17 @@ contains
       spot%shape = elliptic_shape(b/a)
       spot%a = a
       spot%limit = f*load
-      call tangential_stiffness(spot%shape, a, modulus, poisson, spot%stiffness)
+      call spot%stiffen(modulus, poisson)
       print "(a, 3es14.6)", "stiffness", spot%stiffness
 
-      shells = shells_of(default_layers)
+      call shells%begin()
       print "(a)", "        Fx [N]      Fy [N]    Tz [N m]  stored [uJ]    lost [uJ]"
       do i = 1, size(steps, 2)
          ! The last step leaves an eighth of the load on a spot of half the size.
          if (i == size(steps, 2)) then
             spot%a = a/2
             spot%limit = f*load/8
-            call tangential_stiffness(spot%shape, spot%a, modulus, poisson, spot%stiffness)
+            call spot%stiffen(modulus, poisson)
          end if
          call shells%advance(spot, steps(:, i), wrench, stored, lost)
          print "(i2, 2f12.6, f12.7, 2f13.7)", i, wrench, 1.0e6_wp*stored, 1.0e6_wp*lost

@@ -299,6 +299,10 @@ def rules_text(case: Case, spread: Spread) -> str:
         "/body/*                         ignore",
         "/contact                        ignore",
         "/contact/*                      ignore",
+        "/material                       ignore",
+        "/material/*                     ignore",
+        "/surface                        ignore",
+        "/surface/*                      ignore",
         "# data set                      tolerance  0   # spread, largest value",
     ]
     for path, values in sorted(spread.values.items()):

@@ -36,16 +36,34 @@ pytestmark = pytest.mark.xdist_group("extension")
 
 
 @dataclass
+class Hunk:
+    """Lines added, each after so many of the old lines, and the old lines around, by number."""
+
+    added: list[tuple[int, str]] = field(default_factory=list)
+    around: list[tuple[int, str]] = field(default_factory=list)
+
+    def moved(self, lines: list[str]) -> list[tuple[int, str]]:
+        """What is added, where the lines around stand now."""
+        for shift in sorted(range(-len(lines), len(lines) + 1), key=abs):
+            there = [shift + number for number, _ in self.around]
+            if any(not 0 < number <= len(lines) for number in there):
+                continue
+            if all(lines[n - 1] == text for n, (_, text) in zip(there, self.around, strict=True)):
+                return [(shift + place, line) for place, line in self.added]
+        raise AssertionError(f"nowhere: {self.around}")
+
+
+@dataclass
 class Change:
-    """What a patch does to a file: lines added, each after so many of the old lines."""
+    """What a patch does to a file."""
 
     path: str
     new: bool
-    added: list[tuple[int, str]] = field(default_factory=list)
+    hunks: list[Hunk] = field(default_factory=list)
 
     @property
     def lines(self) -> list[str]:
-        return [line for _, line in self.added]
+        return [line for hunk in self.hunks for _, line in hunk.added]
 
     @property
     def uses(self) -> list[str]:
@@ -66,12 +84,14 @@ def changes_of(patch: str) -> list[Change]:
             start, count = re.match(r"@@ -(\d+)(?:,(\d+))? ", line).groups()
             # A hunk without old lines names the line before it.
             old = int(start) - (count != "0")
+            changes[-1].hunks.append(Hunk())
         elif line.startswith(("index ", "--- ", "+++ ")):
             continue
         elif line.startswith("+"):
-            changes[-1].added.append((old, line[1:]))
+            changes[-1].hunks[-1].added.append((old, line[1:]))
         elif line.startswith(" ") or line == "":
             old += 1
+            changes[-1].hunks[-1].around.append((old, line[1:]))
         else:
             raise AssertionError(f"a patch only adds lines: {line!r}")
     return changes
@@ -84,9 +104,9 @@ def too_many_places(changes: list[Change]) -> str:
     tables = [change for change in changes if change not in new and change not in builds]
     if [len(new), len(tables), len(builds)] != [1, 1, 1]:
         return f"{len(new)} new files, {len(tables)} tables, {len(builds)} meson.build"
-    if len(builds[0].added) != 1 or Path(new[0].path).name not in builds[0].lines[0]:
+    if len(builds[0].lines) != 1 or Path(new[0].path).name not in builds[0].lines[0]:
         return f"not the one line of {new[0].path} in {builds[0].path}: {builds[0].lines}"
-    if len(tables[0].added) - len(tables[0].uses) != 1 or len(tables[0].uses) > 1:
+    if len(tables[0].lines) - len(tables[0].uses) != 1 or len(tables[0].uses) > 1:
         return f"not one row in {tables[0].path}: {tables[0].lines}"
     return ""
 
@@ -98,14 +118,15 @@ def patch_of(name: str) -> str:
 
 def apply(patches: list[str], folder: Path) -> None:
     """Add what patches add, each as if it were alone, to the sources in a folder."""
-    added: dict[str, list[tuple[int, str]]] = {}
+    hunks: dict[str, list[Hunk]] = {}
     for patch in patches:
         for change in changes_of(patch):
             assert (folder / change.path).exists() != change.new, change.path
-            added.setdefault(change.path, []).extend(change.added)
-    for path, insertions in added.items():
+            hunks.setdefault(change.path, []).extend(change.hunks)
+    for path, those in hunks.items():
         file = folder / path
         lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
+        insertions = [one for hunk in those for one in hunk.moved(lines)]
         for place, line in reversed(sorted(insertions, key=lambda one: one[0])):
             lines.insert(place, line)
         file.parent.mkdir(exist_ok=True)
@@ -223,14 +244,16 @@ def test_places_are_counted():
 
 def test_lines_are_added_where_a_patch_says(tmp_path):
     (tmp_path / "src").mkdir()
-    (tmp_path / "src" / "table.f90").write_text("module contensou_table\n" + "2\n" * 6 + "b\nend\n")
-    (tmp_path / "src" / "meson.build").write_text("1\n2\n'z.f90',\n'b.f90',\n")
+    # Lines that have moved since are found where they are now.
+    table = ["module contensou_table", "   use contensou_b, only : b", *"34567", "   row(b)", "end"]
+    (tmp_path / "src" / "table.f90").write_text("\n".join(["! Moved.", *table]) + "\n")
+    (tmp_path / "src" / "meson.build").write_text("1\n2\n  'z.f90',\n  'b.f90',\n")
     apply([EXAMPLE, EXAMPLE.replace("a.f90", "c.f90").replace("table.c", "table.f")], tmp_path)
     assert (tmp_path / "src" / "meson.build").read_text().splitlines()[2:] == [
-        *("'z.f90',", "  'a.f90',", "  'c.f90',", "'b.f90',")
+        *("  'z.f90',", "  'a.f90',", "  'c.f90',", "  'b.f90',")
     ]
     table = (tmp_path / "src" / "table.f90").read_text().splitlines()
-    assert table[1:3] == ["   use contensou_a, only : a"] * 2
+    assert table[2:4] == ["   use contensou_a, only : a"] * 2
     assert table[-3:] == ["   row(a)", "   row(a)", "end"]
 
 

@@ -284,15 +284,18 @@ def random_scene(seed):
 FORBIDDEN = ("Backtrace", "HDF5-DIAG", "Fortran runtime", "SIG", "#0", "runtime error", "Sanitizer")
 
 
+PLACES = ("gap", "contact_point", "contact_normal", "major_direction")
+
+
 def finite_rows(path):
     """Whether all numbers of an output are finite, and the number of its rows."""
     with h5py.File(path) as file:
-        # One of several spots may have no place, and then has no gap.
+        # One of several spots may have no place, and then nothing tells it.
         spots = np.array(["[" in name for name in file["contact/name"].asstr()], dtype=bool)
         for group in ("trajectory", "events", "summary"):
             for name, item in file.get(group, {}).items():
                 values = item[()]
-                if (group, name) == ("trajectory", "gap"):
+                if group == "trajectory" and name in PLACES:
                     values = values[:, ~spots]
                 if item.dtype.kind == "f" and not np.isfinite(values).all():
                     return f"{group}/{name} is not finite", 0

@@ -73,7 +73,7 @@ def check_readable(path, status):
         series = [
             name for name, item in trajectory.items() if h5py.check_string_dtype(item.dtype) is None
         ]
-        assert len(series) == 19
+        assert len(series) == 22
         for name in series:
             values = trajectory[name][()]
             assert len(values) == len(times), name

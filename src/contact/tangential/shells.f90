@@ -18,6 +18,7 @@
 module contensou_contact_tangential_shells
    use contensou_base_kinds, only : wp
    use contensou_contact_spot, only : spot_shape_type
+   use contensou_contact_tangential_stiffness, only : tangential_stiffness
    use contensou_contact_wrench_exact, only : wrench_exact_jacobian
    use contensou_contact_wrench_scaling, only : slip_type
    implicit none(type, external)
@@ -68,6 +69,8 @@ module contensou_contact_tangential_shells
       real(wp) :: limit
       !> k_x, k_y [N/m] and k_T [N m] where nothing slips.
       real(wp) :: stiffness(3)
+   contains
+      procedure :: stiffen
    end type spring_spot_type
 
    !> Edge of a shell.
@@ -98,6 +101,7 @@ module contensou_contact_tangential_shells
       !> Directions of their last slips, or zero: where the next slip is sought first.
       real(wp), allocatable :: direction(:, :)
    contains
+      procedure :: begin
       procedure :: advance
       procedure :: resize
       procedure :: clear
@@ -107,33 +111,58 @@ module contensou_contact_tangential_shells
 
 contains
 
+   !> Set the stiffness of a spot of known shape and size.
+   pure subroutine stiffen(self, modulus, poisson)
+      class(spring_spot_type), intent(inout) :: self
+      !> Shear modulus G of both bodies together [Pa], >= 0.
+      real(wp), intent(in) :: modulus
+      !> Poisson's ratio of both together, from -1 to 1/2.
+      real(wp), intent(in) :: poisson
+
+      call tangential_stiffness(self%shape, self%a, modulus, poisson, self%stiffness)
+   end subroutine stiffen
+
+   !> Begin without a contact.
+   pure subroutine begin(self, layers)
+      class(shells_type), intent(inout) :: self
+      !> Number of layers, 1 to 128; 10 if not given.
+      integer, intent(in), optional :: layers
+      integer :: number
+
+      number = default_layers
+      if (present(layers)) number = layers
+      call self%clear()
+      if (allocated(self%edge)) deallocate(self%edge, self%within, self%shift, self%direction)
+      call make_room(self, shells_per_layer*number)
+   end subroutine begin
+
    !> Shells without a contact.
    pure function shells_of(layers) result(shells)
       !> Number of layers, >= 1.
       integer, intent(in) :: layers
       type(shells_type) :: shells
 
-      shells = shells_without_contact(shells_per_layer*layers)
+      call make_room(shells, shells_per_layer*layers)
    end function shells_of
 
    !> One spring with the stiffness of the whole spot, as granular codes have it.
    pure function single_spring() result(shells)
       type(shells_type) :: shells
 
-      shells = shells_without_contact(1)
+      call make_room(shells, 1)
    end function single_spring
 
-   !> Shells without a contact, with room for one more.
-   pure function shells_without_contact(number) result(shells)
+   !> Make room for shells, and for one more.
+   pure subroutine make_room(shells, number)
+      class(shells_type), intent(inout) :: shells
       integer, intent(in) :: number
-      type(shells_type) :: shells
 
       shells%most = number
       allocate(shells%edge(0:number + 1), source=0.0_wp)
       allocate(shells%within(0:number + 1))
       allocate(shells%shift(3, number + 1), source=0.0_wp)
       allocate(shells%direction(3, number + 1), source=0.0_wp)
-   end function shells_without_contact
+   end subroutine make_room
 
    !> Forget all.
    pure subroutine clear(self)
@@ -142,7 +171,7 @@ contains
       self%n = 0
       self%a = 0.0_wp
       self%stiffness = 0.0_wp
-      self%direction = 0.0_wp
+      if (allocated(self%direction)) self%direction = 0.0_wp
    end subroutine clear
 
    !> Name the axes anew where the major and the minor axis change their places: what is remembered

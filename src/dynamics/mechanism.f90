@@ -169,6 +169,9 @@ module contensou_dynamics_mechanism
       procedure :: fastest
    end type mechanism_type
 
+   !> Reach that is as good as infinite [m].
+   real(wp), parameter :: without_end = 1.0e100_wp
+
 contains
 
    !> Write what a contact remembers to a checkpoint or read it back.
@@ -600,7 +603,7 @@ contains
    end subroutine gap_motion
 
    !> Bound of how fast the gap of a contact changes, wherever its surfaces are nearest [m/s];
-   !> infinite where a surface without an end turns.
+   !> far too large where a surface without an end turns.
    pure real(wp) function fastest(self, index, y)
       class(mechanism_type), intent(in) :: self
       integer, intent(in) :: index
@@ -628,8 +631,8 @@ contains
       pure real(wp) function turning(spin, reach)
          real(wp), intent(in) :: spin(3), reach
 
-         turning = 0.0_wp
-         if (any(abs(spin) > 0.0_wp)) turning = reach*sqrt(dot_product(spin, spin))
+         ! What has no end has the largest number as its reach.
+         turning = min(reach, without_end)*sqrt(dot_product(spin, spin))
       end function turning
 
    end function fastest

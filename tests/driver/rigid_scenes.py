@@ -362,11 +362,14 @@ def judge(path, text=""):
     return wrong, found
 
 
-def attempt(executable, folder, text):
-    """Simulate one scene: how it ended, what is wrong with that, and its figures."""
+def attempt(executable, folder, text, patience=PATIENCE):
+    """Simulate one scene: how it ended, what is wrong with that, and its figures.
+
+    What needs more seconds of CPU than the patience is slow.
+    """
     place = Path(tempfile.mkdtemp(dir=folder))
     (place / "scene.nml").write_text(text)
-    limit = (PATIENCE, PATIENCE + 5)
+    limit = (patience, patience + 5)
     done = subprocess.run(
         [executable, "run", "scene.nml", "-q"],
         cwd=place,
@@ -381,7 +384,7 @@ def attempt(executable, folder, text):
         wrong, figures = judge(place / "out.h5", text)
         end = "0"
     elif done.returncode == 1 and "error: " in done.stderr:
-        lines = [line.strip() for line in done.stderr.splitlines()]
+        lines = [line.strip() for line in done.stderr[done.stderr.index("error: ") :].splitlines()]
         end = next(
             (line for line in lines if re.search(r"surfaces '.*' and '.*':", line)), lines[0]
         )

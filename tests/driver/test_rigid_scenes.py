@@ -75,6 +75,7 @@ def test_touches_do_not_pile_up(run, tmp_path, kind, seed):
     ],
 )
 def test_scenes_that_did_not_end_well(executable, tmp_path, kind, seed):
-    end, wrong, figures = attempt(executable, tmp_path, SCENES[kind](seed))
+    # Sanitizers are slow.
+    end, wrong, figures = attempt(executable, tmp_path, SCENES[kind](seed), patience=100)
     assert (end, wrong) == ("0", [])
     assert figures["overlap over radius"] < 4e-7

@@ -95,6 +95,7 @@ def test_submit_takes_shards_and_time_from_check(submit, executable):
         "sweep.nml",
     ]
     assert "40 cases" in err
+    assert ": 1 shard of " in err
     assert f"limit {words['--time']} min" in err
 
 

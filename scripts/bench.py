@@ -218,6 +218,11 @@ def choice(folder, good):
             return integrate(scene, folder, *words, limit=limit)
         except subprocess.TimeoutExpired:
             return float("inf")
+        except ResultError:
+            # explicit8 gives up where friction sticks.
+            if method == "auto":
+                raise
+            return float("inf")
 
     def values(t):
         # Choosing takes its time too, which tells in runs of hundredths of a second.

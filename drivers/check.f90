@@ -9,7 +9,8 @@ module contensou_drivers_check
       set_option, strict_option
    use contensou_drivers_report, only : bodies_of, bodies_text, contacts_of, heed_warnings
    use contensou_drivers_sweep_check, only : check_sweep
-   use contensou_integrate_march, only : observer_type, row_count
+   use contensou_integrate_memory, only : row_count
+   use contensou_integrate_observer, only : observer_type
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_study_quantities, only : row_type
    use contensou_study_simulation, only : new_simulation, simulate, simulation_type

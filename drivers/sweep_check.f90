@@ -5,7 +5,7 @@ module contensou_drivers_sweep_check
    use contensou_base_numbers, only : number_text, to_text
    use contensou_base_operating_system, only : cpu_seconds, write_stdout
    use contensou_base_text, only : join, string_type
-   use contensou_integrate_march, only : observer_type
+   use contensou_integrate_observer, only : observer_type
    use contensou_integrate_motion, only : motion_type
    use contensou_drivers_report, only : heed_warnings
    use contensou_study_simulation, only : new_simulation, simulate, simulation_type

@@ -15,7 +15,7 @@ module contensou
 
    ! Observers.
    use contensou_dynamics_state, only : position_of, quaternion_of, spin_of, velocity_of
-   use contensou_integrate_march, only : event_lift, event_touch, observer_type
+   use contensou_integrate_observer, only : event_lift, event_touch, observer_type
    use contensou_integrate_motion, only : motion_type
 
    ! Kernels; approximations of them stand in the tables.

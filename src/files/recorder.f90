@@ -13,7 +13,8 @@ module contensou_files_recorder
    use contensou_files_earlier, only : checkpoint_suffix, discard_unreadable, earlier_type, &
       exchange_program, forget, put_aside, settings_item
    use contensou_files_trajectory, only : part_suffix, trajectory_type
-   use contensou_integrate_march, only : event_touch, memory_type, observer_type
+   use contensou_integrate_memory, only : memory_type
+   use contensou_integrate_observer, only : event_touch, observer_type
    use contensou_integrate_motion, only : motion_type
    use contensou_scene_reader, only : scene_file_type
    use contensou_study_simulation, only : simulation_type

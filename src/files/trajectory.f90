@@ -19,7 +19,7 @@ module contensou_files_trajectory
    use contensou_dynamics_scene, only : scene_type, solid_parts
    use contensou_dynamics_equations, only : system_type
    use contensou_integrate_integrator, only : statistics_type
-   use contensou_integrate_march, only : event_touch
+   use contensou_integrate_observer, only : event_touch
    use contensou_integrate_profile, only : profile_names
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, series_real, series_text

@@ -8,7 +8,7 @@ module contensou_scene_cost
    use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote
    use contensou_contact_parts, only : friction_names, normal_names
-   use contensou_integrate_march, only : integrator_methods
+   use contensou_integrate_methods, only : integrator_methods
    implicit none(type, external)
    private
 

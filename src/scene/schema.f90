@@ -3,14 +3,14 @@
 module contensou_scene_schema
    use contensou_base_document, only : constants_group
    use contensou_base_kinds, only : wp
-   use contensou_base_schema, only : group_spec_type, key_list_type, key_type, &
-      kind_choice, kind_file, kind_integer, kind_logical, kind_name, kind_real, kind_reference, &
-      kind_text, most_values, new_schema, schema_type
+   use contensou_base_schema, only : group_spec_type, key_list_type, key_type, kind_choice, &
+      kind_file, kind_integer, kind_logical, kind_name, kind_real, kind_reference, kind_text, &
+      most_values, new_schema, schema_type
    use contensou_base_text, only : string_type, strings
    use contensou_contact_parts, only : put_part_keys
    use contensou_contact_shapes_table, only : put_shape_keys, shape_names
    use contensou_dynamics_scene, only : frame_names, impact_names, motion_names, solid_parts
-   use contensou_integrate_march, only : integrator_methods, jacobian_kinds
+   use contensou_integrate_methods, only : integrator_methods, jacobian_kinds
    use contensou_scene_cost, only : put_cost_keys
    use contensou_scene_placing, only : place_names
    use contensou_scene_repeats, only : arrangement_names

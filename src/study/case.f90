@@ -4,7 +4,7 @@ module contensou_study_case
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
-   use contensou_integrate_march, only : event_touch, observer_type
+   use contensou_integrate_observer, only : event_touch, observer_type
    use contensou_integrate_motion, only : motion_type
    use contensou_study_quantities, only : row_type
    use contensou_study_simulation, only : simulation_type

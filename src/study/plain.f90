@@ -9,7 +9,7 @@ module contensou_study_plain
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : string_type
-   use contensou_integrate_march, only : observer_type
+   use contensou_integrate_observer, only : observer_type
    use contensou_integrate_motion, only : motion_type
    use contensou_scene_reader, only : read_scene_with => read_scene, scene_file_type
    use contensou_study_simulation, only : new_simulation, simulate_observed => simulate, &

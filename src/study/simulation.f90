@@ -21,8 +21,10 @@ module contensou_study_simulation
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_reports, only : contact_report_type, report_contact
    use contensou_integrate_choice, only : choice_text, choice_type
-   use contensou_integrate_march, only : begin_march, integrator_methods, march, memory_type, &
-      observer_type, plan_type
+   use contensou_integrate_memory, only : memory_type, plan_type
+   use contensou_integrate_methods, only : integrator_methods
+   use contensou_integrate_observer, only : observer_type
+   use contensou_integrate_march, only : begin_march, march
    use contensou_integrate_motion, only : motion_type, set_up_motion
    use contensou_scene_reader, only : scene_file_type
    implicit none(type, external)

@@ -14,7 +14,7 @@ module contensou_study_work_precision
       report_contact
    use contensou_dynamics_state, only : body_size, position_of, quaternion_of, spin_of, velocity_of
    use contensou_integrate_integrator, only : statistics_type
-   use contensou_integrate_march, only : event_touch, observer_type
+   use contensou_integrate_observer, only : event_touch, observer_type
    use contensou_integrate_motion, only : motion_type
    use contensou_study_simulation, only : new_simulation, simulate, simulation_options_type, &
       simulation_type

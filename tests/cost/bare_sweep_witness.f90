@@ -3,7 +3,7 @@
 module bare_sweep_witness
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
-   use contensou_integrate_march, only : event_touch, observer_type
+   use contensou_integrate_observer, only : event_touch, observer_type
    use contensou_integrate_motion, only : motion_type
    use contensou_study_quantities, only : row_type
    use contensou_study_summary, only : summary_type

@@ -7,8 +7,9 @@ module test_integrate
    use contensou_dynamics_scene, only : scene_type
    use contensou_integrate_cvode, only : sundials_version
    use contensou_integrate_integrator, only : integrator_type, statistics_type
-   use contensou_integrate_march, only : event_lift, event_touch, integrator_methods, &
-      new_integrator, observer_type, row_count
+   use contensou_integrate_memory, only : row_count
+   use contensou_integrate_methods, only : integrator_methods, new_integrator
+   use contensou_integrate_observer, only : event_lift, event_touch, observer_type
    use contensou_integrate_motion, only : motion_type
    use contensou_integrate_problem, only : problem_type
    use contensou_study_simulation, only : new_simulation, simulate, simulation_options_type, &

@@ -7,7 +7,7 @@ module test_jacobian_scenes
    use contensou_contact_geometry, only : pose_type
    use contensou_dynamics_reports, only : begin_report, contact_report_type, report_contact
    use contensou_dynamics_state, only : body_size, spin_of
-   use contensou_integrate_march, only : observer_type
+   use contensou_integrate_observer, only : observer_type
    use contensou_integrate_motion, only : motion_type
    use contensou_study_simulation, only : new_simulation, simulate, simulation_options_type, &
       simulation_type

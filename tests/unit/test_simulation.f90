@@ -6,7 +6,7 @@ module test_simulation
    use contensou_base_kinds, only : wp
    use contensou_base_text, only : string_type
    use contensou_dynamics_scene, only : scene_type
-   use contensou_integrate_march, only : observer_type
+   use contensou_integrate_observer, only : observer_type
    use contensou_integrate_motion, only : motion_type
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_study_simulation, only : new_simulation, simulate, simulation_options_type, &

@@ -15,7 +15,9 @@ module test_states
    use contensou_dynamics_reports, only : begin_report, contact_report_type, report_contact
    use contensou_dynamics_scene, only : motion_fixed, motion_prescribed, motion_spindle, scene_type
    use contensou_dynamics_state, only : body_size
-   use contensou_integrate_march, only : begin_march, event_touch, integrator_methods, observer_type
+   use contensou_integrate_methods, only : integrator_methods
+   use contensou_integrate_observer, only : event_touch, observer_type
+   use contensou_integrate_march, only : begin_march
    use contensou_integrate_motion, only : motion_type, set_up_motion
    use contensou_study_quantity, only : moment_type
    use contensou_study_simulation, only : new_simulation, simulate, simulation_options_type, &

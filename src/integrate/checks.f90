@@ -1,0 +1,177 @@
+!> What no tolerance tells of: the balance of energy, sudden overlaps, positions too large.
+module contensou_integrate_checks
+   use contensou_base_errors, only : error_type, fatal
+   use contensou_base_kinds, only : wp
+   use contensou_contact_geometry, only : trouble_far, trouble_sudden
+   use contensou_dynamics_reports, only : energy_type, find_energy
+   use contensou_dynamics_rests, only : sunk
+   use contensou_dynamics_state, only : position_of
+   use contensou_integrate_step, only : keep_workspace, kept_type, march_type, restore_workspace, &
+      zero_gap
+   implicit none(type, external)
+   private
+
+   public :: check_step, begin_balance, check_balance
+
+   !> Share of the energy that moved by which the balance may be off before a run is ended ...
+   real(wp), parameter :: leak = 1.0e-3_wp
+
+   !> ... or this many times the tolerance, where that is more ...
+   real(wp), parameter :: leak_of_tolerance = 1.0e3_wp
+
+   !> ... the share of that from which on it is told at the end ...
+   real(wp), parameter :: warned = 0.1_wp
+
+   !> ... and share of the whole energy that rounding may take.
+   real(wp), parameter :: rounded = 1.0e-12_wp
+
+   !> Resolution of the time of an event, in units of its rounding.
+   real(wp), parameter :: time_of_event = 1.0e4_wp
+
+   !> Gap at an event, in units of the tolerance of positions: it is found on an interpolant.
+   real(wp), parameter :: place_of_event = 1.0e3_wp
+
+   !> Steps after which what a tolerance does not tell of is checked, beside touches and the end.
+   integer, parameter :: checked_steps = 100
+
+contains
+
+   !> Check what a tolerance does not tell of: after touches, at the end, and now and then.
+   subroutine check_step(self, error)
+      type(march_type), intent(inout) :: self
+      !> Set when something is wrong.
+      type(error_type), allocatable, intent(out) :: error
+
+      self%unchecked = self%unchecked + 1
+      if (self%unchecked < checked_steps .and. .not. any(self%events < 0) .and. &
+         self%memory%row <= self%rows) return
+      self%unchecked = 0
+      call check_resolution(self, error)
+      if (.not. allocated(error)) call check_touches(self, error)
+      if (.not. allocated(error)) call check_balance(self, error)
+   end subroutine check_step
+
+   !> See whether surfaces that touch overlap without having approached.
+   subroutine check_touches(self, error)
+      type(march_type), intent(inout) :: self
+      !> Set where they do.
+      type(error_type), allocatable, intent(out) :: error
+      type(kept_type) :: kept
+      real(wp), dimension(self%motion%n_events) :: gap, rate
+      real(wp) :: explained
+      integer :: i
+
+      if (.not. any(self%events < 0)) return
+      associate (system => self%motion%system, memory => self%memory)
+         call keep_workspace(self%motion, kept)
+         call system%gaps(memory%y, gap)
+         call system%gap_rates(memory%y, rate)
+         do i = 1, size(gap)
+            if (self%events(i) >= 0 .or. memory%closed(i) .or. gap(i) >= 0.0_wp) cycle
+            associate (contact => system%contacts(i))
+               if (contact%track%lost) cycle
+               ! An event is where the gap is zero, to the resolution of time.
+               explained = time_of_event*epsilon(explained)*(abs(memory%t) + (memory%t &
+                  - self%t_before))*(abs(rate(i)) + abs(self%gap_before(i)%rate))
+               explained = explained + 16.0_wp*zero_gap(memory%y) &
+                  + place_of_event*self%motion%scales%rtol*self%motion%scales%length
+               ! One that has just opened may close below zero.
+               if (contact%rigid) explained = explained &
+                  + sunk*contact%law%geometry%smallest_radius()
+               if (-gap(i) <= explained) cycle
+            end associate
+            system%trouble = i
+            system%trouble_code = trouble_sudden
+            call fatal(error, "a contact does not know where it touches")
+            return
+         end do
+         call restore_workspace(self%motion, kept)
+      end associate
+   end subroutine check_touches
+
+   !> Take note of the energy at the beginning.
+   subroutine begin_balance(self)
+      type(march_type), intent(inout) :: self
+      type(energy_type) :: energy
+      type(kept_type) :: kept
+
+      associate (memory => self%memory)
+         call keep_workspace(self%motion, kept)
+         call find_energy(self%motion%system, memory%t, memory%y, energy)
+         call restore_workspace(self%motion, kept)
+         memory%energy = energy%total()
+         memory%potential = energy%potential
+         memory%energy_moved = max(energy%kinetic, energy%elastic)
+      end associate
+   end subroutine begin_balance
+
+   !> See whether the energy is where it should be.
+   subroutine check_balance(self, error)
+      type(march_type), intent(inout) :: self
+      !> Set when the balance is off by more than the tolerance explains.
+      type(error_type), allocatable, intent(out) :: error
+      type(energy_type) :: energy
+      type(kept_type) :: kept
+      real(wp) :: off, bound
+      character(len=48) :: digits
+
+      associate (memory => self%memory, motion => self%motion)
+         call keep_workspace(motion, kept)
+         call find_energy(motion%system, memory%t, memory%y, energy)
+         call restore_workspace(motion, kept)
+         memory%energy_moved = max(memory%energy_moved, energy%kinetic, energy%elastic, &
+            abs(energy%potential - memory%potential), abs(energy%friction), &
+            abs(energy%damping), abs(energy%applied))
+         off = energy%total() - memory%energy
+         bound = max(leak, leak_of_tolerance*motion%scales%rtol) &
+            *max(memory%energy_moved, motion%scales%energy) &
+            + rounded*max(abs(memory%energy), abs(energy%potential))
+         if (.not. abs(off) > bound) then
+            if (abs(off) > warned*bound) memory%imbalance = max(memory%imbalance, &
+               abs(off)/max(memory%energy_moved, tiny(off)))
+            ! At the end it is told.
+            if (memory%imbalance <= 0.0_wp .or. memory%row <= self%rows) return
+            write(digits, "(es9.2)") memory%imbalance
+            call self%observer%warn("the energy balance was off by" // trim(digits) // &
+               " of the energy that moved: a smaller integrator.rtol closes it")
+            return
+         end if
+         write(digits, "(es9.2, a, es9.2)") abs(off), " J of", memory%energy_moved
+         call fatal(error, "energy has " // trim(merge("appeared   ", "disappeared", &
+            off > 0.0_wp)) // " that no force gave or took:" // trim(digits) // &
+            " J that moved. A smaller integrator.rtol or integrator.max_step closes the " // &
+            "balance where steps are to blame; a contact whose surfaces touch in two places " // &
+            "needs two contacts")
+      end associate
+   end subroutine check_balance
+
+   !> See whether the rounding of positions is small against the overlaps where surfaces touch, or
+   !> are as close as that.
+   subroutine check_resolution(self, error)
+      type(march_type), intent(inout) :: self
+      !> Set where it is not.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: largest(0:size(self%motion%system%bodies)), gap(self%motion%n_events), far
+      integer :: i
+
+      associate (system => self%motion%system)
+         largest(0) = 0.0_wp
+         do i = 1, size(system%bodies)
+            largest(i) = maxval(abs(position_of(self%memory%y, i)))
+         end do
+         if (all(maxval(largest) <= system%contacts%largest_position)) return
+         call system%gaps(self%memory%y, gap)
+         do i = 1, size(gap)
+            associate (contact => system%contacts(i))
+               far = max(largest(contact%a), largest(contact%b))
+               if (far <= contact%largest_position .or. gap(i) > 64.0_wp*spacing(far)) cycle
+               system%trouble = i
+               system%trouble_code = trouble_far
+               call fatal(error, "a contact is not resolved")
+               return
+            end associate
+         end do
+      end associate
+   end subroutine check_resolution
+
+end module contensou_integrate_checks

@@ -1,0 +1,383 @@
+!> What gaps do within a step: a touch between its ends, spots that appear, contacts too deep.
+module contensou_integrate_gaps
+   use contensou_base_errors, only : error_type, fatal
+   use contensou_base_kinds, only : wp
+   use contensou_contact_geometry, only : trouble_sudden, trouble_unseen
+   use contensou_dynamics_mechanism, only : gap_type
+   use contensou_dynamics_spots, only : change_spots, take_back_spots
+   use contensou_integrate_step, only : kept_type, look_at_gaps, march_type, open_step, &
+      restore_workspace
+   use contensou_special_bisection, only : bisection_type
+   implicit none(type, external)
+   private
+
+   public :: avoid_dip, find_depth, follow_spots
+
+   !> Bounds of the gap of an open contact within a step.
+   type :: bounds_type
+      !> How strongly it bends down over convex surfaces [m/s2].
+      real(wp) :: bend = 0.0_wp
+      !> Where a surface is concave, of its rate [m/s]; else 0.
+      real(wp) :: speed = 0.0_wp
+      !> Overlap that goes unseen [m].
+      real(wp) :: overlap = 0.0_wp
+   end type bounds_type
+
+   !> Overlap within a step that goes unseen, over the smallest radius.
+   real(wp), parameter :: unseen_overlap = 2.0e-7_wp
+
+   !> Speed at which nothing moves, and through which a length can be divided [m/s].
+   real(wp), parameter :: still = 1.0e-100_wp
+
+   !> Step that cannot be halved any more, in units of the rounding of the time.
+   real(wp), parameter :: shortest = 4.0_wp
+
+   !> Looks at the gap of one contact within a step; one that needs more is taken in smaller ones.
+   integer, parameter :: most_looks = 2000
+
+   !> How often a step is taken again before its spots are given up.
+   integer, parameter :: most_retaken = 200
+
+contains
+
+   !> Gaps and their motion at the beginning of the step.
+   subroutine look_before(self)
+      type(march_type), intent(inout) :: self
+      integer :: i
+
+      associate (system => self%motion%system)
+         call system%set_poses(self%y_before)
+         do i = 1, size(self%gap)
+            call system%gap_motion(i, self%gap_before(i))
+         end do
+      end associate
+   end subroutine look_before
+
+   !> If a contact closed and opened again within the step, go back to take it in smaller ones.
+   subroutine avoid_dip(self, again, error)
+      type(march_type), intent(inout) :: self
+      !> Whether the march is at the beginning of the step again.
+      logical, intent(out) :: again
+      !> Set when the integration cannot go on there.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: t_dip
+      integer :: index
+      logical :: looked, near
+
+      again = .false.
+      associate (memory => self%memory, t => self%memory%t)
+         if (far_away(self)) then
+            self%seen = .false.
+            if (memory%bounded_until > 0.0_wp) call lift_bound(self)
+            return
+         end if
+         if (.not. self%seen) call look_before(self)
+         call look_at_gaps(self)
+         self%suspect = .not. memory%closed .and. self%events == 0 .and. &
+            self%gap_before%rate < 0.0_wp .and. self%gap%rate > 0.0_wp .and. &
+            .not. self%motion%system%contacts%leaving
+         t_dip = huge(t_dip)
+         index = findloc(self%suspect, .true., dim=1)
+         looked = index > 0
+         if (looked) then
+            self%motion%system%contacts%felt = 0.0_wp
+            call find_dip(self, t_dip)
+         end if
+         ! A step that ends at once where a contact is too deep has no inside.
+         if (t_dip > t .and. t > self%t_before) then
+            call suspect_near(self)
+            near = any(self%suspect)
+            if (near) then
+               if (.not. looked) self%motion%system%contacts%felt = 0.0_wp
+               call follow_gaps(self, t_dip, index)
+            end if
+            if (near .or. looked) call doubt_interpolant(self, t_dip, index)
+         end if
+         again = t_dip < t
+         if (again .and. t - self%t_before <= shortest*spacing(t)) then
+            ! There are no smaller ones.
+            self%motion%system%trouble = index
+            self%motion%system%trouble_code = trouble_unseen
+            call fatal(error, "a gap cannot be followed")
+         else if (again) then
+            t = self%t_before
+            memory%y = self%y_before
+            self%gap = self%gap_before
+            self%clearance = 0.0_wp
+            memory%bounded_until = t_dip
+            call self%integrator%bound_step((t_dip - t)/4.0_wp)
+            call self%integrator%restart(t, memory%y, error)
+         else if (memory%bounded_until > 0.0_wp) then
+            call lift_bound(self)
+         end if
+      end associate
+   end subroutine avoid_dip
+
+   !> Let the steps be as long as they were before they were made smaller, once that is passed.
+   subroutine lift_bound(self)
+      type(march_type), intent(inout) :: self
+
+      associate (memory => self%memory)
+         if (memory%t <= memory%bounded_until) return
+         call self%integrator%bound_step(self%plan%max_step)
+         memory%bounded_until = 0.0_wp
+      end associate
+   end subroutine lift_bound
+
+   !> Where the interpolant has felt the force of an open contact it is of no use: the step is
+   !> taken in smaller ones.
+   pure subroutine doubt_interpolant(self, t_dip, index)
+      type(march_type), intent(in) :: self
+      !> The time [s].
+      real(wp), intent(inout) :: t_dip
+      !> Contact that was felt; unchanged if none was.
+      integer, intent(inout) :: index
+      integer :: i
+
+      do i = 1, size(self%gap)
+         if (self%memory%closed(i) .or. self%events(i) /= 0) cycle
+         associate (felt => self%motion%system%contacts(i)%felt)
+            if (felt <= 0.0_wp) cycle
+            if (felt <= unseen(self, i)) cycle
+         end associate
+         t_dip = min(t_dip, 0.5_wp*(self%t_before + self%memory%t))
+         index = i
+      end do
+   end subroutine doubt_interpolant
+
+   !> Give the places of contacts with several spots at the end of the step to these; where one
+   !> touches that was not followed, go back to take the step with it.
+   subroutine follow_spots(self, again, error)
+      type(march_type), intent(inout) :: self
+      !> Whether the march is at the beginning of the step again.
+      logical, intent(out) :: again
+      !> Set where they cannot be followed.
+      type(error_type), allocatable, intent(out) :: error
+      logical :: born
+      integer :: index, trouble
+
+      associate (system => self%motion%system, memory => self%memory, t => self%memory%t)
+         call system%set_poses(memory%y)
+         call change_spots(system, memory%closed, self%events < 0, again, index, trouble)
+         again = again .and. t > self%t_before
+         if (.not. again) self%retaken = 0
+         if (index == 0 .and. again) then
+            call system%set_poses(self%y_before)
+            call take_back_spots(system, memory%closed, born, index, trouble)
+            self%retaken = self%retaken + 1
+            if (index == 0 .and. self%retaken > most_retaken) then
+               index = findloc(system%contacts%spots > 1, .true., dim=1)
+               trouble = trouble_sudden
+            end if
+         end if
+         if (index > 0) then
+            system%trouble = index
+            system%trouble_code = trouble
+            call fatal(error, "a contact does not know where it touches")
+            return
+         end if
+         if (.not. again) return
+         if (born) then
+            memory%bounded_until = t
+            call self%integrator%bound_step((t - self%t_before)/4.0_wp)
+         end if
+         t = self%t_before
+         memory%y = self%y_before
+         self%motion%unfound = .false.
+         call look_at_gaps(self)
+         call self%integrator%restart(t, memory%y, error)
+      end associate
+   end subroutine follow_spots
+
+   !> Overlap within a step that goes unseen, from that with which a contact has opened [m].
+   pure real(wp) function unseen(self, index)
+      type(march_type), intent(in) :: self
+      !> Contact.
+      integer, intent(in) :: index
+
+      unseen = unseen_overlap*self%motion%system%contacts(index)%law%geometry%smallest_radius() &
+         + max(-self%gap_before(index)%value, 0.0_wp)
+   end function unseen
+
+   !> Bounds of the gap of a contact in the step.
+   !>
+   !> The distance of two convex bodies without spin that move uniformly never bends down. What
+   !> spins do is bounded; accelerations are smooth, or the step were shorter.
+   pure type(bounds_type) function bounds_of(self, index) result(bounds)
+      type(march_type), intent(in) :: self
+      !> Contact.
+      integer, intent(in) :: index
+
+      associate (now => self%gap(index), before => self%gap_before(index))
+         bounds%bend = 3.0_wp*abs(now%rate - before%rate)/(self%memory%t - self%t_before) &
+            + max(now%bend, before%bend)
+         bounds%speed = max(now%speed, before%speed)
+         bounds%overlap = unseen(self, index)
+      end associate
+   end function bounds_of
+
+   !> Time for which a gap cannot fall below an overlap that goes unseen [s].
+   !>
+   !> Over a hollow the gap bends down the more, the nearer the surfaces are to conforming: what is
+   !> known here holds for as long only as that cannot have doubled. But no gap falls faster than
+   !> the bodies move.
+   pure real(wp) function reach(gap, rate, bounds)
+      !> The gap here.
+      type(gap_type), intent(in) :: gap
+      !> Its rate away from here [m/s].
+      real(wp), intent(in) :: rate
+      type(bounds_type), intent(in) :: bounds
+      real(wp) :: height, bend, root
+
+      reach = 0.0_wp
+      height = gap%value + bounds%overlap
+      if (height <= 0.0_wp) return
+      bend = bounds%bend + 2.0_wp*gap%sharpness*bounds%speed**2
+      root = sqrt(rate**2 + 2.0_wp*bend*height)
+      if (rate > 0.0_wp) then
+         reach = (rate + root)/max(bend, tiny(bend)*max(rate, 1.0_wp)*4.0_wp)
+      else
+         reach = 2.0_wp*height/max(root - rate, tiny(root)*max(height, 1.0_wp)*4.0_wp)
+      end if
+      if (bounds%speed > still) reach = max(min(reach, 0.5_wp/(gap%sharpness*bounds%speed)), &
+         height/bounds%speed)
+   end function reach
+
+   !> Whether all open contacts are so far away that none can have touched in the step.
+   logical function far_away(self)
+      type(march_type), intent(inout) :: self
+      real(wp) :: fastest
+      integer :: i
+
+      ! Looks within a step are part of the counts that others compare: a method that pays for them
+      ! looks at each step.
+      far_away = self%may_skip .and. self%integrator%free_interpolation
+      if (.not. far_away) return
+      do i = 1, size(self%clearance)
+         fastest = self%motion%system%fastest(i, self%memory%y)
+         ! Between the ends it may be faster, though not by much.
+         self%clearance(i) = self%clearance(i) &
+            - 2.0_wp*max(fastest, self%fastest(i))*(self%memory%t - self%t_before)
+         self%fastest(i) = fastest
+         if (self%memory%closed(i) .and. self%events(i) == 0) cycle
+         far_away = far_away .and. self%clearance(i) > 0.0_wp .and. self%events(i) == 0
+      end do
+   end function far_away
+
+   !> Suspect the open contacts whose gaps may fall below zero as seen from the ends of the step.
+   pure subroutine suspect_near(self)
+      type(march_type), intent(inout) :: self
+      type(bounds_type) :: bounds
+      integer :: i
+
+      do i = 1, size(self%suspect)
+         self%suspect(i) = .not. self%memory%closed(i)
+         if (.not. self%suspect(i)) cycle
+         bounds = bounds_of(self, i)
+         associate (now => self%gap(i), before => self%gap_before(i))
+            self%suspect(i) = reach(before, before%rate, bounds) + reach(now, -now%rate, bounds) &
+               < self%memory%t - self%t_before
+         end associate
+      end do
+   end subroutine suspect_near
+
+   !> First time within the step at which one of the gaps is below zero by more than what goes
+   !> unseen; a time after the step if none is. From each place the next is where the gap could be
+   !> so at the earliest. Where a gap is so near zero that it cannot be followed to the end of the
+   !> step, the time to which it was. Nothing that follows depends on it.
+   subroutine follow_gaps(self, t_dip, index)
+      type(march_type), intent(inout) :: self
+      !> The time [s].
+      real(wp), intent(inout) :: t_dip
+      !> Contact of that gap; unchanged if the time is.
+      integer, intent(inout) :: index
+      type(kept_type) :: kept
+      type(gap_type) :: gap
+      type(bounds_type) :: bounds
+      real(wp) :: t, t_clear, y(self%motion%n)
+      integer :: i, k
+
+      associate (system => self%motion%system, t_end => self%memory%t)
+         call open_step(self, 0.5_wp*(self%t_before + t_end), kept)
+         do i = 1, size(self%suspect)
+            if (.not. self%suspect(i)) cycle
+            bounds = bounds_of(self, i)
+            t_clear = t_end - reach(self%gap(i), -self%gap(i)%rate, bounds)
+            t = self%t_before
+            gap = self%gap_before(i)
+            do k = 1, most_looks
+               t = t + max(reach(gap, gap%rate, bounds), 4.0_wp*spacing(t))
+               if (t >= min(t_clear, t_dip)) exit
+               call self%integrator%interpolate(t, y)
+               call system%set_poses(y)
+               call system%gap_motion(i, gap)
+               if (2.0_wp*gap%value <= min(self%gap_before(i)%value, 0.0_wp) - bounds%overlap) exit
+            end do
+            if (t >= min(t_clear, t_dip)) cycle
+            t_dip = t
+            index = i
+         end do
+         call restore_workspace(self%motion, kept)
+      end associate
+   end subroutine follow_gaps
+
+   !> Find where within the step a contact becomes too deep, and move its end there.
+   subroutine find_depth(self, too_deep)
+      !> The march; `too_deep` of its system names the contact.
+      type(march_type), intent(inout) :: self
+      !> Whether a contact of the accepted state is too deep, not only one of a trial.
+      logical, intent(out) :: too_deep
+      real(wp), dimension(self%motion%n_events) :: gap, limit
+      type(bisection_type) :: search
+      integer :: i
+
+      associate (system => self%motion%system, y => self%memory%y)
+         limit = [(system%contacts(i)%law%largest_approach, i=1, size(limit))]
+         call system%gaps(y, gap)
+         too_deep = any(-gap > limit)
+         if (.not. too_deep) return
+         call search%begin(self%t_before, self%memory%t, steps=60)
+         do while (search%goes_on)
+            call self%integrator%interpolate(search%middle, y)
+            call system%gaps(y, gap)
+            associate (deep => any(-gap > limit))
+               if (deep) system%too_deep = maxloc(-gap - limit, dim=1)
+               call search%narrow(deep)
+            end associate
+         end do
+         self%memory%t = search%high
+         call self%integrator%interpolate(search%high, y)
+      end associate
+   end subroutine find_depth
+
+   !> First time within the step at which an open gap that falls and rises again is closed; a time
+   !> after the step if there is none.
+   subroutine find_dip(self, t_dip)
+      !> The march, with the contacts whose gap is open at both ends of the step, falls at the first
+      !> and rises at the second.
+      type(march_type), intent(inout) :: self
+      !> The time [s].
+      real(wp), intent(out) :: t_dip
+      real(wp) :: y(self%motion%n)
+      real(wp), dimension(self%motion%n_events) :: gap, rate
+      type(bisection_type) :: search
+      integer :: i
+
+      t_dip = huge(t_dip)
+      do i = 1, size(self%suspect)
+         if (.not. self%suspect(i)) cycle
+         call search%begin(self%t_before, self%memory%t, steps=60)
+         do while (search%goes_on)
+            call self%integrator%interpolate(search%middle, y)
+            call self%motion%system%gaps(y, gap)
+            if (gap(i) < -self%resolution) then
+               t_dip = min(t_dip, search%middle)
+               exit
+            end if
+            call self%motion%system%gap_rates(y, rate)
+            call search%narrow(rate(i) >= 0.0_wp)
+         end do
+      end do
+   end subroutine find_dip
+
+end module contensou_integrate_gaps

@@ -193,6 +193,7 @@ class Browser:
     def picture(self, path=None):
         """The page as an array of pixels (rows, columns, red green blue)."""
         self.draw()
+        self.wait("!window.contensou || contensou.state.playing || contensou.settled()")
         data = base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
         if path:
             path.write_bytes(data)

@@ -459,7 +459,7 @@ def test_arrows_grow_with_the_force(shown, chromium):
         chromium.value(
             "Array.from({length: 400}, (_, i) => { contensou.seek(i * 1e-3); contensou.draw();"
             "const c = contensou.contacts[0], m = contensou.scene.getObjectByName('normal forces')"
-            ".children[1].instanceMatrix.array;"
+            ".children[1].matrices;"
             "return [c.open ? 0 : c.values[0], m[14], c.open ? 0 : c.point.z]; })"
         )
     )
@@ -507,6 +507,83 @@ def test_every_shipped_scene_opens(shown, chromium, path):
     chromium.value("contensou.seek(contensou.head.end / 2)")
     picture = chromium.picture()
     assert picture[60:480, 50:950].std() > 3
+    assert_light(chromium)
+    clean(chromium, page)
+
+
+def assert_light(program, triangles=20_000):
+    """What a frame costs where the processor draws: triangles, calls, pixels, and what is painted
+    beside them. `frames.py` measures the time it takes."""
+    program.value("contensou.state.speed = 1e-6")
+    program.value("contensou.play(true)")
+    painted = program.value(
+        "new Promise(done => { const pen = document.getElementById('spot').getContext('2d');"
+        "const clear = pen.clearRect; let painted = 0; pen.clearRect = (...at) => {"
+        "painted += 1; clear.apply(pen, at); }; const start = performance.now();"
+        "(function go() { if (performance.now() - start < 500) requestAnimationFrame(go);"
+        "else { pen.clearRect = clear; done(painted); } })(); })"
+    )
+    assert painted <= 5
+    calls, drawn, wide, high = program.value(
+        "(r => [r.info.render.calls, r.info.render.triangles, r.domElement.width,"
+        "r.domElement.height])(contensou.renderer)"
+    )
+    program.value("contensou.play(false)")
+    assert calls <= 50
+    assert drawn <= triangles
+    assert wide * high <= 1280 * 720
+
+
+@needs_browser
+def test_a_thousand_balls(shown, chromium):
+    scene = """&scene title = 'balls', gravity = 0, 0, -9.81, t_end = 0.012 /
+&defaults material = 'rubber', shape = 'sphere', radius = 0.01 /
+&material name = 'rubber', young = 1e6, poisson = 0.4 /
+&body name = 'ball', mass = 0.004, inertia = 3*1.6e-7, count = 40, 25, spacing = 0.03, 0.03,
+   position = 0, 0, 0.0101, velocity = 1, 0, 0, spin = 3, 0, 7 /
+&surface name = 'skin', body = 'ball' /
+&surface name = 'floor', body = 'ground', shape = 'plane' /
+&contacts surfaces = 'skin*', 'floor', friction = 'pade22', friction_coefficient = 0.3,
+   damping = 'hunt_crossley', restitution = 0.7 /
+&integrator method = 'cvode_bdf', rtol = 1e-4 /
+&output interval = 1e-3 /"""
+    path, page = shown(scene)
+    assert page.stat().st_size < 20e6
+    chromium.open(page)
+    with h5py.File(path) as file:
+        times = file["trajectory/time"][()]
+        pick = [0, len(times) // 2, len(times) - 1]
+        position = file["trajectory/position"][()][pick]
+        frames = thinning.matrices(file["trajectory/quaternion"][()][pick])
+    drawn = np.array(
+        chromium.value(
+            f"{json.dumps(times[pick].tolist())}.map(t => {{ contensou.seek(t); contensou.draw();"
+            "const all = []; for (const mesh of contensou.crowds) mesh.userData.of.forEach("
+            "({group}, i) => { all[group.userData.body] ="
+            "[...mesh.matrices.slice(16 * i, 16 * i + 16)]; }); return all; })"
+        )
+    ).reshape(3, 1000, 4, 4)
+    head = contents(page.read_text())[0]
+    off = np.linalg.norm(drawn[..., 3, :3] - position, axis=-1)
+    assert off.max() <= head["length"] * head["scale"]
+    turned = np.einsum("...ji,...jk->...ik", frames, np.swapaxes(drawn[..., :3, :3], -1, -2))
+    cosine = 0.5 * (np.trace(turned, axis1=-2, axis2=-1) - 1)
+    assert np.degrees(np.arccos(np.minimum(cosine, 1))).max() <= head["angle"]
+    assert_light(chromium, triangles=250_000)
+    # A ball that is seen can be followed by a double click.
+    place = chromium.value(
+        "contensou.seek(0), contensou.draw(), (v => [(v.x + 1) / 2, (1 - v.y) / 2])"
+        "(contensou.groups[500].position.clone().project(contensou.camera))"
+    )
+    high = chromium.value("document.getElementById('stage').clientHeight")
+    at = (round(place[0] * 1280), round(place[1] * high))
+    for count in (1, 2):
+        for kind in ("mousePressed", "mouseReleased"):
+            chromium.call(
+                *("Input.dispatchMouseEvent",),
+                **{"type": kind, "x": at[0], "y": at[1], "button": "left", "clickCount": count},
+            )
+    assert chromium.value("[contensou.state.camera, contensou.state.body]") == ["follow", 500]
     clean(chromium, page)
 
 

@@ -6,6 +6,8 @@
   const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
   const PALETTE = ["#2f7fd1", "#e08a2e", "#3f9e58", "#c0504d", "#8064a2", "#2aa3a3", "#b0457f", "#7a8a2f"];
   const PULL = "#d43a3a", RUB = "#1f8f4d";
+  // Of more bodies than this those that look alike are drawn at once.
+  const CROWD = 40;
 
   function problem(text) {
     byId("problem").textContent = text;
@@ -128,7 +130,8 @@
       let s = share(this.at, i, t), n = i + 1 < this.at.length ? i + 1 : i;
       if (!this.closed[n]) n = i;
       const p = this.positions, f = this.frames, v = this.numbers;
-      this.point.set(...[0, 1, 2].map((k) => p[3 * i + k] + s * (p[3 * n + k] - p[3 * i + k])));
+      const a = 3 * i, b = 3 * n;
+      this.point.set(p[a] + s * (p[b] - p[a]), p[a + 1] + s * (p[b + 1] - p[a + 1]), p[a + 2] + s * (p[b + 2] - p[a + 2]));
       this.frame.set(f[4 * i + 1], f[4 * i + 2], f[4 * i + 3], f[4 * i]).normalize();
       if (n !== i) this.frame.slerp(this.next.set(f[4 * n + 1], f[4 * n + 2], f[4 * n + 3], f[4 * n]).normalize(), s);
       for (let k = 0; k < 9; k++) this.values[k] = v[9 * i + k] + s * (v[9 * n + k] - v[9 * i + k]);
@@ -147,22 +150,29 @@
       const n = new THREE.Vector3().subVectors(b, a).cross(d.sub(c)).normalize();
       return flip ? n.negate() : n;
     };
-    for (let i = 0; i < nu; i++) for (let j = 0; j < nv; j++) {
-      const u0 = i / nu, u1 = (i + 1) / nu, v0 = j / nv, v1 = (j + 1) / nv;
-      const corners = [[u0, v0], [u1, v0], [u1, v1], [u0, v0], [u1, v1], [u0, v1]];
-      if (flip) corners.reverse();
-      const tint = colours[(Math.floor((i + 0.5) / nu * fields[0]) + Math.floor((j + 0.5) / nv * fields[1])) % 2];
-      for (const [u, v] of corners) {
-        const p = f(u, v), n = normal(u, v);
+    // Neighbouring triangles of one colour share their corners.
+    const corners = [new Map(), new Map()], triangles = [];
+    const corner = (i, j, k) => {
+      const place = i * (nv + 1) + j;
+      if (!corners[k].has(place)) {
+        const u = i / nu, v = j / nv, p = f(u, v), n = normal(u, v);
+        corners[k].set(place, points.length / 3);
         points.push(p.x, p.y, p.z);
         normals.push(n.x, n.y, n.z);
-        tints.push(tint.r, tint.g, tint.b);
+        tints.push(colours[k].r, colours[k].g, colours[k].b);
       }
+      return corners[k].get(place);
+    };
+    for (let i = 0; i < nu; i++) for (let j = 0; j < nv; j++) {
+      const k = (Math.floor((i + 0.5) / nu * fields[0]) + Math.floor((j + 0.5) / nv * fields[1])) % 2;
+      const a = corner(i, j, k), b = corner(i + 1, j, k), c = corner(i + 1, j + 1, k), d = corner(i, j + 1, k);
+      triangles.push(...(flip ? [c, b, a, d, c, a] : [a, b, c, a, c, d]));
     }
     const geometry = new THREE.BufferGeometry();
     for (const [name, list] of [["position", points], ["normal", normals], ["color", tints]]) {
       geometry.setAttribute(name, new THREE.Float32BufferAttribute(list, 3));
     }
+    geometry.setIndex(triangles);
     return geometry;
   }
 
@@ -218,14 +228,83 @@
     }
   }
 
-  // A plane: a chequered square as wide as the run.
-  function planeGrid(surface, middle, wide, colours) {
-    const cell = 10 ** Math.floor(Math.log10(wide / 4)), cells = 2 * clamp(Math.ceil(wide / cell / 2), 4, 40);
-    const half = cells * cell / 2, x = Math.round(middle.x / cell) * cell, y = Math.round(middle.y / cell) * cell;
-    return grid((u, v) => new THREE.Vector3(x + (2 * u - 1) * half, y + (2 * v - 1) * half, 0), cells, cells, [cells, cells], colours, false);
+  // A plane: a chequered rectangle as wide as the run.
+  function planeGrid(middle, wide, high, colours) {
+    const power = 10 ** Math.floor(Math.log10(wide / 6)), cell = power * (wide / power > 30 ? 5 : wide / power > 12 ? 2 : 1);
+    const [nu, nv] = [wide, high].map((size) => 2 * clamp(Math.ceil(size / cell / 2), 1, 8));
+    const x = Math.round(middle.x / cell) * cell, y = Math.round(middle.y / cell) * cell;
+    return grid((u, v) => new THREE.Vector3(x + (u - 0.5) * nu * cell, y + (v - 0.5) * nv * cell, 0), nu, nv, [nu, nv], colours, false);
+  }
+
+  // Many copies of one shape, put in their places here and drawn at once: a processor that draws
+  // takes as long for each thing as for hundreds of triangles.
+  class Copies extends THREE.Mesh {
+    constructor(shape, material, most) {
+      const geometry = new THREE.BufferGeometry(), each = shape.getAttribute("position").count, index = shape.index.array;
+      super(geometry, material);
+      this.shape = shape;
+      this.each = each;
+      this.faces = index.length / 3;
+      this.matrices = new Float32Array(16 * most);
+      this.frustumCulled = false;
+      const repeated = (array, Kind, add) => {
+        const all = new Kind(array.length * most);
+        for (let i = 0; i < most; i++) for (let k = 0; k < array.length; k++) all[i * array.length + k] = array[k] + i * add;
+        return all;
+      };
+      geometry.setIndex(new THREE.BufferAttribute(repeated(index, Uint32Array, each), 1));
+      for (const name of material.isMeshLambertMaterial ? ["position", "normal"] : ["position"]) {
+        geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(3 * each * most), 3).setUsage(THREE.DynamicDrawUsage));
+      }
+      if (shape.getAttribute("color")) geometry.setAttribute("color", new THREE.BufferAttribute(repeated(shape.getAttribute("color").array, Float32Array, 0), 3));
+      this.finish(0);
+    }
+
+    set(i, matrix) {
+      const m = matrix.elements;
+      this.matrices.set(m, 16 * i);
+      for (const name of ["position", "normal"]) {
+        const into = this.geometry.getAttribute(name)?.array, from = this.shape.getAttribute(name)?.array;
+        if (!into) continue;
+        const w = name === "position" ? 1 : 0, dx = w * m[12], dy = w * m[13], dz = w * m[14];
+        let k = 3 * this.each * i;
+        for (let n = 0; n < from.length; n += 3, k += 3) {
+          const x = from[n], y = from[n + 1], z = from[n + 2];
+          into[k] = m[0] * x + m[4] * y + m[8] * z + dx;
+          into[k + 1] = m[1] * x + m[5] * y + m[9] * z + dy;
+          into[k + 2] = m[2] * x + m[6] * y + m[10] * z + dz;
+        }
+      }
+    }
+
+    // So many of them there are now.
+    finish(count) {
+      this.visible = count > 0;
+      this.count = count;
+      this.geometry.setDrawRange(0, 3 * this.faces * count);
+      this.geometry.boundingSphere = null;
+      for (const name of ["position", "normal"]) {
+        const attribute = this.geometry.getAttribute(name);
+        if (!attribute) continue;
+        attribute.clearUpdateRanges();
+        attribute.addUpdateRange(0, 3 * this.each * count);
+        attribute.needsUpdate = true;
+      }
+    }
   }
 
   // ---- The view --------------------------------------------------------------------------------
+
+  // Whether WebGL is computed by the processor, which takes its time for each pixel.
+  function drawnByProcessor() {
+    const probe = document.createElement("canvas").getContext("webgl2");
+    if (!probe) return false;
+    let name = probe.getParameter(probe.RENDERER);
+    const more = /^webkit/i.test(name) && probe.getExtension("WEBGL_debug_renderer_info");
+    if (more) name = probe.getParameter(more.UNMASKED_RENDERER_WEBGL);
+    probe.getExtension("WEBGL_lose_context")?.loseContext();
+    return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+  }
 
   async function main() {
     const { head, array } = await unpack();
@@ -251,21 +330,26 @@
       (head.drawn ? "" : " · without contact_geometry: no forces and spots");
     byId("scene").textContent = head.scene;
 
+    const software = drawnByProcessor();
     let renderer;
     try {
-      renderer = new THREE.WebGLRenderer({ canvas: byId("stage"), antialias: true, preserveDrawingBuffer: true });
+      // Colours are as written here, without a conversion of each pixel.
+      THREE.ColorManagement.enabled = false;
+      renderer = new THREE.WebGLRenderer({ canvas: byId("stage"), antialias: !software });
     } catch {
       problem("This browser shows no WebGL, which the bodies need. Allow hardware acceleration, or use another browser.");
       return;
     }
+    renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
     const scene = new THREE.Scene(), camera = new THREE.PerspectiveCamera(35, 1, 1e-3, 1e3);
     camera.up.copy(up);
-    scene.add(new THREE.HemisphereLight("#ffffff", "#8a8f9a", 1.9));
-    const lamp = new THREE.DirectionalLight("#ffffff", 1.8);
+    scene.add(new THREE.HemisphereLight("#ffffff", "#9aa0ab", 2.1));
+    const lamp = new THREE.DirectionalLight("#ffffff", 1.3);
     scene.add(lamp, lamp.target);
 
     // Bodies and the ground, each a group that has the name of its body.
-    const many = head.surfaces.length > 200;
+    const crowded = head.bodies.length > CROWD, curved = head.surfaces.filter((surface) => surface.shape !== "plane").length;
+    const fine = curved > 400 ? 10 : curved > 40 ? 12 : curved > 12 ? 20 : curved > 4 ? 24 : 36;
     const groups = head.bodies.map((body, i) => Object.assign(new THREE.Group(), { name: body.name, userData: { body: i } }));
     const ground = Object.assign(new THREE.Group(), { name: "ground" });
     const box = new THREE.Box3(), p = new THREE.Vector3(), q = new THREE.Quaternion();
@@ -274,11 +358,13 @@
     });
     if (box.isEmpty()) box.expandByPoint(p.set(0, 0, 0));
     const middle = box.getCenter(new THREE.Vector3()), travel = box.getSize(new THREE.Vector3()).length();
-    const kept = new Map(), meshes = [];
+    const sizes = head.surfaces.filter((surface) => surface.body >= 0).map((surface) => Math.max(surface.sizes.radius || 0, ...(surface.sizes.semi_axes || [])));
+    const largest = Math.max(...sizes, 0) || head.scale;
+    const kept = new Map(), alike = new Map();
     const soft = new THREE.MeshLambertMaterial({ vertexColors: true });
-    const flat = new THREE.MeshLambertMaterial({ vertexColors: true, side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
-    const glass = flat.clone();
-    Object.assign(glass, { transparent: true, opacity: 0.25, depthWrite: false });
+    // Planes fill most of the picture: no light is computed for them, as it is the same all over.
+    const flat = new THREE.MeshBasicMaterial({ vertexColors: true, side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+    const glass = new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, opacity: 0.25, depthWrite: false });
     const seen = new Map();
     head.surfaces.forEach((surface) => {
       const order = surface.body < 0 ? 0 : seen.get(surface.body) || 0;
@@ -290,14 +376,33 @@
       const pose = new THREE.Matrix4().makeBasis(p.fromArray(axes, 0).clone(), p.fromArray(axes, 3).clone(), p.fromArray(axes, 6).clone()).setPosition(centre);
       let grids, material = soft;
       if (surface.shape === "plane") {
-        const own = surface.body < 0 ? middle.clone().applyMatrix4(pose.clone().invert()) : new THREE.Vector3();
+        const normal = p.fromArray(axes, 6).clone(), upright = normal.dot(up) < 0.7;
         const wide = surface.body < 0 ? Math.max(5 * head.scale, 1.4 * travel) : 2 * head.scale;
-        grids = [planeGrid(surface, own, wide, colours)];
-        material = p.fromArray(axes, 6).dot(up) > 0.7 && surface.body < 0 ? flat : glass;
+        let high = wide;
+        if (surface.body < 0 && upright) {
+          // A wall: as high as what moves, and its sides upright.
+          const y = up.clone().addScaledVector(normal, -up.dot(normal));
+          if (y.lengthSq() > 1e-6) {
+            y.normalize();
+            pose.makeBasis(y.clone().cross(normal), y, normal).setPosition(centre);
+            const corner = box.getSize(new THREE.Vector3());
+            high = Math.min(wide, Math.abs(corner.x * y.x) + Math.abs(corner.y * y.y) + Math.abs(corner.z * y.z) + 4 * largest);
+          }
+        }
+        const own = surface.body < 0 ? middle.clone().applyMatrix4(pose.clone().invert()) : new THREE.Vector3();
+        grids = [planeGrid(own, wide, high, colours)];
+        material = surface.body < 0 && !upright ? flat : glass;
       } else {
         const key = JSON.stringify([surface.shape, surface.inside, surface.part, surface.length, surface.sizes, surface.band, colours.map((c) => c.getHex())]);
-        if (!kept.has(key)) kept.set(key, shapeGrids(surface, head.scale, colours, many ? 12 : 36));
+        if (!kept.has(key)) kept.set(key, shapeGrids(surface, head.scale, colours, fine));
         grids = kept.get(key);
+      }
+      if (crowded && surface.body >= 0) {
+        for (const geometry of grids) {
+          if (!alike.has(geometry)) alike.set(geometry, { material, of: [] });
+          alike.get(geometry).of.push({ group: groups[surface.body], pose });
+        }
+        return;
       }
       for (const geometry of grids) {
         const mesh = new THREE.Mesh(geometry, material);
@@ -305,16 +410,21 @@
         mesh.applyMatrix4(pose);
         mesh.userData = { shape: surface.shape, inside: surface.inside };
         (surface.body < 0 ? ground : groups[surface.body]).add(mesh);
-        meshes.push(mesh);
       }
     });
     scene.add(ground, ...groups);
+    const crowds = [...alike].map(([geometry, { material, of }]) => {
+      const mesh = new Copies(geometry, material, of.length);
+      mesh.userData = { of };
+      scene.add(mesh);
+      return mesh;
+    });
 
     // Axes of the bodies.
     const axesOf = groups.map((group) => {
       const lines = new THREE.AxesHelper(0.5 * head.scale);
       lines.visible = false;
-      if (!many) group.add(lines);
+      if (!crowded) group.add(lines);
       return lines;
     });
 
@@ -326,22 +436,27 @@
       geometry.setAttribute("position", new THREE.BufferAttribute(motion.position, 3));
       const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: PALETTE[i % PALETTE.length] }));
       line.frustumCulled = false;
-      line.userData = { motion };
+      line.userData = { motion, group: groups[i] };
       trails.add(line);
     });
-    scene.add(trails);
+    // From the last key to where the bodies are.
+    const trailEnds = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ vertexColors: true }));
+    trailEnds.geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(6 * trails.children.length), 3));
+    trailEnds.geometry.setAttribute("color", new THREE.Float32BufferAttribute(trails.children.flatMap((line) => { const c = line.material.color; return [c.r, c.g, c.b, c.r, c.g, c.b]; }), 3));
+    trailEnds.frustumCulled = false;
+    scene.add(trails, trailEnds);
 
     // Arrows of the forces and spots, one of each for a contact.
-    const count = Math.max(contacts.length, 1), crowded = contacts.length > 200;
-    const shaft = new THREE.CylinderGeometry(0.018, 0.018, 1, crowded ? 4 : 10).translate(0, 0.5, 0).rotateX(Math.PI / 2);
-    const tip = new THREE.ConeGeometry(0.05, 0.14, crowded ? 5 : 14).translate(0, 0.07, 0).rotateX(Math.PI / 2);
+    const count = Math.max(contacts.length, 1), sides = count > 100 ? 4 : count > 8 ? 6 : 10, [around, across] = count > 100 ? [8, 2] : count > 8 ? [16, 4] : [32, 8];
+    const shaft = new THREE.CylinderGeometry(0.018, 0.018, 1, sides, 1, true).translate(0, 0.5, 0).rotateX(Math.PI / 2);
+    const tip = new THREE.ConeGeometry(0.05, 0.14, sides, 1).translate(0, 0.07, 0).rotateX(Math.PI / 2);
     const arrows = (colour, name) => {
-      const material = new THREE.MeshLambertMaterial({ color: colour, emissive: colour, emissiveIntensity: 0.35, depthTest: false });
+      const light = { color: colour, depthTest: false };
+      const material = count > 8 ? new THREE.MeshBasicMaterial(light) : new THREE.MeshLambertMaterial({ ...light, emissive: colour, emissiveIntensity: 0.35 });
       const pair = new THREE.Group();
       pair.name = name;
       for (const geometry of [shaft, tip]) {
-        const mesh = new THREE.InstancedMesh(geometry, material, count);
-        mesh.frustumCulled = false;
+        const mesh = new Copies(geometry, material, count);
         mesh.renderOrder = 2;
         pair.add(mesh);
       }
@@ -350,15 +465,14 @@
     };
     const pulls = arrows(PULL, "normal forces"), rubs = arrows(RUB, "friction forces");
     const heat = (x) => new THREE.Color().setHSL(0.66 - 0.66 * x, 0.85, 0.35 + 0.2 * x);
-    const spotGrid = grid((u, v) => round(v, 0)(u), crowded ? 10 : 36, crowded ? 3 : 12, [1, 1], [heat(0), heat(0)], false);
+    const spotGrid = grid((u, v) => round(v, 0)(u), around, across, [1, 1], [heat(0), heat(0)], false);
     const tints = spotGrid.getAttribute("color"), places = spotGrid.getAttribute("position");
     for (let i = 0; i < tints.count; i++) {
       const r = Math.min(1, Math.hypot(places.getX(i), places.getY(i))), c = heat(Math.sqrt(1 - r * r));
       tints.setXYZ(i, c.r, c.g, c.b);
     }
-    const spots = new THREE.InstancedMesh(spotGrid, new THREE.MeshBasicMaterial({ vertexColors: true, side: THREE.DoubleSide, transparent: true, opacity: 0.9, depthTest: false }), count);
+    const spots = new Copies(spotGrid, new THREE.MeshBasicMaterial({ vertexColors: true, side: THREE.DoubleSide, transparent: true, opacity: 0.9, depthTest: false }), count);
     spots.name = "spots";
-    spots.frustumCulled = false;
     spots.renderOrder = 1;
     scene.add(spots);
     const TRACTIONS = 64;
@@ -547,9 +661,10 @@
     stage.addEventListener("dblclick", (event) => {
       const ray = new THREE.Raycaster();
       ray.setFromCamera(new THREE.Vector2(2 * event.clientX / stage.clientWidth - 1, 1 - 2 * event.clientY / stage.clientHeight), camera);
-      const hit = ray.intersectObjects(groups, true)[0];
+      const hit = ray.intersectObjects([...groups, ...crowds], true)[0];
       if (!hit) return;
-      byId("body").value = state.body = hit.object.parent.userData.body;
+      const group = hit.object.userData.of ? hit.object.userData.of[Math.floor(hit.faceIndex / hit.object.faces)].group : hit.object.parent;
+      byId("body").value = state.body = group.userData.body;
       setCamera("follow");
     });
 
@@ -568,14 +683,17 @@
       for (const line of lines) for (const value of line.values) { low = Math.min(low, value); high = Math.max(high, value); }
       return { ...chart, lines, box, low, high };
     });
-    const picture = document.createElement("canvas");
     const HEIGHT = 74, LEFT = 10;
     const brief = (x) => { const a = Math.abs(x); return a && (a < 1e-2 || a >= 1e5) ? x.toExponential(1) : String(+x.toPrecision(3)); };
     function paintCharts() {
       const wide = byId("charts").clientWidth, visible = strips.filter((strip) => strip.box.checked), ratio = devicePixelRatio;
       byId("charts").style.height = `${visible.length * HEIGHT}px`;
-      for (const canvas of [picture, byId("charts")]) { canvas.width = wide * ratio; canvas.height = visible.length * HEIGHT * ratio; }
-      const pen = picture.getContext("2d"), style = getComputedStyle(document.documentElement);
+      const canvas = byId("charts");
+      canvas.width = wide * ratio;
+      canvas.height = visible.length * HEIGHT * ratio;
+      byId("cursor").style.height = `${visible.length * HEIGHT}px`;
+      byId("cursor").replaceChildren(...visible.map(() => document.createElement("span")));
+      const pen = canvas.getContext("2d"), style = getComputedStyle(document.documentElement);
       pen.scale(ratio, ratio);
       pen.font = "11px system-ui, sans-serif";
       visible.forEach((strip, k) => {
@@ -603,22 +721,16 @@
         mark.fillRect((t - head.start) / (span || 1) * (ticks.width - 2), events.touch[i] ? 0 : ticks.height * 0.75, Math.max(1, ratio), ticks.height * 0.25);
       });
     }
-    function paintCursor() {
-      const canvas = byId("charts"), pen = canvas.getContext("2d"), visible = strips.filter((strip) => strip.box.checked);
-      if (!visible.length || !canvas.width) return;
-      const ratio = devicePixelRatio, wide = canvas.clientWidth, t = state.t - head.start;
-      pen.setTransform(1, 0, 0, 1, 0, 0);
-      pen.clearRect(0, 0, canvas.width, canvas.height);
-      pen.drawImage(picture, 0, 0);
-      pen.scale(ratio, ratio);
-      pen.fillStyle = getComputedStyle(document.documentElement).getPropertyValue("--accent");
-      const x = LEFT + (wide - 2 * LEFT) * t / (span || 1);
-      pen.fillRect(x - 0.5, 0, 1, canvas.height);
-      pen.font = "11px system-ui, sans-serif";
+    function paintCursor(readable) {
+      const visible = strips.filter((strip) => strip.box.checked);
+      if (!visible.length) return;
+      const wide = byId("charts").clientWidth, t = state.t - head.start, x = LEFT + (wide - 2 * LEFT) * t / (span || 1);
+      byId("cursor").style.transform = `translateX(${x.toFixed(1)}px)`;
+      if (!readable) return;
+      byId("cursor").classList.toggle("left", x > 0.7 * wide);
       visible.forEach((strip, k) => {
         const words = strip.lines.map((line) => { const i = locate(line.at, t, 0), s = share(line.at, i, t); return brief(line.values[i] + s * ((line.values[i + 1] ?? line.values[i]) - line.values[i])); }).join("  ");
-        const width = pen.measureText(words).width;
-        pen.fillText(words, x + 5 + width > wide ? x - 5 - width : x + 5, k * HEIGHT + 26);
+        byId("cursor").children[k].textContent = words;
       });
     }
     const scrub = (event) => {
@@ -629,16 +741,17 @@
 
     // ---- Drawing -------------------------------------------------------------------------------
 
-    const matrix = new THREE.Matrix4(), scaling = new THREE.Vector3(), turn = new THREE.Quaternion(), z = new THREE.Vector3(0, 0, 1);
-    const u = new THREE.Vector3(), v = new THREE.Vector3(), nothing = new THREE.Matrix4().makeScale(0, 0, 0);
-    function setArrow(pair, i, point, direction, length) {
+    const matrix = new THREE.Matrix4(), scaling = new THREE.Vector3(), one = new THREE.Vector3(1, 1, 1), turn = new THREE.Quaternion(), z = new THREE.Vector3(0, 0, 1);
+    const u = new THREE.Vector3(), v = new THREE.Vector3();
+    function addArrow(pair, point, direction, length) {
       const [line, top] = pair.children, thick = 0.5 * crowd * head.scale;
-      if (!(length > 0)) { line.setMatrixAt(i, nothing); top.setMatrixAt(i, nothing); return; }
+      if (!(length > 0)) return;
+      const i = pair.userData.count++;
       turn.setFromUnitVectors(z, direction);
       const head_ = Math.min(0.14 * thick, 0.6 * length);
-      line.setMatrixAt(i, matrix.compose(point, turn, scaling.set(thick, thick, length - head_)));
+      line.set(i, matrix.compose(point, turn, scaling.set(thick, thick, length - head_)));
       const wide = head_ / 0.14;
-      top.setMatrixAt(i, matrix.compose(u.copy(direction).multiplyScalar(length - head_).add(point), turn, scaling.set(wide, wide, wide)));
+      top.set(i, matrix.compose(u.copy(direction).multiplyScalar(length - head_).add(point), turn, scaling.set(wide, wide, wide)));
     }
     function chosen() {
       if (state.contact >= 0) return contacts[state.contact];
@@ -665,7 +778,7 @@
       return (255 << 24 | byte(c.b) << 16 | byte(c.g) << 8 | byte(c.r)) >>> 0;
     });
     function paintSpot(contact) {
-      const canvas = byId("spot"), pen = canvas.getContext("2d"), wide = canvas.width, high = canvas.height;
+      const canvas = byId("spot"), pen = canvas.getContext("2d", { willReadFrequently: true }), wide = canvas.width, high = canvas.height;
       pen.clearRect(0, 0, wide, high);
       if (!contact || contact.open) {
         byId("figures").textContent = contacts.length ? "open" : "";
@@ -737,39 +850,55 @@
       places.needsUpdate = true;
     }
 
-    function draw() {
-      groups.forEach((group, i) => motions[i].place(state.t, group.position, group.quaternion));
-      contacts.forEach((contact, i) => {
+    function drawForces() {
+      pulls.userData.count = rubs.userData.count = 0;
+      let closed = 0;
+      const zoom = magnification();
+      for (const contact of contacts) {
         contact.place(state.t);
-        if (contact.open) {
-          setArrow(pulls, i, p, z, 0);
-          setArrow(rubs, i, p, z, 0);
-          spots.setMatrixAt(i, nothing);
-          return;
-        }
-        const f = contact.values;
-        v.set(0, 0, contact.on).applyQuaternion(contact.frame);
-        setArrow(pulls, i, contact.point, v, arrowLength(f[0]));
-        const rub = Math.hypot(f[1], f[2]);
-        v.set(f[1], f[2], 0);
-        if (rub > 0) v.multiplyScalar(contact.on / rub).applyQuaternion(contact.frame);
-        setArrow(rubs, i, contact.point, v, arrowLength(rub));
-        const zoom = magnification();
-        spots.setMatrixAt(i, matrix.compose(contact.point, contact.frame, scaling.set(zoom * f[7], zoom * f[8], 1)));
-      });
-      for (const mesh of [...pulls.children, ...rubs.children, spots]) { mesh.count = contacts.length; mesh.instanceMatrix.needsUpdate = true; }
-      for (const line of trails.children) line.geometry.setDrawRange(0, locate(line.userData.motion.at, state.t, 0) + 1);
+        if (contact.open) continue;
+        const f = contact.values, rub = Math.hypot(f[1], f[2]);
+        if (shown.normal) addArrow(pulls, contact.point, v.set(0, 0, contact.on).applyQuaternion(contact.frame), arrowLength(f[0]));
+        if (shown.friction && rub > 0) addArrow(rubs, contact.point, v.set(f[1], f[2], 0).multiplyScalar(contact.on / rub).applyQuaternion(contact.frame), arrowLength(rub));
+        if (shown.spots) spots.set(closed++, matrix.compose(contact.point, contact.frame, scaling.set(zoom * f[7], zoom * f[8], 1)));
+      }
+      for (const pair of [pulls, rubs]) for (const mesh of pair.children) mesh.finish(pair.userData.count);
+      spots.finish(closed);
+    }
+
+    function drawBodies() {
+      groups.forEach((group, i) => motions[i].place(state.t, group.position, group.quaternion));
       groups.forEach((group) => { group.visible = shown.bodies; });
+      for (const mesh of crowds) {
+        if (shown.bodies) mesh.userData.of.forEach(({ group, pose }, i) => mesh.set(i, matrix.compose(group.position, group.quaternion, one).multiply(pose)));
+        mesh.finish(shown.bodies ? mesh.userData.of.length : 0);
+      }
+      trails.visible = trailEnds.visible = shown.trails;
+      if (!shown.trails) return;
+      const ends = trailEnds.geometry.getAttribute("position");
+      trails.children.forEach((line, i) => {
+        const { motion, group } = line.userData, keys = motion.i;
+        line.geometry.setDrawRange(0, keys + 1);
+        ends.setXYZ(2 * i, motion.position[3 * keys], motion.position[3 * keys + 1], motion.position[3 * keys + 2]);
+        ends.setXYZ(2 * i + 1, group.position.x, group.position.y, group.position.z);
+      });
+      ends.needsUpdate = true;
+    }
+
+    function draw(now = performance.now()) {
+      drawBodies();
+      drawForces();
       axesOf.forEach((lines) => { lines.visible = shown.axes; });
       ground.visible = shown.ground;
-      trails.visible = shown.trails;
-      pulls.visible = shown.normal;
-      rubs.visible = shown.friction;
-      spots.visible = shown.spots;
       soft.wireframe = shown.wires;
       const contact = chosen();
       paintTraction(contact);
-      paintSpot(contact);
+      // Figures that one reads need not change with every frame.
+      const readable = !state.playing || now - drawn.words > 120;
+      if (readable) {
+        drawn.words = now;
+        paintSpot(contact);
+      }
 
       if (state.camera !== "orbit" && motions.length) motions[state.body].place(state.t, orbit.target, q);
       u.copy(base).multiplyScalar(Math.cos(orbit.azimuth)).addScaledVector(side, Math.sin(orbit.azimuth)).multiplyScalar(Math.cos(orbit.height)).addScaledVector(up, Math.sin(orbit.height));
@@ -785,20 +914,31 @@
       renderer.render(scene, camera);
       byId("time").value = span ? (state.t - head.start) / span : 0;
       byId("clock").textContent = `${state.t.toFixed(clamp(4 - Math.floor(Math.log10(Math.max(span, 1e-9))), 0, 12))} s`;
-      paintCursor();
+      paintCursor(readable);
       drawn.frames += 1;
     }
 
-    const drawn = { frames: 0 };
+    const drawn = { frames: 0, words: 0, slow: 0 };
+    // Pixels for each of the screen. What moves is drawn with fewer if that takes too long, and what
+    // stands still with more where the processor draws, in place of smoothed edges.
+    const coarse = [1, 0.75, 0.5];
+    let level = 0, still = false;
+    const ratio = () => {
+      const usual = software ? 1 : Math.min(devicePixelRatio, 2);
+      return still ? (software ? Math.min(2, Math.max(1, Math.sqrt(5e6 / (innerWidth * innerHeight)))) : usual) : coarse[level] * usual;
+    };
+    function sharpen(on) {
+      still = on;
+      if (ratio() !== renderer.getPixelRatio()) renderer.setPixelRatio(ratio());
+    }
     function resize() {
-      renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-      renderer.setSize(innerWidth, innerHeight, false);
-      camera.aspect = innerWidth / innerHeight;
       paintCharts();
-      // The charts and the bar cover the lower part of the stage.
-      const covered = document.querySelector("footer").offsetHeight;
-      byId("panel").style.maxHeight = `${innerHeight - covered - 16}px`;
-      camera.setViewOffset(innerWidth, innerHeight, 0, covered / 2, innerWidth, innerHeight);
+      const high = Math.max(80, innerHeight - document.querySelector("footer").offsetHeight);
+      byId("panel").style.maxHeight = `${high - 16}px`;
+      stage.style.height = `${high}px`;
+      renderer.setPixelRatio(ratio());
+      renderer.setSize(innerWidth, high, false);
+      camera.aspect = innerWidth / high;
       state.dirty = true;
     }
     addEventListener("resize", resize);
@@ -809,18 +949,29 @@
       setCamera("follow");
     }
     resize();
-    let last = performance.now();
+    let last = performance.now(), changed = last;
     function frame(now) {
       if (state.playing) {
-        seek(state.t + pace(state.t) * Math.min(0.1, (now - last) / 1e3));
+        const took = now - last;
+        drawn.slow = took > 40 ? drawn.slow + 1 : Math.max(0, drawn.slow - 1);
+        if (drawn.slow > 15 && level + 1 < coarse.length) { level += 1; drawn.slow = 0; }
+        seek(state.t + pace(state.t) * Math.min(0.1, took / 1e3));
         if (state.t >= head.end) play(false);
       }
       last = now;
-      if (state.dirty) { state.dirty = false; draw(); }
+      if (state.dirty) {
+        state.dirty = false;
+        changed = now;
+        sharpen(false);
+        draw(now);
+      } else if (!still && now - changed > 200) {
+        sharpen(true);
+        draw(now);
+      }
       requestAnimationFrame(frame);
     }
     requestAnimationFrame(frame);
-    window.contensou = { scene, camera, renderer, groups, contacts, events, state, head, drawn, seek, play, setCamera, draw };
+    window.contensou = { scene, camera, renderer, groups, contacts, events, state, head, drawn, seek, play, setCamera, draw, crowds, settled: () => still && !state.dirty };
   }
 
   if (typeof DecompressionStream === "undefined") problem("This browser is too old: it needs DecompressionStream, of 2023.");

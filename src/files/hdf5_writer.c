@@ -22,6 +22,13 @@ static const double lock_patience = 0.2;
 
 struct series;
 
+/* A dimension scale that is open, as many data sets have it. */
+struct scale {
+   struct scale *next;
+   hid_t id;
+   char path[];
+};
+
 struct file {
    hid_t id;
    int descriptor;
@@ -32,6 +39,7 @@ struct file {
    int lock;
    char *path;
    struct series *series;
+   struct scale *scales;
 };
 
 /* A data set that grows along its first dimension. */
@@ -271,6 +279,13 @@ static hid_t access_list(void)
    return access;
 }
 
+/* Close the data sets that were kept open. */
+static void close_datasets(const struct file *file)
+{
+   for (struct series *series = file->series; series; series = series->next) H5Dclose(series->id);
+   for (struct scale *scale = file->scales; scale; scale = scale->next) H5Dclose(scale->id);
+}
+
 static void release(struct file *file)
 {
    if (file->lock >= 0) close(file->lock);
@@ -278,6 +293,11 @@ static void release(struct file *file)
       struct series *next = file->series->next;
       free(file->series);
       file->series = next;
+   }
+   while (file->scales) {
+      struct scale *next = file->scales->next;
+      free(file->scales);
+      file->scales = next;
    }
    free(file->path);
    free(file);
@@ -402,7 +422,7 @@ int contensou_hdf5_close_as(struct file *file, const char *name, int replace)
       contensou_hdf5_abandon(file);
       return 1;
    }
-   for (struct series *series = file->series; series; series = series->next) H5Dclose(series->id);
+   close_datasets(file);
    int failed = H5Fclose(file->id) < 0;
    if (failed) contensou_hdf5_explain("close", file->path, NULL);
    int unsealed = !failed && name ? contensou_hdf5_seal(file->lock, file->path) : 0;
@@ -430,7 +450,7 @@ void contensou_hdf5_abandon(struct file *file)
          close(nowhere);
       }
    }
-   for (struct series *series = file->series; series; series = series->next) H5Dclose(series->id);
+   close_datasets(file);
    H5Fclose(file->id);
    release(file);
 }
@@ -538,6 +558,26 @@ static int describe(struct file *file, hid_t dataset, const char *units, const c
 
 /* ---- Data sets ------------------------------------------------------------------------------- */
 
+/* A dimension scale by its path, opened once; an invalid identifier on failure. */
+static hid_t find_scale(struct file *file, const char *path)
+{
+   for (struct scale *scale = file->scales; scale; scale = scale->next) {
+      if (strcmp(scale->path, path) == 0) return scale->id;
+   }
+   size_t size = strlen(path) + 1;
+   struct scale *scale = malloc(sizeof *scale + size);
+   if (!scale) return H5I_INVALID_HID;
+   scale->id = H5Dopen2(file->id, path, H5P_DEFAULT);
+   if (scale->id < 0) {
+      free(scale);
+      return H5I_INVALID_HID;
+   }
+   memcpy(scale->path, path, size);
+   scale->next = file->scales;
+   file->scales = scale;
+   return scale->id;
+}
+
 /* Give a data set its dimension scales, outermost first, or make it one. */
 static int set_dimensions(struct file *file, hid_t dataset, const char *path,
    const CFI_cdesc_t *scales, int is_scale)
@@ -551,12 +591,11 @@ static int set_dimensions(struct file *file, hid_t dataset, const char *path,
    const char *reason = take_values(&names, scales, 1);
    if (reason) return fail_because(file, path, reason);
    for (size_t i = 0; i < names.count && !failed; ++i) {
-      hid_t scale = H5Dopen2(file->id, names.item[i], H5P_DEFAULT);
+      hid_t scale = find_scale(file, names.item[i]);
       if (scale < 0) {
          failed = fail(file, names.item[i]);
-      } else {
-         if (H5DSattach_scale(dataset, scale, (unsigned)i) < 0) failed = fail(file, path);
-         H5Dclose(scale);
+      } else if (H5DSattach_scale(dataset, scale, (unsigned)i) < 0) {
+         failed = fail(file, path);
       }
    }
    free_values(&names);

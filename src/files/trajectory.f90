@@ -19,6 +19,7 @@ module contensou_files_trajectory
    use contensou_dynamics_scene, only : scene_type, solid_parts
    use contensou_dynamics_equations, only : system_type
    use contensou_integrate_integrator, only : statistics_type
+   use contensou_integrate_memory, only : row_count
    use contensou_integrate_observer, only : event_touch
    use contensou_integrate_profile, only : profile_names
    use contensou_base_checkpoint, only : checkpoint_type
@@ -45,7 +46,11 @@ module contensou_files_trajectory
    !> Suffix of a file that is not complete.
    character(len=*), parameter :: part_suffix = ".part"
 
-   integer, parameter :: chunk_rows = 512
+   !> Rows that wait to be written together, at most ...
+   integer, parameter :: most_rows = 4096
+
+   !> ... and while they are few, of how many numbers in all.
+   integer, parameter :: few_rows = 512, most_numbers = 2**19
 
    integer, parameter :: chunk_events = 64
 
@@ -55,7 +60,7 @@ module contensou_files_trajectory
       !> Its numbers in a row.
       integer :: first = 0, last = -1
       type(hdf5_series_type) :: series
-      !> Rows that wait, (numbers of a row, chunk_rows).
+      !> Rows that wait, (numbers of a row, rows of a chunk).
       real(wp), allocatable :: rows(:, :)
       !> Checksum of the rows appended so far.
       integer(i8) :: sum = 0
@@ -75,8 +80,8 @@ module contensou_files_trajectory
       !> Columns of the trajectory.
       type(column_type), allocatable, private :: columns(:)
       type(row_type), private :: last
-      !> Rows that wait.
-      integer, private :: waiting = 0
+      !> Rows that wait, and how many are written together.
+      integer, private :: waiting = 0, chunk_rows = few_rows
       !> Times of events that wait [s].
       real(wp), private :: event_time(chunk_events)
       !> Kinds of events that wait.
@@ -164,7 +169,7 @@ contains
          call put_bodies(self, file%scene, error)
          call put_surfaces(self%file, file%scene, error)
          call put_contacts(self, file%scene, error)
-         call create_columns(self, system, file%scene%output%contact_geometry, error)
+         call create_columns(self, system, file%scene, error)
          call create_events(self, error)
          ! A failure is kept by the file, so that this last call sees the first one.
          call f%flush(error)
@@ -355,14 +360,14 @@ contains
    end subroutine put_contacts
 
    !> The columns of the trajectory with their scales.
-   subroutine create_columns(self, system, contact_geometry, error)
+   subroutine create_columns(self, system, scene, error)
       type(trajectory_type), intent(inout) :: self
       type(system_type), intent(in) :: system
-      !> Whether rows hold the geometry of the contacts.
-      logical, intent(in) :: contact_geometry
+      type(scene_type), intent(in) :: scene
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: t = "/trajectory/"
       integer, allocatable :: places(:)
+      integer(i8) :: rows, most
       integer :: i
 
       associate (f => self%file)
@@ -372,7 +377,11 @@ contains
          call f%put_labels(t // "xyz", ["x", "y", "z"], "axis of the inertial frame", error)
          call f%put_labels(t // "wxyz", ["w", "x", "y", "z"], "component of a quaternion", error)
          call f%put_labels(t // "axis", ["major", "minor"], "axis of the spot", error)
-         call self%last%prepare(system, contact_geometry)
+         call self%last%prepare(system, scene%output%contact_geometry)
+         rows = row_count(scene%t_end, scene%output%interval) + 1_i8
+         most = max(few_rows, min(most_rows, most_numbers/size(self%last%values)))
+         ! All chunks are as good as full.
+         self%chunk_rows = int((rows - 1_i8)/((rows - 1_i8)/most + 1_i8) + 1_i8)
          places = pack([(i, i=1, size(self%last%has))], self%last%has)
          allocate(self%columns(size(places)))
          do i = 1, size(places)
@@ -402,7 +411,7 @@ contains
          column%name = trim(q%name)
          column%first = start + 1
          column%last = start + width
-         allocate(column%rows(width, chunk_rows))
+         allocate(column%rows(width, self%chunk_rows))
          extents = [width/q%components(), q%components()]
          n = 0
          if (q%dims /= "") n = 1
@@ -411,8 +420,8 @@ contains
             t // q%dims(len_trim(q%owner()) + 2:)]
          ! Time is the scale of the others.
          call self%file%create_series(t // column%name, extents(:n), &
-            scales(:merge(0, n + 1, column%name == "time")), column%name == "time", chunk_rows, &
-            trim(q%units), trim(q%long_name), series_real, column%series, error)
+            scales(:merge(0, n + 1, column%name == "time")), column%name == "time", &
+            self%chunk_rows, trim(q%units), trim(q%long_name), series_real, column%series, error)
       end subroutine create_column
 
    end subroutine create_columns
@@ -453,7 +462,7 @@ contains
             column%rows(:, self%waiting) = self%last%values(column%first:column%last)
          end associate
       end do
-      if (self%waiting == chunk_rows) call append_rows(self, error)
+      if (self%waiting == self%chunk_rows) call append_rows(self, error)
    end subroutine row
 
    !> Append the rows that wait.
@@ -648,7 +657,7 @@ contains
       do i = 1, size(self%columns)
          associate (column => self%columns(i))
             call copy_series("/trajectory/", column%name, class_real, column%series, &
-               self%summary%rows, chunk_rows, column%sum)
+               self%summary%rows, few_rows, column%sum)
          end associate
       end do
       events = self%summary%touches + self%summary%lifts

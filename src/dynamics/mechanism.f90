@@ -24,7 +24,8 @@ module contensou_dynamics_mechanism
    public :: mechanism_type, body_type, contact_type, contact_motion_type, gap_type, resolution_type
    public :: relative_motion, slip_velocity
 
-   !> Sharpness of a gap where the surfaces conform, over the curvature [-].
+   !> As good as infinite, for products with it: the reach of a surface without an end [m], the
+   !> sharpness of a gap where surfaces conform, over the curvature [-].
    real(wp), parameter :: unbounded = 1.0e100_wp
 
    !> Inertia of a rigid body, and what drives it.
@@ -120,7 +121,8 @@ module contensou_dynamics_mechanism
       real(wp) :: rate = 0.0_wp
       !> Bound of the second derivative that the turning of the bodies makes [m/s2].
       real(wp) :: bend = 0.0_wp
-      !> Where a surface is concave, bound of the rate [m/s]; else 0.
+      !> Where a surface is concave, bound of the rate from where it touches [m/s]; else 0. That of
+      !> `fastest` holds wherever it touches, and is of no use where what turns has no end.
       real(wp) :: speed = 0.0_wp
       !> Bound of how strongly the gap bends down there, over the square of the speed [1/m]. Within
       !> half the inverse of that it cannot be more than twice as strong.
@@ -168,9 +170,6 @@ module contensou_dynamics_mechanism
       procedure :: gap_motion
       procedure :: fastest
    end type mechanism_type
-
-   !> Reach that is as good as infinite [m].
-   real(wp), parameter :: without_end = 1.0e100_wp
 
 contains
 
@@ -631,8 +630,7 @@ contains
       pure real(wp) function turning(spin, reach)
          real(wp), intent(in) :: spin(3), reach
 
-         ! What has no end has the largest number as its reach.
-         turning = min(reach, without_end)*sqrt(dot_product(spin, spin))
+         turning = min(reach, unbounded)*sqrt(dot_product(spin, spin))
       end function turning
 
    end function fastest

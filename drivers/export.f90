@@ -1,11 +1,12 @@
 !> `contensou export`: an output file in another format.
 module contensou_drivers_export
-   use contensou_base_errors, only : error_type, fatal, status_usage
+   use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8
    use contensou_base_numbers, only : counted
-   use contensou_base_operating_system, only : write_stderr, write_stdout
+   use contensou_base_operating_system, only : become, write_stderr, write_stdout
    use contensou_base_text, only : did_you_mean, join, quote, string_type, strings
-   use contensou_drivers_command_line, only : command_line_type, command_type, option_type
+   use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
+      takes_number
    use contensou_drivers_output, only : output_type
    use contensou_files_columns, only : tables_type
    implicit none(type, external)
@@ -15,19 +16,34 @@ module contensou_drivers_export
 
    type(option_type), parameter :: options(*) = [ &
       option_type("FILE.h5", "", "output file of a run, a sweep or a cost study", needs="a file"), &
-      option_type("--to", "FORMAT", "csv: comma-separated values, a line for each row", &
-      needs="a format", choices="csv"), &
+      option_type("--to", "FORMAT", "csv: comma-separated values, a line for each row; gltf: " // &
+      "bodies that move, glTF 2 in one file (.glb)", needs="a format", choices="csv gltf"), &
       option_type("--csv", "", "the same as --to csv"), &
-      option_type("--output", "FILE", "file to write; the terminal if not given", "-o", &
-      "the name of a file"), &
+      option_type("--output", "FILE", "file to write; if not given the terminal for csv, else " // &
+      "a file beside FILE.h5", "-o", "the name of a file"), &
       option_type("--columns", "NAMES", "columns, separated by commas, in their order; names " // &
       "of data sets or columns, * for any characters, ? for one; default all", "-c", &
       "names of columns", repeats=.true.), &
       option_type("--list", "", "list the columns, their units and meanings instead"), &
+      option_type("--from", "T", "gltf: begin at this time [s]", needs="a time [s]", &
+      takes=takes_number), &
+      option_type("--until", "T", "gltf: end at this time [s]", needs="a time [s]", &
+      takes=takes_number), &
+      option_type("--all", "", "gltf: all rows; else those that it takes to be " // &
+      "within 1 degree and a thousandth of the scene"), &
       option_type("--force", "", "replace an existing file")]
 
-   !> Formats that can be written; the ending of a file is the same.
-   character(len=*), parameter :: formats(*) = ["csv"]
+   !> Formats that can be written, and the endings of files that tell them.
+   character(len=*), parameter :: formats(*) = [character(len=4) :: "csv", "gltf"]
+   character(len=*), parameter :: endings(*) = [character(len=4) :: "csv", "glb"]
+
+   !> What writes formats of bodies.
+   character(len=*), parameter :: tool = "contensou-export"
+
+   !> Options of formats of bodies, and how many of them have a value, the first ones.
+   character(len=*), parameter :: options_of_bodies(*) = [character(len=11) :: "--from", &
+      "--until", "--all"]
+   integer, parameter :: with_value = 2
 
    !> What the user asks for, in the words of the options.
    type :: export_config_type
@@ -47,9 +63,11 @@ contains
 
       command = command_type("export", "write an output file in another format", options, &
          "writes columns of an output file: the trajectory of a run, the cases of a sweep or " // &
-         "the runs of a cost study; numbers read back to the same bits", &
+         "the runs of a cost study, as numbers that read back to the same bits; or the bodies " // &
+         "of a run and their motion for programs that draw them", &
          "contensou export ball.h5 --csv --columns time,position,gap_ball_floor -o ball.csv" // &
-         nl // "contensou export ball.h5 --csv --columns 'events/*'", execute=export)
+         nl // "contensou export ball.h5 --csv --columns 'events/*'" // nl // &
+         "contensou export ball.h5 --to gltf -o ball.glb", execute=export)
    end function export_command
 
    !> Write a file in another format.
@@ -61,6 +79,10 @@ contains
 
       call configure(line, config, error)
       if (allocated(error)) return
+      if (config%format /= "csv" .and. .not. config%list) then
+         call write_bodies(line, config, error)
+         return
+      end if
       call tables%open(config%file, error)
       if (allocated(error)) return
       if (config%list) then
@@ -77,7 +99,7 @@ contains
       type(export_config_type), intent(out) :: config
       !> Set when that is no format, or none at all.
       type(error_type), allocatable, intent(out) :: error
-      integer :: dot
+      integer :: dot, format, i
 
       config%file = line%text("FILE.h5")
       config%output = line%text("--output")
@@ -89,8 +111,9 @@ contains
       if (config%format == "") then
          ! The name of the file tells it, if it can.
          dot = index(config%output, ".", back=.true.)
-         if (dot > 0) config%format = config%output(dot + 1:)
-         if (all(formats /= config%format)) config%format = ""
+         format = 0
+         if (dot > 0) format = findloc(endings == config%output(dot + 1:), .true., dim=1)
+         if (format > 0) config%format = trim(formats(format))
       end if
       if (line%has("--columns") .and. size(config%columns) == 0) then
          call fatal(error, "--columns needs names of columns", status_usage)
@@ -106,7 +129,15 @@ contains
             status_usage)
       else if (line%has("--csv") .and. config%format /= "csv") then
          call fatal(error, "--csv and --to " // config%format // " are two formats", status_usage)
+      else if (config%format /= "csv" .and. line%has("--columns")) then
+         call fatal(error, "--columns is for csv; " // config%format // " has the bodies", &
+            status_usage)
       end if
+      do i = 1, size(options_of_bodies)
+         if (allocated(error) .or. config%format /= "csv") exit
+         if (line%has(trim(options_of_bodies(i)))) call fatal(error, &
+            trim(options_of_bodies(i)) // " is not for csv", status_usage)
+      end do
    end subroutine configure
 
    !> The words between commas, without blanks around them.
@@ -135,6 +166,48 @@ contains
       end do
       words = words(:n)
    end subroutine split_at_commas
+
+   !> Write the bodies of a run and their motion: another program does.
+   subroutine write_bodies(line, config, error)
+      type(command_line_type), intent(in) :: line
+      type(export_config_type), intent(in) :: config
+      !> Set when that is not found.
+      type(error_type), allocatable, intent(out) :: error
+      type(string_type) :: words(6 + 2*size(options_of_bodies))
+      character(len=:), allocatable :: name, trouble
+      integer :: i, n
+
+      n = 0
+      call put("--to=" // config%format)
+      if (config%output /= "") call put("--output=" // config%output)
+      if (config%force) call put("--force")
+      do i = 1, size(options_of_bodies)
+         name = trim(options_of_bodies(i))
+         if (.not. line%has(name)) cycle
+         if (i <= with_value) then
+            call put(name // "=" // line%text(name))
+         else
+            call put(name)
+         end if
+      end do
+      ! No name of a file is an option.
+      call put("--")
+      call put(config%file)
+      call become(tool, words(:n), trouble)
+      call fatal(error, "cannot start " // tool // ", which writes " // config%format // ": " // &
+         trouble // "; it comes with the program, in the folder of its executable", status_file)
+
+   contains
+
+      !> Add a word.
+      subroutine put(word)
+         character(len=*), intent(in) :: word
+
+         n = n + 1
+         words(n)%s = word
+      end subroutine put
+
+   end subroutine write_bodies
 
    !> Write columns as comma-separated values.
    subroutine write_csv(config, tables, error)

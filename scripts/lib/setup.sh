@@ -5,6 +5,7 @@
 #   ensure_packages    install the missing Debian packages, or say how and stop
 #   try_packages       install packages that are of use but not needed, or say why not and go on
 #   ensure_python      make .venv from requirements.txt
+#   try_validator      install the validator of glTF, or go on
 #   ensure_build       configure and compile a build folder
 #   ensure_release     the same for the release build in build/
 #
@@ -137,6 +138,18 @@ try_packages() {
       fi
       rm -f -- "$log"
    fi
+}
+
+# Install Khronos' validator of glTF into the Python environment, where there is npm; or go on.
+try_validator() {
+   local folder=$venv/node log
+   [ ! -e "$folder/node_modules/gltf-validator" ] || return 0
+   command -v node npm >/dev/null || return 0
+   log=$(mktemp)
+   mkdir -p -- "$folder"
+   timeout 120 npm install --silent --prefix "$folder" gltf-validator@2.0.0-dev.3.10 >"$log" 2>&1 </dev/null ||
+      say "files of glTF will not be validated: gltf-validator could not be installed"
+   rm -f -- "$log"
 }
 
 # ensure_packages [EXTRA_PACKAGE...]    what a build needs and more

@@ -54,6 +54,7 @@ int contensou_system_obeys_escapes(void);
 const char *contensou_system_reason(int code);
 int contensou_system_save(const char *path, const char *bytes, size_t length);
 void contensou_system_leave(int status);
+int contensou_system_become(const char *name, const char *words, int count);
 uint64_t contensou_system_checksum(uint64_t sum, const unsigned char *bytes, size_t length);
 
 /* The folder part of a file name, to be freed by the caller; null when memory is short. */
@@ -63,6 +64,36 @@ static char *folder_of(const char *path)
    if (!slash) return strdup(".");
    if (slash == path) return strdup("/");
    return strndup(path, (size_t)(slash - path));
+}
+
+/* Go on as another program, which lies beside this one or is found by the shell; its words follow
+   each other, each with a null. Returns errno when there is none. */
+int contensou_system_become(const char *name, const char *words, int count)
+{
+   char here[4096];
+   ssize_t length = readlink("/proc/self/exe", here, sizeof here - 1);
+   char **list = calloc((size_t)count + 2, sizeof *list);
+   char *folder = NULL, *path = NULL;
+   int code = ENOMEM;
+   if (!list) return code;
+   list[0] = (char *)name;
+   for (int i = 1; i <= count; ++i) {
+      list[i] = (char *)words;
+      words += strlen(words) + 1;
+   }
+   here[length > 0 ? length : 0] = '\0';
+   folder = folder_of(here);
+   if (folder) path = malloc(strlen(folder) + strlen(name) + 2);
+   if (path) {
+      sprintf(path, "%s/%s", folder, name);
+      if (access(path, X_OK) == 0) execv(path, list);
+      else execvp(name, list);
+      code = errno;
+   }
+   free(path);
+   free(folder);
+   free(list);
+   return code;
 }
 
 /* Bring a file or folder to the disk. File systems that cannot do it for a folder say EINVAL. */

@@ -18,6 +18,7 @@ module contensou_base_operating_system
    public :: catch_signals, signal_received, open_standard_streams
    public :: host_name, wall_seconds, cpu_seconds, utc_now
    public :: text_from_c, save_file, checksum, unfinished_suffix
+   public :: become
    public :: name_lock_type, lock_suffix, temporary_name, longest_temporary, sweep_up, first_bytes
 
    !> Suffix of a file that `save_file` has not finished, as in the C source.
@@ -147,6 +148,19 @@ module contensou_base_operating_system
          !> Name of the file, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
       end function c_remove
+
+      !> Go on as another program; errno if there is none.
+      function c_become(name, words, n) result(code) bind(c, name="contensou_system_become")
+         import :: c_char, c_int
+         implicit none(type, external)
+         !> Its name, null-terminated.
+         character(kind=c_char), intent(in) :: name(*)
+         !> The words of its command line, each null-terminated.
+         character(kind=c_char), intent(in) :: words(*)
+         !> Number of words.
+         integer(c_int), value :: n
+         integer(c_int) :: code
+      end function c_become
 
       !> Whether a name is taken.
       integer(c_int) function c_exists(path) bind(c, name="contensou_system_exists")
@@ -680,6 +694,24 @@ contains
       if (code /= 0) call fatal(error, "cannot write to the standard output: " // reason(code), &
          status_file)
    end subroutine write_stdout
+
+   !> Go on as another program, which lies beside this one or is found as the shell finds it.
+   subroutine become(name, words, trouble)
+      character(len=*), intent(in) :: name
+      !> Words of its command line.
+      type(string_type), intent(in) :: words(:)
+      !> Why there is none.
+      character(len=:), allocatable, intent(out) :: trouble
+      character(len=:), allocatable :: all_words
+      integer :: i
+
+      all_words = ""
+      do i = 1, size(words)
+         all_words = all_words // words(i)%s // c_null_char
+      end do
+      trouble = reason(c_become(name // c_null_char, all_words // c_null_char, &
+         size(words, kind=c_int)))
+   end subroutine become
 
    !> Name of this machine.
    function host_name() result(name)

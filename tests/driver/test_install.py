@@ -75,6 +75,7 @@ CASES = [
     (["run", "s"], {"scene.nml", "second.nml"}),
     (["run", "scene.nml", "-o", "se"], {"second.nml"}),
     (["export", "a.h5", "--to", "c"], {"csv"}),
+    (["export", "a.h5", "--to", "g"], {"gltf"}),
     (["eval", "h"], {"hertz"}),
     (["help", "mate"], {"material"}),
     (["help", "--completion", "z"], {"zsh"}),
@@ -183,6 +184,16 @@ def test_viewing(run, scene, prefix, tmp_path):
     assert (tmp_path / "top.html").read_text(encoding="utf-8").startswith("<!doctype html>")
     usage = captured([sys.executable, program, "--help"]).stdout
     assert usage.startswith("usage: contensou-view ")
+
+
+def test_exporting(run, scene, prefix, tmp_path):
+    """The installed program finds its tool beside it, which takes the user's Python."""
+    assert run("run", scene.name, "-q").status == 0
+    path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
+    command = [prefix / "bin/contensou", "export", "top.h5", "--to", "gltf"]
+    done = captured(command, cwd=tmp_path, env=os.environ | {"PATH": path})
+    assert (done.returncode, done.stdout, done.stderr) == (0, "top.glb\n", "")
+    assert (tmp_path / "top.glb").read_bytes().startswith(b"glTF")
 
 
 def test_submission(scene, prefix, tmp_path):

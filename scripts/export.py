@@ -1,0 +1,155 @@
+"""Write a run of contensou as a file of other programs that draw bodies.
+
+`contensou export FILE.h5 --to gltf` calls it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+import tempfile
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from lib import gltf, seal, style, viewing
+from lib.results import ResultError, open_file
+
+# As those of the program: bad usage, and files that cannot be read or written.
+STATUS_USAGE, STATUS_FILE = 2, 74
+
+ENDINGS = {"gltf": ".glb"}
+
+
+class UsageError(ResultError):
+    """What was asked for cannot be."""
+
+
+def main(name: str = "scripts/export") -> int:
+    """Read the command line and write the file."""
+    parser = argparse.ArgumentParser(
+        prog=name,
+        description="Writes a run as a file of programs that draw bodies, and prints its name. "
+        "`contensou export` calls it; docs/export.md tells what is in the files.",
+    )
+    parser.add_argument("file", type=Path, metavar="FILE", help="output file (HDF5, also .part)")
+    parser.add_argument("--to", choices=ENDINGS, required=True, help="format")
+    parser.add_argument("-o", "--output", type=Path, help="default beside FILE, as .glb")
+    parser.add_argument("--from", type=float, dest="start", metavar="T", help="begin at [s]")
+    parser.add_argument("--until", type=float, dest="end", metavar="T", help="end at [s]")
+    parser.add_argument("--all", action="store_true", dest="every_row", help="leave no row out")
+    parser.add_argument("--force", action="store_true", help="replace an existing file")
+    options = parser.parse_args()
+    # A file that is not complete goes with what ends this.
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
+    output = options.output or default_output(options.file, ENDINGS[options.to])
+    try:
+        check_output(options.file, output, force=options.force)
+        export(options, output)
+    except ResultError as problem:
+        print(f"error: {style.shown(str(problem))}", file=sys.stderr)
+        return STATUS_USAGE if isinstance(problem, UsageError) else STATUS_FILE
+    except OSError as problem:
+        reason = problem.strerror or problem
+        print(f"error: {style.shown(str(output))} cannot be written: {reason}", file=sys.stderr)
+        return STATUS_FILE
+    print(style.shown(str(output)))
+    return 0
+
+
+def default_output(file: Path, ending: str) -> Path:
+    """Beside the file and of its name: run.h5 and run.h5.part both give run.glb."""
+    stem = file.with_suffix("") if file.suffix == ".part" else file
+    return stem.with_suffix(ending)
+
+
+def check_output(file: Path, output: Path, *, force: bool) -> None:
+    """See that nothing is lost by writing a file."""
+    if not os.path.lexists(output):
+        return
+    if file.exists() and output.exists() and output.samefile(file):
+        raise ResultError(f"the output file {output} is the file that is read")
+    if output.is_symlink() or not output.is_file():
+        raise ResultError(f"the output file {output} would replace what is no regular file")
+    if not force:
+        raise ResultError(f"{output} exists; --force replaces it")
+
+
+def export(options: argparse.Namespace, output: Path) -> None:
+    """Write the whole file under another name, and then rename it."""
+    problem = None
+    try:
+        sealed = options.file.is_file() and seal.check(options.file)
+    except seal.DamageError as damage:
+        raise ResultError(f"{options.file} is damaged: {damage}") from None
+    with open_file(options.file) as file:
+        try:
+            run = viewing.open_run(options.file, file)
+            rows = rows_between(run, options.start, options.end)
+        except (ResultError, MemoryError):
+            raise
+        except Exception as found:
+            # What is known to be as it was written cannot be the reason.
+            if sealed:
+                raise
+            problem = found
+        if problem:
+            raise ResultError(
+                f"{options.file} is damaged, or no output file of contensou: {problem}"
+            )
+        if run_is_short(run):
+            print(
+                f"warning: {style.shown(str(options.file))} is not complete "
+                f"({status_of(run)}); {run.rows} rows",
+                file=sys.stderr,
+            )
+        descriptor, temporary = tempfile.mkstemp(prefix=f"{output.name}.part-", dir=output.parent)
+        try:
+            with os.fdopen(descriptor, "wb") as target:
+                write(run, rows, target, options)
+            mask = os.umask(0)
+            os.umask(mask)
+            os.chmod(temporary, 0o666 & ~mask)
+            os.replace(temporary, output)
+        except BaseException:
+            os.unlink(temporary)
+            raise
+
+
+def write(run: viewing.Run, rows: slice, target: BinaryIO, options: argparse.Namespace) -> None:
+    """Write one of the formats."""
+    gltf.write(run, rows, target, every_row=options.every_row)
+
+
+def status_of(run: viewing.Run) -> str:
+    """What the file says of itself."""
+    return viewing.as_text(run.file.attrs.get("status", ""))
+
+
+def run_is_short(run: viewing.Run) -> bool:
+    """Whether the run has not reached its end."""
+    return status_of(run) not in ("", "complete")
+
+
+def rows_between(run: viewing.Run, start: float | None, end: float | None) -> slice:
+    """The rows from a time until another."""
+    first, last = run.time[0], run.time[-1]
+    start, end = first if start is None else start, last if end is None else end
+    slack = 1e-9 * max(abs(first), abs(last))
+    rows = slice(
+        int(np.searchsorted(run.time, start - slack)),
+        int(np.searchsorted(run.time, end + slack, side="right")),
+    )
+    if rows.start >= rows.stop:
+        raise UsageError(
+            f"{run.path} has no rows from {start:g} s until {end:g} s; it has {first:g} s to "
+            f"{last:g} s"
+        )
+    return rows
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,4 +1,4 @@
-"""Turn one run of contensou into one HTML file that shows it in three dimensions.
+"""Turn one run of contensou, or the table of a sweep, into one HTML file that shows it.
 
 The file opens in a browser, from a folder or a mail, without a network.
 """
@@ -9,7 +9,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from lib import seal, style, viewing
+from lib import seal, style, sweeping, sweeps, viewing
 from lib.results import ResultError
 
 
@@ -17,10 +17,12 @@ def main(name: str = "scripts/view") -> int:
     """Read the command line, write the page, and print its name."""
     parser = argparse.ArgumentParser(
         prog=name,
-        description="Writes one HTML file that shows a run in three dimensions, and prints its "
-        "name.",
+        description="Writes one HTML file that shows a run in three dimensions, or the cases of a "
+        "sweep as points that one can ask, and prints its name.",
     )
-    parser.add_argument("file", type=Path, metavar="FILE", help="output file (HDF5, also .part)")
+    parser.add_argument(
+        "file", type=Path, metavar="FILE", help="output file (HDF5; of a run also .part)"
+    )
     parser.add_argument(
         "-o", "--output", type=Path, metavar="HTML", help="page; default beside FILE, as .html"
     )
@@ -58,7 +60,7 @@ def page_of(file: Path) -> str:
     try:
         if file.is_file():
             sealed = seal.check(file)
-        return viewing.view(file)
+        return sweeping.view(file) if sweeps.is_sweep(file) else viewing.view(file)
     except ResultError:
         raise
     except seal.DamageError as problem:

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
-import json
 import re
-import zlib
 from dataclasses import dataclass, field, fields
 from itertools import pairwise
 from pathlib import Path
@@ -15,9 +11,9 @@ import h5py
 import numpy as np
 
 from lib import thinning
+from lib.pages import Package, library, page
 from lib.results import ResultError, as_text, complete_rows, names, open_file, read_events
 
-PARTS = Path(__file__).resolve().parent / "view"
 DRAWN_ANGLE = np.radians(1.0)
 DRAWN_LENGTH = 1e-3  # parts of the size of the scene
 DRAWN_FORCE = 0.02  # parts of the largest force, and the like of what a spot shows
@@ -36,32 +32,6 @@ CHART_BUCKETS = 400
 CHARTED = 6  # bodies or contacts of a chart
 MOST_EVENTS = 20_000
 SIZES = ("radius", "semi_axes", "major_radius", "minor_radius", "half_angle", "vertex_radius")
-
-
-class Package:
-    """Numbers in binary behind a head in JSON, for the page."""
-
-    def __init__(self) -> None:
-        self.blocks: list[bytes] = []
-        self.length = 0
-
-    def put(self, values: np.ndarray, kind: str) -> list:
-        """Append an array; what the head says of it: kind, place, count."""
-        data = np.ascontiguousarray(values, dtype="<" + kind).tobytes()
-        place = [kind, self.length, int(np.size(values))]
-        data += bytes(-len(data) % 8)
-        self.blocks.append(data)
-        self.length += len(data)
-        return place
-
-    def text(self, head: dict) -> str:
-        """Head and numbers, compressed, in base64."""
-        words = json.dumps(head, allow_nan=False, separators=(",", ":")).encode()
-        words += b" " * (-(len(words) + 8) % 8)
-        start = np.array([len(words), 0], dtype="<u4").tobytes()
-        return base64.b64encode(zlib.compress(b"".join([start, words, *self.blocks]), 9)).decode(
-            "ascii"
-        )
 
 
 @dataclass
@@ -334,6 +304,32 @@ def budget(run: Run) -> int:
 # ---- What the page gets ------------------------------------------------------------------------
 
 
+def up_of(run: Run) -> np.ndarray:
+    """Where it is up: against gravity, or z."""
+    gravity = gravity_of(run)
+    return -gravity / np.linalg.norm(gravity) if gravity.any() else np.array([0.0, 0.0, 1.0])
+
+
+def pack_charts(run: Run, package: Package, buckets: int = CHART_BUCKETS) -> list[dict]:
+    """The strips of a run with the numbers of their lines."""
+    found = []
+    for strip in charts_of(run, up_of(run)):
+        lines = []
+        for name, read in strip["lines"]:
+            at, values = decimate(run.time, read(), buckets)
+            if len(at) and np.ptp(values) > 0:
+                lines.append(
+                    {
+                        "name": name,
+                        "at": package.put(at - run.time[0], "f4"),
+                        "values": package.put(values, "f4"),
+                    }
+                )
+        if lines:
+            found.append({**strip, "lines": lines})
+    return found
+
+
 def charts_of(run: Run, up: np.ndarray) -> list[dict]:
     """Strips of the quantities of the run: title, unit, and lines as functions that read them."""
 
@@ -395,12 +391,12 @@ def has_axis(inertia: np.ndarray) -> bool:
     return not np.isclose(first, third, rtol=1e-9) and not np.isclose(second, third, rtol=1e-9)
 
 
-def decimate(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def decimate(time: np.ndarray, values: np.ndarray, buckets: int) -> tuple[np.ndarray, np.ndarray]:
     """A line that looks the same: of each bucket the least and the largest value, in order."""
     good = np.flatnonzero(np.isfinite(values))
-    if len(good) <= 2 * CHART_BUCKETS:
+    if len(good) <= 2 * buckets:
         return time[good], values[good]
-    edges = np.linspace(0, len(good), CHART_BUCKETS + 1).astype(int)
+    edges = np.linspace(0, len(good), buckets + 1).astype(int)
     kept = {int(good[0]), int(good[-1])}
     for first, last in pairwise(edges):
         part = values[good[first:last]]
@@ -457,8 +453,7 @@ def data_of(run: Run) -> str:
         ticks = np.round((run.time[rows] - start) / tick).astype(np.int64)
         return package.put(np.diff(ticks, prepend=0), "u4")
 
-    gravity = gravity_of(run)
-    up = -gravity / np.linalg.norm(gravity) if gravity.any() else np.array([0.0, 0.0, 1.0])
+    up = up_of(run)
     head = {
         "title": as_text(run.file.attrs.get("title", "")) or run.path.stem,
         "file": run.path.name,
@@ -502,21 +497,7 @@ def data_of(run: Run) -> str:
         for i, (name, contact) in enumerate(zip(run.contacts, contacts, strict=False))
     ]
     head["events"] = put_events(run, package)
-    head["charts"] = []
-    for strip in charts_of(run, up):
-        lines = []
-        for name, read in strip["lines"]:
-            at, values = decimate(run.time, read())
-            if len(at) and np.ptp(values) > 0:
-                lines.append(
-                    {
-                        "name": name,
-                        "at": package.put(at - start, "f4"),
-                        "values": package.put(values, "f4"),
-                    }
-                )
-        if lines:
-            head["charts"].append({**strip, "lines": lines})
+    head["charts"] = pack_charts(run, package)
     return package.text(head)
 
 
@@ -559,73 +540,7 @@ def gravity_of(run: Run) -> np.ndarray:
 # ---- The page ----------------------------------------------------------------------------------
 
 
-def library() -> str:
-    """three.js as one script: its two modules, as they are delivered, as functions."""
-    core = (PARTS / "three" / "three.core.min.js").read_text(encoding="utf-8")
-    module = (PARTS / "three" / "three.module.min.js").read_text(encoding="utf-8")
-
-    def entries(words: str, ours: str) -> str:
-        pairs = [word.split(" as ") for word in words.split(",")]
-        return ",".join(ours.format(pair[0], pair[-1]) for pair in pairs)
-
-    core = re.sub(
-        r"export\{([^}]*)\};?\s*$", lambda m: "return{" + entries(m[1], "{1}:{0}") + "};", core
-    )
-    module = re.sub(
-        r'import\{([^}]*)\}from"\./three\.core\.min\.js";',
-        lambda m: "const{" + entries(m[1], "{0}:{1}") + "}=core;",
-        module,
-    )
-    module = re.sub(r'export\{[^}]*\}from"\./three\.core\.min\.js";', "", module)
-    module = re.sub(
-        r"export\{([^}]*)\};?\s*$",
-        lambda m: "return{...core," + entries(m[1], "{1}:{0}") + "};",
-        module,
-    )
-    return (
-        'const THREE=(()=>{"use strict";const core=(()=>{"use strict";'
-        + core
-        + "\n})();\n"
-        + module
-        + "\n})();"
-    )
-
-
-def page(data: str) -> str:
-    """The whole page. Nothing of the file is in it but in base64; scripts and styles run only if
-    they are those written here, and nothing can be fetched."""
-    style = (PARTS / "view.css").read_text(encoding="utf-8")
-    scripts = [library(), (PARTS / "view.js").read_text(encoding="utf-8")]
-    for script in scripts:
-        assert "</script" not in script.lower()
-        assert "<!--" not in script
-
-    def hashed(text: str) -> str:
-        digest = hashlib.sha256(text.encode()).digest()
-        return f"'sha256-{base64.b64encode(digest).decode()}'"
-
-    policy = (
-        f"default-src 'none'; script-src {' '.join(map(hashed, scripts))}; "
-        f"style-src {hashed(style)}; img-src data: blob:; base-uri 'none'; form-action 'none'"
-    )
-    body = (PARTS / "view.html").read_text(encoding="utf-8")
-    return "\n".join(
-        [
-            "<!doctype html>",
-            '<html lang="en"><head><meta charset="utf-8">',
-            f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            "<title>contensou</title>",
-            f"<style>{style}</style></head><body>",
-            body,
-            f'<script type="text/plain" id="data">{data}</script>',
-            *(f"<script>{script}</script>" for script in scripts),
-            "</body></html>\n",
-        ]
-    )
-
-
 def view(path: Path) -> str:
     """The page of a file."""
     with open_file(path) as file:
-        return page(data_of(open_run(path, file)))
+        return page("view", data_of(open_run(path, file)), [library()])

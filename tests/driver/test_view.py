@@ -24,7 +24,7 @@ sys.path.insert(0, str(ROOT / "scripts"))
 
 import browser  # noqa: E402
 
-from lib import thinning, viewing  # noqa: E402
+from lib import pages, thinning, viewing  # noqa: E402
 
 needs_browser = pytest.mark.skipif(browser.PROGRAM is None, reason="there is no Chromium")
 
@@ -321,7 +321,7 @@ def test_files_that_cannot_be_shown(run, scene, tmp_path):
 
 
 def test_library_is_as_delivered():
-    folder = viewing.PARTS / "three"
+    folder = pages.PARTS / "three"
     assert "MIT" in (folder / "LICENSE").read_text()
     listed = (folder / "README.md").read_text()
     for name in ("three.core.min.js", "three.module.min.js"):
@@ -484,7 +484,7 @@ def test_hostile_texts_are_texts(shown, chromium):
         file["surface/body"][...] = names
     page = path.with_name("hostile.html")
     page.write_text(viewing.view(path), encoding="utf-8")
-    assert page.read_text().count("<script") == 3
+    assert page.read_text().count("<script") == 4
     assert "struck" not in page.read_text()
     chromium.open(page)
     assert chromium.value("document.getElementById('title').textContent") == HOSTILE

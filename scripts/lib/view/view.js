@@ -2,52 +2,18 @@
 (() => {
   "use strict";
 
-  const byId = (id) => document.getElementById(id);
-  const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
-  const PALETTE = ["#2f7fd1", "#e08a2e", "#3f9e58", "#c0504d", "#8064a2", "#2aa3a3", "#b0457f", "#7a8a2f"];
+  const { byId, clamp, PALETTE, problem, unpack, locate, share } = page;
   const PULL = "#d43a3a", RUB = "#1f8f4d";
   // Of more bodies than this those that look alike are drawn at once.
   const CROWD = 40;
 
-  function problem(text) {
-    byId("problem").textContent = text;
-    byId("problem").hidden = false;
-  }
-
   // ---- What was packed -------------------------------------------------------------------------
-
-  async function unpack() {
-    const words = atob(byId("data").textContent.trim());
-    const packed = Uint8Array.from(words, (c) => c.charCodeAt(0));
-    byId("data").textContent = "";
-    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-    const whole = await new Response(stream).arrayBuffer();
-    const length = new DataView(whole).getUint32(0, true);
-    const head = JSON.parse(new TextDecoder().decode(new Uint8Array(whole, 8, length)));
-    const kinds = { f8: Float64Array, f4: Float32Array, i2: Int16Array, u1: Uint8Array, u2: Uint16Array, u4: Uint32Array };
-    const array = ([kind, place, count]) => new kinds[kind](whole, 8 + length + place, count);
-    return { head, array };
-  }
 
   // A number of 16 bits.
   function half(bits) {
     const sign = bits & 0x8000 ? -1 : 1, exponent = (bits >> 10) & 31, fraction = bits & 1023;
     return exponent ? sign * 2 ** (exponent - 15) * (1 + fraction / 1024) : sign * 2 ** -24 * fraction;
   }
-
-  // Where t stands among times: the number of the last one not after it; `near` is where to begin.
-  function locate(times, t, near) {
-    const last = times.length - 1;
-    if (near <= last && times[near] <= t && (near === last || t < times[near + 1])) return near;
-    let low = 0, high = last;
-    while (low < high) {
-      const middle = (low + high + 1) >> 1;
-      if (times[middle] <= t) low = middle; else high = middle - 1;
-    }
-    return low;
-  }
-
-  const share = (times, i, t) => i + 1 < times.length ? clamp((t - times[i]) / (times[i + 1] - times[i]), 0, 1) : 0;
 
   // The quaternion of a rotation vector.
   function turning(x, y, z, into) {
@@ -144,6 +110,7 @@
   // the side out of the material: a hollow is cut open wherever one looks through it from behind.
   function grid(f, nu, nv, fields, colours, flip) {
     const points = [], normals = [], tints = [], e = 1e-4;
+    const least = 1e-9 * f(0.13, 1).distanceTo(f(0.57, 0.31));
     const normal = (u, v) => {
       const low = Math.max(v - e, 0), high = Math.min(v + e, 1);
       const a = f(u - e, clamp(v, e, 1 - e)), b = f(u + e, clamp(v, e, 1 - e)), c = f(u, low), d = f(u, high);
@@ -166,7 +133,11 @@
     for (let i = 0; i < nu; i++) for (let j = 0; j < nv; j++) {
       const k = (Math.floor((i + 0.5) / nu * fields[0]) + Math.floor((j + 0.5) / nv * fields[1])) % 2;
       const a = corner(i, j, k), b = corner(i + 1, j, k), c = corner(i + 1, j + 1, k), d = corner(i, j + 1, k);
-      triangles.push(...(flip ? [c, b, a, d, c, a] : [a, b, c, a, c, d]));
+      // At a pole, one of the two triangles has no area.
+      for (const corners of flip ? [[c, b, a], [d, c, a]] : [[a, b, c], [a, c, d]]) {
+        const places = corners.map((n) => [0, 1, 2].map((x) => Math.round(points[3 * n + x] / least)).join());
+        if (new Set(places).size === 3) triangles.push(...corners);
+      }
     }
     const geometry = new THREE.BufferGeometry();
     for (const [name, list] of [["position", points], ["normal", normals], ["color", tints]]) {
@@ -192,7 +163,7 @@
           const polar = Math.PI * (1 - (low + v * (high - low))), turn = 2 * Math.PI * u;
           return new THREE.Vector3(a[0] * Math.sin(polar) * Math.cos(turn), a[1] * Math.sin(polar) * Math.sin(turn), a[2] * Math.cos(polar));
         };
-        const grids = [put(f, n, n / 2, [6, high - low < 1 ? 1 : 2])];
+        const grids = [put(f, n, n / 2, [n % 6 ? 4 : 6, high - low < 1 ? 1 : 2])];
         if (high - low < 1) {
           const cap = (u, v) => new THREE.Vector3(a[0] * v * Math.cos(2 * Math.PI * u), a[1] * v * Math.sin(2 * Math.PI * u), 0);
           grids.push(grid((u, v) => cap(low ? u : -u, v), n, 2, [6, 1], colours, true));
@@ -349,7 +320,7 @@
 
     // Bodies and the ground, each a group that has the name of its body.
     const crowded = head.bodies.length > CROWD, curved = head.surfaces.filter((surface) => surface.shape !== "plane").length;
-    const fine = curved > 400 ? 10 : curved > 40 ? 12 : curved > 12 ? 20 : curved > 4 ? 24 : 36;
+    const fine = curved > 400 ? 8 : curved > 40 ? 12 : curved > 12 ? 20 : curved > 4 ? 24 : 36;
     const groups = head.bodies.map((body, i) => Object.assign(new THREE.Group(), { name: body.name, userData: { body: i } }));
     const ground = Object.assign(new THREE.Group(), { name: "ground" });
     const box = new THREE.Box3(), p = new THREE.Vector3(), q = new THREE.Quaternion();
@@ -447,9 +418,9 @@
     scene.add(trails, trailEnds);
 
     // Arrows of the forces and spots, one of each for a contact.
-    const count = Math.max(contacts.length, 1), sides = count > 100 ? 4 : count > 8 ? 6 : 10, [around, across] = count > 100 ? [8, 2] : count > 8 ? [16, 4] : [32, 8];
+    const count = Math.max(contacts.length, 1), sides = count > 400 ? 3 : count > 100 ? 4 : count > 8 ? 6 : 10, [around, across] = count > 400 ? [8, 1] : count > 100 ? [8, 2] : count > 8 ? [16, 4] : [32, 8];
     const shaft = new THREE.CylinderGeometry(0.018, 0.018, 1, sides, 1, true).translate(0, 0.5, 0).rotateX(Math.PI / 2);
-    const tip = new THREE.ConeGeometry(0.05, 0.14, sides, 1).translate(0, 0.07, 0).rotateX(Math.PI / 2);
+    const tip = new THREE.ConeGeometry(0.05, 0.14, sides, 1, count > 100).translate(0, 0.07, 0).rotateX(Math.PI / 2);
     const arrows = (colour, name) => {
       const light = { color: colour, depthTest: false };
       const material = count > 8 ? new THREE.MeshBasicMaterial(light) : new THREE.MeshLambertMaterial({ ...light, emissive: colour, emissiveIntensity: 0.35 });
@@ -974,6 +945,5 @@
     window.contensou = { scene, camera, renderer, groups, contacts, events, state, head, drawn, seek, play, setCamera, draw, crowds, settled: () => still && !state.dirty };
   }
 
-  if (typeof DecompressionStream === "undefined") problem("This browser is too old: it needs DecompressionStream, of 2023.");
-  else main().catch((error) => problem(`The page cannot show its data: ${error.message}`));
+  page.show(main);
 })();

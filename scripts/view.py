@@ -9,7 +9,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from lib import seal, style, sweeping, sweeps, viewing
+from lib import limit_surface, seal, style, sweeping, sweeps, viewing
 from lib.results import ResultError
 
 
@@ -21,16 +21,27 @@ def main(name: str = "scripts/view") -> int:
         "sweep as points that one can ask, and prints its name.",
     )
     parser.add_argument(
-        "file", type=Path, metavar="FILE", help="output file (HDF5; of a run also .part)"
+        "file", type=Path, metavar="FILE", nargs="?", help="output file (HDF5; of a run also .part)"
     )
     parser.add_argument(
         "-o", "--output", type=Path, metavar="HTML", help="page; default beside FILE, as .html"
     )
+    parser.add_argument(
+        "--limit-surface",
+        metavar="a=..,b=..,f=..,N=..",
+        help="in place of a file: all forces and torques of friction that a spot with the "
+        "semi-axes a and b [m] can take, in three dimensions; also model=",
+    )
     options = parser.parse_args()
-    page = options.output or default_page(options.file)
+    if (options.file is None) == (options.limit_surface is None):
+        parser.error("expected either FILE or --limit-surface")
+    page = options.output or default_page(options.file or Path("limit_surface.h5"))
     try:
         check_page(options.file, page)
-        page.write_text(page_of(options.file), encoding="utf-8")
+        page.write_text(
+            page_of(options.file) if options.file else limit_surface.view(options.limit_surface),
+            encoding="utf-8",
+        )
     except ResultError as problem:
         print(f"error: {style.shown(str(problem))}", file=sys.stderr)
         return 2
@@ -44,11 +55,11 @@ def main(name: str = "scripts/view") -> int:
     return 0
 
 
-def check_page(file: Path, page: Path) -> None:
+def check_page(file: Path | None, page: Path) -> None:
     """See that the page replaces neither the file that is drawn nor anything but a file."""
     if not page.exists():
         return
-    if file.exists() and page.samefile(file):
+    if file and file.exists() and page.samefile(file):
         raise ResultError(f"the page {page} would replace the file that is drawn")
     if not page.is_file():
         raise ResultError(f"the page {page} would replace what is no regular file")

@@ -195,8 +195,43 @@
         if (!inside) grids.push(disc(wide, height, true));
         return grids;
       }
+      case "mesh": return [meshGrid(surface.mesh)];
       default: return [];
     }
+  }
+
+  // Triangles as they are given, coloured by how high they are.
+  function meshGrid({ points, triangles }) {
+    const geometry = new THREE.BufferGeometry(), tints = [];
+    for (let k = 2; k < points.length; k += 3) {
+      const tint = new THREE.Color().setHSL(0.62 - 0.62 * clamp(0.5 + 0.5 * points[k], 0, 1), 0.7, 0.55);
+      tints.push(tint.r, tint.g, tint.b);
+    }
+    geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+    geometry.setAttribute("color", new THREE.Float32BufferAttribute(tints, 3));
+    geometry.setIndex([...triangles]);
+    geometry.computeVertexNormals();
+    return geometry;
+  }
+
+  // Words that stand at a place of the picture, whatever the camera does.
+  function sign(text, place, size) {
+    const canvas = document.createElement("canvas"), pen = canvas.getContext("2d");
+    canvas.width = 512;
+    canvas.height = 64;
+    pen.font = "40px system-ui, sans-serif";
+    pen.textAlign = "center";
+    pen.lineWidth = 10;
+    pen.lineJoin = "round";
+    pen.strokeStyle = "#ffffff";
+    pen.fillStyle = "#1c2230";
+    pen.strokeText(text, 256, 46);
+    pen.fillText(text, 256, 46);
+    const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas), depthTest: false, transparent: true }));
+    sprite.position.copy(place);
+    sprite.scale.set(8 * size, size, 1);
+    sprite.renderOrder = 4;
+    return sprite;
   }
 
   // A plane: a chequered rectangle as wide as the run.
@@ -295,7 +330,7 @@
     const up = new THREE.Vector3(...head.up);
     document.title = head.title;
     byId("title").textContent = head.title;
-    byId("about").textContent = `${head.file} · contensou ${head.program}` +
+    byId("about").textContent = head.about || `${head.file} · contensou ${head.program}` +
       (head.status && head.status !== "complete" ? ` · ${head.status} at ${head.end.toPrecision(4)} s` : "") +
       ` · ${head.rows} rows, drawn within ${+head.angle.toPrecision(2)}° and ${+(1e3 * head.length).toPrecision(2)}‰ of the scene` +
       (head.drawn ? "" : " · without contact_geometry: no forces and spots");
@@ -323,7 +358,7 @@
     const fine = curved > 400 ? 8 : curved > 40 ? 12 : curved > 12 ? 20 : curved > 4 ? 24 : 36;
     const groups = head.bodies.map((body, i) => Object.assign(new THREE.Group(), { name: body.name, userData: { body: i } }));
     const ground = Object.assign(new THREE.Group(), { name: "ground" });
-    const box = new THREE.Box3(), p = new THREE.Vector3(), q = new THREE.Quaternion();
+    const box = new THREE.Box3(), p = new THREE.Vector3(), q3 = new THREE.Vector3(), q = new THREE.Quaternion();
     motions.forEach((motion) => {
       for (let k = 0; k < motion.position.length; k += 3) box.expandByPoint(p.fromArray(motion.position, k));
     });
@@ -338,6 +373,7 @@
     const glass = new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, opacity: 0.25, depthWrite: false });
     const seen = new Map();
     head.surfaces.forEach((surface) => {
+      if (surface.mesh) surface.mesh = { points: array(surface.mesh.points), triangles: array(surface.mesh.triangles) };
       const order = surface.body < 0 ? 0 : seen.get(surface.body) || 0;
       seen.set(surface.body, order + 1);
       const body = new THREE.Color(surface.body < 0 ? "#9aa3b2" : PALETTE[(surface.body + 3 * order) % PALETTE.length]);
@@ -398,6 +434,11 @@
       if (!crowded) group.add(lines);
       return lines;
     });
+    const asked = head.asked && { ...head.asked, slip: array(head.asked.slip), wrench: array(head.asked.wrench) };
+    if (asked) {
+      document.documentElement.classList.add("still");
+      asked.labels.forEach((text, i) => scene.add(sign(text, new THREE.Vector3().setComponent(i, 1.35), 0.11)));
+    }
 
     // Trails of the centres of mass.
     const trails = new THREE.Group();
@@ -473,7 +514,7 @@
     const layers = [
       ["bodies", "bodies", true], ["ground", "ground", true], ["trails", "trails", motions.length <= 40],
       ["normal", "normal forces", true], ["friction", "friction forces", true], ["spots", "spots", true],
-      ["traction", "traction in the spot", true], ["axes", "axes of the bodies", false], ["wires", "wire frames", false],
+      ["traction", "traction in the spot", true], ["axes", head.asked ? "axes" : "axes of the bodies", Boolean(head.asked)], ["wires", "wire frames", false],
     ].map(([key, text, on], i) => {
       const label = document.createElement("label"), box = document.createElement("input");
       box.type = "checkbox";
@@ -544,7 +585,7 @@
       if (kind === "fit") {
         kind = "orbit";
         orbit.target.copy(middle);
-        orbit.distance = 1.5 * Math.max(head.scale, travel);
+        orbit.distance = (asked ? 1.9 : 1.5) * Math.max(head.scale, travel) * Math.max(1, 1 / camera.aspect);
       } else if (kind === "orbit" && state.camera !== "orbit" && motions.length) {
         motions[state.body].place(state.t, orbit.target);
       }
@@ -629,10 +670,29 @@
       orbit.distance = clamp(orbit.distance * Math.exp(0.001 * event.deltaY), 1e-4 * head.scale, 1e3 * head.scale);
       state.dirty = true;
     }, { passive: false });
-    stage.addEventListener("dblclick", (event) => {
+    const seenAt = (event) => {
       const ray = new THREE.Raycaster();
       ray.setFromCamera(new THREE.Vector2(2 * event.clientX / stage.clientWidth - 1, 1 - 2 * event.clientY / stage.clientHeight), camera);
-      const hit = ray.intersectObjects([...groups, ...crowds], true)[0];
+      return ray.intersectObjects([...groups, ...crowds], true).find((hit) => hit.object.isMesh);
+    };
+    // A point of a limit surface tells its slip.
+    const mark = new THREE.Mesh(new THREE.SphereGeometry(0.025, 12, 8), new THREE.MeshBasicMaterial({ color: "#101418", depthTest: false }));
+    mark.visible = false;
+    if (asked) scene.add(mark);
+    stage.addEventListener("click", (event) => {
+      const hit = asked && seenAt(event);
+      if (!hit) return;
+      const places = hit.object.geometry.getAttribute("position"), at = [hit.face.a, hit.face.b, hit.face.c];
+      const [k] = at.sort((i, j) => p.fromBufferAttribute(places, i).distanceTo(hit.point) - q3.fromBufferAttribute(places, j).distanceTo(hit.point));
+      const [x, y, w] = asked.slip.slice(3 * k, 3 * k + 3), [fx, fy, torque] = asked.wrench.slice(3 * k, 3 * k + 3), speed = Math.hypot(x, y);
+      mark.position.fromBufferAttribute(places, k);
+      mark.visible = state.dirty = true;
+      const short = (value) => Math.abs(value) < 1e-12 ? "0" : value.toPrecision(4);
+      byId("figures").textContent = `force ${short(fx)}, ${short(fy)} N, torque ${short(torque)} N m\n` +
+        (speed < 1e-12 ? "spin alone" : `slip towards ${(180 / Math.PI * Math.atan2(y, x)).toFixed(1)}°, centre ${w ? (1e3 * speed / Math.abs(w)).toPrecision(3) + " mm from the middle" : "infinitely far: no spin"}`);
+    });
+    stage.addEventListener("dblclick", (event) => {
+      const hit = seenAt(event);
       if (!hit) return;
       const group = hit.object.userData.of ? hit.object.userData.of[Math.floor(hit.faceIndex / hit.object.faces)].group : hit.object.parent;
       byId("body").value = state.body = group.userData.body;
@@ -752,7 +812,7 @@
       const canvas = byId("spot"), pen = canvas.getContext("2d", { willReadFrequently: true }), wide = canvas.width, high = canvas.height;
       pen.clearRect(0, 0, wide, high);
       if (!contact || contact.open) {
-        byId("figures").textContent = contacts.length ? "open" : "";
+        if (!asked) byId("figures").textContent = contacts.length ? "open" : "";
         return;
       }
       const f = contact.values, a = f[7], b = f[8], unit = 0.42 * Math.min(wide, high * a / Math.max(b, 1e-300)) / 1, ax = Math.min(unit, 0.45 * wide), by = ax * b / a;
@@ -914,12 +974,12 @@
     }
     addEventListener("resize", resize);
     byId("theme").addEventListener("click", resize);
+    resize();
     setCamera("fit");
     if (travel > 6 * head.scale && motions.length) {
-      orbit.distance = 3 * head.scale;
+      orbit.distance = 3 * head.scale * Math.max(1, 1 / camera.aspect);
       setCamera("follow");
     }
-    resize();
     let last = performance.now(), changed = last;
     function frame(now) {
       if (state.playing) {

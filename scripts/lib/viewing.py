@@ -31,6 +31,8 @@ STRETCH = 1 << 17  # rows of contacts
 CHART_BUCKETS = 400
 CHARTED = 6  # bodies or contacts of a chart
 MOST_EVENTS = 20_000
+SHAPES = ("sphere", "ellipsoid", "torus", "cylinder", "cone", "paraboloid", "plane")
+TOUCHED = 500  # points of a shape that the page does not know
 SIZES = ("radius", "semi_axes", "major_radius", "minor_radius", "half_angle", "vertex_radius")
 
 
@@ -405,6 +407,39 @@ def decimate(time: np.ndarray, values: np.ndarray, buckets: int) -> tuple[np.nda
     return time[rows], values[rows]
 
 
+def of_body(
+    body: int, points: np.ndarray, position: np.ndarray, attitude: np.ndarray
+) -> np.ndarray:
+    """Points (rows, contacts, 3) as a body sees them."""
+    if body < 0:
+        return points
+    turn = thinning.matrices(attitude[:, body])
+    return np.einsum("tji,tcj->tci", turn, points - position[:, None, body])
+
+
+def touched_of(run: Run, package: Package) -> list[dict]:
+    """The surfaces as the page gets them; those of shapes that it does not know, such as those of
+    extensions, with the points at which they were touched."""
+    found = [dict(surface) for surface in run.surfaces]
+    unknown = [surface for surface in found if surface["shape"] not in SHAPES]
+    for surface in unknown:
+        surface["touched"] = package.put(np.zeros(0), "f4")
+    if not unknown or run.column("contact_point") is None or not run.contacts:
+        return found
+    pairs = np.asarray(run.file["contact/surfaces"].asstr()[()])
+    rows = np.unique(np.linspace(0, run.rows - 1, 2 * TOUCHED).astype(int))
+    point, position, attitude, force = (
+        run.column(name)[rows]
+        for name in ("contact_point", "position", "quaternion", "normal_force")
+    )
+    for surface in unknown:
+        at = np.flatnonzero((pairs == surface["name"]).any(axis=1))
+        x = of_body(surface["body"], point[:, at], position, attitude)
+        x = x[(force[:, at] > 0) & np.isfinite(x).all(axis=-1)]
+        surface["touched"] = package.put(x[:: 1 + len(x) // TOUCHED], "f4")
+    return found
+
+
 def bands_of(run: Run) -> None:
     """For grooves, the part of the tube that is touched: angles across it, in the surface."""
     if run.column("contact_point") is None or not run.contacts:
@@ -420,10 +455,7 @@ def bands_of(run: Run) -> None:
         near = np.isfinite(gap[:, at]) & (gap[:, at] < surface["sizes"]["minor_radius"])
         if not near.any():
             continue
-        x = point[:, at]
-        if surface["body"] >= 0:
-            turn = thinning.matrices(attitude[:, surface["body"]])
-            x = np.einsum("tji,tcj->tci", turn, x - position[:, None, surface["body"]])
+        x = of_body(surface["body"], point[:, at], position, attitude)
         axes = np.array(surface["axes"]).reshape(3, 3)
         x = (x - np.array(surface["centre"])) @ axes.T
         across = np.hypot(x[..., 0], x[..., 1]) - surface["sizes"]["major_radius"]
@@ -467,7 +499,7 @@ def data_of(run: Run) -> str:
         "up": up.tolist(),
         "angle": float(np.degrees(DRAWN_ANGLE * loose)),
         "length": DRAWN_LENGTH * loose,
-        "surfaces": run.surfaces,
+        "surfaces": touched_of(run, package),
         "forces": scales.tolist(),
         "drawn": bool(contacts) or not run.contacts,
         "scene": as_text(run.file["input/resolved"][()]) if "input/resolved" in run.file else "",

@@ -499,6 +499,30 @@ def test_hostile_texts_are_texts(shown, chromium):
 
 
 @needs_browser
+def test_shapes_of_extensions(shown, chromium):
+    """A shape that the page does not know: it says so, and shows where the surface was touched."""
+    path, _ = shown(ball(end=0.5, motion="spin = 0, 5, 0, velocity = 0.1, 0, 0"))
+    with h5py.File(path, "a") as file:
+        shapes = file["surface/shape"][()].tolist()
+        assert shapes[0] == b"sphere"
+        shapes[0] = b"superegg"
+        file["surface/shape"][...] = shapes
+    page = path.with_name("egg.html")
+    page.write_text(viewing.view(path), encoding="utf-8")
+    chromium.open(page)
+    assert "skin (superegg)" in chromium.value("document.getElementById('about').textContent")
+    points = np.array(
+        chromium.value(
+            "[...contensou.groups[0].getObjectByName('skin').geometry.attributes.position.array]"
+        )
+    ).reshape(-1, 3)
+    assert len(points) > 3
+    assert np.abs(np.linalg.norm(points, axis=1) - 0.02).max() < 2e-4
+    chromium.picture()
+    clean(chromium, page)
+
+
+@needs_browser
 @pytest.mark.parametrize("path", sorted((ROOT / "inputs").glob("*.nml")), ids=lambda p: p.stem)
 def test_every_shipped_scene_opens(shown, chromium, path):
     end = re.search(r"t_end\s*=\s*([0-9.eE+-]+)", path.read_text())[1]

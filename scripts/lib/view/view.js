@@ -371,7 +371,7 @@
     // Planes fill most of the picture: no light is computed for them, as it is the same all over.
     const flat = new THREE.MeshBasicMaterial({ vertexColors: true, side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
     const glass = new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, opacity: 0.25, depthWrite: false });
-    const seen = new Map();
+    const seen = new Map(), unknown = [];
     head.surfaces.forEach((surface) => {
       if (surface.mesh) surface.mesh = { points: array(surface.mesh.points), triangles: array(surface.mesh.triangles) };
       const order = surface.body < 0 ? 0 : seen.get(surface.body) || 0;
@@ -404,12 +404,21 @@
         if (!kept.has(key)) kept.set(key, shapeGrids(surface, head.scale, colours, fine));
         grids = kept.get(key);
       }
-      if (crowded && surface.body >= 0) {
+      if (crowded && surface.body >= 0 && !surface.touched) {
         for (const geometry of grids) {
           if (!alike.has(geometry)) alike.set(geometry, { material, of: [] });
           alike.get(geometry).of.push({ group: groups[surface.body], pose });
         }
         return;
+      }
+      if (surface.touched) {
+        // Nobody told the page this shape: it draws where the surface was touched, in the frame of its body.
+        const dots = new THREE.BufferGeometry(), places = array(surface.touched);
+        dots.setAttribute("position", new THREE.BufferAttribute(places, 3));
+        const points = new THREE.Points(dots, new THREE.PointsMaterial({ color: body, size: 5, sizeAttenuation: false }));
+        points.name = surface.name;
+        (surface.body < 0 ? ground : groups[surface.body]).add(points);
+        unknown.push(`${surface.name} (${surface.shape})`);
       }
       for (const geometry of grids) {
         const mesh = new THREE.Mesh(geometry, material);
@@ -419,6 +428,10 @@
         (surface.body < 0 ? ground : groups[surface.body]).add(mesh);
       }
     });
+    if (unknown.length) {
+      const few = unknown.slice(0, 3).join(", ") + (unknown.length > 3 ? ` and ${unknown.length - 3} more` : "");
+      byId("about").textContent += ` · drawn only where touched, as their shape is not known here: ${few}`;
+    }
     scene.add(ground, ...groups);
     const crowds = [...alike].map(([geometry, { material, of }]) => {
       const mesh = new Copies(geometry, material, of.length);

@@ -129,6 +129,7 @@ module contensou_integrate_cvode
       procedure, public :: start
       procedure, public :: step
       procedure, public :: interpolate
+      procedure, public :: interpolate_rate
       procedure, public :: restart
       procedure, public :: bound_step
       procedure, public :: statistics
@@ -348,6 +349,22 @@ contains
       y = self%y_between
       if (flag < 0) y = self%y
    end subroutine interpolate
+
+   !> Time derivative of the state within the last step.
+   subroutine interpolate_rate(self, t, rate, known)
+      class(cvode_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> The derivative; only set if it is known.
+      real(wp), intent(inout) :: rate(:)
+      !> Whether it is known.
+      logical, intent(out) :: known
+
+      known = .false.
+      if (.not. self%bdf) return
+      known = FCVodeGetDky(self%memory, t, 1_c_int, self%vector_between) >= 0
+      if (known) rate = self%y_between
+   end subroutine interpolate_rate
 
    !> Begin anew at a state after the right-hand side has changed.
    subroutine restart(self, t, y, error)

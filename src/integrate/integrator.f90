@@ -52,6 +52,8 @@ module contensou_integrate_integrator
       procedure(step_interface), deferred :: step
       !> State at a time within the last step.
       procedure(interpolate_interface), deferred :: interpolate
+      !> Time derivative of that.
+      procedure :: interpolate_rate
       !> Begin anew at a state, after the right-hand side has changed or to try again.
       procedure(restart_interface), deferred :: restart
       procedure(bound_interface), deferred :: bound_step
@@ -144,6 +146,19 @@ module contensou_integrate_integrator
    end interface
 
 contains
+
+   !> Time derivative of the state within the last step; not known here.
+   subroutine interpolate_rate(self, t, rate, known)
+      class(integrator_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> The derivative; only set if it is known.
+      real(wp), intent(inout) :: rate(:)
+      !> Whether the method knows it, to the accuracy of the state.
+      logical, intent(out) :: known
+
+      known = .false.
+   end subroutine interpolate_rate
 
    !> Counters of two integrations together, one after the other.
    pure function plus(self, later) result(sum)

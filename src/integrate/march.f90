@@ -15,6 +15,7 @@ module contensou_integrate_march
    use contensou_integrate_observer, only : observer_type
    use contensou_integrate_pace, only : change_method_to, counters, set_stop, start, sticks, &
       switch_if_due, watch_pace
+   use contensou_integrate_sticking, only : balance_forces
    use contensou_integrate_step, only : keep_workspace, kept_type, look_at_gaps, march_type, &
       restore_workspace, view_spots, zero_gap
    implicit none(type, external)
@@ -240,6 +241,7 @@ contains
                call keep_workspace(self%motion, kept)
                call view_spots(self, self%y_row)
             end if
+            if (self%motion%system%constraints%n_links > 0) call balance(self, t)
             call self%observer%sample(self%motion, t, self%y_row, error)
             if (allocated(error)) return
             if (several) call restore_workspace(self%motion, kept)
@@ -247,6 +249,19 @@ contains
          end do
       end associate
    end subroutine give_rows
+
+   !> Let the forces of a row at rigid contacts be those of its accelerations.
+   subroutine balance(self, t)
+      type(march_type), intent(inout) :: self
+      !> Time of the row [s].
+      real(wp), intent(in) :: t
+      real(wp) :: rate(size(self%y_row))
+      logical :: known
+
+      call self%integrator%interpolate_rate(t, rate, known)
+      if (known) call balance_forces(self%motion, t, rate, self%memory%t - self%t_before, &
+         self%y_row)
+   end subroutine balance
 
    !> States that are asked for beside the rows, so that nothing that follows depends on it.
    subroutine look_between(self, error)

@@ -67,6 +67,10 @@ def test_touches_do_not_pile_up(run, tmp_path, kind, seed):
         ("random", 2793),
         ("random", 2906),
         ("random", 3114),
+        # Sticking friction in the rows did not agree with the accelerations, by 3e-3 of the weight.
+        ("random", 3680),
+        ("random", 5733),
+        ("random", 7638),
         # The impulses of impacts at once with friction that sticks were not found.
         ("hostile", 291),
         # They crept by a ten-thousandth of the way in each turn.

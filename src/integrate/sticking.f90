@@ -1,0 +1,147 @@
+!> Velocities of a row whose friction agrees with its accelerations.
+!>
+!> Friction that sticks is a steep function of velocities far below any tolerance, which an implicit
+!> method knows to a share of its tolerance only, while the accelerations of the motion, the
+!> derivatives of its interpolant, are as smooth as the motion itself. The velocities of a row are
+!> corrected by dv, far below the tolerance, until both agree where the forces are stiff,
+!>
+!>     (1/h - A) dv = f(v) - a ,
+!>
+!> a the accelerations of the motion, f those by the forces, A = df/dv and h the step: what changes
+!> slowly (|A| h << 1) stays.
+module contensou_integrate_sticking
+   use contensou_base_kinds, only : wp
+   use contensou_dynamics_scene, only : motion_free
+   use contensou_dynamics_state, only : at_velocity, body_size
+   use contensou_integrate_motion, only : motion_type
+   use contensou_special_elimination, only : solve_linear
+   implicit none(type, external)
+   private
+
+   public :: balance_forces
+
+   !> Velocities of a body.
+   integer, parameter :: velocities = 6
+
+   !> Times the velocities are corrected.
+   integer, parameter :: most_corrections = 4
+
+   !> Acceleration that forces may lack, over those of the motion.
+   real(wp), parameter :: balanced = 1.0e-8_wp
+
+   !> Least 1/h over the largest element of A that keeps the equations regular.
+   real(wp), parameter :: regular = 1.0e-10_wp
+
+   !> Errors of a multistep method over those of a step, see `set_tolerance` of a motion.
+   real(wp), parameter :: accumulated = 10.0_wp
+
+contains
+
+   !> Correct the velocities of a row with closed rigid contacts, by less than the tolerance.
+   subroutine balance_forces(motion, t, rate, step, y)
+      !> The motion; its workspace is changed.
+      type(motion_type), intent(inout) :: motion
+      !> Time of the row [s].
+      real(wp), intent(in) :: t
+      !> Time derivative of the interpolant.
+      real(wp), intent(in) :: rate(:)
+      !> Step in which the row lies [s].
+      real(wp), intent(in) :: step
+      !> State of the row.
+      real(wp), intent(inout) :: y(:)
+      real(wp), allocatable :: matrix(:, :), factor(:, :), change(:), entries(:)
+      real(wp) :: now(size(y)), trial(size(y)), admissible(size(y))
+      real(wp) :: pace, missing, least
+      integer, allocatable :: place(:)
+      integer :: number(size(y)), i, k, n, c
+      logical :: outside, singular
+
+      if (.not. allocated(motion%row) .or. .not. step > 0.0_wp) return
+      call list_velocities(motion, place, number)
+      n = size(place)
+      if (n == 0) return
+      call motion%derivative(t, y, now, outside)
+      if (outside) return
+      least = lack(now)
+      if (least <= balanced) return
+      allocate(matrix(n, n), factor(n, n), change(n), entries(size(motion%row)))
+      call motion%jacobian(t, y, entries)
+      matrix = 0.0_wp
+      do c = 1, n
+         do k = motion%column_start(place(c)), motion%column_start(place(c) + 1) - 1
+            i = number(motion%row(k))
+            if (i > 0) matrix(i, c) = -entries(k)
+         end do
+      end do
+      pace = max(1.0_wp/step, regular*maxval(abs(matrix)))
+      do c = 1, n
+         matrix(c, c) = matrix(c, c) + pace
+      end do
+      call motion%admissible_error(y, admissible)
+      trial = y
+      do k = 1, most_corrections
+         factor = matrix
+         change = now(place) - rate(place)
+         call solve_linear(n, factor, change, singular)
+         if (singular) return
+         trial(place) = trial(place) + change
+         if (any(abs(trial - y) > accumulated*admissible)) return
+         call motion%derivative(t, trial, now, outside)
+         if (outside) return
+         missing = lack(now)
+         if (missing >= least) return
+         least = missing
+         y = trial
+         if (least <= balanced) return
+      end do
+
+   contains
+
+      !> Largest acceleration that the forces lack, over those of the motion.
+      pure real(wp) function lack(accelerations)
+         !> Those by the forces.
+         real(wp), intent(in) :: accelerations(:)
+         integer :: j
+
+         lack = 0.0_wp
+         do j = 1, n, 3
+            lack = max(lack, norm2(rate(place(j:j + 2)) - accelerations(place(j:j + 2))) &
+               /(norm2(rate(place(j:j + 2))) + norm2(motion%system%gravity)))
+         end do
+      end function lack
+
+   end subroutine balance_forces
+
+   !> Velocities of the free bodies that rigid contacts with friction hold.
+   subroutine list_velocities(motion, place, number)
+      type(motion_type), intent(in) :: motion
+      !> Their places in the state.
+      integer, allocatable, intent(out) :: place(:)
+      !> For each place in the state: number of the velocity; 0 for others.
+      integer, intent(out) :: number(:)
+      logical :: held(0:size(motion%system%bodies))
+      integer :: i, k, n
+
+      held = .false.
+      do i = 1, size(motion%system%contacts)
+         associate (contact => motion%system%contacts(i))
+            if (.not. contact%closed .or. .not. allocated(contact%law%friction)) cycle
+            held(contact%a) = .true.
+            held(contact%b) = .true.
+         end associate
+      end do
+      allocate(place(velocities*count(held(1:))))
+      number = 0
+      n = 0
+      do i = 1, size(motion%system%bodies)
+         if (.not. held(i) .or. motion%system%bodies(i)%motion /= motion_free) cycle
+         do k = 1, velocities
+            n = n + 1
+            place(n) = body_size*(i - 1) + at_velocity - 1 + k
+            number(place(n)) = n
+         end do
+      end do
+      place = place(:n)
+   end subroutine list_velocities
+
+end module contensou_integrate_sticking

@@ -6,7 +6,7 @@ module contensou_drivers_export
    use contensou_base_operating_system, only : become, write_stderr, write_stdout
    use contensou_base_text, only : did_you_mean, join, quote, string_type, strings
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
-      takes_number
+      takes_count, takes_number
    use contensou_drivers_output, only : output_type
    use contensou_files_columns, only : tables_type
    implicit none(type, external)
@@ -17,7 +17,8 @@ module contensou_drivers_export
    type(option_type), parameter :: options(*) = [ &
       option_type("FILE.h5", "", "output file of a run, a sweep or a cost study", needs="a file"), &
       option_type("--to", "FORMAT", "csv: comma-separated values, a line for each row; gltf: " // &
-      "bodies that move, glTF 2 in one file (.glb)", needs="a format", choices="csv gltf"), &
+      "bodies that move, glTF 2 in one file (.glb); vtk: with forces and spots (.vtkhdf)", &
+      needs="a format", choices="csv gltf vtk"), &
       option_type("--csv", "", "the same as --to csv"), &
       option_type("--output", "FILE", "file to write; if not given the terminal for csv, else " // &
       "a file beside FILE.h5", "-o", "the name of a file"), &
@@ -25,25 +26,27 @@ module contensou_drivers_export
       "of data sets or columns, * for any characters, ? for one; default all", "-c", &
       "names of columns", repeats=.true.), &
       option_type("--list", "", "list the columns, their units and meanings instead"), &
-      option_type("--from", "T", "gltf: begin at this time [s]", needs="a time [s]", &
+      option_type("--from", "T", "gltf, vtk: begin at this time [s]", needs="a time [s]", &
       takes=takes_number), &
-      option_type("--until", "T", "gltf: end at this time [s]", needs="a time [s]", &
+      option_type("--until", "T", "gltf, vtk: end at this time [s]", needs="a time [s]", &
       takes=takes_number), &
-      option_type("--all", "", "gltf: all rows; else those that it takes to be " // &
+      option_type("--frames", "N", "vtk: so many rows, evenly spread; default 500", &
+      needs="a whole number from 1 to 999999", takes=takes_count), &
+      option_type("--all", "", "gltf, vtk: all rows; gltf else has those that it takes to be " // &
       "within 1 degree and a thousandth of the scene"), &
       option_type("--force", "", "replace an existing file")]
 
    !> Formats that can be written, and the endings of files that tell them.
-   character(len=*), parameter :: formats(*) = [character(len=4) :: "csv", "gltf"]
-   character(len=*), parameter :: endings(*) = [character(len=4) :: "csv", "glb"]
+   character(len=*), parameter :: formats(*) = [character(len=4) :: "csv", "gltf", "vtk"]
+   character(len=*), parameter :: endings(*) = [character(len=6) :: "csv", "glb", "vtkhdf"]
 
    !> What writes formats of bodies.
    character(len=*), parameter :: tool = "contensou-export"
 
    !> Options of formats of bodies, and how many of them have a value, the first ones.
    character(len=*), parameter :: options_of_bodies(*) = [character(len=11) :: "--from", &
-      "--until", "--all"]
-   integer, parameter :: with_value = 2
+      "--until", "--frames", "--all"]
+   integer, parameter :: with_value = 3
 
    !> What the user asks for, in the words of the options.
    type :: export_config_type

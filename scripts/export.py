@@ -15,13 +15,13 @@ from typing import BinaryIO
 
 import numpy as np
 
-from lib import gltf, seal, style, viewing
+from lib import gltf, seal, style, viewing, vtkhdf
 from lib.results import ResultError, open_file
 
 # As those of the program: bad usage, and files that cannot be read or written.
 STATUS_USAGE, STATUS_FILE = 2, 74
 
-ENDINGS = {"gltf": ".glb"}
+ENDINGS = {"gltf": ".glb", "vtk": ".vtkhdf"}
 
 
 class UsageError(ResultError):
@@ -37,16 +37,19 @@ def main(name: str = "scripts/export") -> int:
     )
     parser.add_argument("file", type=Path, metavar="FILE", help="output file (HDF5, also .part)")
     parser.add_argument("--to", choices=ENDINGS, required=True, help="format")
-    parser.add_argument("-o", "--output", type=Path, help="default beside FILE, as .glb")
+    parser.add_argument("-o", "--output", type=Path, help="default beside FILE, as .glb or .vtkhdf")
     parser.add_argument("--from", type=float, dest="start", metavar="T", help="begin at [s]")
     parser.add_argument("--until", type=float, dest="end", metavar="T", help="end at [s]")
     parser.add_argument("--all", action="store_true", dest="every_row", help="leave no row out")
+    parser.add_argument("--frames", type=int, metavar="N", help="vtk: so many rows, evenly spread")
     parser.add_argument("--force", action="store_true", help="replace an existing file")
     options = parser.parse_args()
     # A file that is not complete goes with what ends this.
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
     output = options.output or default_output(options.file, ENDINGS[options.to])
     try:
+        if options.frames and options.to != "vtk":
+            raise UsageError("--frames is for vtk; gltf leaves rows out by itself")
         check_output(options.file, output, force=options.force)
         export(options, output)
     except ResultError as problem:
@@ -108,7 +111,7 @@ def export(options: argparse.Namespace, output: Path) -> None:
             )
         descriptor, temporary = tempfile.mkstemp(prefix=f"{output.name}.part-", dir=output.parent)
         try:
-            with os.fdopen(descriptor, "wb") as target:
+            with os.fdopen(descriptor, "w+b") as target:
                 write(run, rows, target, options)
             mask = os.umask(0)
             os.umask(mask)
@@ -121,7 +124,16 @@ def export(options: argparse.Namespace, output: Path) -> None:
 
 def write(run: viewing.Run, rows: slice, target: BinaryIO, options: argparse.Namespace) -> None:
     """Write one of the formats."""
-    gltf.write(run, rows, target, every_row=options.every_row)
+    if options.to == "gltf":
+        gltf.write(run, rows, target, every_row=options.every_row)
+        return
+    frames = options.frames or vtkhdf.FRAMES
+    count = rows.stop - rows.start
+    if options.every_row:
+        frames = count
+    elif count > frames and not options.frames:
+        print(f"{frames} of {count} rows; --frames or --all take more", file=sys.stderr)
+    vtkhdf.write(run, rows, target, frames=frames)
 
 
 def status_of(run: viewing.Run) -> str:

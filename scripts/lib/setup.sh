@@ -5,7 +5,7 @@
 #   ensure_packages    install the missing Debian packages, or say how and stop
 #   try_packages       install packages that are of use but not needed, or say why not and go on
 #   ensure_python      make .venv from requirements.txt
-#   try_validator      install the validator of glTF, or go on
+#   try_readers        install what tests read exported files with, or go on
 #   ensure_build       configure and compile a build folder
 #   ensure_release     the same for the release build in build/
 #
@@ -140,9 +140,12 @@ try_packages() {
    fi
 }
 
-# Install Khronos' validator of glTF into the Python environment, where there is npm; or go on.
-try_validator() {
+# Install what reads exported files into the Python environment, where it can be had; or go on.
+try_readers() {
    local folder=$venv/node log
+   "$venv/bin/python" -c 'import vtk' 2>/dev/null || timeout 300 "$venv/bin/python" -m pip install --quiet \
+      --disable-pip-version-check --no-input vtk==9.7.1 >/dev/null 2>&1 </dev/null ||
+      say "files for VTK will not be read by it: vtk could not be installed"
    [ ! -e "$folder/node_modules/gltf-validator" ] || return 0
    command -v node npm >/dev/null || return 0
    log=$(mktemp)

@@ -397,3 +397,166 @@ def test_tool_that_is_missing(executable, output, tmp_path):
     )
     assert done.returncode == 74
     assert "contensou-export" in done.stderr
+
+
+class Vtk:
+    """A file of VTKHDF, read by its specification."""
+
+    def __init__(self, path):
+        self.file = h5py.File(path)
+        self.root = self.file["VTKHDF"]
+        assert self.root.attrs["Type"] == b"PolyData"
+        self.steps = self.root["Steps"]
+        self.times = self.steps["Values"][()]
+        self.size = self.root["NumberOfPoints"][0]
+        self.cells = {name: data[()] for name, data in self.root["CellData"].items()}
+
+    def at(self, k, name="Points"):
+        """Points or vectors of a time."""
+        if name == "Points":
+            start = self.steps["PointOffsets"][k]
+            return self.root[name][start : start + self.size].astype(float)
+        start = self.steps[f"PointDataOffsets/{name}"][k]
+        return self.root["PointData"][name][start : start + self.size].astype(float)
+
+    def corners(self, kind):
+        """Numbers of the points of the cells of a kind: 0 bodies, 1 contacts, 2 spots."""
+        group = self.root["Vertices" if kind == 1 else "Polygons"]
+        at, ids = group["Offsets"][()], group["Connectivity"][()]
+        kinds = self.cells["kind"]
+        first = 0 if kind == 1 else len(self.root["Vertices/Offsets"]) - 1
+        chosen = np.flatnonzero(kinds[first : first + len(at) - 1] == kind)
+        return [ids[at[i] : at[i + 1]] for i in chosen]
+
+
+@pytest.fixture
+def rolling(output):
+    """A ball that bounces and slides."""
+    return output(ball(end=0.3))
+
+
+def test_vtk(run, rolling):
+    """Bodies move as the rows tell, contacts have their forces, and spots their axes."""
+    done = run("export", rolling, "--to", "vtk", "--all")
+    assert (done.status, done.err) == (0, "")
+    vtk = Vtk(rolling.with_suffix(".vtkhdf"))
+    with h5py.File(rolling) as file:
+        rows = file["trajectory"]
+        assert vtk.times == pytest.approx(rows["time"][()])
+        point = vtk.corners(1)[0]
+        rim = vtk.corners(2)[0]
+        skin = np.unique(np.concatenate(vtk.corners(0)[: np.sum(vtk.cells["number"] == 0) - 2]))
+        skin = skin[np.abs(np.linalg.norm(vtk.at(0)[skin] - [0, 0, 0.12], axis=1) - 0.02) < 1e-6]
+        assert len(skin) > 1000
+        start = vtk.at(0)[skin] - rows["position"][0, 0]
+        for k in [0, 100, int(np.argmax(rows["normal_force"][:, 0])), len(vtk.times) - 1]:
+            points, force = vtk.at(k), vtk.at(k, "force")
+            w, *v = rows["quaternion"][k, 0]
+            turned = start + 2 * np.cross(v, np.cross(v, start) + w * start)
+            assert np.abs(points[skin] - rows["position"][k, 0] - turned).max() < 1e-7
+            normal = rows["normal_force"][k, 0]
+            # The floor is the second surface: forces are drawn on the ball.
+            expected = -normal * rows["contact_normal"][k, 0] - rows["friction_force"][k, 0]
+            assert np.abs(force[point[0]] - expected).max() <= 1e-6 * max(normal, 1e-9)
+            assert np.count_nonzero(np.abs(force).sum(1)) == (normal > 0)
+            assert np.abs(points[point[0]] - rows["contact_point"][k, 0]).max() < 1e-7
+            axes = np.linalg.norm(points[rim] - points[point[0]], axis=1)
+            shown = rows["semi_axes"][k, 0] if normal > 0 else np.zeros(2)
+            assert (axes.max(), axes.min()) == pytest.approx(tuple(shown), rel=1e-3, abs=1e-8)
+            spot = vtk.at(k, "spot_offset")[rim]
+            assert np.abs(spot - points[rim] + points[point[0]]).max() < 2e-8
+        assert (rows["normal_force"][:, 0] > 0).any()
+    names = {name: list(data.asstr()[()]) for name, data in vtk.file["names"].items()}
+    assert names == {
+        "body": ["ground", "ball"],
+        "contact": ["bounce"],
+        "surface": ["skin", "floor"],
+    }
+
+
+def test_vtk_frames(run, rolling):
+    """As many rows as asked for, the first and the last among them."""
+    assert run("export", rolling, "-o", "few.vtkhdf", "--frames", "7").status == 0
+    vtk = Vtk(rolling.parent / "few.vtkhdf")
+    assert (len(vtk.times), vtk.times[0], vtk.times[-1]) == (7, 0, pytest.approx(0.3))
+    # What stands still is told once.
+    assert vtk.steps["PointDataOffsets/force"][0] == vtk.steps["PointDataOffsets/force"][1] == 0
+    done = run("export", rolling, "--to", "gltf", "--frames", "7")
+    assert (done.status, "--frames" in done.err) == (2, True)
+
+
+def test_vtk_of_hollows(run, output):
+    """Of a bowl upside down there is an opening, of a bearing all that its balls touch."""
+    file = output(ROOT / "inputs" / "bearing_6205.nml", "--set", "scene.t_end=2e-4")
+    done = run("export", file, "--to", "vtk", "--frames", "3")
+    assert done.status == 0, done.err
+    vtk = Vtk(file.with_suffix(".vtkhdf"))
+    with h5py.File(file) as data:
+        assert set(vtk.cells["number"][vtk.cells["kind"] == 0]) == set(
+            range(len(data["surface/name"]))
+        )
+
+
+def test_vtk_reads_it(run, rolling, tmp_path):
+    """VTK itself reads the file at any of its times, and draws what is at it."""
+    vtk = pytest.importorskip("vtk")
+    assert run("export", rolling, "--to", "vtk", "--all").status == 0
+    with h5py.File(rolling) as file:
+        height = file["trajectory/position"][()][:, 0, 2]
+        touch = int(np.argmax(file["trajectory/normal_force"][:, 0]))
+    program = tmp_path / "draw.py"
+    program.write_text(
+        """
+import sys, vtk
+from vtk.util.numpy_support import vtk_to_numpy
+reader = vtk.vtkHDFReader()
+reader.SetFileName(sys.argv[1])
+reader.UpdateInformation()
+times = reader.GetOutputInformation(0).Get(vtk.vtkStreamingDemandDrivenPipeline.TIME_STEPS())
+window, renderer = vtk.vtkRenderWindow(), vtk.vtkRenderer()
+window.SetOffScreenRendering(1)
+window.SetSize(200, 200)
+window.AddRenderer(renderer)
+mapper, actor = vtk.vtkPolyDataMapper(), vtk.vtkActor()
+mapper.SetInputConnection(reader.GetOutputPort())
+mapper.SetScalarModeToUseCellFieldData()
+mapper.SelectColorArray("colour")
+mapper.SetColorModeToDirectScalars()
+actor.SetMapper(mapper)
+renderer.AddActor(actor)
+camera = renderer.GetActiveCamera()
+camera.SetPosition(0, -0.5, 0.1)
+camera.SetFocalPoint(0, 0, 0.1)
+camera.SetViewUp(0, 0, 1)
+for time in times[0], times[int(sys.argv[2])], times[-1]:
+    reader.UpdateTimeStep(time)
+    data = reader.GetOutputDataObject(0)
+    force = vtk_to_numpy(data.GetPointData().GetArray("force"))
+    renderer.ResetCameraClippingRange()
+    window.Render()
+    grab = vtk.vtkWindowToImageFilter()
+    grab.SetInput(window)
+    grab.Update()
+    pixels = vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars()).reshape(200, 200, 3)
+    blue = (pixels[..., 2].astype(int) > pixels[..., 0] + 30).nonzero()[0]
+    print(len(times), data.GetNumberOfCells(), float(abs(force).max()), len(blue), blue.mean())
+"""
+    )
+    done = subprocess.run(
+        [sys.executable, program, rolling.with_suffix(".vtkhdf"), str(touch)],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    lines = [list(map(float, line.split())) for line in done.stdout.splitlines()]
+    own = Vtk(rolling.with_suffix(".vtkhdf"))
+    assert lines[1][2] > 1
+    assert vtk.vtkVersion().GetVTKMajorVersion() >= 9
+    for k, (steps, cells, force, blue, middle) in zip([0, touch, -1], lines, strict=True):
+        assert (steps, cells) == (len(own.times), len(own.cells["kind"]))
+        assert force == pytest.approx(np.abs(own.at(k % len(own.times), "force")).max())
+        # The ball is drawn where it is.
+        assert blue > 100
+        scale = 200 / (2 * 0.5 * np.tan(np.radians(15)))
+        assert middle == pytest.approx(100 + scale * (height[k] - 0.1), abs=4)

@@ -1,0 +1,232 @@
+"""Draw the gallery: a still of each shipped scene by the page that shows it, and docs/gallery.md.
+
+The poster is the counterpart of figure 9 of Kosenko and Aleksandrov (2009), the animated top:
+several positions of one run side by side.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import textwrap
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from lib import program, style, thinning, viewing
+from lib.results import ResultError
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests" / "driver"))
+
+import browser  # noqa: E402
+
+INPUTS = ROOT / "inputs"
+PAGES = ROOT / "results" / "gallery"
+STILLS = ROOT / "docs" / "gallery"
+TEXT = ROOT / "docs" / "gallery.md"
+
+WIDTH, HEIGHT = 720, 450
+QUALITY = 82
+POSTER = "tippe_top"
+POSTER_ANGLES = (None, 45, 90, 125, None)  # inclinations of the axis [deg], between begin and end
+SLACK = 12  # how far from them [deg]
+ASIDE = np.array(
+    [-np.cos(0.9 - 0.4), -np.sin(0.9 - 0.4)]
+)  # where the camera has its left, and near
+
+
+@dataclass(frozen=True)
+class Still:
+    """How a scene is shown: when, by which camera, nearer by so much, and a sentence."""
+
+    time: float
+    camera: str
+    nearer: float
+    text: str
+
+
+SCENES = {
+    "tippe_top": Still(
+        1.19,
+        "follow",
+        1.3,
+        "A Tippe-Top turns over: it spins on the ball, and friction raises its centre of mass "
+        "until it spins on the stem.",
+    ),
+    "tippe_top_pade11": Still(
+        1.19, "follow", 1.3, "The same top with the Padé model of the first order of its friction."
+    ),
+    "tippe_top_pade22": Still(
+        1.19, "follow", 1.3, "The same top with the Padé model of the second order."
+    ),
+    "tippe_top_rigid": Still(
+        1.19, "follow", 1.3, "The same top with contacts as constraints in place of elastic ones."
+    ),
+    "tippe_top_simplified": Still(
+        1.19, "follow", 1.3, "The same top with the simplified model of its friction."
+    ),
+    "rattleback": Still(
+        2.6, "follow", 2.2, "A celt that is spun the wrong way rattles, stops and turns back."
+    ),
+    "ellipsoid_egg": Still(
+        0.9, "follow", 1.2, "A spinning egg rises until it stands on its end, with a few jumps."
+    ),
+    "bouncing_ball": Still(
+        0.45, "fit", 3.0, "A steel ball falls on a steel floor and bounces lower and lower."
+    ),
+    "bowling": Still(
+        1.0, "follow", 1.6, "A bowling ball slides, gains topspin from friction, and rolls."
+    ),
+    "sliding_ball": Still(
+        0.05, "follow", 2.2, "A rubber ball whose spin about the vertical lets it slide for longer."
+    ),
+    "sliding_disc": Still(
+        0.1, "follow", 1.2, "Sliding and spinning on a spot, which stop at the same instant."
+    ),
+    "spinning_ball": Still(
+        0.1, "follow", 1.2, "A ball that spins on the spot until drilling friction has stopped it."
+    ),
+    "bearing_6205": Still(
+        0.03, "orbit", 2.0, "A ball bearing of the size 6205 under preload and a radial load."
+    ),
+    "bearing_paper": Still(
+        0.03, "orbit", 2.0, "The ball bearing of the paper of Kosenko and Aleksandrov."
+    ),
+}
+
+
+def main() -> int:
+    """Read the command line and draw what is wanted."""
+    parser = argparse.ArgumentParser(
+        prog="scripts/gallery", description="Draws docs/gallery.md from fresh runs."
+    )
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", help="names of scenes; default all")
+    parser.add_argument("--reuse", action="store_true", help="take runs that are there")
+    options = parser.parse_args()
+    unknown = [name for name in options.scenes if name not in SCENES]
+    if unknown:
+        print(f"error: no scene {style.shown(unknown[0])} in the gallery", file=sys.stderr)
+        return 2
+    for folder in (PAGES, STILLS):
+        folder.mkdir(parents=True, exist_ok=True)
+    window = browser.Browser(WIDTH, HEIGHT)
+    try:
+        for name in options.scenes or SCENES:
+            draw(window, name, reuse=options.reuse)
+            print(name, flush=True)
+    except ResultError as problem:
+        print(f"error: {problem}", file=sys.stderr)
+        return 1
+    finally:
+        window.process.terminate()
+        window.process.wait()
+    TEXT.write_text(text(), encoding="utf-8")
+    return 0
+
+
+def draw(window: browser.Browser, name: str, *, reuse: bool) -> None:
+    """The run, the page and the still of a scene."""
+    output, page = PAGES / f"{name}.h5", PAGES / f"{name}.html"
+    if not (reuse and output.exists()):
+        program.call("run", INPUTS / f"{name}.nml", "-o", output, "--force", "-q")
+    page.write_text(viewing.view(output), encoding="utf-8")
+    still = SCENES[name]
+    show(window, page, still)
+    save(frame(window, still.time), STILLS / f"{name}.jpg")
+    if name == POSTER:
+        save(poster(window, output), STILLS / "poster.jpg")
+
+
+def show(window: browser.Browser, page: Path, still: Still) -> None:
+    """Open a page, nothing but its bodies in it."""
+    window.open(page)
+    window.value(
+        "(() => { for (const tag of ['header', 'aside', 'footer'])"
+        " document.querySelector(tag).style.display = 'none';"
+        " document.documentElement.dataset.theme === 'light' ||"
+        " document.getElementById('theme').click();"
+        f" contensou.setCamera('{still.camera}'); dispatchEvent(new Event('resize')); }})()"
+    )
+    if still.nearer != 1:
+        window.value(
+            "document.getElementById('stage').dispatchEvent(new WheelEvent('wheel',"
+            f" {{deltaY: {-1000 * np.log(still.nearer)}, cancelable: true}}))"
+        )
+
+
+def frame(window: browser.Browser, time: float) -> Image.Image:
+    """The page at a time."""
+    window.value(f"contensou.seek({time})")
+    return Image.fromarray(window.picture().astype(np.uint8))
+
+
+def save(picture: Image.Image, path: Path) -> None:
+    """Write a picture that is whole or not there."""
+    part = path.with_suffix(".part")
+    picture.save(part, "JPEG", quality=QUALITY, optimize=True)
+    os.replace(part, path)
+
+
+def poster(window: browser.Browser, output: Path) -> Image.Image:
+    """Positions of the top on its way over, side by side."""
+    with h5py.File(output) as file:
+        time = file["trajectory/time"][()]
+        turn = thinning.matrices(file["trajectory/quaternion"][:, 0])
+    angle = np.degrees(np.arccos(np.clip(turn[:, 2, 2], -1, 1)))
+    # Of the times at about an inclination the one when the stem is seen from the side.
+    seen = turn[:, :2, 2] @ ASIDE
+    times = [time[0] if not k else time[-1] for k in range(len(POSTER_ANGLES))]
+    for k, wanted in enumerate(POSTER_ANGLES):
+        if wanted:
+            near = np.abs(angle - wanted) < SLACK
+            times[k] = time[np.flatnonzero(near)[np.argmax(seen[near])]]
+    wide, high = int(0.62 * HEIGHT), int(0.8 * HEIGHT)
+    whole = Image.new("RGB", (wide * len(times), high))
+    font = ImageFont.load_default(20)
+    for k, when in enumerate(times):
+        one = frame(window, float(when))
+        left, top = (one.width - wide) // 2, (one.height - high) // 2
+        whole.paste(one.crop((left, top, left + wide, top + high)), (k * wide, 0))
+        ImageDraw.Draw(whole).text((k * wide + 12, 10), f"{when:.2f} s", "#20262e", font)
+    return whole
+
+
+def text() -> str:
+    """The page of the gallery."""
+    parts = [
+        "# Gallery\n\n"
+        + wrapped(
+            "Each scene of [inputs](../inputs), drawn by its own page of [view.md](view.md). "
+            "`scripts/gallery` runs them all, writes these stills and this text, and leaves the "
+            "pages, one HTML file for each scene, in `results/gallery`: they open in a browser, "
+            "play, and can be turned."
+        )
+        + "\n![Five positions of the Tippe-Top](gallery/poster.jpg)\n\n"
+        + wrapped(
+            "Five positions of the Tippe-Top, the counterpart of figure 9 of Kosenko and "
+            "Aleksandrov (2009), the animated top."
+        )
+    ]
+    for name, still in SCENES.items():
+        parts.append(
+            f"\n## {name}\n\n![{name} at {still.time:g} s](gallery/{name}.jpg)\n\n"
+            + wrapped(
+                f"{still.text} Scene [{name}.nml](../inputs/{name}.nml), at {still.time:g} s; "
+                f"page `results/gallery/{name}.html`."
+            )
+        )
+    return "".join(parts)
+
+
+def wrapped(words: str) -> str:
+    """Lines of at most 100 characters."""
+    return "\n".join(textwrap.wrap(words, 100, break_on_hyphens=False)) + "\n"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -21,7 +21,7 @@ QUANTIZED = 0.9  # what quantization leaves of the tolerances
 
 # Bytes of keys before compression, and those for each body and contact of many.
 BUDGET = 3_200_000
-BUDGET_EACH = 12_000
+BUDGET_EACH = 24_000
 BUDGET_MOST = 13_000_000
 
 LOOSEST = 50.0  # times the tolerances, beyond which it is no motion any more

@@ -236,8 +236,11 @@
 
   // A plane: a chequered rectangle as wide as the run.
   function planeGrid(middle, wide, high, colours) {
-    const power = 10 ** Math.floor(Math.log10(wide / 6)), cell = power * (wide / power > 30 ? 5 : wide / power > 12 ? 2 : 1);
-    const [nu, nv] = [wide, high].map((size) => 2 * clamp(Math.ceil(size / cell / 2), 1, 8));
+    const least = Math.min(wide, high), power = 10 ** Math.floor(Math.log10(least / 6));
+    let cell = power * (least / power > 30 ? 5 : least / power > 12 ? 2 : 1);
+    const cells = (size) => 2 * Math.ceil(size / cell / 2);
+    while (cells(wide) * cells(high) > 600) cell *= 2;
+    const [nu, nv] = [cells(wide), cells(high)];
     const x = Math.round(middle.x / cell) * cell, y = Math.round(middle.y / cell) * cell;
     return grid((u, v) => new THREE.Vector3(x + (u - 0.5) * nu * cell, y + (v - 0.5) * nv * cell, 0), nu, nv, [nu, nv], colours, false);
   }
@@ -384,15 +387,15 @@
       let grids, material = soft;
       if (surface.shape === "plane") {
         const normal = p.fromArray(axes, 6).clone(), upright = normal.dot(up) < 0.7;
-        const wide = surface.body < 0 ? Math.max(5 * head.scale, 1.4 * travel) : 2 * head.scale;
-        let high = wide;
+        const corner = box.getSize(new THREE.Vector3()), along = (k) => Math.abs(corner.x * axes[3 * k]) + Math.abs(corner.y * axes[3 * k + 1]) + Math.abs(corner.z * axes[3 * k + 2]);
+        let [wide, high] = [0, 1].map((k) => surface.body < 0 ? Math.max(5 * head.scale, 1.4 * along(k), 0.1 * travel) : 2 * head.scale);
         if (surface.body < 0 && upright) {
           // A wall: as high as what moves, and its sides upright.
           const y = up.clone().addScaledVector(normal, -up.dot(normal));
           if (y.lengthSq() > 1e-6) {
             y.normalize();
             pose.makeBasis(y.clone().cross(normal), y, normal).setPosition(centre);
-            const corner = box.getSize(new THREE.Vector3());
+            wide = Math.max(5 * head.scale, 1.4 * travel);
             high = Math.min(wide, Math.abs(corner.x * y.x) + Math.abs(corner.y * y.y) + Math.abs(corner.z * y.z) + 4 * largest);
           }
         }

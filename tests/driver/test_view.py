@@ -452,6 +452,30 @@ def test_keys_buttons_and_fingers(shown, chromium):
 
 
 @needs_browser
+def test_impacts_are_slow(shown, chromium):
+    """An impact takes two seconds, some 1e-4 to 1e-3 of real time, however fast the rest goes."""
+    page = shown(ball(end=0.4, interval=1e-4))[1]
+    chromium.open(page)
+    touch, lift = chromium.value("[...contensou.events.time]")[:2]
+    for slow in (False, True):
+        if slow:
+            chromium.click("#slow")
+        chromium.value(f"contensou.state.speed = 1, contensou.seek({touch}), contensou.play(false)")
+        chromium.draw()
+        chromium.value("document.activeElement.blur()")
+        chromium.key(" ")
+        # Frames are at most a tenth of a second long.
+        chromium.value(
+            "new Promise(done => { const first = contensou.drawn.frames; (function go() {"
+            "if (contensou.drawn.frames < first + 6) requestAnimationFrame(go);"
+            "else { contensou.play(false); done(0); } })(); })"
+        )
+        shown_time = chromium.value("contensou.state.t")
+        assert (touch < shown_time < lift + (lift - touch)) is slow
+    clean(chromium, page)
+
+
+@needs_browser
 def test_arrows_grow_with_the_force(shown, chromium):
     page = shown(ball(end=0.4, height=0.05, interval=1e-4))[1]
     chromium.open(page)

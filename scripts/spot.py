@@ -1,0 +1,209 @@
+"""Draw a spot as figures of papers have it: pressure, slip lines, direction of traction, the centre
+about which it slips, and, for a shift of an elastic contact, the zone that sticks.
+
+Force and torque are those of `contensou eval`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import sys
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.patches import Ellipse
+
+from lib import program, style
+from lib.results import ResultError
+
+NEEDED = ("a", "f", "N")
+SLIP = ("vx", "vy", "w")
+SHIFT = ("dx", "dy", "G", "nu")
+POSITIVE = ("a", "b", "f", "N", "G")
+ARROWS = 9  # across the spot
+LINES = 9
+
+
+def main(name: str = "scripts/spot") -> int:
+    """Read the command line, draw, and print the name of the picture."""
+    parser = argparse.ArgumentParser(
+        prog=name,
+        description="Draws an elliptic spot and prints the name of the picture. Its motion is a "
+        "slip vx, vy [m/s] with a spin w [rad/s] of B against A, or a first shift dx, dy [m] of "
+        "an elastic contact that stuck, with shear modulus G [Pa] and Poisson's ratio nu.",
+    )
+    parser.add_argument(
+        "spot", help="a=1e-3,b=5e-4,f=0.3,N=10,vx=0.1,vy=0,w=100 (b is a if not given)"
+    )
+    parser.add_argument("-o", "--output", type=Path, default=Path("spot.png"), help="spot.png")
+    options = parser.parse_args()
+    try:
+        spot = read(options.spot)
+        draw(spot, wrench(spot), options.output)
+    except ResultError as problem:
+        print(f"error: {style.shown(str(problem))}", file=sys.stderr)
+        return 2
+    except (OSError, ValueError) as problem:
+        print(f"error: {options.output} cannot be written: {problem}", file=sys.stderr)
+        return 2
+    print(style.shown(str(options.output)))
+    return 0
+
+
+def read(words: str) -> dict[str, float]:
+    """The spot that an option describes."""
+    spot: dict[str, float] = {}
+    names = (*NEEDED, "b", *SLIP, *SHIFT)
+    for word in words.split(","):
+        key, _, value = (part.strip() for part in word.partition("="))
+        if key not in names:
+            raise ResultError(f"'{word}': expected one of {', '.join(names)} and its value")
+        try:
+            spot[key] = float(value)
+        except ValueError:
+            spot[key] = np.nan
+        if not np.isfinite(spot[key]) or (key in POSITIVE and spot[key] <= 0):
+            kind = "a positive number" if key in POSITIVE else "a number"
+            raise ResultError(f"'{word}': expected {kind}")
+    for key in NEEDED:
+        if key not in spot:
+            raise ResultError(f"{key}= of the spot is missing")
+    spot.setdefault("b", spot["a"])
+    if any(key in spot for key in SHIFT):
+        lacking = [key for key in ("G", "nu") if key not in spot]
+        if lacking:
+            raise ResultError(f"{lacking[0]}= is missing, which a shift needs")
+        if any(key in spot for key in SLIP):
+            raise ResultError("a spot slips by vx, vy, w or is shifted by dx, dy, not both")
+        motion = ("dx", "dy")
+    else:
+        motion = SLIP
+    for key in motion:
+        spot.setdefault(key, 0.0)
+    if not any(spot[key] for key in motion):
+        raise ResultError(f"the spot does not move: {', '.join(motion)} are 0")
+    return spot
+
+
+def wrench(spot: dict[str, float]) -> np.ndarray:
+    """Force and torque of friction, by the program."""
+    kernel, inputs = "wrench", ("N", "a", "b", "f", *SLIP)
+    if "dx" in spot:
+        kernel, inputs = "tangential", ("N", "a", "b", "f", "G", "nu", "dx", "dy", "twist")
+    text = io.StringIO()
+    csv.writer(text).writerows([inputs, [spot.get(key, 0.0) for key in inputs]])
+    answer = program.call(
+        "eval",
+        kernel,
+        *(["--layers", 128] if "dx" in spot else []),
+        text=text.getvalue(),
+        executable=program.find(),
+    )
+    head, values = (line.split(",") for line in answer.splitlines()[:2])
+    return np.array([float(values[head.index(key)]) for key in ("Fx", "Fy", "Tz")])
+
+
+def sticking(spot: dict[str, float], force: np.ndarray) -> float:
+    """Size of the zone that sticks in parts of the spot (Cattaneo, Mindlin); 0 if none does."""
+    if "dx" not in spot:
+        return 0.0
+    share = np.hypot(*force[:2]) / (spot["f"] * spot["N"])
+    return float(np.cbrt(1 - share)) if share < 1 - 1e-9 else 0.0
+
+
+def slip(
+    spot: dict[str, float], force: np.ndarray, x: np.ndarray, y: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Directions into which the points slip, of any length: of a shift, against its force."""
+    if "dx" in spot:
+        return np.full_like(x, -force[0]), np.full_like(y, -force[1])
+    return spot["vx"] - spot["w"] * y, spot["vy"] + spot["w"] * x
+
+
+def draw(spot: dict[str, float], force: np.ndarray, output: Path) -> None:
+    """The picture."""
+    a, b = spot["a"], spot["b"]
+    unit, scale = ("mm", 1e3) if max(a, b) > 1e-4 else ("µm", 1e6)
+    peak = 1.5 * spot["N"] / (np.pi * a * b)
+    wide = 1.15 * max(a, b)
+    axis = np.linspace(-wide, wide, 401)
+    x, y = np.meshgrid(axis, axis)
+    inside = 1 - (x / a) ** 2 - (y / b) ** 2
+    pressure = np.where(inside > 0, peak * np.sqrt(np.maximum(inside, 0)), np.nan)
+    figure, frame = plt.subplots(figsize=(6.4, 5.4), layout="constrained")
+    shown = frame.pcolormesh(
+        scale * axis, scale * axis, 1e-6 * pressure, cmap="YlOrRd", shading="nearest", vmin=0
+    )
+    figure.colorbar(shown, label="pressure [MPa]")
+    rim = Ellipse((0, 0), 2 * scale * a, 2 * scale * b, fill=False, color="black", lw=1.2)
+    frame.add_patch(rim)
+    # Slip lines are where a stream function is the same: circles about the centre, or lines.
+    vx, vy = slip(spot, force, x, y)
+    if spot.get("w"):
+        stream = np.hypot(x + spot["vy"] / spot["w"], y - spot["vx"] / spot["w"])
+    else:
+        stream = x * vy - y * vx
+    stick = sticking(spot, force)
+    stream = np.where((inside > 0) & (1 - inside > stick**2), stream, np.nan)
+    frame.contour(
+        scale * axis,
+        scale * axis,
+        stream,
+        LINES,
+        colors="#2f5f9e",
+        linewidths=0.7,
+        linestyles="solid",
+    )
+    steps = np.linspace(-1, 1, 2 * ARROWS + 1)[1::2]
+    px, py = (values.ravel() for values in np.meshgrid(a * steps, b * steps))
+    within = 1 - (px / a) ** 2 - (py / b) ** 2
+    keep = within > 0.02
+    px, py, within = px[keep], py[keep], within[keep]
+    vx, vy = slip(spot, force, px, py)
+    size = np.hypot(vx, vy)
+    # What slips has f p against the slip; what sticks has less, by the inner ellipse.
+    traction = np.sqrt(within)
+    if stick > 0:
+        inner = 1 - ((px / a) ** 2 + (py / b) ** 2) / stick**2
+        traction = traction - stick * np.sqrt(np.maximum(inner, 0))
+    good = size > 1e-12 * size.max()
+    frame.quiver(
+        scale * px[good],
+        scale * py[good],
+        (-vx / np.where(good, size, 1) * traction)[good],
+        (-vy / np.where(good, size, 1) * traction)[good],
+        color="#1c2733",
+        scale=1.1 * ARROWS * 1.6,
+        width=0.005,
+        pivot="tail",
+    )
+    words = [f"$F_x$ = {force[0]:.4g} N, $F_y$ = {force[1]:.4g} N, $T_z$ = {force[2]:.4g} N m"]
+    if spot.get("w"):
+        centre = np.array([-spot["vy"], spot["vx"]]) / spot["w"]
+        if np.abs(centre).max() < wide:
+            frame.plot(*(scale * centre), "o", color="#1f8f4d", ms=8, mec="white")
+        where = ", ".join(f"{scale * value:.3g}" for value in centre)
+        words.append(f"centre of rotation at ({where}) {unit}")
+    if stick > 0:
+        zone = Ellipse(
+            (0, 0),
+            2 * scale * a * stick,
+            2 * scale * b * stick,
+            fill=False,
+            hatch="//",
+            color="#1f8f4d",
+            lw=1.2,
+            gid="stick",
+        )
+        frame.add_patch(zone)
+        words.append(f"sticks within {stick:.3g} of the spot")
+    frame.set_title("\n".join(words), fontsize=10)
+    frame.set(aspect="equal", xlabel=f"$x$ [{unit}]", ylabel=f"$y$ [{unit}]")
+    figure.savefig(output, dpi=150)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

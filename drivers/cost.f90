@@ -33,7 +33,8 @@ module contensou_drivers_cost
       "the name of a file"), &
       option_type("--csv", "FILE", "write the table", needs="the name of a file"), &
       option_type("--force", "", "replace existing files"), &
-      option_type("--quiet", "", "no progress on stderr", "-q"), strict_option, &
+      option_type("--quiet", "", "print no progress and no table, only the answer to --error", &
+      "-q"), strict_option, &
       option_type("--set", "PATH=VALUE", "replace a value, as in run: --set cost.rtol=1e-4,1e-6", &
       repeats=.true.)]
 
@@ -84,6 +85,9 @@ contains
       config%largest_error = line%number("--error", config%largest_error)
       if (config%csv /= "" .and. config%csv == config%output) call fatal(error, &
          "-o and --csv name the same file", status_usage)
+      if (config%quiet .and. config%csv == "" .and. config%output == "" .and. &
+         config%largest_error <= 0.0_wp) call fatal(error, "-q prints no table, and nothing " // &
+         "else is asked for; -o FILE or --csv FILE writes it", status_usage)
    end subroutine configure
 
    !> Run everything, print, and write files if they are asked for.
@@ -136,9 +140,9 @@ contains
       ! Files first: a reader of the output that goes away does not cost the measurement.
       call write_files(study, file, config, command_text(line%words), error)
       if (allocated(error)) return
-      call write_stdout(report_text(study), error)
+      if (.not. config%quiet) call write_stdout(report_text(study), error)
       if (allocated(error) .or. config%largest_error <= 0.0_wp) return
-      call answer(study, config%largest_error, error)
+      call answer(study, config%largest_error, config%quiet, error)
    end subroutine report_cost
 
    !> A reference is begun.
@@ -368,11 +372,13 @@ contains
    end function reference_words
 
    !> Name the cheapest choice for an error.
-   subroutine answer(study, largest, error)
+   subroutine answer(study, largest, quiet, error)
       !> The study, judged.
       type(study_type), intent(in) :: study
       !> Largest scaled error [-].
       real(wp), intent(in) :: largest
+      !> Whether nothing was printed before it.
+      logical, intent(in) :: quiet
       !> Set when no run is accurate enough.
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
@@ -382,11 +388,12 @@ contains
       best = cheapest(study, largest)
       if (best > 0) then
          associate (run => study%runs(best))
-            text = nl // "cheapest for an error of " // to_text(largest) // ": " // &
+            text = "cheapest for an error of " // to_text(largest) // ": " // &
                study%models(run%model)%name // ", " // trim(run%method) // " at rtol " // &
                to_text(run%rtol) // nl // "  error " // short_number(run%bound) // ", " // &
                number_text(run%trial%cpu, 3) // " s of CPU" // nl
          end associate
+         if (.not. quiet) text = nl // text
          call write_stdout(text, error)
          return
       end if

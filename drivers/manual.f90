@@ -40,11 +40,11 @@ contains
             if (allocated(command%description)) then
                call add_lines(page, command%description)
             else
-               call page%add(escaped(trim(command%summary)) // nl)
+               call page%add(filled(trim(command%summary)))
             end if
             do k = 1, size(command%options)
                call page%add(".TP" // nl // heading(command%options(k)) // nl // &
-                  escaped(trim(command%options(k)%text)) // nl)
+                  filled(trim(command%options(k)%text)))
             end do
             if (allocated(command%notes)) then
                call page%add(".PP" // nl)
@@ -68,7 +68,7 @@ contains
       type(key_type), intent(in) :: keys(:)
       !> Values, unit and default of each key in a few words.
       type(string_type), intent(in) :: domains(:)
-      character(len=:), allocatable :: text
+      character(len=:), allocatable :: text, more
       type(text_buffer_type) :: page
       integer :: g, k
 
@@ -82,12 +82,11 @@ contains
          "A sweep is a file of its own, with the groups that are said to be of a sweep." // nl // &
          ".B contensou help" // nl // ".I GROUP.KEY" // nl // "tells the same." // nl)
       do g = 1, size(groups)
+         more = ""
+         if (groups(g)%repeats) more = "; repeats"
+         if (.not. groups(g)%repeats .and. .not. groups(g)%mandatory) more = "; may be left out"
          call page%add(".SH &" // escaped(trim(groups(g)%name)) // nl // &
-            escaped(trim(groups(g)%doc)))
-         if (groups(g)%repeats) call page%add("; repeats")
-         if (.not. groups(g)%repeats .and. .not. groups(g)%mandatory) call page%add( &
-            "; may be left out")
-         call page%add("." // nl)
+            filled(trim(groups(g)%doc) // more // "."))
          do k = 1, size(keys)
             if (keys(k)%group == groups(g)%name) call add_item(page, trim(keys(k)%name), &
                trim(keys(k)%doc) // " (" // domains(k)%s // ")")
@@ -103,7 +102,7 @@ contains
       character(len=*), intent(in) :: word
       character(len=*), intent(in) :: meaning
 
-      call page%add(".TP" // nl // ".B " // escaped(word) // nl // escaped(meaning) // nl)
+      call page%add(".TP" // nl // ".B " // escaped(word) // nl // filled(meaning))
    end subroutine add_item
 
    !> Add a text; if it has several lines, they stay as they are.
@@ -112,14 +111,18 @@ contains
       character(len=*), intent(in) :: text
       integer :: start, length
 
-      if (index(text, nl) > 0) call page%add(".nf" // nl)
+      if (index(text, nl) == 0) then
+         call page%add(filled(text))
+         return
+      end if
+      call page%add(".nf" // nl)
       start = 1
       do while (start <= len(text))
          length = index(text(start:) // nl, nl) - 1
          call page%add(escaped(text(start:start + length - 1)) // nl)
          start = start + length + 1
       end do
-      if (index(text, nl) > 0) call page%add(".fi" // nl)
+      call page%add(".fi" // nl)
    end subroutine add_lines
 
    !> An operand of a command, in brackets if it may be left out.
@@ -145,6 +148,28 @@ contains
       if (option%short /= "") text = "\fB" // escaped(trim(option%short)) // "\fR, " // text
       if (.not. option%is_flag()) text = text // " \fI" // escaped(trim(option%value)) // "\fR"
    end function heading
+
+   !> A text in lines for troff to fill, none of them long.
+   pure function filled(text) result(lines)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: lines
+      integer, parameter :: widest = 78
+      integer :: blank, first, last
+
+      lines = ""
+      first = 1
+      do
+         last = len(text) + 1
+         do while (len(escaped(text(first:last - 1))) > widest)
+            blank = index(text(first:last - 1), " ", back=.true.)
+            if (blank <= 1) exit
+            last = first + blank - 1
+         end do
+         lines = lines // escaped(text(first:last - 1)) // nl
+         first = last + 1
+         if (first > len(text)) exit
+      end do
+   end function filled
 
    !> A text for troff: no character of it is a command.
    pure function escaped(text) result(safe)

@@ -4,8 +4,8 @@ module contensou_drivers_merge
       status_interrupted, status_usage
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : counted, to_text
-   use contensou_base_operating_system, only : catch_signals, lock_suffix, longest_temporary, &
-      name_lock_type, signal_received, write_stderr, write_stdout
+   use contensou_base_operating_system, only : catch_signals, file_exists, lock_suffix, &
+      longest_temporary, name_lock_type, signal_received, write_stderr, write_stdout
    use contensou_base_output_path, only : check_output_path
    use contensou_base_text, only : command_text, shorten, string_type
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
@@ -142,7 +142,7 @@ contains
 
    end subroutine merge_tables
 
-   !> Say so if one of the files is a scene.
+   !> Say so if one of the files is a scene, or is not there.
    subroutine name_scene(files, error)
       type(string_type), intent(in) :: files(:)
       !> What is wrong; replaced if one is.
@@ -152,6 +152,10 @@ contains
       integer :: i
 
       do i = 1, min(size(files), most)
+         if (.not. file_exists(files(i)%s)) then
+            call fatal(error, "cannot read " // files(i)%s // ": it does not exist", status_file)
+            return
+         end if
          if (.not. is_scene_file(files(i)%s)) cycle
          call fatal(error, files(i)%s // " is a scene: merge joins the tables of shards of a " // &
             "sweep, or takes the file of the sweep", status_usage)
@@ -180,9 +184,7 @@ contains
       plan%header%n_cases = sweep%n_cases
       plan%header%resolved = sweep%scene_resolved
       plan%header%settings = sweep%settings
-      allocate(files(2))
-      files(1)%s = sweep%path
-      files(2)%s = sweep%scene_path
+      files = sweep%inputs()
       call check_names(output, config%force, files, error)
       if (.not. allocated(error)) call check_output(output, config, all_cases(plan), plan, &
          complete, error)
@@ -211,6 +213,11 @@ contains
          longest_temporary]
 
       call check_output_path(output, "table", files, beside, force, error)
+      if (allocated(error) .or. .not. force) return
+      ! Tables do not tell which files their sweep was read from.
+      if (is_scene_file(output) .or. is_sweep_file(output)) call fatal(error, "the table " // &
+         output // " is a scene or a sweep, which is not replaced; -o FILE writes another one", &
+         status_usage)
    end subroutine check_names
 
    !> The cases of a whole sweep as ranges.

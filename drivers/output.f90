@@ -2,8 +2,8 @@
 !> a file.
 module contensou_drivers_output
    use contensou_base_errors, only : error_type, fatal, status_file
-   use contensou_base_operating_system, only : check_writable, file_exists, longest_temporary, &
-      remove_file, rename_file, sweep_up, temporary_name, write_stdout
+   use contensou_base_operating_system, only : check_writable, file_exists, is_terminal, &
+      longest_temporary, remove_file, rename_file, sweep_up, temporary_name, write_stdout
    use contensou_base_output_path, only : check_output_path, what_helps
    use contensou_base_text, only : string_type
    implicit none(type, external)
@@ -56,7 +56,7 @@ contains
       deallocate(self%temporary)
    end subroutine open_output
 
-   !> Add a piece, as it stands.
+   !> Add a piece, as it stands; a terminal is not to obey what is in it.
    subroutine write_output(self, text, error)
       class(output_type), intent(inout) :: self
       character(len=*), intent(in) :: text
@@ -65,7 +65,7 @@ contains
       integer :: stat
 
       if (self%name == "") then
-         call write_stdout(text, error, as_is=.true.)
+         call write_stdout(text, error, as_is=.not. is_terminal(1))
          return
       end if
       write(self%unit, iostat=stat, iomsg=message) text

@@ -398,6 +398,11 @@ contains
             call add_line(text, "body", names(i)%s // ": at " // three(position_of(y, i)) // &
                " m, velocity " // three(velocity_of(y, i)) // " m/s")
             if (many) cycle
+            if (is_round(scene%bodies(i)%inertia)) then
+               call add_line(text, "", names(i)%s // ": angular velocity " // &
+                  three(turning(y_start)) // " -> " // three(turning(y)) // " rad/s")
+               cycle
+            end if
             call add_line(text, "", names(i)%s // ": axis " // tilt(y_start) // &
                " -> " // tilt(y) // " deg from vertical, spin about it " // &
                number_text(y_start(13*i), 5) // " -> " // number_text(y(13*i), 5) // " rad/s")
@@ -454,6 +459,25 @@ contains
          end do
          words = words // ")"
       end function three
+
+      !> Whether no axis of a body differs from others.
+      pure logical function is_round(inertia)
+         !> Principal moments [kg m2].
+         real(wp), intent(in) :: inertia(3)
+
+         is_round = maxval(inertia) - minval(inertia) <= 1.0e-12_wp*maxval(inertia)
+      end function is_round
+
+      !> Angular velocity of the body in the inertial frame [rad/s].
+      function turning(state) result(rate)
+         real(wp), intent(in) :: state(:)
+         real(wp) :: rate(3)
+         type(pose_type) :: pose
+         real(wp) :: quaternion(4)
+
+         call simulation%motion%system%pose_of(state, i, pose, quaternion)
+         rate = matmul(pose%rotation, spin_of(state, i))
+      end function turning
 
       !> Angle between the z axis of the body and the vertical [deg].
       function tilt(state) result(angle)

@@ -2,7 +2,7 @@
 module contensou_drivers_sweep_check
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_numbers, only : number_text, to_text
+   use contensou_base_numbers, only : counted, number_text, to_text
    use contensou_base_operating_system, only : cpu_seconds, write_stdout
    use contensou_base_text, only : join, string_type
    use contensou_integrate_observer, only : observer_type
@@ -117,8 +117,8 @@ contains
          names(i)%s = sweep%results(i)%name
       end do
       text = text // "  results     " // to_text(size(names)) // ": " // join(names, ", ") // nl
-      if (size(sweep%trajectories) > 0) text = text // "  whole files of " // &
-         to_text(size(sweep%trajectories)) // " cases are kept, too" // nl
+      if (size(sweep%trajectories) > 0) text = text // "  kept, too   the output files of " // &
+         counted(size(sweep%trajectories, kind=i8), "case") // nl
       if (sweep%time_limit < huge(hours)) text = text // "  time limit  " // &
          number_text(sweep%time_limit, 4) // " s of wall time for a case" // nl
       text = text // "  output      " // sweep%output // nl

@@ -12,7 +12,7 @@ module contensou_base_misprints
 
    !> A unit that people write.
    type :: unit_type
-      character(len=6) :: name
+      character(len=7) :: name
       !> Its value in SI units.
       real(wp) :: factor
       character(len=6) :: si
@@ -35,10 +35,17 @@ module contensou_base_misprints
       unit_type("MPa", 1.0e6_wp, "Pa"), unit_type("GPa", 1.0e9_wp, "Pa"), &
       unit_type("bar", 1.0e5_wp, "Pa"), unit_type("N/m2", 1.0_wp, "Pa"), &
       unit_type("N/mm2", 1.0e6_wp, "Pa"), unit_type("rad", 1.0_wp, "rad"), &
-      unit_type("deg", pi/180.0_wp, "rad"), unit_type("rpm", pi/30.0_wp, "rad/s"), &
+      unit_type("deg", pi/180.0_wp, "rad"), unit_type("degree", pi/180.0_wp, "rad"), &
+      unit_type("degrees", pi/180.0_wp, "rad"), unit_type("turn", 2.0_wp*pi, "rad"), &
+      unit_type("turns", 2.0_wp*pi, "rad"), unit_type("rpm", pi/30.0_wp, "rad/s"), &
       unit_type("rad/s", 1.0_wp, "rad/s"), unit_type("m/s", 1.0_wp, "m/s"), &
       unit_type("mm/s", 1.0e-3_wp, "m/s"), unit_type("km/h", 1.0_wp/3.6_wp, "m/s"), &
       unit_type("m/s2", 1.0_wp, "m/s2"), unit_type("m/s^2", 1.0_wp, "m/s2"), &
+      unit_type("ms-2", 1.0_wp, "m/s2"), unit_type("ms-1", 1.0_wp, "m/s"), &
+      unit_type("rads-1", 1.0_wp, "rad/s"), unit_type("deg/s", pi/180.0_wp, "rad/s"), &
+      unit_type("N/m^2", 1.0_wp, "Pa"), unit_type("N/mm^2", 1.0e6_wp, "Pa"), &
+      unit_type("kN/mm2", 1.0e9_wp, "Pa"), unit_type("GN/m2", 1.0e9_wp, "Pa"), &
+      unit_type("gram", 1.0e-3_wp, "kg"), unit_type("grams", 1.0e-3_wp, "kg"), &
       unit_type("kgm2", 1.0_wp, "kg m2"), unit_type("kgm^2", 1.0_wp, "kg m2"), &
       unit_type("kg/m3", 1.0_wp, "kg/m3"), unit_type("kg/m^3", 1.0_wp, "kg/m3"), &
       unit_type("g/cm3", 1.0e3_wp, "kg/m3"), unit_type("N/m", 1.0_wp, "N/m"), &
@@ -78,7 +85,16 @@ module contensou_base_misprints
       lookalike_type(general // char(130), "typographic space", "2002", " "), &
       lookalike_type(general // char(131), "typographic space", "2003", " "), &
       lookalike_type(general // char(139), "zero-width space", "200B", " "), &
-      lookalike_type(char(239) // char(187) // char(191), "byte order mark", "FEFF", " ")]
+      lookalike_type(general // char(168), "line separator", "2028", " "), &
+      lookalike_type(char(227) // char(128) // char(128), "full-width space", "3000", " "), &
+      lookalike_type(char(239) // char(187) // char(191), "byte order mark", "FEFF", " "), &
+      lookalike_type(char(239) // char(188) // char(140), "full-width comma", "FF0C", ","), &
+      lookalike_type(char(239) // char(188) // char(157), "full-width equals sign", "FF1D", "="), &
+      lookalike_type(char(217) // char(171), "decimal separator", "066B", "."), &
+      lookalike_type(char(195) // char(151), "multiplication sign", "00D7", "*"), &
+      lookalike_type(char(226) // char(136) // char(151), "multiplication sign", "2217", "*"), &
+      lookalike_type(char(226) // char(139) // char(133), "multiplication dot", "22C5", "*"), &
+      lookalike_type(char(194) // char(183), "multiplication dot", "00B7", "*")]
 
    character(len=*), parameter :: digits = "0123456789"
 
@@ -102,6 +118,11 @@ contains
       if (n > 0 .and. n < len_trim(word)) then
          call explain_unit(word(:n), trim(adjustl(word(n + 1:))), .true., message, expected)
          if (allocated(message)) return
+      end if
+      if (index(word, "^") > 1 .and. n > 0) then
+         message = quote(shorten(word, 40)) // ": '^' is no operator"
+         expected = "** for a power, as 2**3 or 10**(-2)"
+         return
       end if
       comma = index(word, ",")
       if (comma < 2 .or. comma >= len(word)) return
@@ -147,10 +168,14 @@ contains
       if (n > 0) call explain_unit(plain(:n), trim(plain(n + 1:)), .true., behind, expected)
       if (allocated(expected)) return
       expected = shorten(plain, 40)
-      if (lookalikes(k)%plain == " ") then
+      if (plain == "") then
+         expected = "plain blanks"
+      else if (lookalikes(k)%plain == " ") then
          expected = expected // ", with plain blanks"
-      else
+      else if (lookalikes(k)%plain == "-") then
          expected = expected // ", with the minus of a keyboard"
+      else
+         expected = expected // ", with the '" // lookalikes(k)%plain // "' of a keyboard"
       end if
    end subroutine explain_lookalike
 
@@ -185,7 +210,10 @@ contains
          if (abs(units(i)%factor - 1.0_wp) > 0.0_wp) expected = &
             to_text(rounded(x*units(i)%factor, 12))
          if (units(i)%si == "rad") then
-            expected = trim(adjustl(number)) // " deg, or the number in rad"
+            expected = to_text(rounded(x*units(i)%factor*180.0_wp/pi, 12)) // &
+               " deg, or the number in rad"
+            if (abs(units(i)%factor - pi/180.0_wp) <= 0.0_wp) expected = &
+               trim(adjustl(number)) // " deg, or the number in rad"
             if (abs(units(i)%factor - 1.0_wp) <= 0.0_wp) expected = trim(adjustl(number))
             return
          end if
@@ -193,8 +221,8 @@ contains
          if (units(i)%si /= "1") expected = expected // ", which is in " // trim(units(i)%si)
       else if (.not. sure) then
          message = "'" // shorten(word, 40) // "' behind a number: values are plain numbers " // &
-            "in SI units, without these"
-         expected = trim(adjustl(number))
+            "in SI units"
+         expected = trim(adjustl(number)) // " alone, if that is what it is in the SI unit"
       end if
    end subroutine explain_unit
 

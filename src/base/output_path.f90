@@ -84,9 +84,8 @@ contains
                call fatal(error, "the " // what // " " // name // kind // &
                   "; -o FILE writes another one", status_usage)
             else
-               call fatal(error, "beside the " // what // " " // path // &
-                  " a file is written whose name " // name // kind // &
-                  "; -o FILE writes another one", status_usage)
+               call fatal(error, name // ", which is written beside the " // what // "," // &
+                  kind // "; -o FILE writes another one", status_usage)
             end if
             return
          end do

@@ -311,10 +311,12 @@ contains
       !> quotes.
       subroutine report_too_many()
          character(len=:), allocatable :: message, right, words, plain
-         integer :: k
+         integer :: k, first_pair, pair
 
          words = "too many values for '" // trim(key%name) // "' in group &" // trim(key%group)
          right = expected_of(key)
+         first_pair = 0
+         pair = 0
          associate (values => assignment%values)
             do k = 1, merge(size(values) - 1, 0, is_number(key))
                if (values(k)%kind == value_real .or. values(k)%kind == value_integer) then
@@ -324,6 +326,8 @@ contains
                      if (.not. allocated(message)) cycle
                      words = words // ": " // message
                      right = plain
+                     pair = 0
+                     first_pair = 0
                      exit
                   end if
                end if
@@ -331,14 +335,19 @@ contains
                   [value_integer, value_real])) cycle
                associate (a => values(k)%origin, b => values(k + 1)%origin)
                   if (a%line /= b%line .or. b%column /= a%column + a%length + 1) cycle
-                  message = "its place"
-                  if (values(k + 1)%kind == value_integer) call explain_comma(values(k)%real, &
-                     values(k + 1)%real, b%length, message)
                end associate
+               if (first_pair == 0) first_pair = k
+               ! 0,0 is less likely meant for one number than 9,81.
+               if (pair == 0 .and. values(k + 1)%real > 0.0_wp) pair = k
+            end do
+            if (pair == 0) pair = first_pair
+            if (pair > 0) then
+               message = "its place"
+               if (values(pair + 1)%kind == value_integer) call explain_comma(values(pair)%real, &
+                  values(pair + 1)%real, values(pair + 1)%origin%length, message)
                words = words // ": a comma separates values"
                right = right // "; a decimal point in " // message // ", if that is meant"
-               exit
-            end do
+            end if
             call diagnostics%add(values(high - low + 2)%origin, words, right)
          end associate
          call lose()

@@ -223,7 +223,8 @@ contains
       dot = index(whole, ".", back=.true.)
       if (dot <= 1 .or. dot == len(whole) .or. path%element < 0) then
          call diagnostics%add(origin, "'" // lower(trim(adjustl(text))) // &
-            "' does not say what to set", "group.key or name.key, as integrator.rtol")
+            "' does not say what to set", "group.key or name.key, as " // &
+            example_of(document, schema, whole))
          return
       end if
       path%object = whole(:dot - 1)
@@ -371,7 +372,8 @@ contains
       type(origin_type), intent(in) :: origin
       type(diagnostics_type), intent(inout) :: diagnostics
       type(string_type), allocatable :: names(:)
-      integer :: i, n
+      logical, allocatable :: has(:)
+      integer :: g, i, n
 
       if (path%object == constants_group .and. allocated(document%constant_names)) then
          if (size(document%constant_names) > 0) then
@@ -387,26 +389,60 @@ contains
          end if
       end if
       if (schema%find(path%object) > 0) then
-         call diagnostics%add(origin, "the scene has no group &" // path%object)
+         call diagnostics%add(origin, "the scene has no group &" // path%object, &
+            "a group &" // path%object // " in the scene")
          return
       end if
       n = size(schema%groups)
-      allocate(names(n + document%n_groups))
+      allocate(names(n + document%n_groups), has(n + document%n_groups))
       do i = 1, n
          names(i)%s = trim(schema%groups(i)%spec%name)
+         has(i) = schema%groups(i)%position(path%key) > 0
       end do
       do i = 1, document%n_groups
          names(n + i)%s = name_of(document%groups(i))
+         g = schema%find(document%groups(i)%name)
+         has(n + i) = .false.
+         if (g > 0) has(n + i) = schema%groups(g)%position(path%key) > 0
       end do
+      ! What does not have the key is not meant, unless the key is mistyped, too.
+      if (any(has)) names = pack(names, has)
       i = nearest(path%object, names)
       if (i > 0) then
          call diagnostics%add(origin, "the scene has no group or name '" // path%object // "'" // &
             " with a key '" // path%key // "'", names(i)%s // "." // path%key)
+      else if (any(has(:n))) then
+         call diagnostics%add(origin, "the scene has no group or name '" // path%object // "'" // &
+            " with a key '" // path%key // "'", "the name of a group with that key: " // &
+            example_of(document, schema, path%key))
       else
          call diagnostics%add(origin, "the scene has no group or name '" // path%object // "'", &
             "the name of a group, or of a body, surface, material or contact")
       end if
    end subroutine report_path
+
+   !> A path to a key of the scene; some other path if no group of the scene has it.
+   function example_of(document, schema, key) result(path)
+      type(document_type), intent(in) :: document
+      type(schema_type), intent(in) :: schema
+      !> What is given.
+      character(len=*), intent(in) :: key
+      character(len=:), allocatable :: path
+      integer :: g, i
+
+      path = "integrator.rtol"
+      do g = 1, size(schema%groups)
+         if (schema%groups(g)%position(key) == 0) cycle
+         do i = 1, document%n_groups
+            if (document%groups(i)%name /= schema%groups(g)%spec%name) cycle
+            path = trim(schema%groups(g)%spec%name)
+            if (schema%groups(g)%spec%repeats .and. name_of(document%groups(i)) /= "") path = &
+               name_of(document%groups(i))
+            path = path // "." // key
+            return
+         end do
+      end do
+   end function example_of
 
    !> Take the subscript of an element from the end of a path.
    pure subroutine split_element(path, element)

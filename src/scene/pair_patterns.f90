@@ -36,6 +36,8 @@ module contensou_scene_pair_patterns
       logical, allocatable :: moves(:)
       !> Pairs that have a contact of their own.
       type(names_type) :: taken
+      !> Pairs of groups `contacts` so far, by the line of their group.
+      type(names_type) :: claimed
    end type surfaces_type
 
    !> Contacts in the making.
@@ -159,12 +161,13 @@ contains
    !> Find the pairs of a group.
    subroutine find_pairs(group, surfaces, list, diagnostics)
       type(group_settings_type), intent(in) :: group
-      type(surfaces_type), intent(in) :: surfaces
+      type(surfaces_type), intent(inout) :: surfaces
       type(list_type), intent(out) :: list
       type(diagnostics_type), intent(inout) :: diagnostics
       logical, dimension(size(surfaces%names)) :: in_first, in_second
       integer, allocatable :: a(:), b(:)
-      integer :: before, i, j
+      character(len=:), allocatable :: pair
+      integer :: before, i, j, line
 
       before = diagnostics%count()
       allocate(list%pairs(2, 0))
@@ -203,8 +206,17 @@ contains
             if (.not. (surfaces%moves(a(i)) .or. surfaces%moves(b(j)))) cycle
             ! Of a pair that both lists have either way round the first one counts.
             if (in_first(b(j)) .and. in_second(a(i)) .and. a(i) > b(j)) cycle
-            if (surfaces%taken%find(pair_name(lower(surfaces%names(a(i))%s), &
-               lower(surfaces%names(b(j))%s))) > 0) cycle
+            pair = pair_name(lower(surfaces%names(a(i))%s), lower(surfaces%names(b(j))%s))
+            if (surfaces%taken%find(pair) > 0) cycle
+            line = surfaces%claimed%find(pair)
+            if (line > 0) then
+               call diagnostics%add(group%origin, "surfaces " // quote(surfaces%names(a(i))%s) // &
+                  " and " // quote(surfaces%names(b(j))%s) // " are a pair of the group " // &
+                  "&contacts in line " // to_text(line) // ", too: their forces would add up", &
+                  "each pair in one group; a group &contact of its own for a pair that differs")
+               return
+            end if
+            call surfaces%claimed%add(pair, max(group%origin%line, 1))
             if (list%n == most_contacts) then
                call diagnostics%add(group%origin, "the group stands for more than " // &
                   to_text(most_contacts) // " contacts", "narrower patterns")

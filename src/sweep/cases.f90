@@ -66,14 +66,9 @@ contains
          longest_temporary]
       type(string_type), allocatable :: inputs(:)
       real(wp) :: wanted, free
-      integer :: i, n
+      integer :: i
 
-      n = 2
-      if (allocated(sweep%points%path)) n = 3
-      allocate(inputs(n))
-      inputs(1)%s = sweep%path
-      inputs(2)%s = sweep%scene_path
-      if (n == 3) inputs(3)%s = sweep%points%path
+      inputs = sweep%inputs()
       call check_output_path(name, "table", inputs, beside, force, error)
       do i = 1, size(sweep%trajectories)
          if (allocated(error)) return

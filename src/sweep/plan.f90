@@ -112,10 +112,25 @@ module contensou_sweep_plan
       procedure :: parameters_of
       procedure :: scene_of
       procedure :: overrides_of
+      procedure :: inputs
       procedure, private :: value => value_of_case
    end type sweep_type
 
 contains
+
+   !> Names of the files that the sweep is read from; none of them is ever written over.
+   pure function inputs(self) result(names)
+      class(sweep_type), intent(in) :: self
+      type(string_type), allocatable :: names(:)
+      integer :: n
+
+      n = 2
+      if (allocated(self%points%path)) n = 3
+      allocate(names(n))
+      names(1)%s = self%path
+      names(2)%s = self%scene_path
+      if (n == 3) names(3)%s = self%points%path
+   end function inputs
 
    !> Parameters of a case. Thread-safe.
    subroutine parameters_of(self, case_number, values, words)

@@ -23,8 +23,8 @@ def read_piece(terminal) -> bytes:
         raise
 
 
-def on_terminal(command, cwd, columns):
-    """What a command writes to a terminal that is its standard error, and its exit status."""
+def on_terminal(command, cwd, columns, *, output=False):
+    """What a command writes to a terminal that is its standard error or output; its status."""
     try:
         ours, theirs = pty.openpty()
     except OSError as error:  # as in a chroot without /dev/pts
@@ -34,8 +34,8 @@ def on_terminal(command, cwd, columns):
         [str(word) for word in command],
         cwd=cwd,
         stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=theirs,
+        stdout=theirs if output else subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL if output else theirs,
     ) as process:
         os.close(theirs)
         shown = b""

@@ -44,8 +44,9 @@ def test_manual_pages(page, prefix):
         assert (done.returncode, done.stderr) == (0, "")
         checked += 1
     if shutil.which("mandoc"):
-        done = captured(["mandoc", "-T", "lint", "-W", "error", str(path)])
-        assert (done.returncode, done.stdout) == (0, "")
+        done = captured(["mandoc", "-T", "lint", str(path)])
+        # The pages have a version and no date: the same build makes the same bytes.
+        assert [line for line in done.stdout.splitlines() if "missing date" not in line] == []
         checked += 1
     assert path.read_text().startswith(".TH CONTENSOU")
     if not checked:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import h5py
@@ -732,6 +733,19 @@ def test_a_body_at_rest_is_carried_by_hertz(simulate, tmp_path):
     assert np.abs(v[:, [low, high]]).max() < 1e-8
 
 
+@pytest.mark.parametrize(
+    ("load", "newtons"), [("torque = 1e-3, 2e-3, 3e-3", 0.0), ("force = 0, 0, -1.0", 1.0)]
+)
+def test_what_normal_forces_carry_at_rest(expand, load, newtons):
+    """A force along gravity beside the weight; a torque is none of theirs."""
+    low = f", place = 'rest', applied_{load}"
+    found = expand(PUT_DOWN.format(gravity=DOWN, egg="", low=low, high=""))
+    force = 7850 * 4 / 3 * np.pi * 0.01**3 * 9.81 + newtons
+    modulus = 2.1e11 / 2 / (1 - 0.3**2)
+    depth = (force / (4 / 3 * modulus * np.sqrt(0.01))) ** (2 / 3)
+    assert group(found, "body", "low")["position"][2] == pytest.approx(0.01 - depth, abs=1e-17)
+
+
 WRONG_PLACES = {
     ("0, 0, 0", ", place = 'rest'"): "'place' has no meaning without gravity",
     (DOWN, ", place = 'rest', motion = 'fixed'"): "is not carried",
@@ -777,3 +791,17 @@ def test_the_break_shot(simulate, tmp_path):
     speeds = np.linalg.norm(velocity, axis=1)
     assert speeds[-1] < 3
     assert (speeds[:-1] > 0.05).sum() >= 8
+
+
+def test_the_rack_of_the_readme(run, tmp_path):
+    """What README shows of many bodies is in order, and stays where it was put."""
+    page = (ROOT / "README.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```fortran\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "rack.nml").write_text(next(block for block in blocks if "&contacts" in block))
+    result = run("run", "rack.nml", "--strict", "-q", "-o", "rack.h5")
+    assert (result.status, result.err) == (0, "")
+    with h5py.File(tmp_path / "rack.h5") as file:
+        position = file["trajectory/position"][:]
+        assert position.shape[1] == 15
+        assert len(file["contact/name"]) == 15 * 14 // 2 + 15 * 2
+    assert abs(position - position[0]).max() < 1e-9

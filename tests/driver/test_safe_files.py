@@ -68,6 +68,7 @@ def spellings(folder, name):
         (["sweep", "sweep.nml"], "sweep.nml"),
         (["sweep", "cases.nml"], "cases.csv"),
         (["merge", "sweep.nml"], "scene.nml"),
+        (["merge", "cases.nml"], "cases.csv"),
         (["merge", "a.h5", "b.h5"], "b.h5"),
         (["cost", "scene.nml"], "scene.nml"),
         (["cost", "scene.nml", "--csv"], "scene.nml"),
@@ -94,6 +95,16 @@ def test_no_input_is_written_over(run, files, command, name, force):
             assert "is read" in result.err or "would replace the sweep file" in result.err, (
                 result.err
             )
+    assert content(files) == before
+
+
+@pytest.mark.parametrize("name", ["scene.nml", "sweep.nml"])
+def test_tables_do_not_replace_the_files_of_a_sweep(run, files, name):
+    good(run("sweep", "sweep.nml", "-q", "--shard", "1/1", "-o", "a.h5"))
+    before = content(files)
+    result = run("merge", "a_shard_1_of_1.h5", "-o", name, "--force")
+    assert result.status == 2
+    assert f"the table {name} is a scene or a sweep, which is not replaced" in result.err
     assert content(files) == before
 
 
@@ -475,6 +486,19 @@ def test_control_characters_are_shown(run, files):
     assert r"a\x1b[31mred\x07\x7f\u009b2J\u202eevil\u2066x\u2028y" in results[0].out
     done = plot(files, "top.h5", "-o", "a\x1b[2Jb.png")
     assert done.stdout == "a\\x1b[2Jb.png\n"
+
+
+def test_exported_columns_do_not_command_a_terminal(executable, run, files):
+    text = (files / "scene.nml").read_text().replace("'ball_floor'", "'b\x1b[2Jf'")
+    (files / "scene.nml").write_text(text)
+    good(run("run", "scene.nml", "-q"))
+    words = ["export", "top.h5", "--csv", "--columns", "gap"]
+    status, shown = on_terminal([executable, *words], files, 80, output=True)
+    assert status == 0
+    assert "\x1b" not in shown
+    assert r"gap_b\x1b[2Jf" in shown
+    # A file that is read again has the name as it is.
+    assert "gap_b\x1b[2Jf" in good(run(*words)).out
 
 
 def test_a_dumb_terminal_gets_no_escapes(executable, files, monkeypatch):

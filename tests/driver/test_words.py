@@ -101,6 +101,13 @@ def test_a_key_in_the_wrong_group(check, mistakes, group, key, expected):
         ("restitution", "0,8", "a comma separates values", "a decimal point in 0.8"),
         ("gravity", "0, 0, -9,81", "a comma separates values", "a decimal point in -9.81"),
         ("gravity", "0, 0, -9.81 m/s2", "'m/s2' behind a number", "-9.81 without a unit"),
+        ("mass", "2^3", "'2^3': '^' is no operator", "** for a power"),
+        ("gravity", "0,0,-9,81", "a comma separates values", "a decimal point in -9.81"),
+        ("gravity", "0, 0, -9.81 m s-2", "'m s-2' behind a number", "which is in m/s2"),
+        ("mass", "5 degrees", "'degrees' behind a number", "5 deg, or the number in rad"),
+        ("mass", "0.5 turn", "'turn' behind a number", "180.0 deg, or the number in rad"),
+        ("mass", "2\u00d73", "has a multiplication sign (U+00D7)", "2*3, with the '*' of a key"),
+        ("mass", "0\uff0c03", "has a full-width comma (U+FF0C)", "0,03, with the ',' of a key"),
         ("spin", "0, 3000 rpm, 0", "'rpm' behind a number", "314.159265359 without a unit"),
     ],
 )
@@ -343,6 +350,21 @@ def test_two_contacts_of_a_pair_are_an_error(check, mistakes, pair):
     assert mistake.expected == "one contact for a pair of surfaces"
 
 
+def test_a_pair_of_two_groups_of_contacts(check, mistakes):
+    pairs = "".join(
+        f"&contacts surfaces = 'ball', {other}, damping = 'none', friction = 'none' /\n"
+        for other in ("'flo*'", "'*'")
+    )
+    done = check(("'ball_floor', surfaces = 'ball', 'floor'", "'x', surfaces = 'ball', 'roof'"),
+        ("&output", f"&surface name = 'roof', body = 'ground', shape = 'plane', "
+        f"material = 'steel' /\n{pairs}&output"))  # fmt: skip
+    assert done.status == 2
+    (mistake,) = mistakes(done.err)
+    assert "surfaces 'ball' and 'floor' are a pair of the group &contacts in line" in (
+        mistake.message
+    )
+
+
 # --- 14: the summary ----------------------------------------------------------------------------
 
 
@@ -355,7 +377,12 @@ def test_the_summary_tells_where_bodies_are(check, tmp_path):
     assert found, done.out
     with h5py.File(tmp_path / "ball.h5") as file:
         last = [*file["trajectory/position"][-1, 0], *file["trajectory/velocity"][-1, 0]]
+        spins = file["trajectory/angular_velocity"][[0, -1], 0].ravel()
     assert [float(x) for x in found.groups()] == pytest.approx(last, rel=1e-5, abs=1e-12)
+    # No axis of a ball differs from others: it is told how it turns.
+    found = re.search(rf"^ +ball: angular velocity {three} -> {three} rad/s$", done.out, re.M)
+    assert found, done.out
+    assert [float(x) for x in found.groups()] == pytest.approx(spins, rel=1e-5, abs=1e-12)
 
 
 def test_the_summary_of_a_bearing_is_short(run, inputs):
@@ -387,6 +414,28 @@ def test_quiet_says_nothing_unless_something_is_wrong(run, tmp_path, command):
     done = run(command, name, "-q", "-o", "none/x.h5")
     assert (done.status, done.out) == (74, "")
     assert "its folder none does not exist" in done.err
+
+
+def test_quiet_of_cost(run, tmp_path):
+    """The table is in the files; only the answer that was asked for is printed."""
+    (tmp_path / "ball.nml").write_text(BALL)
+    few = [
+        "--set",
+        "cost.rtol=1e-6",
+        "--set",
+        "cost.methods='explicit8'",
+        "--set",
+        "cost.repeats=1",
+    ]
+    done = run("cost", "ball.nml", "-q", "--csv", "a.csv", *few)
+    assert (done.status, done.out, done.err) == (0, "", "")
+    assert len((tmp_path / "a.csv").read_text().splitlines()) > 1
+    done = run("cost", "ball.nml", "-q", "--error", "1e3", *few)
+    assert (done.status, done.err) == (0, "")
+    assert done.out.startswith("cheapest for an error of 1000.0: ")
+    done = run("cost", "ball.nml", "-q", *few)
+    assert (done.status, done.out) == (2, "")
+    assert "-o FILE or --csv FILE" in done.err
 
 
 def test_quiet_tells_of_cases_that_failed(run, tmp_path):
@@ -426,6 +475,12 @@ def test_a_scene_is_nothing_to_merge(run, tmp_path):
         done = run("merge", "ball.nml", *words)
         assert done.status == 2
         assert "ball.nml is a scene: merge joins the tables of shards of a sweep" in done.err
+
+
+def test_a_sweep_that_is_not_there_is_not_merged(run):
+    done = run("merge", "sweep.nml")
+    assert (done.status, done.out) == (74, "")
+    assert done.err == "error: cannot read sweep.nml: it does not exist\n"
 
 
 def test_a_run_that_failed(run, tmp_path):

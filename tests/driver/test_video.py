@@ -1,0 +1,63 @@
+"""`scripts/video`: frames and films of a run."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import browser
+import numpy as np
+import pytest
+from PIL import Image
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def film(folder, *words):
+    """Run the script."""
+    return subprocess.run(
+        [sys.executable, ROOT / "scripts/video.py", "top.h5", *words],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.skipif(browser.PROGRAM is None, reason="there is no Chromium")
+def test_frames_and_film(run, scene, tmp_path):
+    """As many frames as asked for, which differ; a film of them where there is ffmpeg."""
+    assert run("run", scene.name, "-q").status == 0
+    end = run("export", "top.h5", "--csv", "-c", "time").out.split()[-1]
+    words = ["--rate", "2", "--speed", end, "--size", "320x200"]
+    done = film(tmp_path, *words, "-o", "frames")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "frames\n", "")
+    frames = sorted((tmp_path / "frames").iterdir())
+    assert [path.name for path in frames] == ["00000.png", "00001.png", "00002.png"]
+    pixels = [np.asarray(Image.open(path).convert("RGB")).astype(int) for path in frames]
+    assert pixels[0].shape == (200, 320, 3)
+    assert (np.abs(pixels[0] - pixels[2]).max(axis=2) > 40).sum() > 50
+    if shutil.which("ffmpeg"):
+        done = film(tmp_path, *words, "-o", "film.mp4")
+        assert done.returncode == 0, done.stderr
+        assert (tmp_path / "film.mp4").read_bytes()[4:8] == b"ftyp"
+    assert not [path for path in tmp_path.iterdir() if ".part-" in path.name]
+
+
+@pytest.mark.skipif(browser.PROGRAM is None, reason="there is no Chromium")
+def test_bad_input(run, scene, tmp_path):
+    """A message, and nothing written."""
+    assert run("run", scene.name, "-q").status == 0
+    before = sorted(tmp_path.iterdir())
+    for words, said in (
+        (["--size", "321x200"], "321x200"),
+        (["--from", "1e9"], "not 1e+09 s"),
+        (["--rate", "0"], "--rate"),
+        (["--rate", "1e12"], "too many"),
+        (["-o", "top.h5"], "exists"),
+    ):
+        done = film(tmp_path, "-o", "frames", *words)
+        assert (done.returncode, done.stdout, said in done.stderr) == (2, "", True), done.stderr
+    assert sorted(tmp_path.iterdir()) == before

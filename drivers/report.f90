@@ -81,7 +81,8 @@ contains
       integer :: i, choice(n_parts)
 
       parts = contact_parts()
-      choice = [contact%normal, contact%damping, contact%friction, contact%rolling]
+      choice = [contact%normal, contact%damping, contact%friction, contact%rolling, &
+         contact%tangential]
       associate (a => scene%surfaces(contact%surfaces(1))%surface, &
          b => scene%surfaces(contact%surfaces(2))%surface)
          text = a%label() // " on " // b%label()

@@ -11,6 +11,7 @@ module contensou_contact_law
    use contensou_contact_normal_law, only : normal_type
    use contensou_contact_rolling_law, only : rolling_type
    use contensou_contact_states, only : most_states
+   use contensou_contact_tangential_memory, only : n_states, tangential_type
    implicit none(type, external)
    private
 
@@ -37,6 +38,10 @@ module contensou_contact_law
       procedure :: linearize
       procedure :: evolve
       procedure :: vary
+      procedure :: hold
+      procedure :: vary_hold
+      procedure, private :: press
+      procedure, private :: vary_press
       procedure :: sliding
    end type contact_law_type
 
@@ -140,21 +145,12 @@ contains
       !> Time derivatives of the states.
       real(wp), intent(out) :: rates(:)
       type(sliding_type) :: slides
-      real(wp) :: approach, rate, elastic, minor(3), force, wrench(3)
+      real(wp) :: minor(3), wrench(3)
 
-      approach = -at%gap
-      elastic = self%normal%force(approach)
-      load%normal_force = elastic
-      if (allocated(self%damping)) then
-         rate = -dot_product(velocity, at%normal)
-         call self%damping%evolve(elastic, approach, rate, states(:self%n_damping), force, &
-            rates(:self%n_damping))
-         load%normal_force = max(elastic + force, 0.0_wp)
-         load%damping_power = (load%normal_force - elastic)*rate
-      end if
+      call self%press(at, velocity, states(:self%n_damping), load, rates(:self%n_damping))
       if (allocated(self%friction)) then
          minor = cross(at%normal, at%major)
-         slides = self%sliding(load%normal_force, approach, [dot_product(velocity, at%major), &
+         slides = self%sliding(load%normal_force, -at%gap, [dot_product(velocity, at%major), &
             dot_product(velocity, minor), dot_product(spin, at%normal)], resolution)
          call self%friction%evolve(self%normal%shape, slides, states(self%n_damping + 1:), wrench, &
             rates(self%n_damping + 1:))
@@ -162,6 +158,61 @@ contains
       end if
       if (allocated(self%rolling)) call add_rolling(self, at, spin, load)
    end subroutine evolve
+
+   !> Normal force of a closed contact at given states, and the rates of these.
+   pure subroutine press(self, at, velocity, states, load, rates)
+      class(contact_law_type), intent(in) :: self
+      !> Geometry of the contact, its gap < 0.
+      type(contact_point_type), intent(in) :: at
+      !> Velocity of B against A at the contact point [m/s].
+      real(wp), intent(in) :: velocity(3)
+      !> States of damping.
+      real(wp), intent(in) :: states(:)
+      type(contact_load_type), intent(inout) :: load
+      !> Time derivatives of the states.
+      real(wp), intent(out) :: rates(:)
+      real(wp) :: approach, rate, elastic, force
+
+      approach = -at%gap
+      elastic = self%normal%force(approach)
+      load%normal_force = elastic
+      if (.not. allocated(self%damping)) return
+      rate = -dot_product(velocity, at%normal)
+      call self%damping%evolve(elastic, approach, rate, states, force, rates)
+      load%normal_force = max(elastic + force, 0.0_wp)
+      load%damping_power = (load%normal_force - elastic)*rate
+   end subroutine press
+
+   !> Load of a closed contact with tangential elasticity, and the rates of its states.
+   pure subroutine hold(self, at, velocity, spin, carried, states, tangential, load, rates)
+      class(contact_law_type), intent(in) :: self
+      !> Geometry of the contact, its gap < 0.
+      type(contact_point_type), intent(in) :: at
+      !> Velocity of B against A at the contact point [m/s].
+      real(wp), intent(in) :: velocity(3)
+      !> Angular velocity of B against A [rad/s].
+      real(wp), intent(in) :: spin(3)
+      !> Velocity of the material through the spot [m/s].
+      real(wp), intent(in) :: carried(3)
+      !> States of damping, then of tangential elasticity.
+      real(wp), intent(in) :: states(:)
+      type(tangential_type), intent(inout) :: tangential
+      type(contact_load_type), intent(out) :: load
+      !> Time derivatives of the states.
+      real(wp), intent(out) :: rates(:)
+      type(sliding_type) :: slides
+      real(wp) :: minor(3), wrench(3)
+
+      call self%press(at, velocity, states(:self%n_damping), load, rates(:self%n_damping))
+      minor = cross(at%normal, at%major)
+      slides = self%sliding(load%normal_force, -at%gap, [dot_product(velocity, at%major), &
+         dot_product(velocity, minor), dot_product(spin, at%normal)], 0.0_wp)
+      call tangential%evolve(self%friction, self%normal%shape, slides, [dot_product(carried, &
+         at%major), dot_product(carried, minor)], states(self%n_damping + 1:), wrench, &
+         rates(self%n_damping + 1:))
+      call take_friction(at, minor, slides, wrench, load)
+      if (allocated(self%rolling)) call add_rolling(self, at, spin, load)
+   end subroutine hold
 
    !> What slides at a normal force.
    pure function sliding(self, load, approach, motion, resolution) result(slides)
@@ -246,13 +297,90 @@ contains
       !> Derivative of value i by d, d', v_x, v_y, w, then by the states.
       real(wp), intent(out) :: slopes(:, :)
       type(sliding_type) :: slides
-      real(wp) :: elastic, stiffness, force, wrench(3)
-      real(wp) :: by_normal(1 + most_states, 3 + most_states)
       real(wp) :: by_motion(3 + most_states, 5 + most_states)
-      integer :: nd, nf, i, row
+      integer :: nd, nf
 
       nd = self%n_damping
       nf = size(states) - nd
+      call self%vary_press(approach, rate, states(:nd), scales(:nd), values, slopes)
+      if (.not. allocated(self%friction)) return
+      slides = self%sliding(values(1), approach, motion, resolution)
+      call self%friction%vary(self%normal%shape, slides, states(nd + 1:), scales(nd + 1:), &
+         values(2:4), values(5 + nd:), by_motion(:3 + nf, :5 + nf))
+      call chain(nd, nf, slides%a, approach, by_motion, slopes)
+   end subroutine vary
+
+   !> The same with tangential elasticity.
+   pure subroutine vary_hold(self, approach, rate, motion, carried, states, scales, tangential, &
+      values, slopes)
+      class(contact_law_type), intent(in) :: self
+      !> Approach d [m], > 0.
+      real(wp), intent(in) :: approach
+      !> Its rate [m/s].
+      real(wp), intent(in) :: rate
+      !> Sliding velocity along the axes [m/s], spin [rad/s].
+      real(wp), intent(in) :: motion(3)
+      !> Velocity of the material through the spot along the axes [m/s].
+      real(wp), intent(in) :: carried(2)
+      !> States of damping, then of tangential elasticity.
+      real(wp), intent(in) :: states(:)
+      !> Values against which they count as small.
+      real(wp), intent(in) :: scales(:)
+      type(tangential_type), intent(inout) :: tangential
+      !> N, F_x, F_y [N], T [N m], then the rates.
+      real(wp), intent(out) :: values(:)
+      !> Derivative of value i by d, d', v_x, v_y, w, then by the states.
+      real(wp), intent(out) :: slopes(:, :)
+      type(sliding_type) :: slides
+      real(wp) :: by_motion(3 + n_states, 5 + n_states)
+      integer :: nd
+
+      nd = self%n_damping
+      call self%vary_press(approach, rate, states(:nd), scales(:nd), values, slopes)
+      slides = self%sliding(values(1), approach, motion, 0.0_wp)
+      call tangential%vary(self%friction, self%normal%shape, slides, carried, states(nd + 1:), &
+         values(2:4), values(5 + nd:), by_motion)
+      call chain(nd, n_states, slides%a, approach, by_motion, slopes)
+   end subroutine vary_hold
+
+   !> Complete derivatives by approach and rate from those of friction by load and size of the spot.
+   pure subroutine chain(nd, nf, a, approach, by_motion, slopes)
+      !> Numbers of state of damping and of friction.
+      integer, intent(in) :: nd, nf
+      !> Major semi-axis and approach [m].
+      real(wp), intent(in) :: a, approach
+      !> Derivatives of friction and of the rates of its states by N, a, v_x, v_y, w, states.
+      real(wp), intent(in) :: by_motion(:, :)
+      real(wp), intent(inout) :: slopes(:, :)
+      integer :: i, row
+
+      do i = 1, 3 + nf
+         row = merge(1, 1 + nd, i <= 3) + i
+         slopes(row, :) = by_motion(i, 1)*slopes(1, :)
+         slopes(row, 1) = slopes(row, 1) + by_motion(i, 2)*(0.5_wp*a/approach)
+         slopes(row, 3:5) = by_motion(i, 3:5)
+         slopes(row, 6 + nd:) = by_motion(i, 6:5 + nf)
+      end do
+   end subroutine chain
+
+   !> Normal force and the rates of the states of damping, with their derivatives; zeros else.
+   pure subroutine vary_press(self, approach, rate, states, scales, values, slopes)
+      class(contact_law_type), intent(in) :: self
+      !> Approach d [m], > 0.
+      real(wp), intent(in) :: approach
+      !> Its rate [m/s].
+      real(wp), intent(in) :: rate
+      !> States of damping.
+      real(wp), intent(in) :: states(:)
+      !> Values against which they count as small.
+      real(wp), intent(in) :: scales(:)
+      real(wp), intent(out) :: values(:)
+      real(wp), intent(out) :: slopes(:, :)
+      real(wp) :: elastic, stiffness, force
+      real(wp) :: by_normal(1 + most_states, 3 + most_states)
+      integer :: nd, i, row
+
+      nd = self%n_damping
       values = 0.0_wp
       slopes = 0.0_wp
       elastic = self%normal%force(approach)
@@ -260,7 +388,7 @@ contains
       values(1) = elastic
       slopes(1, 1) = stiffness
       if (allocated(self%damping)) then
-         call self%damping%vary(elastic, approach, rate, states(:nd), scales(:nd), force, &
+         call self%damping%vary(elastic, approach, rate, states, scales, force, &
             values(5:4 + nd), by_normal(:1 + nd, :3 + nd))
          values(1) = max(elastic + force, 0.0_wp)
          do i = 0, nd
@@ -272,18 +400,6 @@ contains
          slopes(1, 1) = slopes(1, 1) + stiffness
          if (.not. values(1) > 0.0_wp) slopes(1, :) = 0.0_wp
       end if
-      if (.not. allocated(self%friction)) return
-      slides = self%sliding(values(1), approach, motion, resolution)
-      call self%friction%vary(self%normal%shape, slides, states(nd + 1:), scales(nd + 1:), wrench, &
-         values(5 + nd:), by_motion(:3 + nf, :5 + nf))
-      values(2:4) = wrench
-      do i = 1, 3 + nf
-         row = merge(1, 1 + nd, i <= 3) + i
-         slopes(row, :) = by_motion(i, 1)*slopes(1, :)
-         slopes(row, 1) = slopes(row, 1) + by_motion(i, 2)*(0.5_wp*slides%a/approach)
-         slopes(row, 3:5) = by_motion(i, 3:5)
-         slopes(row, 6 + nd:) = by_motion(i, 6:5 + nf)
-      end do
-   end subroutine vary
+   end subroutine vary_press
 
 end module contensou_contact_law

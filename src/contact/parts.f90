@@ -4,7 +4,7 @@ module contensou_contact_parts
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_kinds, only : wp
    use contensou_base_schema, only : admits, choice_names, key_list_type, key_type, kind_choice, &
-      kind_logical, kind_real
+      kind_integer, kind_logical, kind_real
    use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote, string_type, strings
    use contensou_base_text_lock, only : lock_texts, unlock_texts
@@ -16,6 +16,7 @@ module contensou_contact_parts
    use contensou_contact_parameters, only : parameters_type
    use contensou_contact_rolling, only : rolling_model_type, rolling_models
    use contensou_contact_states, only : state_list_type
+   use contensou_contact_tangential, only : tangential_model_type, tangential_models
    implicit none(type, external)
    private
 
@@ -23,14 +24,14 @@ module contensou_contact_parts
    public :: normal_names, friction_names, part_states, owns_state
 
    !> Number of parts.
-   integer, parameter :: n_parts = 4
+   integer, parameter :: n_parts = 5
 
    !> A part and the table of its models.
    type :: part_type
       !> Key of the group `contact` that names the model.
-      character(len=8) :: name = ""
+      character(len=10) :: name = ""
       !> What it is, in words.
-      character(len=20) :: doc = ""
+      character(len=21) :: doc = ""
       !> The model that acts if none is named.
       character(len=8) :: default = ""
       type(model_type), allocatable :: models(:)
@@ -66,9 +67,10 @@ contains
       integer :: i, j
 
       allocate(parts(n_parts))
-      parts%name = [character(len=8) :: "normal", "damping", "friction", "rolling"]
-      parts%doc = [character(len=20) :: "normal force", "damping", "friction", "rolling resistance"]
-      parts%default = [character(len=8) :: "hertz", "none", "none", "none"]
+      parts%name = [character(len=10) :: "normal", "damping", "friction", "rolling", "tangential"]
+      parts%doc = [character(len=21) :: "normal force", "damping", "friction", &
+         "rolling resistance", "tangential elasticity"]
+      parts%default = [character(len=8) :: "hertz", "none", "none", "none", "none"]
       do i = 1, n_parts
          parts(i)%models = models_of(parts(i)%name)
          allocate(parts(i)%keys(size(parts(i)%models)))
@@ -149,6 +151,7 @@ contains
       if (.not. self%models(choice)%acts) return
       text = ", "
       if (self%name == "rolling") text = text // "rolling resistance "
+      if (self%name == "tangential") text = text // "tangential elasticity "
       text = text // trim(self%models(choice)%info%name)
       do k = 1, self%keys(choice)%n
          associate (item => self%keys(choice)%keys(k))
@@ -186,6 +189,7 @@ contains
       type(damping_model_type), allocatable :: damping(:)
       type(friction_model_type), allocatable :: friction(:)
       type(rolling_model_type), allocatable :: rolling(:)
+      type(tangential_model_type), allocatable :: tangential(:)
 
       select case (part)
       case ("normal")
@@ -200,6 +204,9 @@ contains
       case ("rolling")
          rolling = rolling_models()
          models = rolling%model_type
+      case ("tangential")
+         tangential = tangential_models()
+         models = tangential%model_type
       case default
          allocate(models(0))
       end select
@@ -240,6 +247,12 @@ contains
       names = model_names("rolling")
    end function rolling_names
 
+   function tangential_names() result(names)
+      type(string_type), allocatable :: names(:)
+
+      names = model_names("tangential")
+   end function tangential_names
+
    !> Add the keys of all parts to the group `contact`: for each part the choice of its model, then
    !> the keys of its models. A key that several parts have stands with the last of them.
    subroutine put_part_keys(list)
@@ -278,8 +291,10 @@ contains
          names => damping_names
       case ("friction")
          names => friction_names
-      case default
+      case ("rolling")
          names => rolling_names
+      case default
+         names => tangential_names
       end select
    end function names_of
 
@@ -432,6 +447,8 @@ contains
             call parameters%set(name, settings%flag(name))
          case (kind_choice)
             call parameters%set(name, real(settings%choice(name), wp))
+         case (kind_integer)
+            call parameters%set(name, real(settings%integer(name), wp))
          case default
             call parameters%set(name, settings%numbers(name))
          end select

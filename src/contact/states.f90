@@ -43,6 +43,8 @@ module contensou_contact_states
       integer :: against = against_itself
       !> Whether it is a vector in the tangent plane.
       logical :: tangent = .false.
+      !> Whether its error counts against that value however large the state is.
+      logical :: absolute = .false.
    end type state_type
 
    !> The states of a part.
@@ -92,7 +94,7 @@ module contensou_contact_states
 contains
 
    !> Add a state.
-   subroutine put_state(self, name, units, long_name, scale, against, tangent)
+   subroutine put_state(self, name, units, long_name, scale, against, tangent, absolute)
       class(state_list_type), intent(inout) :: self
       !> Name of the column in the output.
       character(len=*), intent(in) :: name
@@ -105,6 +107,8 @@ contains
       integer, intent(in), optional :: against
       !> Whether it is a vector in the tangent plane.
       logical, intent(in), optional :: tangent
+      !> Whether its error counts against that value however large the state is.
+      logical, intent(in), optional :: absolute
 
       self%n = self%n + 1
       associate (item => self%items(self%n))
@@ -114,6 +118,7 @@ contains
          item%scale = scale
          if (present(against)) item%against = against
          if (present(tangent)) item%tangent = tangent
+         if (present(absolute)) item%absolute = absolute
       end associate
    end subroutine put_state
 

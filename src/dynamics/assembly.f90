@@ -14,6 +14,7 @@ module contensou_dynamics_assembly
    use contensou_contact_rolling, only : rolling_model_type, rolling_models
    use contensou_contact_shapes_shape, only : shape_info_type
    use contensou_contact_states, only : state_list_type
+   use contensou_contact_tangential, only : tangential_model_type, tangential_models
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_mechanism, only : body_type, contact_type
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, moves_freely, &
@@ -36,6 +37,7 @@ module contensou_dynamics_assembly
       type(damping_model_type), allocatable :: damping(:)
       type(friction_model_type), allocatable :: friction(:)
       type(rolling_model_type), allocatable :: rolling(:)
+      type(tangential_model_type), allocatable :: tangential(:)
    end type tables_type
 
 contains
@@ -52,6 +54,7 @@ contains
       tables%damping = damping_models()
       tables%friction = friction_models()
       tables%rolling = rolling_models()
+      tables%tangential = tangential_models()
       system%gravity = scene%gravity
       system%together = scene%together
       allocate(system%bodies(size(scene%bodies)), system%contacts(size(scene%contacts)))
@@ -123,7 +126,8 @@ contains
       associate (a => scene%surfaces(spec%surfaces(1)), b => scene%surfaces(spec%surfaces(2)), &
          law => contact%law, normal => tables%normal(spec%normal), &
          damping => tables%damping(spec%damping), friction => tables%friction(spec%friction), &
-         rolling => tables%rolling(spec%rolling))
+         rolling => tables%rolling(spec%rolling), &
+         tangential => tables%tangential(spec%tangential))
          contact%a = a%body
          contact%b = b%body
          call new_geometry(a%surface, b%surface, law%geometry)
@@ -152,21 +156,27 @@ contains
             values = rolling%completed(spec%parameters)
             call rolling%create(values, around, law%rolling)
          end if
-         if (associated(damping%put_states) .or. associated(friction%put_states)) then
-            call own_states(damping, friction, contact)
+         if (tangential%acts) then
+            allocate(contact%tangential)
+            call tangential%create(tangential%completed(spec%parameters), around, law%friction, &
+               contact%tangential)
+            call own_states(damping, tangential%states(), contact)
+         else if (associated(damping%put_states) .or. associated(friction%put_states)) then
+            call own_states(damping, friction%states(), contact)
          end if
       end associate
    end subroutine set_law
 
    !> The states of the parts of a contact; without compliance there is no damping.
-   subroutine own_states(damping, friction, contact)
+   subroutine own_states(damping, of_friction, contact)
       type(damping_model_type), intent(in) :: damping
-      type(friction_model_type), intent(in) :: friction
+      !> States of friction, or of tangential elasticity.
+      type(state_list_type), intent(in) :: of_friction
       type(contact_type), intent(inout) :: contact
       type(state_list_type) :: of_damping
 
       if (.not. contact%rigid) of_damping = damping%states()
-      call contact%own(of_damping, friction%states())
+      call contact%own(of_damping, of_friction)
    end subroutine own_states
 
    !> Half relative curvatures A and B of a pair at the beginning [1/m]; where it has no point of

@@ -56,6 +56,8 @@ module contensou_dynamics_equations
       !> to it [s]; negative for none.
       real(wp) :: corner = -1.0_wp
       type(constraints_type) :: constraints
+      !> Whether contacts remember what is not part of the state.
+      logical :: remembers = .false.
       !> What acts on the bodies.
       type(body_load_type), allocatable :: load(:)
       !> Room for a right-hand side that is evaluated for the sake of the normal forces.
@@ -104,6 +106,8 @@ contains
       allocate(self%pose(0:nb), self%load(nb), self%scratch(self%layout%n))
       self%pose(0)%ground = .true.
       call self%constraints%prepare(self%mechanism_type)
+      self%remembers = any([(allocated(self%contacts(i)%tangential), i=1, &
+         size(self%contacts))])
       self%has_more = self%constraints%n_rigid > 0 .or. states > 0
    end subroutine prepare
 

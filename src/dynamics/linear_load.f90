@@ -21,7 +21,8 @@ module contensou_dynamics_linear_load
    use contensou_contact_normal, only : normal_type
    use contensou_contact_states, only : most_numbers, most_states
    use contensou_dynamics_links, only : link_type, set_kinematics
-   use contensou_dynamics_mechanism, only : contact_type, relative_motion, resolution_type
+   use contensou_dynamics_mechanism, only : carried_through, contact_type, relative_motion, &
+      resolution_type
    implicit none(type, external)
    private
 
@@ -209,18 +210,26 @@ contains
 
    !> The same of a compliant contact whose parts own states: values, rates and their derivatives.
    subroutine evaluate_states(contact, touch)
-      type(contact_type), intent(in) :: contact
+      type(contact_type), intent(inout) :: contact
       !> The contact at its state: the rest is set.
       type(touch_type), intent(inout) :: touch
-      real(wp) :: values(4 + most_states), slopes(4 + most_states, 5 + most_states)
+      real(wp) :: values(4 + most_states), slopes(4 + most_states, 5 + most_states), motion(3), &
+         carried(3)
 
       associate (law => contact%law, states => contact%states, n => contact%states%n_local)
          touch%elastic = law%normal%force(touch%approach)
          touch%states = contact%local_states(touch%at)
-         call law%vary(touch%approach, touch%rate, [dot_product(touch%velocity, touch%at%major), &
-            dot_product(touch%velocity, touch%minor), dot_product(touch%spin, touch%at%normal)], &
-            touch%resolution, touch%states(:n), states%scales, values(:4 + n), &
-            slopes(:4 + n, :5 + n))
+         motion = [dot_product(touch%velocity, touch%at%major), dot_product(touch%velocity, &
+            touch%minor), dot_product(touch%spin, touch%at%normal)]
+         if (allocated(contact%tangential)) then
+            carried = carried_through(touch%variation, touch%velocity, touch%spin)
+            call law%vary_hold(touch%approach, touch%rate, motion, [dot_product(carried, &
+               touch%at%major), dot_product(carried, touch%minor)], touch%states(:n), &
+               states%scales, contact%tangential, values(:4 + n), slopes(:4 + n, :5 + n))
+         else
+            call law%vary(touch%approach, touch%rate, motion, touch%resolution, &
+               touch%states(:n), states%scales, values(:4 + n), slopes(:4 + n, :5 + n))
+         end if
          touch%values = values(:4)
          touch%slopes = slopes(:4, :5)
          touch%by_states(:, :n) = slopes(:4, 6:5 + n)

@@ -15,6 +15,7 @@ module contensou_dynamics_mechanism
       contact_variation_type, pose_type, track_type, trouble_no_spot, trouble_none
    use contensou_contact_law, only : contact_law_type, contact_load_type
    use contensou_contact_states, only : contact_states_type, most_states, state_list_type
+   use contensou_contact_tangential_memory, only : tangential_type
    use contensou_dynamics_scene, only : motion_free
    use contensou_dynamics_state, only : at_position, at_quaternion, at_spin, at_velocity, &
       body_size, layout_type, position_of, quaternion_of, spin_of, velocity_of
@@ -22,7 +23,7 @@ module contensou_dynamics_mechanism
    private
 
    public :: mechanism_type, body_type, contact_type, contact_motion_type, gap_type, resolution_type
-   public :: relative_motion, slip_velocity
+   public :: relative_motion, slip_velocity, carried_through
 
    !> As good as infinite, for products with it: the reach of a surface without an end [m], the
    !> sharpness of a gap where surfaces conform, over the curvature [-].
@@ -66,6 +67,8 @@ module contensou_dynamics_mechanism
       real(wp) :: felt = 0.0_wp
       !> States of its parts.
       type(contact_states_type) :: states
+      !> Tangential elasticity; unallocated for none.
+      type(tangential_type), allocatable :: tangential
       !> Where the surfaces were closest last.
       type(track_type) :: track
       !> Whether the contact is rigid.
@@ -169,6 +172,7 @@ module contensou_dynamics_mechanism
       procedure :: gap_rates
       procedure :: gap_motion
       procedure :: fastest
+      procedure :: evaluate_memory
    end type mechanism_type
 
 contains
@@ -184,6 +188,7 @@ contains
       call checkpoint%exchange("threshold", self%threshold)
       call checkpoint%exchange("normal_force", self%normal_force)
       if (allocated(self%law%damping)) call self%law%damping%exchange(checkpoint)
+      if (allocated(self%tangential)) call self%tangential%exchange(checkpoint)
    end subroutine exchange_contact
 
    !> Gap of a contact.
@@ -280,11 +285,18 @@ contains
       !> Square of the velocity below which sliding is not resolved [m2/s2].
       real(wp), intent(in) :: resolution
       type(contact_load_type), intent(out) :: load
+      type(contact_variation_type) :: variation
       real(wp) :: local(most_states), rates(most_states)
 
       local = self%local_states(at)
       associate (n => self%states%n_local)
-         call self%law%evolve(at, velocity, spin, resolution, local(:n), load, rates(:n))
+         if (allocated(self%tangential)) then
+            call self%law%geometry%vary(a, b, self%track, at, variation)
+            call self%law%hold(at, velocity, spin, carried_through(variation, velocity, spin), &
+               local(:n), self%tangential, load, rates(:n))
+         else
+            call self%law%evolve(at, velocity, spin, resolution, local(:n), load, rates(:n))
+         end if
          call self%set_rates(a, b, at, velocity, spin, rates(:n))
       end associate
    end subroutine evolve
@@ -335,6 +347,21 @@ contains
          + 0.5_wp*dot_product(a%spin + b%spin, at%normal)*at%normal
    end function frame_spin
 
+   !> Velocity of the material of both bodies through the spot, the mean of the two [m/s].
+   pure function carried_through(variation, velocity, spin) result(carried)
+      type(contact_variation_type), intent(in) :: variation
+      !> Velocity of B against A at the contact point [m/s].
+      real(wp), intent(in) :: velocity(3)
+      !> Angular velocity of B against A [rad/s].
+      real(wp), intent(in) :: spin(3)
+      real(wp) :: carried(3)
+      real(wp) :: twist(6)
+
+      twist = [velocity, spin]
+      ! The spot moves over A by the change of the point, over B by the velocity of B less.
+      carried = 0.5_wp*velocity - matmul(variation%point, twist)
+   end function carried_through
+
    !> Energies stored in the states of damping and of friction.
    pure subroutine stored_energies(self, at, approach, motion, load, damping, friction)
       class(contact_type), intent(in) :: self
@@ -358,14 +385,15 @@ contains
       associate (law => self%law, nd => self%states%n_damping, n => self%states%n_local)
          if (nd > 0) damping = law%damping%stored_energy(law%normal%force(approach), approach, &
             local(:nd))
-         if (n > nd) friction = law%friction%stored_energy(law%normal%shape, &
-            law%sliding(load, approach, motion, 0.0_wp), local(nd + 1:n))
+         if (n > nd .and. .not. allocated(self%tangential)) friction = &
+            law%friction%stored_energy(law%normal%shape, law%sliding(load, approach, motion, &
+            0.0_wp), local(nd + 1:n))
       end associate
    end subroutine stored_energies
 
    !> Set the states of the parts at touch, or after lift-off.
    subroutine renew(self, now, closed, y)
-      class(contact_type), intent(in) :: self
+      class(contact_type), intent(inout) :: self
       type(contact_motion_type), intent(in) :: now
       !> Whether the contact is closed.
       logical, intent(in) :: closed
@@ -374,16 +402,27 @@ contains
       real(wp) :: local(most_states), speed
 
       if (self%states%n == 0) return
+      if (allocated(self%tangential)) call self%tangential%forget()
       local = 0.0_wp
       speed = -dot_product(now%velocity, now%at%normal)
       associate (states => self%states, law => self%law, nd => self%states%n_damping, &
          n => self%states%n_local, first => self%states%first)
          if (closed) then
             if (nd > 0) call law%damping%at_touch(speed, local(:nd))
-            if (n > nd) call law%friction%at_touch(speed, local(nd + 1:n))
+            if (allocated(self%tangential)) then
+               local(nd + 1:n) = 0.0_wp
+               local(nd + 1) = 1.0_wp
+            else if (n > nd) then
+               call law%friction%at_touch(speed, local(nd + 1:n))
+            end if
          else
             if (nd > 0) call law%damping%after_lift(local(:nd))
-            if (n > nd) call law%friction%after_lift(local(nd + 1:n))
+            if (allocated(self%tangential)) then
+               local(nd + 1:n) = 0.0_wp
+               local(nd + 1) = 1.0_wp
+            else if (n > nd) then
+               call law%friction%after_lift(local(nd + 1:n))
+            end if
          end if
          y(first:first + states%n - 1) = 0.0_wp
          call states%scatter(local(:n), now%at%major, cross(now%at%normal, now%at%major), &
@@ -600,6 +639,33 @@ contains
       end subroutine add_turning
 
    end subroutine gap_motion
+
+   !> Let the contacts with tangential elasticity evaluate a state, which they may then remember.
+   subroutine evaluate_memory(self, y)
+      !> The mechanism; its workspace is changed.
+      class(mechanism_type), intent(inout) :: self
+      real(wp), intent(in) :: y(:)
+      type(contact_motion_type) :: now
+      type(contact_load_type) :: load
+      integer :: i, trouble
+
+      call self%set_poses(y)
+      call self%set_states(y)
+      do i = 1, size(self%contacts)
+         associate (contact => self%contacts(i), a => self%pose(self%contacts(i)%a), &
+            b => self%pose(self%contacts(i)%b))
+            if (.not. allocated(contact%tangential)) cycle
+            call self%observe(i, now)
+            trouble = trouble_none
+            if (now%at%gap < 0.0_wp) call contact%follow(now%at, trouble)
+            if (now%at%gap < 0.0_wp .and. trouble == trouble_none) then
+               call contact%evolve(a, b, now%at, now%velocity, now%spin, 0.0_wp, load)
+            else
+               call contact%tangential%part()
+            end if
+         end associate
+      end do
+   end subroutine evaluate_memory
 
    !> Bound of how fast the gap of a contact changes, wherever its surfaces are nearest [m/s];
    !> far too large where a surface without an end turns.

@@ -10,8 +10,10 @@ module contensou_dynamics_reports
    use contensou_base_vectors, only : cross
    use contensou_contact_geometry, only : contact_point_type, trouble_none
    use contensou_contact_law, only : contact_load_type
+   use contensou_contact_states, only : most_states
    use contensou_dynamics_equations, only : add_contacts, system_type
-   use contensou_dynamics_mechanism, only : contact_motion_type, mechanism_type, slip_velocity
+   use contensou_dynamics_mechanism, only : contact_motion_type, contact_type, mechanism_type, &
+      slip_velocity
    use contensou_dynamics_scene, only : motion_free, motion_prescribed, moves_freely, turns_by_drive
    use contensou_dynamics_state, only : position_of, quaternion_of, spin_of, velocity_of
    implicit none(type, external)
@@ -37,6 +39,12 @@ module contensou_dynamics_reports
       !> Energy stored in the states of damping and friction [J]: of what these took, so much is not
       !> lost.
       real(wp) :: stored_damping = 0.0_wp, stored_friction = 0.0_wp
+      !> Elastic energy of shear and twist, part of `stored_friction` [J].
+      real(wp) :: stored_tangential = 0.0_wp
+      !> Share of the spot that sticks [-], with tangential elasticity.
+      real(wp) :: stuck = 0.0_wp
+      !> Elastic tangential displacement of B against A [m], inertial frame.
+      real(wp) :: displacement(3) = 0.0_wp
    end type contact_report_type
 
    !> Where the energy is.
@@ -132,6 +140,7 @@ contains
                row%at%major), dot_product(now%velocity, cross(row%at%normal, row%at%major)), &
                dot_product(now%spin, row%at%normal)], row%load%normal_force, row%stored_damping, &
                row%stored_friction)
+            if (allocated(contact%tangential)) call report_tangential(contact, row)
          end if
          row%slip = slip_velocity(now%velocity, row%at%normal)
          row%spin = dot_product(now%spin, row%at%normal)
@@ -139,6 +148,23 @@ contains
          row%elastic_energy = law%normal%energy(-row%at%gap)
       end associate
    end subroutine report_contact
+
+   !> Report on tangential elasticity.
+   subroutine report_tangential(contact, row)
+      !> The contact, its load just evaluated.
+      type(contact_type), intent(inout) :: contact
+      type(contact_report_type), intent(inout) :: row
+      real(wp) :: local(most_states), axis(2), along(3), across(3), displacement(2)
+
+      call contact%tangential%tell(row%stored_tangential, row%stuck, displacement)
+      row%stored_friction = row%stored_tangential
+      local = contact%local_states(row%at)
+      axis = local(contact%states%n_damping + 1:contact%states%n_damping + 2)
+      axis = axis/norm2(axis)
+      along = axis(1)*row%at%major + axis(2)*cross(row%at%normal, row%at%major)
+      across = cross(row%at%normal, along)
+      row%displacement = displacement(1)*along + displacement(2)*across
+   end subroutine report_tangential
 
    !> Report on a closed rigid contact.
    subroutine report_rigid(system, index, row)

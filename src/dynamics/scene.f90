@@ -131,6 +131,8 @@ module contensou_dynamics_scene
       integer :: friction = 1
       !> Index into `rolling_models`.
       integer :: rolling = 1
+      !> Index into `tangential_models`.
+      integer :: tangential = 1
       !> Values of the keys of the models.
       type(parameters_type) :: parameters
    end type contact_spec_type

@@ -9,6 +9,7 @@ module contensou_integrate_march
    use contensou_integrate_events, only : begin_impact, begin_rigid, begin_states, decide, &
       note_separation, take_events, watch_contacts
    use contensou_integrate_gaps, only : avoid_dip, find_depth, follow_spots
+   use contensou_integrate_history, only : doubt_memory, remember
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_memory, only : memory_type, plan_type, row_count
    use contensou_integrate_motion, only : motion_type
@@ -119,6 +120,11 @@ contains
                if (allocated(error)) return
                if (again) cycle
             end if
+            if (system%remembers) then
+               call doubt_memory(self, again, error)
+               if (allocated(error)) return
+               if (again) cycle
+            end if
             if (self%has_stops) call watch_stops(self)
             call give_rows(self, error)
             if (.not. allocated(error) .and. self%met > 0) call end_here(self, error)
@@ -131,6 +137,7 @@ contains
             end if
             call check_step(self, error)
             if (allocated(error)) return
+            if (system%remembers) call remember(self)
             if (any(memory%undecided)) call decide(self)
             unresolved = .false.
             if (system%constraints%n_rigid > 0) then

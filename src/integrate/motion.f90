@@ -53,6 +53,9 @@ module contensou_integrate_motion
    !> Tolerance that is fine enough for any rigid contact.
    real(wp), parameter :: finest = 1.0e-9_wp
 
+   !> Overlap of a contact over the length scale of the integration.
+   real(wp), parameter :: usual = 10.0_wp
+
    !> Motion of a system.
    type, extends(problem_type) :: motion_type
       type(system_type) :: system
@@ -106,6 +109,12 @@ contains
          motion%system%resolution%velocity = s%velocity**2
          motion%system%resolution%angular_velocity = s%angular_velocity**2
          motion%contact_time = contact_time(scene, motion%system, s%velocity)
+         do i = 1, size(motion%system%contacts)
+            associate (contact => motion%system%contacts(i))
+               if (allocated(contact%tangential)) contact%tangential%reference = &
+                  contact%tangential%coefficient*contact%law%normal%force(usual*s%length)
+            end associate
+         end do
          s%energy = kinetic
          do i = 1, size(motion%system%bodies)
             s%energy = s%energy + 0.5_wp*motion%system%bodies(i)%mass*s%velocity**2
@@ -310,8 +319,9 @@ contains
             k = states%first
             do j = 1, size(states%items)
                n = merge(3, 1, states%items(j)%tangent)
-               size_of_error(k:k + n - 1) = self%scales%rtol &
-                  *max(self%scales%of_state(states%items(j)), norm2(y(k:k + n - 1)))
+               size_of_error(k:k + n - 1) = self%scales%rtol*self%scales%of_state(states%items(j))
+               size_of_error(k:k + n - 1) = max(size_of_error(k), norm2(y(k:k + n - 1)) &
+                  *merge(64.0_wp*epsilon(y), self%scales%rtol, states%items(j)%absolute))
                k = k + n
             end do
          end associate

@@ -55,6 +55,10 @@ module contensou_integrate_step
       integer :: unchecked = 0
       !> How often the step was taken again because its spots were others.
       integer :: retaken = 0
+      !> Whether steps are bounded for the sake of what contacts remember.
+      logical :: bounded = .false.
+      !> Step that these would just admit [s].
+      real(wp) :: next_step = 0.0_wp
       !> Condition that is met where the march is; 0 for none.
       integer :: met = 0
       !> Whether there is any.

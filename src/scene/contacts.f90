@@ -1,6 +1,7 @@
 !> Reads groups `contact`.
 module contensou_scene_contacts
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
+   use contensou_base_kinds, only : wp
    use contensou_base_numbers, only : to_text
    use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote
@@ -15,6 +16,9 @@ module contensou_scene_contacts
    private
 
    public :: build_contact, add_spots
+
+   !> Friction whose limit tangential elasticity has.
+   character(len=*), parameter :: friction_of_elastic = "contensou_exact"
 
 contains
 
@@ -38,6 +42,8 @@ contains
       contact%damping = choice(2)
       contact%friction = choice(3)
       contact%rolling = choice(4)
+      contact%tangential = choice(5)
+      if (parts(5)%models(contact%tangential)%acts) call check_tangential()
       if (contact%normal /= normal_rigid) return
       dampings = damping_models()
       associate (damping => dampings(contact%damping))
@@ -46,6 +52,30 @@ contains
             " has no meaning for a rigid contact", &
             "restitution without damping, or damping = 'hunt_crossley'")
       end associate
+
+   contains
+
+      !> Report what tangential elasticity does not go with.
+      subroutine check_tangential()
+         if (contact%normal == normal_rigid) call diagnostics%add(group%place("tangential", 1), &
+            "tangential elasticity is not available for a rigid contact", &
+            "normal = 'hertz', or tangential = 'none'")
+         associate (model => parts(3)%models(contact%friction)%info%name)
+            if (model /= friction_of_elastic) call diagnostics%add(group%place("tangential", 1), &
+               "tangential elasticity is not available with friction = " // quote(trim(model)), &
+               "friction = " // quote(friction_of_elastic) // ", or tangential = 'none'")
+         end associate
+         if (contact%parameters%number("regularization_velocity") > 0.0_wp) call diagnostics%add( &
+            group%place("regularization_velocity", 1), "a regularization_velocity has no " // &
+            "meaning with tangential elasticity, where friction does not jump", &
+            "regularization_velocity = 0.0")
+         if (contact%parameters%has("drilling")) then
+            if (.not. contact%parameters%flag("drilling")) call diagnostics%add( &
+               group%place("drilling", 1), "tangential elasticity is not available without " // &
+               "the drilling torque", "drilling = .true., or tangential = 'none'")
+         end if
+      end subroutine check_tangential
+
    end subroutine build_contact
 
    !> Replace each contact that may have several spots by one for each of them, `name[1]`, `name[2]`
@@ -68,6 +98,9 @@ contains
                scene%surfaces(indices(2))%surface, geometry)
          end associate
          spots(i) = geometry%most_spots
+         if (spots(i) > 1 .and. scene%contacts(i)%tangential > 1) call diagnostics%add(places(i), &
+            "tangential elasticity is not available for surfaces that can touch in several " // &
+            "places", "tangential = 'none'")
       end do
       if (all(spots == 1)) return
       allocate(contacts(sum(spots)), new_places(sum(spots)))

@@ -95,7 +95,15 @@ contains
          "unit normal from A into B, inertial frame", contact_normal, of_geometry=.true.), &
          quantity_type("major_direction", "contact xyz", "1", &
          "unit tangent along the major axis of the spot, inertial frame", major_direction, &
-         of_geometry=.true.)]
+         of_geometry=.true.), &
+         quantity_type("energy_tangential", "", "J", &
+         "elastic energy of shear and twist of the contacts, part of energy_elastic", &
+         energy_tangential, of_elasticity=.true.), &
+         quantity_type("stuck_share", "contact", "1", "share of the area of the spot that has " // &
+         "not slipped in the step of the integration", stuck_share, of_elasticity=.true.), &
+         quantity_type("tangential_displacement", "contact xyz", "m", &
+         "elastic displacement of B against A in the tangent plane, inertial frame", &
+         tangential_displacement, of_elasticity=.true.)]
       lists = part_states()
       do i = 1, size(lists)
          do j = 1, lists(i)%n
@@ -141,6 +149,7 @@ contains
             if (q%owner() == "contact") self%width(i) = self%width(i)*size(system%contacts)
             self%has(i) = .not. q%of_drives .or. any(turns_by_drive(system%bodies%motion))
             if (q%of_geometry) self%has(i) = contact_geometry
+            if (q%of_elasticity) self%has(i) = system%remembers
             if (q%of_states) self%has(i) = any([(system%contacts(j)%states%place(q%name) >= 0, &
                j=1, size(system%contacts))])
             if (.not. self%has(i)) self%width(i) = 0
@@ -404,6 +413,33 @@ contains
 
       values = at%contact(i)%semi_axes
    end subroutine semi_axes
+
+   subroutine energy_tangential(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = sum(at%contact%stored_tangential)
+   end subroutine energy_tangential
+
+   subroutine stuck_share(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%contact(i)%stuck
+   end subroutine stuck_share
+
+   subroutine tangential_displacement(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%contact(i)%displacement
+   end subroutine tangential_displacement
 
    subroutine contact_point(self, at, i, values)
       class(quantity_type), intent(in) :: self

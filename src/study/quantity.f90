@@ -59,6 +59,8 @@ module contensou_study_quantity
       logical :: of_geometry = .false.
       !> Whether it is a state of a part of contacts, and there only if a contact has it.
       logical :: of_states = .false.
+      !> Whether it is there only if a contact has tangential elasticity.
+      logical :: of_elasticity = .false.
    contains
       !> Number of components per body or contact.
       procedure :: components

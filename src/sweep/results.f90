@@ -273,10 +273,13 @@ contains
          .not. any(turns_by_drive(sweep%scene%bodies%motion))) call diagnostics%add( &
          group%place("dataset", 1), "no body of the scene is driven", &
          "a body with another motion")
+      if (quantity%of_elasticity .and. all(sweep%scene%contacts%tangential == 1)) call &
+         diagnostics%add(group%place("dataset", 1), &
+         "no contact of the scene has tangential elasticity", "tangential = 'elastic'")
       if (quantity%of_states) then
          if (.not. any([(owns_state([sweep%scene%contacts(i)%normal, &
             sweep%scene%contacts(i)%damping, sweep%scene%contacts(i)%friction, &
-            sweep%scene%contacts(i)%rolling], quantity%name), &
+            sweep%scene%contacts(i)%rolling, sweep%scene%contacts(i)%tangential], quantity%name), &
             i=1, size(sweep%scene%contacts))])) call diagnostics%add( &
             group%place("dataset", 1), "no contact of the scene has such a state", &
             "a contact with a law that has it")

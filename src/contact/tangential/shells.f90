@@ -16,6 +16,7 @@
 !>    K (e - p) in d phi(p):
 !> the minimum of the convex phi(p) + (e - p).K(e - p)/2. Formulas, errors: docs/tangential.md.
 module contensou_contact_tangential_shells
+   use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_kinds, only : wp
    use contensou_contact_spot, only : spot_shape_type
    use contensou_contact_tangential_stiffness, only : tangential_stiffness
@@ -25,7 +26,7 @@ module contensou_contact_tangential_shells
    private
 
    public :: shells_type, shells_of, single_spring, spring_spot_type, default_layers, &
-      most_layers, force_of_sliding
+      most_layers, shells_per_layer, force_of_sliding, make_room
 
    !> Layers if nothing else is said, and the most.
    integer, parameter :: default_layers = 10, most_layers = 128
@@ -100,6 +101,13 @@ module contensou_contact_tangential_shells
       real(wp), allocatable :: shift(:, :)
       !> Directions of their last slips, or zero: where the next slip is sought first.
       real(wp), allocatable :: direction(:, :)
+      !> Which slipped in the last step.
+      logical, allocatable :: slipped(:)
+      !> The axis along and across which the displacements have their components, seen from the
+      !> axes of the spot where `stiffness` was.
+      real(wp) :: axis(2) = [1.0_wp, 0.0_wp]
+      !> Room.
+      real(wp), allocatable, private :: room(:, :)
    contains
       procedure :: begin
       procedure :: advance
@@ -107,6 +115,12 @@ module contensou_contact_tangential_shells
       procedure :: clear
       procedure :: turn
       procedure :: energy
+      procedure :: take
+      procedure :: turn_to
+      procedure :: slide
+      procedure :: settle
+      procedure :: stuck_share
+      procedure :: exchange
    end type shells_type
 
 contains
@@ -132,7 +146,8 @@ contains
       number = default_layers
       if (present(layers)) number = layers
       call self%clear()
-      if (allocated(self%edge)) deallocate(self%edge, self%within, self%shift, self%direction)
+      if (allocated(self%edge)) deallocate(self%edge, self%within, self%shift, self%direction, &
+         self%slipped, self%room)
       call make_room(self, shells_per_layer*number)
    end subroutine begin
 
@@ -152,16 +167,18 @@ contains
       call make_room(shells, 1)
    end function single_spring
 
-   !> Make room for shells, and for one more.
+   !> Make room for shells, and for two more, by which a spot has grown.
    pure subroutine make_room(shells, number)
       class(shells_type), intent(inout) :: shells
       integer, intent(in) :: number
 
       shells%most = number
-      allocate(shells%edge(0:number + 1), source=0.0_wp)
-      allocate(shells%within(0:number + 1))
-      allocate(shells%shift(3, number + 1), source=0.0_wp)
-      allocate(shells%direction(3, number + 1), source=0.0_wp)
+      allocate(shells%edge(0:number + 2), source=0.0_wp)
+      allocate(shells%within(0:number + 2))
+      allocate(shells%shift(3, number + 2), source=0.0_wp)
+      allocate(shells%direction(3, number + 2), source=0.0_wp)
+      allocate(shells%slipped(number + 2), source=.false.)
+      allocate(shells%room(3, number + 2), source=0.0_wp)
    end subroutine make_room
 
    !> Forget all.
@@ -193,7 +210,7 @@ contains
    end subroutine turn
 
    !> Move the bodies by a step at the load of the spot.
-   pure subroutine advance(self, spot, step, wrench, stored, lost)
+   pure subroutine advance(self, spot, step, wrench, stored, lost, settled)
       class(shells_type), intent(inout) :: self
       type(spring_spot_type), intent(in) :: spot
       !> Shift of body 1 against body 2 along the axes [m] and twist [rad].
@@ -204,14 +221,21 @@ contains
       real(wp), intent(out) :: stored
       !> Work of the slip in the step and what a smaller spot has let go [J], >= 0.
       real(wp), intent(out) :: lost
+      !> Whether shells are merged and divided so that their number stays, unless that is left to
+      !> `settle`: without it the wrench is a continuous function of spot and step.
+      logical, intent(in), optional :: settled
       real(wp) :: stiffness(3), trial(3), force(3), bearing(3), work, units(3)
       logical :: slips
-      integer :: j
+      integer :: j, before
 
       wrench = 0.0_wp
-      call self%resize(spot, lost)
+      before = self%n
+      call self%resize(spot, lost, settled)
       stored = 0.0_wp
       if (self%n == 0) return
+      ! New area has come to the spot half-way on the average.
+      if (present(settled) .and. before > 0 .and. self%n > before) self%shift(:, self%n) = &
+         -0.5_wp*step
       if (.not. spot%limit > 0.0_wp) then
          lost = lost + self%energy()
          self%shift(:, :self%n) = 0.0_wp
@@ -229,6 +253,7 @@ contains
          call slip_of_shell(spot%shape, self%within(j - 1), self%within(j), &
             stiffness*(spot%limit/units**2), trial*(units/spot%limit), bearing, &
             self%direction(:, j), slips, work)
+         self%slipped(j) = slips
          if (slips) then
             force = bearing*units
             trial = force/max(stiffness, tiny(stiffness))
@@ -283,14 +308,19 @@ contains
 
    !> Bring the shells to the size and stiffness of a spot: new area is not strained, lost area lets
    !> go what it held, and shells that become stiffer keep their force. None of it makes energy.
-   pure subroutine resize(self, spot, lost)
+   pure subroutine resize(self, spot, lost, settled)
       class(shells_type), intent(inout) :: self
       type(spring_spot_type), intent(in) :: spot
       !> Energy that is let go [J].
       real(wp), intent(out) :: lost
+      !> Whether the number of shells is kept, unless that is left to `settle`.
+      logical, intent(in), optional :: settled
       real(wp) :: before, now(3)
-      real(wp), dimension(3, self%most + 1) :: old
+      logical :: settles
       integer :: j, i
+
+      settles = .true.
+      if (present(settled)) settles = settled
 
       lost = 0.0_wp
       if (.not. spot%a > 0.0_wp) then
@@ -312,9 +342,11 @@ contains
       ! As it was: bits that agree.
       if (abs(spot%a - self%a) <= 0.0_wp .and. &
          all(abs(spot%stiffness - self%stiffness) <= 0.0_wp)) then
-         do while (self%n < self%most)
-            call split_widest(self)
-         end do
+         if (settles) then
+            do while (self%n < self%most)
+               call split_widest(self)
+            end do
+         end if
          return
       end if
       before = self%energy()
@@ -326,13 +358,14 @@ contains
          self%within(self%n) = edge_at(spot%a/self%a)
       end if
       do j = 1, self%n
-         call take_share(self, j, old(:, j))
+         call take_share(self, j, self%room(:, j))
       end do
       if (spot%a > self%a) then
          self%n = self%n + 1
          self%edge(self%n) = spot%a
          self%shift(:, self%n) = 0.0_wp
-         old(:, self%n) = 0.0_wp
+         self%direction(:, self%n) = 0.0_wp
+         self%room(:, self%n) = 0.0_wp
       end if
       self%a = spot%a
       self%stiffness = spot%stiffness
@@ -340,9 +373,19 @@ contains
       do j = 1, self%n
          call take_share(self, j, now)
          do i = 1, 3
-            if (now(i) > old(i, j)) self%shift(i, j) = self%shift(i, j)*(old(i, j)/now(i))
+            if (now(i) > self%room(i, j)) self%shift(i, j) = self%shift(i, j) &
+               *(self%room(i, j)/now(i))
          end do
       end do
+      if (settles) call self%settle()
+      lost = max(before - self%energy(), 0.0_wp)
+   end subroutine resize
+
+   !> Merge or divide shells so that their number stays.
+   pure subroutine settle(self)
+      class(shells_type), intent(inout) :: self
+
+      if (self%n == 0) return
       do while (self%n > self%most)
          call merge_narrowest(self)
       end do
@@ -350,8 +393,129 @@ contains
       do while (fewest*self%n < self%most)
          call split_widest(self)
       end do
-      lost = max(before - self%energy(), 0.0_wp)
-   end subroutine resize
+   end subroutine settle
+
+   !> Be as others are, with components along the axes of a spot in the place of those along an
+   !> axis, and some of the displacements let go. Where the stiffness is not the same in all
+   !> directions turning it over what is strained makes no energy.
+   pure subroutine take(self, others, axis, left)
+      class(shells_type), intent(inout) :: self
+      class(shells_type), intent(in) :: others
+      !> The axis, seen from those of the spot.
+      real(wp), intent(in) :: axis(2)
+      !> What is left of the displacements along the axes and about the normal, from 0 to 1.
+      real(wp), intent(in) :: left(3)
+      real(wp) :: q(3), before, after
+      integer :: j
+
+      self%n = others%n
+      self%a = others%a
+      self%stiffness = others%stiffness
+      self%axis = [1.0_wp, 0.0_wp]
+      if (self%n == 0) return
+      self%edge(:self%n) = others%edge(:self%n)
+      self%edge(0) = 0.0_wp
+      do j = 0, self%n
+         self%within(j) = others%within(j)
+      end do
+      do j = 1, self%n
+         q = others%shift(:, j)*left
+         self%shift(1:2, j) = turned(axis, q(1:2))
+         self%shift(3, j) = q(3)
+         self%slipped(j) = .false.
+      end do
+      do j = 1, self%n
+         self%direction(1:2, j) = turned(axis, others%direction(1:2, j))
+         self%direction(3, j) = others%direction(3, j)
+      end do
+      associate (k => self%stiffness)
+         if (.not. abs(k(1) - k(2)) > 0.0_wp) return
+         do j = 1, self%n
+            q(1:2) = turned(others%axis, others%shift(1:2, j))*left(1:2)
+            before = k(1)*q(1)**2 + k(2)*q(2)**2
+            after = k(1)*self%shift(1, j)**2 + k(2)*self%shift(2, j)**2
+            if (after > before) self%shift(1:2, j) = self%shift(1:2, j)*sqrt(before/after)
+         end do
+      end associate
+   end subroutine take
+
+   !> Components along the axes of a spot of a vector that has them along an axis and across it.
+   pure function turned(axis, q)
+      real(wp), intent(in) :: axis(2), q(2)
+      real(wp) :: turned(2)
+
+      turned = [axis(1)*q(1) - axis(2)*q(2), axis(2)*q(1) + axis(1)*q(2)]
+   end function turned
+
+   !> Have components along an axis and across it in the place of those along the axes of the spot.
+   pure subroutine turn_to(self, axis)
+      class(shells_type), intent(inout) :: self
+      !> The axis, seen from those of the spot.
+      real(wp), intent(in) :: axis(2)
+      integer :: j
+
+      do j = 1, self%n
+         self%shift(1:2, j) = turned([axis(1), -axis(2)], self%shift(1:2, j))
+         self%direction(1:2, j) = turned([axis(1), -axis(2)], self%direction(1:2, j))
+      end do
+      self%axis = axis
+   end subroutine turn_to
+
+   !> Bear what sliding gives.
+   pure subroutine slide(self, spot, velocity, share)
+      class(shells_type), intent(inout) :: self
+      type(spring_spot_type), intent(in) :: spot
+      !> Sliding velocity along the axes [m/s] and spin [rad/s].
+      real(wp), intent(in) :: velocity(3)
+      !> Share of that, the rest is as it was.
+      real(wp), intent(in) :: share
+      real(wp) :: u(3), force(3), stiffness(3), hessian(3, 3), size
+      integer :: j
+
+      u = velocity*[1.0_wp, 1.0_wp, spot%a]
+      size = sqrt(dot_product(u, u))
+      if (.not. size > 0.0_wp) return
+      u = u/size
+      do j = 1, self%n
+         call take_share(self, j, stiffness)
+         call sliding_force(spot%shape, self%within(j - 1), self%within(j), u, force, hessian)
+         force = force*spot%limit*[1.0_wp, 1.0_wp, spot%a]
+         self%shift(:, j) = (1.0_wp - share)*self%shift(:, j) + share*force/max(stiffness, &
+            tiny(stiffness))
+         self%direction(:, j) = u
+         self%slipped(j) = .true.
+      end do
+   end subroutine slide
+
+   !> Share of the area whose shells have not slipped in the last step.
+   pure real(wp) function stuck_share(self) result(share)
+      class(shells_type), intent(in) :: self
+      integer :: j
+
+      share = 0.0_wp
+      do j = 1, self%n
+         if (.not. self%slipped(j)) share = share + self%edge(j)**2 - self%edge(j - 1)**2
+      end do
+      if (self%n > 0) share = min(share/self%edge(self%n)**2, 1.0_wp)
+   end function stuck_share
+
+   !> Write all to a checkpoint or read it back.
+   subroutine exchange(self, checkpoint)
+      class(shells_type), intent(inout) :: self
+      type(checkpoint_type), intent(inout) :: checkpoint
+      integer :: j
+
+      call checkpoint%exchange("shells", self%n)
+      call checkpoint%exchange("shells_a", self%a)
+      call checkpoint%exchange("shells_stiffness", self%stiffness)
+      call checkpoint%exchange("shells_axis", self%axis)
+      call checkpoint%exchange("shells_edge", self%edge(0:self%n))
+      do j = 1, self%n
+         call checkpoint%exchange("shells_shift", self%shift(:, j))
+         call checkpoint%exchange("shells_direction", self%direction(:, j))
+      end do
+      if (self%n > 0) self%within(:self%n) = edge_at(self%edge(:self%n)/self%a)
+   end subroutine exchange
 
    !> Place x of a share of the shells: those at the rim, which slip first, are the narrowest. The
    !> error of the force by shift is then the same everywhere.

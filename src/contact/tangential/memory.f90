@@ -1,0 +1,435 @@
+!> Tangential elasticity of a contact in a run: what it remembers, and the wrench that follows from
+!> that and from the state.
+!>
+!> Memory changes at accepted steps only. Within a step the wrench is a function of the state: shift
+!> and twist since the last accepted step are differences of states that are integrated with the
+!> motion, and the shells (`contensou_contact_tangential_shells`) are moved by these from what they
+!> remember. The states are
+!> - a unit tangent, the axis, that follows the normal and turns about it by the mean of the two
+!>   bodies: what is remembered has its components along it and across it, so that the law is
+!>   objective;
+!> - the shift of the bodies against each other along the axis and across it, and the twist;
+!> - the way of the material through the spot over the length l of relaxation: rolling carries
+!>   strained material out, exp(-way) of it is left.
+!>
+!> Where the bodies have slid by many times what the spot can be strained since the last step, in
+!> the direction in which they slide now, the wrench is that of sliding (`share` 1).
+module contensou_contact_tangential_memory
+   use contensou_base_checkpoint, only : checkpoint_type
+   use contensou_base_kinds, only : wp
+   use contensou_contact_friction_law, only : friction_type, sliding_type
+   use contensou_contact_spot, only : spot_shape_type
+   use contensou_contact_states, only : against_length, state_list_type
+   use contensou_contact_tangential_shells, only : make_room, shells_type, spring_spot_type
+   implicit none(type, external)
+   private
+
+   public :: tangential_type, put_tangential_states, n_states
+
+   !> Numbers of state.
+   integer, parameter :: n_states = 6
+
+   !> Shift since the last step, over what the whole spot can be strained, from which on sliding
+   !> begins to take over, and from which on nothing else is left.
+   real(wp), parameter :: long_shift(2) = [12.0_wp, 24.0_wp]
+
+   !> Cosine between that shift and the sliding velocity, likewise.
+   real(wp), parameter :: aligned(2) = [0.9_wp, 0.99_wp]
+
+   !> Step of differences, over what the spot can be strained.
+   real(wp), parameter :: step_of_differences = 1.0e-5_wp
+
+   !> Way in units of the length of relaxation below which series are used.
+   real(wp), parameter :: short_way = 1.0e-3_wp
+
+   !> Tangential elasticity of a contact.
+   type :: tangential_type
+      !> Friction coefficient f [-].
+      real(wp) :: coefficient = 0.0_wp
+      !> Shear modulus [Pa] and Poisson's ratio of both bodies together.
+      real(wp) :: modulus = 0.0_wp, poisson = 0.0_wp
+      !> Least force that counts [N]: errors of the memory are measured against it or the limit.
+      real(wp) :: reference = 0.0_wp
+      !> What is remembered, along the axis and across it; the same at the last state that was
+      !> evaluated, along the axes of `frame`; and room.
+      type(shells_type) :: past, now, half
+      !> Shifts, twist and way at the last accepted step, and their rates.
+      real(wp) :: anchor(4) = 0.0_wp, rates(4) = 0.0_wp
+      !> Limit [N] and size of the spot [m] there.
+      real(wp) :: limit = 0.0_wp, a = 0.0_wp
+      !> Of the last state that was evaluated: the spot; step and its rates, as `anchor`; the axis
+      !> seen from the axes of the shells; sliding velocity and spin; share of sliding.
+      type(spring_spot_type) :: spot
+      real(wp) :: step(4) = 0.0_wp, step_rates(4) = 0.0_wp
+      real(wp) :: axis(2) = [1.0_wp, 0.0_wp]
+      real(wp) :: velocity(3) = 0.0_wp
+      real(wp) :: share = 0.0_wp
+      !> Wrench of the last state, along the axes of the shells [N, N m].
+      real(wp) :: wrench(3) = 0.0_wp
+   contains
+      procedure :: begin
+      procedure :: forget
+      procedure :: evolve
+      procedure :: vary
+      procedure :: tell
+      procedure :: part
+      procedure :: deviate
+      procedure :: keep
+      procedure :: exchange
+      procedure, private :: strain
+      procedure, private :: sliding_share
+      procedure, private :: way_rate
+   end type tangential_type
+
+contains
+
+   !> The states.
+   subroutine put_tangential_states(list)
+      type(state_list_type), intent(inout) :: list
+
+      call list%put("tangential_axis", "1", "tangent that turns about the normal with the " // &
+         "material: shift_along is measured along it", 1.0_wp, tangent=.true.)
+      call list%put("shift_along", "m", "shift of B against A along tangential_axis", 1.0_wp, &
+         against_length, absolute=.true.)
+      call list%put("shift_across", "m", "shift of B against A across tangential_axis", 1.0_wp, &
+         against_length, absolute=.true.)
+      call list%put("twist", "rad", "twist of B against A about the normal", 1.0e-4_wp, &
+         absolute=.true.)
+      call list%put("rolled", "1", "way of the material through the spot over the length of " // &
+         "relaxation", 1.0_wp, absolute=.true.)
+   end subroutine put_tangential_states
+
+   !> Make room for shells, without a contact.
+   pure subroutine begin(self, shells)
+      class(tangential_type), intent(inout) :: self
+      !> Their number.
+      integer, intent(in) :: shells
+
+      call make_room(self%past, shells)
+      call make_room(self%now, shells)
+      call make_room(self%half, shells)
+   end subroutine begin
+
+   !> Begin without a contact.
+   pure subroutine forget(self)
+      class(tangential_type), intent(inout) :: self
+
+      call self%past%clear()
+      self%anchor = 0.0_wp
+      self%rates = 0.0_wp
+      self%limit = 0.0_wp
+      self%a = 0.0_wp
+   end subroutine forget
+
+   !> Wrench at given states, and the rates of these.
+   pure subroutine evolve(self, friction, shape, slides, carried, states, wrench, rates)
+      class(tangential_type), intent(inout) :: self
+      !> What acts where the whole spot slides.
+      class(friction_type), intent(in) :: friction
+      type(spot_shape_type), intent(in) :: shape
+      type(sliding_type), intent(in) :: slides
+      !> Velocity of the material through the spot, along the axes of the spot [m/s].
+      real(wp), intent(in) :: carried(2)
+      real(wp), intent(in) :: states(n_states)
+      !> Force along the major and the minor axis [N], torque about the normal [N m].
+      real(wp), intent(out) :: wrench(3)
+      !> Time derivatives of the states.
+      real(wp), intent(out) :: rates(n_states)
+      type(sliding_type) :: steady
+      real(wp) :: axis(2), along(2), stored, lost, sliding(3)
+
+      axis = states(1:2)/sqrt(states(1)**2 + states(2)**2)
+      self%spot%shape = shape
+      self%spot%a = slides%a
+      self%spot%limit = self%coefficient*slides%load
+      call self%spot%stiffen(self%modulus, self%poisson)
+      along = [axis(1)*slides%vx + axis(2)*slides%vy, axis(1)*slides%vy - axis(2)*slides%vx]
+      self%step_rates = [along, slides%w, self%way_rate(carried)]
+      rates = [0.0_wp, 0.0_wp, self%step_rates]
+      self%step = states(3:6) - self%anchor
+      ! On a circle all axes are alike, and the axis does as well as any.
+      self%axis = axis
+      if (.not. abs(1.0_wp - shape%k) > 0.0_wp) self%axis = [1.0_wp, 0.0_wp]
+      self%velocity = [slides%vx, slides%vy, slides%w]
+      if (.not. abs(1.0_wp - shape%k) > 0.0_wp) self%velocity(1:2) = along
+      self%wrench = 0.0_wp
+      self%share = self%sliding_share(self%step)
+      if (self%share < 1.0_wp) call self%strain(self%past, self%axis, self%spot, self%step, &
+         self%wrench, stored, lost)
+      if (self%share > 0.0_wp) then
+         steady = slides
+         steady%vx = self%velocity(1)
+         steady%vy = self%velocity(2)
+         steady%resolution = 0.0_wp
+         call friction%wrench(shape, steady, sliding)
+         self%wrench = (1.0_wp - self%share)*self%wrench + self%share*sliding
+      end if
+      wrench = self%wrench
+      if (.not. abs(1.0_wp - shape%k) > 0.0_wp) then
+         wrench(1) = axis(1)*self%wrench(1) - axis(2)*self%wrench(2)
+         wrench(2) = axis(2)*self%wrench(1) + axis(1)*self%wrench(2)
+      end if
+   end subroutine evolve
+
+   !> Rate of the way through the spot in lengths of relaxation, a b G C11/k_x with Kalker's
+   !> creepage coefficient C11 along the direction of rolling [1/s].
+   pure real(wp) function way_rate(self, carried) result(rate)
+      class(tangential_type), intent(in) :: self
+      real(wp), intent(in) :: carried(2)
+      real(wp) :: area, circle
+
+      rate = 0.0_wp
+      associate (spot => self%spot, k => self%spot%shape%k)
+         area = spot%a**2*k*self%modulus
+         if (.not. area > 0.0_wp) return
+         ! 1/C11 on the circle, and its change with the ratio of the semi-axes at nu = 0.3.
+         circle = area/(0.294524_wp - (0.206244_wp - 0.00288_wp*self%poisson)*self%poisson)
+         rate = sqrt((carried(1)*spot%stiffness(1)/(circle*(0.79_wp + 0.21_wp/k)))**2 &
+            + (carried(2)*spot%stiffness(2)/(circle*(0.82_wp + 0.18_wp*k*sqrt(k))))**2)
+      end associate
+   end function way_rate
+
+   !> Length of relaxation of the twist over that of the shift, inverse: on the circle.
+   pure real(wp) function twist_rate(poisson) result(ratio)
+      real(wp), intent(in) :: poisson
+
+      ratio = (2.0_wp - poisson)*(2.0_wp/3.0_wp) &
+         *(0.828349_wp + (0.0590_wp + 0.0204_wp*poisson)*poisson) &
+         /(0.294524_wp - (0.206244_wp - 0.00288_wp*poisson)*poisson)
+   end function twist_rate
+
+   !> What is left of a strain after a way.
+   pure real(wp) function left(way)
+      real(wp), intent(in) :: way
+
+      left = exp(-max(way, 0.0_wp))
+   end function left
+
+   !> What is left of a strain that has grown evenly on the way.
+   pure real(wp) function left_of_growth(way) result(part)
+      real(wp), intent(in) :: way
+
+      if (way < short_way) then
+         part = 1.0_wp - 0.5_wp*max(way, 0.0_wp)*(1.0_wp - way/3.0_wp)
+      else
+         part = (1.0_wp - exp(-way))/way
+      end if
+   end function left_of_growth
+
+   !> Shells moved by a step, in `now`.
+   pure subroutine strain(self, past, axis, spot, step, wrench, stored, lost)
+      class(tangential_type), intent(inout) :: self
+      !> What is remembered.
+      type(shells_type), intent(in) :: past
+      !> The axis along which it is, seen from the axes of the spot.
+      real(wp), intent(in) :: axis(2)
+      type(spring_spot_type), intent(in) :: spot
+      !> Shifts along the axis and across it, twist and way.
+      real(wp), intent(in) :: step(4)
+      real(wp), intent(out) :: wrench(3)
+      !> Elastic energy, and what was lost [J].
+      real(wp), intent(out) :: stored, lost
+      real(wp) :: motion(3), twisted
+
+      twisted = step(4)*twist_rate(self%poisson)
+      motion(1) = axis(1)*step(1) - axis(2)*step(2)
+      motion(2) = axis(2)*step(1) + axis(1)*step(2)
+      motion(1:2) = left_of_growth(step(4))*motion(1:2)
+      motion(3) = left_of_growth(twisted)*step(3)
+      call self%now%take(past, axis, [left(step(4)), left(step(4)), left(twisted)])
+      call self%now%advance(spot, motion, wrench, stored, lost, settled=.false.)
+   end subroutine strain
+
+   !> Share of sliding in the wrench.
+   pure real(wp) function sliding_share(self, step) result(share)
+      class(tangential_type), intent(in) :: self
+      real(wp), intent(in) :: step(4)
+      real(wp) :: weight(3), shift(3), speed(3), way, fast
+
+      share = 0.0_wp
+      associate (spot => self%spot)
+         if (.not. (spot%limit > 0.0_wp .and. spot%a > 0.0_wp)) return
+         weight = spot%stiffness/(spot%limit*[1.0_wp, 1.0_wp, spot%a*spot%shape%torque])
+      end associate
+      shift = step(1:3)*weight*left_of_growth(step(4))
+      way = sqrt(dot_product(shift, shift))
+      if (way <= long_shift(1)) return
+      speed = self%step_rates(1:3)*weight
+      fast = sqrt(dot_product(speed, speed))
+      if (.not. fast > 0.0_wp) return
+      share = rise(way, long_shift)*rise(dot_product(shift, speed)/(way*fast), aligned)
+   end function sliding_share
+
+   !> Smooth step from 0 to 1.
+   pure real(wp) function rise(x, between)
+      real(wp), intent(in) :: x
+      !> Where it begins and ends.
+      real(wp), intent(in) :: between(2)
+
+      rise = min(max((x - between(1))/(between(2) - between(1)), 0.0_wp), 1.0_wp)
+      rise = rise*rise*(3.0_wp - 2.0_wp*rise)
+   end function rise
+
+   !> Wrench and rates of the states, and their derivatives by normal force, size of the spot,
+   !> velocities and states: by differences. What the states do to the way is left out.
+   pure subroutine vary(self, friction, shape, slides, carried, states, wrench, rates, slopes)
+      class(tangential_type), intent(inout) :: self
+      class(friction_type), intent(in) :: friction
+      type(spot_shape_type), intent(in) :: shape
+      type(sliding_type), intent(in) :: slides
+      real(wp), intent(in) :: carried(2)
+      real(wp), intent(in) :: states(n_states)
+      real(wp), intent(out) :: wrench(3)
+      real(wp), intent(out) :: rates(n_states)
+      !> Derivatives of the wrench, then of the rates, by N, a, vx, vy, w, then by the states.
+      real(wp), intent(out) :: slopes(3 + n_states, 5 + n_states)
+      type(sliding_type) :: there
+      real(wp) :: varied(3 + n_states, 2), moved(n_states), h(5 + n_states), speed
+      integer :: i, j, k
+
+      call self%evolve(friction, shape, slides, carried, states, wrench, rates)
+      slopes = 0.0_wp
+      associate (spot => self%spot)
+         if (.not. (spot%limit > 0.0_wp .and. spot%a > 0.0_wp)) return
+         speed = max(sqrt(slides%vx**2 + slides%vy**2 + (slides%a*slides%w)**2), 1.0e-9_wp)
+         h(1) = step_of_differences*slides%load
+         h(2) = step_of_differences*slides%a
+         h(3:4) = step_of_differences*speed
+         h(5) = h(3)/slides%a
+         h(6:7) = step_of_differences
+         h(8:9) = step_of_differences*spot%limit/spot%stiffness(1)
+         h(10) = step_of_differences*spot%limit*spot%a/spot%stiffness(3)
+         h(11) = step_of_differences
+      end associate
+      do i = 1, 5 + n_states
+         do k = 1, 2
+            there = slides
+            moved = states
+            if (k == 2) h(i) = -h(i)
+            select case (i)
+            case (1)
+               there%load = there%load + h(i)
+            case (2)
+               there%a = there%a + h(i)
+            case (3)
+               there%vx = there%vx + h(i)
+            case (4)
+               there%vy = there%vy + h(i)
+            case (5)
+               there%w = there%w + h(i)
+            case default
+               j = max(i - 5, 1)
+               moved(j) = moved(j) + h(i)
+            end select
+            call self%evolve(friction, shape, there, carried, moved, varied(:3, k), varied(4:, k))
+         end do
+         slopes(:, i) = (varied(:, 2) - varied(:, 1))/(2.0_wp*h(i))
+      end do
+      ! The last state that was evaluated is this one.
+      call self%evolve(friction, shape, slides, carried, states, wrench, rates)
+   end subroutine vary
+
+   !> What the last state that was evaluated holds.
+   pure subroutine tell(self, stored, stuck, displacement)
+      class(tangential_type), intent(inout) :: self
+      !> Elastic energy [J].
+      real(wp), intent(out) :: stored
+      !> Share of the area of the spot that has not slipped since the last accepted step.
+      real(wp), intent(out) :: stuck
+      !> Elastic displacement of B against A over the whole spot, along the axis and across it [m].
+      real(wp), intent(out) :: displacement(2)
+      real(wp) :: shift(2)
+
+      stored = 0.0_wp
+      stuck = 0.0_wp
+      displacement = 0.0_wp
+      if (.not. (self%spot%limit > 0.0_wp .and. self%spot%a > 0.0_wp)) return
+      call complete(self)
+      stored = self%now%energy()
+      if (self%share <= 0.0_wp) stuck = self%now%stuck_share()
+      shift = -self%wrench(1:2)/self%spot%stiffness(1:2)
+      displacement(1) = self%axis(1)*shift(1) + self%axis(2)*shift(2)
+      displacement(2) = self%axis(1)*shift(2) - self%axis(2)*shift(1)
+   end subroutine tell
+
+   !> Complete the shells of the last state where these slide.
+   pure subroutine complete(self)
+      class(tangential_type), intent(inout) :: self
+      real(wp) :: wrench(3), stored, lost
+
+      if (self%share <= 0.0_wp) return
+      ! Where sliding is all that is left their edges are not known yet.
+      call self%strain(self%past, self%axis, self%spot, self%step, wrench, stored, lost)
+      call self%now%slide(self%spot, self%velocity, self%share)
+   end subroutine complete
+
+   !> Take note that the surfaces are apart.
+   pure subroutine part(self)
+      class(tangential_type), intent(inout) :: self
+
+      self%spot%a = 0.0_wp
+      self%spot%limit = 0.0_wp
+      self%spot%stiffness = 0.0_wp
+      self%share = 0.0_wp
+      self%wrench = 0.0_wp
+   end subroutine part
+
+   !> How far the wrench of the last state that was evaluated is from that of two steps in the place
+   !> of the one, over the limit of friction.
+   pure subroutine deviate(self, time_step, deviation)
+      class(tangential_type), intent(inout) :: self
+      !> Time since the last accepted step [s].
+      real(wp), intent(in) :: time_step
+      real(wp), intent(out) :: deviation
+      type(spring_spot_type) :: spot
+      real(wp) :: first(4), wrench(3), stored, lost, scale
+
+      deviation = 0.0_wp
+      if (self%share >= 1.0_wp) return
+      scale = max(self%spot%limit, self%limit, self%reference)
+      if (.not. (scale > 0.0_wp .and. self%spot%a > 0.0_wp)) return
+      first = 0.5_wp*self%step + 0.125_wp*time_step*(self%rates - self%step_rates)
+      first(4) = min(max(first(4), 0.0_wp), max(self%step(4), 0.0_wp))
+      spot = self%spot
+      spot%limit = 0.5_wp*(self%limit + self%spot%limit)
+      spot%a = 0.5_wp*(self%a + self%spot%a)
+      call spot%stiffen(self%modulus, self%poisson)
+      call self%strain(self%past, self%axis, spot, first, wrench, stored, lost)
+      call self%half%take(self%now, [1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp])
+      call self%half%turn_to(self%axis)
+      call self%strain(self%half, self%axis, self%spot, self%step - first, wrench, stored, lost)
+      wrench = (1.0_wp - self%share)*(wrench - self%wrench)
+      wrench(3) = wrench(3)/self%spot%a
+      deviation = sqrt(dot_product(wrench, wrench))/scale
+   end subroutine deviate
+
+   !> Accept the last state that was evaluated: it is remembered.
+   pure subroutine keep(self)
+      class(tangential_type), intent(inout) :: self
+      real(wp) :: wrench(3), stored, lost
+
+      call self%strain(self%past, self%axis, self%spot, self%step, wrench, stored, lost)
+      if (self%share > 0.0_wp) call self%now%slide(self%spot, self%velocity, self%share)
+      call self%now%turn_to(self%axis)
+      call self%now%settle()
+      call self%past%take(self%now, [1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp])
+      self%anchor = self%anchor + self%step
+      self%step = 0.0_wp
+      self%rates = self%step_rates
+      self%limit = self%spot%limit
+      self%a = self%spot%a
+   end subroutine keep
+
+   !> Write what is remembered to a checkpoint or read it back.
+   subroutine exchange(self, checkpoint)
+      class(tangential_type), intent(inout) :: self
+      type(checkpoint_type), intent(inout) :: checkpoint
+
+      call checkpoint%exchange("tangential_anchor", self%anchor)
+      call checkpoint%exchange("tangential_rates", self%rates)
+      call checkpoint%exchange("tangential_limit", self%limit)
+      call checkpoint%exchange("tangential_a", self%a)
+      call self%past%exchange(checkpoint)
+   end subroutine exchange
+
+end module contensou_contact_tangential_memory

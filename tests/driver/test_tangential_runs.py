@@ -1,0 +1,151 @@
+"""Tangential elasticity in runs: what sticks holds, what slides slides as before."""
+
+import numpy as np
+import pytest
+
+BALL = """
+&scene title = "oblique impact" t_end = 100.0e-6 /
+&material name = 'steel' young = 2.1e11 poisson = 0.3 /
+&body name = 'ball' mass = 5.105088e-4 inertia = 3*1.276272e-9
+   position = 0.0, 0.0, 0.0025 velocity = 0.01, 0.0, -0.02 /
+&surface name = 'sphere' body = 'ball' material = 'steel' shape = 'sphere' radius = 0.0025 /
+&surface name = 'floor' body = 'ground' material = 'steel' shape = 'plane' normal = 0, 0, 1 /
+&contact name = 'c' surfaces = 'floor', 'sphere' friction = 'contensou_exact'
+   friction_coefficient = 0.3 tangential = 'elastic' /
+&integrator method = 'explicit8' rtol = 1.0e-8 /
+&output file = 'o.h5' interval = 1.0e-6 /
+"""
+
+# Of v_t/(f v_n) in psi.
+KAPPA = 2 * 0.7 / 1.7
+
+STOOL = """
+&scene title = "stool on an incline" t_end = 2.0 gravity = 1.0, 0.0, -9.757 /
+&material name = 'steel' young = 2.1e11 poisson = 0.3 /
+&body name = 'stool' mass = 0.5 inertia = 3*1.0e-4 position = 0.0, 0.0, 0.02 /
+"""
+for number, place in enumerate(["0.02, 0.0", "-0.01, 0.017320508", "-0.01, -0.017320508"], 1):
+    STOOL += f"""
+&surface name = 's{number}' body = 'stool' material = 'steel' shape = 'sphere' radius = 0.005
+   centre = {place}, -0.015 /
+&contact name = 'c{number}' surfaces = 'floor', 's{number}' damping = 'hunt_crossley'
+   damping_coefficient = 100.0 friction = 'contensou_exact' friction_coefficient = 0.3
+   tangential = 'elastic' /
+"""
+STOOL += """
+&surface name = 'floor' body = 'ground' material = 'steel' shape = 'plane' normal = 0, 0, 1 /
+&integrator method = 'cvode_bdf' rtol = 1.0e-8 /
+&output file = 'o.h5' interval = 0.1 /
+"""
+
+
+@pytest.fixture
+def rows_of(simulate):
+    """The rows of a run of the text of a scene."""
+
+    def rows_of_it(scene, *sets):
+        written = simulate(scene, *sets)
+        return written.columns
+
+    return rows_of_it
+
+
+def slip_after(rows):
+    """psi after an impact at 0.02 m/s."""
+    slip = rows["velocity"][-1, 0, 0] - 0.0025 * rows["angular_velocity"][-1, 0, 1]
+    return KAPPA * slip / (0.3 * 0.02)
+
+
+@pytest.mark.parametrize("method", ["explicit8", "cvode_bdf"])
+@pytest.mark.parametrize(
+    ("before", "after"), [(0.3, 0.0458), (1.25, -0.2191), (3.0, -1.3797), (5.0, -0.7647)]
+)
+def test_oblique_impact_is_that_of_maw_barber_and_fawcett(rows_of, method, before, after):
+    velocity = f"ball.velocity={before * 0.3 * 0.02 / KAPPA},0,-0.02"
+    rows = rows_of(BALL, velocity, f"integrator.method={method}")
+    assert abs(slip_after(rows) - after) < 0.01
+    energy = rows["energy_kinetic"][0]
+    bound = 1e-8 if method == "explicit8" else 1e-6
+    assert np.abs(rows["energy_error"]).max() < bound * energy
+    # The stored energy comes back or is lost; nothing is left when the ball is away.
+    assert rows["energy_tangential"].max() > 0
+    assert rows["energy_tangential"][-1] == 0
+    assert np.all(np.diff(rows["work_friction"]) > -1e-9 * energy)
+
+
+def test_one_spring_is_another_law(rows_of):
+    velocity = f"ball.velocity={1.25 * 0.3 * 0.02 / KAPPA},0,-0.02"
+    assert slip_after(rows_of(BALL, velocity, "c.tangential=spring")) > 0.05
+
+
+def test_a_stool_on_an_incline_holds(rows_of):
+    rows = rows_of(STOOL)
+    late = rows["time"] > 1.0
+    place = rows["position"][late, 0]
+    assert np.ptp(place, axis=0).max() < 1e-12
+    assert place[0, 0] > 1e-9
+    assert np.abs(rows["velocity"][late]).max() < 1e-12
+    # The feet bear the whole of the weight along the incline, within the limit of friction.
+    assert rows["friction_force"][-1, :, 0].sum() == pytest.approx(-0.5, rel=1e-6)
+    assert rows["stuck_share"][-1].min() > 0.99
+    force = -rows["friction_force"][-1, :, 0]
+    stiffness = 4 * (2.1e11 / 2.6) * rows["semi_axes"][-1, :, 0] / 1.7
+    assert rows["tangential_displacement"][-1, :, 0] == pytest.approx(force / stiffness, rel=1e-6)
+
+
+def test_above_the_limit_it_slides_as_without_elasticity(rows_of):
+    steep = ("scene.gravity=4.0,0,-9.0", "scene.t_end=0.5")
+    held = rows_of(STOOL, *steep)
+    free = rows_of(STOOL.replace("tangential = 'elastic'", ""), *steep)
+    limit = 0.3 * held["normal_force"]
+    late = held["time"] > 0.2
+    force = np.linalg.norm(held["friction_force"], axis=2)
+    assert force[late] == pytest.approx(limit[late], rel=1e-12)
+    assert held["stuck_share"][late].max() == 0
+    # How it begins to slide differs, while the feet bounce; how it slides does not.
+    gained = [rows["velocity"][-1, 0, 0] - rows["velocity"][-3, 0, 0] for rows in (held, free)]
+    assert gained[0] == pytest.approx(gained[1], abs=1e-6)
+
+
+def test_a_turned_scene_moves_likewise(rows_of):
+    scene = BALL.replace("velocity = 0.01, 0.0, -0.02", "velocity = {v} spin = {w}")
+    scene = scene.replace("position = 0.0, 0.0, 0.0025", "position = {x}")
+    scene = scene.replace("normal = 0, 0, 1", "normal = {n}")
+    turn = np.linalg.qr(np.array([[1.0, 2.0, 0.5], [-0.3, 0.4, 1.0], [0.7, -1.0, 0.2]]))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    vectors = {
+        "v": np.array([0.004, 0.003, -0.02]),
+        "w": np.array([0.0, 0.0, 2.0]),
+        "x": np.array([0.0, 0.0, 0.0025]),
+        "n": np.array([0.0, 0.0, 1.0]),
+    }
+
+    def motion(matrix):
+        texts = {k: ", ".join(repr(float(c)) for c in matrix @ v) for k, v in vectors.items()}
+        return rows_of(scene.format(**texts))
+
+    plain = motion(np.eye(3))
+    turned = motion(turn)
+    for key in ("velocity", "angular_velocity"):
+        scale = np.abs(plain[key]).max()
+        assert np.abs(turned[key][-1, 0] - turn @ plain[key][-1, 0]).max() < 1e-5 * scale
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("tangential = 'elastic'", "tangential = 'elastc'"), "elastic"),
+        (("tangential = 'elastic'", "tangential = 'spring' layers = 3"), "'layers' has no meaning"),
+        (("tangential = 'elastic'", "tangential = 'elastic' layers = 2.5"), "layers"),
+        (("tangential = 'elastic'", "tangential = 'elastic' layers = 129"), "layers"),
+        (("'contensou_exact'", "'pade22'"), "friction = 'contensou_exact'"),
+        (("tangential", "normal = 'rigid' tangential"), "not available for a rigid contact"),
+        (("tangential", "regularization_velocity = 1e-3 tangential"), "regularization_velocity"),
+        (("tangential", "drilling = .false. tangential"), "drilling = .true."),
+    ],
+)
+def test_what_it_does_not_go_with_is_said(fails, tmp_path, change, words):
+    said = fails(BALL.replace(*change), status=2)
+    assert "scene.nml:" in said
+    assert words in said
+    assert not (tmp_path / "out.h5").exists()

@@ -1,7 +1,12 @@
 """Tangential elasticity in runs: what sticks holds, what slides slides as before."""
 
+import signal
+import subprocess
+import time
+
 import numpy as np
 import pytest
+from result import read
 
 BALL = """
 &scene title = "oblique impact" t_end = 100.0e-6 /
@@ -71,6 +76,41 @@ def test_oblique_impact_is_that_of_maw_barber_and_fawcett(rows_of, method, befor
     assert rows["energy_tangential"].max() > 0
     assert rows["energy_tangential"][-1] == 0
     assert np.all(np.diff(rows["work_friction"]) > -1e-9 * energy)
+
+
+def test_it_touches_at_tight_tolerances(rows_of):
+    velocity = f"ball.velocity={1.25 * 0.3 * 0.02 / KAPPA},0,-0.02"
+    lost = []
+    for method in ("explicit8", "cvode_bdf", "cvode_adams"):
+        rows = rows_of(BALL, velocity, f"integrator.method={method}", "integrator.rtol=1e-12")
+        assert abs(slip_after(rows) + 0.2191) < 0.01
+        lost.append(rows["work_friction"][-1])
+    assert lost == pytest.approx(lost[:1] * 3, rel=1e-3)
+
+
+def test_what_is_remembered_survives_an_interruption(rows_of, run, executable, tmp_path):
+    sets = ("scene.t_end=0.5", "output.interval=1e-3")
+    whole = rows_of(STOOL, *sets)
+    words = ["run", "scene.nml", "-o", "part.h5", "-q"]
+    words += [word for text in sets for word in ("--set", text)]
+    process = subprocess.Popen(
+        [str(executable), *words, "--checkpoint", "0.01"], cwd=tmp_path, stderr=subprocess.PIPE
+    )
+    end = time.monotonic() + 60
+    while not (tmp_path / "part.h5.part.checkpoint").exists():
+        assert process.poll() is None
+        assert time.monotonic() < end
+        time.sleep(0.001)
+    process.send_signal(signal.SIGTERM)
+    process.communicate(timeout=60)
+    assert process.returncode == 75
+    done = run(*words, "--resume", timeout=600)
+    assert done.status == 0, done.err
+    rows = read(tmp_path / "part.h5").columns
+    # Feet that had forgotten their shift would let the stool down by it again.
+    shift = whole["tangential_displacement"][-1, 0, 0]
+    assert shift > 3e-8
+    assert np.abs(rows["position"][-1] - whole["position"][-1]).max() < 1e-4 * shift
 
 
 def test_one_spring_is_another_law(rows_of):

@@ -9,8 +9,9 @@
 !>   bodies: what is remembered has its components along it and across it, so that the law is
 !>   objective;
 !> - the shift of the bodies against each other along the axis and across it, and the twist;
-!> - the way of the material through the spot over the length l of relaxation: rolling carries
-!>   strained material out, exp(-way) of it is left.
+!> - the way of the material through the spot, over the length of relaxation in units of the major
+!>   semi-axis: rolling carries strained material out, exp(-way/a) of it is left. (Over the length
+!>   itself its rate would be infinite where surfaces touch.)
 !>
 !> Where the bodies have slid by many times what the spot can be strained since the last step, in
 !> the direction in which they slide now, the wrench is that of sliding (`share` 1).
@@ -41,6 +42,12 @@ module contensou_contact_tangential_memory
 
    !> Way in units of the length of relaxation below which series are used.
    real(wp), parameter :: short_way = 1.0e-3_wp
+
+   !> Semi-axis of a spot over the length scale of a scene, a tenth of an overlap: about.
+   real(wp), parameter :: axis_over_length = 1.0e3_wp
+
+   !> Way in units of the length of relaxation of which nothing is left.
+   real(wp), parameter :: long_way = 1.0e3_wp
 
    !> Tangential elasticity of a contact.
    type :: tangential_type
@@ -95,8 +102,8 @@ contains
          against_length, absolute=.true.)
       call list%put("twist", "rad", "twist of B against A about the normal", 1.0e-4_wp, &
          absolute=.true.)
-      call list%put("rolled", "1", "way of the material through the spot over the length of " // &
-         "relaxation", 1.0_wp, absolute=.true.)
+      call list%put("rolled", "m", "way of the material through the spot over the length of " // &
+         "relaxation, times the major semi-axis", axis_over_length, against_length, absolute=.true.)
    end subroutine put_tangential_states
 
    !> Make room for shells, without a contact.
@@ -172,7 +179,7 @@ contains
    end subroutine evolve
 
    !> Rate of the way through the spot in lengths of relaxation, a b G C11/k_x with Kalker's
-   !> creepage coefficient C11 along the direction of rolling [1/s].
+   !> creepage coefficient C11 along the direction of rolling, times a [m/s].
    pure real(wp) function way_rate(self, carried) result(rate)
       class(tangential_type), intent(in) :: self
       real(wp), intent(in) :: carried(2)
@@ -180,7 +187,7 @@ contains
 
       rate = 0.0_wp
       associate (spot => self%spot, k => self%spot%shape%k)
-         area = spot%a**2*k*self%modulus
+         area = spot%a*k*self%modulus
          if (.not. area > 0.0_wp) return
          ! 1/C11 on the circle, and its change with the ratio of the semi-axes at nu = 0.3.
          circle = area/(0.294524_wp - (0.206244_wp - 0.00288_wp*self%poisson)*self%poisson)
@@ -197,6 +204,15 @@ contains
          *(0.828349_wp + (0.0590_wp + 0.0204_wp*poisson)*poisson) &
          /(0.294524_wp - (0.206244_wp - 0.00288_wp*poisson)*poisson)
    end function twist_rate
+
+   !> Way through a spot in lengths of relaxation.
+   pure real(wp) function lengths(step, spot)
+      real(wp), intent(in) :: step(4)
+      type(spring_spot_type), intent(in) :: spot
+
+      lengths = 0.0_wp
+      if (step(4) > 0.0_wp .and. spot%a > 0.0_wp) lengths = min(step(4), long_way*spot%a)/spot%a
+   end function lengths
 
    !> What is left of a strain after a way.
    pure real(wp) function left(way)
@@ -224,19 +240,20 @@ contains
       !> The axis along which it is, seen from the axes of the spot.
       real(wp), intent(in) :: axis(2)
       type(spring_spot_type), intent(in) :: spot
-      !> Shifts along the axis and across it, twist and way.
+      !> Shifts along the axis and across it, twist, and way times the major semi-axis.
       real(wp), intent(in) :: step(4)
       real(wp), intent(out) :: wrench(3)
       !> Elastic energy, and what was lost [J].
       real(wp), intent(out) :: stored, lost
-      real(wp) :: motion(3), twisted
+      real(wp) :: motion(3), way, twisted
 
-      twisted = step(4)*twist_rate(self%poisson)
+      way = lengths(step, spot)
+      twisted = way*twist_rate(self%poisson)
       motion(1) = axis(1)*step(1) - axis(2)*step(2)
       motion(2) = axis(2)*step(1) + axis(1)*step(2)
-      motion(1:2) = left_of_growth(step(4))*motion(1:2)
+      motion(1:2) = left_of_growth(way)*motion(1:2)
       motion(3) = left_of_growth(twisted)*step(3)
-      call self%now%take(past, axis, [left(step(4)), left(step(4)), left(twisted)])
+      call self%now%take(past, axis, [left(way), left(way), left(twisted)])
       call self%now%advance(spot, motion, wrench, stored, lost, settled=.false.)
    end subroutine strain
 
@@ -251,7 +268,7 @@ contains
          if (.not. (spot%limit > 0.0_wp .and. spot%a > 0.0_wp)) return
          weight = spot%stiffness/(spot%limit*[1.0_wp, 1.0_wp, spot%a*spot%shape%torque])
       end associate
-      shift = step(1:3)*weight*left_of_growth(step(4))
+      shift = step(1:3)*weight*left_of_growth(lengths(step, self%spot))
       way = sqrt(dot_product(shift, shift))
       if (way <= long_shift(1)) return
       speed = self%step_rates(1:3)*weight
@@ -299,7 +316,7 @@ contains
          h(6:7) = step_of_differences
          h(8:9) = step_of_differences*spot%limit/spot%stiffness(1)
          h(10) = step_of_differences*spot%limit*spot%a/spot%stiffness(3)
-         h(11) = step_of_differences
+         h(11) = step_of_differences*slides%a
       end associate
       do i = 1, 5 + n_states
          do k = 1, 2

@@ -218,15 +218,17 @@ contains
 
    !> Every group `contact`.
    subroutine read_contact()
-      character(len=256) :: name, surfaces(2), normal, ellipse, damping, friction, rolling
-      real(wp) :: rolling_coefficient, rolling_regularization
+      character(len=256) :: name, surfaces(2), normal, ellipse, damping, friction, rolling, &
+         tangential
+      real(wp) :: rolling_coefficient, rolling_regularization, layers
       real(wp) :: damping_coefficient, restitution, impact_velocity, friction_coefficient, &
          regularization_velocity
       logical :: drilling
       integer :: n
       namelist /contact/ name, surfaces, normal, ellipse, damping, damping_coefficient, &
          restitution, impact_velocity, friction, friction_coefficient, &
-         regularization_velocity, drilling, rolling, rolling_coefficient, rolling_regularization
+         regularization_velocity, drilling, rolling, rolling_coefficient, rolling_regularization, &
+         tangential, layers
 
       rewind(unit)
       n = 0
@@ -243,6 +245,8 @@ contains
          regularization_velocity = no_number
          ellipse = no_text
          rolling = no_text
+         tangential = no_text
+         layers = no_number
          rolling_coefficient = no_number
          rolling_regularization = no_number
          ! A logical has no third value: the default.
@@ -262,6 +266,8 @@ contains
          call put_numbers("contact", n, "regularization_velocity", [regularization_velocity])
          call put_texts("contact", n, "ellipse", [ellipse])
          call put_texts("contact", n, "rolling", [rolling])
+         call put_texts("contact", n, "tangential", [tangential])
+         call put_numbers("contact", n, "layers", [layers])
          call put_numbers("contact", n, "rolling_coefficient", [rolling_coefficient])
          call put_numbers("contact", n, "rolling_regularization", [rolling_regularization])
          print "(a, i0, a)", "contact ", n, " drilling " // merge(".true. ", ".false.", drilling)
@@ -329,14 +335,14 @@ contains
    !> Every group `bearing`.
    subroutine read_bearing()
       character(len=256) :: name, material, ball_material, initial_state, loaded_ring, &
-         cage_material, normal, ellipse, damping, friction, rolling
+         cage_material, normal, ellipse, damping, friction, rolling, tangential
       real(wp) :: ball_count, ball_diameter, pitch_diameter, inner_groove_ratio, &
          inner_groove_radius, outer_groove_ratio, outer_groove_radius, clearance, &
          ball_density, inner_speed, outer_speed, ramp_duration, ring_mass, axial_load, &
          radial_load, cage_mass, pocket_clearance, cage_friction_coefficient, &
          damping_coefficient, restitution, impact_velocity, friction_coefficient, &
          regularization_velocity, rolling_coefficient, rolling_regularization, centre(3), &
-         axis(3), radial_direction(3)
+         axis(3), radial_direction(3), layers
       logical :: cage, drilling
       integer :: n
       namelist /bearing/ name, ball_count, ball_diameter, pitch_diameter, &
@@ -347,7 +353,7 @@ contains
          cage_friction_coefficient, normal, ellipse, damping, damping_coefficient, &
          restitution, impact_velocity, friction, friction_coefficient, &
          regularization_velocity, drilling, rolling, rolling_coefficient, &
-         rolling_regularization
+         rolling_regularization, tangential, layers
 
       rewind(unit)
       n = 0
@@ -391,6 +397,8 @@ contains
          regularization_velocity = no_number
          drilling = .true.
          rolling = no_text
+         tangential = no_text
+         layers = no_number
          rolling_coefficient = no_number
          rolling_regularization = no_number
          read(unit, nml=bearing, iostat=status)
@@ -435,6 +443,8 @@ contains
          call put_numbers("bearing", n, "regularization_velocity", [regularization_velocity])
          print "(a, i0, a)", "bearing ", n, " drilling " // merge(".true. ", ".false.", drilling)
          call put_texts("bearing", n, "rolling", [rolling])
+         call put_texts("bearing", n, "tangential", [tangential])
+         call put_numbers("bearing", n, "layers", [layers])
          call put_numbers("bearing", n, "rolling_coefficient", [rolling_coefficient])
          call put_numbers("bearing", n, "rolling_regularization", [rolling_regularization])
       end do

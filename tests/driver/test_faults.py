@@ -124,8 +124,8 @@ FAULTS = {
     ),
     "stiffening that makes energy": (
         "contact/tangential/shells.f90",
-        "if (now(i) > old(i, j)) self%shift(i, j) = self%shift(i, j)*(old(i, j)/now(i))",
-        "if (now(i) < old(i, j)) self%shift(i, j) = self%shift(i, j)*(old(i, j)/now(i))",
+        "if (now(i) > self%room(i, j)) self%shift(i, j)",
+        "if (now(i) < self%room(i, j)) self%shift(i, j)",
     ),
     "shells that are merged without their forces": (
         "contact/tangential/shells.f90",

@@ -409,20 +409,16 @@ contains
          n => self%states%n_local, first => self%states%first)
          if (closed) then
             if (nd > 0) call law%damping%at_touch(speed, local(:nd))
-            if (allocated(self%tangential)) then
-               local(nd + 1:n) = 0.0_wp
-               local(nd + 1) = 1.0_wp
-            else if (n > nd) then
-               call law%friction%at_touch(speed, local(nd + 1:n))
-            end if
          else
             if (nd > 0) call law%damping%after_lift(local(:nd))
-            if (allocated(self%tangential)) then
-               local(nd + 1:n) = 0.0_wp
-               local(nd + 1) = 1.0_wp
-            else if (n > nd) then
-               call law%friction%after_lift(local(nd + 1:n))
-            end if
+         end if
+         if (allocated(self%tangential)) then
+            ! The axis may be any tangent.
+            local(nd + 1) = 1.0_wp
+         else if (n > nd .and. closed) then
+            call law%friction%at_touch(speed, local(nd + 1:n))
+         else if (n > nd) then
+            call law%friction%after_lift(local(nd + 1:n))
          end if
          y(first:first + states%n - 1) = 0.0_wp
          call states%scatter(local(:n), now%at%major, cross(now%at%normal, now%at%major), &

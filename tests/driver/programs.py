@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+import time
 
 import pytest
 
@@ -32,3 +33,22 @@ def instructions(command, folder, kind, status=0):
         total += int(re.search(r"I +refs: +([\d,]+)", path.read_text())[1].replace(",", ""))
         path.unlink()
     return total
+
+
+def stopped(executable, folder, words, output, number):
+    """End a run by a signal once it has a checkpoint: what it says."""
+    process = subprocess.Popen(
+        [str(executable), *words],
+        cwd=folder,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+    )
+    end = time.monotonic() + 60
+    while not (folder / f"{output}.part.checkpoint").exists():
+        assert process.poll() is None
+        assert time.monotonic() < end
+        time.sleep(0.001)
+    process.send_signal(number)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode in {75, -number}, err
+    return err.decode()

@@ -15,6 +15,7 @@ import h5py
 import numpy as np
 import pytest
 from conftest import ROOT
+from programs import stopped
 
 INPUTS = ROOT / "inputs"
 
@@ -248,22 +249,8 @@ def test_kills_at_random_moments(
 
 
 def interrupted(executable, tmp_path, *words, number=signal.SIGTERM):
-    """A run that is stopped after its first rows, with a checkpoint."""
-    process = subprocess.Popen(
-        [str(executable), "run", "top.nml", TIGHT, "-q", *words],
-        cwd=tmp_path,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-    )
-    end = time.monotonic() + 60
-    while not (tmp_path / "top.h5.part.checkpoint").exists():
-        assert process.poll() is None
-        assert time.monotonic() < end
-        time.sleep(0.001)
-    process.send_signal(number)
-    _, err = process.communicate(timeout=60)
-    assert process.returncode in {75, -number}, err
-    return err.decode()
+    """A run of a Tippe-Top that is stopped after its first rows, with a checkpoint."""
+    return stopped(executable, tmp_path, ["run", "top.nml", TIGHT, "-q", *words], "top.h5", number)
 
 
 @pytest.fixture

@@ -1,11 +1,10 @@
 """Tangential elasticity in runs: what sticks holds, what slides slides as before."""
 
 import signal
-import subprocess
-import time
 
 import numpy as np
 import pytest
+from programs import stopped
 from result import read
 
 BALL = """
@@ -93,17 +92,7 @@ def test_what_is_remembered_survives_an_interruption(rows_of, run, executable, t
     whole = rows_of(STOOL, *sets)
     words = ["run", "scene.nml", "-o", "part.h5", "-q"]
     words += [word for text in sets for word in ("--set", text)]
-    process = subprocess.Popen(
-        [str(executable), *words, "--checkpoint", "0.01"], cwd=tmp_path, stderr=subprocess.PIPE
-    )
-    end = time.monotonic() + 60
-    while not (tmp_path / "part.h5.part.checkpoint").exists():
-        assert process.poll() is None
-        assert time.monotonic() < end
-        time.sleep(0.001)
-    process.send_signal(signal.SIGTERM)
-    process.communicate(timeout=60)
-    assert process.returncode == 75
+    stopped(executable, tmp_path, [*words, "--checkpoint", "0.01"], "part.h5", signal.SIGTERM)
     done = run(*words, "--resume", timeout=600)
     assert done.status == 0, done.err
     rows = read(tmp_path / "part.h5").columns

@@ -144,7 +144,9 @@ contains
       real(wp), intent(out) :: rates(n_states)
       type(sliding_type) :: steady
       real(wp) :: axis(2), along(2), stored, lost, sliding(3)
+      logical :: circle
 
+      circle = .not. abs(1.0_wp - shape%k) > 0.0_wp
       axis = states(1:2)/sqrt(states(1)**2 + states(2)**2)
       self%spot%shape = shape
       self%spot%a = slides%a
@@ -156,9 +158,9 @@ contains
       self%step = states(3:6) - self%anchor
       ! On a circle all axes are alike, and the axis does as well as any.
       self%axis = axis
-      if (.not. abs(1.0_wp - shape%k) > 0.0_wp) self%axis = [1.0_wp, 0.0_wp]
+      if (circle) self%axis = [1.0_wp, 0.0_wp]
       self%velocity = [slides%vx, slides%vy, slides%w]
-      if (.not. abs(1.0_wp - shape%k) > 0.0_wp) self%velocity(1:2) = along
+      if (circle) self%velocity(1:2) = along
       self%wrench = 0.0_wp
       self%share = self%sliding_share(self%step)
       if (self%share < 1.0_wp) call self%strain(self%past, self%axis, self%spot, self%step, &
@@ -172,7 +174,7 @@ contains
          self%wrench = (1.0_wp - self%share)*self%wrench + self%share*sliding
       end if
       wrench = self%wrench
-      if (.not. abs(1.0_wp - shape%k) > 0.0_wp) then
+      if (circle) then
          wrench(1) = axis(1)*self%wrench(1) - axis(2)*self%wrench(2)
          wrench(2) = axis(2)*self%wrench(1) + axis(1)*self%wrench(2)
       end if
@@ -361,7 +363,8 @@ contains
       stuck = 0.0_wp
       displacement = 0.0_wp
       if (.not. (self%spot%limit > 0.0_wp .and. self%spot%a > 0.0_wp)) return
-      call complete(self)
+      ! Where sliding is all that is left the shells are not moved yet.
+      if (self%share > 0.0_wp) call complete(self)
       stored = self%now%energy()
       if (self%share <= 0.0_wp) stuck = self%now%stuck_share()
       shift = -self%wrench(1:2)/self%spot%stiffness(1:2)
@@ -369,15 +372,13 @@ contains
       displacement(2) = self%axis(1)*shift(2) - self%axis(2)*shift(1)
    end subroutine tell
 
-   !> Complete the shells of the last state where these slide.
+   !> The shells of the last state that was evaluated.
    pure subroutine complete(self)
       class(tangential_type), intent(inout) :: self
       real(wp) :: wrench(3), stored, lost
 
-      if (self%share <= 0.0_wp) return
-      ! Where sliding is all that is left their edges are not known yet.
       call self%strain(self%past, self%axis, self%spot, self%step, wrench, stored, lost)
-      call self%now%slide(self%spot, self%velocity, self%share)
+      if (self%share > 0.0_wp) call self%now%slide(self%spot, self%velocity, self%share)
    end subroutine complete
 
    !> Take note that the surfaces are apart.
@@ -423,10 +424,8 @@ contains
    !> Accept the last state that was evaluated: it is remembered.
    pure subroutine keep(self)
       class(tangential_type), intent(inout) :: self
-      real(wp) :: wrench(3), stored, lost
 
-      call self%strain(self%past, self%axis, self%spot, self%step, wrench, stored, lost)
-      if (self%share > 0.0_wp) call self%now%slide(self%spot, self%velocity, self%share)
+      call complete(self)
       call self%now%turn_to(self%axis)
       call self%now%settle()
       call self%past%take(self%now, [1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp])

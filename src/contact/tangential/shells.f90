@@ -146,8 +146,6 @@ contains
       number = default_layers
       if (present(layers)) number = layers
       call self%clear()
-      if (allocated(self%edge)) deallocate(self%edge, self%within, self%shift, self%direction, &
-         self%slipped, self%room)
       call make_room(self, shells_per_layer*number)
    end subroutine begin
 
@@ -157,7 +155,7 @@ contains
       integer, intent(in) :: layers
       type(shells_type) :: shells
 
-      call make_room(shells, shells_per_layer*layers)
+      call shells%begin(layers)
    end function shells_of
 
    !> One spring with the stiffness of the whole spot, as granular codes have it.
@@ -172,6 +170,8 @@ contains
       class(shells_type), intent(inout) :: shells
       integer, intent(in) :: number
 
+      if (allocated(shells%edge)) deallocate(shells%edge, shells%within, shells%shift, &
+         shells%direction, shells%slipped, shells%room)
       shells%most = number
       allocate(shells%edge(0:number + 2), source=0.0_wp)
       allocate(shells%within(0:number + 2))

@@ -7,8 +7,6 @@ Force and torque are those of `contensou eval`.
 from __future__ import annotations
 
 import argparse
-import csv
-import io
 import sys
 from pathlib import Path
 
@@ -16,7 +14,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import Ellipse
 
-from lib import program, style
+from lib import style
+from lib.kernels import described, evaluated
 from lib.results import ResultError
 
 NEEDED = ("a", "f", "N")
@@ -55,23 +54,10 @@ def main(name: str = "scripts/spot") -> int:
 
 def read(words: str) -> dict[str, float]:
     """The spot that an option describes."""
-    spot: dict[str, float] = {}
-    names = (*NEEDED, "b", *SLIP, *SHIFT)
-    for word in words.split(","):
-        key, _, value = (part.strip() for part in word.partition("="))
-        if key not in names:
-            raise ResultError(f"'{word}': expected one of {', '.join(names)} and its value")
-        try:
-            spot[key] = float(value)
-        except ValueError:
-            spot[key] = np.nan
-        if not np.isfinite(spot[key]) or (key in POSITIVE and spot[key] <= 0):
-            kind = "a positive number" if key in POSITIVE else "a number"
-            raise ResultError(f"'{word}': expected {kind}")
+    spot = described(words, (*NEEDED, "b", *SLIP, *SHIFT), POSITIVE)
     for key in NEEDED:
         if key not in spot:
             raise ResultError(f"{key}= of the spot is missing")
-    spot.setdefault("b", spot["a"])
     if any(key in spot for key in SHIFT):
         lacking = [key for key in ("G", "nu") if key not in spot]
         if lacking:
@@ -93,17 +79,9 @@ def wrench(spot: dict[str, float]) -> np.ndarray:
     kernel, inputs = "wrench", ("N", "a", "b", "f", *SLIP)
     if "dx" in spot:
         kernel, inputs = "tangential", ("N", "a", "b", "f", "G", "nu", "dx", "dy", "twist")
-    text = io.StringIO()
-    csv.writer(text).writerows([inputs, [spot.get(key, 0.0) for key in inputs]])
-    answer = program.call(
-        "eval",
-        kernel,
-        *(["--layers", 128] if "dx" in spot else []),
-        text=text.getvalue(),
-        executable=program.find(),
-    )
-    head, values = (line.split(",") for line in answer.splitlines()[:2])
-    return np.array([float(values[head.index(key)]) for key in ("Fx", "Fy", "Tz")])
+    options = ("--layers", 128) if "dx" in spot else ()
+    row = [spot.get(key, 0.0) for key in inputs]
+    return evaluated(kernel, inputs, [row], ("Fx", "Fy", "Tz"), *options)[0]
 
 
 def sticking(spot: dict[str, float], force: np.ndarray) -> float:

@@ -2,57 +2,36 @@
 
 from __future__ import annotations
 
-import csv
-import io
-
 import numpy as np
 
-from lib import program
+from lib.kernels import described, evaluated
 from lib.pages import Package, library, page
 from lib.results import ResultError
 
 MODELS = ("contensou_exact", "coulomb", "pade11", "pade22", "contensou_simplified")
-DEFAULTS = {"a": None, "b": None, "f": 1.0, "N": 1.0}
+DEFAULTS = {"f": 1.0, "N": 1.0, "model": MODELS[0]}
 AROUND, UP = 72, 49
 
 
 def read(words: str) -> dict:
     """The spot of an option such as a=1e-3,b=5e-4,f=0.3,N=10,model=pade22."""
-    spot: dict = dict(DEFAULTS, model=MODELS[0])
-    for word in words.split(","):
-        key, equals, value = (part.strip() for part in word.partition("="))
-        if not equals or key not in spot:
-            raise ResultError(f"'{word}': expected a=, b= [m], f=, N= [N] or model=")
-        if key == "model":
-            if value not in MODELS:
-                raise ResultError(f"model '{value}': expected one of {', '.join(MODELS)}")
-            spot[key] = value
-            continue
-        try:
-            spot[key] = float(value)
-        except ValueError:
-            spot[key] = np.nan
-        if not 0 < spot[key] < np.inf:
-            raise ResultError(f"'{word}': expected a positive number")
-    if spot["a"] is None:
-        raise ResultError("the semi-axis a= [m] of the spot is missing")
-    if spot["b"] is None:
-        spot["b"] = spot["a"]
+    numbers = ("a", "b", "f", "N")
+    spot = {**DEFAULTS, **described(words, numbers, numbers, ("model",))}
+    if spot["model"] not in MODELS:
+        raise ResultError(f"model '{spot['model']}': expected one of {', '.join(MODELS)}")
     return spot
 
 
 def wrenches(spot: dict, slip: np.ndarray) -> np.ndarray:
     """Forces and torques of friction against slips vx, vy [m/s], w [rad/s], by the program."""
-    text = io.StringIO()
-    rows = csv.writer(text)
-    rows.writerow(["N", "a", "b", "f", "vx", "vy", "w"])
-    rows.writerows([spot[key] for key in ("N", "a", "b", "f")] + list(row) for row in slip.tolist())
-    answer = program.call(
-        *("eval", "wrench", "--model", spot["model"]),
-        text=text.getvalue(),
-        executable=program.find(),
+    at = [spot[key] for key in ("N", "a", "b", "f")]
+    return evaluated(
+        "wrench",
+        ("N", "a", "b", "f", "vx", "vy", "w"),
+        [at + row for row in slip.tolist()],
+        ("Fx", "Fy", "Tz"),
+        *("--model", spot["model"]),
     )
-    return np.loadtxt(io.StringIO(answer), delimiter=",", skiprows=1, ndmin=2)[:, -3:]
 
 
 def directions(spot: dict) -> tuple[np.ndarray, np.ndarray]:

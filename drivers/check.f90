@@ -149,7 +149,7 @@ contains
       end do
       text = text // "  right-hand side  " // number_text(elapsed/n*1.0e9_wp, 3) // &
          " ns in the initial state" // nl
-      call row%prepare(simulation%motion%system, file%scene%output%contact_geometry)
+      call row%prepare(simulation%motion%system, file%scene%output)
       associate (scene => file%scene, statistics => simulation%memory%statistics, &
          t => simulation%memory%t)
          stopwatch%deadline = cpu_seconds() + trial_cpu

@@ -231,7 +231,7 @@ contains
          return
       end if
       call new_simulation(file, simulation, error)
-      call stopwatch%row%prepare(simulation%motion%system, file%scene%output%contact_geometry)
+      call stopwatch%row%prepare(simulation%motion%system, file%scene%output)
       stopwatch%deadline = start + longest_trial
       if (.not. allocated(error)) call simulate(simulation, stopwatch, error)
       seconds = cpu_seconds() - start

@@ -12,6 +12,7 @@ module contensou_contact_geometry
    private
 
    public :: pose_type, contact_point_type, contact_variation_type, track_type, geometry_type
+   public :: rolling_velocity
    public :: place_closest, place_own, place_none, same_place
    public :: contact_trouble, search_trouble, trouble_text
    public :: trouble_none, trouble_lost, trouble_conforming, trouble_no_spot, &
@@ -229,6 +230,26 @@ contains
       n = 0
       gaps = limit
    end subroutine find_places
+
+   !> Velocity at which the material of both bodies passes the spot, the mean of the two [m/s]; what
+   !> is of it in the tangent plane counts. What rolls does so in the opposite direction.
+   !>
+   !> The spot moves over A by the variation of the contact point, u_A = P (v, w), and over B by
+   !> u_B = u_A - v; c = -(u_A + u_B)/2. With the curvature tensors S of the two surfaces that is
+   !> u_B = (S_A + S_B)^-1 (w x n - S_A v), without a division by a velocity. J. J. Kalker,
+   !> Three-Dimensional Elastic Bodies in Rolling Contact, 1990, section 1.4.
+   pure function rolling_velocity(variation, velocity, spin) result(carried)
+      type(contact_variation_type), intent(in) :: variation
+      !> Velocity of B against A at the contact point [m/s].
+      real(wp), intent(in) :: velocity(3)
+      !> Angular velocity of B against A [rad/s].
+      real(wp), intent(in) :: spin(3)
+      real(wp) :: carried(3)
+      real(wp) :: twist(6)
+
+      twist = [velocity, spin]
+      carried = 0.5_wp*velocity - matmul(variation%point, twist)
+   end function rolling_velocity
 
    !> Whether two tracks are at the same place.
    pure logical function same_place(one, other, size)

@@ -16,13 +16,12 @@ module contensou_dynamics_linear_load
    use contensou_base_rotations, only : quaternion_from_axis_angle, rotation_matrix
    use contensou_base_vectors, only : cross
    use contensou_contact_geometry, only : contact_point_type, contact_variation_type, pose_type, &
-      track_type, trouble_none
+      rolling_velocity, track_type, trouble_none
    use contensou_contact_law, only : contact_law_type
    use contensou_contact_normal, only : normal_type
    use contensou_contact_states, only : most_numbers, most_states
    use contensou_dynamics_links, only : link_type, set_kinematics
-   use contensou_dynamics_mechanism, only : carried_through, contact_type, relative_motion, &
-      resolution_type
+   use contensou_dynamics_mechanism, only : contact_type, relative_motion, resolution_type
    implicit none(type, external)
    private
 
@@ -222,7 +221,7 @@ contains
          motion = [dot_product(touch%velocity, touch%at%major), dot_product(touch%velocity, &
             touch%minor), dot_product(touch%spin, touch%at%normal)]
          if (allocated(contact%tangential)) then
-            carried = carried_through(touch%variation, touch%velocity, touch%spin)
+            carried = rolling_velocity(touch%variation, touch%velocity, touch%spin)
             call law%vary_hold(touch%approach, touch%rate, motion, [dot_product(carried, &
                touch%at%major), dot_product(carried, touch%minor)], touch%states(:n), &
                states%scales, contact%tangential, values(:4 + n), slopes(:4 + n, :5 + n))

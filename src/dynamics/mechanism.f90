@@ -12,7 +12,8 @@ module contensou_dynamics_mechanism
       unit_quaternion
    use contensou_base_vectors, only : cross
    use contensou_contact_geometry, only : contact_point_type, contact_trouble, &
-      contact_variation_type, pose_type, track_type, trouble_no_spot, trouble_none
+      contact_variation_type, pose_type, rolling_velocity, track_type, trouble_no_spot, &
+      trouble_none
    use contensou_contact_law, only : contact_law_type, contact_load_type
    use contensou_contact_states, only : contact_states_type, most_states, state_list_type
    use contensou_contact_tangential_memory, only : tangential_type
@@ -23,7 +24,7 @@ module contensou_dynamics_mechanism
    private
 
    public :: mechanism_type, body_type, contact_type, contact_motion_type, gap_type, resolution_type
-   public :: relative_motion, slip_velocity, carried_through
+   public :: relative_motion, slip_velocity
 
    !> As good as infinite, for products with it: the reach of a surface without an end [m], the
    !> sharpness of a gap where surfaces conform, over the curvature [-].
@@ -292,7 +293,7 @@ contains
       associate (n => self%states%n_local)
          if (allocated(self%tangential)) then
             call self%law%geometry%vary(a, b, self%track, at, variation)
-            call self%law%hold(at, velocity, spin, carried_through(variation, velocity, spin), &
+            call self%law%hold(at, velocity, spin, rolling_velocity(variation, velocity, spin), &
                local(:n), self%tangential, load, rates(:n))
          else
             call self%law%evolve(at, velocity, spin, resolution, local(:n), load, rates(:n))
@@ -346,21 +347,6 @@ contains
       rate = cross(at%normal, normal_rate) &
          + 0.5_wp*dot_product(a%spin + b%spin, at%normal)*at%normal
    end function frame_spin
-
-   !> Velocity of the material of both bodies through the spot, the mean of the two [m/s].
-   pure function carried_through(variation, velocity, spin) result(carried)
-      type(contact_variation_type), intent(in) :: variation
-      !> Velocity of B against A at the contact point [m/s].
-      real(wp), intent(in) :: velocity(3)
-      !> Angular velocity of B against A [rad/s].
-      real(wp), intent(in) :: spin(3)
-      real(wp) :: carried(3)
-      real(wp) :: twist(6)
-
-      twist = [velocity, spin]
-      ! The spot moves over A by the change of the point, over B by the velocity of B less.
-      carried = 0.5_wp*velocity - matmul(variation%point, twist)
-   end function carried_through
 
    !> Energies stored in the states of damping and of friction.
    pure subroutine stored_energies(self, at, approach, motion, load, damping, friction)

@@ -8,19 +8,20 @@ module contensou_dynamics_reports
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : rotation_matrix
    use contensou_base_vectors, only : cross
-   use contensou_contact_geometry, only : contact_point_type, trouble_none
+   use contensou_contact_geometry, only : contact_point_type, contact_variation_type, &
+      rolling_velocity, trouble_none
    use contensou_contact_law, only : contact_load_type
    use contensou_contact_states, only : most_states
    use contensou_dynamics_equations, only : add_contacts, system_type
    use contensou_dynamics_mechanism, only : contact_motion_type, contact_type, mechanism_type, &
-      slip_velocity
+      relative_motion, slip_velocity
    use contensou_dynamics_scene, only : motion_free, motion_prescribed, moves_freely, turns_by_drive
    use contensou_dynamics_state, only : position_of, quaternion_of, spin_of, velocity_of
    implicit none(type, external)
    private
 
    public :: contact_report_type, begin_report, report_contact, drive_loads, momenta
-   public :: energy_type, energies, find_energy
+   public :: energy_type, energies, find_energy, rolling_of, creepages
 
    !> What an output row says of a contact.
    type :: contact_report_type
@@ -195,6 +196,46 @@ contains
          end associate
       end do
    end subroutine report_rigid
+
+   !> Rolling velocity of a contact that was reported, inertial frame [m/s]; zero without a spot.
+   pure function rolling_of(system, index, row) result(rolling)
+      !> The system at the poses of the report.
+      type(system_type), intent(in) :: system
+      integer, intent(in) :: index
+      type(contact_report_type), intent(in) :: row
+      real(wp) :: rolling(3)
+      type(contact_variation_type) :: variation
+      real(wp) :: velocity(3), spin(3)
+
+      rolling = 0.0_wp
+      if (.not. row%semi_axes(1) > 0.0_wp) return
+      associate (contact => system%contacts(index), a => system%pose(system%contacts(index)%a), &
+         b => system%pose(system%contacts(index)%b))
+         call relative_motion(a, b, row%at%point, velocity, spin)
+         call contact%law%geometry%vary(a, b, contact%track, row%at, variation)
+         rolling = slip_velocity(rolling_velocity(variation, velocity, spin), row%at%normal)
+      end associate
+   end function rolling_of
+
+   !> Creepages of a contact that was reported: slip velocity along the direction of rolling and
+   !> along normal x that direction, both over the rolling velocity [-], and spin over the rolling
+   !> velocity [1/m]; not a number where nothing rolls.
+   pure function creepages(row, rolling) result(creep)
+      type(contact_report_type), intent(in) :: row
+      !> Its rolling velocity [m/s].
+      real(wp), intent(in) :: rolling(3)
+      real(wp) :: creep(3)
+      real(wp) :: speed, ahead(3)
+
+      speed = norm2(rolling)
+      if (.not. speed > 0.0_wp) then
+         creep = ieee_value(creep, ieee_quiet_nan)
+         return
+      end if
+      ahead = -rolling/speed
+      creep = [dot_product(row%slip, ahead), dot_product(row%slip, cross(row%at%normal, ahead)), &
+         row%spin]/speed
+   end function creepages
 
    !> What the drives supply against the contacts, after `begin_report`: the force on a body whose
    !> motion is prescribed, the torque about the centre of mass of any body whose rotation is

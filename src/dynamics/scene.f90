@@ -187,6 +187,8 @@ module contensou_dynamics_scene
       real(wp) :: interval = 0.0_wp
       !> Whether rows hold contact points, normals and directions of spots.
       logical :: contact_geometry = .true.
+      !> Whether rows hold rolling velocities and creepages.
+      logical :: rolling = .false.
    end type output_spec_type
 
    !> A scene.

@@ -377,7 +377,7 @@ contains
          call f%put_labels(t // "xyz", ["x", "y", "z"], "axis of the inertial frame", error)
          call f%put_labels(t // "wxyz", ["w", "x", "y", "z"], "component of a quaternion", error)
          call f%put_labels(t // "axis", ["major", "minor"], "axis of the spot", error)
-         call self%last%prepare(system, scene%output%contact_geometry)
+         call self%last%prepare(system, scene%output)
          rows = row_count(scene%t_end, scene%output%interval) + 1_i8
          most = max(few_rows, min(most_rows, most_numbers/size(self%last%values)))
          ! All chunks are as good as full.

@@ -62,6 +62,7 @@ contains
       scene%output%contact_geometry = .true.
       if (group%is_given("contact_geometry")) scene%output%contact_geometry = &
          group%flag("contact_geometry")
+      if (group%is_given("rolling")) scene%output%rolling = group%flag("rolling")
    end subroutine build_output
 
 end module contensou_scene_controls

@@ -126,6 +126,8 @@ contains
       call list%put("output", "contact_geometry", kind_logical, doc="whether rows hold " // &
          "contact points, normals and the directions of spots, 72 bytes a contact, from which " // &
          "forces and spots can be drawn; .true. if not given")
+      call list%put("output", "rolling", kind_logical, doc="whether rows hold rolling " // &
+         "velocities and creepages, 48 bytes a contact")
 
       call put_bearing_keys(list)
       call put_constant_keys(list)

@@ -4,9 +4,11 @@ module contensou_study_case
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
+   use contensou_dynamics_scene, only : output_spec_type
    use contensou_integrate_observer, only : event_touch, observer_type
    use contensou_integrate_motion, only : motion_type
-   use contensou_study_quantities, only : row_type
+   use contensou_study_quantities, only : row_quantities, row_type
+   use contensou_study_quantity, only : quantity_type
    use contensou_study_simulation, only : simulation_type
    use contensou_study_summary, only : summary_type
    implicit none(type, external)
@@ -85,9 +87,14 @@ contains
       class(witness_type), intent(inout) :: self
       type(outline_type), intent(in), target :: outline
       type(motion_type), intent(in) :: motion
+      type(quantity_type), allocatable :: quantities(:)
+      type(output_spec_type) :: wanted
 
       self%outline => outline
-      call self%row%prepare(motion%system, .true.)
+      wanted%contact_geometry = .true.
+      quantities = row_quantities()
+      wanted%rolling = any(quantities(outline%place(outline%timed))%of_rolling)
+      call self%row%prepare(motion%system, wanted)
       allocate(self%events(e_lifts, motion%n_events))
       self%events = ieee_value(1.0_wp, ieee_quiet_nan)
       self%events(e_touches:, :) = 0.0_wp

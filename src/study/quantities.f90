@@ -7,8 +7,9 @@ module contensou_study_quantities
    use contensou_base_kinds, only : wp
    use contensou_contact_parts, only : part_states
    use contensou_contact_states, only : state_list_type
-   use contensou_dynamics_scene, only : turns_by_drive
    use contensou_dynamics_equations, only : system_type
+   use contensou_dynamics_reports, only : creepages, rolling_of
+   use contensou_dynamics_scene, only : output_spec_type, turns_by_drive
    use contensou_study_quantity, only : moment_type, quantity_type
    implicit none(type, external)
    private
@@ -103,7 +104,19 @@ contains
          "not slipped in the step of the integration", stuck_share, of_elasticity=.true.), &
          quantity_type("tangential_displacement", "contact xyz", "m", &
          "elastic displacement of B against A in the tangent plane, inertial frame", &
-         tangential_displacement, of_elasticity=.true.)]
+         tangential_displacement, of_elasticity=.true.), &
+         quantity_type("rolling_velocity", "contact xyz", "m s-1", "velocity at which the " // &
+         "material of A and B passes the spot, mean of the two, inertial frame; zero while open", &
+         rolling_velocity, of_rolling=.true.), &
+         quantity_type("longitudinal_creepage", "contact", "1", "slip velocity along the " // &
+         "direction of rolling over the rolling velocity; NaN where nothing rolls", &
+         longitudinal_creepage, of_rolling=.true.), &
+         quantity_type("lateral_creepage", "contact", "1", "slip velocity along normal x " // &
+         "direction of rolling over the rolling velocity; NaN where nothing rolls", &
+         lateral_creepage, of_rolling=.true.), &
+         quantity_type("spin_creepage", "contact", "m-1", &
+         "spin over the rolling velocity; NaN where nothing rolls", spin_creepage, &
+         of_rolling=.true.)]
       lists = part_states()
       do i = 1, size(lists)
          do j = 1, lists(i)%n
@@ -128,11 +141,11 @@ contains
    end function final_quantities
 
    !> Make room for the rows of a system.
-   subroutine prepare(self, system, contact_geometry)
+   subroutine prepare(self, system, output)
       class(row_type), intent(inout) :: self
       type(system_type), intent(in) :: system
-      !> Whether contact points, normals and the directions of spots are wanted.
-      logical, intent(in) :: contact_geometry
+      !> What is wanted.
+      type(output_spec_type), intent(in) :: output
       integer :: i, j, n, before
 
       self%quantities = row_quantities()
@@ -148,8 +161,9 @@ contains
             if (q%owner() == "body") self%width(i) = self%width(i)*size(system%bodies)
             if (q%owner() == "contact") self%width(i) = self%width(i)*size(system%contacts)
             self%has(i) = .not. q%of_drives .or. any(turns_by_drive(system%bodies%motion))
-            if (q%of_geometry) self%has(i) = contact_geometry
+            if (q%of_geometry) self%has(i) = output%contact_geometry
             if (q%of_elasticity) self%has(i) = system%remembers
+            if (q%of_rolling) self%has(i) = output%rolling
             if (q%of_states) self%has(i) = any([(system%contacts(j)%states%place(q%name) >= 0, &
                j=1, size(system%contacts))])
             if (.not. self%has(i)) self%width(i) = 0
@@ -440,6 +454,48 @@ contains
 
       values = at%contact(i)%displacement
    end subroutine tangential_displacement
+
+   subroutine rolling_velocity(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = rolling_of(at%system, i, at%contact(i))
+   end subroutine rolling_velocity
+
+   subroutine longitudinal_creepage(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+      real(wp) :: creep(3)
+
+      creep = creepages(at%contact(i), rolling_of(at%system, i, at%contact(i)))
+      values = creep(1)
+   end subroutine longitudinal_creepage
+
+   subroutine lateral_creepage(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+      real(wp) :: creep(3)
+
+      creep = creepages(at%contact(i), rolling_of(at%system, i, at%contact(i)))
+      values = creep(2)
+   end subroutine lateral_creepage
+
+   subroutine spin_creepage(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+      real(wp) :: creep(3)
+
+      creep = creepages(at%contact(i), rolling_of(at%system, i, at%contact(i)))
+      values = creep(3)
+   end subroutine spin_creepage
 
    subroutine contact_point(self, at, i, values)
       class(quantity_type), intent(in) :: self

@@ -61,6 +61,8 @@ module contensou_study_quantity
       logical :: of_states = .false.
       !> Whether it is there only if a contact has tangential elasticity.
       logical :: of_elasticity = .false.
+      !> Whether it is about what rolls, which rows hold if told so.
+      logical :: of_rolling = .false.
    contains
       !> Number of components per body or contact.
       procedure :: components

@@ -8,7 +8,7 @@ program bare_sweep
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : i8, wp
    use contensou_base_text, only : string_type
-   use contensou_dynamics_scene, only : scene_type
+   use contensou_dynamics_scene, only : output_spec_type, scene_type
    use contensou_scene_reader, only : read_scene, scene_file_type
    use contensou_study_simulation, only : new_simulation, simulate, simulation_type
    use contensou_sweep_plan, only : sweep_type
@@ -61,7 +61,7 @@ contains
       type(error_type), allocatable :: error
 
       call new_simulation(scene, simulation, error)
-      call witness%row%prepare(simulation%motion%system, .true.)
+      call witness%row%prepare(simulation%motion%system, output_spec_type())
       if (.not. allocated(error)) call simulate(simulation, witness, error)
       if (allocated(error)) then
          write(error_unit, "(a)") error%message

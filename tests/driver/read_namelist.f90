@@ -312,9 +312,9 @@ contains
    subroutine read_output()
       character(len=256) :: file
       real(wp) :: interval
-      logical :: contact_geometry
+      logical :: contact_geometry, rolling
       integer :: n
-      namelist /output/ file, interval, contact_geometry
+      namelist /output/ file, interval, contact_geometry, rolling
 
       rewind(unit)
       n = 0
@@ -322,6 +322,7 @@ contains
          file = no_text
          interval = no_number
          contact_geometry = .true.
+         rolling = .false.
          read(unit, nml=output, iostat=status)
          if (status == iostat_end) exit
          call count_group("output", status, n)
@@ -329,6 +330,7 @@ contains
          call put_numbers("output", n, "interval", [interval])
          if (.not. contact_geometry) print "(a, i0, a)", "output ", n, &
             " contact_geometry .false."
+         if (rolling) print "(a, i0, a)", "output ", n, " rolling .true."
       end do
    end subroutine read_output
 

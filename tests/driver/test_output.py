@@ -30,7 +30,12 @@ def columns_of_the_manual():
 
 # Data sets of the format with their dimensions and units; None stands for text, which has none.
 COLUMNS = columns_of_the_manual()
-TRAJECTORY = {name: row for name, row in COLUMNS.items() if not name.startswith("drive_")}
+ASKED_FOR = [name for name in COLUMNS if name.startswith("rolling_") or name.endswith("_creepage")]
+TRAJECTORY = {
+    name: row
+    for name, row in COLUMNS.items()
+    if not name.startswith("drive_") and name not in ASKED_FOR
+}
 FIXED = {
     "/body/mass": (("name",), "kg"),
     "/body/inertia": (("name", "xyz"), "kg m2"),
@@ -292,7 +297,8 @@ def test_scales_name_the_dimensions_that_have_them(output):
 def test_columns_of_a_driven_scene_are_those_of_the_manual(run, tmp_path):
     path = tmp_path / "bearing.h5"
     scene = ROOT / "inputs" / "bearing_6205.nml"
-    assert run("run", str(scene), "-q", "-o", str(path), "--set", "scene.t_end=1e-6").status == 0
+    short = ("--set", "scene.t_end=1e-6", "--set", "output.rolling=.true.")
+    assert run("run", str(scene), "-q", "-o", str(path), *short).status == 0
     with h5py.File(path) as file:
         group = file["trajectory"]
         scales = {"body", "contact", "xyz", "wxyz", "axis"}
@@ -301,6 +307,40 @@ def test_columns_of_a_driven_scene_are_those_of_the_manual(run, tmp_path):
             assert group[name].attrs["units"] == units, name
             scales = [f"/trajectory/{dim}" for dim in ("time", *dims)]
             assert name == "time" or scale_names(group[name]) == scales, name
+
+
+def test_what_rolls(run, tmp_path):
+    """A ball slides, then rolls: its creepages are those of its slip and the mean of the speeds."""
+    path = tmp_path / "bowling.h5"
+    scene = ROOT / "inputs" / "bowling.nml"
+    assert (
+        run("run", str(scene), "-q", "-o", str(path), "--set", "output.rolling=.true.").status == 0
+    )
+    with h5py.File(path) as file:
+        assert len(ASKED_FOR) == 4
+        rows = {name: file["trajectory"][name][:] for name in file["trajectory"]}
+    slip, rolling = rows["slip_velocity"][:, 0], rows["rolling_velocity"][:, 0]
+    # A is the ball: the material of the lane passes with -V, that of the ball with the slip less.
+    speed = rows["velocity"][:, 0, 0]
+    np.testing.assert_allclose(rolling[:, 0], -(speed + 0.5 * slip[:, 0]), rtol=1e-9)
+    assert abs(rolling[:, 1:]).max() == 0.0
+    creepage = -slip[:, 0] / rolling[:, 0]
+    np.testing.assert_allclose(rows["longitudinal_creepage"][:, 0], creepage, rtol=1e-12)
+    assert rows["longitudinal_creepage"][0, 0] == pytest.approx(-2.0)
+    assert not rows["longitudinal_creepage"][-1, 0]
+    assert abs(rows["lateral_creepage"]).max() == abs(rows["spin_creepage"]).max() == 0.0
+
+
+def test_creepages_of_what_is_at_rest(run, tmp_path):
+    path = tmp_path / "spinning.h5"
+    scene = ROOT / "inputs" / "spinning_ball.nml"
+    values = ("scene.t_end=1e-3", "output.rolling=.true.", "ball.velocity=0.0, 0.0, 0.0")
+    options = [word for value in values for word in ("--set", value)]
+    assert run("run", str(scene), "-q", "-o", str(path), *options).status == 0
+    with h5py.File(path) as file:
+        rows = file["trajectory"]
+        assert abs(rows["rolling_velocity"][:]).max() == 0.0
+        assert np.isnan(rows["spin_creepage"][:]).all()
 
 
 def test_cpu_seconds_by_effect(output):

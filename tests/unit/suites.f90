@@ -15,6 +15,7 @@ module test_suites
    use test_jacobian, only : run_jacobian_tests
    use test_jacobian_scenes, only : run_jacobian_scenes_tests
    use test_rigid, only : run_rigid_tests
+   use test_rolling, only : run_rolling_tests
    use test_schema, only : run_schema_tests
    use test_simulation, only : run_simulation_tests
    use test_states, only : run_states_tests
@@ -45,6 +46,7 @@ contains
       if (wants("tangential")) call run_tangential_tests()
       if (wants("contact")) call run_contact_tests()
       if (wants("geometry")) call run_geometry_tests()
+      if (wants("rolling")) call run_rolling_tests()
       if (wants("dynamics")) call run_dynamics_tests()
       if (wants("bearing")) call run_bearing_tests()
       if (wants("integrate")) call run_integrate_tests()

@@ -13,6 +13,8 @@ module contensou_drivers_eval
    use contensou_base_schema, only : admits, kind_real
    use contensou_base_text, only : did_you_mean, join, lower, quote, strings
    use contensou_contact_catalogue, only : law_keys_type
+   use contensou_contact_creep, only : creep_model_type, creep_models, creep_type
+   use contensou_contact_creep_law, only : creep_spot, rolling_type
    use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
    use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_models, &
@@ -34,9 +36,9 @@ module contensou_drivers_eval
    public :: eval_command
 
    type(option_type), parameter :: options(*) = [ &
-      option_type("KERNEL", "", "elliptic, hertz, wrench, tangential, tangential_stiffness or " // &
-      "oblique_impact", needs="a kernel", &
-      choices="elliptic hertz wrench tangential tangential_stiffness oblique_impact"), &
+      option_type("KERNEL", "", "elliptic, hertz, wrench, creep, tangential, " // &
+      "tangential_stiffness or oblique_impact", needs="a kernel", &
+      choices="elliptic hertz wrench creep tangential tangential_stiffness oblique_impact"), &
       option_type("FILE", "", "CSV with a header; standard input if not given"), &
       option_type("--model", "NAME", "how the kernel is computed"), &
       option_type("--delta", "VELOCITY", &
@@ -58,7 +60,7 @@ module contensou_drivers_eval
 
    !> Names of the kernels.
    character(len=*), parameter :: kernels(*) = [character(len=20) :: "elliptic", "hertz", &
-      "wrench", "tangential", "tangential_stiffness", "oblique_impact"]
+      "wrench", "creep", "tangential", "tangential_stiffness", "oblique_impact"]
 
    character(len=*), parameter :: nl = new_line("a")
 
@@ -69,6 +71,10 @@ module contensou_drivers_eval
    !> Inputs of the kernel `wrench`.
    character(len=*), parameter :: wrench_inputs(*) = [character(len=2) :: &
       "N", "a", "b", "f", "vx", "vy", "w"]
+
+   !> Inputs of the kernel `creep`.
+   character(len=*), parameter :: creep_inputs(*) = [character(len=2) :: &
+      "N", "a", "b", "f", "G", "nu", "vx", "vy", "w", "cx", "cy"]
 
    !> Inputs of the kernel `tangential`.
    character(len=*), parameter :: tangential_inputs(*) = [character(len=5) :: &
@@ -81,7 +87,7 @@ module contensou_drivers_eval
    character(len=*), parameter :: oblique_inputs(*) = [character(len=4) :: "nu", "psi1"]
 
    !> Inputs that must not be negative: as many as the first ones of a kernel.
-   integer, parameter :: wrench_magnitudes = 4, stiffness_magnitudes = 3
+   integer, parameter :: wrench_magnitudes = 4, creep_magnitudes = 5, stiffness_magnitudes = 3
 
    !> What is evaluated for each row.
    type :: evaluation_type
@@ -99,6 +105,8 @@ module contensou_drivers_eval
       type(parameters_type) :: parameters
       !> Whether the derivatives of friction are wanted.
       logical :: jacobian = .false.
+      !> Law of creep; not allocated for another kernel.
+      class(creep_type), allocatable :: creep
       !> Which of the kernels of tangential elasticity; blank for another one.
       character(len=20) :: tangential = ""
       !> What the spot remembers from the rows before; without a contact for `oblique_impact`.
@@ -135,6 +143,7 @@ contains
          "wrench    N,a,b,f,vx,vy,w    Fx,Fy,Tz             contensou_exact, coulomb, pade11," // &
          nl // "                                                  pade22, contensou_simplified" // &
          nl // &
+         "creep     N,a,b,f,G,nu,vx,vy,w,cx,cy  to Fx,Fy,Tz   sliding" // nl // &
          "tangential            N,a,b,f,G,nu,dx,dy,twist   shells, spring" // nl // &
          "   to Fx,Fy,Tz,stored_energy,slip_work; the rows are a history, dx, dy and twist are" // &
          nl // "   where body 1 stands, from the unstrained contact on" // nl // &
@@ -184,6 +193,8 @@ contains
          call choose_hertz(config, evaluation, error)
       case ("wrench")
          call choose_wrench(config, evaluation, error)
+      case ("creep")
+         call choose_creep(config, evaluation, error)
       case default
          call choose_tangential(config, trim(kernels(i)), evaluation, error)
       end select
@@ -200,6 +211,8 @@ contains
          end if
       case ("hertz")
          call evaluate(table, hertz_inputs, "c,c1,a,b,N,p0", 6, evaluation, error)
+      case ("creep")
+         call evaluate(table, creep_inputs, "Fx,Fy,Tz", 3, evaluation, error)
       case ("tangential")
          call evaluate(table, tangential_inputs, "Fx,Fy,Tz,stored_energy,slip_work", 5, &
             evaluation, error)
@@ -309,6 +322,23 @@ contains
          .and. keys%keys(:keys%n)%key%name /= "friction_coefficient" &
          .and. keys%keys(:keys%n)%key%name /= "regularization_velocity")
    end subroutine choose_wrench
+
+   !> Choose a law of creep.
+   subroutine choose_creep(config, evaluation, error)
+      type(eval_config_type), intent(in) :: config
+      type(evaluation_type), intent(inout) :: evaluation
+      !> Set when there is no such law.
+      type(error_type), allocatable, intent(out) :: error
+      type(creep_model_type), allocatable :: models(:)
+      integer :: i
+
+      models = creep_models()
+      call choose("law of creep", config%model, "sliding", models%info%name, i, error)
+      if (allocated(error)) return
+      evaluation%magnitudes = creep_magnitudes
+      evaluation%magnitude_names = "N, a, b, f and G"
+      call models(i)%create(models(i)%completed(evaluation%parameters), evaluation%creep)
+   end subroutine choose_creep
 
    !> Choose a model of tangential elasticity.
    subroutine choose_tangential(config, kernel, evaluation, error)
@@ -439,6 +469,8 @@ contains
       else if (associated(evaluation%hertz)) then
          call evaluation%hertz(x(1), x(2), x(3), x(4), spot)
          y(:6) = [1.0_wp - spot%c1, spot%c1, spot%a, spot%b, spot%force, spot%pressure]
+      else if (allocated(evaluation%creep)) then
+         call creep_of_row(evaluation%creep, x, y)
       else if (evaluation%tangential == "tangential") then
          call evaluate_tangential(evaluation, x, y)
       else if (evaluation%tangential == "tangential_stiffness") then
@@ -449,6 +481,38 @@ contains
          call evaluate_wrench(evaluation, names, x, y)
       end if
    end subroutine evaluate_row
+
+   !> Wrench of a law of creep; the major axis may be either one.
+   subroutine creep_of_row(creep, x, wrench)
+      class(creep_type), intent(in) :: creep
+      !> N, a, b, f, G, nu, vx, vy, w, cx, cy.
+      real(wp), intent(in) :: x(:)
+      !> Fx, Fy [N], Tz [N m].
+      real(wp), intent(out) :: wrench(:)
+      type(rolling_type) :: at
+      real(wp) :: force(3)
+
+      wrench(:3) = ieee_value(wrench, ieee_quiet_nan)
+      if (.not. all(ieee_is_finite(x(2:3)))) return
+      if (.not. min(x(2), x(3)) > 0.0_wp) return
+      at%load = x(1)
+      at%a = max(x(2), x(3))
+      at%w = x(9)
+      if (x(3) > x(2)) then
+         at%vx = x(8)
+         at%vy = -x(7)
+         at%cx = x(11)
+         at%cy = -x(10)
+      else
+         at%vx = x(7)
+         at%vy = x(8)
+         at%cx = x(10)
+         at%cy = x(11)
+      end if
+      call creep%wrench(creep_spot(shape_of(x(2), x(3)), x(4), x(5), x(6)), at, force)
+      if (x(3) > x(2)) force(:2) = [-force(2), force(1)]
+      wrench(:3) = force
+   end subroutine creep_of_row
 
    !> Tangential stiffness of a spot whose major axis may be either one.
    subroutine stiffness_of_row(a, b, modulus, poisson, stiffness)

@@ -24,10 +24,12 @@ ELLIPTIC_MODELS = ["tables", "theta", "agm", "gsl"]
 HERTZ_MODELS = ["hertz", "tables", "newton", "brewe_hamrock", "greenwood"]
 VILKE_MODELS = ["vilke", "vilke_chord", "vilke_power", "vilke_exact"]
 WRENCH_MODELS = ["coulomb", "contensou_simplified", "pade11", "pade22", "contensou_exact"]
+CREEP_MODELS = ["sliding"]
 OUTPUTS = {
     "elliptic": INTEGRALS,
     "hertz": CONTACT,
     "wrench": WRENCH,
+    "creep": WRENCH,
     "tangential": [*WRENCH, "stored_energy", "slip_work"],
     "tangential_stiffness": ["kx", "ky", "kT"],
     "oblique_impact": ["psi2"],
@@ -36,6 +38,7 @@ INPUTS = {
     "elliptic": "c1",
     "hertz": "A,B,Estar,delta",
     "wrench": "N,a,b,f,vx,vy,w",
+    "creep": "N,a,b,f,G,nu,vx,vy,w,cx,cy",
     "tangential": "N,a,b,f,G,nu,dx,dy,twist",
     "tangential_stiffness": "a,b,G,nu",
     "oblique_impact": "nu,psi1",
@@ -44,6 +47,7 @@ GOOD_ROW = {
     "elliptic": "0.5",
     "hertz": "20,50,1e11,1e-6",
     "wrench": "2,1e-3,5e-4,0.3,0.1,0.02,50",
+    "creep": "2,1e-3,5e-4,0.3,8e10,0.3,1e-4,2e-5,0.05,1,0.25",
     "tangential": "2,1e-3,5e-4,0.3,8e10,0.3,1e-9,2e-9,1e-6",
     "tangential_stiffness": "1e-3,5e-4,8e10,0.3",
     "oblique_impact": "0.3,1.5",
@@ -604,6 +608,7 @@ def test_words_wrong(words, message, run):
         ("elliptic", ELLIPTIC_MODELS),
         ("hertz", [*HERTZ_MODELS, *VILKE_MODELS]),
         ("wrench", WRENCH_MODELS),
+        ("creep", CREEP_MODELS),
         ("tangential", ["shells", "spring"]),
         ("tangential_stiffness", ["mindlin"]),
         ("oblique_impact", ["shells", "spring"]),

@@ -1,0 +1,19 @@
+!> Table of the laws of creep.
+module contensou_contact_creep
+   use contensou_contact_creep_law, only : creep_model_type, creep_type
+   use contensou_contact_creep_sliding, only : full_sliding
+   implicit none(type, external)
+   private
+
+   public :: creep_type, creep_model_type, creep_models
+
+contains
+
+   !> The laws, in the order in which they are listed.
+   function creep_models() result(models)
+      type(creep_model_type), allocatable :: models(:)
+
+      models = [full_sliding()]
+   end function creep_models
+
+end module contensou_contact_creep

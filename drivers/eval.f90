@@ -14,7 +14,7 @@ module contensou_drivers_eval
    use contensou_base_text, only : did_you_mean, join, lower, quote, strings
    use contensou_contact_catalogue, only : law_keys_type
    use contensou_contact_creep, only : creep_model_type, creep_models, creep_type
-   use contensou_contact_creep_law, only : creep_spot, rolling_type
+   use contensou_contact_creep_law, only : creep_spot, passing_type
    use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
    use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_models, &
@@ -489,7 +489,7 @@ contains
       real(wp), intent(in) :: x(:)
       !> Fx, Fy [N], Tz [N m].
       real(wp), intent(out) :: wrench(:)
-      type(rolling_type) :: at
+      type(passing_type) :: at
       real(wp) :: force(3)
 
       wrench(:3) = ieee_value(wrench, ieee_quiet_nan)

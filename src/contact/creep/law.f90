@@ -25,7 +25,7 @@ module contensou_contact_creep_law
    implicit none(type, external)
    private
 
-   public :: creep_type, creep_model_type, creep_spot_type, creep_motion_type, rolling_type
+   public :: creep_type, creep_model_type, creep_spot_type, creep_motion_type, passing_type
    public :: creep_spot
 
    !> Number of velocities of the kernel: x, y, spin, rx, ry.
@@ -53,10 +53,10 @@ module contensou_contact_creep_law
    end type creep_spot_type
 
    !> Load, size and sliding of a spot, and what rolls through it.
-   type, extends(sliding_type) :: rolling_type
+   type, extends(sliding_type) :: passing_type
       !> Velocity of the material through the spot along the major and the minor axis [m/s].
       real(wp) :: cx = 0.0_wp, cy = 0.0_wp
-   end type rolling_type
+   end type passing_type
 
    !> Arguments of a kernel, in a common unit of velocity in which the largest is between 1/2 and 1.
    type :: creep_motion_type
@@ -130,7 +130,7 @@ contains
    pure subroutine wrench(self, spot, at, force)
       class(creep_type), intent(in) :: self
       type(creep_spot_type), intent(in) :: spot
-      type(rolling_type), intent(in) :: at
+      type(passing_type), intent(in) :: at
       !> Force along the major and the minor axis [N], torque about the normal [N m]: none without
       !> load, friction or motion; NaN outside the domain.
       real(wp), intent(out) :: force(3)
@@ -151,13 +151,13 @@ contains
    pure subroutine linearize(self, spot, at, force, slopes)
       class(creep_type), intent(in) :: self
       type(creep_spot_type), intent(in) :: spot
-      type(rolling_type), intent(in) :: at
+      type(passing_type), intent(in) :: at
       !> Force along the major and the minor axis [N], torque about the normal [N m].
       real(wp), intent(out) :: force(3)
       !> Derivative of component i by N, a, vx, vy, w, cx, cy.
       real(wp), intent(out) :: slopes(3, n_arguments)
       type(creep_motion_type) :: motion
-      type(rolling_type) :: loaded
+      type(passing_type) :: loaded
       real(wp) :: jacobian(3, n_velocities), rolling(3), unit(3), e0
       integer :: shift, i
       logical :: acts
@@ -195,7 +195,7 @@ contains
    !> Arguments of the kernel, unless the wrench is known without it.
    pure subroutine prepare(spot, at, motion, shift, acts, force)
       type(creep_spot_type), intent(in) :: spot
-      type(rolling_type), intent(in) :: at
+      type(passing_type), intent(in) :: at
       type(creep_motion_type), intent(out) :: motion
       !> The unit of velocity is 2**(-shift) m/s.
       integer, intent(out) :: shift
@@ -243,7 +243,7 @@ contains
    !> Scale of creepage e0 = f p0/G.
    pure real(wp) function creepage_scale(spot, at)
       type(creep_spot_type), intent(in) :: spot
-      type(rolling_type), intent(in) :: at
+      type(passing_type), intent(in) :: at
 
       creepage_scale = 1.5_wp*spot%coefficient*at%load/(pi*at%a**2*spot%shape%k*spot%modulus)
    end function creepage_scale

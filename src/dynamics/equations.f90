@@ -315,7 +315,7 @@ contains
       real(wp), intent(inout) :: damping_power
       type(contact_point_type) :: at
       type(contact_load_type) :: load
-      real(wp) :: gap, force(3), torque(3), velocity(3), spin(3), resolution, shape_force(6)
+      real(wp) :: gap, deepest, force(3), torque(3), velocity(3), spin(3), resolution, shape_force(6)
       integer :: trouble
 
       associate (a => self%pose(contact%a), b => self%pose(contact%b))
@@ -329,8 +329,9 @@ contains
          if (gap >= 0.0_wp) return
          contact%felt = max(contact%felt, -gap)
          if (-gap > contact%law%largest_approach) then
-            self%too_deep = index
-            self%outside = -gap > far_beyond*contact%law%largest_approach
+            deepest = contact%deepest(a, b, gap)
+            if (-gap > deepest) self%too_deep = index
+            self%outside = -gap > far_beyond*deepest
             if (self%outside) return
          end if
          call contact%locate(a, b, gap, at)

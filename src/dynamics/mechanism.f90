@@ -97,6 +97,8 @@ module contensou_dynamics_mechanism
       procedure :: find_gap
       procedure :: locate
       procedure :: follow
+      procedure :: curvatures_vary
+      procedure :: deepest
       procedure :: shape_force
       procedure :: own
       procedure :: local_states
@@ -231,6 +233,34 @@ contains
       call self%law%normal%follow(at%curvature_a, at%curvature_b)
       if (ieee_is_nan(self%law%normal%axis_a)) trouble = trouble_no_spot
    end subroutine follow
+
+   !> Largest approach that Hertz's theory admits where the surfaces touch [m]. Where curvatures vary
+   !> it goes by the largest relative curvature there, which for two convex surfaces is at least the
+   !> larger one of them; nowhere is it less than that of the smallest radius of the pair.
+   real(wp) function deepest(self, a, b, gap)
+      !> The contact; its gap was just found.
+      class(contact_type), intent(inout) :: self
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      real(wp), intent(in) :: gap
+      type(contact_point_type) :: at
+
+      deepest = self%law%largest_approach
+      associate (geometry => self%law%geometry)
+         if (geometry%constant_curvatures .or. geometry%into_hollow > 0.0_wp) return
+         if (-gap <= deepest .or. self%track%lost) return
+         call self%locate(a, b, gap, at)
+         if (.not. at%curvature_b > 0.0_wp) return
+         deepest = deepest*max(1.0_wp, 0.5_wp/(at%curvature_b*geometry%smallest_radius()))
+      end associate
+   end function deepest
+
+   !> Whether the elastic energy depends on the pose through the curvatures, too.
+   elemental logical function curvatures_vary(self)
+      class(contact_type), intent(in) :: self
+
+      curvatures_vary = .not. (self%rigid .or. self%law%geometry%constant_curvatures)
+   end function curvatures_vary
 
    !> Force and torque on B about the contact point by which the elastic energy resists a change of
    !> the curvatures [N, N m].

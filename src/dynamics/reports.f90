@@ -37,6 +37,9 @@ module contensou_dynamics_reports
       real(wp) :: semi_axes(2) = 0.0_wp
       !> Elastic energy of the spot [J].
       real(wp) :: elastic_energy = 0.0_wp
+      !> Force on B [N] and torque about the contact point [N m] by which the elastic energy resists
+      !> a change of the curvatures, inertial frame.
+      real(wp) :: curvature_force(6) = 0.0_wp
       !> Energy stored in the states of damping and friction [J]: of what these took, so much is not
       !> lost.
       real(wp) :: stored_damping = 0.0_wp, stored_friction = 0.0_wp
@@ -147,6 +150,8 @@ contains
          row%spin = dot_product(now%spin, row%at%normal)
          row%semi_axes = [law%normal%major_axis(-row%at%gap), law%normal%minor_axis(-row%at%gap)]
          row%elastic_energy = law%normal%energy(-row%at%gap)
+         if (contact%curvatures_vary()) call contact%shape_force(system%pose(contact%a), &
+            system%pose(contact%b), row%at, row%curvature_force)
       end associate
    end subroutine report_contact
 

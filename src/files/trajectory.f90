@@ -41,7 +41,7 @@ module contensou_files_trajectory
    character(len=*), parameter :: filetype = "contensou-trajectory"
 
    !> Version of the format: the second number grows with additions, the first with changes.
-   character(len=*), parameter :: filetype_version = "1.5"
+   character(len=*), parameter :: filetype_version = "1.6"
 
    !> Suffix of a file that is not complete.
    character(len=*), parameter :: part_suffix = ".part"

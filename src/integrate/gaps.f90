@@ -327,28 +327,42 @@ contains
       type(march_type), intent(inout) :: self
       !> Whether a contact of the accepted state is too deep, not only one of a trial.
       logical, intent(out) :: too_deep
-      real(wp), dimension(self%motion%n_events) :: gap, limit
       type(bisection_type) :: search
+      integer :: deep
+
+      deep = deepest_of(self)
+      too_deep = deep > 0
+      if (.not. too_deep) return
+      call search%begin(self%t_before, self%memory%t, steps=60)
+      do while (search%goes_on)
+         call self%integrator%interpolate(search%middle, self%memory%y)
+         deep = deepest_of(self)
+         if (deep > 0) self%motion%system%too_deep = deep
+         call search%narrow(deep > 0)
+      end do
+      self%memory%t = search%high
+      call self%integrator%interpolate(search%high, self%memory%y)
+   end subroutine find_depth
+
+   !> The contact that is the most too deep in the state reached; 0 if none is.
+   integer function deepest_of(self) result(deep)
+      !> The march; the workspace of its system is changed.
+      type(march_type), intent(inout) :: self
+      real(wp), dimension(self%motion%n_events) :: gap, excess
       integer :: i
 
-      associate (system => self%motion%system, y => self%memory%y)
-         limit = [(system%contacts(i)%law%largest_approach, i=1, size(limit))]
-         call system%gaps(y, gap)
-         too_deep = any(-gap > limit)
-         if (.not. too_deep) return
-         call search%begin(self%t_before, self%memory%t, steps=60)
-         do while (search%goes_on)
-            call self%integrator%interpolate(search%middle, y)
-            call system%gaps(y, gap)
-            associate (deep => any(-gap > limit))
-               if (deep) system%too_deep = maxloc(-gap - limit, dim=1)
-               call search%narrow(deep)
+      associate (system => self%motion%system)
+         call system%gaps(self%memory%y, gap)
+         do i = 1, size(gap)
+            associate (contact => system%contacts(i))
+               excess(i) = -gap(i) - contact%deepest(system%pose(contact%a), &
+                  system%pose(contact%b), gap(i))
             end associate
          end do
-         self%memory%t = search%high
-         call self%integrator%interpolate(search%high, y)
       end associate
-   end subroutine find_depth
+      deep = 0
+      if (any(excess > 0.0_wp)) deep = maxloc(excess, dim=1)
+   end function deepest_of
 
    !> First time within the step at which an open gap that falls and rises again is closed; a time
    !> after the step if there is none.

@@ -302,7 +302,7 @@ contains
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(contact_point_type) :: at
-      real(wp) :: gap
+      real(wp) :: gap, deepest
       integer :: trouble
 
       if (ieee_is_nan(contact%law%normal%stiffness)) then
@@ -325,10 +325,11 @@ contains
             short(touching_gap(contact)) // " m, or a positive one" // what_helps())
          return
       end if
-      if (-gap > contact%law%largest_approach) then
+      deepest = contact%deepest(pose_a, pose_b, gap)
+      if (-gap > deepest) then
          call diagnostics%add(place, "the surfaces of contact " // quote(spec%name) // &
             " overlap by " // short(-gap) // " m at the beginning", "at most " // &
-            short(contact%law%largest_approach) // " m, " // short(largest_relative_approach) // &
+            short(deepest) // " m, " // short(largest_relative_approach) // &
             " of the smallest radius of curvature" // less_in_hollow() // what_helps())
          return
       end if

@@ -8,7 +8,7 @@ module contensou_study_case
    use contensou_integrate_observer, only : event_touch, observer_type
    use contensou_integrate_motion, only : motion_type
    use contensou_study_quantities, only : row_quantities, row_type
-   use contensou_study_quantity, only : quantity_type
+   use contensou_study_quantity, only : if_rolling, quantity_type
    use contensou_study_simulation, only : simulation_type
    use contensou_study_summary, only : summary_type
    implicit none(type, external)
@@ -93,7 +93,7 @@ contains
       self%outline => outline
       wanted%contact_geometry = .true.
       quantities = row_quantities()
-      wanted%rolling = any(quantities(outline%place(outline%timed))%of_rolling)
+      wanted%rolling = any(quantities(outline%place(outline%timed))%there == if_rolling)
       call self%row%prepare(motion%system, wanted)
       allocate(self%events(e_lifts, motion%n_events))
       self%events = ieee_value(1.0_wp, ieee_quiet_nan)

@@ -10,7 +10,8 @@ module contensou_study_quantities
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_reports, only : creepages, rolling_of
    use contensou_dynamics_scene, only : output_spec_type, turns_by_drive
-   use contensou_study_quantity, only : moment_type, quantity_type
+   use contensou_study_quantity, only : if_curvatures_vary, if_driven, if_geometry, if_memory, &
+      if_rolling, if_states, moment_type, quantity_type
    implicit none(type, external)
    private
 
@@ -71,10 +72,10 @@ contains
          "energy supplied by applied loads and prescribed motions so far", work_applied), &
          quantity_type("drive_force", "body xyz", "N", &
          "force that keeps a prescribed motion against the contacts, inertial frame", &
-         drive_force, of_drives=.true.), &
+         drive_force, there=if_driven), &
          quantity_type("drive_torque", "body xyz", "N m", "torque about the centre of mass " // &
          "that keeps a prescribed rotation against the contacts, inertial frame", &
-         drive_torque, of_drives=.true.), &
+         drive_torque, there=if_driven), &
          quantity_type("energy_error", "", "J", &
          "residual of the energy balance since the beginning", energy_error), &
          quantity_type("gap", "contact", "m", &
@@ -90,33 +91,39 @@ contains
          "spin of B against A about the normal; zero while open", spin), &
          quantity_type("semi_axes", "contact axis", "m", "semi-axes of the contact spot", &
          semi_axes), &
+         quantity_type("curvature_force", "contact xyz", "N", &
+         "force on body B by which the elastic energy resists a change of the curvatures, " // &
+         "inertial frame", curvature_force, there=if_curvatures_vary), &
+         quantity_type("curvature_torque", "contact xyz", "N m", &
+         "torque of it on body B about the contact point, inertial frame", curvature_torque, &
+         there=if_curvatures_vary), &
          quantity_type("contact_point", "contact xyz", "m", "contact point, inertial frame", &
-         contact_point, of_geometry=.true.), &
+         contact_point, there=if_geometry), &
          quantity_type("contact_normal", "contact xyz", "1", &
-         "unit normal from A into B, inertial frame", contact_normal, of_geometry=.true.), &
+         "unit normal from A into B, inertial frame", contact_normal, there=if_geometry), &
          quantity_type("major_direction", "contact xyz", "1", &
          "unit tangent along the major axis of the spot, inertial frame", major_direction, &
-         of_geometry=.true.), &
+         there=if_geometry), &
          quantity_type("energy_tangential", "", "J", &
          "elastic energy of shear and twist of the contacts, part of energy_elastic", &
-         energy_tangential, of_elasticity=.true.), &
+         energy_tangential, there=if_memory), &
          quantity_type("stuck_share", "contact", "1", "share of the area of the spot that has " // &
-         "not slipped in the step of the integration", stuck_share, of_elasticity=.true.), &
+         "not slipped in the step of the integration", stuck_share, there=if_memory), &
          quantity_type("tangential_displacement", "contact xyz", "m", &
          "elastic displacement of B against A in the tangent plane, inertial frame", &
-         tangential_displacement, of_elasticity=.true.), &
+         tangential_displacement, there=if_memory), &
          quantity_type("rolling_velocity", "contact xyz", "m s-1", "velocity at which the " // &
          "material of A and B passes the spot, mean of the two, inertial frame; zero while open", &
-         rolling_velocity, of_rolling=.true.), &
+         rolling_velocity, there=if_rolling), &
          quantity_type("longitudinal_creepage", "contact", "1", "slip velocity along the " // &
          "direction of rolling over the rolling velocity; NaN where nothing rolls", &
-         longitudinal_creepage, of_rolling=.true.), &
+         longitudinal_creepage, there=if_rolling), &
          quantity_type("lateral_creepage", "contact", "1", "slip velocity along normal x " // &
          "direction of rolling over the rolling velocity; NaN where nothing rolls", &
-         lateral_creepage, of_rolling=.true.), &
+         lateral_creepage, there=if_rolling), &
          quantity_type("spin_creepage", "contact", "m-1", &
          "spin over the rolling velocity; NaN where nothing rolls", spin_creepage, &
-         of_rolling=.true.)]
+         there=if_rolling)]
       lists = part_states()
       do i = 1, size(lists)
          do j = 1, lists(i)%n
@@ -125,7 +132,7 @@ contains
                row = quantity_type(item%name, "contact", item%units, item%long_name, of_part)
                if (item%tangent) row%dims = "contact xyz"
             end associate
-            row%of_states = .true.
+            row%there = if_states
             rows = [rows, row]
          end do
       end do
@@ -160,12 +167,24 @@ contains
             self%width(i) = self%components(i)
             if (q%owner() == "body") self%width(i) = self%width(i)*size(system%bodies)
             if (q%owner() == "contact") self%width(i) = self%width(i)*size(system%contacts)
-            self%has(i) = .not. q%of_drives .or. any(turns_by_drive(system%bodies%motion))
-            if (q%of_geometry) self%has(i) = output%contact_geometry
-            if (q%of_elasticity) self%has(i) = system%remembers
-            if (q%of_rolling) self%has(i) = output%rolling
-            if (q%of_states) self%has(i) = any([(system%contacts(j)%states%place(q%name) >= 0, &
-               j=1, size(system%contacts))])
+            select case (q%there)
+             case (if_driven)
+               self%has(i) = any(turns_by_drive(system%bodies%motion))
+             case (if_geometry)
+               self%has(i) = output%contact_geometry
+             case (if_memory)
+               self%has(i) = system%remembers
+             case (if_rolling)
+               self%has(i) = output%rolling
+             case (if_states)
+               self%has(i) = any([(system%contacts(j)%states%place(q%name) >= 0, &
+                  j=1, size(system%contacts))])
+             case (if_curvatures_vary)
+               self%has(i) = any([(system%contacts(j)%curvatures_vary(), &
+                  j=1, size(system%contacts))])
+             case default
+               self%has(i) = .true.
+            end select
             if (.not. self%has(i)) self%width(i) = 0
          end associate
          self%start(i) = before
@@ -427,6 +446,24 @@ contains
 
       values = at%contact(i)%semi_axes
    end subroutine semi_axes
+
+   subroutine curvature_force(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%contact(i)%curvature_force(1:3)
+   end subroutine curvature_force
+
+   subroutine curvature_torque(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%contact(i)%curvature_force(4:6)
+   end subroutine curvature_torque
 
    subroutine energy_tangential(self, at, i, values)
       class(quantity_type), intent(in) :: self

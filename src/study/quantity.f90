@@ -12,6 +12,13 @@ module contensou_study_quantity
    private
 
    public :: quantity_type, moment_type
+   public :: always, if_driven, if_geometry, if_memory, if_states, if_curvatures_vary, if_rolling
+
+   !> When a quantity is there: in every scene, or only if a body is driven, rows are to have the
+   !> geometry of contacts, a contact has tangential elasticity, the state that the quantity is, or
+   !> surfaces whose curvatures vary, or rows are to tell what rolls.
+   integer, parameter :: always = 0, if_driven = 1, if_geometry = 2, if_memory = 3, if_states = 4, &
+      if_curvatures_vary = 5, if_rolling = 6
 
    !> All that is known of a motion at a time; procedures of quantities take their values from it.
    type :: moment_type
@@ -53,16 +60,8 @@ module contensou_study_quantity
       procedure(fill_interface), pointer :: fill => null()
       !> Description in the summary, of the value at the end; blank if it is not in there.
       character(len=64) :: final = ""
-      !> Whether it is there only if a body is driven.
-      logical :: of_drives = .false.
-      !> Whether it is the geometry of a contact, which rows can do without.
-      logical :: of_geometry = .false.
-      !> Whether it is a state of a part of contacts, and there only if a contact has it.
-      logical :: of_states = .false.
-      !> Whether it is there only if a contact has tangential elasticity.
-      logical :: of_elasticity = .false.
-      !> Whether it is about what rolls, which rows hold if told so.
-      logical :: of_rolling = .false.
+      !> When it is there.
+      integer :: there = always
    contains
       !> Number of components per body or contact.
       procedure :: components

@@ -298,7 +298,7 @@ contains
       !> What the integrator says.
       character(len=*), intent(in) :: reason
       character(len=:), allocatable :: text
-      real(wp) :: gap(size(system%contacts)), rate(size(system%contacts))
+      real(wp) :: gap(size(system%contacts)), rate(size(system%contacts)), deepest
       integer :: i, deep
 
       deep = system%too_deep
@@ -322,12 +322,15 @@ contains
       end if
       if (deep > 0) then
          ! A trial of the integrator may have been too deep, too.
-         if (-gap(deep) < 0.5_wp*system%contacts(deep)%law%largest_approach) deep = 0
+         associate (contact => system%contacts(deep))
+            deepest = contact%deepest(system%pose(contact%a), system%pose(contact%b), gap(deep))
+         end associate
+         if (-gap(deep) < 0.5_wp*deepest) deep = 0
       end if
       if (deep > 0) then
          text = text // new_line("a") // "  contact " // quote(name_of(scene, deep)) // &
             " is pressed deeper than " // &
-            number_text(system%contacts(deep)%law%largest_approach, 3) // " m, a tenth of " // &
+            number_text(deepest, 3) // " m, a tenth of " // &
             "its radius, beyond Hertz's theory: a stiffer material, a slower " // &
             "impact or a smaller mass keeps it inside"
       else

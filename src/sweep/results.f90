@@ -7,7 +7,7 @@ module contensou_sweep_results
    use contensou_contact_parts, only : owns_state
    use contensou_dynamics_scene, only : turns_by_drive
    use contensou_study_quantities, only : final_quantities, row_quantities
-   use contensou_study_quantity, only : quantity_type
+   use contensou_study_quantity, only : if_driven, if_memory, if_states, quantity_type
    use contensou_study_summary, only : summary_quantities, summary_stop
    use contensou_study_case, only : event_names, source_event, source_state, source_summary, &
       source_value
@@ -269,14 +269,14 @@ contains
       components = quantity%components()
       column%units = trim(quantity%units)
       column%long_name = trim(quantity%name)
-      if (quantity%of_drives .and. &
+      if (quantity%there == if_driven .and. &
          .not. any(turns_by_drive(sweep%scene%bodies%motion))) call diagnostics%add( &
          group%place("dataset", 1), "no body of the scene is driven", &
          "a body with another motion")
-      if (quantity%of_elasticity .and. all(sweep%scene%contacts%tangential == 1)) call &
+      if (quantity%there == if_memory .and. all(sweep%scene%contacts%tangential == 1)) call &
          diagnostics%add(group%place("dataset", 1), &
          "no contact of the scene has tangential elasticity", "tangential = 'elastic'")
-      if (quantity%of_states) then
+      if (quantity%there == if_states) then
          if (.not. any([(owns_state([sweep%scene%contacts(i)%normal, &
             sweep%scene%contacts(i)%damping, sweep%scene%contacts(i)%friction, &
             sweep%scene%contacts(i)%rolling, sweep%scene%contacts(i)%tangential], quantity%name), &

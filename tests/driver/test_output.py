@@ -17,12 +17,14 @@ from programs import captured
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def columns_of_the_manual():
+def columns_of_the_manual(of_all_scenes=False):
     """The columns that docs/output.md tells of: dimensions (scales of the same group) and units."""
     columns = {}
     for line in (ROOT / "docs" / "output.md").read_text(encoding="utf-8").splitlines():
         if line.startswith("| `/trajectory/"):
-            names, dims, units = [cell.strip() for cell in line.split("|")[1:4]]
+            names, dims, units, text = [cell.strip() for cell in line.split("|")[1:5]]
+            if of_all_scenes and "only in files of scenes" in text:
+                continue
             for name in re.findall(r"`(?:/trajectory/)?(\w+)`", names):
                 columns[name] = (tuple(dims.split(", ")[1:]), units)
     return columns
@@ -33,8 +35,8 @@ COLUMNS = columns_of_the_manual()
 ASKED_FOR = [name for name in COLUMNS if name.startswith("rolling_") or name.endswith("_creepage")]
 TRAJECTORY = {
     name: row
-    for name, row in COLUMNS.items()
-    if not name.startswith("drive_") and name not in ASKED_FOR
+    for name, row in columns_of_the_manual(of_all_scenes=True).items()
+    if name not in ASKED_FOR
 }
 FIXED = {
     "/body/mass": (("name",), "kg"),

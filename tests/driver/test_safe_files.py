@@ -241,7 +241,7 @@ def test_columns_have_checksums(run, files):
     with h5py.File(files / "run.h5") as file:
         assert all(data.fletcher32 for data in file["trajectory"].values() if data.chunks)
         assert file["events/time"].fletcher32
-        assert file.attrs["filetype_version"] == "1.5"
+        assert file.attrs["filetype_version"] == "1.6"
     with h5py.File(files / "table.h5") as file:
         assert file["results/steps"].fletcher32
         assert file["case"].fletcher32

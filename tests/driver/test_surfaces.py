@@ -228,3 +228,81 @@ def test_ball_that_rolls_over_an_apex_ends_the_run(run, tmp_path):
     result = run("run", "scene.nml", "-q")
     assert result.status == 1
     assert "the apex of the cone touches, where its surface has no curvature" in result.err
+
+
+DRIVEN = """\
+&scene gravity = 3*0, t_end = 0.005 /
+&material name = 'rubber', young = 1.0e6, poisson = 0.4 /
+&body name = 'egg', mass = 1, inertia = 3*1, position = 0.01, 0.003, 0.0287,
+       spin = 30, 20, 7, motion = 'prescribed' /
+&surface name = 'egg', body = 'egg', shape = 'ellipsoid', semi_axes = 0.02, 0.025, 0.03,
+         material = 'rubber' /
+&body name = 'plate', mass = 1e9, inertia = 3*1e9 /
+&surface name = 'floor', body = 'plate', shape = 'ellipsoid', semi_axes = 0.1, 0.05, 0.03,
+         centre = 0, 0, -0.03, material = 'rubber' /
+&contact name = 'touch', surfaces = {surfaces}, friction = 'contensou_exact',
+         friction_coefficient = 0.3, rolling = 'constant', rolling_coefficient = 1e-4,
+         rolling_regularization = 1e-6 /
+&output file = 'driven.h5', interval = 1.0e-4 /
+"""
+
+
+@pytest.mark.parametrize("first", ["floor", "egg"])
+def test_forces_of_varying_curvatures_are_told(first, simulate, tmp_path):
+    """What a drive must hold is the sum of the forces and torques in the file, to rounding."""
+    surfaces = "'floor', 'egg'" if first == "floor" else "'egg', 'floor'"
+    simulate(DRIVEN.replace("{surfaces}", surfaces))
+    with h5py.File(tmp_path / "out.h5") as file:
+        rows = {name: values[:] for name, values in file["trajectory"].items()}
+    sign = 1.0 if first == "floor" else -1.0
+    normal = rows["contact_normal"][:, 0]
+    force = rows["normal_force"][:, 0, None] * normal + rows["friction_force"][:, 0]
+    total = force + rows["curvature_force"][:, 0]
+    held = rows["drive_force"][:, 0]
+    scale = np.abs(held).max()
+    assert np.abs(held + sign * total).max() < 1e-12 * scale
+    assert np.all(rows["normal_force"] > 0)
+    # They are small beside the rest, but not to rounding.
+    assert np.abs(held + sign * force).max() > 1e-5 * scale
+    assert np.abs(rows["curvature_torque"]).max() > 1e-6 * scale
+    arm = rows["contact_point"][:, 0] - rows["position"][:, 0]
+    torque = rows["friction_torque"][:, 0, None] * normal + rows["curvature_torque"][:, 0]
+    rolling = -rows["drive_torque"][:, 0] * sign - np.cross(arm, total) - torque
+    # What is left is the rolling resistance, in the tangent plane and of known size.
+    size = 1e-4 * rows["normal_force"][:, 0]
+    assert np.abs(np.linalg.norm(rolling, axis=1) - size).max() < 1e-9 * size.max()
+
+
+def test_no_forces_of_curvatures_where_these_are_constant(simulate, tmp_path):
+    scene = SCENE.format(
+        t_end=0.01, pose="position = 0, 0, 0.01", first=BALL, second=FLOOR, contact="", interval=1e-3
+    )
+    simulate(scene)
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert "curvature_force" not in file["trajectory"]
+
+
+NEEDLE = """\
+&scene gravity = 0, 0, -9.81, t_end = 1.0e-4 /
+&material name = 'steel', young = 2.1e11, poisson = 0.3 /
+&body name = 'needle', mass = 1.0e-2, inertia = 1e-3, 1e-3, 1e-8, position = 0, 0, {height}{turn} /
+&surface name = 'needle', body = 'needle', shape = 'ellipsoid', semi_axes = 1e-3, 1e-3, 1,
+         material = 'steel' /
+&surface name = 'floor', body = 'ground', shape = 'plane', material = 'steel' /
+&contact name = 'touch', surfaces = 'needle', 'floor' /
+&output file = 'needle.h5', interval = 1.0e-5 /
+"""
+
+
+def test_the_limit_of_the_approach_goes_by_the_curvature_where_it_touches(run, tmp_path):
+    """A needle of 1 mm has radii of 1 mm at its waist and of 1 um at its tip."""
+    lies = ", axis = 0, 1, 0, angle = 1.5707963267948966"
+    for height, turn, status, text in [
+        ("0.99e-3", lies, 0, ""),
+        ("0.89e-3", lies, 2, "at most 1.000E-04 m"),
+        ("0.99999", "", 2, "at most 1.000E-07 m"),
+    ]:
+        (tmp_path / "needle.nml").write_text(NEEDLE.format(height=height, turn=turn))
+        result = run("run", "needle.nml", "--force")
+        assert result.status == status, result.err
+        assert text in result.err

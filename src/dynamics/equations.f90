@@ -315,7 +315,8 @@ contains
       real(wp), intent(inout) :: damping_power
       type(contact_point_type) :: at
       type(contact_load_type) :: load
-      real(wp) :: gap, deepest, force(3), torque(3), velocity(3), spin(3), resolution, shape_force(6)
+      real(wp) :: gap, deepest, force(3), torque(3), velocity(3), spin(3), resolution
+      real(wp) :: shape_force(6)
       integer :: trouble
 
       associate (a => self%pose(contact%a), b => self%pose(contact%b))

@@ -234,9 +234,10 @@ contains
       if (ieee_is_nan(self%law%normal%axis_a)) trouble = trouble_no_spot
    end subroutine follow
 
-   !> Largest approach that Hertz's theory admits where the surfaces touch [m]. Where curvatures vary
-   !> it goes by the largest relative curvature there, which for two convex surfaces is at least the
-   !> larger one of them; nowhere is it less than that of the smallest radius of the pair.
+   !> Largest approach that Hertz's theory admits where the surfaces touch [m]. Where curvatures
+   !> vary it goes by the largest relative curvature there, which for two convex surfaces is at
+   !> least the larger one of them; nowhere is it less than that of the smallest radius of the
+   !> pair.
    real(wp) function deepest(self, a, b, gap)
       !> The contact; its gap was just found.
       class(contact_type), intent(inout) :: self

@@ -168,21 +168,21 @@ contains
             if (q%owner() == "body") self%width(i) = self%width(i)*size(system%bodies)
             if (q%owner() == "contact") self%width(i) = self%width(i)*size(system%contacts)
             select case (q%there)
-             case (if_driven)
+            case (if_driven)
                self%has(i) = any(turns_by_drive(system%bodies%motion))
-             case (if_geometry)
+            case (if_geometry)
                self%has(i) = output%contact_geometry
-             case (if_memory)
+            case (if_memory)
                self%has(i) = system%remembers
-             case (if_rolling)
+            case (if_rolling)
                self%has(i) = output%rolling
-             case (if_states)
+            case (if_states)
                self%has(i) = any([(system%contacts(j)%states%place(q%name) >= 0, &
                   j=1, size(system%contacts))])
-             case (if_curvatures_vary)
+            case (if_curvatures_vary)
                self%has(i) = any([(system%contacts(j)%curvatures_vary(), &
                   j=1, size(system%contacts))])
-             case default
+            case default
                self%has(i) = .true.
             end select
             if (.not. self%has(i)) self%width(i) = 0

@@ -275,7 +275,12 @@ def test_forces_of_varying_curvatures_are_told(first, simulate, tmp_path):
 
 def test_no_forces_of_curvatures_where_these_are_constant(simulate, tmp_path):
     scene = SCENE.format(
-        t_end=0.01, pose="position = 0, 0, 0.01", first=BALL, second=FLOOR, contact="", interval=1e-3
+        t_end=0.01,
+        pose="position = 0, 0, 0.01",
+        first=BALL,
+        second=FLOOR,
+        contact="",
+        interval=1e-3,
     )
     simulate(scene)
     with h5py.File(tmp_path / "out.h5") as file:

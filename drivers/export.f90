@@ -17,36 +17,43 @@ module contensou_drivers_export
    type(option_type), parameter :: options(*) = [ &
       option_type("FILE.h5", "", "output file of a run, a sweep or a cost study", needs="a file"), &
       option_type("--to", "FORMAT", "csv: comma-separated values, a line for each row; gltf: " // &
-      "bodies that move, glTF 2 in one file (.glb); vtk: with forces and spots (.vtkhdf)", &
-      needs="a format", choices="csv gltf vtk"), &
+      "bodies that move, glTF 2 in one file (.glb); vtk: with forces and spots (.vtkhdf); " // &
+      "video: a film (.mp4), or its frames in a folder", &
+      needs="a format", choices="csv gltf vtk video"), &
       option_type("--csv", "", "the same as --to csv"), &
+      option_type("--video", "", "the same as --to video"), &
       option_type("--output", "FILE", "file to write; if not given the terminal for csv, else " // &
       "a file beside FILE.h5", "-o", "the name of a file"), &
       option_type("--columns", "NAMES", "columns, separated by commas, in their order; names " // &
       "of data sets or columns, * for any characters, ? for one; default all", "-c", &
       "names of columns", repeats=.true.), &
       option_type("--list", "", "list the columns, their units and meanings instead"), &
-      option_type("--from", "T", "gltf, vtk: begin at this time [s]", needs="a time [s]", &
+      option_type("--from", "T", "gltf, vtk, video: begin at this time [s]", needs="a time [s]", &
       takes=takes_number), &
-      option_type("--until", "T", "gltf, vtk: end at this time [s]", needs="a time [s]", &
+      option_type("--until", "T", "gltf, vtk, video: end at this time [s]", needs="a time [s]", &
       takes=takes_number), &
       option_type("--frames", "N", "vtk: so many rows, evenly spread; default 500", &
       needs="a whole number from 1 to 999999", takes=takes_count), &
       option_type("--all", "", "gltf, vtk: all rows; gltf else has those that it takes to be " // &
       "within 1 degree and a thousandth of the scene"), &
+      option_type("--rate", "R", "video: frames a second; default 30", &
+      needs="a number > 0", takes=takes_number), &
+      option_type("--speed", "S", "video: so many times as fast as real time; default 1", &
+      needs="a number > 0", takes=takes_number), &
+      option_type("--size", "WxH", "video: pixels, even numbers; default 1280x720", &
+      needs="pixels as 1280x720"), &
+      option_type("--camera", "NAME", "video: what the camera does; default follow", &
+      needs="a camera", choices="orbit follow ride fit"), &
       option_type("--force", "", "replace an existing file")]
 
    !> Formats that can be written, and the endings of files that tell them.
-   character(len=*), parameter :: formats(*) = [character(len=4) :: "csv", "gltf", "vtk"]
-   character(len=*), parameter :: endings(*) = [character(len=6) :: "csv", "glb", "vtkhdf"]
+   character(len=*), parameter :: formats(*) = [character(len=5) :: "csv", "gltf", "vtk", "video"]
+   character(len=*), parameter :: endings(*) = [character(len=6) :: "csv", "glb", "vtkhdf", "mp4"]
 
-   !> What writes formats of bodies.
-   character(len=*), parameter :: tool = "contensou-export"
-
-   !> Options of formats of bodies, and how many of them have a value, the first ones.
+   !> Options of formats of bodies, and those of films alone, which are some of the former.
    character(len=*), parameter :: options_of_bodies(*) = [character(len=11) :: "--from", &
-      "--until", "--frames", "--all"]
-   integer, parameter :: with_value = 3
+      "--until", "--frames", "--all", "--rate", "--speed", "--size", "--camera"]
+   character(len=*), parameter :: options_of_films(*) = options_of_bodies(5:)
 
    !> What the user asks for, in the words of the options.
    type :: export_config_type
@@ -111,6 +118,7 @@ contains
       call split_at_commas(line%texts("--columns"), config%columns)
       config%format = line%text("--to")
       if (config%format == "" .and. line%has("--csv")) config%format = "csv"
+      if (config%format == "" .and. line%has("--video")) config%format = "video"
       if (config%format == "") then
          ! The name of the file tells it, if it can.
          dot = index(config%output, ".", back=.true.)
@@ -132,14 +140,20 @@ contains
             status_usage)
       else if (line%has("--csv") .and. config%format /= "csv") then
          call fatal(error, "--csv and --to " // config%format // " are two formats", status_usage)
+      else if (line%has("--video") .and. config%format /= "video") then
+         call fatal(error, "--video and --to " // config%format // " are two formats", status_usage)
       else if (config%format /= "csv" .and. line%has("--columns")) then
          call fatal(error, "--columns is for csv; " // config%format // " has the bodies", &
             status_usage)
       end if
       do i = 1, size(options_of_bodies)
-         if (allocated(error) .or. config%format /= "csv") exit
-         if (line%has(trim(options_of_bodies(i)))) call fatal(error, &
-            trim(options_of_bodies(i)) // " is not for csv", status_usage)
+         if (allocated(error)) exit
+         associate (name => options_of_bodies(i))
+            if (.not. line%has(trim(name))) cycle
+            if (config%format == "csv" .or. (any(options_of_films == name) .neqv. &
+               (config%format == "video")) .and. i > 2) call fatal(error, trim(name) // &
+               " is not for " // config%format, status_usage)
+         end associate
       end do
    end subroutine configure
 
@@ -177,20 +191,25 @@ contains
       !> Set when that is not found.
       type(error_type), allocatable, intent(out) :: error
       type(string_type) :: words(6 + 2*size(options_of_bodies))
-      character(len=:), allocatable :: name, trouble
+      character(len=:), allocatable :: name, tool, trouble
       integer :: i, n
 
       n = 0
-      call put("--to=" // config%format)
+      if (config%format == "video") then
+         tool = "contensou-video"
+      else
+         tool = "contensou-export"
+         call put("--to=" // config%format)
+      end if
       if (config%output /= "") call put("--output=" // config%output)
       if (config%force) call put("--force")
       do i = 1, size(options_of_bodies)
          name = trim(options_of_bodies(i))
          if (.not. line%has(name)) cycle
-         if (i <= with_value) then
-            call put(name // "=" // line%text(name))
-         else
+         if (name == "--all") then
             call put(name)
+         else
+            call put(name // "=" // line%text(name))
          end if
       end do
       ! No name of a file is an option.

@@ -16,7 +16,7 @@ from typing import BinaryIO
 import numpy as np
 
 from lib import gltf, seal, style, viewing, vtkhdf
-from lib.results import ResultError, open_file
+from lib.results import ResultError, check_output, default_output, open_file
 
 # As those of the program: bad usage, and files that cannot be read or written.
 STATUS_USAGE, STATUS_FILE = 2, 74
@@ -61,24 +61,6 @@ def main(name: str = "scripts/export") -> int:
         return STATUS_FILE
     print(style.shown(str(output)))
     return 0
-
-
-def default_output(file: Path, ending: str) -> Path:
-    """Beside the file and of its name: run.h5 and run.h5.part both give run.glb."""
-    stem = file.with_suffix("") if file.suffix == ".part" else file
-    return stem.with_suffix(ending)
-
-
-def check_output(file: Path, output: Path, *, force: bool) -> None:
-    """See that nothing is lost by writing a file."""
-    if not os.path.lexists(output):
-        return
-    if file.exists() and output.exists() and output.samefile(file):
-        raise ResultError(f"the output file {output} is the file that is read")
-    if output.is_symlink() or not output.is_file():
-        raise ResultError(f"the output file {output} would replace what is no regular file")
-    if not force:
-        raise ResultError(f"{output} exists; --force replaces it")
 
 
 def export(options: argparse.Namespace, output: Path) -> None:

@@ -17,14 +17,11 @@ import h5py
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from lib import program, style, thinning, viewing
+from lib import browser, program, style, thinning, viewing
+from lib.browser import frame, show
 from lib.results import ResultError
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "tests" / "driver"))
-
-import browser  # noqa: E402
-
 INPUTS = ROOT / "inputs"
 PAGES = ROOT / "results" / "gallery"
 STILLS = ROOT / "docs" / "gallery"
@@ -136,33 +133,10 @@ def draw(window: browser.Browser, name: str, *, reuse: bool) -> None:
         program.call("run", INPUTS / f"{name}.nml", "-o", output, "--force", "-q")
     page.write_text(viewing.view(output), encoding="utf-8")
     still = SCENES[name]
-    show(window, page, still)
+    show(window, page, still.camera, still.nearer)
     save(frame(window, still.time), STILLS / f"{name}.jpg")
     if name == POSTER:
         save(poster(window, output), STILLS / "poster.jpg")
-
-
-def show(window: browser.Browser, page: Path, still: Still) -> None:
-    """Open a page, nothing but its bodies in it."""
-    window.open(page)
-    window.value(
-        "(() => { for (const tag of ['header', 'aside', 'footer'])"
-        " document.querySelector(tag).style.display = 'none';"
-        " document.documentElement.dataset.theme === 'light' ||"
-        " document.getElementById('theme').click();"
-        f" contensou.setCamera('{still.camera}'); dispatchEvent(new Event('resize')); }})()"
-    )
-    if still.nearer != 1:
-        window.value(
-            "document.getElementById('stage').dispatchEvent(new WheelEvent('wheel',"
-            f" {{deltaY: {-1000 * np.log(still.nearer)}, cancelable: true}}))"
-        )
-
-
-def frame(window: browser.Browser, time: float) -> Image.Image:
-    """The page at a time."""
-    window.value(f"contensou.seek({time})")
-    return Image.fromarray(window.picture().astype(np.uint8))
 
 
 def save(picture: Image.Image, path: Path) -> None:

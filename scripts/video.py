@@ -14,17 +14,16 @@ import sys
 import tempfile
 from pathlib import Path
 
-import gallery
-from lib import style, viewing
-from lib.results import ResultError, open_file
+from lib import browser, style, viewing
+from lib.results import ResultError, check_output, default_output, open_file
 
 MOST_FRAMES = 20_000
 
 
-def main() -> int:
+def main(program: str = "scripts/video") -> int:
     """Read the command line and write the film."""
     parser = argparse.ArgumentParser(
-        prog="scripts/video",
+        prog=program,
         description="Writes a film of a run (NAME.mp4, by ffmpeg), or its frames as PNG into a "
         "folder, and prints its name.",
     )
@@ -38,8 +37,9 @@ def main() -> int:
     parser.add_argument("--camera", choices=["orbit", "follow", "ride", "fit"], default="follow")
     parser.add_argument("--nearer", type=float, default=1, metavar="X", help="so many times (1)")
     parser.add_argument("--turn", type=float, default=0, metavar="DEG", help="about the vertical")
+    parser.add_argument("--force", action="store_true", help="replace an existing film")
     options = parser.parse_args()
-    output = options.output or options.file.with_suffix(".mp4")
+    output = options.output or default_output(options.file, ".mp4")
     try:
         film(options, output)
     except ResultError as problem:
@@ -56,12 +56,14 @@ def film(options: argparse.Namespace, output: Path) -> None:
         raise ResultError(f"--size {options.size}: expected even numbers of pixels, as 1280x720")
     if not (options.rate > 0 and options.speed > 0 and options.nearer > 0):
         raise ResultError("--rate, --speed and --nearer need to be > 0")
-    if os.path.lexists(output):
-        raise ResultError(f"{output} exists")
     moving = output.suffix == ".mp4"
+    if moving:
+        check_output(options.file, output, force=options.force)
+    elif os.path.lexists(output):
+        raise ResultError(f"{output} exists; frames need a new folder")
     if moving and not shutil.which("ffmpeg"):
         raise ResultError("there is no ffmpeg; -o FOLDER writes the frames")
-    if gallery.browser.PROGRAM is None:
+    if browser.PROGRAM is None:
         raise ResultError("there is no Chromium, which draws the frames")
     with open_file(options.file) as file:
         run = viewing.open_run(options.file, file)
@@ -80,17 +82,15 @@ def film(options: argparse.Namespace, output: Path) -> None:
         frames.mkdir()
         page = Path(folder) / "page.html"
         page.write_text(viewing.view(options.file), encoding="utf-8")
-        window = gallery.browser.Browser(int(found[1]), int(found[2]))
+        window = browser.Browser(int(found[1]), int(found[2]))
         try:
-            gallery.show(
-                window, page.resolve(), gallery.Still(start, options.camera, options.nearer, "")
-            )
+            browser.show(window, page.resolve(), options.camera, options.nearer)
             if options.turn:
                 x, y = int(found[1]) / 2, int(found[2]) / 2
                 window.drag((x, y), (x - options.turn * 3.14159265 / 180 / 0.007, y))
             for k in range(count):
                 when = start + k * options.speed / options.rate
-                gallery.frame(window, when).save(frames / f"{k:05d}.png")
+                browser.frame(window, when).save(frames / f"{k:05d}.png")
         finally:
             window.process.terminate()
             window.process.wait()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -218,3 +219,21 @@ def keyword_values(namelist: str, key: str) -> list[str]:
     pattern = rf"(?<!\w){key}\s*=\s*('(?:[^']|'')*'|\"(?:[^\"]|\"\")*\")"
     found = re.findall(pattern, text, re.IGNORECASE)
     return [value[1:-1].replace(2 * value[0], value[0]) for value in found]
+
+
+def default_output(file: Path, ending: str) -> Path:
+    """Beside the file and of its name: run.h5 and run.h5.part both give run.glb."""
+    stem = file.with_suffix("") if file.suffix == ".part" else file
+    return stem.with_suffix(ending)
+
+
+def check_output(file: Path, output: Path, *, force: bool) -> None:
+    """See that nothing is lost by writing a file."""
+    if not os.path.lexists(output):
+        return
+    if file.exists() and output.exists() and output.samefile(file):
+        raise ResultError(f"the output file {output} is the file that is read")
+    if output.is_symlink() or not output.is_file():
+        raise ResultError(f"the output file {output} would replace what is no regular file")
+    if not force:
+        raise ResultError(f"{output} exists; --force replaces it")

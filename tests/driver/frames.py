@@ -13,7 +13,9 @@ import sys
 import time
 from pathlib import Path
 
-import browser
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+
+from lib import browser
 
 FRAMES = 60
 PLAY = """new Promise(done => { const c = contensou; c.seek(c.head.start);

@@ -16,7 +16,7 @@ from test_view import contents, needs_browser
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 
-import browser  # noqa: E402
+from lib import browser  # noqa: E402
 
 
 @pytest.fixture

@@ -7,12 +7,14 @@ import subprocess
 import sys
 from pathlib import Path
 
-import browser
 import numpy as np
 import pytest
 from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+
+from lib import browser  # noqa: E402
 
 
 def film(folder, *words):
@@ -24,6 +26,20 @@ def film(folder, *words):
         text=True,
         check=False,
     )
+
+
+def test_export_calls_it(run, scene, tmp_path):
+    """`contensou export --video` hands its options on, and refuses those of other formats."""
+    assert run("run", scene.name, "-q").status == 0
+    done = run("export", "top.h5", "--video", "--size", "321x200", "-o", "frames")
+    assert (done.status, done.out) == (2, "")
+    assert done.err == "error: --size 321x200: expected even numbers of pixels, as 1280x720\n"
+    assert "--frames is not for video" in run("export", "top.h5", "--video", "--frames", "5").err
+    assert "--rate is not for gltf" in run("export", "top.h5", "--to", "gltf", "--rate", "5").err
+    assert "two formats" in run("export", "top.h5", "--video", "--to", "vtk").err
+    (tmp_path / "film.mp4").write_text("kept")
+    assert "exists; --force replaces it" in run("export", "top.h5", "-o", "film.mp4").err
+    assert (tmp_path / "film.mp4").read_text() == "kept"
 
 
 @pytest.mark.skipif(browser.PROGRAM is None, reason="there is no Chromium")

@@ -15,9 +15,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 
-import browser  # noqa: E402
-
-from lib import sweeping  # noqa: E402
+from lib import browser, sweeping  # noqa: E402
 
 needs_browser = pytest.mark.skipif(browser.PROGRAM is None, reason="there is no Chromium")
 

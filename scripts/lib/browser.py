@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import tempfile
 import time
+from pathlib import Path
 
 import numpy as np
 from PIL import Image
@@ -215,3 +216,26 @@ class Browser:
                 break
             except OSError:
                 time.sleep(0.1)
+
+
+def show(window: Browser, page: Path, camera: str, nearer: float) -> None:
+    """Open the page of a run, nothing but its bodies in it."""
+    window.open(page)
+    window.value(
+        "(() => { for (const tag of ['header', 'aside', 'footer'])"
+        " document.querySelector(tag).style.display = 'none';"
+        " document.documentElement.dataset.theme === 'light' ||"
+        " document.getElementById('theme').click();"
+        f" contensou.setCamera('{camera}'); dispatchEvent(new Event('resize')); }})()"
+    )
+    if nearer != 1:
+        window.value(
+            "document.getElementById('stage').dispatchEvent(new WheelEvent('wheel',"
+            f" {{deltaY: {-1000 * np.log(nearer)}, cancelable: true}}))"
+        )
+
+
+def frame(window: Browser, time: float) -> Image.Image:
+    """The page at a time."""
+    window.value(f"contensou.seek({time})")
+    return Image.fromarray(window.picture().astype(np.uint8))

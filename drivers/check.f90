@@ -7,7 +7,8 @@ module contensou_drivers_check
    use contensou_base_text, only : string_type, text_buffer_type
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
       set_option, strict_option
-   use contensou_drivers_report, only : bodies_of, bodies_text, contacts_of, heed_warnings
+   use contensou_drivers_report, only : bodies_of, bodies_text, contacts_of, heed_warnings, &
+      springs_of
    use contensou_drivers_sweep_check, only : check_sweep
    use contensou_integrate_memory, only : row_count
    use contensou_integrate_observer, only : observer_type
@@ -107,6 +108,10 @@ contains
             call text%add("  contact    " // lines(i)%s // nl)
          end do
          if (size(scene%contacts) == 0) call text%add("  contact    none" // nl)
+         call springs_of(scene, lines)
+         do i = 1, size(lines)
+            call text%add("  spring     " // lines(i)%s // nl)
+         end do
          if (scene%together) call text%add("  impacts    simultaneous" // nl)
          call text%add("  unknowns   " // to_text(system%layout%n) // ": 13 for each body")
          if (system%layout%friction > 0) call text%add(", work of friction")

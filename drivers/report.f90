@@ -11,11 +11,12 @@ module contensou_drivers_report
       motion_free, motion_prescribed, motion_spindle, scene_type, stop_angle, stop_conforming, &
       stop_lift, stop_names, stop_position, stop_rest, stop_speed, stop_spec_type, stop_spin, &
       stop_touch
+   use contensou_dynamics_springs, only : spring_kinds
    use contensou_scene_reader, only : scene_file_type
    implicit none(type, external)
    private
 
-   public :: bodies_text, bodies_of, contacts_of, put_together, names_in_short, &
+   public :: bodies_text, bodies_of, contacts_of, springs_of, put_together, names_in_short, &
       in_series, stop_words, &
       heed_warnings
 
@@ -71,6 +72,28 @@ contains
       end do
       call put_together(names, words, lines)
    end subroutine contacts_of
+
+   !> The springs, those of which the same is said in a line.
+   subroutine springs_of(scene, lines)
+      type(scene_type), intent(in) :: scene
+      type(string_type), allocatable, intent(out) :: lines(:)
+      type(string_type), allocatable :: names(:), words(:)
+      integer :: i
+
+      allocate(names(0), words(0), lines(0))
+      if (.not. allocated(scene%springs)) return
+      if (size(scene%springs) == 0) return
+      deallocate(names, words, lines)
+      allocate(names(size(scene%springs)), words(size(scene%springs)))
+      do i = 1, size(names)
+         associate (spring => scene%springs(i))
+            names(i)%s = spring%name
+            words(i)%s = trim(spring_kinds(spring%kind))
+            if (spring%damps()) words(i)%s = words(i)%s // " with damping"
+         end associate
+      end do
+      call put_together(names, words, lines)
+   end subroutine springs_of
 
    !> The effects that a contact pays for, separated by commas.
    function contact_effects(scene, contact) result(text)

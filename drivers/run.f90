@@ -13,7 +13,7 @@ module contensou_drivers_run
       quiet_option, set_option, strict_option, takes_non_negative
    use contensou_drivers_progress, only : progress_type
    use contensou_drivers_report, only : bodies_of, contacts_of, heed_warnings, in_series, &
-      names_in_short, stop_words
+      names_in_short, springs_of, stop_words
    use contensou_dynamics_assembly, only : initial_state
    use contensou_dynamics_scene, only : motion_fixed, scene_type
    use contensou_dynamics_state, only : position_of, spin_of, velocity_of
@@ -359,6 +359,10 @@ contains
       call contacts_of(scene, lines)
       do i = 1, size(lines)
          call add_line(text, "effects", lines(i)%s)
+      end do
+      call springs_of(scene, lines)
+      do i = 1, size(lines)
+         call add_line(text, "spring", lines(i)%s)
       end do
       if (scene%together) call add_line(text, "effects", "simultaneous impacts")
    end subroutine add_effects

@@ -71,6 +71,8 @@ contains
                reach_of(scene%surfaces(spec%surfaces(2)))]
          end associate
       end do
+      allocate(system%springs(0))
+      if (allocated(scene%springs)) system%springs = scene%springs%spring_type
       call system%prepare()
       system%several_spots = any(system%contacts%spots > 1)
       if (system%several_spots) call place_spots(scene, system, index, trouble)

@@ -19,11 +19,12 @@ module contensou_dynamics_equations
    use contensou_dynamics_mechanism, only : body_type, contact_type, mechanism_type, relative_motion
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
       motion_spindle, moves_freely, turns_by_drive
+   use contensou_dynamics_springs, only : spring_load_type
    use contensou_dynamics_state, only : at_position, at_quaternion, at_spin, at_velocity, body_size
    implicit none(type, external)
    private
 
-   public :: system_type, add_contacts
+   public :: system_type, add_contacts, add_springs
 
    !> Multiple of the largest approach up to which a right-hand side is evaluated.
    real(wp), parameter :: far_beyond = 4.0_wp
@@ -63,6 +64,7 @@ module contensou_dynamics_equations
       !> Room for a right-hand side that is evaluated for the sake of the normal forces.
       real(wp), allocatable, private :: scratch(:)
       logical, private :: has_gravity = .false.
+      logical, private :: has_springs = .false.
       !> Whether there are rigid contacts or states of parts.
       logical, private :: has_more = .false.
    contains
@@ -91,6 +93,11 @@ contains
             rubs = rubs .or. allocated(law%friction) .or. allocated(law%rolling)
             damps = damps .or. allocated(law%damping)
          end associate
+      end do
+      if (.not. allocated(self%springs)) allocate(self%springs(0))
+      self%has_springs = size(self%springs) > 0
+      do i = 1, size(self%springs)
+         damps = damps .or. self%springs(i)%damps()
       end do
       supplied = .false.
       do i = 1, nb
@@ -144,6 +151,7 @@ contains
       damping_power = 0.0_wp
       call add_contacts(self, friction_power, damping_power)
       if (self%outside) return
+      if (self%has_springs) call add_springs(self, damping_power)
       if (self%layout%applied > 0) then
          rate(self%layout%applied) = 0.0_wp
          call apply_loads(self, rate(self%layout%applied))
@@ -209,6 +217,35 @@ contains
          if (self%outside) return
       end do
    end subroutine add_contacts
+
+   !> Add the loads of all springs to the bodies.
+   subroutine add_springs(self, damping_power)
+      !> The system at the poses that are set.
+      type(system_type), intent(inout) :: self
+      !> Power lost in damping [W], added to.
+      real(wp), intent(inout) :: damping_power
+      type(spring_load_type) :: found
+      integer :: i
+
+      do i = 1, size(self%springs)
+         associate (spring => self%springs(i))
+            call spring%load(self%pose(spring%a), self%pose(spring%b), found)
+            damping_power = damping_power + found%power
+            if (spring%a > 0) then
+               associate (load => self%load(spring%a))
+                  load%force = load%force - found%force
+                  load%torque = load%torque - found%torque - cross(found%arm_a, found%force)
+               end associate
+            end if
+            if (spring%b > 0) then
+               associate (load => self%load(spring%b))
+                  load%force = load%force + found%force
+                  load%torque = load%torque + found%torque + cross(found%arm_b, found%force)
+               end associate
+            end if
+         end associate
+      end do
+   end subroutine add_springs
 
    !> Add the applied loads to the bodies; power supplied by them and by the drives.
    subroutine apply_loads(self, power)

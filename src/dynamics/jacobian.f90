@@ -21,6 +21,7 @@ module contensou_dynamics_jacobian
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
       moves_freely, turns_by_drive
+   use contensou_dynamics_springs, only : spring_load_type
    use contensou_dynamics_state, only : body_size, quaternion_of, spin_of, velocity_of
    implicit none(type, external)
    private
@@ -289,19 +290,16 @@ contains
       integer, allocatable :: pairs(:, :), by_row(:, :)
       integer :: n, i
 
-      allocate(pairs(2, size(system%bodies) + 2*size(system%contacts)))
+      allocate(pairs(2, size(system%bodies) + 2*(size(system%contacts) + size(system%springs))))
       n = 0
       do i = 1, size(system%bodies)
          call add_pair(i, i)
       end do
       do i = 1, size(system%contacts)
-         associate (a => system%contacts(i)%a, b => system%contacts(i)%b)
-            if (a == 0 .or. b == 0 .or. a == b) cycle
-            if (moves_freely(system%bodies(a)%motion) .and. &
-               system%bodies(b)%motion /= motion_fixed) call add_pair(a, b)
-            if (moves_freely(system%bodies(b)%motion) .and. &
-               system%bodies(a)%motion /= motion_fixed) call add_pair(b, a)
-         end associate
+         call add_joined(system%contacts(i)%a, system%contacts(i)%b)
+      end do
+      do i = 1, size(system%springs)
+         call add_joined(system%springs(i)%a, system%springs(i)%b)
       end do
       if (system%constraints%n_rigid > 0) call couple_joined(system, pairs, n)
       call sort_pairs(pairs(:, :n), 1, size(system%bodies), by_row)
@@ -321,6 +319,19 @@ contains
       first(size(first)) = n + 1
 
    contains
+
+      !> Add the pairs of two bodies that a contact or a spring joins.
+      subroutine add_joined(a, b)
+         !> The bodies; 0 is the ground.
+         integer, intent(in) :: a
+         integer, intent(in) :: b
+
+         if (a == 0 .or. b == 0 .or. a == b) return
+         if (moves_freely(system%bodies(a)%motion) .and. &
+            system%bodies(b)%motion /= motion_fixed) call add_pair(a, b)
+         if (moves_freely(system%bodies(b)%motion) .and. &
+            system%bodies(a)%motion /= motion_fixed) call add_pair(b, a)
+      end subroutine add_joined
 
       !> Add a pair: the row body, the column body.
       subroutine add_pair(row, column)
@@ -448,6 +459,7 @@ contains
       real(wp), intent(in) :: y(:)
       type(linear_load_type) :: load
       logical :: closed
+      type(spring_load_type) :: found
       integer :: i
 
       self%value = 0.0_wp
@@ -467,6 +479,16 @@ contains
                system%resolution, load, closed)
             if (.not. closed) cycle
             call add_contact(self, system, i, load, y)
+         end associate
+      end do
+      do i = 1, size(system%springs)
+         associate (a => system%springs(i)%a, b => system%springs(i)%b)
+            call system%springs(i)%vary(system%pose(a), system%pose(b), found, &
+               load%slopes(:, :freedoms))
+            load%force = found%force
+            load%torque_a = -found%torque - cross(found%arm_a, found%force)
+            load%torque_b = found%torque + cross(found%arm_b, found%force)
+            call add_pair_load(self, system, a, b, load, y)
          end associate
       end do
       if (system%constraints%n_links > size(self%inverse, 1)) then
@@ -511,35 +533,46 @@ contains
       integer, intent(in) :: index
       type(linear_load_type), intent(in) :: load
       real(wp), intent(in) :: y(:)
+
+      call add_pair_load(self, system, system%contacts(index)%a, system%contacts(index)%b, load, y)
+      if (system%contacts(index)%states%n > 0) call add_states(self, system, index, load, y)
+   end subroutine add_contact
+
+   !> Add what acts between two bodies.
+   subroutine add_pair_load(self, system, a, b, load, y)
+      type(jacobian_type), intent(inout) :: self
+      type(system_type), intent(in) :: system
+      !> The bodies; 0 is the ground.
+      integer, intent(in) :: a
+      integer, intent(in) :: b
+      type(linear_load_type), intent(in) :: load
+      real(wp), intent(in) :: y(:)
       real(wp) :: columns(outcomes, body_size)
       integer :: side, column_body, before
 
-      associate (a => system%contacts(index)%a, b => system%contacts(index)%b)
-         if (a > 0) then
-            self%force(:, a) = self%force(:, a) - load%force
-            self%torque(:, a) = self%torque(:, a) + load%torque_a
-         end if
-         if (b > 0) then
-            self%force(:, b) = self%force(:, b) + load%force
-            self%torque(:, b) = self%torque(:, b) + load%torque_b
-         end if
-         do side = 1, 2
-            column_body = merge(a, b, side == 1)
-            if (column_body == 0) cycle
-            if (system%bodies(column_body)%motion == motion_fixed) cycle
-            call to_state(load%slopes(:, 12*side - 11:12*side), system%pose(column_body), &
-               quaternion_of(y, column_body), columns)
-            before = body_size*(column_body - 1)
-            if (a > 0) call add_rows(self, system, a, before, place_of(self, a, column_body), &
-               -columns(1:3, :), columns(4:6, :))
-            if (b > 0) call add_rows(self, system, b, before, place_of(self, b, column_body), &
-               columns(1:3, :), columns(7:9, :))
-            call add_work(self, before, system%layout%friction, columns(10, :))
-            call add_work(self, before, system%layout%damping, columns(11, :))
-         end do
-         if (system%contacts(index)%states%n > 0) call add_states(self, system, index, load, y)
-      end associate
-   end subroutine add_contact
+      if (a > 0) then
+         self%force(:, a) = self%force(:, a) - load%force
+         self%torque(:, a) = self%torque(:, a) + load%torque_a
+      end if
+      if (b > 0) then
+         self%force(:, b) = self%force(:, b) + load%force
+         self%torque(:, b) = self%torque(:, b) + load%torque_b
+      end if
+      do side = 1, 2
+         column_body = merge(a, b, side == 1)
+         if (column_body == 0) cycle
+         if (system%bodies(column_body)%motion == motion_fixed) cycle
+         call to_state(load%slopes(:, 12*side - 11:12*side), system%pose(column_body), &
+            quaternion_of(y, column_body), columns)
+         before = body_size*(column_body - 1)
+         if (a > 0) call add_rows(self, system, a, before, place_of(self, a, column_body), &
+            -columns(1:3, :), columns(4:6, :))
+         if (b > 0) call add_rows(self, system, b, before, place_of(self, b, column_body), &
+            columns(1:3, :), columns(7:9, :))
+         call add_work(self, before, system%layout%friction, columns(10, :))
+         call add_work(self, before, system%layout%damping, columns(11, :))
+      end do
+   end subroutine add_pair_load
 
    !> Add the rates of the states of a contact, and what the states do.
    subroutine add_states(self, system, index, load, y)

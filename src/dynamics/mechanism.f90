@@ -18,6 +18,7 @@ module contensou_dynamics_mechanism
    use contensou_contact_states, only : contact_states_type, most_states, state_list_type
    use contensou_contact_tangential_memory, only : tangential_type
    use contensou_dynamics_scene, only : motion_free
+   use contensou_dynamics_springs, only : spring_type
    use contensou_dynamics_state, only : at_position, at_quaternion, at_spin, at_velocity, &
       body_size, layout_type, position_of, quaternion_of, spin_of, velocity_of
    implicit none(type, external)
@@ -158,6 +159,7 @@ module contensou_dynamics_mechanism
       !> Bodies, without the ground.
       type(body_type), allocatable :: bodies(:)
       type(contact_type), allocatable :: contacts(:)
+      type(spring_type), allocatable :: springs(:)
       !> Which number of the state is where.
       type(layout_type) :: layout
       !> What an integrator resolves of the velocities at a contact.

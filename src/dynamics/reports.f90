@@ -12,16 +12,17 @@ module contensou_dynamics_reports
       rolling_velocity, trouble_none
    use contensou_contact_law, only : contact_load_type
    use contensou_contact_states, only : most_states
-   use contensou_dynamics_equations, only : add_contacts, system_type
+   use contensou_dynamics_equations, only : add_contacts, add_springs, system_type
    use contensou_dynamics_mechanism, only : contact_motion_type, contact_type, mechanism_type, &
       relative_motion, slip_velocity
    use contensou_dynamics_scene, only : motion_free, motion_prescribed, moves_freely, turns_by_drive
+   use contensou_dynamics_springs, only : spring_load_type
    use contensou_dynamics_state, only : position_of, quaternion_of, spin_of, velocity_of
    implicit none(type, external)
    private
 
    public :: contact_report_type, begin_report, report_contact, drive_loads, momenta
-   public :: energy_type, energies, find_energy, rolling_of, creepages
+   public :: energy_type, energies, find_energy, rolling_of, creepages, spring_energy
 
    !> What an output row says of a contact.
    type :: contact_report_type
@@ -87,6 +88,7 @@ contains
          call report_contact(system, i, row)
          energy%elastic = energy%elastic + row%elastic_energy
       end do
+      energy%elastic = energy%elastic + spring_energy(system)
       call energies(system, y, energy%kinetic, energy%potential)
       ! What the states of parts store is part of the works.
       associate (layout => system%layout)
@@ -95,6 +97,21 @@ contains
          if (layout%applied > 0) energy%applied = y(layout%applied)
       end associate
    end subroutine find_energy
+
+   !> Energy that the springs store at the poses that are set [J].
+   pure real(wp) function spring_energy(mechanism) result(energy)
+      class(mechanism_type), intent(in) :: mechanism
+      type(spring_load_type) :: found
+      integer :: i
+
+      energy = 0.0_wp
+      do i = 1, size(mechanism%springs)
+         associate (spring => mechanism%springs(i))
+            call spring%load(mechanism%pose(spring%a), mechanism%pose(spring%b), found)
+         end associate
+         energy = energy + found%energy
+      end do
+   end function spring_energy
 
    !> Set poses, and normal forces of the closed rigid contacts, for reports on a state.
    subroutine begin_report(system, t, y)
@@ -242,8 +259,8 @@ contains
          row%spin]/speed
    end function creepages
 
-   !> What the drives supply against the contacts, after `begin_report`: the force on a body whose
-   !> motion is prescribed, the torque about the centre of mass of any body whose rotation is
+   !> What the drives supply against contacts and springs, after `begin_report`: the force on a body
+   !> whose motion is prescribed, the torque about the centre of mass of any body whose rotation is
    !> prescribed; zero for others. The inertia of the driven bodies is not counted.
    subroutine drive_loads(system, force, torque)
       !> The system; its workspace is changed.
@@ -263,6 +280,7 @@ contains
       damping_power = 0.0_wp
       system%outside = .false.
       call add_contacts(system, friction_power, damping_power)
+      call add_springs(system, damping_power)
       do i = 1, system%constraints%n_links
          associate (link => system%constraints%links(i))
             do j = 1, 2

@@ -4,11 +4,13 @@ module contensou_dynamics_scene
    use contensou_contact_normal, only : normal_hertz
    use contensou_contact_parameters, only : parameters_type
    use contensou_contact_surface, only : size_type, surface_type
+   use contensou_dynamics_springs, only : spring_type
    implicit none(type, external)
    private
 
    public :: scene_type, material_spec_type, body_spec_type, surface_spec_type
-   public :: contact_spec_type, integrator_spec_type, output_spec_type, stop_spec_type
+   public :: contact_spec_type, integrator_spec_type, output_spec_type, stop_spec_type, &
+      spring_spec_type
    public :: stop_rest, stop_touch, stop_lift, stop_angle, stop_speed, stop_spin, stop_position, &
       stop_conforming, stop_names, crossing_any, crossing_rising, crossing_falling, crossing_names
    public :: motion_free, motion_fixed, motion_prescribed, motion_spindle, motion_names
@@ -191,6 +193,15 @@ module contensou_dynamics_scene
       logical :: rolling = .false.
    end type output_spec_type
 
+   !> Spring between two bodies.
+   type, extends(spring_type) :: spring_spec_type
+      character(len=:), allocatable :: name
+      !> Whether the points of A and of B are given.
+      logical :: placed(2) = .false.
+      !> Whether the relaxed length, and the relaxed attitude of B against A, are given.
+      logical :: measured = .false., aligned = .false.
+   end type spring_spec_type
+
    !> A scene.
    type :: scene_type
       character(len=:), allocatable :: title
@@ -205,6 +216,8 @@ module contensou_dynamics_scene
       type(body_spec_type), allocatable :: bodies(:)
       type(surface_spec_type), allocatable :: surfaces(:)
       type(contact_spec_type), allocatable :: contacts(:)
+      !> Springs; not allocated for none.
+      type(spring_spec_type), allocatable :: springs(:)
       !> Conditions that end a run before `t_end`; not allocated for none.
       type(stop_spec_type), allocatable :: stops(:)
       type(integrator_spec_type) :: integrator

@@ -18,6 +18,7 @@ module contensou_files_trajectory
    use contensou_contact_surface, only : size_type
    use contensou_dynamics_scene, only : scene_type, solid_parts
    use contensou_dynamics_equations, only : system_type
+   use contensou_dynamics_springs, only : spring_kinds
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_memory, only : row_count
    use contensou_integrate_observer, only : event_touch
@@ -98,6 +99,8 @@ module contensou_files_trajectory
       character(len=:), allocatable, private :: contact_names(:)
       !> Names of the bodies, padded.
       character(len=:), allocatable, private :: body_names(:)
+      !> Names of the springs.
+      character(len=:), allocatable, private :: spring_names(:)
       !> Methods that were used, in order.
       character(len=11), allocatable, private :: methods(:)
       !> Times since when each was used [s].
@@ -169,6 +172,7 @@ contains
          call put_bodies(self, file%scene, error)
          call put_surfaces(self%file, file%scene, error)
          call put_contacts(self, file%scene, error)
+         call put_springs(self, file%scene, error)
          call create_columns(self, system, file%scene, error)
          call create_events(self, error)
          ! A failure is kept by the file, so that this last call sees the first one.
@@ -181,6 +185,7 @@ contains
       type(trajectory_type), intent(inout) :: self
       type(scene_type), intent(in) :: scene
       type(string_type) :: bodies(size(scene%bodies)), contacts(size(scene%contacts))
+      type(string_type), allocatable :: springs(:)
       integer :: i
 
       do i = 1, size(bodies)
@@ -191,6 +196,15 @@ contains
       end do
       call pad(bodies, self%body_names)
       call pad(contacts, self%contact_names)
+      allocate(springs(0))
+      if (allocated(scene%springs)) then
+         deallocate(springs)
+         allocate(springs(size(scene%springs)))
+         do i = 1, size(springs)
+            springs(i)%s = scene%springs(i)%name
+         end do
+      end if
+      call pad(springs, self%spring_names)
    end subroutine collect_names
 
    !> The bodies.
@@ -359,6 +373,45 @@ contains
       end associate
    end subroutine put_contacts
 
+   !> The springs.
+   subroutine put_springs(self, scene, error)
+      type(trajectory_type), intent(inout) :: self
+      type(scene_type), intent(in) :: scene
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: s = "/spring/", scale(*) = ["/spring/name"]
+      type(string_type) :: names(2*size(self%spring_names))
+      character(len=:), allocatable :: padded(:), bodies(:, :)
+      integer :: i, k, body
+
+      if (size(self%spring_names) == 0) return
+      do i = 1, size(scene%springs)
+         do k = 1, 2
+            body = merge(scene%springs(i)%a, scene%springs(i)%b, k == 1)
+            names(2*(i - 1) + k)%s = "ground"
+            if (body > 0) names(2*(i - 1) + k)%s = scene%bodies(body)%name
+         end do
+      end do
+      call pad(names, padded)
+      allocate(character(len=len(padded)) :: bodies(2, size(scene%springs)))
+      bodies(1, :) = padded(1::2)
+      bodies(2, :) = padded(2::2)
+      associate (f => self%file)
+         call f%create_group("/spring", error)
+         call f%put_labels(s // "name", self%spring_names, "name of the spring", error)
+         call f%put_labels(s // "side", ["A", "B"], "side of the spring", error)
+         call f%put_labels(s // "xyz", ["x", "y", "z"], "axis of the body", error)
+         call f%put_texts(s // "bodies", bodies, ["/spring/name", "/spring/side"], &
+            "bodies that it joins", error)
+         call f%put_texts(s // "kind", spring_kinds(scene%springs%kind), scale, "kind", error)
+         call f%put_array(s // "first_point", reshape([(scene%springs(i)%point(:, 1), i=1, &
+            size(scene%springs))], [3, size(scene%springs)]), ["/spring/name", "/spring/xyz "], &
+            "m", "where it is fastened to A, frame of A", error)
+         call f%put_array(s // "second_point", reshape([(scene%springs(i)%point(:, 2), i=1, &
+            size(scene%springs))], [3, size(scene%springs)]), ["/spring/name", "/spring/xyz "], &
+            "m", "where it is fastened to B, frame of B", error)
+      end associate
+   end subroutine put_springs
+
    !> The columns of the trajectory with their scales.
    subroutine create_columns(self, system, scene, error)
       type(trajectory_type), intent(inout) :: self
@@ -374,6 +427,8 @@ contains
          call f%create_group("/trajectory", error)
          call f%put_labels(t // "body", self%body_names, "body", error)
          call f%put_labels(t // "contact", self%contact_names, "contact", error)
+         if (size(self%spring_names) > 0) call f%put_labels(t // "spring", self%spring_names, &
+            "spring", error)
          call f%put_labels(t // "xyz", ["x", "y", "z"], "axis of the inertial frame", error)
          call f%put_labels(t // "wxyz", ["w", "x", "y", "z"], "component of a quaternion", error)
          call f%put_labels(t // "axis", ["major", "minor"], "axis of the spot", error)

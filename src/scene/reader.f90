@@ -28,6 +28,7 @@ module contensou_scene_reader
    use contensou_scene_references, only : collect_names, references_type
    use contensou_scene_schema, only : scene_schema
    use contensou_scene_solids, only : weigh_bodies
+   use contensou_scene_springs, only : build_spring, complete_springs, spring_group
    use contensou_scene_stops, only : build_stop, complete_stops
    use contensou_scene_templates, only : expand_templates, has_templates
    use contensou_scene_warnings, only : find_warnings
@@ -236,6 +237,7 @@ contains
       allocate(scene%bodies(references%count(schema%find("body"))))
       allocate(scene%surfaces(references%count(schema%find("surface"))))
       allocate(scene%contacts(references%count(schema%find("contact"))))
+      allocate(scene%springs(references%count(schema%find(spring_group))))
       allocate(scene%stops(references%count(schema%find("stop"))))
       allocate(places(size(scene%contacts)), body_places(size(scene%bodies)), &
          stop_places(size(scene%stops)))
@@ -270,6 +272,8 @@ contains
          case ("contact")
             call build_contact(group, references, parts, scene%contacts(n), diagnostics)
             places(n) = group%place("surfaces")
+         case (spring_group)
+            call build_spring(group, references, scene%springs(n), diagnostics)
          case ("stop")
             call build_stop(group, references, scene%stops(n), diagnostics)
             stop_places(n) = group%place("when", 1)
@@ -292,6 +296,7 @@ contains
       call check_contacts(scene, places, diagnostics)
       call check_impacts(scene, impacts_place, diagnostics)
       call check_rows(scene, interval_place, diagnostics)
+      call complete_springs(settings, schema, references, scene, diagnostics)
       call complete_stops(scene, stop_places, diagnostics)
       if (diagnostics%count() > 0) return
       call add_spots(scene, places, diagnostics)

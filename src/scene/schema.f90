@@ -14,6 +14,7 @@ module contensou_scene_schema
    use contensou_scene_cost, only : put_cost_keys
    use contensou_scene_placing, only : place_names
    use contensou_scene_repeats, only : arrangement_names
+   use contensou_scene_springs, only : put_spring_keys
    use contensou_scene_stops, only : put_stop_keys
    implicit none(type, external)
    private
@@ -40,7 +41,7 @@ contains
    pure function schema_groups() result(groups)
       type(group_spec_type), allocatable :: groups(:)
 
-      allocate(groups(13))
+      allocate(groups(14))
       groups(1) = group_spec_type("scene", .false., .true., "what the whole scene shares")
       groups(2) = group_spec_type("material", .true., .false., "an isotropic elastic material")
       groups(3) = group_spec_type("body", .true., .true., &
@@ -49,6 +50,8 @@ contains
          "a surface fixed to a body, given in the frame of that body")
       groups(5) = group_spec_type("contact", .true., .false., &
          "two surfaces that can touch, and the models that act between them")
+      groups(14) = group_spec_type("spring", .true., .false., &
+         "a linear spring with damping between two bodies: a bushing, or between two points")
       groups(6) = group_spec_type("integrator", .false., .false., "how time is integrated")
       groups(7) = group_spec_type("output", .false., .false., "what is written")
       groups(8) = group_spec_type("bearing", .true., .false., &
@@ -132,6 +135,7 @@ contains
       call put_bearing_keys(list)
       call put_constant_keys(list)
       call put_stop_keys(list)
+      call put_spring_keys(list)
       call put_cost_keys(list)
       allocate(keys, source=list%keys(:list%n))
    end function schema_keys

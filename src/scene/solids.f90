@@ -42,7 +42,8 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       type(group_settings_type) :: group
       logical :: moved(0:size(scene%bodies))
-      integer :: i, n
+      real(wp) :: centre(3)
+      integer :: i, k, n
 
       moved = .false.
       do i = 1, size(settings%groups)
@@ -50,7 +51,17 @@ contains
          if (group%group_name() /= "body") cycle
          if (.not. is_solid(group)) cycle
          n = references%numbers(i)
-         call weigh(group, references, scene%bodies(n), n, scene%surfaces, moved(n), diagnostics)
+         call weigh(group, references, scene%bodies(n), n, scene%surfaces, moved(n), centre, &
+            diagnostics)
+         if (.not. moved(n)) cycle
+         do k = 1, size(scene%springs)
+            associate (spring => scene%springs(k))
+               if (spring%a == n .and. spring%placed(1)) spring%point(:, 1) = &
+                  spring%point(:, 1) - centre
+               if (spring%b == n .and. spring%placed(2)) spring%point(:, 2) = &
+                  spring%point(:, 2) - centre
+            end associate
+         end do
       end do
       if (.not. any(moved)) return
       do i = 1, size(settings%groups)
@@ -64,7 +75,8 @@ contains
 
    !> Find mass, inertia and centre of mass of a body. Its surfaces get coordinates whose origin is
    !> that centre.
-   subroutine weigh(group, references, body, number, surfaces, moved, diagnostics)
+   subroutine weigh(group, references, body, number, surfaces, moved, centre, &
+      diagnostics)
       !> The group `body`; mass and inertia are derived.
       type(group_settings_type), intent(in) :: group
       !> Names of the scene.
@@ -76,12 +88,15 @@ contains
       type(surface_spec_type), intent(inout) :: surfaces(:)
       !> Whether its surfaces have got other coordinates.
       logical, intent(out) :: moved
+      !> Its centre of mass in the old ones [m]; set if they have.
+      real(wp), intent(out) :: centre(3)
       type(diagnostics_type), intent(inout) :: diagnostics
       type(solid_type) :: solid
-      real(wp) :: centre(3), tensor(3, 3), gyration(3)
+      real(wp) :: tensor(3, 3), gyration(3)
       integer :: before, i, k
 
       moved = .false.
+      centre = 0.0_wp
       before = diagnostics%count()
       call check_keys(group, diagnostics)
       if (diagnostics%count() > before) return

@@ -30,7 +30,7 @@ module contensou_scene_warnings
       real(wp), allocatable :: radius(:)
       !> Largest speed at the beginning, of a drive, or of the fall on a surface [m/s].
       real(wp) :: speed = 0.0_wp
-      !> Whether a surface, and a body, has a contact.
+      !> Whether a surface has a contact, and a body has a contact or a spring.
       logical, allocatable :: surface_touches(:), body_touches(:)
    end type scales_type
 
@@ -96,6 +96,12 @@ contains
             end do
          end associate
       end do
+      if (allocated(scene%springs)) then
+         do i = 1, size(scene%springs)
+            if (scene%springs(i)%a > 0) scales%body_touches(scene%springs(i)%a) = .true.
+            if (scene%springs(i)%b > 0) scales%body_touches(scene%springs(i)%b) = .true.
+         end do
+      end if
       g = norm2(scene%gravity)
       allocate(scales%radius(size(scene%bodies)), source=0.0_wp)
       do i = 1, size(scene%surfaces)

@@ -11,7 +11,7 @@ module contensou_study_quantities
    use contensou_dynamics_reports, only : creepages, rolling_of
    use contensou_dynamics_scene, only : output_spec_type, turns_by_drive
    use contensou_study_quantity, only : if_curvatures_vary, if_driven, if_geometry, if_memory, &
-      if_rolling, if_states, moment_type, quantity_type
+      if_rolling, if_springs, if_states, moment_type, quantity_type
    implicit none(type, external)
    private
 
@@ -123,7 +123,14 @@ contains
          lateral_creepage, there=if_rolling), &
          quantity_type("spin_creepage", "contact", "m-1", &
          "spin over the rolling velocity; NaN where nothing rolls", spin_creepage, &
-         there=if_rolling)]
+         there=if_rolling), &
+         quantity_type("spring_force", "spring xyz", "N", &
+         "force of the spring on body B, inertial frame", spring_force, there=if_springs), &
+         quantity_type("spring_torque", "spring xyz", "N m", "torque of the spring on body B " // &
+         "about its point, inertial frame", spring_torque, there=if_springs), &
+         quantity_type("energy_springs", "", "J", &
+         "elastic energy of the springs, part of energy_elastic", energy_springs, &
+         there=if_springs)]
       lists = part_states()
       do i = 1, size(lists)
          do j = 1, lists(i)%n
@@ -167,6 +174,7 @@ contains
             self%width(i) = self%components(i)
             if (q%owner() == "body") self%width(i) = self%width(i)*size(system%bodies)
             if (q%owner() == "contact") self%width(i) = self%width(i)*size(system%contacts)
+            if (q%owner() == "spring") self%width(i) = self%width(i)*size(system%springs)
             select case (q%there)
             case (if_driven)
                self%has(i) = any(turns_by_drive(system%bodies%motion))
@@ -176,6 +184,8 @@ contains
                self%has(i) = system%remembers
             case (if_rolling)
                self%has(i) = output%rolling
+            case (if_springs)
+               self%has(i) = size(system%springs) > 0
             case (if_states)
                self%has(i) = any([(system%contacts(j)%states%place(q%name) >= 0, &
                   j=1, size(system%contacts))])
@@ -533,6 +543,33 @@ contains
       creep = creepages(at%contact(i), rolling_of(at%system, i, at%contact(i)))
       values = creep(3)
    end subroutine spin_creepage
+
+   subroutine spring_force(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%spring(i)%force
+   end subroutine spring_force
+
+   subroutine spring_torque(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%spring(i)%torque
+   end subroutine spring_torque
+
+   subroutine energy_springs(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%springs
+   end subroutine energy_springs
 
    subroutine contact_point(self, at, i, values)
       class(quantity_type), intent(in) :: self

@@ -8,17 +8,19 @@ module contensou_study_quantity
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_reports, only : begin_report, contact_report_type, drive_loads, &
       energies, report_contact
+   use contensou_dynamics_springs, only : spring_load_type
    implicit none(type, external)
    private
 
    public :: quantity_type, moment_type
-   public :: always, if_driven, if_geometry, if_memory, if_states, if_curvatures_vary, if_rolling
+   public :: always, if_driven, if_geometry, if_memory, if_states, if_curvatures_vary, if_rolling, &
+      if_springs
 
    !> When a quantity is there: in every scene, or only if a body is driven, rows are to have the
    !> geometry of contacts, a contact has tangential elasticity, the state that the quantity is, or
-   !> surfaces whose curvatures vary, or rows are to tell what rolls.
+   !> surfaces whose curvatures vary, rows are to tell what rolls, or there are springs.
    integer, parameter :: always = 0, if_driven = 1, if_geometry = 2, if_memory = 3, if_states = 4, &
-      if_curvatures_vary = 5, if_rolling = 6
+      if_curvatures_vary = 5, if_rolling = 6, if_springs = 7
 
    !> All that is known of a motion at a time; procedures of quantities take their values from it.
    type :: moment_type
@@ -32,11 +34,13 @@ module contensou_study_quantity
       !> Attitude, body to inertial frame, (4, bodies).
       real(wp), allocatable :: quaternion(:, :)
       type(contact_report_type), allocatable :: contact(:)
+      !> What the springs do.
+      type(spring_load_type), allocatable :: spring(:)
       !> What keeps a prescribed motion: force [N] and torque about the centre of mass [N m], (3,
       !> bodies); not set unless a body is driven.
       real(wp), allocatable :: drive_force(:, :), drive_torque(:, :)
       !> Energies [J].
-      real(wp) :: kinetic = 0.0_wp, potential = 0.0_wp, elastic = 0.0_wp
+      real(wp) :: kinetic = 0.0_wp, potential = 0.0_wp, elastic = 0.0_wp, springs = 0.0_wp
       !> Work so far [J].
       real(wp) :: work_friction = 0.0_wp, work_damping = 0.0_wp, work_applied = 0.0_wp
       !> Residual of the energy balance since the beginning [J]; the summary knows the beginning.
@@ -50,22 +54,22 @@ module contensou_study_quantity
    !> A quantity of a row.
    type :: quantity_type
       character(len=31) :: name
-      !> Dimensions after time, separated by a blank: `body` or `contact`, then `xyz`, `wxyz` or
+      !> Dimensions after time, separated by a blank: `body`, `contact` or `spring`, then `xyz`, `wxyz` or
       !> `axis`; blank for one number.
       character(len=12) :: dims
       !> UDUNITS text.
       character(len=8) :: units
       character(len=128) :: long_name
-      !> Fills the components of a body or contact.
+      !> Fills the components of a body, contact or spring.
       procedure(fill_interface), pointer :: fill => null()
       !> Description in the summary, of the value at the end; blank if it is not in there.
       character(len=64) :: final = ""
       !> When it is there.
       integer :: there = always
    contains
-      !> Number of components per body or contact.
+      !> Number of components per body, contact or spring.
       procedure :: components
-      !> What it belongs to: `body`, `contact` or nothing.
+      !> What it belongs to: `body`, `contact`, `spring` or nothing.
       procedure :: owner
    end type quantity_type
 
@@ -76,7 +80,7 @@ module contensou_study_quantity
          implicit none(type, external)
          class(quantity_type), intent(in) :: self
          type(moment_type), intent(in) :: at
-         !> Number of the body or contact; 1 for a quantity of neither.
+         !> Number of the body, contact or spring; 1 for a quantity of none.
          integer, intent(in) :: i
          !> Its components.
          real(wp), intent(out) :: values(:)
@@ -134,7 +138,8 @@ contains
       integer :: i
 
       call self%look_at_bodies(system, t, y)
-      if (.not. allocated(self%contact)) allocate(self%contact(size(system%contacts)))
+      if (.not. allocated(self%contact)) allocate(self%contact(size(system%contacts)), &
+         self%spring(size(system%springs)))
       self%elastic = 0.0_wp
       call begin_report(system, t, y)
       if (system%outside) then
@@ -152,6 +157,13 @@ contains
             size(system%bodies)), self%drive_torque(3, size(system%bodies)))
          call drive_loads(system, self%drive_force, self%drive_torque)
       end if
+      do i = 1, size(system%springs)
+         associate (spring => system%springs(i))
+            call spring%load(system%pose(spring%a), system%pose(spring%b), self%spring(i))
+         end associate
+      end do
+      self%springs = sum(self%spring%energy)
+      self%elastic = self%elastic + self%springs
       call energies(system, y, self%kinetic, self%potential)
       ! What the states of parts store is not lost.
       self%work_friction = work(system%layout%friction) - stored_friction

@@ -7,7 +7,8 @@ module contensou_sweep_results
    use contensou_contact_parts, only : owns_state
    use contensou_dynamics_scene, only : turns_by_drive
    use contensou_study_quantities, only : final_quantities, row_quantities
-   use contensou_study_quantity, only : if_driven, if_memory, if_states, quantity_type
+   use contensou_study_quantity, only : if_driven, if_memory, if_springs, if_states, &
+      quantity_type
    use contensou_study_summary, only : summary_quantities, summary_stop
    use contensou_study_case, only : event_names, source_event, source_state, source_summary, &
       source_value
@@ -276,6 +277,8 @@ contains
       if (quantity%there == if_memory .and. all(sweep%scene%contacts%tangential == 1)) call &
          diagnostics%add(group%place("dataset", 1), &
          "no contact of the scene has tangential elasticity", "tangential = 'elastic'")
+      if (quantity%there == if_springs .and. size(sweep%scene%springs) == 0) call diagnostics%add( &
+         group%place("dataset", 1), "the scene has no springs", "a group &spring")
       if (quantity%there == if_states) then
          if (.not. any([(owns_state([sweep%scene%contacts(i)%normal, &
             sweep%scene%contacts(i)%damping, sweep%scene%contacts(i)%friction, &
@@ -300,7 +303,7 @@ contains
       column%long_name = column%long_name // ", at " // to_text(column%time) // " s"
    end subroutine read_value
 
-   !> Body or contact that a value belongs to.
+   !> Body, contact or spring that a value belongs to.
    subroutine read_owner(group, sweep, quantity, column, diagnostics)
       !> Group `value`.
       type(group_settings_type), intent(in) :: group
@@ -323,6 +326,16 @@ contains
          allocate(names(size(sweep%scene%bodies)))
          do i = 1, size(names)
             names(i)%s = sweep%scene%bodies(i)%name
+         end do
+      case ("spring")
+         kind = "spring"
+         allocate(names(0))
+         if (allocated(sweep%scene%springs)) then
+            deallocate(names)
+            allocate(names(size(sweep%scene%springs)))
+         end if
+         do i = 1, size(names)
+            names(i)%s = sweep%scene%springs(i)%name
          end do
       case default
          kind = "contact"

@@ -121,7 +121,7 @@ contains
       call list%put("value", "dataset", kind_choice, choices=datasets, mandatory=.true., &
          doc="dataset of /trajectory that it is taken from")
       call list%put("value", "of", kind_text, &
-         doc="body or contact that it belongs to; may be left out if there is one only")
+         doc="body, contact or spring that it belongs to; may be left out if there is one only")
       call list%put("value", "component", kind_integer, unit="1", least=1.0_wp, most=4.0_wp, &
          doc="component of a vector, from 1: x, y, z; w, x, y, z of a quaternion; major, " // &
          "minor of semi_axes; not for others")

@@ -33,6 +33,7 @@ program read_namelist
    call read_output()
    call read_bearing()
    call read_stop()
+   call read_spring()
    close(unit)
 
 contains
@@ -495,6 +496,56 @@ contains
          call put_texts("stop", n, "crossing", [crossing])
       end do
    end subroutine read_stop
+
+   !> Every group `spring`.
+   subroutine read_spring()
+      character(len=256) :: name, bodies(2), kind
+      real(wp), dimension(3) :: first_point, second_point, axis, stiffness, damping, &
+         rotational_stiffness, rotational_damping, preload
+      real(wp) :: angle, quaternion(4), length, relaxed_quaternion(4)
+      integer :: n
+      namelist /spring/ name, bodies, kind, first_point, second_point, axis, angle, quaternion, &
+         stiffness, damping, rotational_stiffness, rotational_damping, preload, length, &
+         relaxed_quaternion
+
+      rewind(unit)
+      n = 0
+      do
+         name = no_text
+         bodies = no_text
+         kind = no_text
+         first_point = no_number
+         second_point = no_number
+         axis = no_number
+         angle = no_number
+         quaternion = no_number
+         stiffness = no_number
+         damping = no_number
+         rotational_stiffness = no_number
+         rotational_damping = no_number
+         preload = no_number
+         length = no_number
+         relaxed_quaternion = no_number
+         read(unit, nml=spring, iostat=status)
+         if (status == iostat_end) exit
+         call count_group("spring", status, n)
+         call put_texts("spring", n, "name", [name])
+         call put_texts("spring", n, "bodies", bodies)
+         call put_texts("spring", n, "kind", [kind])
+         call put_numbers("spring", n, "first_point", first_point)
+         call put_numbers("spring", n, "second_point", second_point)
+         call put_numbers("spring", n, "axis", axis)
+         call put_numbers("spring", n, "angle", [angle])
+         call put_numbers("spring", n, "quaternion", quaternion)
+         call put_numbers("spring", n, "stiffness", stiffness)
+         call put_numbers("spring", n, "damping", damping)
+         call put_numbers("spring", n, "rotational_stiffness", rotational_stiffness)
+         call put_numbers("spring", n, "rotational_damping", rotational_damping)
+         call put_numbers("spring", n, "preload", preload)
+         call put_numbers("spring", n, "length", [length])
+         call put_numbers("spring", n, "relaxed_quaternion", relaxed_quaternion)
+      end do
+   end subroutine read_spring
 
    !> Count a group that was read; a mistake in it stops.
    subroutine count_group(group, state, n)

@@ -18,6 +18,7 @@ module test_suites
    use test_rolling, only : run_rolling_tests
    use test_schema, only : run_schema_tests
    use test_simulation, only : run_simulation_tests
+   use test_springs, only : run_spring_tests
    use test_states, only : run_states_tests
    use test_sweep, only : run_sweep_tests
    use test_tangential, only : run_tangential_tests
@@ -49,6 +50,7 @@ contains
       if (wants("rolling")) call run_rolling_tests()
       if (wants("dynamics")) call run_dynamics_tests()
       if (wants("bearing")) call run_bearing_tests()
+      if (wants("springs")) call run_spring_tests()
       if (wants("integrate")) call run_integrate_tests()
       if (wants("jacobian")) call run_jacobian_tests()
       if (wants("jacobian_scenes")) call run_jacobian_scenes_tests(folder)

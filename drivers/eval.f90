@@ -143,7 +143,7 @@ contains
          "wrench    N,a,b,f,vx,vy,w    Fx,Fy,Tz             contensou_exact, coulomb, pade11," // &
          nl // "                                                  pade22, contensou_simplified" // &
          nl // &
-         "creep     N,a,b,f,G,nu,vx,vy,w,cx,cy  to Fx,Fy,Tz   sliding" // nl // &
+         "creep     N,a,b,f,G,nu,vx,vy,w,cx,cy  to Fx,Fy,Tz   sliding, boundary_elements" // nl // &
          "tangential            N,a,b,f,G,nu,dx,dy,twist   shells, spring" // nl // &
          "   to Fx,Fy,Tz,stored_energy,slip_work; the rows are a history, dx, dy and twist are" // &
          nl // "   where body 1 stands, from the unstrained contact on" // nl // &

@@ -1,5 +1,6 @@
 !> Table of the laws of creep.
 module contensou_contact_creep
+   use contensou_contact_creep_boundary_elements, only : boundary_elements
    use contensou_contact_creep_law, only : creep_model_type, creep_type
    use contensou_contact_creep_sliding, only : full_sliding
    implicit none(type, external)
@@ -13,7 +14,8 @@ contains
    function creep_models() result(models)
       type(creep_model_type), allocatable :: models(:)
 
-      models = [full_sliding()]
+      models = [full_sliding(), &
+         boundary_elements()]
    end function creep_models
 
 end module contensou_contact_creep

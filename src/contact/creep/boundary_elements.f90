@@ -1,0 +1,170 @@
+!> The exact theory of steady rolling as a law of creep: boundary elements on the spot, on two
+!> lattices, extrapolated linearly in the size of the elements.
+!>
+!> What remains of the error is known where creep is so large that nothing sticks: the wrench is
+!>    W = (n W_n - n' W_n')/(n - n') + m (W_exact - S),   m = |creepage|^2/(|creepage|^2 + 30^2),
+!> S being what the lattices, extrapolated alike, make of full sliding.
+module contensou_contact_creep_boundary_elements
+   use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
+   use contensou_base_kinds, only : wp
+   use contensou_contact_catalogue, only : model_info_type
+   use contensou_contact_creep_half_space, only : influence_type, lattice_type, refine, resultant, &
+      rolling_influence, solve_tractions, spot_lattice
+   use contensou_contact_creep_law, only : creep_model_type, creep_motion_type, creep_spot_type, &
+      creep_type
+   use contensou_contact_parameters, only : parameters_type
+   use contensou_contact_wrench, only : slip_type, wrench_exact
+   implicit none(type, external)
+   private
+
+   public :: boundary_elements, rolling_frame_type, rolling_frame, steady_tractions
+
+   !> Elements across the spot, of the coarse and of the fine lattice: the areas of both discs of
+   !> elements, extrapolated, err by 0.2 % only, which those of most pairs do not.
+   integer, parameter :: across(2) = [18, 36]
+
+   !> Errors of tractions.
+   real(wp), parameter :: tolerance = 1.0e-7_wp
+
+   !> Creepages beyond this many e0 are scaled down to it; the wrench differs by less than its
+   !> inverse.
+   real(wp), parameter :: largest_creepage = 1.0e6_wp
+
+   !> Creepage, in e0, at which half of what the lattices err in full sliding is taken off.
+   real(wp), parameter :: sliding_creepage = 30.0_wp
+
+   type, extends(creep_type) :: boundary_elements_type
+   contains
+      procedure :: kernel
+   end type boundary_elements_type
+
+   !> How a spot rolls: along x in units of sqrt(a b), e0, and the spot obliquely to it.
+   type :: rolling_frame_type
+      !> Rolling direction, along the major and the minor axis.
+      real(wp) :: e(2)
+      !> Half the chord through the centre along the rolling direction.
+      real(wp) :: half_length
+      !> Shift of the middle of the chords along x per y.
+      real(wp) :: shear
+      !> Creepages along and across the rolling direction, and of spin.
+      real(wp) :: creepage(3)
+   end type rolling_frame_type
+
+contains
+
+   !> Row of the boundary elements.
+   function boundary_elements() result(model)
+      type(creep_model_type) :: model
+
+      model%info = model_info_type("boundary_elements", &
+         "exact theory on two half-spaces: slip and stick of every element of the spot", "", &
+         "J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, 1990")
+      model%create => new_boundary_elements
+   end function boundary_elements
+
+   !> Make the law.
+   subroutine new_boundary_elements(parameters, creep)
+      type(parameters_type), intent(in) :: parameters
+      class(creep_type), allocatable, intent(out) :: creep
+
+      allocate(boundary_elements_type :: creep)
+   end subroutine new_boundary_elements
+
+   !> The wrench.
+   pure subroutine kernel(self, spot, motion, wrench)
+      class(boundary_elements_type), intent(in) :: self
+      type(creep_spot_type), intent(in) :: spot
+      type(creep_motion_type), intent(in) :: motion
+      !> Force along the major and the minor axis, torque about the normal.
+      real(wp), intent(out) :: wrench(3)
+      type(rolling_frame_type) :: frame
+      type(lattice_type) :: lattice(2)
+      real(wp) :: px(across(2), across(2), 2), py(across(2), across(2), 2)
+      real(wp) :: rolled(3, 2), slid(3, 2), sliding(3), weight(2), share
+      integer :: i, n
+
+      call wrench_exact(spot%shape, slip_type(motion%x, motion%y, motion%spin), .true., sliding)
+      wrench = sliding
+      if (.not. max(abs(motion%rx), abs(motion%ry)) > 0.0_wp) return
+      frame = rolling_frame(spot%shape%k, motion)
+      if (.not. maxval(abs(frame%creepage)) > 0.0_wp) return
+      px = 0.0_wp
+      py = 0.0_wp
+      do i = 1, 2
+         n = across(i)
+         lattice(i) = spot_lattice(n, frame%half_length, frame%shear)
+         if (i == 2) then
+            call refine(lattice(1), lattice(2), px(:, :, 1), px(:, :, 2))
+            call refine(lattice(1), lattice(2), py(:, :, 1), py(:, :, 2))
+         end if
+         call steady_tractions(lattice(i), rolling_influence(lattice(i), spot%poisson), &
+            frame%creepage, px(:n, :n, i), py(:n, :n, i))
+         rolled(:, i) = resultant(lattice(i), px(:n, :n, i), py(:n, :n, i))
+         slid(:, i) = full_sliding(lattice(i), frame%creepage)
+      end do
+      share = 1.0_wp/(1.0_wp + (sliding_creepage/norm2(frame%creepage))**2)
+      weight = real([-across(1), across(2)], wp)/real(across(2) - across(1), wp)
+      wrench = matmul(rolled - share*slid, weight)
+      wrench = [frame%e(1)*wrench(1) - frame%e(2)*wrench(2), &
+         frame%e(2)*wrench(1) + frame%e(1)*wrench(2), sqrt(spot%shape%k)*wrench(3)] &
+         + share*sliding
+   end subroutine kernel
+
+   !> How a spot rolls.
+   pure function rolling_frame(k, motion) result(frame)
+      !> Ratio of the minor to the major axis.
+      real(wp), intent(in) :: k
+      !> Something rolls.
+      type(creep_motion_type), intent(in) :: motion
+      type(rolling_frame_type) :: frame
+      real(wp) :: rolling, square, largest
+
+      rolling = hypot(motion%rx, motion%ry)
+      frame%e = -[motion%rx, motion%ry]/rolling
+      square = frame%e(1)**2*k + frame%e(2)**2/k
+      frame%half_length = 1.0_wp/sqrt(square)
+      frame%shear = -frame%e(1)*frame%e(2)*(1.0_wp/k - k)/square
+      frame%creepage = [motion%x*frame%e(1) + motion%y*frame%e(2), &
+         motion%y*frame%e(1) - motion%x*frame%e(2), motion%spin*sqrt(k)]
+      largest = maxval(abs(frame%creepage))
+      if (largest > largest_creepage*rolling) then
+         frame%creepage = frame%creepage/(largest/largest_creepage)
+      else
+         frame%creepage = frame%creepage/rolling
+      end if
+   end function rolling_frame
+
+   !> Tractions of steady rolling.
+   pure subroutine steady_tractions(lattice, influence, creepage, px, py)
+      type(lattice_type), intent(in) :: lattice
+      !> Influence on the slip of steady rolling.
+      type(influence_type), intent(in) :: influence
+      !> Along and across, and of spin.
+      real(wp), intent(in) :: creepage(3)
+      !> Tractions: a guess, then the solution; NaN if there is none.
+      real(wp), intent(inout) :: px(:, :), py(:, :)
+      real(wp) :: residual
+
+      call solve_tractions(lattice, influence, creepage(1) - creepage(3)*lattice%y, &
+         creepage(2) + creepage(3)*lattice%x, .true., tolerance, px, py, residual)
+      if (residual > tolerance) then
+         px = ieee_value(px, ieee_quiet_nan)
+         py = px
+      end if
+   end subroutine steady_tractions
+
+   !> What a lattice makes of full sliding.
+   pure function full_sliding(lattice, creepage) result(wrench)
+      type(lattice_type), intent(in) :: lattice
+      !> Along and across, and of spin.
+      real(wp), intent(in) :: creepage(3)
+      real(wp) :: wrench(3)
+      real(wp), dimension(lattice%n, lattice%n) :: x, y, scale
+
+      x = creepage(1) - creepage(3)*lattice%y
+      y = creepage(2) + creepage(3)*lattice%x
+      scale = -lattice%bound/max(hypot(x, y), tiny(x))
+      wrench = resultant(lattice, scale*x, scale*y)
+   end function full_sliding
+
+end module contensou_contact_creep_boundary_elements

@@ -1,0 +1,428 @@
+!> Rolling contact of two elastic half-spaces with friction, by boundary elements (J. Kalker,
+!> Three-Dimensional Elastic Bodies in Rolling Contact, 1990, chapter 4; the discretisation is that
+!> of E. Vollebregt's CONTACT): constant tractions on rectangles, their displacements after Cerruti
+!> in closed form, slip over the distance rolled in one step, and in every element either no slip or
+!> a traction at its bound f p against the slip.
+!>
+!> Units: lengths in sqrt(a b), tractions in f p0, displacements in sqrt(a b) f p0/G, creepages in
+!> e0 = f p0/G, forces in f N, torques in f N sqrt(a b). Rolling is along +x; the spot may lie
+!> obliquely. Its chords along x have their middles on a line y -> shear y; the rows of elements are
+!> shifted along, so that in the indices every spot is the same disc, and the influence of an
+!> element on another depends on their differences alone.
+!>
+!> The slip is s = w + B p for the tractions p of all elements, w being that of rigid bodies. The
+!> conditions are those of
+!>    p = P(p - rho s),  P(q) = q within the bound g, else g q/|q|,
+!> for any rho > 0, and Newton's method for this equation, its linear systems by GMRES, finds the
+!> parts that stick in some six steps from anywhere for rho = 0.3/B(0): a larger rho runs into cycles.
+module contensou_contact_creep_half_space
+   use contensou_base_kinds, only : pi, wp
+   implicit none(type, external)
+   private
+
+   public :: lattice_type, influence_type, spot_lattice, rolling_influence, contact_influence
+   public :: solve_tractions, displace, resultant, refine
+
+   !> Elements of a spot.
+   type :: lattice_type
+      !> Elements across the spot, along x and along y.
+      integer :: n
+      !> Sides of an element.
+      real(wp) :: dx, dy
+      !> Shift of the middle of a chord along x per y.
+      real(wp) :: shear
+      !> First and last element of the rows; none if the first is behind the last.
+      integer, allocatable :: first(:), last(:)
+      !> Centres of the elements.
+      real(wp), allocatable :: x(:, :), y(:, :)
+      !> Bound of the traction, zero outside of the spot; its resultant is one.
+      real(wp), allocatable :: bound(:, :)
+   end type lattice_type
+
+   !> Influence of the traction of an element on the displacement or the slip of another, by the
+   !> differences of their indices, target less source.
+   type :: influence_type
+      real(wp), allocatable :: xx(:, :), xy(:, :), yy(:, :)
+   end type influence_type
+
+   !> Parts 1/B(0) that rho may be, tried in turn.
+   real(wp), parameter :: rho_parts(3) = [0.3_wp, 0.1_wp, 0.03_wp]
+
+   !> Most steps of Newton's method, and of GMRES in each.
+   integer, parameter :: most_steps = 40, most_vectors = 120
+
+   !> Relative residual of a linear system.
+   real(wp), parameter :: linear_tolerance = 1.0e-3_wp
+
+   !> Resultant of the pressure of Hertz over p0 a b.
+   real(wp), parameter :: hertz_load = 2.0_wp*pi/3.0_wp
+
+contains
+
+   !> The elements of a spot.
+   pure function spot_lattice(n, half_length, shear) result(lattice)
+      !> Elements across, >= 2.
+      integer, intent(in) :: n
+      !> Half the chord through the centre, along x; half the width across is its inverse.
+      real(wp), intent(in) :: half_length
+      !> Shift of the middle of a chord along x per y.
+      real(wp), intent(in) :: shear
+      type(lattice_type) :: lattice
+      real(wp) :: half_width, u, v
+      integer :: i, j
+
+      half_width = 1.0_wp/half_length
+      lattice%n = n
+      lattice%dx = 2.0_wp*half_length/real(n, wp)
+      lattice%dy = 2.0_wp*half_width/real(n, wp)
+      lattice%shear = shear
+      allocate(lattice%first(n), source=n + 1)
+      allocate(lattice%last(n), source=0)
+      allocate(lattice%x(n, n), lattice%y(n, n), lattice%bound(n, n), source=0.0_wp)
+      do j = 1, n
+         v = real(2*j - 1 - n, wp)/real(n, wp)
+         do i = 1, n
+            u = real(2*i - 1 - n, wp)/real(n, wp)
+            lattice%y(i, j) = half_width*v
+            lattice%x(i, j) = half_length*u + shear*half_width*v
+            if (u*u + v*v < 1.0_wp) then
+               lattice%first(j) = min(lattice%first(j), i)
+               lattice%last(j) = i
+               lattice%bound(i, j) = sqrt(1.0_wp - u*u - v*v)
+            end if
+         end do
+      end do
+      lattice%bound = lattice%bound*(hertz_load/(sum(lattice%bound)*lattice%dx*lattice%dy))
+   end function spot_lattice
+
+   !> Influence on the displacement, of tractions that have moved along by some elements since.
+   pure function contact_influence(lattice, poisson, moved) result(influence)
+      type(lattice_type), intent(in) :: lattice
+      !> Poisson's ratio of both bodies together.
+      real(wp), intent(in) :: poisson
+      !> Distance that the material has passed the spot along -x since, in elements.
+      real(wp), intent(in) :: moved
+      type(influence_type) :: influence
+      real(wp) :: along, across, xx, yy, xy
+      integer :: i, j, m
+
+      m = lattice%n - 1
+      allocate(influence%xx(-m:m, -m:m), influence%xy(-m:m, -m:m), influence%yy(-m:m, -m:m))
+      do j = -m, m
+         across = lattice%dy*real(j, wp)
+         do i = -m, m
+            along = lattice%dx*(real(i, wp) + moved) + lattice%shear*across
+            call integrate(along, across, 0.5_wp*lattice%dx, 0.5_wp*lattice%dy, xx, yy, xy)
+            influence%xx(i, j) = (xx + (1.0_wp - poisson)*yy)/pi
+            influence%yy(i, j) = (yy + (1.0_wp - poisson)*xx)/pi
+            influence%xy(i, j) = poisson*xy/pi
+         end do
+      end do
+   end function contact_influence
+
+   !> Influence on the slip of steady rolling, over the length of one element and divided by it.
+   pure function rolling_influence(lattice, poisson) result(influence)
+      type(lattice_type), intent(in) :: lattice
+      !> Poisson's ratio of both bodies together.
+      real(wp), intent(in) :: poisson
+      type(influence_type) :: influence
+      type(influence_type) :: before
+
+      influence = contact_influence(lattice, poisson, 0.0_wp)
+      before = contact_influence(lattice, poisson, 1.0_wp)
+      influence%xx = (influence%xx - before%xx)/lattice%dx
+      influence%xy = (influence%xy - before%xy)/lattice%dx
+      influence%yy = (influence%yy - before%yy)/lattice%dx
+   end function rolling_influence
+
+   !> Integrals of x^2/R^3, y^2/R^3 and x y/R^3 over a rectangle about the origin, R from a point.
+   pure subroutine integrate(x, y, half_x, half_y, xx, yy, xy)
+      real(wp), intent(in) :: x, y
+      !> Half the sides.
+      real(wp), intent(in) :: half_x, half_y
+      real(wp), intent(out) :: xx, yy, xy
+      real(wp) :: x1, x2, y1, y2
+
+      x1 = x - half_x
+      x2 = x + half_x
+      y1 = y - half_y
+      y2 = y + half_y
+      xx = primitive(y2, x2) - primitive(y2, x1) - primitive(y1, x2) + primitive(y1, x1)
+      yy = primitive(x2, y2) - primitive(x2, y1) - primitive(x1, y2) + primitive(x1, y1)
+      xy = hypot(x2, y1) - hypot(x2, y2) + hypot(x1, y2) - hypot(x1, y1)
+   end subroutine integrate
+
+   !> s ln(t + sqrt(s^2 + t^2)), zero for s = 0.
+   pure real(wp) function primitive(s, t)
+      real(wp), intent(in) :: s, t
+
+      primitive = 0.0_wp
+      if (abs(s) > tiny(s)) primitive = s*(asinh(t/abs(s)) + log(abs(s)))
+   end function primitive
+
+   !> Tractions of a step: those that stick without slip, and those at their bound against the slip.
+   pure subroutine solve_tractions(lattice, influence, rigid_x, rigid_y, bounded, tolerance, &
+      px, py, residual)
+      type(lattice_type), intent(in) :: lattice
+      !> Influence on the slip.
+      type(influence_type), intent(in) :: influence
+      !> Slip without tractions.
+      real(wp), intent(in) :: rigid_x(:, :), rigid_y(:, :)
+      !> Whether the tractions have the bound; without it everything sticks.
+      logical, intent(in) :: bounded
+      !> Largest error of a traction, of its equation with rho.
+      real(wp), intent(in) :: tolerance
+      !> Tractions: a guess, zero outside of the spot, then the solution.
+      real(wp), intent(inout) :: px(:, :), py(:, :)
+      !> Error that is left, above the tolerance if the solution was not found.
+      real(wp), intent(out) :: residual
+      integer :: i
+
+      residual = huge(residual)
+      do i = 1, size(rho_parts)
+         call iterate(lattice, influence, rho_parts(i)/influence%xx(0, 0), rigid_x, rigid_y, &
+            bounded, tolerance, px, py, residual)
+         if (residual <= tolerance) return
+      end do
+   end subroutine solve_tractions
+
+   !> Newton's method for p = P(p - rho s).
+   pure subroutine iterate(lattice, influence, rho, rigid_x, rigid_y, bounded, tolerance, px, py, &
+      residual)
+      type(lattice_type), intent(in) :: lattice
+      type(influence_type), intent(in) :: influence
+      real(wp), intent(in) :: rho
+      real(wp), intent(in) :: rigid_x(:, :), rigid_y(:, :)
+      logical, intent(in) :: bounded
+      real(wp), intent(in) :: tolerance
+      real(wp), intent(inout) :: px(:, :), py(:, :)
+      real(wp), intent(out) :: residual
+      real(wp), dimension(lattice%n, lattice%n) :: sx, sy, fx, fy, ex, ey, beta
+      real(wp) :: qx, qy, q
+      integer :: i, j, step
+
+      fx = 0.0_wp
+      fy = 0.0_wp
+      ex = 0.0_wp
+      ey = 0.0_wp
+      do step = 0, most_steps
+         call displace(lattice, influence, px, py, sx, sy)
+         residual = 0.0_wp
+         ! beta is that part of the element's slip that its traction does not follow; zero: it
+         ! sticks.
+         beta = 0.0_wp
+         do j = 1, lattice%n
+            do i = lattice%first(j), lattice%last(j)
+               sx(i, j) = sx(i, j) + rigid_x(i, j)
+               sy(i, j) = sy(i, j) + rigid_y(i, j)
+               qx = px(i, j) - rho*sx(i, j)
+               qy = py(i, j) - rho*sy(i, j)
+               q = hypot(qx, qy)
+               fx(i, j) = rho*sx(i, j)
+               fy(i, j) = rho*sy(i, j)
+               if (bounded .and. q > lattice%bound(i, j)) then
+                  ex(i, j) = qx/q
+                  ey(i, j) = qy/q
+                  beta(i, j) = lattice%bound(i, j)/q
+                  fx(i, j) = px(i, j) - lattice%bound(i, j)*ex(i, j)
+                  fy(i, j) = py(i, j) - lattice%bound(i, j)*ey(i, j)
+               end if
+               residual = max(residual, abs(fx(i, j)), abs(fy(i, j)))
+            end do
+         end do
+         if (residual <= tolerance .or. step == most_steps) exit
+         call correct(lattice, influence, rho, beta, ex, ey, fx, fy, px, py)
+         if (bounded) call confine(lattice, px, py)
+      end do
+   end subroutine iterate
+
+   !> Cut tractions beyond their bound.
+   pure subroutine confine(lattice, px, py)
+      type(lattice_type), intent(in) :: lattice
+      real(wp), intent(inout) :: px(:, :), py(:, :)
+      real(wp) :: p
+      integer :: i, j
+
+      do j = 1, lattice%n
+         do i = lattice%first(j), lattice%last(j)
+            p = hypot(px(i, j), py(i, j))
+            if (p > lattice%bound(i, j)) then
+               px(i, j) = px(i, j)*(lattice%bound(i, j)/p)
+               py(i, j) = py(i, j)*(lattice%bound(i, j)/p)
+            end if
+         end do
+      end do
+   end subroutine confine
+
+   !> Add the solution of the linear system of a step of Newton's method, J d = -f, by GMRES.
+   pure subroutine correct(lattice, influence, rho, beta, ex, ey, fx, fy, px, py)
+      type(lattice_type), intent(in) :: lattice
+      type(influence_type), intent(in) :: influence
+      real(wp), intent(in) :: rho
+      !> Part of the slip, and direction of the traction, of elements that slip.
+      real(wp), intent(in) :: beta(:, :), ex(:, :), ey(:, :)
+      !> Residual; destroyed.
+      real(wp), intent(inout) :: fx(:, :), fy(:, :)
+      real(wp), intent(inout) :: px(:, :), py(:, :)
+      real(wp), allocatable :: basis(:, :, :, :), hessenberg(:, :)
+      real(wp) :: cosine(most_vectors), sine(most_vectors), right(most_vectors + 1)
+      real(wp) :: y(most_vectors), start, norm, turned
+      integer :: k, l
+
+      allocate(basis(lattice%n, lattice%n, 2, most_vectors + 1))
+      allocate(hessenberg(most_vectors + 1, most_vectors))
+      call precondition(lattice, influence, rho, beta, ex, ey, fx, fy)
+      start = sqrt(sum(fx**2) + sum(fy**2))
+      if (start <= 0.0_wp) return
+      basis(:, :, 1, 1) = -fx/start
+      basis(:, :, 2, 1) = -fy/start
+      right = 0.0_wp
+      right(1) = start
+      do k = 1, most_vectors
+         call apply_jacobian(lattice, influence, rho, beta, ex, ey, basis(:, :, 1, k), &
+            basis(:, :, 2, k), fx, fy)
+         call precondition(lattice, influence, rho, beta, ex, ey, fx, fy)
+         do l = 1, k
+            hessenberg(l, k) = sum(fx*basis(:, :, 1, l)) + sum(fy*basis(:, :, 2, l))
+            fx = fx - hessenberg(l, k)*basis(:, :, 1, l)
+            fy = fy - hessenberg(l, k)*basis(:, :, 2, l)
+         end do
+         norm = sqrt(sum(fx**2) + sum(fy**2))
+         if (norm > 0.0_wp) then
+            basis(:, :, 1, k + 1) = fx/norm
+            basis(:, :, 2, k + 1) = fy/norm
+         end if
+         do l = 1, k - 1
+            turned = cosine(l)*hessenberg(l, k) + sine(l)*hessenberg(l + 1, k)
+            hessenberg(l + 1, k) = cosine(l)*hessenberg(l + 1, k) - sine(l)*hessenberg(l, k)
+            hessenberg(l, k) = turned
+         end do
+         turned = hypot(hessenberg(k, k), norm)
+         cosine(k) = hessenberg(k, k)/turned
+         sine(k) = norm/turned
+         hessenberg(k, k) = turned
+         right(k + 1) = -sine(k)*right(k)
+         right(k) = cosine(k)*right(k)
+         if (abs(right(k + 1)) <= linear_tolerance*start .or. k == most_vectors) exit
+      end do
+      do l = k, 1, -1
+         y(l) = (right(l) - dot_product(hessenberg(l, l + 1:k), y(l + 1:k)))/hessenberg(l, l)
+      end do
+      do l = 1, k
+         px = px + y(l)*basis(:, :, 1, l)
+         py = py + y(l)*basis(:, :, 2, l)
+      end do
+   end subroutine correct
+
+   !> Derivative of the residual along a direction.
+   pure subroutine apply_jacobian(lattice, influence, rho, beta, ex, ey, dx, dy, rx, ry)
+      type(lattice_type), intent(in) :: lattice
+      type(influence_type), intent(in) :: influence
+      real(wp), intent(in) :: rho
+      real(wp), intent(in) :: beta(:, :), ex(:, :), ey(:, :)
+      !> Direction.
+      real(wp), intent(in) :: dx(:, :), dy(:, :)
+      real(wp), intent(out) :: rx(:, :), ry(:, :)
+      real(wp) :: turn
+      integer :: i, j
+
+      call displace(lattice, influence, dx, dy, rx, ry)
+      do j = 1, lattice%n
+         do i = lattice%first(j), lattice%last(j)
+            if (beta(i, j) > 0.0_wp) then
+               turn = beta(i, j)*(ex(i, j)*(dy(i, j) - rho*ry(i, j)) &
+                  - ey(i, j)*(dx(i, j) - rho*rx(i, j)))
+               rx(i, j) = dx(i, j) + turn*ey(i, j)
+               ry(i, j) = dy(i, j) - turn*ex(i, j)
+            else
+               rx(i, j) = rho*rx(i, j)
+               ry(i, j) = rho*ry(i, j)
+            end if
+         end do
+      end do
+   end subroutine apply_jacobian
+
+   !> Multiply by the inverse of what the Jacobian has on the diagonal, two by two.
+   pure subroutine precondition(lattice, influence, rho, beta, ex, ey, rx, ry)
+      type(lattice_type), intent(in) :: lattice
+      type(influence_type), intent(in) :: influence
+      real(wp), intent(in) :: rho
+      real(wp), intent(in) :: beta(:, :), ex(:, :), ey(:, :)
+      real(wp), intent(inout) :: rx(:, :), ry(:, :)
+      real(wp) :: own_x, own_y, xx, xy, yx, yy, x
+      integer :: i, j
+
+      own_x = rho*influence%xx(0, 0)
+      own_y = rho*influence%yy(0, 0)
+      do j = 1, lattice%n
+         do i = lattice%first(j), lattice%last(j)
+            if (beta(i, j) > 0.0_wp) then
+               xx = 1.0_wp - beta(i, j)*ey(i, j)**2*(1.0_wp - own_x)
+               xy = beta(i, j)*ex(i, j)*ey(i, j)*(1.0_wp - own_y)
+               yx = beta(i, j)*ex(i, j)*ey(i, j)*(1.0_wp - own_x)
+               yy = 1.0_wp - beta(i, j)*ex(i, j)**2*(1.0_wp - own_y)
+               x = (yy*rx(i, j) - xy*ry(i, j))/(xx*yy - xy*yx)
+               ry(i, j) = (xx*ry(i, j) - yx*rx(i, j))/(xx*yy - xy*yx)
+               rx(i, j) = x
+            else
+               rx(i, j) = rx(i, j)/own_x
+               ry(i, j) = ry(i, j)/own_y
+            end if
+         end do
+      end do
+   end subroutine precondition
+
+   !> Displacement or slip by tractions.
+   pure subroutine displace(lattice, influence, px, py, ux, uy)
+      type(lattice_type), intent(in) :: lattice
+      type(influence_type), intent(in) :: influence
+      real(wp), intent(in) :: px(:, :), py(:, :)
+      real(wp), intent(out) :: ux(:, :), uy(:, :)
+      real(wp) :: row_x(lattice%n), row_y(lattice%n), x, y
+      integer :: i, j, k, l
+
+      do j = 1, lattice%n
+         row_x = 0.0_wp
+         row_y = 0.0_wp
+         do l = 1, lattice%n
+            do k = lattice%first(l), lattice%last(l)
+               x = px(k, l)
+               y = py(k, l)
+               do i = lattice%first(j), lattice%last(j)
+                  row_x(i) = row_x(i) + influence%xx(i - k, j - l)*x + influence%xy(i - k, j - l)*y
+                  row_y(i) = row_y(i) + influence%xy(i - k, j - l)*x + influence%yy(i - k, j - l)*y
+               end do
+            end do
+         end do
+         ux(:, j) = row_x
+         uy(:, j) = row_y
+      end do
+   end subroutine displace
+
+   !> Force and torque of tractions.
+   pure function resultant(lattice, px, py) result(wrench)
+      type(lattice_type), intent(in) :: lattice
+      real(wp), intent(in) :: px(:, :), py(:, :)
+      real(wp) :: wrench(3)
+
+      wrench = (lattice%dx*lattice%dy/hertz_load)*[sum(px), sum(py), &
+         sum(lattice%x*py - lattice%y*px)]
+   end function resultant
+
+   !> Tractions of a finer lattice from those of a coarser one.
+   pure subroutine refine(coarse, fine, values, refined)
+      type(lattice_type), intent(in) :: coarse, fine
+      real(wp), intent(in) :: values(:, :)
+      real(wp), intent(out) :: refined(:, :)
+      integer :: i, j
+
+      refined = 0.0_wp
+      do j = 1, fine%n
+         do i = fine%first(j), fine%last(j)
+            refined(i, j) = values(1 + ((2*i - 1)*coarse%n)/(2*fine%n), &
+               1 + ((2*j - 1)*coarse%n)/(2*fine%n))
+         end do
+      end do
+   end subroutine refine
+
+end module contensou_contact_creep_half_space

@@ -1,0 +1,140 @@
+"""Exact laws of creep by way of `contensou eval creep`: the boundary elements.
+
+The tables that others computed stay in the folder of references (CONTENSOU_TANGENTIAL, by default
+/work/shared/reference/tangential); where it is not there their tests are skipped.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+import random
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+TABLES = Path(os.environ.get("CONTENSOU_TANGENTIAL", "/work/shared/reference/tangential"))
+
+INPUTS = "N,a,b,f,G,nu,vx,vy,w,cx,cy"
+
+F, G, P0, SIZE = 0.3, 8e10, 1e9, 1e-3
+E0 = F * P0 / G
+
+
+def reference(name: str) -> list[dict[str, float]]:
+    """The rows of a table of references."""
+    if not (TABLES / name).is_file():
+        pytest.skip(f"the references {TABLES / name} are not here")
+    with (TABLES / name).open() as lines:
+        return [
+            {key: float(value) for key, value in row.items()} for row in csv.DictReader(lines)
+        ]
+
+
+def spot(ratio: float, poisson: float = 0.3) -> tuple[float, ...]:
+    """Inputs of a spot with sqrt(a b) of 1 mm."""
+    a, b = SIZE * ratio**0.5, SIZE / ratio**0.5
+    return 2 * math.pi / 3 * a * b * P0, a, b, F, G, poisson
+
+
+@pytest.fixture
+def wrenches(run):
+    """Function from a law and rows of inputs to Fx, Fy in f N and Tz in f N sqrt(a b)."""
+
+    def evaluate(model, rows):
+        text = "".join(",".join(map(str, row)) + "\n" for row in [INPUTS.split(","), *rows])
+        result = run("eval", "creep", "--model", model, input=text)
+        assert result.status == 0, result.err
+        found = np.array([
+            [float(row[name]) for name in ("Fx", "Fy", "Tz")]
+            for row in csv.DictReader(io.StringIO(result.out))
+        ])
+        rows = np.array(rows)
+        limit = rows[:, 0] * rows[:, 3]
+        return found / np.stack([limit, limit, limit * np.sqrt(rows[:, 1] * rows[:, 2])], axis=1)
+
+    return evaluate
+
+
+@pytest.mark.parametrize("model", ["boundary_elements"])
+def test_table_of_creep(wrenches, model):
+    table = reference("creep.csv")
+    rows = [
+        (
+            *spot(row["a_over_b"], row["nu"]),
+            E0 * row["cx"], E0 * row["cy"], E0 * row["cphi"] / SIZE, -1.0, 0.0,
+        )
+        for row in table
+    ]
+    expected = np.array([[row["Fx"], row["Fy"], row["Tz"]] for row in table])
+    error = np.abs(wrenches(model, rows) - expected).max(axis=1)
+    assert error.mean() <= 0.005
+    assert error.max() <= 0.02
+
+
+@pytest.mark.parametrize("model", ["boundary_elements"])
+def test_large_creep_is_full_sliding(wrenches, model):
+    rows = [
+        (*spot(ratio), *(large * E0 * v for v in (1.0, -0.5)), large * E0 * spin / SIZE, c, 0.3)
+        for ratio in (0.3, 1.0, 4.0)
+        for large in (1e4, 1e6)
+        for spin in (0.0, 0.4, 3.0)
+        for c in (0.7, 0.0)
+    ]
+    error = np.abs(wrenches(model, rows) - wrenches("sliding", rows)).max(axis=1)
+    assert error.max() <= 2e-3
+
+
+@pytest.mark.parametrize("model", ["boundary_elements"])
+def test_nothing_rolls(wrenches, model):
+    draw = random.Random(3)
+    rows = [
+        (*spot(10 ** draw.uniform(-1, 1)), *(draw.gauss(0, 1) for _ in range(2)),
+         draw.gauss(0, 1e3), 0.0, 0.0)
+        for _ in range(20)
+    ]
+    assert np.abs(wrenches(model, rows) - wrenches("sliding", rows)).max() <= 1e-12
+
+
+@pytest.mark.parametrize("model", ["boundary_elements"])
+def test_no_creep_no_force(wrenches, model):
+    rows = [(*spot(ratio), 0.0, 0.0, 0.0, 0.6, -0.8) for ratio in (0.2, 1.0, 2.0)]
+    assert not wrenches(model, rows).any()
+
+
+@pytest.mark.parametrize("model", ["boundary_elements"])
+def test_directions(wrenches, model):
+    """Mirrors of a spot and half a turn of all, and the axes in the other order."""
+    state = np.array([0.4, 0.3, 0.5])
+    c = np.array([-0.8, 0.6])
+    signs = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
+    rows = []
+    for x, y in signs:
+        v = E0 * state * (x, y, x * y)
+        rows.append((*spot(2.0), v[0], v[1], v[2] / SIZE, x * c[0], y * c[1]))
+    v = E0 * state
+    rows.append((*spot(0.5), -v[1], v[0], v[2] / SIZE, -c[1], c[0]))
+    found = wrenches(model, rows)
+    first = found[0]
+    expected = [first * (x, y, x * y) for x, y in signs]
+    expected.append(np.array([-first[1], first[0], first[2]]))
+    assert np.abs(found - np.array(expected)).max() <= 2e-5
+
+
+@pytest.mark.parametrize("model", ["boundary_elements"])
+def test_dissipates(wrenches, model):
+    draw = random.Random(5)
+    rows = []
+    for _ in range(40):
+        v = np.array([draw.gauss(0, 1) for _ in range(3)])
+        v *= E0 * 10 ** draw.uniform(-2, 3) / np.linalg.norm(v)
+        turn = draw.uniform(0, 2 * math.pi)
+        rows.append((*spot(10 ** draw.uniform(-1, 1), draw.uniform(0, 0.5)), v[0], v[1],
+                     v[2] / SIZE, math.cos(turn), math.sin(turn)))
+    found = wrenches(model, rows)
+    velocity = np.array(rows)[:, 6:9] * (1, 1, SIZE)
+    assert ((found * velocity).sum(axis=1) < 0).all()
+    assert np.hypot(found[:, 0], found[:, 1]).max() <= 1.001

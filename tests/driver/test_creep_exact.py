@@ -29,9 +29,7 @@ def reference(name: str) -> list[dict[str, float]]:
     if not (TABLES / name).is_file():
         pytest.skip(f"the references {TABLES / name} are not here")
     with (TABLES / name).open() as lines:
-        return [
-            {key: float(value) for key, value in row.items()} for row in csv.DictReader(lines)
-        ]
+        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(lines)]
 
 
 def spot(ratio: float, poisson: float = 0.3) -> tuple[float, ...]:
@@ -48,10 +46,12 @@ def wrenches(run):
         text = "".join(",".join(map(str, row)) + "\n" for row in [INPUTS.split(","), *rows])
         result = run("eval", "creep", "--model", model, input=text)
         assert result.status == 0, result.err
-        found = np.array([
-            [float(row[name]) for name in ("Fx", "Fy", "Tz")]
-            for row in csv.DictReader(io.StringIO(result.out))
-        ])
+        found = np.array(
+            [
+                [float(row[name]) for name in ("Fx", "Fy", "Tz")]
+                for row in csv.DictReader(io.StringIO(result.out))
+            ]
+        )
         rows = np.array(rows)
         limit = rows[:, 0] * rows[:, 3]
         return found / np.stack([limit, limit, limit * np.sqrt(rows[:, 1] * rows[:, 2])], axis=1)
@@ -65,7 +65,11 @@ def test_table_of_creep(wrenches, model):
     rows = [
         (
             *spot(row["a_over_b"], row["nu"]),
-            E0 * row["cx"], E0 * row["cy"], E0 * row["cphi"] / SIZE, -1.0, 0.0,
+            E0 * row["cx"],
+            E0 * row["cy"],
+            E0 * row["cphi"] / SIZE,
+            -1.0,
+            0.0,
         )
         for row in table
     ]
@@ -92,8 +96,13 @@ def test_large_creep_is_full_sliding(wrenches, model):
 def test_nothing_rolls(wrenches, model):
     draw = random.Random(3)
     rows = [
-        (*spot(10 ** draw.uniform(-1, 1)), *(draw.gauss(0, 1) for _ in range(2)),
-         draw.gauss(0, 1e3), 0.0, 0.0)
+        (
+            *spot(10 ** draw.uniform(-1, 1)),
+            *(draw.gauss(0, 1) for _ in range(2)),
+            draw.gauss(0, 1e3),
+            0.0,
+            0.0,
+        )
         for _ in range(20)
     ]
     assert np.abs(wrenches(model, rows) - wrenches("sliding", rows)).max() <= 1e-12
@@ -132,8 +141,16 @@ def test_dissipates(wrenches, model):
         v = np.array([draw.gauss(0, 1) for _ in range(3)])
         v *= E0 * 10 ** draw.uniform(-2, 3) / np.linalg.norm(v)
         turn = draw.uniform(0, 2 * math.pi)
-        rows.append((*spot(10 ** draw.uniform(-1, 1), draw.uniform(0, 0.5)), v[0], v[1],
-                     v[2] / SIZE, math.cos(turn), math.sin(turn)))
+        rows.append(
+            (
+                *spot(10 ** draw.uniform(-1, 1), draw.uniform(0, 0.5)),
+                v[0],
+                v[1],
+                v[2] / SIZE,
+                math.cos(turn),
+                math.sin(turn),
+            )
+        )
     found = wrenches(model, rows)
     velocity = np.array(rows)[:, 6:9] * (1, 1, SIZE)
     assert ((found * velocity).sum(axis=1) < 0).all()

@@ -12,6 +12,7 @@ import json
 import re
 import subprocess
 import sys
+import time
 import zlib
 from pathlib import Path
 
@@ -284,6 +285,27 @@ def test_command_writes_a_page(run, scene, tmp_path):
     done = view("top.h5.part", "-o", "top.h5.part", cwd=tmp_path)
     assert done.returncode == 2
     assert "would replace the file that is drawn" in done.stderr
+
+
+def test_file_that_is_being_written(executable, scene, tmp_path):
+    """A run that goes on is shown as far as its rows are in the file, and goes on."""
+    endless = ["--set", "scene.t_end=9e4", "--set", "output.interval=1e-4"]
+    with subprocess.Popen([executable, "run", scene, "-q", *endless], cwd=tmp_path) as live:
+        part = tmp_path / "top.h5.part"
+        for _ in range(100):
+            # Rows are flushed after five seconds.
+            time.sleep(1)
+            done = view(part.name, "-o", "so_far.html", cwd=tmp_path)
+            if done.returncode == 0:
+                break
+            assert done.stderr.startswith(f"error: {part.name} "), done.stderr
+            assert "Traceback" not in done.stderr
+        assert live.poll() is None
+        live.terminate()
+    assert (done.returncode, done.stdout) == (0, "so_far.html\n"), done.stderr
+    head, _ = contents((tmp_path / "so_far.html").read_text(encoding="utf-8"))
+    assert head["status"] == "running"
+    assert head["end"] > 0
 
 
 def test_files_that_cannot_be_shown(run, scene, tmp_path):

@@ -178,7 +178,7 @@ def text() -> str:
             "Each scene of [inputs](../inputs), drawn by its own page of [view.md](view.md). "
             "`scripts/gallery` runs them all, writes these stills and this text, and leaves the "
             "pages, one HTML file for each scene, in `results/gallery`: they open in a browser, "
-            "play, and can be turned."
+            "play, and can be turned. The links to them lead somewhere once it has run."
         )
         + "\n![Five positions of the Tippe-Top](gallery/poster.jpg)\n\n"
         + wrapped(
@@ -191,7 +191,7 @@ def text() -> str:
             f"\n## {name}\n\n![{name} at {still.time:g} s](gallery/{name}.jpg)\n\n"
             + wrapped(
                 f"{still.text} Scene [{name}.nml](../inputs/{name}.nml), at {still.time:g} s; "
-                f"page `results/gallery/{name}.html`."
+                f'page <a href="../results/gallery/{name}.html">{name}.html</a>.'
             )
         )
     return "".join(parts)

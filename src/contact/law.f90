@@ -5,6 +5,8 @@
 module contensou_contact_law
    use contensou_base_kinds, only : wp
    use contensou_base_vectors, only : cross
+   use contensou_contact_creep_law, only : n_arguments, passing_type
+   use contensou_contact_creep_steady, only : steady_type
    use contensou_contact_damping_law, only : damping_type
    use contensou_contact_friction_law, only : friction_type, sliding_type
    use contensou_contact_geometry, only : contact_point_type, geometry_type
@@ -29,6 +31,8 @@ module contensou_contact_law
       class(friction_type), allocatable :: friction
       !> Rolling resistance; unallocated for none.
       class(rolling_type), allocatable :: rolling
+      !> Steady rolling; unallocated where the whole spot slides, or remembers.
+      type(steady_type), allocatable :: steady
       !> Largest approach that Hertz's theory admits [m].
       real(wp) :: largest_approach = 0.0_wp
       !> Numbers of state of damping, which come before those of friction.
@@ -40,6 +44,8 @@ module contensou_contact_law
       procedure :: vary
       procedure :: hold
       procedure :: vary_hold
+      procedure :: roll
+      procedure :: vary_roll
       procedure, private :: press
       procedure, private :: vary_press
       procedure :: sliding
@@ -214,6 +220,38 @@ contains
       if (allocated(self%rolling)) call add_rolling(self, at, spin, load)
    end subroutine hold
 
+   !> Load of a closed contact in steady rolling, and the rates of the states of damping.
+   pure subroutine roll(self, at, velocity, spin, carried, resolution, states, load, rates)
+      class(contact_law_type), intent(in) :: self
+      !> Geometry of the contact, its gap < 0.
+      type(contact_point_type), intent(in) :: at
+      !> Velocity of B against A at the contact point [m/s].
+      real(wp), intent(in) :: velocity(3)
+      !> Angular velocity of B against A [rad/s].
+      real(wp), intent(in) :: spin(3)
+      !> Velocity of the material through the spot [m/s].
+      real(wp), intent(in) :: carried(3)
+      !> Square of the velocity below which motion is not resolved [m2/s2], 0 if all is.
+      real(wp), intent(in) :: resolution
+      !> States of damping.
+      real(wp), intent(in) :: states(:)
+      type(contact_load_type), intent(out) :: load
+      !> Time derivatives of the states.
+      real(wp), intent(out) :: rates(:)
+      type(passing_type) :: rolls
+      real(wp) :: minor(3), wrench(3)
+
+      call self%press(at, velocity, states, load, rates)
+      minor = cross(at%normal, at%major)
+      rolls%sliding_type = self%sliding(load%normal_force, -at%gap, [dot_product(velocity, &
+         at%major), dot_product(velocity, minor), dot_product(spin, at%normal)], resolution)
+      rolls%cx = dot_product(carried, at%major)
+      rolls%cy = dot_product(carried, minor)
+      call self%steady%wrench(self%normal%shape, rolls, wrench)
+      call take_friction(at, minor, rolls%sliding_type, wrench, load)
+      if (allocated(self%rolling)) call add_rolling(self, at, spin, load)
+   end subroutine roll
+
    !> What slides at a normal force.
    pure function sliding(self, load, approach, motion, resolution) result(slides)
       class(contact_law_type), intent(in) :: self
@@ -342,6 +380,42 @@ contains
          values(2:4), values(5 + nd:), by_motion)
       call chain(nd, n_states, slides%a, approach, by_motion, slopes)
    end subroutine vary_hold
+
+   !> The same in steady rolling, and the derivatives of the wrench by the velocity of the material.
+   pure subroutine vary_roll(self, approach, rate, motion, carried, resolution, states, scales, &
+      values, slopes, by_carried)
+      class(contact_law_type), intent(in) :: self
+      !> Approach d [m], > 0.
+      real(wp), intent(in) :: approach
+      !> Its rate [m/s].
+      real(wp), intent(in) :: rate
+      !> Sliding velocity along the axes [m/s], spin [rad/s].
+      real(wp), intent(in) :: motion(3)
+      !> Velocity of the material through the spot along the axes [m/s].
+      real(wp), intent(in) :: carried(2)
+      !> Square of the velocity below which motion is not resolved [m2/s2], 0 if all is.
+      real(wp), intent(in) :: resolution
+      !> States of damping.
+      real(wp), intent(in) :: states(:)
+      !> Values against which they count as small.
+      real(wp), intent(in) :: scales(:)
+      !> N, F_x, F_y [N], T [N m], then the rates.
+      real(wp), intent(out) :: values(:)
+      !> Derivative of value i by d, d', v_x, v_y, w, then by the states.
+      real(wp), intent(out) :: slopes(:, :)
+      !> Derivative of F_x, F_y, T by the velocity of the material.
+      real(wp), intent(out) :: by_carried(3, 2)
+      type(passing_type) :: rolls
+      real(wp) :: by_motion(3, n_arguments)
+
+      call self%vary_press(approach, rate, states, scales, values, slopes)
+      rolls%sliding_type = self%sliding(values(1), approach, motion, resolution)
+      rolls%cx = carried(1)
+      rolls%cy = carried(2)
+      call self%steady%linearize(self%friction, self%normal%shape, rolls, values(2:4), by_motion)
+      call chain(size(states), 0, rolls%a, approach, by_motion(:, :5), slopes)
+      by_carried = by_motion(:, 6:7)
+   end subroutine vary_roll
 
    !> Complete derivatives by approach and rate from those of friction by load and size of the spot.
    pure subroutine chain(nd, nf, a, approach, by_motion, slopes)

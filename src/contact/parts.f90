@@ -151,7 +151,9 @@ contains
       if (.not. self%models(choice)%acts) return
       text = ", "
       if (self%name == "rolling") text = text // "rolling resistance "
-      if (self%name == "tangential") text = text // "tangential elasticity "
+      if (self%name == "tangential" .and. associated(self%models(choice)%put_states)) then
+         text = text // "tangential elasticity "
+      end if
       text = text // trim(self%models(choice)%info%name)
       do k = 1, self%keys(choice)%n
          associate (item => self%keys(choice)%keys(k))

@@ -1,7 +1,7 @@
 !> Table of the models of tangential elasticity.
 module contensou_contact_tangential
    use contensou_contact_catalogue, only : model_info_type
-   use contensou_contact_tangential_law, only : elastic, spring, tangential_model_type
+   use contensou_contact_tangential_law, only : elastic, rolling, spring, tangential_model_type
    implicit none(type, external)
    private
 
@@ -15,7 +15,8 @@ contains
 
       models = [none(), &
          spring(), &
-         elastic()]
+         elastic(), &
+         rolling()]
    end function tangential_models
 
    !> What sticks is rigid.

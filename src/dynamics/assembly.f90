@@ -158,7 +158,12 @@ contains
             values = rolling%completed(spec%parameters)
             call rolling%create(values, around, law%rolling)
          end if
-         if (tangential%acts) then
+         if (tangential%steady) then
+            allocate(law%steady)
+            call tangential%create_steady(tangential%completed(spec%parameters), around, &
+               law%friction, law%steady)
+         end if
+         if (tangential%acts .and. .not. tangential%steady) then
             allocate(contact%tangential)
             call tangential%create(tangential%completed(spec%parameters), around, law%friction, &
                contact%tangential)

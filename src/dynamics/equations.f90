@@ -382,10 +382,10 @@ contains
          end if
          call relative_motion(a, b, at%point, velocity, spin)
          resolution = self%resolution%of(a, b, at%point)
-         if (contact%states%n == 0) then
-            call contact%law%evaluate(at, velocity, spin, resolution, load)
-         else
+         if (contact%evolves()) then
             call contact%evolve(a, b, at, velocity, spin, resolution, load)
+         else
+            call contact%law%evaluate(at, velocity, spin, resolution, load)
          end if
          force = load%normal_force*at%normal
          torque = 0.0_wp

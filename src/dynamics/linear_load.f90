@@ -95,6 +95,10 @@ module contensou_dynamics_linear_load
       real(wp) :: rate_slopes(most_states, 5 + most_states)
       !> Derivatives of the rates by the curvatures.
       real(wp) :: rates_by_curvature(most_states, 2)
+      !> In steady rolling: derivatives of F_x, F_y and T by the velocity of the material along the
+      !> axes, that velocity [m/s], and its derivatives by a twist of B against A, the velocities
+      !> as they are.
+      real(wp) :: by_carried(3, 2), carried(3), carried_by_twist(3, 6)
       !> Angular velocity of the frame of the states [rad/s].
       real(wp) :: frame_spin(3)
       !> Force and torque of the elastic energy through the curvatures [N, N m].
@@ -207,24 +211,31 @@ contains
       slopes(2:4, 3:5) = by_motion(:, 3:5)
    end subroutine evaluate
 
-   !> The same of a compliant contact whose parts own states: values, rates and their derivatives.
+   !> The same of a compliant contact that rolls or whose parts own states: values, rates and their
+   !> derivatives.
    subroutine evaluate_states(contact, touch)
       type(contact_type), intent(inout) :: contact
       !> The contact at its state: the rest is set.
       type(touch_type), intent(inout) :: touch
       real(wp) :: values(4 + most_states), slopes(4 + most_states, 5 + most_states), motion(3), &
-         carried(3)
+         carried(2), scales(most_states)
 
       associate (law => contact%law, states => contact%states, n => contact%states%n_local)
+         if (n > 0) scales(:n) = states%scales
          touch%elastic = law%normal%force(touch%approach)
          touch%states = contact%local_states(touch%at)
          motion = [dot_product(touch%velocity, touch%at%major), dot_product(touch%velocity, &
             touch%minor), dot_product(touch%spin, touch%at%normal)]
+         touch%carried = rolling_velocity(touch%variation, touch%velocity, touch%spin)
+         carried = [dot_product(touch%carried, touch%at%major), dot_product(touch%carried, &
+            touch%minor)]
          if (allocated(contact%tangential)) then
-            carried = rolling_velocity(touch%variation, touch%velocity, touch%spin)
-            call law%vary_hold(touch%approach, touch%rate, motion, [dot_product(carried, &
-               touch%at%major), dot_product(carried, touch%minor)], touch%states(:n), &
+            call law%vary_hold(touch%approach, touch%rate, motion, carried, touch%states(:n), &
                states%scales, contact%tangential, values(:4 + n), slopes(:4 + n, :5 + n))
+         else if (allocated(law%steady)) then
+            call law%vary_roll(touch%approach, touch%rate, motion, carried, touch%resolution, &
+               touch%states(:n), scales(:n), values(:4 + n), slopes(:4 + n, :5 + n), &
+               touch%by_carried)
          else
             call law%vary(touch%approach, touch%rate, motion, touch%resolution, &
                touch%states(:n), states%scales, values(:4 + n), slopes(:4 + n, :5 + n))
@@ -268,11 +279,12 @@ contains
       touch%rate = -dot_product(touch%velocity, touch%at%normal)
       touch%shape = 0.0_wp
       if (touch%rigid) touch%approach = approach_of(contact%law, touch%values(1))
-      if (contact%states%n == 0) then
-         call evaluate(contact%law, touch, touch%values, touch%slopes, touch%elastic)
-      else
+      if (contact%evolves()) then
          call evaluate_states(contact, touch)
+      else
+         call evaluate(contact%law, touch, touch%values, touch%slopes, touch%elastic)
       end if
+      if (allocated(contact%law%steady)) call differ_carried(contact, a, b, touch)
       if (touch%varies) then
          call differ_curvatures(contact, touch)
          if (.not. touch%rigid) then
@@ -308,7 +320,7 @@ contains
       end do
       do k = 1, contact%states%n
          call vary_load(freedoms + k, 0.0_wp, [0.0_wp, 0.0_wp], [none, none], none, none, none, &
-            none, none, none, none)
+            none, none, none, none, none)
       end do
 
    contains
@@ -331,6 +343,7 @@ contains
          !> Translation of the centre of mass of B.
          real(wp), intent(in) :: shift_b(3)
          real(wp) :: twist(6), point(3), normal(3), major(3), d_shape(6), d_acceleration(3)
+         real(wp) :: d_velocity(3), d_carried(3)
 
          twist = [shift, turn]
          d_shape = 0.0_wp
@@ -353,11 +366,17 @@ contains
                   - cross(touch%turning(:, 1), point - shift_a) &
                   - cross(cross(carry_turn, touch%turning(:, 1)), arm_a)
             end if
+            d_velocity = cross(b%spin, point - shift_b) - cross(a%spin, point - shift_a)
+            d_carried = 0.0_wp
+            if (allocated(contact%law%steady)) then
+               ! The pair as it was, turned with A, has the velocity turned back.
+               d_carried = matmul(touch%carried_by_twist, twist) &
+                  + cross(carry_turn, touch%carried) + rolling_velocity(variation, d_velocity &
+                  - cross(carry_turn, touch%velocity), -cross(carry_turn, touch%spin))
+            end if
             call vary_load(freedom, dot_product(at%normal, shift), &
                [dot_product(variation%curvature_a, twist), dot_product(variation%curvature_b, &
-               twist)], &
-               d_shape, normal, major, &
-               cross(b%spin, point - shift_b) - cross(a%spin, point - shift_a), none, &
+               twist)], d_shape, normal, major, d_velocity, none, d_carried, &
                point - shift_a, point - shift_b, d_acceleration)
          end associate
       end subroutine move
@@ -371,13 +390,18 @@ contains
          !> Angular velocity of B against A.
          real(wp), intent(in) :: faster_spin(3)
 
+         real(wp) :: d_carried(3)
+
+         d_carried = 0.0_wp
+         if (allocated(contact%law%steady)) d_carried = rolling_velocity(touch%variation, faster, &
+            faster_spin)
          call vary_load(freedom, 0.0_wp, [0.0_wp, 0.0_wp], [none, none], none, none, faster, &
-            faster_spin, none, none, none)
+            faster_spin, d_carried, none, none, none)
       end subroutine speed_up
 
       !> Variation of the load.
       subroutine vary_load(freedom, d_gap, d_curvatures, d_shape, d_normal, d_major, d_velocity, &
-         d_spin, d_arm_a, d_arm_b, d_acceleration)
+         d_spin, d_carried, d_arm_a, d_arm_b, d_acceleration)
          !> Which degree of freedom.
          integer, intent(in) :: freedom
          real(wp), intent(in) :: d_gap
@@ -392,6 +416,8 @@ contains
          real(wp), intent(in) :: d_velocity(3)
          !> Of the angular velocity of B against A.
          real(wp), intent(in) :: d_spin(3)
+         !> Of the velocity of the material through the spot.
+         real(wp), intent(in) :: d_carried(3)
          real(wp), intent(in) :: d_arm_a(3)
          real(wp), intent(in) :: d_arm_b(3)
          !> Of the acceleration of B against A at the contact point, but for what velocities make.
@@ -408,6 +434,10 @@ contains
             d_motion(4) = dot_product(d_velocity, minor) + dot_product(velocity, d_minor)
             d_motion(5) = dot_product(d_spin, at%normal) + dot_product(spin, d_normal)
             d_values = matmul(touch%slopes, d_motion)
+            if (allocated(contact%law%steady)) d_values(2:4) = d_values(2:4) &
+               + matmul(touch%by_carried, [dot_product(d_carried, at%major) &
+               + dot_product(touch%carried, d_major), dot_product(d_carried, minor) &
+               + dot_product(touch%carried, d_minor)])
             if (contact%states%n > 0) call vary_states(freedom, d_motion, d_curvatures, d_normal, &
                d_major, d_minor, d_velocity, d_spin, d_values)
             d_elastic = 0.0_wp
@@ -609,6 +639,57 @@ contains
       end do
    end subroutine differ_shape_force
 
+   !> Derivatives of the velocity of the material through the spot by a twist of B at the contact
+   !> point, the velocities as they are, by central differences: they hold third derivatives of the
+   !> surfaces.
+   subroutine differ_carried(contact, a, b, touch)
+      !> The contact; it is left as it was.
+      type(contact_type), intent(inout) :: contact
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      !> Its state; the derivatives are set.
+      type(touch_type), intent(inout) :: touch
+      type(track_type) :: track
+      type(pose_type) :: moved
+      type(contact_point_type) :: there
+      type(contact_variation_type) :: variation
+      real(wp) :: twist(6), h, gap, ends(3, 2)
+      integer :: i, k
+
+      track = contact%track
+      do i = 1, 6
+         h = pose_step
+         if (i <= 3) h = h*0.5_wp/touch%at%curvature_b
+         do k = 1, 2
+            twist = 0.0_wp
+            twist(i) = merge(h, -h, k == 1)
+            moved = b
+            call turn_about(moved, touch%at%point, twist)
+            call contact%find_gap(a, moved, gap)
+            call contact%locate(a, moved, gap, there)
+            call contact%law%geometry%vary(a, moved, contact%track, there, variation)
+            ends(:, k) = rolling_velocity(variation, touch%velocity, touch%spin)
+            contact%track = track
+         end do
+         touch%carried_by_twist(:, i) = (ends(:, 1) - ends(:, 2))/(2.0_wp*h)
+      end do
+   end subroutine differ_carried
+
+   !> Move a pose, and turn it about a point.
+   pure subroutine turn_about(pose, point, twist)
+      type(pose_type), intent(inout) :: pose
+      real(wp), intent(in) :: point(3)
+      !> Translation [m], then rotation [rad].
+      real(wp), intent(in) :: twist(6)
+      real(wp) :: rotation(3, 3)
+
+      pose%position = pose%position + twist(1:3)
+      if (.not. norm2(twist(4:6)) > 0.0_wp) return
+      rotation = rotation_matrix(quaternion_from_axis_angle(twist(4:6), norm2(twist(4:6))))
+      pose%position = point + matmul(rotation, pose%position - point)
+      pose%rotation = matmul(rotation, pose%rotation)
+   end subroutine turn_about
+
    !> Derivatives of N, F_x, F_y, T, the elastic force, the rates of states and the torque of
    !> rolling resistance by the curvatures A and B, by differences of the shape of the spot, which
    !> the wrench depends on smoothly.
@@ -634,13 +715,13 @@ contains
             if (varied(1) > varied(2)) varied = curvatures
             ends(k) = varied(i)
             call contact%law%normal%follow(varied(1), varied(2))
-            if (n == 0) then
-               call evaluate(contact%law, touch, results(1:4, k), unused, results(5, k))
-            else
+            if (contact%evolves()) then
                there = touch
                call evaluate_states(contact, there)
                results(:5, k) = [there%values, there%elastic]
                results(6:5 + n, k) = there%rates(:n)
+            else
+               call evaluate(contact%law, touch, results(1:4, k), unused, results(5, k))
             end if
             if (.not. allocated(contact%law%rolling)) cycle
             approach = touch%approach

@@ -104,6 +104,7 @@ module contensou_dynamics_mechanism
       procedure :: own
       procedure :: local_states
       procedure :: evolve
+      procedure :: evolves
       procedure :: set_rates
       procedure :: frame_spin
       procedure :: stored_energies
@@ -234,6 +235,7 @@ contains
       if (trouble /= trouble_none) return
       call self%law%normal%follow(at%curvature_a, at%curvature_b)
       if (ieee_is_nan(self%law%normal%axis_a)) trouble = trouble_no_spot
+      if (allocated(self%law%steady)) call self%law%steady%follow(self%law%normal%shape)
    end subroutine follow
 
    !> Largest approach that Hertz's theory admits where the surfaces touch [m]. Where curvatures
@@ -301,8 +303,19 @@ contains
       type(contact_point_type), intent(in) :: at
       real(wp) :: local(most_states)
 
+      if (self%states%n == 0) then
+         local = 0.0_wp
+         return
+      end if
       call self%states%gather(self%states%values, at%major, cross(at%normal, at%major), local)
    end function local_states
+
+   !> Whether the load needs more than `evaluate` of the law: states of parts, or what rolls.
+   pure logical function evolves(self)
+      class(contact_type), intent(in) :: self
+
+      evolves = self%states%n > 0 .or. allocated(self%law%steady)
+   end function evolves
 
    !> Load of a closed contact at the states of its parts, and the rates of these.
    subroutine evolve(self, a, b, at, velocity, spin, resolution, load)
@@ -328,10 +341,14 @@ contains
             call self%law%geometry%vary(a, b, self%track, at, variation)
             call self%law%hold(at, velocity, spin, rolling_velocity(variation, velocity, spin), &
                local(:n), self%tangential, load, rates(:n))
+         else if (allocated(self%law%steady)) then
+            call self%law%geometry%vary(a, b, self%track, at, variation)
+            call self%law%roll(at, velocity, spin, rolling_velocity(variation, velocity, spin), &
+               resolution, local(:n), load, rates(:n))
          else
             call self%law%evolve(at, velocity, spin, resolution, local(:n), load, rates(:n))
          end if
-         call self%set_rates(a, b, at, velocity, spin, rates(:n))
+         if (n > 0) call self%set_rates(a, b, at, velocity, spin, rates(:n))
       end associate
    end subroutine evolve
 

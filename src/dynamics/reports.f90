@@ -152,9 +152,7 @@ contains
          if (trouble /= trouble_none) return
          resolution = system%resolution%of(system%pose(contact%a), system%pose(contact%b), &
             row%at%point)
-         if (contact%states%n == 0) then
-            call law%evaluate(row%at, now%velocity, now%spin, resolution, row%load)
-         else
+         if (contact%evolves()) then
             call contact%evolve(system%pose(contact%a), system%pose(contact%b), row%at, &
                now%velocity, now%spin, resolution, row%load)
             call contact%stored_energies(row%at, -row%at%gap, [dot_product(now%velocity, &
@@ -162,6 +160,8 @@ contains
                dot_product(now%spin, row%at%normal)], row%load%normal_force, row%stored_damping, &
                row%stored_friction)
             if (allocated(contact%tangential)) call report_tangential(contact, row)
+         else
+            call law%evaluate(row%at, now%velocity, now%spin, resolution, row%load)
          end if
          row%slip = slip_velocity(now%velocity, row%at%normal)
          row%spin = dot_product(now%spin, row%at%normal)

@@ -8,7 +8,8 @@
 module contensou_integrate_choice
    use contensou_base_kinds, only : wp
    use contensou_base_numbers, only : power_text, to_text
-   use contensou_contact_geometry, only : contact_point_type
+   use contensou_contact_geometry, only : contact_point_type, contact_variation_type, &
+      rolling_velocity
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_mechanism, only : relative_motion, slip_velocity
    use contensou_dynamics_scene, only : motion_free
@@ -35,7 +36,8 @@ module contensou_integrate_choice
       !> Its damping ratio there [-].
       real(wp) :: damping_ratio = 0.0_wp
       !> Rate at which its friction takes away sliding at the beginning: f N (1/m + r^2/I) over the
-      !> largest of delta, the sliding velocity, a w and what the tolerance resolves [1/s].
+      !> largest of delta, the sliding velocity, a w, what the tolerance resolves, and the creep at
+      !> which what rolls would slip everywhere [1/s].
       real(wp) :: friction_rate = 0.0_wp
       !> Fastest rate that only decays, of a contact that is closed at the beginning [1/s].
       real(wp) :: fastest = 0.0_wp
@@ -106,6 +108,7 @@ contains
       !> Rate of friction [1/s].
       real(wp), intent(out) :: friction
       type(contact_point_type) :: at
+      type(contact_variation_type) :: variation
       real(wp) :: yields, turns, load, approach, stiffness, slopes(3), velocity(3), spin(3)
       real(wp) :: slip, arm(3)
 
@@ -132,6 +135,12 @@ contains
             slip = max(slip, c%law%friction%delta, &
                sqrt(system%resolution%of(a, b, at%point)), &
                c%law%normal%major_axis(approach)*abs(dot_product(spin, at%normal)))
+            if (allocated(c%law%steady)) then
+               call c%law%geometry%vary(a, b, c%track, at, variation)
+               slip = max(slip, c%law%steady%reach(c%law%normal%shape, load, &
+                  c%law%normal%major_axis(approach), norm2(slip_velocity(rolling_velocity( &
+                  variation, velocity, spin), at%normal))))
+            end if
             turns = 0.0_wp
             if (c%a > 0) then
                arm = at%point - a%position

@@ -6,10 +6,12 @@ module contensou_integrate_profile
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : wall_seconds
    use contensou_base_vectors, only : cross
+   use contensou_contact_creep_law, only : passing_type
    use contensou_contact_friction_law, only : sliding_type
-   use contensou_contact_geometry, only : contact_point_type, trouble_none
+   use contensou_contact_geometry, only : contact_point_type, contact_variation_type, pose_type, &
+      rolling_velocity, trouble_none
    use contensou_dynamics_equations, only : system_type
-   use contensou_dynamics_mechanism, only : relative_motion
+   use contensou_dynamics_mechanism, only : contact_type, relative_motion
    implicit none(type, external)
    private
 
@@ -129,6 +131,7 @@ contains
       real(wp), intent(in) :: seconds
       type(contact_point_type) :: at
       real(wp) :: gap, velocity(3), spin(3), x, elastic, rate, force(3), major, torque(3), start
+      type(sliding_type) :: slides
       integer :: i, r, trouble
 
       if (seconds > interrupted*self%right_hand_side%shortest) return
@@ -180,10 +183,14 @@ contains
                call start_clock()
                do r = 1, repeats
                   x = 1.0_wp + r*epsilon(x)
-                  call c%law%friction%wrench(c%law%normal%shape, sliding_type(x*elastic, major, &
-                     dot_product(velocity, at%major), &
+                  slides = sliding_type(x*elastic, major, dot_product(velocity, at%major), &
                      dot_product(velocity, cross(at%normal, at%major)), &
-                     dot_product(spin, at%normal), system%resolution%of(a, b, at%point)), force)
+                     dot_product(spin, at%normal), system%resolution%of(a, b, at%point))
+                  if (allocated(c%law%steady)) then
+                     call roll(c, a, b, at, velocity, spin, slides, force)
+                  else
+                     call c%law%friction%wrench(c%law%normal%shape, slides, force)
+                  end if
                   self%sink = self%sink + force(1)
                end do
                call stop_clock(p_friction)
@@ -202,6 +209,26 @@ contains
       end do
 
    contains
+
+      !> Wrench in steady rolling.
+      subroutine roll(c, a, b, at, velocity, spin, slides, force)
+         type(contact_type), intent(in) :: c
+         type(pose_type), intent(in) :: a
+         type(pose_type), intent(in) :: b
+         type(contact_point_type), intent(in) :: at
+         real(wp), intent(in) :: velocity(3)
+         real(wp), intent(in) :: spin(3)
+         type(sliding_type), intent(in) :: slides
+         real(wp), intent(out) :: force(3)
+         type(contact_variation_type) :: variation
+         real(wp) :: carried(3)
+
+         call c%law%geometry%vary(a, b, c%track, at, variation)
+         carried = rolling_velocity(variation, velocity, spin)
+         call c%law%steady%wrench(c%law%normal%shape, passing_type(slides, &
+            dot_product(carried, at%major), dot_product(carried, cross(at%normal, at%major))), &
+            force)
+      end subroutine roll
 
       !> The approach, in each repetition another one.
       pure real(wp) function varied()

@@ -10,14 +10,15 @@ module contensou_scene_contacts
    use contensou_contact_normal, only : normal_rigid
    use contensou_contact_pairs, only : new_geometry
    use contensou_contact_parts, only : n_parts, part_type, read_models
+   use contensou_contact_tangential, only : tangential_model_type, tangential_models
    use contensou_dynamics_scene, only : contact_spec_type, scene_type
    use contensou_scene_references, only : references_type
    implicit none(type, external)
    private
 
-   public :: build_contact, add_spots
+   public :: build_contact, add_spots, remembers, rolls_steadily
 
-   !> Friction whose limit tangential elasticity has.
+   !> Friction whose limit tangential elasticity and steady rolling have.
    character(len=*), parameter :: friction_of_elastic = "contensou_exact"
 
 contains
@@ -55,28 +56,52 @@ contains
 
    contains
 
-      !> Report what tangential elasticity does not go with.
+      !> Report what tangential elasticity and steady rolling do not go with.
       subroutine check_tangential()
+         character(len=:), allocatable :: what
+
+         what = "tangential elasticity"
+         if (.not. remembers(contact%tangential)) what = "steady rolling"
          if (contact%normal == normal_rigid) call diagnostics%add(group%place("tangential", 1), &
-            "tangential elasticity is not available for a rigid contact", &
+            what // " is not available for a rigid contact", &
             "normal = 'hertz', or tangential = 'none'")
          associate (model => parts(3)%models(contact%friction)%info%name)
             if (model /= friction_of_elastic) call diagnostics%add(group%place("tangential", 1), &
-               "tangential elasticity is not available with friction = " // quote(trim(model)), &
+               what // " is not available with friction = " // quote(trim(model)), &
                "friction = " // quote(friction_of_elastic) // ", or tangential = 'none'")
          end associate
          if (contact%parameters%number("regularization_velocity") > 0.0_wp) call diagnostics%add( &
             group%place("regularization_velocity", 1), "a regularization_velocity has no " // &
-            "meaning with tangential elasticity, where friction does not jump", &
+            "meaning with " // what // ", where friction does not jump", &
             "regularization_velocity = 0.0")
          if (contact%parameters%has("drilling")) then
             if (.not. contact%parameters%flag("drilling")) call diagnostics%add( &
-               group%place("drilling", 1), "tangential elasticity is not available without " // &
-               "the drilling torque", "drilling = .true., or tangential = 'none'")
+               group%place("drilling", 1), what // " is not available without the drilling " // &
+               "torque", "drilling = .true., or tangential = 'none'")
          end if
       end subroutine check_tangential
 
    end subroutine build_contact
+
+   !> Whether a tangential model remembers what was.
+   logical function remembers(model)
+      !> Its position in the table.
+      integer, intent(in) :: model
+      type(tangential_model_type), allocatable :: models(:)
+
+      models = tangential_models()
+      remembers = associated(models(model)%put_states)
+   end function remembers
+
+   !> Whether a tangential model is steady rolling.
+   logical function rolls_steadily(model)
+      !> Its position in the table.
+      integer, intent(in) :: model
+      type(tangential_model_type), allocatable :: models(:)
+
+      models = tangential_models()
+      rolls_steadily = models(model)%steady
+   end function rolls_steadily
 
    !> Replace each contact that may have several spots by one for each of them, `name[1]`, `name[2]`
    !> and so on.
@@ -98,9 +123,9 @@ contains
                scene%surfaces(indices(2))%surface, geometry)
          end associate
          spots(i) = geometry%most_spots
-         if (spots(i) > 1 .and. scene%contacts(i)%tangential > 1) call diagnostics%add(places(i), &
-            "tangential elasticity is not available for surfaces that can touch in several " // &
-            "places", "tangential = 'none'")
+         if (spots(i) > 1 .and. remembers(scene%contacts(i)%tangential)) call diagnostics%add( &
+            places(i), "tangential elasticity is not available for surfaces that can touch in " // &
+            "several places", "tangential = 'none'")
       end do
       if (all(spots == 1)) return
       allocate(contacts(sum(spots)), new_places(sum(spots)))

@@ -18,7 +18,7 @@ module contensou_scene_reader
    use contensou_scene_bodies, only : build_body
    use contensou_scene_checks, only : check_contacts, check_impacts, check_overlaps, &
       check_positions, check_rows, fill_in
-   use contensou_scene_contacts, only : add_spots, build_contact
+   use contensou_scene_contacts, only : add_spots, build_contact, rolls_steadily
    use contensou_scene_controls, only : build_integrator, build_output, build_scene
    use contensou_scene_cost, only : build_cost, cost_spec_type
    use contensou_scene_defaults, only : defaults_group
@@ -230,8 +230,10 @@ contains
       type(group_settings_type) :: group
       type(origin_type), allocatable :: places(:), body_places(:), stop_places(:)
       type(origin_type) :: interval_place, impacts_place
+      logical :: told
       integer :: i, n
 
+      told = .false.
       call collect_names(settings, schema, references, diagnostics)
       allocate(scene%materials(references%count(schema%find("material"))))
       allocate(scene%bodies(references%count(schema%find("body"))))
@@ -281,6 +283,7 @@ contains
             call build_integrator(group, scene%integrator)
          case ("output")
             call build_output(group, path, output_file, scene)
+            told = group%is_given("rolling")
             interval_place = group%place("interval", 1)
          case (constants_group, defaults_group, pairs_group)
             ! Taken from the document before its keys were looked at, if they had no mistake.
@@ -293,6 +296,8 @@ contains
       end do
       call weigh_bodies(settings, schema, references, scene, diagnostics)
       if (diagnostics%count() > 0) return
+      if (.not. told) scene%output%rolling = any([(rolls_steadily(scene%contacts(i)%tangential), &
+         i=1, size(scene%contacts))])
       call check_contacts(scene, places, diagnostics)
       call check_impacts(scene, impacts_place, diagnostics)
       call check_rows(scene, interval_place, diagnostics)

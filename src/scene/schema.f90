@@ -130,7 +130,8 @@ contains
          "contact points, normals and the directions of spots, 72 bytes a contact, from which " // &
          "forces and spots can be drawn; .true. if not given")
       call list%put("output", "rolling", kind_logical, doc="whether rows hold rolling " // &
-         "velocities and creepages, 48 bytes a contact")
+         "velocities and creepages, 48 bytes a contact; not given, where a contact has " // &
+         "tangential = 'rolling'")
 
       call put_bearing_keys(list)
       call put_constant_keys(list)

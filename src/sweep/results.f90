@@ -6,6 +6,7 @@ module contensou_sweep_results
    use contensou_base_text, only : join, lower, nearest, quote, string_type, strings
    use contensou_contact_parts, only : owns_state
    use contensou_dynamics_scene, only : turns_by_drive
+   use contensou_scene_contacts, only : remembers
    use contensou_study_quantities, only : final_quantities, row_quantities
    use contensou_study_quantity, only : if_driven, if_memory, if_springs, if_states, &
       quantity_type
@@ -274,8 +275,9 @@ contains
          .not. any(turns_by_drive(sweep%scene%bodies%motion))) call diagnostics%add( &
          group%place("dataset", 1), "no body of the scene is driven", &
          "a body with another motion")
-      if (quantity%there == if_memory .and. all(sweep%scene%contacts%tangential == 1)) call &
-         diagnostics%add(group%place("dataset", 1), &
+      if (quantity%there == if_memory .and. .not. any([(remembers(sweep%scene%contacts(i) &
+         %tangential), i=1, size(sweep%scene%contacts))])) call diagnostics%add( &
+         group%place("dataset", 1), &
          "no contact of the scene has tangential elasticity", "tangential = 'elastic'")
       if (quantity%there == if_springs .and. size(sweep%scene%springs) == 0) call diagnostics%add( &
          group%place("dataset", 1), "the scene has no springs", "a group &spring")

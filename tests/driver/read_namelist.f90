@@ -220,7 +220,7 @@ contains
    !> Every group `contact`.
    subroutine read_contact()
       character(len=256) :: name, surfaces(2), normal, ellipse, damping, friction, rolling, &
-         tangential
+         tangential, creep
       real(wp) :: rolling_coefficient, rolling_regularization, layers
       real(wp) :: damping_coefficient, restitution, impact_velocity, friction_coefficient, &
          regularization_velocity
@@ -229,7 +229,7 @@ contains
       namelist /contact/ name, surfaces, normal, ellipse, damping, damping_coefficient, &
          restitution, impact_velocity, friction, friction_coefficient, &
          regularization_velocity, drilling, rolling, rolling_coefficient, rolling_regularization, &
-         tangential, layers
+         tangential, layers, creep
 
       rewind(unit)
       n = 0
@@ -247,6 +247,7 @@ contains
          ellipse = no_text
          rolling = no_text
          tangential = no_text
+         creep = no_text
          layers = no_number
          rolling_coefficient = no_number
          rolling_regularization = no_number
@@ -268,6 +269,7 @@ contains
          call put_texts("contact", n, "ellipse", [ellipse])
          call put_texts("contact", n, "rolling", [rolling])
          call put_texts("contact", n, "tangential", [tangential])
+         call put_texts("contact", n, "creep", [creep])
          call put_numbers("contact", n, "layers", [layers])
          call put_numbers("contact", n, "rolling_coefficient", [rolling_coefficient])
          call put_numbers("contact", n, "rolling_regularization", [rolling_regularization])
@@ -338,7 +340,8 @@ contains
    !> Every group `bearing`.
    subroutine read_bearing()
       character(len=256) :: name, material, ball_material, initial_state, loaded_ring, &
-         cage_material, normal, ellipse, damping, friction, rolling, tangential
+         cage_material, normal, ellipse, damping, friction, rolling, tangential, &
+         creep
       real(wp) :: ball_count, ball_diameter, pitch_diameter, inner_groove_ratio, &
          inner_groove_radius, outer_groove_ratio, outer_groove_radius, clearance, &
          ball_density, inner_speed, outer_speed, ramp_duration, ring_mass, axial_load, &
@@ -356,7 +359,7 @@ contains
          cage_friction_coefficient, normal, ellipse, damping, damping_coefficient, &
          restitution, impact_velocity, friction, friction_coefficient, &
          regularization_velocity, drilling, rolling, rolling_coefficient, &
-         rolling_regularization, tangential, layers
+         rolling_regularization, tangential, layers, creep
 
       rewind(unit)
       n = 0
@@ -401,6 +404,7 @@ contains
          drilling = .true.
          rolling = no_text
          tangential = no_text
+         creep = no_text
          layers = no_number
          rolling_coefficient = no_number
          rolling_regularization = no_number
@@ -447,6 +451,7 @@ contains
          print "(a, i0, a)", "bearing ", n, " drilling " // merge(".true. ", ".false.", drilling)
          call put_texts("bearing", n, "rolling", [rolling])
          call put_texts("bearing", n, "tangential", [tangential])
+         call put_texts("bearing", n, "creep", [creep])
          call put_numbers("bearing", n, "layers", [layers])
          call put_numbers("bearing", n, "rolling_coefficient", [rolling_coefficient])
          call put_numbers("bearing", n, "rolling_regularization", [rolling_regularization])

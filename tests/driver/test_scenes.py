@@ -442,7 +442,9 @@ def test_shipped_scenes_read_by_the_compiler(inputs, run, settings, fortran_read
 
 def test_the_reader_of_the_compiler_knows_all_keys(inputs, run, fortran_reader, tmp_path):
     stop = tmp_path / "stop.nml"
-    stop.write_text("&stop when = 'rest' /\n&output contact_geometry = .false. /\n")
+    stop.write_text(
+        "&stop when = 'rest' /\n&output contact_geometry = .false., rolling = .true. /\n"
+    )
     known = {
         (group, key)
         for scene in [*shipped(inputs), stop]

@@ -9,6 +9,7 @@ module test_scenes
    use contensou_contact_rolling, only : rolling_model_type, rolling_models
    use contensou_contact_shapes_plane, only : plane_type
    use contensou_contact_shapes_sphere, only : sphere_type
+   use contensou_contact_tangential, only : tangential_model_type, tangential_models
    use contensou_dynamics_scene, only : scene_type
    use contensou_integrate_motion, only : motion_type
    use contensou_study_simulation, only : new_simulation, simulation_type
@@ -17,7 +18,7 @@ module test_scenes
    private
 
    public :: two_bodies, ball, set_motion, random_touch
-   public :: damping_index, friction_index, rolling_index
+   public :: damping_index, friction_index, rolling_index, tangential_index
 
 contains
 
@@ -61,6 +62,20 @@ contains
       end do
       error stop "a law of rolling resistance of this name is not in the table"
    end function rolling_index
+
+   !> Number of a model of tangential elasticity in its table.
+   function tangential_index(name) result(i)
+      !> The model.
+      character(len=*), intent(in) :: name
+      integer :: i
+      type(tangential_model_type), allocatable :: models(:)
+
+      models = tangential_models()
+      do i = 1, size(models)
+         if (models(i)%info%name == name) return
+      end do
+      error stop "a model of tangential elasticity of this name is not in the table"
+   end function tangential_index
 
    !> A body with a sphere and a body with a plane, both surfaces away from the centres of mass.
    subroutine two_bodies(scene, damping, friction, sphere_first)

@@ -2,6 +2,7 @@
 module test_jacobian
    use contensou_base_kinds, only : pi, wp
    use contensou_base_rotations, only : rotation_matrix
+   use contensou_contact_creep_law, only : creep_motion_type, creep_spot_type, creep_type
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_friction_law, only : sliding_type
@@ -10,6 +11,7 @@ module test_jacobian
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
    use contensou_contact_shapes_ellipsoid, only : ellipsoid_type
    use contensou_contact_shapes_sphere, only : sphere_type
+   use contensou_contact_shapes_torus, only : torus_type
    use contensou_contact_wrench, only : slip_type
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
       motion_spindle, moves_freely, scene_type
@@ -17,11 +19,18 @@ module test_jacobian
    use contensou_dynamics_reports, only : begin_report, contact_report_type, report_contact
    use contensou_integrate_motion, only : motion_type
    use test_harness, only : check, random_type, worst_type
-   use test_scenes, only : friction_index, random_touch, rolling_index, set_motion, two_bodies
+   use test_scenes, only : damping_index, friction_index, random_touch, rolling_index, set_motion, &
+      tangential_index, two_bodies
    implicit none(type, external)
    private
 
    public :: run_jacobian_tests, defect, set_layout
+
+   !> A law of creep that is smooth and depends on all that one may.
+   type, extends(creep_type) :: smooth_creep_type
+   contains
+      procedure :: kernel => smooth_kernel
+   end type smooth_creep_type
 
 contains
 
@@ -31,6 +40,7 @@ contains
       call test_damping_slopes()
       call test_two_bodies()
       call test_oblique_rolling()
+      call test_steady_rolling()
       call test_rigid_contacts()
       call test_near_rest()
       call test_pattern()
@@ -281,6 +291,69 @@ contains
          end do
       end do
    end subroutine test_two_bodies
+
+   !> Jacobian in steady rolling: the velocity of the material through the spot varies with the pose
+   !> and with all velocities.
+   subroutine test_steady_rolling()
+      character(len=*), parameter :: pairs(*) = [character(len=9) :: "sphere", "ellipsoid", "torus"]
+      type(random_type) :: random
+      type(scene_type) :: scene
+      type(motion_type) :: motion
+      type(worst_type) :: worst
+      real(wp), allocatable :: y(:), scale(:)
+      integer :: i, k, pair
+
+      do pair = 1, size(pairs)
+         worst = worst_type()
+         do i = 1, 40
+            call two_bodies(scene, damping_index("hunt_crossley"), &
+               friction_index("contensou_exact"), modulo(i, 2) == 0)
+            call scene%contacts(1)%parameters%set("regularization_velocity", 0.0_wp)
+            scene%contacts(1)%tangential = tangential_index("rolling")
+            if (pair > 1) deallocate(scene%surfaces(1)%surface%shape)
+            if (pair == 2) allocate(scene%surfaces(1)%surface%shape, &
+               source=ellipsoid_type([0.02_wp, 0.015_wp, 0.004_wp]))
+            if (pair == 3) allocate(scene%surfaces(1)%surface%shape, &
+               source=torus_type(0.02_wp, 0.005_wp))
+            call set_motion(scene, motion, y)
+            ! Sliding as fast as the material times the scale of creepage, and what is not resolved.
+            motion%system%resolution%square = merge(0.0_wp, 1.0e-2_wp, i < 25)
+            associate (law => motion%system%contacts(1)%law)
+               deallocate(law%steady%creep)
+               allocate(smooth_creep_type :: law%steady%creep)
+               call law%steady%begin(0.3_wp, merge(1.0e7_wp, 1.0e6_wp, modulo(i, 3) == 0), 0.3_wp)
+            end associate
+            call random_touch(scene, random, -1.0e-5_wp, y)
+            scale = y
+            scale = 1.0_wp
+            do k = 0, 13, 13
+               scale(k + 1:k + 7) = 1.0e-6_wp
+               scale(k + 8:k + 10) = 0.01_wp
+               scale(k + 11:k + 13) = 0.1_wp
+            end do
+            call worst%note(min(defect(motion, 0.5_wp, y, scale, 5.0e-2_wp), &
+               defect(motion, 0.5_wp, y, scale, 5.0e-3_wp)), i)
+         end do
+         call worst%check_below(1.0e-6_wp, "steady rolling: Jacobian of a " // &
+            trim(pairs(pair)) // " on a plane")
+      end do
+   end subroutine test_steady_rolling
+
+   !> Wrench that falls with the velocity of the material, coupled in all components.
+   pure subroutine smooth_kernel(self, spot, motion, wrench)
+      class(smooth_creep_type), intent(in) :: self
+      type(creep_spot_type), intent(in) :: spot
+      type(creep_motion_type), intent(in) :: motion
+      real(wp), intent(out) :: wrench(3)
+      real(wp) :: size
+
+      associate (m => motion)
+         size = sqrt(m%x**2 + m%y**2 + spot%shape%k*m%spin**2 + 4.0_wp*m%rx**2 + m%ry**2)
+         wrench(1) = -(m%x + 0.1_wp*m%ry*m%spin/size)/size
+         wrench(2) = -(m%y - 0.1_wp*m%rx*m%spin/size)/size
+         wrench(3) = -0.5_wp*(m%spin + 0.1_wp*(m%rx*m%y - m%ry*m%x)/size)/size
+      end associate
+   end subroutine smooth_kernel
 
    !> Rolling resistance that follows an elliptic spot, rolling in any direction: it takes the
    !> elastic work of the leading half of the spot, by quadrature; and the Jacobian where the

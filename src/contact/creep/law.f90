@@ -70,6 +70,8 @@ module contensou_contact_creep_law
 
    !> A law of creep with its parameters.
    type, abstract :: creep_type
+      !> Whether what rolls sticks where it enters the spot.
+      logical :: sticks = .true.
    contains
       !> Wrench in units of f N and f N a.
       procedure(kernel_of), deferred :: kernel

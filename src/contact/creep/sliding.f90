@@ -36,6 +36,7 @@ contains
       class(creep_type), allocatable, intent(out) :: creep
 
       allocate(full_sliding_type :: creep)
+      creep%sticks = .false.
    end subroutine new_full_sliding
 
    !> The exact wrench.

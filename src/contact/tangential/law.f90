@@ -2,8 +2,11 @@
 module contensou_contact_tangential_law
    use contensou_base_kinds, only : wp
    use contensou_base_numbers, only : to_text
-   use contensou_base_schema, only : kind_integer
+   use contensou_base_schema, only : kind_choice, kind_integer
+   use contensou_base_text, only : quote, string_type, strings
    use contensou_contact_catalogue, only : law_keys_type, model_info_type, model_type
+   use contensou_contact_creep, only : creep_model_type, creep_models
+   use contensou_contact_creep_steady, only : steady_type
    use contensou_contact_friction_law, only : friction_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_contact_tangential_memory, only : put_tangential_states, tangential_type
@@ -11,14 +14,20 @@ module contensou_contact_tangential_law
    implicit none(type, external)
    private
 
-   public :: tangential_model_type, spring, elastic
+   public :: tangential_model_type, spring, elastic, rolling
+
+   !> Law of creep of steady rolling that names none.
+   character(len=*), parameter :: default_creep = "sliding"
 
    !> A row in the table of the models of tangential elasticity.
    type, extends(model_type) :: tangential_model_type
       !> Whether one spring does for the whole spot.
       logical :: single = .false.
+      !> Whether it is steady rolling, without memory.
+      logical :: steady = .false.
    contains
       procedure :: create
+      procedure :: create_steady
    end type tangential_model_type
 
 contains
@@ -46,6 +55,34 @@ contains
       model%put_states => put_tangential_states
    end function elastic
 
+   !> Row of steady rolling.
+   function rolling() result(model)
+      type(tangential_model_type) :: model
+
+      model%info = model_info_type("rolling", &
+         "what rolls sticks where it enters the spot: steady rolling by a law of creep", "", &
+         "J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, 1990")
+      model%put_keys => put_rolling_keys
+      model%steady = .true.
+   end function rolling
+
+   !> The keys of steady rolling.
+   subroutine put_rolling_keys(list)
+      type(law_keys_type), intent(inout) :: list
+
+      call list%put("creep", kind_choice, "law of creep; " // quote(default_creep) // &
+         " if not given", otherwise=default_creep, choices=creep_names)
+   end subroutine put_rolling_keys
+
+   !> Names of the laws of creep.
+   function creep_names() result(names)
+      type(string_type), allocatable :: names(:)
+      type(creep_model_type), allocatable :: models(:)
+
+      models = creep_models()
+      names = strings(models%info%name)
+   end function creep_names
+
    !> The keys of the nested shells.
    subroutine put_elastic_keys(list)
       type(law_keys_type), intent(inout) :: list
@@ -64,17 +101,50 @@ contains
       !> Friction of the contact.
       class(friction_type), intent(in) :: friction
       type(tangential_type), intent(out) :: tangential
-      real(wp) :: shear(2)
       integer :: shells
 
-      shear = 0.5_wp*around%young/(1.0_wp + around%poisson)
-      tangential%modulus = 2.0_wp/sum(1.0_wp/shear)
-      tangential%poisson = 0.5_wp*tangential%modulus*sum(around%poisson/shear)
+      call join_materials(around, tangential%modulus, tangential%poisson)
       tangential%coefficient = friction%coefficient
       shells = 1
       if (.not. self%single) shells = shells_per_layer*nint(parameters%number("layers", &
          real(default_layers, wp)))
       call tangential%begin(shells)
    end subroutine create
+
+   !> Steady rolling with the values of its keys.
+   subroutine create_steady(self, parameters, around, friction, steady)
+      class(tangential_model_type), intent(in) :: self
+      !> Values of its keys, complete.
+      type(parameters_type), intent(in) :: parameters
+      !> What the contact is between.
+      type(surroundings_type), intent(in) :: around
+      !> Friction of the contact.
+      class(friction_type), intent(in) :: friction
+      type(steady_type), intent(out) :: steady
+      type(creep_model_type), allocatable :: models(:)
+      real(wp) :: modulus, poisson
+      integer :: law
+
+      models = creep_models()
+      law = findloc(models%info%name == default_creep, .true., dim=1)
+      if (parameters%has("creep")) law = nint(parameters%number("creep"))
+      call models(law)%create(models(law)%completed(parameters), steady%creep)
+      call join_materials(around, modulus, poisson)
+      call steady%begin(friction%coefficient, modulus, poisson)
+   end subroutine create_steady
+
+   !> Shear modulus and Poisson's ratio of both bodies together: 1/G = (1/G1 + 1/G2)/2,
+   !> nu/G = (nu1/G1 + nu2/G2)/2.
+   pure subroutine join_materials(around, modulus, poisson)
+      type(surroundings_type), intent(in) :: around
+      !> [Pa].
+      real(wp), intent(out) :: modulus
+      real(wp), intent(out) :: poisson
+      real(wp) :: shear(2)
+
+      shear = 0.5_wp*around%young/(1.0_wp + around%poisson)
+      modulus = 2.0_wp/sum(1.0_wp/shear)
+      poisson = 0.5_wp*modulus*sum(around%poisson/shear)
+   end subroutine join_materials
 
 end module contensou_contact_tangential_law

@@ -31,7 +31,7 @@ contains
    !> Begin a file.
    subroutine open_output(self, name, inputs, force, error)
       class(output_type), intent(inout) :: self
-      !> Name of the file; empty for stdout.
+      !> Name of the file; empty or - for stdout.
       character(len=*), intent(in) :: name
       !> Names of the files that are read.
       type(string_type), intent(in) :: inputs(:)
@@ -43,8 +43,9 @@ contains
       integer :: stat
 
       self%name = name
+      if (name == "-") self%name = ""
       self%replace = force
-      if (name == "") return
+      if (self%name == "") return
       call check_output(name, inputs, force, error)
       if (allocated(error)) return
       call sweep_up(name)

@@ -8,6 +8,7 @@ module contensou_base_constants
    use contensou_base_expressions, only : constant_bad, constant_known, constant_open, &
       constants_type, evaluate, fault_type, name_is_free
    use contensou_base_kinds, only : wp
+   use contensou_base_misprints, only : explain_unit
    use contensou_base_numbers, only : read_real, to_text
    use contensou_base_text, only : lower, quote, text_buffer_type
    implicit none(type, external)
@@ -57,6 +58,7 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       character(len=*), parameter :: right = "a number or an expression, as 2.5e-3 or 4/3*pi*r**3"
       character(len=:), allocatable :: name, text
+      character(len=:), allocatable :: message, expected
       integer :: before, k
 
       name = assignment%key
@@ -79,8 +81,16 @@ contains
          call diagnostics%add(assignment%origin, "constant " // quote(name) // " has no value", &
             right)
       else if (size(assignment%values) > 1) then
-         call diagnostics%add(assignment%values(2)%origin, "constant " // quote(name) // " has " &
-            // to_text(size(assignment%values)) // " values", one_value())
+         associate (values => assignment%values)
+            if (size(values) == 2 .and. any(values(1)%kind == [value_real, value_integer]) .and. &
+               values(2)%kind == value_expression) call explain_unit(to_text(values(1)%real), &
+               values(2)%text, .true., message, expected)
+            if (.not. allocated(message)) then
+               message = "constant " // quote(name) // " has " // to_text(size(values)) // " values"
+               expected = one_value()
+            end if
+            call diagnostics%add(values(2)%origin, message, expected)
+         end associate
       else
          associate (value => assignment%values(1))
             select case (value%kind)

@@ -39,6 +39,11 @@ contains
          call fatal(error, "the " // what // " " // path // " is a folder", status_file)
          return
       end if
+      if (path == "-") then
+         call fatal(error, "the " // what // " needs a name: - alone means a terminal or a pipe, " &
+            // "which cannot be it; ./- is a file", status_file)
+         return
+      end if
       room = longest_name(path)
       used = len(path) - index(path, "/", back=.true.)
       do i = 1, size(suffixes)

@@ -130,6 +130,21 @@ def test_the_same_in_options_and_tables(check, run, mistakes, tmp_path):
     assert "'s' behind a number" in done.err
     done = run("eval", "hertz", input="A,B,Estar,delta\n1,1,2 GPa,1e-6\n")
     assert "'GPa' behind a number" in done.err
+    (tmp_path / "named.nml").write_text("&constants r = 10 mm / " + BALL)
+    found = mistakes(run("check", "named.nml").err)[0]
+    assert found.message == "'mm' behind a number: values are plain numbers in SI units"
+    assert (found.line, found.column, found.expected[:20]) == (1, 19, "0.01 without a unit,")
+
+
+def test_a_dash_is_a_pipe_or_refused(check, run, tmp_path):
+    """`-o -` writes text to stdout; a file of HDF5 cannot be a pipe."""
+    done = check(words=("-o", "-"), command="run")
+    assert done.status == 74
+    assert "./- is a file" in done.err
+    assert check(words=("-q",), command="run").status == 0
+    done = run("export", "ball.h5", "--csv", "-c", "time", "-o", "-")
+    assert done.out.startswith("time [s]\n0.0\n")
+    assert not (tmp_path / "-").exists()
 
 
 # --- 11: limits, folders, keys that differ ------------------------------------------------------

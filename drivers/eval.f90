@@ -15,6 +15,7 @@ module contensou_drivers_eval
    use contensou_contact_catalogue, only : law_keys_type
    use contensou_contact_creep, only : creep_model_type, creep_models, creep_type
    use contensou_contact_creep_law, only : creep_spot, passing_type
+   use contensou_contact_curved_spot, only : curved_spot_type
    use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
    use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_models, &
@@ -26,6 +27,7 @@ module contensou_drivers_eval
       shells_type, single_spring, spring_spot_type
    use contensou_contact_tangential_stiffness, only : tangential_stiffness
    use contensou_contact_vilke, only : vilke_models
+   use contensou_contact_wrench_curved, only : coarsest
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
       takes_count, takes_non_negative
    use contensou_drivers_table, only : digits17, has_column, printer_type, read_lines, read_table
@@ -36,15 +38,19 @@ module contensou_drivers_eval
    public :: eval_command
 
    type(option_type), parameter :: options(*) = [ &
-      option_type("KERNEL", "", "elliptic, hertz, wrench, creep, tangential, " // &
+      option_type("KERNEL", "", "elliptic, hertz, wrench, curved_wrench, creep, tangential, " // &
       "tangential_stiffness or oblique_impact", needs="a kernel", &
-      choices="elliptic hertz wrench creep tangential tangential_stiffness oblique_impact"), &
+      choices="elliptic hertz wrench curved_wrench creep tangential tangential_stiffness " // &
+      "oblique_impact"), &
       option_type("FILE", "", "CSV with a header; standard input if not given"), &
       option_type("--model", "NAME", "how the kernel is computed"), &
       option_type("--delta", "VELOCITY", &
       "regularisation velocity of the wrench [m/s], default 0", needs="a velocity >= 0 [m/s]", &
       takes=takes_non_negative), &
       option_type("--jacobian", "", "the wrench's derivatives, too: dFxdvx ... dTzdw"), &
+      option_type("--error", "BOUND", &
+      "bound of the error of curved_wrench over f N, default 1e-10", &
+      needs="a number >= 0", takes=takes_non_negative), &
       option_type("--layers", "N", &
       "layers of tangential and oblique_impact, 1 to 128, default 10", &
       needs="a number of layers from 1 to 128", takes=takes_count)]
@@ -54,13 +60,15 @@ module contensou_drivers_eval
       character(len=:), allocatable :: kernel, file, model
       real(wp) :: delta = 0.0_wp
       logical :: jacobian = .false.
+      !> Bound of the error over f N; zero for the default.
+      real(wp) :: error = 0.0_wp
       !> Layers of tangential elasticity; zero for the default.
       integer :: layers = 0
    end type eval_config_type
 
    !> Names of the kernels.
    character(len=*), parameter :: kernels(*) = [character(len=20) :: "elliptic", "hertz", &
-      "wrench", "creep", "tangential", "tangential_stiffness", "oblique_impact"]
+      "wrench", "curved_wrench", "creep", "tangential", "tangential_stiffness", "oblique_impact"]
 
    character(len=*), parameter :: nl = new_line("a")
 
@@ -75,6 +83,14 @@ module contensou_drivers_eval
    !> Inputs of the kernel `creep`.
    character(len=*), parameter :: creep_inputs(*) = [character(len=2) :: &
       "N", "a", "b", "f", "G", "nu", "vx", "vy", "w", "cx", "cy"]
+
+   !> Inputs of the kernel `curved_wrench`, and what it gives.
+   character(len=*), parameter :: curved_inputs(*) = [character(len=3) :: &
+      "N", "a", "b", "f", "Lxx", "Lxy", "Lyy", "vx", "vy", "w", "wx", "wy"]
+   character(len=*), parameter :: curved_outputs = "Fx,Fy,Tz,Mx,My"
+   character(len=*), parameter :: curved_slopes = "dFxdvx,dFxdvy,dFxdw,dFxdwx,dFxdwy," // &
+      "dFydvx,dFydvy,dFydw,dFydwx,dFydwy,dTzdvx,dTzdvy,dTzdw,dTzdwx,dTzdwy," // &
+      "dMxdvx,dMxdvy,dMxdw,dMxdwx,dMxdwy,dMydvx,dMydvy,dMydw,dMydwx,dMydwy"
 
    !> Inputs of the kernel `tangential`.
    character(len=*), parameter :: tangential_inputs(*) = [character(len=5) :: &
@@ -107,6 +123,9 @@ module contensou_drivers_eval
       logical :: jacobian = .false.
       !> Law of creep; not allocated for another kernel.
       class(creep_type), allocatable :: creep
+      !> Whether the spot is curved, the bound of its error, and its regularisation velocity.
+      logical :: curved = .false.
+      real(wp) :: error = 1.0e-10_wp, delta = 0.0_wp
       !> Which of the kernels of tangential elasticity; blank for another one.
       character(len=20) :: tangential = ""
       !> What the spot remembers from the rows before; without a contact for `oblique_impact`.
@@ -144,6 +163,8 @@ contains
          nl // "                                                  pade22, contensou_simplified" // &
          nl // &
          "creep     N,a,b,f,G,nu,vx,vy,w,cx,cy  to Fx,Fy,Tz   sliding, boundary_elements" // nl // &
+         "curved_wrench  N,a,b,f,Lxx,Lxy,Lyy,vx,vy,w,wx,wy  to Fx,Fy,Tz,Mx,My   adaptive, " // &
+         "product" // nl // &
          "tangential            N,a,b,f,G,nu,dx,dy,twist   shells, spring" // nl // &
          "   to Fx,Fy,Tz,stored_energy,slip_work; the rows are a history, dx, dy and twist are" // &
          nl // "   where body 1 stands, from the unstrained contact on" // nl // &
@@ -168,6 +189,7 @@ contains
       config%model = line%text("--model")
       config%delta = line%number("--delta", config%delta)
       config%jacobian = line%has("--jacobian")
+      config%error = line%number("--error", config%error)
       config%layers = nint(line%number("--layers", 0.0_wp))
 
       i = findloc(kernels == lower(config%kernel), .true., dim=1)
@@ -177,8 +199,14 @@ contains
             status_usage)
          return
       end if
-      if (kernels(i) /= "wrench" .and. (config%delta > 0.0_wp .or. config%jacobian)) then
-         call fatal(error, "--delta and --jacobian go with the kernel wrench", status_usage)
+      if (all(kernels(i) /= ["wrench       ", "curved_wrench"]) .and. &
+         (config%delta > 0.0_wp .or. config%jacobian)) then
+         call fatal(error, "--delta and --jacobian go with the kernels wrench and curved_wrench", &
+            status_usage)
+         return
+      end if
+      if (config%error > 0.0_wp .and. kernels(i) /= "curved_wrench") then
+         call fatal(error, "--error goes with the kernel curved_wrench", status_usage)
          return
       end if
       if (config%layers > 0 .and. all(kernels(i) /= ["tangential    ", "oblique_impact"])) then
@@ -195,6 +223,8 @@ contains
          call choose_wrench(config, evaluation, error)
       case ("creep")
          call choose_creep(config, evaluation, error)
+      case ("curved_wrench")
+         call choose_curved(config, evaluation, error)
       case default
          call choose_tangential(config, trim(kernels(i)), evaluation, error)
       end select
@@ -213,6 +243,13 @@ contains
          call evaluate(table, hertz_inputs, "c,c1,a,b,N,p0", 6, evaluation, error)
       case ("creep")
          call evaluate(table, creep_inputs, "Fx,Fy,Tz", 3, evaluation, error)
+      case ("curved_wrench")
+         if (config%jacobian) then
+            call evaluate(table, curved_inputs, curved_outputs // "," // curved_slopes, 30, &
+               evaluation, error)
+         else
+            call evaluate(table, curved_inputs, curved_outputs, 5, evaluation, error)
+         end if
       case ("tangential")
          call evaluate(table, tangential_inputs, "Fx,Fy,Tz,stored_energy,slip_work", 5, &
             evaluation, error)
@@ -339,6 +376,32 @@ contains
       evaluation%magnitude_names = "N, a, b, f and G"
       call models(i)%create(models(i)%completed(evaluation%parameters), evaluation%creep)
    end subroutine choose_creep
+
+   !> Choose a rule for the curved spot.
+   subroutine choose_curved(config, evaluation, error)
+      type(eval_config_type), intent(in) :: config
+      type(evaluation_type), intent(inout) :: evaluation
+      !> Set when there is no such rule.
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i
+
+      call choose("rule", config%model, "adaptive", ["adaptive", "product "], i, error)
+      if (allocated(error)) return
+      evaluation%curved = .true.
+      evaluation%jacobian = config%jacobian
+      evaluation%delta = config%delta
+      evaluation%magnitudes = wrench_magnitudes
+      evaluation%magnitude_names = "N, a, b and f"
+      if (i == 2) then
+         evaluation%error = coarsest
+         if (config%error > 0.0_wp) call fatal(error, "--error goes with the model adaptive", &
+            status_usage)
+      else if (config%error >= coarsest) then
+         call fatal(error, "--error needs a number below 1e-3", status_usage)
+      else if (config%error > 0.0_wp) then
+         evaluation%error = config%error
+      end if
+   end subroutine choose_curved
 
    !> Choose a model of tangential elasticity.
    subroutine choose_tangential(config, kernel, evaluation, error)
@@ -471,6 +534,8 @@ contains
          y(:6) = [1.0_wp - spot%c1, spot%c1, spot%a, spot%b, spot%force, spot%pressure]
       else if (allocated(evaluation%creep)) then
          call creep_of_row(evaluation%creep, x, y)
+      else if (evaluation%curved) then
+         call evaluate_curved(evaluation, x, y)
       else if (evaluation%tangential == "tangential") then
          call evaluate_tangential(evaluation, x, y)
       else if (evaluation%tangential == "tangential_stiffness") then
@@ -584,6 +649,52 @@ contains
       if (evaluation%turned) wrench(:2) = [-wrench(2), wrench(1)]
       y(:5) = [wrench, stored, evaluation%lost]
    end subroutine evaluate_tangential
+
+   !> Friction of a curved spot; the major axis may be either one.
+   subroutine evaluate_curved(evaluation, x, y)
+      type(evaluation_type), intent(in) :: evaluation
+      !> N, a, b, f, Lxx, Lxy, Lyy, vx, vy, w, wx, wy.
+      real(wp), intent(in) :: x(:)
+      !> Fx, Fy, Tz, Mx, My, and row by row their derivatives by vx, vy, w, wx, wy if they are
+      !> wanted.
+      real(wp), intent(out) :: y(:)
+      type(curved_spot_type) :: spot
+      type(sliding_type) :: slides
+      type(spot_shape_type) :: shape
+      real(wp) :: rolling(2), values(5), slopes(5, 7), jacobian(5, 5), turn(5, 5)
+      logical :: swapped
+
+      y = ieee_value(y, ieee_quiet_nan)
+      if (.not. all(ieee_is_finite(x(:12)))) return
+      if (.not. min(x(2), x(3)) > 0.0_wp) return
+      swapped = x(3) > x(2)
+      shape = shape_of(x(2), x(3))
+      spot = curved_spot_type(evaluation%error, x(4), evaluation%delta, x(5:7))
+      slides = sliding_type(x(1), max(x(2), x(3)), x(8), x(9), x(10))
+      rolling = x(11:12)
+      turn = 0.0_wp
+      turn(3, 3) = 1.0_wp
+      if (swapped) then
+         spot%form = [x(7), -x(6), x(5)]
+         slides%vx = x(9)
+         slides%vy = -x(8)
+         rolling = [x(12), -x(11)]
+         turn(1, 2) = -1.0_wp
+         turn(2, 1) = 1.0_wp
+      else
+         turn(1, 1) = 1.0_wp
+         turn(2, 2) = 1.0_wp
+      end if
+      turn(4:5, 4:5) = turn(1:2, 1:2)
+      if (evaluation%jacobian) then
+         call spot%linearize(shape, slides, rolling, values, slopes)
+         jacobian = matmul(turn, matmul(slopes(:, 3:), transpose(turn)))
+         y(6:30) = reshape(transpose(jacobian), [25])
+      else
+         call spot%wrench(shape, slides, rolling, values(1:3), values(4:5))
+      end if
+      y(1:5) = matmul(turn, values)
+   end subroutine evaluate_curved
 
    !> Friction wrench of a row; the major axis may be either one.
    subroutine evaluate_wrench(evaluation, names, x, y)

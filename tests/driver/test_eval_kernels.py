@@ -30,6 +30,7 @@ OUTPUTS = {
     "hertz": CONTACT,
     "wrench": WRENCH,
     "creep": WRENCH,
+    "curved_wrench": [*WRENCH, "Mx", "My"],
     "tangential": [*WRENCH, "stored_energy", "slip_work"],
     "tangential_stiffness": ["kx", "ky", "kT"],
     "oblique_impact": ["psi2"],
@@ -39,6 +40,7 @@ INPUTS = {
     "hertz": "A,B,Estar,delta",
     "wrench": "N,a,b,f,vx,vy,w",
     "creep": "N,a,b,f,G,nu,vx,vy,w,cx,cy",
+    "curved_wrench": "N,a,b,f,Lxx,Lxy,Lyy,vx,vy,w,wx,wy",
     "tangential": "N,a,b,f,G,nu,dx,dy,twist",
     "tangential_stiffness": "a,b,G,nu",
     "oblique_impact": "nu,psi1",
@@ -48,6 +50,7 @@ GOOD_ROW = {
     "hertz": "20,50,1e11,1e-6",
     "wrench": "2,1e-3,5e-4,0.3,0.1,0.02,50",
     "creep": "2,1e-3,5e-4,0.3,8e10,0.3,1e-4,2e-5,0.05,1,0.25",
+    "curved_wrench": "2,1e-3,1e-4,0.3,-120,5,-80,0.1,0.02,50,400,30",
     "tangential": "2,1e-3,5e-4,0.3,8e10,0.3,1e-9,2e-9,1e-6",
     "tangential_stiffness": "1e-3,5e-4,8e10,0.3",
     "oblique_impact": "0.3,1.5",
@@ -590,8 +593,14 @@ def test_columns_in_any_order_and_more_of_them(kernel, evaluate):
         (["hertz", "--model", "hert"], "did you mean 'hertz'?"),
         (["hertz", "--model", "agm"], "'agm'"),
         (["wrench", "--model", "hertz"], "'hertz'"),
-        (["elliptic", "--delta", "1e-3"], "--delta and --jacobian go with the kernel wrench"),
-        (["hertz", "--delta", "1e-3"], "--delta and --jacobian go with the kernel wrench"),
+        (
+            ["elliptic", "--delta", "1e-3"],
+            "--delta and --jacobian go with the kernels wrench and curved_wrench",
+        ),
+        (
+            ["hertz", "--delta", "1e-3"],
+            "--delta and --jacobian go with the kernels wrench and curved_wrench",
+        ),
     ],
 )
 def test_words_wrong(words, message, run):
@@ -609,6 +618,7 @@ def test_words_wrong(words, message, run):
         ("hertz", [*HERTZ_MODELS, *VILKE_MODELS]),
         ("wrench", WRENCH_MODELS),
         ("creep", CREEP_MODELS),
+        ("curved_wrench", ["adaptive", "product"]),
         ("tangential", ["shells", "spring"]),
         ("tangential_stiffness", ["mindlin"]),
         ("oblique_impact", ["shells", "spring"]),

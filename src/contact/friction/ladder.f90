@@ -15,6 +15,7 @@ module contensou_contact_friction_ladder
    private
 
    public :: rung_type, coulomb, contensou_simplified, pade11, pade22, contensou_exact
+   public :: smoothing
 
    !> A rung with its parameters.
    type, extends(friction_type) :: rung_type
@@ -145,28 +146,37 @@ contains
 
    !> Velocities of the spot, with the part's own regularisation velocity or what an integrator
    !> resolves near rest.
-   !>
-   !> Where sliding and spinning stop together the wrench jumps, over a velocity that no tolerance
-   !> can resolve. There delta grows to r, the velocity that is resolved: r (1 + V^2/r^2)^(-3/2) at
-   !> the velocity V. Away from rest that changes the wrench by (r/V)^8, and nothing beyond 100 r.
    pure function slip_of(self, at) result(slip)
       class(rung_type), intent(in) :: self
       type(sliding_type), intent(in) :: at
       type(slip_type) :: slip
-      real(wp) :: square
 
       slip%x = at%vx
       slip%y = at%vy
       slip%spin = at%a*at%w
       slip%delta = self%delta
       if (at%resolution <= 0.0_wp) return
-      square = slip%x*slip%x + slip%y*slip%y + slip%spin*slip%spin
-      associate (resolution => at%resolution)
-         if (square >= 1.0e4_wp*resolution) return
-         slip%delta = max(slip%delta, &
-            resolution**2/(resolution + square)/sqrt(resolution + square))
-      end associate
+      slip%delta = smoothing(self%delta, at%resolution, &
+         slip%x*slip%x + slip%y*slip%y + slip%spin*slip%spin)
    end function slip_of
+
+   !> Regularisation velocity with what an integrator resolves near rest.
+   !>
+   !> Where sliding and spinning stop together the wrench jumps, over a velocity that no tolerance
+   !> can resolve. There delta grows to r, the velocity that is resolved: r (1 + V^2/r^2)^(-3/2) at
+   !> the velocity V. Away from rest that changes the wrench by (r/V)^8, and nothing beyond 100 r.
+   pure real(wp) function smoothing(delta, resolution, square)
+      !> The law's own regularisation velocity [m/s].
+      real(wp), intent(in) :: delta
+      !> r^2 [m2/s2], > 0.
+      real(wp), intent(in) :: resolution
+      !> V^2 [m2/s2].
+      real(wp), intent(in) :: square
+
+      smoothing = delta
+      if (square >= 1.0e4_wp*resolution) return
+      smoothing = max(delta, resolution**2/(resolution + square)/sqrt(resolution + square))
+   end function smoothing
 
    !> Friction wrench and its derivatives by normal force, size of the spot and velocities.
    pure subroutine linearize(self, shape, at, wrench, slopes)

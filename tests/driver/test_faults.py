@@ -147,12 +147,18 @@ FAULTS = {
         "rate(4) = 0.5_wp*(q(1)*w(3) + q(2)*w(2) - q(3)*w(1)) + pull*q(4)",
         "rate(4) = 0.5_wp*(q(1)*w(3) - q(2)*w(2) - q(3)*w(1)) + pull*q(4)",
     ),
+    "gaps over hollows": (
+        "dynamics/mechanism.f90",
+        "if (s > k/unbounded) gap%sharpness = k*k/s",
+        "if (s > k/unbounded) gap%sharpness = 0.0_wp",
+    ),
 }
 
 DRIVER_TESTS = (
     "tests/driver/test_rigid.py::test_legs_neither_pull_nor_sink",
     "tests/driver/test_nothing_silent.py",
     "tests/driver/test_spots.py::test_symmetric_from_the_start",
+    "tests/driver/test_shots.py",
     "tests/driver/test_corners.py",
     "tests/driver/test_physics.py",
 )

@@ -1,11 +1,13 @@
 /* C interface of Contensou: simulations and kernels. SI units throughout.
  *
- * Nothing here prints or ends the program. Different simulations may run in different threads.
+ * Nothing here prints, writes files or ends the program. Different simulations may run in different
+ * threads.
  * Link with what `pkg-config --libs --static contensou` prints. */
 #ifndef CONTENSOU_H
 #define CONTENSOU_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -15,61 +17,205 @@ extern "C" {
  * zero). */
 enum { CONTENSOU_OK = 0, CONTENSOU_BAD_ARGUMENT = 1 };
 
+/* Number of the interface that this header describes. A program that is compiled with one header
+ * and linked with a library of another one gets an error where it makes a simulation, unless the
+ * library knows its interface as well. */
+#define CONTENSOU_INTERFACE 2
+
+/* Number of the newest interface that the library knows. */
+int contensou_interface(void);
+
 /* Version of the library, as "0.1.0". */
 const char *contensou_version(void);
 
 /* ---- Errors ---------------------------------------------------------------------------------- */
 
 /* What went wrong. Functions that can fail take the address of a pointer, which they set to an
- * error, to be freed, or to NULL; it may be NULL itself if the text is not wanted. */
+ * error, to be freed, or to NULL; it may be NULL itself if the text is not wanted. They return
+ * CONTENSOU_OK or the status of the error. */
 typedef struct contensou_error contensou_error;
 
 /* The text of an error, which may have several lines; "" for NULL. It lives as long as the error. */
 const char *contensou_error_message(const contensou_error *error);
 
 /* The exit status of a program that gives up because of an error: 1 the simulation failed, 2 a
- * mistake in the scene or its settings, 74 a file cannot be read; 0 for NULL. */
+ * mistake in the scene, its settings or the call, 74 a file cannot be read; 0 for NULL. */
 int contensou_error_status(const contensou_error *error);
+
+/* A mistake in a scene or its settings. Its texts live as long as the error. */
+typedef struct {
+   const char *source;   /* name of the file or text, or "--set ..." */
+   int line, column;     /* from 1; 0 stands for all of it */
+   int length;           /* bytes that are meant */
+   const char *message;  /* what is wrong */
+   const char *expected; /* what would be right; "" if there is nothing to say */
+} contensou_mistake;
+
+/* The number of mistakes that an error tells of, each with its place; 0 for other errors. */
+int contensou_error_mistakes(const contensou_error *error);
+
+/* One of them, 0 <= i; CONTENSOU_BAD_ARGUMENT if there is none. */
+int contensou_error_mistake(const contensou_error *error, int i, contensou_mistake *mistake);
 
 /* Release an error; NULL is admitted. */
 void contensou_error_free(contensou_error *error);
 
 /* ---- Simulations ----------------------------------------------------------------------------- */
 
-/* A scene, its equations of motion, and how far its simulation has come. */
+/* A scene, its equations of motion, and how far its simulation has come: its present. One thread
+ * at a time may use a simulation. */
 typedef struct contensou_simulation contensou_simulation;
+
+/* What contensou_simulation_new and contensou_simulation_from_text call, with the interface of the
+ * header. A text that is not NULL stands in place of the file. */
+contensou_simulation *contensou_simulation_make(int interface, const char *name, const char *text,
+                                                const char *const settings[], int n,
+                                                contensou_error **error);
 
 /* Read a scene file and make a simulation of it.
  *   scene      name of the file
  *   settings   n texts, each as after --set of the program: "scene.t_end = 0.5"; may be NULL
  * Returns NULL and an error with all mistakes if there are any. */
-contensou_simulation *contensou_simulation_new(const char *scene, const char *const settings[],
-                                               int n, contensou_error **error);
+static inline contensou_simulation *contensou_simulation_new(const char *scene,
+                                                             const char *const settings[], int n,
+                                                             contensou_error **error)
+{
+   return contensou_simulation_make(CONTENSOU_INTERFACE, scene, NULL, settings, n, error);
+}
 
-/* Looks at a row; returns 0 to go on, another value to stop after this step.
+/* The same from the text of a scene.
+ *   name       what the text is called in messages */
+static inline contensou_simulation *contensou_simulation_from_text(const char *name,
+                                                                   const char *text,
+                                                                   const char *const settings[],
+                                                                   int n, contensou_error **error)
+{
+   return contensou_simulation_make(CONTENSOU_INTERFACE, name, text ? text : "", settings, n,
+                                    error);
+}
+
+/* Release a simulation; NULL is admitted. */
+void contensou_simulation_free(contensou_simulation *simulation);
+
+/* Put a simulation back to its beginning, with its parameters; what acts on bodies is again what
+ * the scene says. */
+int contensou_simulation_reset(contensou_simulation *simulation, contensou_error **error);
+
+/* All settings of the scene, defaults included, as a scene; "" for NULL. It lives until a parameter
+ * is set. */
+const char *contensou_simulation_settings(const contensou_simulation *simulation);
+
+/* What is legal in the scene and hardly meant, as text of several lines; "" for nothing. */
+const char *contensou_simulation_warnings(const contensou_simulation *simulation);
+
+/* ---- Running --------------------------------------------------------------------------------- */
+
+/* Looks at a row; returns 0 to go on, another value to stop here.
  *   time        [s]
  *   state       n numbers: of each body its position (3) [m], quaternion (4, real part first, body
  *               to inertial frame), velocity (3) [m/s], angular velocity (3) in its own axes
- *               [rad/s]; then works of friction, damping and drives [J], if there are such
- *   user_data   what was given to contensou_simulate */
+ *               [rad/s]; then the states of the laws of contacts, if they have any; then works of
+ *               friction, damping and loads with drives [J], if there are such
+ *   user_data   what was given with the observer
+ * While it runs it may ask for values, which are those of the row; it must not change the
+ * simulation. */
 typedef int contensou_observer(double time, const double *state, int n, void *user_data);
 
+/* Kinds of events. */
+enum { CONTENSOU_TOUCH = 1, CONTENSOU_LIFT = 2 };
+
+/* Hears of an event; returns 0 to go on, another value to stop after it.
+ *   time        [s]
+ *   kind        CONTENSOU_TOUCH or CONTENSOU_LIFT
+ *   contact     number of the contact, from 0 */
+typedef int contensou_event_observer(double time, int kind, int contact, void *user_data);
+
+/* From now on let functions look at rows and events; NULL for nobody. A row is due every
+ * output.interval, at the beginning and at the end. */
+int contensou_simulation_observe(contensou_simulation *simulation, contensou_observer *row,
+                                 contensou_event_observer *event, void *user_data);
+
+/* Go on to a time; with the method that the scene names. The bits of rows and events do not depend
+ * on the times gone to. It ends before where an observer stops it, and where a condition of the
+ * scene (&stop) is met. Beyond scene.t_end it goes on with what the scene says.
+ *   time        [s], not before the present */
+int contensou_simulation_advance(contensou_simulation *simulation, double time,
+                                 contensou_error **error);
+
+/* The same; it ends at an event, with what follows from it. */
+int contensou_simulation_advance_to_event(contensou_simulation *simulation, double time,
+                                          contensou_error **error);
+
 /* Simulate to the end of the scene, or until the observer stops; calling it again goes on there.
- * The observer, which may be NULL, gets a row every output.interval and one at the end.
- * Returns CONTENSOU_OK or the status of the error. */
+ * The observer, which may be NULL, takes the place of that of rows meanwhile. */
 int contensou_simulate(contensou_simulation *simulation, contensou_observer *observer,
                        void *user_data, contensou_error **error);
 
-/* The time reached [s]; 0 for NULL. */
+/* The present time, and the end of the scene [s]; 0 for NULL. */
 double contensou_simulation_time(const contensou_simulation *simulation);
+double contensou_simulation_end(const contensou_simulation *simulation);
+
+/* Number of the condition (&stop) that has ended it, from 1; 0 if none has. */
+int contensou_simulation_stop(const contensou_simulation *simulation);
+
+/* The next time after another one at which rates are not smooth because a drive ends its ramp [s];
+ * infinite for none. */
+double contensou_simulation_next_corner(const contensou_simulation *simulation, double time);
+
+/* ---- Parameters ------------------------------------------------------------------------------ */
+
+/* A number of the scene that can be set. Its texts live until a parameter is set. */
+typedef struct {
+   const char *name;        /* as after --set: "top.spin(3)" */
+   const char *unit;        /* "" for none */
+   const char *description;
+   double value;            /* given, by default, or derived from others */
+   double low, high;        /* bounds of its domain; -DBL_MAX and DBL_MAX for none */
+   bool above_low;          /* whether low itself is excluded */
+   bool is_integer;
+   bool is_given;           /* whether the scene or a setting gives it */
+} contensou_parameter;
+
+/* The number of parameters; 0 for NULL. */
+int contensou_simulation_parameters(contensou_simulation *simulation);
+
+/* One of them, 0 <= i; CONTENSOU_BAD_ARGUMENT if there is none. */
+int contensou_simulation_parameter(contensou_simulation *simulation, int i,
+                                   contensou_parameter *parameter);
+
+/* The value of one of them. */
+int contensou_simulation_get(contensou_simulation *simulation, const char *name, double *value,
+                             contensou_error **error);
+
+/* Set n of them at once, and begin with them; nothing changes if there is a mistake. Only before
+ * the simulation has begun, or after a reset. */
+int contensou_simulation_set(contensou_simulation *simulation, const char *const names[],
+                             const double values[], int n, contensou_error **error);
+
+/* The same for settings of any kind, as after --set: "integrator.method = 'explicit8'". */
+int contensou_simulation_set_text(contensou_simulation *simulation, const char *const settings[],
+                                  int n, contensou_error **error);
+
+/* ---- State ----------------------------------------------------------------------------------- */
+
+/* The numbers of bodies and contacts, and their names, 0 <= i; NULL if there is none. */
+int contensou_simulation_bodies(const contensou_simulation *simulation);
+int contensou_simulation_contacts(const contensou_simulation *simulation);
+const char *contensou_simulation_body_name(const contensou_simulation *simulation, int i);
+const char *contensou_simulation_contact_name(const contensou_simulation *simulation, int i);
 
 /* The number of elements of the state; 0 for NULL. */
 int contensou_simulation_size(const contensou_simulation *simulation);
 
-/* The state at the time reached, in the order of contensou_observer. */
+/* The state at the present, in the order of contensou_observer. */
 int contensou_simulation_state(const contensou_simulation *simulation, double *state);
 
-/* The motion of a body at the time reached; an output may be NULL.
+/* Set the n numbers of the state at the present. Contacts are closed where surfaces overlap then;
+ * those that are rigid resolve their impacts, by which velocities change. */
+int contensou_simulation_set_state(contensou_simulation *simulation, const double *state, int n,
+                                   contensou_error **error);
+
+/* The motion of a body at the present; an output may be NULL.
  *   name               of the body in the scene
  * yields
  *   position           centre of mass [m]
@@ -80,8 +226,87 @@ int contensou_simulation_body(const contensou_simulation *simulation, const char
                               double position[3], double quaternion[4], double velocity[3],
                               double angular_velocity[3]);
 
-/* Release a simulation; NULL is admitted. */
-void contensou_simulation_free(contensou_simulation *simulation);
+/* Time derivative of a state of n numbers, with contacts closed and impacts as at the present. */
+int contensou_simulation_derivative(contensou_simulation *simulation, double time,
+                                    const double *state, int n, double *rate,
+                                    contensou_error **error);
+
+/* Derivatives of that by the state: n rows of n numbers, row i for rate i. */
+int contensou_simulation_jacobian(contensou_simulation *simulation, double time,
+                                  const double *state, int n, double *matrix,
+                                  contensou_error **error);
+
+/* Functions of a state, one for each contact, that pass through zero where it touches or lifts off:
+ * gaps [m], of closed rigid contacts the normal force, reversed [N]. */
+int contensou_simulation_indicators(contensou_simulation *simulation, double time,
+                                    const double *state, int n, double *values,
+                                    contensou_error **error);
+
+/* ---- What acts on bodies --------------------------------------------------------------------- */
+
+/* Let a force at the centre of mass [N] and a torque [N m] act on a body that moves freely, in the
+ * frame of its applied_force and in place of it, from the present on. The state gets the work of
+ * loads as its last number where it has none yet. */
+int contensou_simulation_set_load(contensou_simulation *simulation, const char *body,
+                                  const double force[3], const double torque[3],
+                                  contensou_error **error);
+
+/* Let the drive of a body accelerate it [m/s2], [rad/s2] in the inertial frame, beside what the
+ * scene says, from the present on. A spindle has no acceleration of this kind. */
+int contensou_simulation_set_drive(contensou_simulation *simulation, const char *body,
+                                   const double acceleration[3],
+                                   const double angular_acceleration[3], contensou_error **error);
+
+/* ---- Outputs --------------------------------------------------------------------------------- */
+
+/* A quantity of rows, as in the group /trajectory of a file. Its texts live as long as the
+ * simulation. */
+typedef struct {
+   const char *name;
+   const char *units;       /* UDUNITS */
+   const char *description;
+   int size;                /* numbers: the product of the shape */
+   int rank;                /* 0, 1 or 2 */
+   int shape[2];            /* bodies or contacts, then components */
+   const char *dims[2];     /* "body" or "contact", then "xyz", "wxyz" or "axis" */
+} contensou_quantity;
+
+/* The number of quantities; 0 for NULL. */
+int contensou_simulation_quantities(contensou_simulation *simulation);
+
+/* One of them, 0 <= i; CONTENSOU_BAD_ARGUMENT if there is none. */
+int contensou_simulation_quantity(contensou_simulation *simulation, int i,
+                                  contensou_quantity *quantity);
+
+/* The n values of a quantity at the present, components of a body or contact side by side. */
+int contensou_simulation_values(contensou_simulation *simulation, const char *name, double *values,
+                                int n, contensou_error **error);
+
+/* ---- Copies ---------------------------------------------------------------------------------- */
+
+/* Where a simulation has come to. Taking one ends the step under way at the present: what follows
+ * is the same, bit for bit, for the simulation and for those that are brought there. */
+typedef struct contensou_snapshot contensou_snapshot;
+
+/* Keep where a simulation has come to; NULL and an error if it has failed. */
+contensou_snapshot *contensou_simulation_save(contensou_simulation *simulation,
+                                              contensou_error **error);
+
+/* Bring a simulation there, which is of the same scene with the same settings. */
+int contensou_simulation_restore(contensou_simulation *simulation,
+                                 const contensou_snapshot *snapshot, contensou_error **error);
+
+/* A second simulation like the first; observers are not copied. */
+contensou_simulation *contensou_simulation_copy(contensou_simulation *simulation,
+                                                contensou_error **error);
+
+/* A snapshot as bytes, for a file or another process; they live as long as it. */
+const char *contensou_snapshot_bytes(const contensou_snapshot *snapshot, size_t *size);
+contensou_snapshot *contensou_snapshot_new(const char *bytes, size_t size,
+                                           contensou_error **error);
+
+/* Release a snapshot; NULL is admitted. */
+void contensou_snapshot_free(contensou_snapshot *snapshot);
 
 /* ---- Kernels --------------------------------------------------------------------------------- */
 

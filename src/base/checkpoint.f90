@@ -53,6 +53,8 @@ module contensou_base_checkpoint
       procedure :: exchange_allocatable
       procedure :: result => result_of
       procedure :: save
+      procedure :: to_memory
+      procedure :: from_memory
       procedure, private :: exchange_reals, exchange_longs, exchange_integers, exchange_logicals
       procedure, private :: exchange_text
    end type checkpoint_type
@@ -298,19 +300,40 @@ contains
       call save_file(path, self%lines(:self%length), error)
    end subroutine save
 
+   !> The file as a text.
+   subroutine to_memory(self, text)
+      class(checkpoint_type), intent(inout) :: self
+      character(len=:), allocatable, intent(out) :: text
+
+      call add(self, checksum_line(self%lines(:self%length)))
+      text = self%lines(:self%length)
+   end subroutine to_memory
+
    !> Read the file.
    subroutine load(self, path, error)
       class(checkpoint_type), intent(inout) :: self
       character(len=*), intent(in) :: path
       !> Set when it cannot be read, or is damaged.
       type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+
+      call read_file(path, text, error)
+      if (.not. allocated(error)) call self%from_memory(path, text, error)
+   end subroutine load
+
+   !> Take the file as a text.
+   subroutine from_memory(self, path, text, error)
+      class(checkpoint_type), intent(inout) :: self
+      !> What it is called in messages.
+      character(len=*), intent(in) :: path
+      character(len=*), intent(in) :: text
+      !> Set when it is damaged.
+      type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: last
       integer :: place
 
-      if (allocated(self%lines)) deallocate(self%lines)
+      self%lines = text
       if (allocated(self%failure)) deallocate(self%failure)
-      call read_file(path, self%lines, error)
-      if (allocated(error)) return
       self%length = len(self%lines)
       self%reading = .true.
       self%next = len(checkpoint_heading) + 2
@@ -325,7 +348,7 @@ contains
          if (self%lines(place + 1:) == checksum_line(self%lines(:place))) return
       end if
       call fatal(error, path // " is damaged", status_file)
-   end subroutine load
+   end subroutine from_memory
 
    !> The last line of a file.
    function checksum_line(lines) result(line)

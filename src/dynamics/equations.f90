@@ -318,6 +318,10 @@ contains
          else
             turning = 0.0_wp
          end if
+         if (body%is_guided) then
+            if (.not. moves_freely(body%motion)) acceleration = acceleration + body%guided
+            turning = turning + to_body(self%pose(index)%rotation, body%guided_turning)
+         end if
       end associate
    end subroutine accelerate
 

@@ -53,6 +53,10 @@ module contensou_dynamics_mechanism
       real(wp) :: acceleration(3) = 0.0_wp
       !> Angular acceleration during the ramp [rad/s2], inertial frame.
       real(wp) :: angular_acceleration(3) = 0.0_wp
+      !> Whether another program accelerates a drive beside that: by so much [m/s2], [rad/s2],
+      !> inertial frame.
+      logical :: is_guided = .false.
+      real(wp) :: guided(3) = 0.0_wp, guided_turning(3) = 0.0_wp
    end type body_type
 
    !> Two bodies and the law between them.

@@ -3,6 +3,9 @@
 module contensou_integrate_march
    use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : wp
+   use contensou_dynamics_constraints, only : constraints_type
+   use contensou_dynamics_reports, only : energy_type, find_energy
+   use contensou_dynamics_spots, only : assign_spots
    use contensou_integrate_checks, only : begin_balance, check_step
    use contensou_integrate_choice, only : choice_type, choose_method, explicit_reach
    use contensou_integrate_ends, only : end_here, heed_conforming, watch_stops
@@ -22,7 +25,7 @@ module contensou_integrate_march
    implicit none(type, external)
    private
 
-   public :: begin_march, march
+   public :: begin_march, march, open_march, go_on, close_march, settle
 
 contains
 
@@ -50,7 +53,8 @@ contains
       memory%switch%method = choice%method
    end subroutine begin_march
 
-   !> March to the end, or until the observer stops it; then another call goes on.
+   !> March to the end, or until the observer stops it; then another call goes on, with the method
+   !> started anew.
    subroutine march(motion, plan, memory, observer, stopped, error)
       !> The motion; its contacts remember their impacts.
       class(motion_type), intent(inout), target :: motion
@@ -65,73 +69,95 @@ contains
       type(march_type) :: self
 
       stopped = .false.
+      call open_march(self, motion, plan, memory, observer, error)
+      if (.not. allocated(error)) call go_on(self, stopped, error)
+      call close_march(self)
+   end subroutine march
+
+   !> Start the method of a march that is to be gone on with.
+   subroutine open_march(self, motion, plan, memory, observer, error)
+      !> The march, closed.
+      type(march_type), intent(out) :: self
+      !> The motion; its contacts remember their impacts.
+      class(motion_type), intent(inout), target :: motion
+      type(plan_type), intent(in) :: plan
+      !> From where it goes on, as `begin_march` or a march left it.
+      type(memory_type), intent(inout), target :: memory
+      class(observer_type), intent(inout), target :: observer
+      !> Set when the method cannot be started.
+      type(error_type), allocatable, intent(out) :: error
+
       self%rows = row_count(plan%t_end, plan%interval)
-      ! All rows were written when it stopped.
-      if (memory%row > self%rows) return
       self%motion => motion
       self%plan = plan
       self%memory => memory
       self%observer => observer
+      ! All rows were written when it stopped.
+      if (memory%row > self%rows) return
       memory%switch%before = memory%statistics
       memory%switch%may = plan%method == "auto"
       call start(self, trim(memory%switch%method), error)
-      if (.not. allocated(error)) call advance(self, stopped, error)
-      if (allocated(error)) call heed_conforming(self, error)
-      memory%statistics = counters(self)
-      call self%integrator%free()
-   end subroutine march
+   end subroutine open_march
 
-   !> The loop of `march`.
+   !> March to the end, or until the observer stops it or lets it wait; then another call goes on as
+   !> if it had not been stopped.
+   subroutine go_on(self, stopped, error)
+      !> The march, open.
+      type(march_type), intent(inout) :: self
+      !> Whether the observer asked to stop or to wait.
+      logical, intent(out) :: stopped
+      !> Set when the integration or the observer failed.
+      type(error_type), allocatable, intent(out) :: error
+
+      stopped = .false.
+      if (.not. allocated(self%integrator)) return
+      call advance(self, stopped, error)
+      if (allocated(error)) call heed_conforming(self, error)
+      self%memory%statistics = counters(self)
+   end subroutine go_on
+
+   !> Release the method of a march.
+   subroutine close_march(self)
+      type(march_type), intent(inout) :: self
+
+      if (.not. allocated(self%integrator)) return
+      self%memory%statistics = counters(self)
+      call self%integrator%free()
+      deallocate(self%integrator)
+   end subroutine close_march
+
+   !> The loop of a march.
    subroutine advance(self, stopped, error)
       !> The march, its integration started.
       type(march_type), intent(inout) :: self
-      !> Whether the observer asked to stop.
+      !> Whether the observer asked to stop or to wait.
       logical, intent(inout) :: stopped
       !> Set when the integration or the observer failed.
       type(error_type), allocatable, intent(out) :: error
-      logical :: too_deep, again, unresolved
+      logical :: again, unresolved
 
-      call set_out(self, error)
+      if (.not. allocated(self%events)) call set_out(self, error)
       if (allocated(error)) return
       associate (system => self%motion%system, memory => self%memory, t => self%memory%t)
-         do while (memory%row <= self%rows)
-            call watch_pace(self, error)
-            if (allocated(error)) return
-            self%t_before = t
-            self%y_before = memory%y
-            if (self%seen) self%gap_before = self%gap
-            ! Trouble of a trial of the last step is over.
-            system%trouble = 0
-            call self%integrator%step(t, memory%y, self%events, error)
-            if (allocated(error)) return
-            too_deep = system%too_deep > 0
-            if (too_deep) call find_depth(self, too_deep)
-            if (system%several_spots) then
-               call follow_spots(self, again, error)
+         do while (memory%row <= self%rows .or. self%inside)
+            if (.not. self%inside) then
+               call take_step(self, again, error)
                if (allocated(error)) return
                if (again) cycle
             end if
-            if (self%motion%unfound .and. .not. too_deep) then
-               call fatal(error, "the forces of the rigid contacts are not found")
+            call give_rows(self, error)
+            if (allocated(error)) return
+            self%inside = self%observer%wait < t
+            if (self%inside) then
+               call wait_within(self, error)
+               stopped = .true.
                return
             end if
-            if (.not. all(memory%closed)) then
-               call avoid_dip(self, again, error)
-               if (allocated(error)) return
-               if (again) cycle
-            end if
-            if (system%remembers) then
-               call doubt_memory(self, again, error)
-               if (allocated(error)) return
-               if (again) cycle
-            end if
-            if (self%has_stops) call watch_stops(self)
-            call give_rows(self, error)
-            if (.not. allocated(error) .and. self%met > 0) call end_here(self, error)
+            if (self%met > 0) call end_here(self, error)
             if (allocated(error) .or. self%met > 0) return
             if (self%observer%next_time < t) call look_between(self, error)
             if (allocated(error)) return
-            if (too_deep) then
+            if (self%deep) then
                call fatal(error, "the motion leaves the domain of the model")
                return
             end if
@@ -187,6 +213,95 @@ contains
       end associate
    end subroutine advance
 
+   !> Take a step, and see whether it is to be taken again in smaller ones.
+   subroutine take_step(self, again, error)
+      type(march_type), intent(inout) :: self
+      !> Whether the march is at the beginning of the step again.
+      logical, intent(out) :: again
+      !> Set when the integration failed.
+      type(error_type), allocatable, intent(out) :: error
+
+      again = .false.
+      associate (system => self%motion%system, memory => self%memory, t => self%memory%t)
+         call watch_pace(self, error)
+         if (allocated(error)) return
+         self%t_before = t
+         self%y_before = memory%y
+         if (self%seen) self%gap_before = self%gap
+         ! Trouble of a trial of the last step is over.
+         system%trouble = 0
+         call self%integrator%step(t, memory%y, self%events, error)
+         if (allocated(error)) return
+         self%deep = system%too_deep > 0
+         if (self%deep) call find_depth(self, self%deep)
+         if (system%several_spots) then
+            call follow_spots(self, again, error)
+            if (allocated(error) .or. again) return
+         end if
+         if (self%motion%unfound .and. .not. self%deep) then
+            call fatal(error, "the forces of the rigid contacts are not found")
+            return
+         end if
+         if (.not. all(memory%closed)) then
+            call avoid_dip(self, again, error)
+            if (allocated(error) .or. again) return
+         end if
+         if (system%remembers) then
+            call doubt_memory(self, again, error)
+            if (allocated(error) .or. again) return
+         end if
+         if (self%has_stops) call watch_stops(self)
+      end associate
+   end subroutine take_step
+
+   !> Let a state that was set anew be one from which a march goes on: contacts are closed where
+   !> surfaces overlap, and the energy there is what it is balanced against.
+   subroutine settle(motion, memory, error)
+      class(motion_type), intent(inout) :: motion
+      !> Time and state are set; what was known of contacts and energy is renewed.
+      type(memory_type), intent(inout) :: memory
+      !> Set when rigid contacts or spots cannot be settled.
+      type(error_type), allocatable, intent(out) :: error
+      type(energy_type) :: energy
+      real(wp) :: gap(motion%n_events), rate(motion%n_events)
+      logical :: was, changed
+      integer :: i, index, trouble
+
+      associate (system => motion%system, y => memory%y)
+         if (system%constraints%n_rigid > 0) call begin_rigid(motion, memory%t, y, error)
+         ! The beginning of a march does the rest.
+         if (allocated(error) .or. memory%row == 0) return
+         call system%set_poses(y)
+         if (system%several_spots) then
+            call assign_spots(system, memory%closed, index, trouble)
+            if (index > 0) then
+               system%trouble = index
+               system%trouble_code = trouble
+               call fatal(error, "the spots of a contact cannot be told apart")
+               return
+            end if
+         end if
+         call system%gaps(y, gap)
+         call system%gap_rates(y, rate)
+         do i = 1, motion%n_events
+            associate (contact => system%contacts(i), closed => memory%closed(i), &
+               undecided => memory%undecided(i))
+               was = closed
+               undecided = abs(gap(i)) <= zero_gap(y) .and. .not. contact%rigid
+               closed = gap(i) <= 0.0_wp .or. undecided
+               if (contact%rigid) closed = contact%closed
+               if (closed .and. .not. was) call begin_impact(motion, i, -rate(i), changed)
+               if (allocated(contact%tangential)) call contact%tangential%forget()
+            end associate
+         end do
+         memory%bounded_until = 0.0_wp
+         call find_energy(system, memory%t, y, energy)
+         memory%energy = energy%total()
+         memory%potential = energy%potential
+         memory%energy_moved = max(energy%kinetic, energy%elastic)
+      end associate
+   end subroutine settle
+
    !> Begin with the first row, or go on where a march has stopped.
    subroutine set_out(self, error)
       type(march_type), intent(inout) :: self
@@ -230,7 +345,7 @@ contains
       end associate
    end subroutine set_out
 
-   !> Hand over the rows that the step has come by.
+   !> Hand over the rows that the step has come by, as far as the observer does not let it wait.
    subroutine give_rows(self, error)
       type(march_type), intent(inout) :: self
       !> Set when the observer failed.
@@ -242,7 +357,7 @@ contains
          do while (row <= self%rows)
             t = min(row*self%plan%interval, self%plan%t_end)
             if (row == self%rows) t = self%plan%t_end
-            if (t > self%memory%t) exit
+            if (t > min(self%memory%t, self%observer%wait)) exit
             call self%integrator%interpolate(t, self%y_row)
             if (several) then
                call keep_workspace(self%motion, kept)
@@ -256,6 +371,36 @@ contains
          end do
       end associate
    end subroutine give_rows
+
+   !> Hand over the state at the time within the step at which the observer lets the march wait.
+   subroutine wait_within(self, error)
+      type(march_type), intent(inout) :: self
+      !> Set when the observer failed.
+      type(error_type), allocatable, intent(out) :: error
+      type(statistics_type) :: before, after
+      type(kept_type) :: kept
+      type(constraints_type) :: constraints
+
+      associate (observer => self%observer)
+         call keep_workspace(self%motion, kept)
+         constraints = self%motion%system%constraints
+         before = self%integrator%statistics()
+         call self%integrator%interpolate(observer%wait, self%y_row)
+         after = self%integrator%statistics()
+         if (min(self%memory%row*self%plan%interval, self%plan%t_end) < self%memory%t) then
+            ! A row has the same need of what the interpolation takes.
+            call keep_workspace(self%motion, kept)
+            constraints = self%motion%system%constraints
+         else
+            self%unasked = self%unasked + after%derivatives - before%derivatives
+         end if
+         if (self%motion%system%several_spots) call view_spots(self, self%y_row)
+         if (self%motion%system%constraints%n_links > 0) call balance(self, observer%wait)
+         call observer%at_wait(self%motion, observer%wait, self%y_row, error)
+         self%motion%system%constraints = constraints
+         call restore_workspace(self%motion, kept)
+      end associate
+   end subroutine wait_within
 
    !> Let the forces of a row at rigid contacts be those of its accelerations.
    subroutine balance(self, t)

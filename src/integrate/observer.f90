@@ -22,11 +22,15 @@ module contensou_integrate_observer
       !> Time of a state that is asked for beside the rows [s]; a march hands it to `between` when
       !> it has come there, and runs on as if it had not been asked.
       real(wp) :: next_time = huge(1.0_wp)
+      !> Time beyond which the march does not go: if that is within a step, it hands the state there
+      !> to `at_wait` and returns, and goes on with the same step when it is called again [s].
+      real(wp) :: wait = huge(1.0_wp)
    contains
       procedure :: sample
       procedure :: event
       procedure :: after_step
       procedure :: between
+      procedure :: at_wait
       procedure :: advise
       procedure :: warn
       procedure :: change_method
@@ -82,6 +86,17 @@ contains
 
       self%next_time = huge(t)
    end subroutine between
+
+   !> The state at `wait`; nobody asked for it unless an observer overrides this.
+   subroutine at_wait(self, motion, t, y, error)
+      class(observer_type), intent(inout) :: self
+      class(motion_type), intent(inout) :: motion
+      !> Time [s].
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: y(:)
+      !> Set to end the march.
+      type(error_type), allocatable, intent(out) :: error
+   end subroutine at_wait
 
    !> The method has something to say to the user; nobody listens unless an observer overrides this.
    subroutine advise(self, t, text)

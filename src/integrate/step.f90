@@ -53,6 +53,10 @@ module contensou_integrate_step
       integer :: quiet_steps = 0
       !> Steps since the last check of what a tolerance does not tell of.
       integer :: unchecked = 0
+      !> Whether a contact is too deep at the end of the step.
+      logical :: deep = .false.
+      !> Whether the step is taken, and the march has come to a time within it.
+      logical :: inside = .false.
       !> How often the step was taken again because its spots were others.
       integer :: retaken = 0
       !> Whether steps are bounded for the sake of what contacts remember.

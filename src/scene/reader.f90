@@ -2,7 +2,8 @@
 module contensou_scene_reader
    use contensou_base_constants, only : constants_text
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
-   use contensou_base_document, only : constants_group, document_type, read_document
+   use contensou_base_document, only : constants_group, document_type, parse_document, &
+      read_document
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_numbers, only : to_text
    use contensou_base_resolve, only : resolve
@@ -36,7 +37,7 @@ module contensou_scene_reader
    private
 
    public :: read_scene, scene_file_type
-   public :: load_scene, resolve_scene, build_case, loaded_scene_type
+   public :: load_scene, mistakes_text, resolve_scene, build_case, loaded_scene_type
 
    !> A scene with the texts it came from.
    type :: scene_file_type
@@ -67,6 +68,8 @@ module contensou_scene_reader
       !> All groups, also those that may be left out: the groups of `document` first, in their
       !> order, if it has no mistake. Nothing is derived yet.
       type(settings_type) :: settings
+      !> The same with what is derived.
+      type(settings_type) :: complete
       type(scene_file_type) :: file
    end type loaded_scene_type
 
@@ -110,17 +113,13 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(schema_type), target :: schema
       type(settings_type), target :: settings
-      character(len=:), allocatable :: count_text
 
       call scene_schema(schema)
       call resolve_scene(document, schema, overrides, settings, diagnostics)
       call build(settings, schema, path, output_file, file%scene, file%cost, file%system, &
          diagnostics)
       if (diagnostics%count() > 0) then
-         count_text = to_text(diagnostics%count()) // " errors"
-         if (diagnostics%count() == 1) count_text = "1 error"
-         call fatal(error, diagnostics%render(document%sources) // count_text // " in " // &
-            path // "; nothing was run", status_usage)
+         call fatal(error, mistakes_text(diagnostics, document, path), status_usage)
          return
       end if
       call move_alloc(document%bytes, file%text)
@@ -128,10 +127,26 @@ contains
       call keep_warnings(settings, schema, document, file)
    end subroutine read_parsed
 
-   !> Read a scene file, apply overrides, check everything, and keep what other scenes can be made
-   !> from.
-   subroutine load_scene(path, overrides, loaded, diagnostics, error)
+   !> All mistakes of a scene in words.
+   function mistakes_text(diagnostics, document, path) result(text)
+      type(diagnostics_type), intent(in) :: diagnostics
+      !> The scene as parsed.
+      type(document_type), intent(in) :: document
       !> Name of the scene file.
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: text
+      character(len=:), allocatable :: count_text
+
+      count_text = to_text(diagnostics%count()) // " errors"
+      if (diagnostics%count() == 1) count_text = "1 error"
+      text = diagnostics%render(document%sources) // count_text // " in " // path // &
+         "; nothing was run"
+   end function mistakes_text
+
+   !> Read a scene file or a text, apply overrides, check everything, and keep what other scenes can
+   !> be made from.
+   subroutine load_scene(path, overrides, loaded, diagnostics, error, text)
+      !> Name of the scene file, or of the text in messages.
       character(len=*), intent(in) :: path
       !> Texts of the `--set` options.
       type(string_type), intent(in) :: overrides(:)
@@ -140,22 +155,28 @@ contains
       !> Mistakes are appended here; their sources are those of `loaded%document`.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(error_type), allocatable, intent(out) :: error
-      type(settings_type), target :: settings
+      !> The text, in place of a file.
+      character(len=*), intent(in), optional :: text
 
       loaded%path = path
-      call read_document(path, loaded%document, diagnostics, error)
-      if (allocated(error)) return
-      loaded%file%text = loaded%document%bytes
+      if (present(text)) then
+         call parse_document(path, text, loaded%document, diagnostics)
+         loaded%file%text = text
+      else
+         call read_document(path, loaded%document, diagnostics, error)
+         if (allocated(error)) return
+         loaded%file%text = loaded%document%bytes
+      end if
       if (has_templates(loaded%document, overrides)) loaded%raw = loaded%document
       call scene_schema(loaded%schema)
       call resolve_scene(loaded%document, loaded%schema, overrides, loaded%settings, diagnostics)
-      settings = loaded%settings
-      call build(settings, loaded%schema, path, "", loaded%file%scene, loaded%file%cost, &
+      loaded%complete = loaded%settings
+      call build(loaded%complete, loaded%schema, path, "", loaded%file%scene, loaded%file%cost, &
          loaded%file%system, diagnostics)
       if (diagnostics%count() > 0) return
       loaded%file%resolved = constants_text(loaded%document%constants) // &
-         settings%text(loaded%schema)
-      call keep_warnings(settings, loaded%schema, loaded%document, loaded%file)
+         loaded%complete%text(loaded%schema)
+      call keep_warnings(loaded%complete, loaded%schema, loaded%document, loaded%file)
    end subroutine load_scene
 
    !> Look for what is legal in a scene and hardly meant.

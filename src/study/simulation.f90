@@ -30,7 +30,7 @@ module contensou_study_simulation
    implicit none(type, external)
    private
 
-   public :: simulation_type, simulation_options_type, new_simulation, simulate
+   public :: simulation_type, simulation_options_type, new_simulation, simulate, fail
 
    !> What may differ from the scene; what is not set is as the scene says.
    type :: simulation_options_type

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import h5py
 
-from lib.results import ResultError
+from .results import ResultError
 
 SCENE = ("tippe_top.nml", "stem_floor")
 SETTINGS = (

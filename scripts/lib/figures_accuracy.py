@@ -18,8 +18,8 @@ import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 
-from lib import explicit_libraries, program, style, work_precision
-from lib.results import ResultError
+from . import explicit_libraries, program, style, work_precision
+from .results import ResultError
 
 PAGE = program.ROOT / "docs" / "accuracy.md"
 TABLE = re.compile(r"<!-- (\w+) -->\n(.*?)<!-- end -->\n", re.DOTALL)

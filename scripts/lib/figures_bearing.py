@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from lib import program, style
-from lib.results import Result, ResultError, open_file
+from . import program, style
+from .results import Result, ResultError, open_file
 
 SCENE = program.ROOT / "inputs" / "bearing_paper.nml"
 CONTACT, BALL = "bearing_inner_1", "bearing_ball_1"

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter
 from matplotlib.transforms import Bbox
 
-from lib import program, style
+from . import program, style
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from lib import program, style
-from lib.figures_top import run
-from lib.results import Result
+from . import program, style
+from .figures_top import run
+from .results import Result
 
 INPUTS = program.ROOT / "inputs"
 

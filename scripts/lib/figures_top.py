@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from lib import program, style
-from lib.results import Event, Result, ResultError, keyword_values
+from . import program, style
+from .results import Event, Result, ResultError, keyword_values
 
 SOURCE = (
     "Own runs of the example in Kosenko and Aleksandrov (2009), doi 10.3384/ecp09430006. "

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from lib import program, style
+from . import program, style
 
 SOURCE = (
     "After Kosenko and Aleksandrov (2009), doi 10.3384/ecp09430006; from contensou eval wrench. "

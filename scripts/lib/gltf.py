@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lib import meshes, thinning
-from lib.results import ResultError, as_text
-from lib.viewing import DRAWN_ANGLE, DRAWN_LENGTH, Run, bands_of, gravity_of
+from . import meshes, thinning
+from .results import ResultError, as_text
+from .viewing import DRAWN_ANGLE, DRAWN_LENGTH, Run, bands_of, gravity_of
 
 STEP = np.pi / 2  # how far a body turns between two keys, at most
 MOST_KEYS = 20_000_000  # of a body

@@ -7,8 +7,8 @@ import io
 
 import numpy as np
 
-from lib import program
-from lib.results import ResultError
+from . import program
+from .results import ResultError
 
 
 def described(

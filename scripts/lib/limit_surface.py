@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from lib.kernels import described, evaluated
-from lib.pages import Package, library, page
-from lib.results import ResultError
+from .kernels import described, evaluated
+from .pages import Package, library, page
+from .results import ResultError
 
 MODELS = ("contensou_exact", "coulomb", "pade11", "pade22", "contensou_simplified")
 DEFAULTS = {"f": 1.0, "N": 1.0, "model": MODELS[0]}

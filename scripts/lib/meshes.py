@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lib.results import ResultError
-from lib.viewing import Run
+from .results import ResultError
+from .viewing import Run
 
 FINE = 48  # edges of a circle
 COARSE = 16  # where there are many surfaces

@@ -15,8 +15,8 @@ from functools import partial
 import numpy as np
 from matplotlib.axes import Axes
 
-from lib import style
-from lib.results import Result
+from . import style
+from .results import Result
 
 MOST = 8
 MOTION = 1e-6

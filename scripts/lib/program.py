@@ -7,7 +7,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from lib.results import ResultError
+from .results import ResultError
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = ROOT / "build" / "drivers" / "contensou"

@@ -23,7 +23,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from lib.results import ResultError
+from .results import ResultError
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "tests" / "regression"

@@ -9,9 +9,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from lib import sweeps, viewing
-from lib.pages import Package, page
-from lib.results import ResultError, as_text, keyword_values, names, open_file
+from . import sweeps, viewing
+from .pages import Package, page
+from .results import ResultError, as_text, keyword_values, names, open_file
 
 MOST_CASES = 60_000
 MOST_NUMBERS = 600_000

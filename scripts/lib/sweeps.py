@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from lib import style
-from lib.results import ResultError, as_text, keyword_values, names, open_file
+from . import style
+from .results import ResultError, as_text, keyword_values, names, open_file
 
 FILETYPE = "contensou-sweep"
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from lib import thinning
-from lib.pages import Package, library, page
-from lib.results import ResultError, as_text, complete_rows, names, open_file, read_events
+from . import thinning
+from .pages import Package, library, page
+from .results import ResultError, as_text, complete_rows, names, open_file, read_events
 
 DRAWN_ANGLE = np.radians(1.0)
 DRAWN_LENGTH = 1e-3  # parts of the size of the scene

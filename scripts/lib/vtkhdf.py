@@ -13,9 +13,9 @@ from typing import BinaryIO
 import h5py
 import numpy as np
 
-from lib import meshes, thinning
-from lib.results import ResultError, as_text
-from lib.viewing import PORTION, Run, acted_on, bands_of, gravity_of
+from . import meshes, thinning
+from .results import ResultError, as_text
+from .viewing import PORTION, Run, acted_on, bands_of, gravity_of
 
 FRAMES = 500  # times, if not told
 RIM = 32  # corners of a spot

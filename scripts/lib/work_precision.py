@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from lib import style
-from lib.results import ResultError
+from . import style
+from .results import ResultError
 
 FILETYPE = "contensou-cost"
 

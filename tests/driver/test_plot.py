@@ -15,7 +15,6 @@ sys.path.insert(0, str(ROOT / "scripts"))
 
 mpl.use("Agg")
 
-import plot  # noqa: E402
 from lib import motion, style  # noqa: E402
 from lib.results import Result  # noqa: E402
 
@@ -35,7 +34,7 @@ def drawn(run, tmp_path):
         (tmp_path / "scene.nml").write_text(scene)
         result = run("run", "scene.nml", "-q", "-o", "out.h5", "--force", *more, cwd=tmp_path)
         assert result.status == 0, result.err
-        figure = plot.draw(Result(tmp_path / "out.h5"))
+        figure = draw(Result(tmp_path / "out.h5"))
         figures.append(figure)
         panels = {}
         for axes in figure.axes:

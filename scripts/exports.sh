@@ -1,0 +1,18 @@
+#!/bin/sh
+# Writes the linker's list of what a shared library shows: the functions of the C header.
+#
+#   exports.sh include/contensou.h >exports.map
+set -eu
+
+[ $# -eq 1 ] || {
+   echo "usage: exports.sh HEADER" >&2
+   exit 2
+}
+names=$(sed -e 's:/\*.*\*/::' -e '/^ *\*/d' -e '/^ *\/\*/d' "$1" |
+   grep -oE '\bcontensou_[a-z0-9_]+\(' | tr -d '(' | sort -u)
+[ -n "$names" ]
+echo '{'
+echo '   global:'
+printf '      %s;\n' $names
+echo '   local: *;'
+echo '};'

@@ -1,0 +1,474 @@
+"""The Python package: its wheel, what it gives, and what it says to wrong use.
+
+The wheel is built once, by scripts/wheel without optimization across files, unless CONTENSOU_WHEEL
+names one. Tests use it as it lies unpacked in a folder; one installs it in a fresh environment.
+"""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+import os
+import pickle
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from programs import captured
+
+xarray = pytest.importorskip("xarray")
+ROOT = Path(__file__).resolve().parents[2]
+INPUTS = ROOT / "inputs"
+MODULES = sorted(path.stem for path in (ROOT / "python/contensou").glob("*.py"))
+CANNOT_BE_HAD = 3
+SHORT = {"scene.t_end": 0.02, "output.interval": 0.002}
+
+# Those that are read relative to them; the rest is what `contensou run` reads.
+SCENES = sorted(path.relative_to(INPUTS) for path in INPUTS.rglob("*.nml"))
+
+BALL = """\
+&scene gravity = 0, 0, -9.81, t_end = 0.02 /
+&material name = 'steel', young = 210000000000.0, poisson = 0.3 /
+&body name = 'ball', mass = 0.0327, inertia = 1.31e-06, 1.31e-06, 1.31e-06
+   position = 0, 0, 0.0101 /
+&surface name = 'skin', body = 'ball', shape = 'sphere', radius = 0.01, material = 'steel' /
+&surface name = 'floor', body = 'ground', shape = 'plane', material = 'steel' /
+&contact name = 'it', surfaces = 'skin', 'floor', friction = 'pade22', friction_coefficient = 0.3
+   drilling = .true. /
+"""
+
+GROUPS = {
+    "scene": {"gravity": (0, 0, -9.81), "t_end": 0.02},
+    "material": {"name": "steel", "young": 2.1e11, "poisson": np.float64(0.3)},
+    "body": {
+        "name": "ball",
+        "mass": 0.0327,
+        "inertia": np.full(3, 1.31e-6),
+        "position": [0, 0, 0.0101],
+    },
+    "surface": [
+        {"name": "skin", "body": "ball", "shape": "sphere", "radius": 1e-2, "material": "steel"},
+        {"name": "floor", "body": "ground", "shape": "plane", "material": "steel"},
+    ],
+    "contact": {
+        "name": "it",
+        "surfaces": ("skin", "floor"),
+        "friction": "pade22",
+        "friction_coefficient": 0.3,
+        "drilling": True,
+    },
+}
+
+pytestmark = pytest.mark.xdist_group("python package")
+
+
+@pytest.fixture(scope="session")
+def wheel(build_kind, tmp_path_factory):
+    """The wheel."""
+    if build_kind != "release":
+        pytest.skip("with the release build only")
+    if named := os.environ.get("CONTENSOU_WHEEL"):
+        return Path(named)
+    folder = tmp_path_factory.mktemp("wheel")
+    done = captured(
+        [ROOT / "scripts/wheel", "-o", folder, "-Dlink_time_optimization=false"], timeout=1200
+    )
+    if done.returncode == CANNOT_BE_HAD:
+        pytest.skip(f"no wheel can be built here: {done.stderr.splitlines()[-1]}")
+    assert done.returncode == 0, done.stderr[-3000:]
+    return Path(done.stdout.strip())
+
+
+@pytest.fixture(scope="session")
+def unpacked(wheel, tmp_path_factory):
+    """The folder of the package, as pip would put it."""
+    folder = tmp_path_factory.mktemp("unpacked")
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(folder)
+    for path in (folder / "contensou/bin").iterdir():
+        path.chmod(0o755)
+    return folder / "contensou"
+
+
+@pytest.fixture(scope="session")
+def contensou(unpacked):
+    """The package."""
+    sys.path.insert(0, str(unpacked.parent))
+    yield importlib.import_module("contensou")
+    sys.path.remove(str(unpacked.parent))
+    for name in [name for name in sys.modules if name.split(".")[0] == "contensou"]:
+        del sys.modules[name]
+
+
+@pytest.fixture
+def in_inputs(monkeypatch):
+    """Work in the folder of the shipped scenes."""
+    monkeypatch.chdir(INPUTS)
+
+
+def called(unpacked, *words, **more):
+    """What the program of the wheel leaves."""
+    return captured([unpacked / "bin/contensou", *map(str, words)], **more)
+
+
+# ---- The wheel ----------------------------------------------------------------------------------
+
+
+def test_one_wheel_serves_all_versions_of_python(wheel):
+    name = re.fullmatch(r"contensou-[\d.]+-py3-none-(manylinux_2_\d+_x86_64)\.whl", wheel.name)
+    assert name
+    assert wheel.stat().st_size < 15e6
+    tools = ROOT / "build-wheel/tools/bin"
+    if not (tools / "auditwheel").exists():
+        pytest.skip("there is no auditwheel")
+    shown = captured([tools / "auditwheel", "show", wheel], env={"PATH": f"{tools}:/usr/bin:/bin"})
+    assert f'"{name[1]}"' in " ".join(shown.stdout.split())
+
+
+def test_no_symbol_leaks(unpacked):
+    """The library shows the functions of the header and nothing else; the rest is inside."""
+    header = (ROOT / "include/contensou.h").read_text()
+    library = unpacked / "lib/libcontensou_python.so"
+    for tool in ("nm", "readelf"):
+        if shutil.which(tool) is None:
+            pytest.skip(f"there is no {tool}")
+    lines = captured(["nm", "-D", "--defined-only", library]).stdout.splitlines()
+    shown = {line.split()[-1] for line in lines}
+    assert {"contensou_version", "contensou_simulation_new", "contensou_hertz"} <= shown
+    assert all(re.search(rf"\b{name}\(", header) for name in shown)
+    allowed = r"lib(gfortran-\w+|quadmath-\w+|c|m|mvec|gcc_s|z|pthread|dl)\.so[\d.]*|ld-linux-.*"
+    for file in (library, unpacked / "bin/contensou"):
+        needed = re.findall(r"NEEDED.*\[(.*)\]", captured(["readelf", "-d", file]).stdout)
+        assert needed
+        assert [name for name in needed if not re.fullmatch(allowed, name)] == []
+
+
+def test_fresh_environment(wheel, tmp_path):
+    """Two commands in an environment with nothing but pip; the second one runs a scene."""
+    python = "/usr/bin/python3" if Path("/usr/bin/python3").exists() else sys.executable
+    fresh = tmp_path / "fresh"
+    if captured([python, "-m", "venv", fresh]).returncode != 0:
+        pytest.skip(f"{python} makes no environments")
+    environment = {"PATH": "/usr/bin:/bin", "HOME": str(tmp_path), **proxies()}
+    install = [fresh / "bin/python", "-m", "pip", "install", "--quiet", wheel]
+    done = captured(list(map(str, install)), env=environment, timeout=600)
+    if done.returncode != 0 and re.search("onnection|Could not find a version", done.stderr):
+        pytest.skip("the packages that it needs cannot be had here")
+    assert done.returncode == 0, done.stderr
+    shutil.copy(INPUTS / "tippe_top.nml", tmp_path)
+    program = (
+        "import contensou; t = contensou.run('tippe_top.nml', {'top.spin': (0, 0, 200),"
+        " 'scene.t_end': 0.01}); print(t.sizes['time'], t.spin.values[0, 0])"
+    )
+    command = [str(fresh / "bin/python"), "-c", program]
+    done = captured(command, env=environment, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    rows, spin = done.stdout.split()
+    assert int(rows) == 11
+    assert float(spin) == pytest.approx(200 * np.cos(0.1), rel=1e-3)
+    done = captured([str(fresh / "bin/contensou"), "version"], env=environment)
+    assert done.stdout.startswith("contensou ")
+    assert "SUNDIALS" in done.stdout
+    sets = ["--set", "scene.t_end=0.01", "-q", "-o", "top.h5"]
+    command = [str(fresh / "bin/contensou"), "run", "tippe_top.nml", *sets]
+    assert captured(command, env=environment, cwd=tmp_path).returncode == 0
+    command = [str(fresh / "bin/contensou"), "export", "top.h5", "--to", "gltf"]
+    done = captured(command, env=environment, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "needs h5py and matplotlib" in done.stderr
+
+
+def proxies():
+    """What pip needs of the environment."""
+    return {name: os.environ[name] for name in os.environ if re.match("(?i)(pip_|.*_proxy$)", name)}
+
+
+def test_tools_of_the_wheel(unpacked, in_inputs, tmp_path):
+    """The program finds its tool for formats with bodies, which draws with the Python on PATH."""
+    file = tmp_path / "top.h5"
+    done = called(unpacked, "run", "tippe_top.nml", "-q", "-o", file, "--set", "scene.t_end=0.01")
+    assert done.returncode == 0, done.stderr
+    path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
+    done = called(unpacked, "export", file, "--to", "gltf", env=os.environ | {"PATH": path})
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "top.glb").read_bytes().startswith(b"glTF")
+    for name, suffix in (("plot", ".png"), ("view", ".html")):
+        program = (
+            f"import sys; sys.argv = ['contensou-{name}', {str(file)!r}];"
+            " from contensou._program import tool; tool()"
+        )
+        environment = os.environ | {"PYTHONPATH": str(unpacked.parent)}
+        done = captured([sys.executable, "-c", program], env=environment)
+        assert done.returncode == 0, done.stderr
+        assert file.with_suffix(suffix).exists()
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_examples_in_docstrings(module, contensou, in_inputs):
+    name = "contensou" if module == "__init__" else f"contensou.{module}"
+    found = doctest.testmod(importlib.import_module(name))
+    assert found.failed == 0
+
+
+def test_what_is_public_is_described(contensou):
+    """Everything has a docstring and hints of types; parameters of functions are described."""
+    for name in contensou.__all__:
+        thing = getattr(contensou, name)
+        if not callable(thing):
+            continue
+        assert thing.__doc__, name
+        hints = getattr(thing, "__annotations__", {})
+        if not isinstance(thing, type):
+            assert "return" in hints, name
+    assert set(contensou.__all__) <= set(dir(contensou))
+    with pytest.raises(AttributeError, match="no attribute 'runn'"):
+        _ = contensou.runn
+
+
+def test_the_program_starts_without_numpy(unpacked):
+    """The command takes a hundredth of a second more than the program itself."""
+    program = "import sys, contensou, contensou._program; print('numpy' in sys.modules)"
+    environment = os.environ | {"PYTHONPATH": str(unpacked.parent)}
+    done = captured([sys.executable, "-c", program], env=environment)
+    assert (done.returncode, done.stdout) == (0, "False\n")
+
+
+# ---- Runs ---------------------------------------------------------------------------------------
+
+
+def file_of(unpacked, folder, scene, settings):
+    """The file of the program for the same scene and settings."""
+    words = [word for path, value in settings.items() for word in ("--set", f"{path}={value}")]
+    done = called(unpacked, "run", scene, "-q", "-o", folder / "run.h5", "--force", *words)
+    return done, folder / "run.h5"
+
+
+@pytest.mark.parametrize("scene", [path for path in SCENES if "sweeps" not in path.parts], ids=str)
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_a_run_equals_the_file(scene, contensou, unpacked, in_inputs, tmp_path):
+    """Bit for bit, in all groups but those that tell when and where it ran."""
+    done, path = file_of(unpacked, tmp_path, scene, SHORT)
+    if done.returncode != 0:
+        with pytest.raises(contensou.ContensouError) as caught:
+            contensou.run(scene, SHORT)
+        assert str(caught.value) in done.stderr
+        return
+    tree = contensou.run_tree(scene, SHORT)
+    expected = xarray.open_datatree(path, engine="h5netcdf", decode_timedelta=False)
+    assert set(tree.children) == set(expected.children)
+    for name in set(tree.children) - {"input", "provenance", "integrator", "summary"}:
+        found, wanted = tree[name].to_dataset(), expected[name].to_dataset()
+        xarray.testing.assert_identical(found, wanted)
+        for key, column in found.variables.items():
+            if column.dtype.kind == "f":
+                assert column.values.tobytes() == wanted[key].values.tobytes()
+    for name in ("summary", "integrator"):
+        found, wanted = tree[name].to_dataset(), expected[name].to_dataset()
+        times = [key for key in wanted.variables if key.startswith("cpu")]
+        xarray.testing.assert_identical(found.drop_vars(times), wanted.drop_vars(times))
+    expected.close()
+
+
+def test_a_dataset_is_the_trajectory(contensou, in_inputs):
+    settings = {"top.spin": (0, 0, 200), **SHORT}
+    tree, found = (
+        contensou.run_tree("tippe_top.nml", settings),
+        contensou.run(Path("tippe_top.nml"), settings),
+    )
+    xarray.testing.assert_identical(found, tree["trajectory"].to_dataset())
+    assert found.spin.values[0, 0] == pytest.approx(200 * np.cos(0.1), rel=1e-3)
+    assert found.gap.sel(contact="ball_floor").attrs["units"] == "m"
+    copy = pickle.loads(pickle.dumps(found))
+    xarray.testing.assert_identical(copy, found)
+
+
+def test_text_and_dictionary_are_the_same_scene(contensou):
+    from_text, from_groups = contensou.run(BALL), contensou.run(GROUPS)
+    xarray.testing.assert_identical(from_text, from_groups)
+    text = contensou.scene_text(GROUPS)
+    assert "inertia = 1.31e-06, 1.31e-06, 1.31e-06" in text
+    xarray.testing.assert_identical(contensou.run(text), from_text)
+
+
+def test_settings_are_values_or_texts(contensou):
+    first = contensou.run(GROUPS, {"ball.position": (0, 0, 0.02), "it.drilling": False})
+    second = contensou.run(GROUPS, ["ball.position=0,0,0.02", "it.drilling=.false."])
+    xarray.testing.assert_identical(first, second)
+    third = contensou.run(GROUPS, {"ball.position(3)": contensou.Expression("20e-3")})
+    assert third.position.values[0, 0, 2] == first.position.values[0, 0, 2] == 0.02
+
+
+WRONG = [
+    ("no_such_file.nml", None, "FileError", "no_such_file.nml cannot be read"),
+    (BALL.replace("mass", "mas"), None, "SceneError", "unknown key 'mas' in group &body"),
+    (BALL, {"ball.mass": -1}, "SceneError", "mass"),
+    (BALL, {"ball.mass": float("nan")}, "SceneError", "ball.mass: nan is no number"),
+    (BALL, {"ball.mass": None}, "SceneError", "a NoneType cannot stand in a scene"),
+    (BALL, {"ball.mass": b"1"}, "SceneError", "a bytes cannot stand in a scene"),
+    (BALL, {3: 4}, "SceneError", "3 is no path"),
+    (BALL, "ball.mass=1", "SceneError", "not a text"),
+    (BALL, [1], "SceneError", "expected texts"),
+    (BALL, {"ball.mas": 1}, "SceneError", "mas"),
+    ({"scene /": {}}, None, "SceneError", "no name of a group"),
+    ({"scene": {"t_end = 1 / &body": 1}}, None, "SceneError", "no name of a key"),
+    ({"scene": [3]}, None, "SceneError", "expected a dictionary"),
+    ({}, None, "SceneError", "there is no group &scene"),
+]
+
+
+@pytest.mark.parametrize(("scene", "settings", "kind", "message"), WRONG)
+def test_wrong_use_is_an_exception(scene, settings, kind, message, contensou):
+    with pytest.raises(getattr(contensou, kind)) as caught:
+        contensou.run(scene, settings)
+    assert message in str(caught.value)
+    assert isinstance(caught.value, contensou.ContensouError)
+    copy = pickle.loads(pickle.dumps(caught.value))
+    assert (str(copy), copy.status) == (str(caught.value), caught.value.status)
+
+
+def test_errors_are_those_of_python_too(contensou):
+    assert issubclass(contensou.SceneError, ValueError)
+    assert issubclass(contensou.FileError, OSError)
+    assert issubclass(contensou.SimulationError, RuntimeError)
+    with pytest.raises(contensou.SimulationError, match="tenth"):
+        contensou.run(GROUPS, {"ball.velocity": (0, 0, -1e3)})
+
+
+def test_warnings_are_warnings(contensou):
+    with pytest.warns(contensou.SceneWarning, match="friction coefficient of 30"):
+        contensou.run(GROUPS, {"it.friction_coefficient": 30})
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        "run(scene, {'scene.t_end': 1e5, 'output.interval': 1.0})",
+        "sweep(scene, {'top.spin(3)': [150, 180]}, {'scene.t_end': 1e4})",
+    ],
+)
+def test_an_interrupt_from_the_keyboard(call, unpacked, tmp_path):
+    """It ends the call and the program, and leaves no file."""
+    program = f"import contensou; scene = {str(INPUTS / 'tippe_top.nml')!r}\n"
+    program += "print('begun', flush=True)\ntry:\n"
+    program += f"    contensou.{call}\nexcept KeyboardInterrupt:\n    print('interrupted')\n"
+    environment = os.environ | {"PYTHONPATH": str(unpacked.parent), "TMPDIR": str(tmp_path)}
+    before = set(leftovers(tmp_path))
+    process = subprocess.Popen(
+        [sys.executable, "-c", program], env=environment, stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout.readline() == "begun\n"
+    deadline = time.monotonic() + 60
+    while not (started := children(process.pid)) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert started
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    out, _ = process.communicate(timeout=30)
+    assert (process.returncode, out) == (0, "interrupted\n")
+    assert not any(Path(f"/proc/{pid}").exists() for pid in started)
+    assert set(leftovers(tmp_path)) <= before
+
+
+def children(pid):
+    """Processes that a process has started."""
+    listed = Path(f"/proc/{pid}/task/{pid}/children")
+    return listed.read_text().split() if listed.exists() else []
+
+
+def leftovers(folder):
+    """Folders of the package."""
+    return [*Path("/dev/shm").glob("contensou-*"), *folder.iterdir()]
+
+
+# ---- Sweeps and pictures ------------------------------------------------------------------------
+
+
+def test_a_sweep_is_its_runs(contensou, in_inputs):
+    """Each cell of the grid is the run with its values; the progress is told."""
+    told = []
+    spins, angles = [150.0, 180.0, 200.0], [0.1, 0.2]
+    table = contensou.sweep(
+        "tippe_top.nml",
+        {("top.spin(3)",): spins, "top.angle": {"values": angles, "column": "tilt"}},
+        SHORT,
+        values=[{"name": "height", "dataset": "position", "of": "top", "component": 3,
+                 "time": 0.02}],
+        progress=lambda share, line: told.append(share),
+    )  # fmt: skip
+    assert dict(table.sizes) == {"top.spin(3)": 3, "tilt": 2}
+    assert table.tilt.values.tolist() == angles
+    assert told[0] == 0
+    assert told[-1] == 1
+    for spin in spins:
+        for angle in angles:
+            settings = {"top.spin(3)": spin, "top.angle": angle, **SHORT}
+            run = contensou.run_tree("tippe_top.nml", settings)
+            cell = table.sel({"top.spin(3)": spin, "tilt": angle})
+            assert cell.status == 0
+            assert cell.height == run["trajectory"].position[-1, 0, 2]
+            assert cell.energy_error == run["summary"].energy_error
+            assert cell.touches == run["summary"].touches
+
+
+def test_a_sweep_by_sampling(contensou):
+    table = contensou.sweep(
+        GROUPS,
+        {"ball.position(3)": {"first": 0.011, "last": 0.02}, "ball.mass": {"first": 1, "last": 2}},
+        sampling="sobol",
+        cases=8,
+        keep=["steps"],
+    )
+    assert dict(table.sizes) == {"case": 8}
+    assert {"status", "message", "steps"} == set(table.data_vars)
+    assert len(set(table["ball.mass"].values)) == 8
+
+
+def test_wrong_sweeps(contensou):
+    for parameters, options, message in (
+        ({"ball.mas": [1, 2]}, {}, "mas"),
+        ({"ball.mass": {"first": 1, "last": 2}}, {}, "'count' is missing"),
+        ({"ball.mass": [1, 2]}, {"sampling": "random"}, "random"),
+        ({}, {}, "parameter"),
+        ({"ball.mass": [1]}, {"cassis": 3}, "cassis"),
+    ):
+        with pytest.raises(contensou.SceneError, match=message):
+            contensou.sweep(GROUPS, parameters, **options)
+    table = contensou.sweep(GROUPS, {"ball.position(3)": [0.02, 0.001]})
+    assert table.status.values.tolist() == [0, 2]
+    assert "overlap" in str(table.message.values[1])
+
+
+def test_pages_and_pictures(contensou, in_inputs, tmp_path):
+    """Of a run in memory, of a file and of a scene; a notebook shows the page in a frame."""
+    run = contensou.run("tippe_top.nml", SHORT)
+    page = contensou.view(run, height=333)
+    assert page.html.startswith("<!doctype html>")
+    assert "333px" in page._repr_html_()
+    assert "&lt;!doctype html&gt;" in page._repr_html_()
+    page.save(tmp_path / "top.html")
+    assert (tmp_path / "top.html").read_text(encoding="utf-8") == page.html
+    mpl = pytest.importorskip("matplotlib")
+    before = dict(mpl.rcParams.copy(), backend=mpl.get_backend())
+    figure = contensou.plot(run)
+    assert dict(mpl.rcParams) == before
+    figure.savefig(tmp_path / "top.png")
+    assert len(figure.axes) >= 6
+    table = contensou.sweep("tippe_top.nml", {"top.spin(3)": [150, 180]}, SHORT)
+    assert len(contensou.plot(table, result=["energy_error"], over=["top.spin(3)"]).axes) == 1
+    assert contensou.view(table).html.startswith("<!doctype html>")
+    assert len(contensou.plot("tippe_top.nml", SHORT).axes) == len(figure.axes)
+    with pytest.raises(contensou.SceneError, match="do not know the run"):
+        contensou.view(xarray.Dataset())
+    with pytest.raises(contensou.SceneError, match="settings are for a scene"):
+        contensou.view(run, SHORT)
+    with pytest.raises(contensou.SceneError, match="the data is no table of a sweep"):
+        contensou.plot(run, kind="map")
+    with pytest.raises(contensou.FileError):
+        contensou.view("nothing.h5")

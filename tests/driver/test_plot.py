@@ -16,6 +16,7 @@ sys.path.insert(0, str(ROOT / "scripts"))
 mpl.use("Agg")
 
 from lib import motion, style  # noqa: E402
+from lib import drawing  # noqa: E402
 from lib.results import Result  # noqa: E402
 
 
@@ -34,7 +35,7 @@ def drawn(run, tmp_path):
         (tmp_path / "scene.nml").write_text(scene)
         result = run("run", "scene.nml", "-q", "-o", "out.h5", "--force", *more, cwd=tmp_path)
         assert result.status == 0, result.err
-        figure = draw(Result(tmp_path / "out.h5"))
+        figure = drawing.draw(Result(tmp_path / "out.h5"))
         figures.append(figure)
         panels = {}
         for axes in figure.axes:

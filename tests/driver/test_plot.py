@@ -15,8 +15,7 @@ sys.path.insert(0, str(ROOT / "scripts"))
 
 mpl.use("Agg")
 
-from lib import motion, style  # noqa: E402
-from lib import drawing  # noqa: E402
+from lib import drawing, motion, style  # noqa: E402
 from lib.results import Result  # noqa: E402
 
 

@@ -56,7 +56,9 @@ def test_the_balance_closes(method, bound, run, tmp_path):
 
 
 def test_methods_agree_and_momentum_is_conserved(run, tmp_path):
-    free = TWO.replace("gravity = 0, 0, -9.81, ", "").replace("'ground', 'a', kind", "'b', 'a', kind")
+    free = TWO.replace("gravity = 0, 0, -9.81, ", "").replace(
+        "'ground', 'a', kind", "'b', 'a', kind"
+    )
     runs = [
         simulate(run, tmp_path, free, "--set", f"integrator.method={method}")
         for method in ("explicit8", "cvode_bdf")
@@ -70,13 +72,16 @@ def test_methods_agree_and_momentum_is_conserved(run, tmp_path):
     for body in range(2):
         w, x, y, z = found["quaternion"][:, body].T
         norm = w * w + x * x + y * y + z * z
-        rotation = np.array(
-            [
-                [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
-            ]
-        ) / norm
+        rotation = (
+            np.array(
+                [
+                    [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                    [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
+                    [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
+                ]
+            )
+            / norm
+        )
         spin = np.einsum("ijt,ti->tj", rotation, found["angular_velocity"][:, body])
         angular += np.einsum("ijt,tj->ti", rotation, spin * inertia[body])
     assert linear == pytest.approx(np.broadcast_to(linear[0], linear.shape), abs=1e-12)

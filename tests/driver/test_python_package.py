@@ -7,6 +7,7 @@ names one. Tests use it as it lies unpacked in a folder; one installs it in a fr
 from __future__ import annotations
 
 import doctest
+import fcntl
 import importlib
 import os
 import pickle
@@ -66,7 +67,7 @@ GROUPS = {
     },
 }
 
-pytestmark = pytest.mark.xdist_group("python package")
+pytestmark = pytest.mark.xdist_group("python")
 
 
 @pytest.fixture(scope="session")
@@ -76,10 +77,21 @@ def wheel(build_kind, tmp_path_factory):
         pytest.skip("with the release build only")
     if named := os.environ.get("CONTENSOU_WHEEL"):
         return Path(named)
-    folder = tmp_path_factory.mktemp("wheel")
-    done = captured(
-        [ROOT / "scripts/wheel", "-o", folder, "-Dlink_time_optimization=false"], timeout=1200
-    )
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent  # which all workers share
+    with (folder / "wheel.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        built = sorted(folder.glob("*.whl"))
+        if not built:
+            built = [build_wheel(folder)]
+    return built[0]
+
+
+def build_wheel(folder):
+    """Build the wheel, or skip where what it needs cannot be had."""
+    command = [ROOT / "scripts/wheel", "-o", folder, "-Dlink_time_optimization=false"]
+    done = captured(command, timeout=1200)
     if done.returncode == CANNOT_BE_HAD:
         pytest.skip(f"no wheel can be built here: {done.stderr.splitlines()[-1]}")
     assert done.returncode == 0, done.stderr[-3000:]

@@ -5,7 +5,7 @@ module contensou_drivers_help
    use contensou_base_resolve, only : expected_of
    use contensou_base_schema, only : any_number, domain_text, group_spec_type, is_number, &
       key_type, kind_any, kind_choice, kind_logical, kind_name, kind_reference, kind_text
-   use contensou_base_text, only : did_you_mean, join, lower, quote, string_type
+   use contensou_base_text, only : did_you_mean, join, lower, plural, quote, string_type
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
       usage_text
    use contensou_drivers_completion, only : completion_text
@@ -163,7 +163,7 @@ contains
          text = ".true. | .false."
       case (kind_reference)
          text = "name of a " // trim(key%target)
-         if (key%values == 2) text = "names of two " // trim(key%target) // "s"
+         if (key%values == 2) text = "names of two " // plural(key%target)
       case (kind_name)
          text = "a name"
       case default

@@ -15,7 +15,7 @@ module contensou_base_resolve
       kind_name, kind_real, kind_reference, kind_text, schema_type, setting_type
    use contensou_base_settings, only : group_settings_type, new_setting, settings_type, &
       stored_group_type
-   use contensou_base_text, only : join, lower, nearest, quote, string_type, strings
+   use contensou_base_text, only : join, lower, nearest, plural, quote, string_type, strings
    implicit none(type, external)
    private
 
@@ -575,7 +575,7 @@ contains
          if (key%fewer) text = "up to " // to_text(key%values) // " of" // text(7:)
       case (kind_reference)
          text = "the name of a " // trim(key%target) // " in quotes"
-         if (key%values == 2) text = "the names of two " // trim(key%target) // "s in quotes"
+         if (key%values == 2) text = "the names of two " // plural(key%target) // " in quotes"
       case (kind_name)
          text = "a name in quotes"
       case (kind_file)

@@ -4,7 +4,7 @@ module contensou_base_text
    private
 
    public :: string_type, text_buffer_type
-   public :: lower, quote, pad, right, strings, join, shorten, starts_with
+   public :: lower, quote, pad, plural, right, strings, join, shorten, starts_with
    public :: edit_distance, nearest, did_you_mean, command_text
    public :: utf8_length, invalid_byte, invalid_byte_text, valid_utf8
 
@@ -401,5 +401,18 @@ contains
       if (starting == 0 .and. starts_with(candidate, sought)) starting = index_of_it
       if (containing == 0 .and. index(candidate, sought) > 0) containing = index_of_it
    end subroutine consider
+
+   !> The plural of a noun.
+   pure function plural(noun)
+      character(len=*), intent(in) :: noun
+      character(len=:), allocatable :: plural
+      integer :: n
+
+      n = len_trim(noun)
+      plural = noun(:n) // "s"
+      if (n < 2) return
+      if (noun(n:n) == "y" .and. scan(noun(n - 1:n - 1), "aeiou") == 0) &
+         plural = noun(:n - 1) // "ies"
+   end function plural
 
 end module contensou_base_text

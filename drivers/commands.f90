@@ -5,6 +5,7 @@ module contensou_drivers_commands
    use contensou_drivers_command_line, only : command_type
    use contensou_drivers_cost, only : cost_command
    use contensou_drivers_diff, only : diff_command
+   use contensou_drivers_equilibrium, only : equilibrium_command
    use contensou_drivers_eval, only : eval_command
    use contensou_drivers_export, only : export_command
    use contensou_drivers_help, only : help_command
@@ -31,6 +32,7 @@ contains
       call add(commands, check_command())
       call add(commands, models_command())
       call add(commands, eval_command())
+      call add(commands, equilibrium_command())
       call add(commands, cost_command())
       call add(commands, bench_command())
       call add(commands, diff_command())

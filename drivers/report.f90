@@ -8,9 +8,9 @@ module contensou_drivers_report
    use contensou_base_text, only : quote, string_type
    use contensou_contact_parts, only : contact_parts, n_parts, part_type
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, motion_fixed, &
-      motion_free, motion_prescribed, motion_spindle, scene_type, stop_angle, stop_conforming, &
-      stop_lift, stop_names, stop_position, stop_rest, stop_speed, stop_spec_type, stop_spin, &
-      stop_touch
+      motion_free, motion_prescribed, motion_rotor, motion_spindle, scene_type, stop_angle, &
+      stop_conforming, stop_lift, stop_names, stop_position, stop_rest, stop_speed, &
+      stop_spec_type, stop_spin, stop_touch
    use contensou_dynamics_springs, only : spring_kinds
    use contensou_scene_reader, only : scene_file_type
    implicit none(type, external)
@@ -336,19 +336,21 @@ contains
    function bodies_text(scene) result(text)
       type(scene_type), intent(in) :: scene
       character(len=:), allocatable :: text
-      integer :: fixed, prescribed, spindle
+      integer :: fixed, prescribed, spindle, rotor
 
       fixed = count(scene%bodies%motion == motion_fixed)
       prescribed = count(scene%bodies%motion == motion_prescribed)
       spindle = count(scene%bodies%motion == motion_spindle)
+      rotor = count(scene%bodies%motion == motion_rotor)
       text = to_text(size(scene%bodies)) // ", rigid"
-      if (fixed + prescribed + spindle == 0) then
+      if (fixed + prescribed + spindle + rotor == 0) then
          text = text // " and free"
       else
          text = text // "; free " // to_text(count(scene%bodies%motion == motion_free))
          if (fixed > 0) text = text // ", fixed " // to_text(fixed)
          if (prescribed > 0) text = text // ", prescribed " // to_text(prescribed)
          if (spindle > 0) text = text // ", spindle " // to_text(spindle)
+         if (rotor > 0) text = text // ", rotor " // to_text(rotor)
       end if
    end function bodies_text
 
@@ -366,6 +368,12 @@ contains
          if (body%ramp_duration > 0.0_wp) text = text // ", ramp of " // &
             number_text(body%ramp_duration, 4) // " s"
          if (any(abs(body%applied_force) > 0.0_wp)) text = text // ", applied force"
+      case (motion_rotor)
+         text = "prescribed rotation about its axis, free to move and tilt"
+         if (body%ramp_duration > 0.0_wp) text = text // ", ramp of " // &
+            number_text(body%ramp_duration, 4) // " s"
+         if (any(abs(body%applied_force) > 0.0_wp)) text = text // ", applied force"
+         if (any(abs(body%applied_torque) > 0.0_wp)) text = text // ", applied torque"
       case (motion_prescribed)
          text = "prescribed motion"
          if (body%ramp_duration > 0.0_wp) text = text // ", ramp of " // &

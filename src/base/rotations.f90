@@ -11,6 +11,7 @@ module contensou_base_rotations
    public :: norm_rate
    public :: rotation_matrix, set_rotation, to_inertial, to_body
    public :: quaternion_from_axis_angle, quaternion_rate, unit_quaternion
+   public :: rotation_vector, quaternion_of_matrix
 
    !> Rate at which `quaternion_rate` pulls the norm to one [1/s].
    real(wp), parameter :: norm_rate = 1.0_wp
@@ -113,5 +114,40 @@ contains
 
       unit = unit_vector(q)
    end function unit_quaternion
+
+   !> Rotation vector of a rotation matrix, of a length up to pi [rad].
+   pure function rotation_vector(r) result(vector)
+      real(wp), intent(in) :: r(3, 3)
+      real(wp) :: vector(3)
+      real(wp) :: sine(3), s, c, largest
+      integer :: i
+
+      sine = 0.5_wp*[r(3, 2) - r(2, 3), r(1, 3) - r(3, 1), r(2, 1) - r(1, 2)]
+      s = norm2(sine)
+      c = 0.5_wp*(r(1, 1) + r(2, 2) + r(3, 3) - 1.0_wp)
+      vector = sine
+      if (c > -0.5_wp) then
+         if (s > 0.0_wp) vector = sine*(atan2(s, c)/s)
+         return
+      end if
+      ! Near to half a turn the symmetric part tells the axis, the other one only its sense.
+      i = maxloc([r(1, 1), r(2, 2), r(3, 3)], dim=1)
+      largest = sqrt(max((r(i, i) - c)/(1.0_wp - c), 0.0_wp))
+      vector = 0.5_wp*(r(:, i) + r(i, :))/((1.0_wp - c)*largest)
+      vector(i) = largest
+      if (dot_product(vector, sine) < 0.0_wp) vector = -vector
+      vector = vector*atan2(s, c)
+   end function rotation_vector
+
+   !> Unit quaternion of a rotation matrix.
+   pure function quaternion_of_matrix(r) result(q)
+      real(wp), intent(in) :: r(3, 3)
+      real(wp) :: q(4)
+      real(wp) :: vector(3)
+
+      q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      vector = rotation_vector(r)
+      if (norm2(vector) > 0.0_wp) q = quaternion_from_axis_angle(vector, norm2(vector))
+   end function quaternion_of_matrix
 
 end module contensou_base_rotations

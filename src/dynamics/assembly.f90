@@ -17,8 +17,8 @@ module contensou_dynamics_assembly
    use contensou_contact_tangential, only : tangential_model_type, tangential_models
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_mechanism, only : body_type, contact_type
-   use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, moves_freely, &
-      scene_type, surface_spec_type, turns_by_drive
+   use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, motion_rotor, &
+      moves_freely, scene_type, surface_spec_type, turns_by_drive
    use contensou_dynamics_spots, only : assign_spots
    use contensou_dynamics_state, only : put_body
    implicit none(type, external)
@@ -113,6 +113,9 @@ contains
          body%acceleration = (spec%final_velocity - spec%velocity)/spec%ramp_duration
          body%angular_acceleration = (spec%final_angular_velocity &
             - matmul(rotation_matrix(spec%quaternion), spec%spin))/spec%ramp_duration
+         ! About its own axis, which tilts.
+         if (spec%motion == motion_rotor) body%angular_acceleration = &
+            matmul(body%angular_acceleration, rotation_matrix(spec%quaternion))
       end if
    end subroutine set_body
 

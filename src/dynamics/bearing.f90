@@ -33,6 +33,7 @@ module contensou_dynamics_bearing
    contains
       procedure :: centre_circles
       procedure :: gap
+      procedure :: clearance_at
       procedure :: ball_distance
       procedure :: most_balls
       procedure :: largest_clearance
@@ -72,6 +73,15 @@ contains
 
       distance = sum(self%groove) - 2.0_wp*self%r - 0.5_wp*self%clearance
    end function gap
+
+   !> Diametral clearance with which the unloaded balls touch at a contact angle [m].
+   pure real(wp) function clearance_at(self, angle) result(clearance)
+      class(ball_bearing_type), intent(in) :: self
+      !> Contact angle [rad].
+      real(wp), intent(in) :: angle
+
+      clearance = 4.0_wp*(sum(self%groove) - 2.0_wp*self%r)*sin(0.5_wp*angle)**2
+   end function clearance_at
 
    !> Distance of the centres of two neighbouring balls [m].
    pure function ball_distance(bearing) result(distance)

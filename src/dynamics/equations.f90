@@ -18,7 +18,7 @@ module contensou_dynamics_equations
    use contensou_dynamics_constraints, only : constraints_type
    use contensou_dynamics_mechanism, only : body_type, contact_type, mechanism_type, relative_motion
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
-      motion_spindle, moves_freely, turns_by_drive
+      motion_rotor, motion_spindle, moves_freely, turns_by_drive
    use contensou_dynamics_springs, only : spring_load_type
    use contensou_dynamics_state, only : at_position, at_quaternion, at_spin, at_velocity, body_size
    implicit none(type, external)
@@ -70,6 +70,7 @@ module contensou_dynamics_equations
    contains
       procedure :: prepare
       procedure :: derivative
+      procedure :: static_loads
       procedure :: constraint_forces
       procedure, private, non_overridable :: complete
       procedure :: next_corner
@@ -128,7 +129,7 @@ contains
       !> Its time derivative; not set when `outside`.
       real(wp), intent(out) :: rate(self%layout%n)
       integer :: i, k
-      real(wp) :: friction_power, damping_power
+      real(wp) :: friction_power, damping_power, applied_power
 
       self%too_deep = 0
       ! The stage of a step that is far too long can be anywhere, also where its squares overflow.
@@ -137,25 +138,11 @@ contains
       if (self%outside) return
       call self%set_poses(y)
       if (self%layout%states > 0) call self%set_states(y)
-      do i = 1, size(self%bodies)
-         self%load(i) = body_load_type()
-      end do
-      if (self%has_gravity) then
-         do i = 1, size(self%bodies)
-            if (moves_freely(self%bodies(i)%motion)) then
-               self%load(i)%force = self%bodies(i)%mass*self%gravity
-            end if
-         end do
-      end if
       friction_power = 0.0_wp
       damping_power = 0.0_wp
-      call add_contacts(self, friction_power, damping_power)
+      call gather_loads(self, friction_power, damping_power, applied_power)
       if (self%outside) return
-      if (self%has_springs) call add_springs(self, damping_power)
-      if (self%layout%applied > 0) then
-         rate(self%layout%applied) = 0.0_wp
-         call apply_loads(self, rate(self%layout%applied))
-      end if
+      if (self%layout%applied > 0) rate(self%layout%applied) = applied_power
       do i = 1, size(self%bodies)
          k = body_size*(i - 1)
          call accelerate(self, i, t, y(k + 1:k + body_size), rate(k + 1:k + body_size))
@@ -167,6 +154,48 @@ contains
       if (self%layout%friction > 0) rate(self%layout%friction) = friction_power
       if (self%layout%damping > 0) rate(self%layout%damping) = damping_power
    end subroutine derivative
+
+   !> Loads of a system at the poses that are set, its states of parts set too; `outside` if a
+   !> contact is out of bounds.
+   subroutine gather_loads(self, friction_power, damping_power, applied_power)
+      type(system_type), intent(inout) :: self
+      !> Power lost in friction [W], added to.
+      real(wp), intent(inout) :: friction_power
+      !> Power lost in damping [W], added to.
+      real(wp), intent(inout) :: damping_power
+      !> Power that loads and drives supply [W].
+      real(wp), intent(out) :: applied_power
+      integer :: i
+
+      do i = 1, size(self%bodies)
+         self%load(i) = body_load_type()
+      end do
+      if (self%has_gravity) then
+         do i = 1, size(self%bodies)
+            if (moves_freely(self%bodies(i)%motion)) then
+               self%load(i)%force = self%bodies(i)%mass*self%gravity
+            end if
+         end do
+      end if
+      applied_power = 0.0_wp
+      call add_contacts(self, friction_power, damping_power)
+      if (self%outside) return
+      if (self%has_springs) call add_springs(self, damping_power)
+      if (self%layout%applied > 0) call apply_loads(self, applied_power)
+   end subroutine gather_loads
+
+   !> Loads of a system without states of parts at the poses that are set, in `load`; `outside` if a
+   !> contact is out of bounds.
+   subroutine static_loads(self)
+      class(system_type), intent(inout) :: self
+      real(wp) :: friction_power, damping_power, applied_power
+
+      self%too_deep = 0
+      self%outside = .false.
+      friction_power = 0.0_wp
+      damping_power = 0.0_wp
+      call gather_loads(self, friction_power, damping_power, applied_power)
+   end subroutine static_loads
 
    !> Add what the closed rigid contacts do to the accelerations, and the rates of the states of
    !> parts, which are constant while a contact is open.
@@ -276,6 +305,11 @@ contains
                self%load(i)%torque = self%load(i)%torque + torque
                power = power + dot_product(force, pose%velocity) + dot_product(torque, pose%spin)
             end if
+            if (body%motion == motion_rotor) then
+               ! What keeps it turning about its axis.
+               power = power - dot_product(self%load(i)%torque, pose%rotation(:, 3)) &
+                  *dot_product(pose%spin, pose%rotation(:, 3))
+            end if
          end associate
       end do
    end subroutine apply_loads
@@ -309,10 +343,12 @@ contains
          else
             acceleration = 0.0_wp
          end if
-         if (body%motion == motion_free) then
+         if (body%motion == motion_free .or. body%motion == motion_rotor) then
             ! In two statements: gfortran takes memory for the sum of a product and a function.
             moment = to_body(self%pose(index)%rotation, self%load(index)%torque)
             turning = (moment - cross(w, body%inertia*w))/body%inertia
+            if (body%motion == motion_rotor) turning(3) = merge(body%angular_acceleration(3), &
+               0.0_wp, self%ramps(body, t))
          else if (self%ramps(body, t)) then
             turning = matmul(body%angular_acceleration, self%pose(index)%rotation)
          else

@@ -20,7 +20,7 @@ module contensou_dynamics_jacobian
       linearize_link, outcomes
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
-      moves_freely, turns_by_drive
+      motion_rotor, moves_freely, turns_by_drive
    use contensou_dynamics_springs, only : spring_load_type
    use contensou_dynamics_state, only : body_size, quaternion_of, spin_of, velocity_of
    implicit none(type, external)
@@ -760,7 +760,7 @@ contains
       real(wp), intent(in) :: force(:, :)
       !> Derivatives of the torque about the centre of mass [N m], inertial frame.
       real(wp), intent(in) :: torque(:, :)
-      real(wp) :: moment(3)
+      real(wp) :: moment(3), spin(3)
       integer :: c, k
 
       associate (body => system%bodies(row_body), pose => system%pose(row_body))
@@ -768,15 +768,19 @@ contains
             do c = 1, size(force, 2)
                k = self%column_start(before + c) + place
                self%value(k:k + 2) = self%value(k:k + 2) + force(:, c)/body%mass
-               if (turns_by_drive(body%motion)) cycle
+               if (turns_by_drive(body%motion) .and. body%motion /= motion_rotor) cycle
                moment = matmul(torque(:, c), pose%rotation)
+               if (body%motion == motion_rotor) moment(3) = 0.0_wp
                self%value(k + 3:k + 5) = self%value(k + 3:k + 5) + moment/body%inertia
             end do
          end if
          if (.not. turns_by_drive(body%motion)) return
+         spin = pose%spin
+         if (body%motion == motion_rotor) spin = dot_product(spin, pose%rotation(:, 3)) &
+            *pose%rotation(:, 3)
          do c = 1, size(torque, 2)
             call add_work(self, before + c - 1, system%layout%applied, &
-               [-dot_product(pose%spin, torque(:, c))])
+               [-dot_product(spin, torque(:, c))])
             if (body%motion == motion_prescribed) call add_work(self, before + c - 1, &
                system%layout%applied, [-dot_product(pose%velocity, force(:, c))])
          end do
@@ -847,7 +851,7 @@ contains
                power(8:10) = force
             end if
          end if
-         if (body%motion == motion_free) then
+         if (body%motion == motion_free .or. body%motion == motion_rotor) then
             do i = 1, 4
                block(11:13, 3 + i) = matmul(cross(torque, turn(:, i)), pose%rotation)/body%inertia
             end do
@@ -857,6 +861,16 @@ contains
                e(i) = 1.0_wp
                block(11:13, 10 + i) = (cross(momentum, e) - cross(w, body%inertia*e))/body%inertia
             end do
+            if (body%motion == motion_rotor) then
+               block(13, :) = 0.0_wp
+               associate (axis => pose%rotation(:, 3))
+                  do i = 1, 4
+                     power(3 + i) = power(3 + i) - w(3)*dot_product(torque, cross(turn(:, i), axis))
+                  end do
+                  power(13) = power(13) - dot_product(torque, axis)
+                  if (body%load_follows) power(13) = power(13) - body%torque(3)
+               end associate
+            end if
          else
             if (t < body%ramp) then
                do i = 1, 4

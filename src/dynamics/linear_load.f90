@@ -41,6 +41,9 @@ module contensou_dynamics_linear_load
    !> Step of the differences of the force through the curvatures, over the approach.
    real(wp), parameter :: shape_step = 1.0e-3_wp
 
+   !> That of finer differences.
+   real(wp), parameter :: fine_step = 1.0e-2_wp
+
    !> Step of the differences of what velocities make of the gap of a rigid contact, over the
    !> smaller of a radian and what moves the contact by its radius of curvature.
    real(wp), parameter :: pose_step = 1.0e-4_wp
@@ -69,6 +72,8 @@ module contensou_dynamics_linear_load
       logical :: rigid
       !> Whether the curvatures vary.
       logical :: varies
+      !> Whether differences are to be as fine as the rest.
+      logical :: exactly = .false.
       !> Approach [m]; of a rigid contact that by which Hertz's theory has its normal force.
       real(wp) :: approach
       !> Rate of the approach [m/s].
@@ -120,7 +125,7 @@ module contensou_dynamics_linear_load
 contains
 
    !> Load of a contact with compliance, and its derivatives.
-   subroutine linearize(contact, a, b, resolution, load, closed)
+   subroutine linearize(contact, a, b, resolution, load, closed, exactly)
       type(contact_type), intent(inout) :: contact
       type(pose_type), intent(in) :: a
       type(pose_type), intent(in) :: b
@@ -130,6 +135,8 @@ contains
       type(linear_load_type), intent(out) :: load
       !> Whether the contact is closed.
       logical, intent(out) :: closed
+      !> Whether differences are to be as fine as the rest; not if not given.
+      logical, intent(in), optional :: exactly
       type(touch_type) :: touch
       real(wp) :: gap
       integer :: trouble
@@ -145,6 +152,7 @@ contains
       if (.not. closed) return
       touch%approach = -gap
       touch%resolution = resolution%of(a, b, touch%at%point)
+      if (present(exactly)) touch%exactly = exactly
       call vary_touch(touch, contact, a, b, load)
    end subroutine linearize
 
@@ -289,7 +297,11 @@ contains
          call differ_curvatures(contact, touch)
          if (.not. touch%rigid) then
             call contact%shape_force(a, b, touch%at, touch%shape)
-            call differ_shape_force(contact, a, b, touch%at, touch%shape, touch%shape_by_twist)
+            if (touch%exactly) then
+               call differ_finely(contact, a, b, touch%at, touch%shape_by_twist)
+            else
+               call differ_shape_force(contact, a, b, touch%at, touch%shape, touch%shape_by_twist)
+            end if
          end if
       end if
       if (contact%states%n > 0) touch%frame_spin = contact%frame_spin(a, b, touch%at, &
@@ -638,6 +650,51 @@ contains
          contact%law%normal = normal
       end do
    end subroutine differ_shape_force
+
+   !> Derivatives of the force of the elastic energy through the curvatures by differences of fourth
+   !> order, for what needs all digits.
+   subroutine differ_finely(contact, a, b, at, by_twist)
+      !> The contact; it is left as it was.
+      type(contact_type), intent(inout) :: contact
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      !> Where it touches.
+      type(contact_point_type), intent(in) :: at
+      !> The derivatives.
+      real(wp), intent(out) :: by_twist(6, 6)
+      integer, parameter :: offsets(4) = [-2, -1, 1, 2]
+      real(wp), parameter :: weights(4) = [1.0_wp, -8.0_wp, 8.0_wp, -1.0_wp]/12.0_wp
+      type(track_type) :: track
+      type(normal_type) :: normal
+      type(pose_type) :: moved
+      type(contact_point_type) :: there
+      real(wp) :: h, twist(6), gap, varied(6)
+      integer :: i, k, trouble
+
+      track = contact%track
+      normal = contact%law%normal
+      by_twist = 0.0_wp
+      do i = 1, 6
+         h = fine_step*abs(at%gap)
+         ! A turn moves the point of contact by no more than a shift does.
+         if (i > 3) h = h*2.0_wp*at%curvature_b
+         do k = 1, size(offsets)
+            twist = 0.0_wp
+            twist(i) = offsets(k)*h
+            moved = b
+            call turn_about(moved, at%point, twist)
+            call contact%find_gap(a, moved, gap)
+            call contact%locate(a, moved, gap, there)
+            call contact%follow(there, trouble)
+            if (trouble == trouble_none .and. gap < 0.0_wp) then
+               call contact%shape_force(a, moved, there, varied)
+               by_twist(:, i) = by_twist(:, i) + weights(k)/h*varied
+            end if
+            contact%track = track
+            contact%law%normal = normal
+         end do
+      end do
+   end subroutine differ_finely
 
    !> Derivatives of the velocity of the material through the spot by a twist of B at the contact
    !> point, the velocities as they are, by central differences: they hold third derivatives of the

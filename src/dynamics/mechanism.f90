@@ -51,7 +51,7 @@ module contensou_dynamics_mechanism
       real(wp) :: ramp = 0.0_wp
       !> Acceleration during the ramp [m/s2], inertial frame.
       real(wp) :: acceleration(3) = 0.0_wp
-      !> Angular acceleration during the ramp [rad/s2], inertial frame.
+      !> Angular acceleration during the ramp [rad/s2], inertial frame; of a rotor body frame.
       real(wp) :: angular_acceleration(3) = 0.0_wp
       !> Whether another program accelerates a drive beside that: by so much [m/s2], [rad/s2],
       !> inertial frame.

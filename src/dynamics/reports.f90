@@ -15,7 +15,8 @@ module contensou_dynamics_reports
    use contensou_dynamics_equations, only : add_contacts, add_springs, system_type
    use contensou_dynamics_mechanism, only : contact_motion_type, contact_type, mechanism_type, &
       relative_motion, slip_velocity
-   use contensou_dynamics_scene, only : motion_free, motion_prescribed, moves_freely, turns_by_drive
+   use contensou_dynamics_scene, only : motion_free, motion_prescribed, motion_rotor, &
+      moves_freely, turns_by_drive
    use contensou_dynamics_springs, only : spring_load_type
    use contensou_dynamics_state, only : position_of, quaternion_of, spin_of, velocity_of
    implicit none(type, external)
@@ -298,11 +299,28 @@ contains
       do i = 1, size(system%bodies)
          if (system%bodies(i)%motion == motion_prescribed) force(:, i) = -system%load(i)%force
          if (turns_by_drive(system%bodies(i)%motion)) torque(:, i) = -system%load(i)%torque
+         if (system%bodies(i)%motion == motion_rotor) torque(:, i) = about_axis(i)
       end do
+
+   contains
+
+      !> What keeps a rotor turning: the torque about its axis.
+      pure function about_axis(body) result(drive)
+         integer, intent(in) :: body
+         real(wp) :: drive(3)
+         real(wp) :: applied
+
+         associate (axis => system%pose(body)%rotation(:, 3), own => system%bodies(body))
+            applied = dot_product(own%torque, axis)
+            if (own%load_follows) applied = own%torque(3)
+            drive = -(dot_product(system%load(body)%torque, axis) + applied)*axis
+         end associate
+      end function about_axis
+
    end subroutine drive_loads
 
    !> Kinetic energy, and potential energy of gravity relative to the origin, of the free bodies
-   !> and of the translation of those that only turn by a drive [J].
+   !> and of the translation and tilting of those that only turn by a drive [J].
    pure subroutine energies(mechanism, y, kinetic, potential)
       class(mechanism_type), intent(in) :: mechanism
       real(wp), intent(in) :: y(:)
@@ -323,6 +341,8 @@ contains
             kinetic = kinetic + 0.5_wp*body%mass*dot_product(v, v)
             if (body%motion == motion_free) kinetic = kinetic &
                + 0.5_wp*dot_product(body%inertia*w, w)
+            if (body%motion == motion_rotor) kinetic = kinetic &
+               + 0.5_wp*dot_product(body%inertia(:2)*w(:2), w(:2))
             potential = potential - body%mass*dot_product(mechanism%gravity, position_of(y, i))
          end associate
       end do

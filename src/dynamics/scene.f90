@@ -14,23 +14,25 @@ module contensou_dynamics_scene
    public :: stop_rest, stop_touch, stop_lift, stop_angle, stop_speed, stop_spin, stop_position, &
       stop_conforming, stop_names, crossing_any, crossing_rising, crossing_falling, crossing_names
    public :: motion_free, motion_fixed, motion_prescribed, motion_spindle, motion_names
+   public :: motion_rotor
    public :: moves_freely, turns_by_drive, frame_names, impact_names, impacts_together, &
       solid_parts
 
-   !> How a body moves: by Newton-Euler, not at all, as prescribed, or turning as prescribed while
-   !> its centre of mass moves freely.
+   !> How a body moves: by Newton-Euler, not at all, as prescribed, turning as prescribed while its
+   !> centre of mass moves freely, or turning as prescribed about its third axis while it moves and
+   !> tilts freely.
    integer, parameter :: motion_free = 1, motion_fixed = 2, motion_prescribed = 3, &
-      motion_spindle = 4
+      motion_spindle = 4, motion_rotor = 5
 
    !> Their names in a scene, in the order of the codes.
    character(len=*), parameter :: motion_names(*) = [character(len=10) :: &
-      "free", "fixed", "prescribed", "spindle"]
+      "free", "fixed", "prescribed", "spindle", "rotor"]
 
    !> Whether forces accelerate the centre of mass, for each of the codes.
-   logical, parameter :: moves_freely(*) = [.true., .false., .false., .true.]
+   logical, parameter :: moves_freely(*) = [.true., .false., .false., .true., .true.]
 
-   !> Whether a drive prescribes the rotation, for each of the codes.
-   logical, parameter :: turns_by_drive(*) = [.false., .false., .true., .true.]
+   !> Whether a drive prescribes the rotation, or that about the third axis, for each of the codes.
+   logical, parameter :: turns_by_drive(*) = [.false., .false., .true., .true., .true.]
 
    !> Frames in which an applied load can be constant.
    character(len=*), parameter :: frame_names(*) = [character(len=8) :: "inertial", "body"]
@@ -93,6 +95,8 @@ module contensou_dynamics_scene
       real(wp) :: final_angular_velocity(3) = 0.0_wp
       !> Duration of the ramp [s]; 0 for none.
       real(wp) :: ramp_duration = 0.0_wp
+      !> Direction in which statics hold the body, inertial frame; zero for none.
+      real(wp) :: held_along(3) = 0.0_wp
       !> Force applied at the centre of mass [N].
       real(wp) :: applied_force(3) = 0.0_wp
       !> Torque applied [N m].

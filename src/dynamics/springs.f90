@@ -6,15 +6,16 @@
 !>    U = d.K d/2 - P.d + t.K_t t/2
 !> with the preload P, and gives B at p the force S (P - K d - C d') and the torque
 !>    -S (J^-T K_t t + C_t w),   J^-T m = m + t x m/2 + c(t^2) t x (t x m),
-!> c(s) = 1/s - cot(sqrt(s)/2)/(2 sqrt(s)), w the relative angular velocity: t' = J^-1 w (J. Stuelpnagel, SIAM Rev. 6
-!> (1964) 422). A takes the opposite wrench at the same point p, so that no energy is
-!> gained or lost but in the dashpots, however the bodies move. Rotations are meant up to half a
-!> turn.
+!> c(s) = 1/s - cot(sqrt(s)/2)/(2 sqrt(s)), w the relative angular velocity: t' = J^-1 w
+!> (J. Stuelpnagel, SIAM Rev. 6 (1964) 422). A takes the opposite wrench at the same point p, so
+!> that no energy is gained or lost but in the dashpots, however the bodies move. Rotations are
+!> meant up to half a turn.
 !>
 !> A spring between two points pulls B towards A along the line through them, with the force
 !> k (L - L_0) + c L'.
 module contensou_dynamics_springs
    use contensou_base_kinds, only : wp
+   use contensou_base_rotations, only : rotation_vector
    use contensou_base_vectors, only : cross
    use contensou_contact_geometry, only : pose_type
    implicit none(type, external)
@@ -266,30 +267,6 @@ contains
       end subroutine move
 
    end subroutine vary
-
-   !> Rotation vector of a rotation matrix, of a length up to pi [rad].
-   pure function rotation_vector(r) result(vector)
-      real(wp), intent(in) :: r(3, 3)
-      real(wp) :: vector(3)
-      real(wp) :: sine(3), s, c, largest
-      integer :: i
-
-      sine = 0.5_wp*[r(3, 2) - r(2, 3), r(1, 3) - r(3, 1), r(2, 1) - r(1, 2)]
-      s = norm2(sine)
-      c = 0.5_wp*(r(1, 1) + r(2, 2) + r(3, 3) - 1.0_wp)
-      vector = sine
-      if (c > -0.5_wp) then
-         if (s > 0.0_wp) vector = sine*(atan2(s, c)/s)
-         return
-      end if
-      ! Near to half a turn the symmetric part tells the axis, the other one only its sense.
-      i = maxloc([r(1, 1), r(2, 2), r(3, 3)], dim=1)
-      largest = sqrt(max((r(i, i) - c)/(1.0_wp - c), 0.0_wp))
-      vector = 0.5_wp*(r(:, i) + r(i, :))/((1.0_wp - c)*largest)
-      vector(i) = largest
-      if (dot_product(vector, sine) < 0.0_wp) vector = -vector
-      vector = vector*atan2(s, c)
-   end function rotation_vector
 
    !> c(s) and its derivative.
    pure subroutine coefficient(s, c, slope)

@@ -1,5 +1,5 @@
-!> Rest positions: poses in which the forces of contacts, springs, gravity and applied loads on every
-!> body that is free to move balance, without friction and at rest.
+!> Rest positions: poses in which the forces of contacts, springs, gravity and applied loads on
+!> every body that is free to move balance, without friction and at rest.
 !>
 !> The coordinates are translations and rotations of bodies, F the loads along them and K = -dF/dx
 !> their stiffness, from the derivatives of the contacts. Newton's method with K + l D, D the
@@ -271,9 +271,11 @@ contains
       end do
       do i = 1, size(step)
          associate (coordinate => statics%coordinates(i))
-            if (coordinate%follows .and. any(abs(turn(:, coordinate%body)) > 0.0_wp)) &
-               coordinate%direction = matmul(rotation_matrix(quaternion_from_axis_angle( &
-               turn(:, coordinate%body), norm2(turn(:, coordinate%body)))), coordinate%direction)
+            if (.not. coordinate%follows) cycle
+            if (.not. any(abs(turn(:, coordinate%body)) > 0.0_wp)) cycle
+            rotation = rotation_matrix(quaternion_from_axis_angle(turn(:, coordinate%body), &
+               norm2(turn(:, coordinate%body))))
+            coordinate%direction = matmul(rotation, coordinate%direction)
          end associate
       end do
    end subroutine move
@@ -299,11 +301,13 @@ contains
    end subroutine find_loads
 
    !> Loads and stiffness along the coordinates.
-   subroutine find_stiffness(system, statics, good)
+   subroutine find_stiffness(system, statics, good, exactly)
       type(system_type), intent(inout) :: system
       type(statics_type), intent(inout) :: statics
       !> Whether all contacts are in their domain.
       logical, intent(out) :: good
+      !> Whether no digit of the stiffness is to be lost in differences; not if not given.
+      logical, intent(in), optional :: exactly
       type(linear_load_type) :: load
       type(spring_load_type) :: found
       real(wp) :: carried(size(system%bodies)), firm(size(system%bodies)), arm, left
@@ -323,7 +327,7 @@ contains
          associate (contact => system%contacts(i))
             if (contact%rigid) cycle
             call linearize(contact, system%pose(contact%a), system%pose(contact%b), &
-               system%resolution, load, closed)
+               system%resolution, load, closed, exactly)
             if (closed) call add_pair(contact%a, contact%b, load%force, load%slopes)
          end associate
       end do

@@ -9,7 +9,7 @@ module contensou_integrate_stops
    use contensou_base_rotations, only : rotation_matrix
    use contensou_dynamics_mechanism, only : body_type
    use contensou_dynamics_scene, only : crossing_falling, crossing_rising, moves_freely, &
-      motion_free, stop_angle, stop_conforming, stop_lift, stop_position, stop_rest, &
+      motion_free, motion_rotor, stop_angle, stop_conforming, stop_lift, stop_position, stop_rest, &
       stop_speed, stop_spec_type, stop_spin, stop_touch
    use contensou_dynamics_state, only : position_of, quaternion_of, spin_of, velocity_of
    use contensou_integrate_integrator, only : integrator_type
@@ -311,6 +311,7 @@ contains
       type(body_type), intent(in) :: bodies(:)
       !> State.
       real(wp), intent(in) :: y(:)
+      real(wp) :: spin(3)
       integer :: i
 
       energy = 0.0_wp
@@ -320,6 +321,10 @@ contains
             0.5_wp*bodies(i)%mass*sum(velocity_of(y, i)**2)
          if (bodies(i)%motion == motion_free) energy = energy + &
             0.5_wp*sum(bodies(i)%inertia*spin_of(y, i)**2)
+         if (bodies(i)%motion == motion_rotor) then
+            spin = spin_of(y, i)
+            energy = energy + 0.5_wp*sum(bodies(i)%inertia(:2)*spin(:2)**2)
+         end if
       end do
    end function kinetic_energy
 

@@ -1,6 +1,7 @@
 !> A group `bearing` stands for the bodies, surfaces and contacts of a ball bearing.
 !> Its mechanics are those of `contensou_dynamics_bearing`.
 module contensou_scene_bearing
+   use contensou_base_attitude, only : read_attitude
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : document_type, group_type, value_real, value_text
    use contensou_base_document_types, only : move_group, resize_groups, selection
@@ -16,12 +17,16 @@ module contensou_scene_bearing
    use contensou_contact_normal, only : normal_model_type, normal_models, normal_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_dynamics_bearing, only : ball_bearing_type, bearing_state_type, largest_angle
+   use contensou_scene_schema, only : ring_motions
    implicit none(type, external)
    private
 
    public :: expand_bearings, bearing_group
 
    character(len=*), parameter :: bearing_group = "bearing"
+
+   !> How a ring moves that can tilt; the first one does not.
+   integer, parameter :: ring_spindle = 1, ring_free = 3
 
    !> Largest cosine between the axis and a direction across it.
    real(wp), parameter :: askew = 1.0e-6_wp
@@ -35,6 +40,16 @@ module contensou_scene_bearing
       integer :: loaded = 1
       !> Whether that ring is free to move.
       logical :: free = .false.
+      !> How it moves then, and its moments of inertia across and about the axis [kg m2].
+      integer :: motion = ring_spindle
+      real(wp) :: inertia(2) = 0.0_wp
+      !> Torque on it [N m].
+      real(wp) :: moment(3) = 0.0_wp
+      !> Whether bodies of the scene carry the grooves: inner, outer; their positions and attitudes.
+      logical :: carried(2) = .false.
+      real(wp) :: origin(3, 2) = 0.0_wp, attitude(3, 3, 2) = 0.0_wp
+      !> Contact angle without load and play [rad]; 0 where the clearance is given.
+      real(wp) :: angle = 0.0_wp
       !> Loads [N].
       real(wp) :: axial = 0.0_wp, radial = 0.0_wp
       !> Direction of the radial load, unit vector.
@@ -65,8 +80,8 @@ contains
       type(schema_type), intent(in), target :: schema
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
-      type(settings_type), target :: bearings, materials
-      type(group_settings_type), allocatable :: matter(:)
+      type(settings_type), target :: bearings, materials, bodies
+      type(group_settings_type), allocatable :: matter(:), carriers(:)
       type(diagnostics_type) :: ignored
       type(group_type), allocatable :: parts(:)
       type(document_type) :: expanded
@@ -77,6 +92,8 @@ contains
       if (.not. any([(document%groups(i)%name == bearing_group, i=1, document%n_groups)])) return
       call resolve(selection(document, "material"), schema, materials, ignored)
       matter = [(materials%group(i, schema), i=1, size(materials%groups))]
+      call resolve(selection(document, "body"), schema, bodies, ignored)
+      carriers = [(bodies%group(i, schema), i=1, size(bodies%groups))]
       call resolve(selection(document, bearing_group), schema, bearings, diagnostics)
       n = document%n_groups
       do i = 1, size(bearings%groups)
@@ -93,8 +110,8 @@ contains
          end if
          b = b + 1
          associate (group => bearings%group(b, schema))
-            call read_bearing(group, schema%groups(group%kind)%keys, matter, bearing, diagnostics, &
-               good)
+            call read_bearing(group, schema%groups(group%kind)%keys, matter, carriers, bearing, &
+               diagnostics, good)
             if (.not. good) then
                document%complete = .false.
                cycle
@@ -122,13 +139,15 @@ contains
    end function size_of
 
    !> Read and check a bearing.
-   subroutine read_bearing(instance, keys, materials, bearing, diagnostics, good)
+   subroutine read_bearing(instance, keys, materials, carriers, bearing, diagnostics, good)
       !> The group.
       type(group_settings_type), intent(in) :: instance
       !> The keys of the group.
       type(key_type), intent(in) :: keys(:)
       !> The materials of the scene.
       type(group_settings_type), intent(in) :: materials(:)
+      !> The bodies of the scene.
+      type(group_settings_type), intent(in) :: carriers(:)
       type(bearing_type), intent(out) :: bearing
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -161,7 +180,12 @@ contains
       bearing%radial = instance%number("radial_load")
       bearing%cage = instance%flag("cage")
       bearing%pocket = instance%number("pocket_clearance")
+      bearing%motion = max(instance%choice("ring_motion"), ring_spindle)
+      if (has("ring_inertia")) bearing%inertia = instance%vector("ring_inertia", 2)
+      bearing%moment = instance%numbers("moment_load")
       call read_grooves(instance, bearing, diagnostics)
+      call read_angle(instance, bearing, diagnostics)
+      call read_carriers(instance, carriers, bearing, diagnostics)
       call read_axes(instance, bearing, diagnostics)
       call check_together()
       good = diagnostics%count() == before
@@ -205,6 +229,20 @@ contains
                wrong(trim(loads(k)), "'" // trim(loads(k)) // "' without 'ring_mass'", &
                "ring_mass = the mass of the loaded ring [kg]")
          end do
+         if (has("ring_motion") .and. .not. has("ring_mass")) call wrong("ring_motion", &
+            "'ring_motion' without 'ring_mass'", "ring_mass = the mass of the loaded ring [kg]")
+         if (bearing%motion == ring_spindle) then
+            if (has("ring_inertia")) call wrong("ring_inertia", "'ring_inertia' of a ring " // &
+               "that does not tilt", "ring_motion = 'rotor' or 'free'")
+            if (has("moment_load")) call wrong("moment_load", "'moment_load' on a ring that " // &
+               "does not tilt", "ring_motion = 'rotor' or 'free'")
+         else if (.not. has("ring_inertia")) then
+            call wrong("ring_motion", "a ring that tilts needs 'ring_inertia'", &
+               "ring_inertia = two numbers > 0, across the axis and about it [kg m2]")
+         end if
+         if (bearing%carried(bearing%loaded) .and. has("ring_mass")) call wrong("ring_mass", &
+            "'ring_mass' has no meaning where a body of the scene carries the groove", &
+            "loads and mass of that body")
          if (has("loaded_ring") .and. .not. has("ring_mass")) call wrong("loaded_ring", &
             "'loaded_ring' without 'ring_mass'", "ring_mass = the mass of that ring [kg]")
          if (has("radial_direction") .and. abs(bearing%radial) <= 0.0_wp) call &
@@ -228,6 +266,66 @@ contains
       end subroutine check_together
 
    end subroutine read_bearing
+
+   !> Contact angle in place of the clearance.
+   subroutine read_angle(instance, bearing, diagnostics)
+      !> The group.
+      type(group_settings_type), intent(in) :: instance
+      !> The bearing, its grooves known; its clearance is set.
+      type(bearing_type), intent(inout) :: bearing
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      if (.not. instance%is_given("contact_angle")) return
+      call instance%refuse("clearance", "'clearance' beside 'contact_angle', from which it " // &
+         "follows", "either clearance or contact_angle", diagnostics)
+      bearing%angle = instance%number("contact_angle")
+      bearing%clearance = bearing%clearance_at(bearing%angle)
+      if (bearing%axial*bearing%angle*merge(1.0_wp, -1.0_wp, bearing%loaded == 1) < 0.0_wp) call &
+         diagnostics%add(place_of(instance, "axial_load"), &
+         "'axial_load' pulls the rings apart, against 'contact_angle'", &
+         "axial_load in the sense in which the contact angle carries")
+   end subroutine read_angle
+
+   !> Bodies of the scene that carry the grooves.
+   subroutine read_carriers(instance, carriers, bearing, diagnostics)
+      !> The group.
+      type(group_settings_type), intent(in) :: instance
+      !> The bodies of the scene.
+      type(group_settings_type), intent(in) :: carriers(:)
+      !> The bearing.
+      type(bearing_type), intent(inout) :: bearing
+      !> Mistakes are appended here.
+      type(diagnostics_type), intent(inout) :: diagnostics
+      character(len=*), parameter :: keys(2) = ["inner_body", "outer_body"], &
+         unknown(*) = [character(len=7) :: "density", "place", "count"]
+      real(wp) :: quaternion(4)
+      character(len=:), allocatable :: wanted
+      type(diagnostics_type) :: ignored
+      integer :: k, i, j
+
+      do k = 1, 2
+         bearing%attitude(:, :, k) = rotation_matrix([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
+         bearing%carried(k) = instance%is_set(keys(k))
+         if (.not. bearing%carried(k)) cycle
+         wanted = lower(instance%text(keys(k)))
+         ! A body that is not there is reported where a groove refers to it.
+         do i = 1, size(carriers)
+            associate (body => carriers(i))
+               if (lower(body%label()) /= wanted) cycle
+               quaternion = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+               call read_attitude(body, quaternion, ignored)
+               bearing%attitude(:, :, k) = rotation_matrix(quaternion)
+               bearing%origin(:, k) = body%numbers("position")
+               do j = 1, size(unknown)
+                  if (body%is_given(trim(unknown(j)))) call diagnostics%add(place_of(instance, &
+                     keys(k)), "'" // trim(unknown(j)) // "' of body '" // body%label() // &
+                     "' leaves open where it is", "a body with mass, inertia and position")
+               end do
+            end associate
+         end do
+      end do
+   end subroutine read_carriers
 
    !> Radii of the grooves.
    subroutine read_grooves(instance, bearing, diagnostics)
@@ -370,6 +468,12 @@ contains
       if (largest_load >= 0.0_wp) call diagnostics%add(place_of(instance, "axial_load"), &
          "the bearing does not carry this axial load", "at most " // to_text(largest_load) // &
          " [N]: the contact angle would go beyond " // to_text(largest_angle) // " rad")
+      if (abs(bearing%angle) > 0.0_wp .and. .not. abs(bearing%axial) > 0.0_wp) then
+         ! Just without play.
+         bearing%state = bearing_state_type(angle=bearing%angle, &
+            shift=bearing%gap()*tan(bearing%angle))
+         return
+      end if
       if ((bearing%axial < 0.0_wp) .neqv. (bearing%loaded == 2)) then
          bearing%state%angle = -bearing%state%angle
          bearing%state%shift = -bearing%state%shift
@@ -457,14 +561,28 @@ contains
       call bearing%rolling_speeds(bearing%state, bearing%speed, orbit, ball_spin)
 
       do k = 1, 2
-         call open_group("body", rings(k))
-         call put_numbers("position", bearing%centre + plane(k)*bearing%frame(:, 3), "centre")
-         call put_ring_motion(k)
+         place = bearing%centre + plane(k)*bearing%frame(:, 3)
+         ! Loads on a ring that tilts act in the plane of the balls.
+         if (tilts(k)) place = bearing%centre + centre(2)*bearing%frame(:, 3)
+         if (.not. bearing%carried(k)) then
+            call open_group("body", rings(k))
+            call put_numbers("position", place, "centre")
+            call put_ring_motion(k)
+         end if
          call open_group("surface", rings(k) // "_groove")
-         call put_name("body", rings(k), "name")
+         if (bearing%carried(k)) then
+            call put_text("body", instance%text(rings(k) // "_body"), rings(k) // "_body")
+            place = matmul(place - bearing%origin(:, k), bearing%attitude(:, :, k))
+            call put_numbers("centre", place, "centre")
+         else
+            call put_name("body", rings(k), "name")
+            if (tilts(k) .and. abs(plane(k) - centre(2)) > 0.0_wp) call put_numbers("centre", &
+               [0.0_wp, 0.0_wp, plane(k) - centre(2)], "centre")
+         end if
          call put_text("shape", "torus", "name")
          call put_text("side", "inside", "name")
-         call put_numbers("direction", bearing%frame(:, 3), "axis")
+         if (.not. tilts(k)) call put_numbers("direction", matmul(bearing%frame(:, 3), &
+            bearing%attitude(:, :, k)), "axis")
          call put_numbers("major_radius", [ring(k)], "pitch_diameter")
          call put_numbers("minor_radius", [bearing%groove(k)], rings(k) // "_groove_" // &
             trim(merge("ratio ", "radius", &
@@ -485,6 +603,7 @@ contains
          call put_numbers("mass", [mass], "ball_density")
          call put_numbers("inertia", spread(0.4_wp*mass*bearing%r**2, 1, 3), "ball_density")
          call put_numbers("position", place, "pitch_diameter")
+         call put_numbers("held_along", around, "pitch_diameter")
          if (bearing%rolling) then
             ! From the outer to the inner contact.
             u = -cos(bearing%state%angle)*e - sin(bearing%state%angle)*bearing%frame(:, 3)
@@ -602,8 +721,16 @@ contains
 
          speed_key = rings(k) // "_speed"
          if (bearing%free .and. bearing%loaded == k) then
-            call put_text("motion", "spindle", "ring_mass")
+            call put_text("motion", trim(ring_motions(bearing%motion)), trim(merge("ring_motion", &
+               "ring_mass  ", bearing%motion /= ring_spindle)))
             call put_numbers("mass", [instance%number("ring_mass")], "ring_mass")
+            if (tilts(k)) then
+               call put_numbers("inertia", bearing%inertia([1, 1, 2]), "ring_inertia")
+               if (bearing%quaternion(1) < 1.0_wp) call put_numbers("quaternion", &
+                  bearing%quaternion, "axis")
+               if (any(abs(bearing%moment) > 0.0_wp)) call put_numbers("applied_torque", &
+                  bearing%moment, "moment_load")
+            end if
             load = norm2([bearing%axial, bearing%radial])
             if (load > 0.0_wp) call put_numbers("applied_force", &
                bearing%axial*bearing%frame(:, 3) + bearing%radial*bearing%towards, &
@@ -612,7 +739,7 @@ contains
             call put_text("motion", "prescribed", "name")
          end if
          if (abs(bearing%speed(k)) <= 0.0_wp) return
-         if (instance%is_given("ramp_duration")) then
+         if (instance%is_given("ramp_duration") .and. .not. turns_freely(k)) then
             call put_numbers("final_angular_velocity", bearing%speed(k)*bearing%frame(:, 3), &
                speed_key)
             call put_numbers("ramp_duration", [instance%number("ramp_duration")], "ramp_duration")
@@ -620,6 +747,22 @@ contains
             call put_numbers("angular_velocity", bearing%speed(k)*bearing%frame(:, 3), speed_key)
          end if
       end subroutine put_ring_motion
+
+      !> Whether a ring tilts: then its third axis is that of the bearing.
+      pure logical function tilts(k)
+         !> 1 for the inner, 2 for the outer ring.
+         integer, intent(in) :: k
+
+         tilts = bearing%free .and. bearing%loaded == k .and. bearing%motion /= ring_spindle
+      end function tilts
+
+      !> Whether nothing prescribes the rotation of a ring.
+      pure logical function turns_freely(k)
+         !> 1 for the inner, 2 for the outer ring.
+         integer, intent(in) :: k
+
+         turns_freely = tilts(k) .and. bearing%motion == ring_free
+      end function turns_freely
 
       !> The cage: a thin ring through the centres of the balls.
       subroutine make_cage()

@@ -9,7 +9,7 @@ module contensou_scene_bodies
    use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote
    use contensou_dynamics_scene, only : body_spec_type, frame_names, motion_fixed, motion_free, &
-      motion_names, motion_prescribed, moves_freely, turns_by_drive
+      motion_names, motion_prescribed, motion_rotor, moves_freely, turns_by_drive
    use contensou_scene_repeats, only : repeat_keys
    use contensou_scene_solids, only : is_solid
    implicit none(type, external)
@@ -59,6 +59,8 @@ contains
       body%motion = max(group%choice("motion"), 1)
       call check_motion(group, body, diagnostics)
       call build_drive(group, body, diagnostics)
+      body%held_along = group%numbers("held_along")
+      if (norm2(body%held_along) > 0.0_wp) body%held_along = body%held_along/norm2(body%held_along)
       body%applied_force = group%numbers("applied_force")
       body%applied_torque = group%numbers("applied_torque")
       body%load_follows = .false.
@@ -87,7 +89,10 @@ contains
          call refuse("applied_force", no_load)
          call refuse("applied_frame", no_load)
       end if
-      if (body%motion /= motion_free) call refuse("applied_torque", no_load)
+      if (all(body%motion /= [motion_free, motion_rotor])) call refuse("applied_torque", no_load)
+      if (.not. moves_freely(body%motion)) call refuse("held_along", "no held_along: nothing " // &
+         "moves this body otherwise")
+      if (body%motion == motion_rotor) call check_rotor()
       if (body%motion == motion_fixed) then
          call refuse_motion("velocity")
          call refuse_motion("spin")
@@ -96,7 +101,8 @@ contains
       if (group%is_given("density")) return
       if (body%motion == motion_free .or. moves_freely(body%motion)) call need("mass")
       ! The inertia of a body that a drive turns has no say.
-      if (body%motion == motion_free .and. .not. is_solid(group)) call need("inertia")
+      if (any(body%motion == [motion_free, motion_rotor]) .and. .not. is_solid(group)) call &
+         need("inertia")
 
    contains
 
@@ -108,6 +114,24 @@ contains
          call group%refuse(name, "'" // name // "' has no meaning for a body whose motion is '" // &
             trim(motion_names(body%motion)) // "'", expected, diagnostics)
       end subroutine refuse
+
+      !> A rotor is round, and its drive turns it about its axis.
+      subroutine check_rotor()
+         real(wp) :: final(3)
+
+         if (group%is_set("inertia")) then
+            if (abs(body%inertia(1) - body%inertia(2)) > 1.0e-12_wp*body%inertia(1)) call &
+               diagnostics%add(group%place("inertia", 2), "rotor " // quote(body%name) // &
+               " is not round: its moments of inertia across its third axis differ", &
+               "inertia = " // to_text(body%inertia(1)) // ", " // to_text(body%inertia(1)) // &
+               ", ...")
+         end if
+         if (.not. group%is_set("final_angular_velocity")) return
+         final = matmul(group%numbers("final_angular_velocity"), rotation_matrix(body%quaternion))
+         if (norm2(final(:2)) > 1.0e-9_wp*norm2(final)) call diagnostics%add( &
+            group%place("final_angular_velocity", 1), "the final angular velocity of rotor " // &
+            quote(body%name) // " is not along its third axis", "a multiple of that axis")
+      end subroutine check_rotor
 
       !> A velocity of a body at rest; zeros are in order.
       subroutine refuse_motion(name)

@@ -18,7 +18,8 @@ module contensou_scene_checks
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_rests, only : touching_gap
    use contensou_dynamics_mechanism, only : contact_type
-   use contensou_dynamics_scene, only : contact_spec_type, motion_spindle, moves_freely, scene_type
+   use contensou_dynamics_scene, only : contact_spec_type, motion_rotor, motion_spindle, &
+      moves_freely, scene_type
    use contensou_scene_remedies, only : remedy
    implicit none(type, external)
    private
@@ -73,7 +74,7 @@ contains
             if (scene%contacts(i)%normal == normal_rigid .and. (spins(a%body) .or. &
                spins(b%body))) then
                call diagnostics%add(place, "contact " // quote(scene%contacts(i)%name) // &
-                  ": a rigid contact cannot carry a body whose motion is 'spindle'", &
+                  ": a rigid contact cannot carry a body whose motion is 'spindle' or 'rotor'", &
                   "normal = 'hertz' or 'vilke'")
                cycle
             end if
@@ -132,7 +133,7 @@ contains
          integer, intent(in) :: body
 
          spins = .false.
-         if (body > 0) spins = scene%bodies(body)%motion == motion_spindle
+         if (body > 0) spins = any(scene%bodies(body)%motion == [motion_spindle, motion_rotor])
       end function spins
 
       !> Whether a body yields to a contact.

@@ -13,6 +13,7 @@ module contensou_scene_placing
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_mechanism, only : contact_type
    use contensou_dynamics_scene, only : moves_freely, scene_type
+   use contensou_dynamics_statics, only : assemble_statics, coordinate_type, find_rest, statics_type
    use contensou_scene_references, only : references_type
    implicit none(type, external)
    private
@@ -29,9 +30,6 @@ module contensou_scene_placing
 
    !> Most moves on the way to a touch.
    integer, parameter :: most_moves = 10000
-
-   !> Most passes over bodies that carry each other.
-   integer, parameter :: most_passes = 2000
 
    !> What is known of a body above or below others.
    type :: support_type
@@ -94,9 +92,9 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       type(support_type) :: supports(size(place))
       integer :: order(count(place > 0))
-      real(wp) :: up(3), height(size(place)), moved, slack
+      real(wp) :: up(3), height(size(place)), slack
       logical :: settled(0:size(place))
-      integer :: before, first, i, k, last, pass
+      integer :: before, first, i, k, last
 
       before = diagnostics%count()
       if (.not. norm2(scene%gravity) > 0.0_wp) then
@@ -135,17 +133,8 @@ contains
          settled(order(first:last)) = .true.
          first = last + 1
       end do
-      ! The weight of the upper ones compresses the contacts of the lower ones.
-      do pass = 1, most_passes
-         moved = 0.0_wp
-         do k = 1, size(order)
-            if (place(order(k)) == place_rest) call balance(order(k), moved)
-            if (diagnostics%count() > before) return
-         end do
-         if (moved <= 2.0_wp) exit
-      end do
-      if (pass > most_passes) call diagnostics%add(places(order(1)), "bodies that are to " // &
-         "rest on each other come to no end", "place = 'touch' for the upper ones, or positions")
+      call settle()
+      if (diagnostics%count() > before) return
       do k = 1, size(order)
          if (place(order(k)) == place_rest .and. diagnostics%count() == before) call &
             check_sides(order(k))
@@ -358,44 +347,37 @@ contains
          end do
       end subroutine excess
 
-      !> Move a body along gravity until its contacts carry it.
-      subroutine balance(body, moved)
-         integer, intent(in) :: body
-         !> Largest move, in units of the rounding of a place.
-         real(wp), intent(inout) :: moved
-         real(wp) :: start(3), s, low, high, force, stiffness, sideways(3), step
+      !> Let the bodies that are to rest sink along gravity until their contacts carry them, all
+      !> together, as the weight of the upper ones compresses the contacts of the lower ones. What a
+      !> rigid contact holds stays.
+      subroutine settle()
+         type(system_type) :: bare
+         type(statics_type) :: statics
+         type(coordinate_type) :: coordinates(size(order))
+         real(wp) :: force, stiffness, sideways(3)
+         integer :: n, j
          logical :: held
-         integer :: i
 
-         start = scene%bodies(body)%position
-         s = 0.0_wp
-         low = -huge(s)
-         high = huge(s)
-         step = 16.0_wp*rounding_at(start)
-         do i = 1, most_moves
-            call excess(body, start + s*up, force, stiffness, held, sideways)
-            if (held .and. force < 0.0_wp) return
-            if (abs(force) <= 0.0_wp) exit
-            if (force > 0.0_wp) low = max(low, s)
-            if (force < 0.0_wp) high = min(high, s)
-            if (high < huge(s) .and. low > -huge(s)) then
-               if (high - low <= rounding_at(start + s*up)) exit
-               if (stiffness > 0.0_wp) s = s + force/stiffness
-               if (.not. (s > low .and. s < high)) s = 0.5_wp*(low + high)
-               if (.not. (s > low .and. s < high)) exit
-            else
-               ! Ever farther, down where it is not carried and up where it is pushed.
-               s = s + sign(step, force)
-               step = 2.0_wp*step
-               if (step > 1.0e6_wp*max(scale_of(body), rounding_at(start))) then
-                  call fail_for(body, "its contacts cannot carry it")
-                  return
-               end if
-            end if
+         n = 0
+         do j = 1, size(order)
+            if (place(order(j)) /= place_rest) cycle
+            call excess(order(j), scene%bodies(order(j))%position, force, stiffness, held, sideways)
+            if (held .and. force < 0.0_wp) cycle
+            n = n + 1
+            coordinates(n) = coordinate_type(body=order(j), direction=up)
          end do
-         moved = max(moved, abs(s)/rounding_at(start))
-         scene%bodies(body)%position = start + s*up
-      end subroutine balance
+         if (n == 0) return
+         call assemble_statics(scene, bare)
+         call find_rest(bare, coordinates(:n), statics)
+         if (statics%balanced) then
+            do j = 1, n
+               scene%bodies(coordinates(j)%body)%position = &
+                  bare%pose(coordinates(j)%body)%position
+            end do
+         else
+            call fail_for(max(statics%body, 1), "its contacts cannot carry it")
+         end if
+      end subroutine settle
 
       !> What is carried must not be pushed aside.
       subroutine check_sides(body)

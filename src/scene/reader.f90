@@ -6,7 +6,9 @@ module contensou_scene_reader
       read_document
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_numbers, only : to_text
+   use contensou_base_kinds, only : wp
    use contensou_base_resolve, only : resolve
+   use contensou_base_rotations, only : rotation_matrix
    use contensou_base_schema, only : schema_type
    use contensou_base_settings, only : group_settings_type, settings_type
    use contensou_base_text, only : string_type
@@ -36,7 +38,7 @@ module contensou_scene_reader
    implicit none(type, external)
    private
 
-   public :: read_scene, scene_file_type
+   public :: read_scene, scene_file_type, moved_scene_text
    public :: load_scene, mistakes_text, resolve_scene, build_case, loaded_scene_type
 
    !> A scene with the texts it came from.
@@ -95,6 +97,57 @@ contains
          diagnostics, error)
       call unlock_texts()
    end subroutine read_scene
+
+   !> Text of a scene whose bodies begin elsewhere, with all settings. Thread-safe.
+   subroutine moved_scene_text(path, overrides, moved, text, error)
+      !> Name of the scene file.
+      character(len=*), intent(in) :: path
+      !> Texts of the `--set` options.
+      type(string_type), intent(in) :: overrides(:)
+      !> The scene as read, but for positions and attitudes of its bodies.
+      type(scene_type), intent(in) :: moved
+      character(len=:), allocatable, intent(out) :: text
+      !> Set when the file cannot be read any more.
+      type(error_type), allocatable, intent(out) :: error
+      type(loaded_scene_type), target :: loaded
+      type(diagnostics_type) :: diagnostics
+      type(settings_type), target :: settings
+      type(scene_type) :: scene
+      type(cost_spec_type) :: cost
+      type(system_type), allocatable :: system
+      type(references_type) :: references
+      type(group_settings_type) :: group
+      integer :: i, n
+
+      call lock_texts()
+      call load_scene(path, overrides, loaded, diagnostics, error)
+      if (.not. allocated(error) .and. diagnostics%count() > 0) call fatal(error, path // &
+         " has changed since it was read", status_usage)
+      if (.not. allocated(error)) then
+         settings = loaded%settings
+         call build(settings, loaded%schema, path, "", scene, cost, system, diagnostics)
+         call collect_names(settings, loaded%schema, references, diagnostics)
+         do i = 1, size(settings%groups)
+            group = settings%group(i, loaded%schema)
+            if (group%group_name() /= "body") cycle
+            n = references%numbers(i)
+            associate (body => moved%bodies(n), before => scene%bodies(n))
+               if (any(abs(body%position - before%position) > 0.0_wp)) call &
+                  group%derive_numbers("position", body%position)
+               if (all(abs(body%quaternion - before%quaternion) <= 0.0_wp)) cycle
+               if (group%is_set("axis")) call group%unset("axis")
+               if (group%is_set("angle")) call group%unset("angle")
+               call group%derive_numbers("quaternion", body%quaternion)
+               ! The same in the inertial frame, whatever the axes of the body.
+               if (any(abs(body%spin) > 0.0_wp)) call group%derive_numbers("spin", matmul( &
+                  matmul(rotation_matrix(before%quaternion), before%spin), &
+                  rotation_matrix(body%quaternion)))
+            end associate
+         end do
+         text = constants_text(loaded%document%constants) // settings%text(loaded%schema)
+      end if
+      call unlock_texts()
+   end subroutine moved_scene_text
 
    !> Make a scene of a document.
    subroutine read_parsed(path, document, overrides, output_file, file, diagnostics, error)

@@ -20,13 +20,16 @@ module contensou_scene_schema
    private
 
    public :: scene_schema, schema_groups, schema_keys, constants_group_spec, put_constant_keys
-   public :: start_names, ring_names
+   public :: start_names, ring_names, ring_motions
 
    !> How a bearing can begin.
    character(len=*), parameter :: start_names(*) = [character(len=7) :: "rest", "rolling"]
 
    !> The rings of a bearing.
    character(len=*), parameter :: ring_names(*) = [character(len=5) :: "inner", "outer"]
+
+   !> How its loaded ring can move.
+   character(len=*), parameter :: ring_motions(*) = [character(len=7) :: "spindle", "rotor", "free"]
 
 contains
 
@@ -160,14 +163,15 @@ contains
          doc="name of the body; 'ground' is taken")
       call list%put("body", "motion", kind_choice, words=motion_names, default="'free'", &
          doc="how the body moves: free, fixed, prescribed (with its initial velocities, or a " // &
-         "ramp from them to the final ones), or spindle (it turns as prescribed and does not " // &
-         "tilt, its centre of mass moves freely)")
+         "ramp from them to the final ones), spindle (it turns as prescribed and does not " // &
+         "tilt, its centre of mass moves freely), or rotor (it turns as prescribed about its " // &
+         "third axis, and moves and tilts freely)")
       call list%put("body", "mass", kind_real, unit="kg", above=0.0_wp, &
-         doc="mass; mandatory for a free body and a spindle, without meaning for others")
+         doc="mass; mandatory for a free body, a spindle and a rotor, without meaning for others")
       call list%put("body", "inertia", kind_real, values=3, unit="kg m2", &
          above=0.0_wp, doc="principal moments of inertia about the centre of mass, along the " // &
-         "body axes; none may exceed the sum of the other two; mandatory for a free body, " // &
-         "without meaning for others")
+         "body axes; none may exceed the sum of the other two; mandatory for a free body " // &
+         "and a rotor, without meaning for others")
       call list%put("body", "radius_of_gyration", kind_real, values=3, fewer=.true., unit="m", &
          above=0.0_wp, doc="radii of gyration along the body axes, or one for all: inertia is " // &
          "mass times their squares; instead of inertia")
@@ -187,6 +191,9 @@ contains
       call list%put("body", "place", kind_choice, words=place_names, &
          doc="moves the body along gravity from its position: touch, until it just touches; " // &
          "rest, until the normal forces of its contacts carry it; not given, it stays")
+      call list%put("body", "held_along", kind_real, values=3, unit="1", &
+         doc="direction, inertial frame, in which contensou equilibrium and place = 'rest' do " // &
+         "not move the body, as the cage of a bearing holds its balls; runs do not heed it")
       call list%put("body", "count", kind_integer, values=3, fewer=.true., unit="1", &
          least=1.0_wp, most=1.0e5_wp, doc="how many of this body there are, with its surfaces: " &
          // "NAME_1, NAME_2, ...; one number for a row, a ring or the rows of a triangle, up to " &
@@ -227,9 +234,9 @@ contains
          doc="time in which a prescribed motion goes linearly from its initial to its final " // &
          "velocities")
       call list%put("body", "applied_force", kind_real, values=3, unit="N", &
-         doc="constant force at the centre of mass of a free body or a spindle")
+         doc="constant force at the centre of mass of a free body, a spindle or a rotor")
       call list%put("body", "applied_torque", kind_real, values=3, unit="N m", &
-         doc="constant torque on a free body")
+         doc="constant torque on a free body or a rotor")
       call list%put("body", "applied_frame", kind_choice, words=frame_names, &
          doc="frame in which applied_force and applied_torque are constant; " // &
          "'inertial' if not given")
@@ -322,6 +329,24 @@ contains
       call list%put(b, "ring_mass", kind_real, unit="kg", above=0.0_wp, &
          doc="mass of the loaded ring and what it carries; not given, the ring is not " // &
          "displaced; mandatory with a load")
+      call list%put(b, "ring_motion", kind_choice, words=ring_motions, &
+         doc="how the loaded ring moves, as motion of a body: spindle, which does not tilt " // &
+         "and is meant if not given; rotor, which tilts; free, which also turns freely")
+      call list%put(b, "ring_inertia", kind_real, values=2, unit="kg m2", above=0.0_wp, &
+         doc="moments of inertia of the loaded ring and what it carries, across the axis and " // &
+         "about it; mandatory for a ring that tilts")
+      call list%put(b, "moment_load", kind_real, values=3, unit="N m", &
+         doc="torque on a loaded ring that tilts, inertial frame, constant")
+      call list%put(b, "inner_body", kind_reference, target="body", &
+         doc="body of the scene that carries the inner groove, such as a shaft with several " // &
+         "bearings; not given, the bearing has an inner ring of its own")
+      call list%put(b, "outer_body", kind_reference, target="body", &
+         doc="body of the scene that carries the outer groove, such as a housing or 'ground'; " // &
+         "not given, the bearing has an outer ring of its own")
+      call list%put(b, "contact_angle", kind_real, unit="rad", most=1.2_wp, least=-1.2_wp, &
+         doc="contact angle of an unloaded bearing without play, positive where the inner " // &
+         "ring is displaced along the axis; in place of clearance, which follows: the grooves " // &
+         "begin that far apart along the axis")
       call list%put(b, "axial_load", kind_real, unit="N", default="0.0", &
          doc="load on the loaded ring along the axis; the bearing begins in equilibrium with it")
       call list%put(b, "radial_load", kind_real, unit="N", default="0.0", &

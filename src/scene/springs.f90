@@ -51,8 +51,8 @@ contains
          doc="attitude (w, x, y, z) of the axes of a bushing, to the frame of A; instead of " // &
          "axis and angle")
       call list%put(s, "stiffness", kind_real, values=3, fewer=.true., unit="N m-1", &
-         least=0.0_wp, doc="stiffness along the axes, or one for all; of an axial one its only " // &
-         "one; 0 if not given")
+         least=0.0_wp, doc="stiffness along the axes, or one for all; of an axial one its " // &
+         "only one; 0 if not given")
       call list%put(s, "damping", kind_real, values=3, fewer=.true., unit="N s m-1", &
          least=0.0_wp, doc="damping along the axes, or one for all, likewise")
       call list%put(s, "rotational_stiffness", kind_real, values=3, fewer=.true., &

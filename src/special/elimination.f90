@@ -1,10 +1,10 @@
-!> Small systems of linear equations, and which rows of a matrix are independent.
+!> Systems of linear equations with full matrices, and which rows of a matrix are independent.
 module contensou_special_elimination
    use contensou_base_kinds, only : wp
    implicit none(type, external)
    private
 
-   public :: solve_linear, independent_rows
+   public :: solve_linear, independent_rows, factorize, solve_factorized, solve_with_gaps
 
    !> Square of the distance of a row of a unit length from those before it, below which it counts
    !> as dependent on them.
@@ -106,5 +106,87 @@ contains
          rank = rank + 1
       end do
    end subroutine independent_rows
+
+   !> Factorize a symmetric positive definite matrix after Cholesky.
+   pure subroutine factorize(n, matrix, least, definite)
+      !> Number of rows.
+      integer, intent(in) :: n
+      !> The matrix, of which the lower triangle counts; the factor on return.
+      real(wp), intent(inout) :: matrix(:, :)
+      !> Least pivot of each row.
+      real(wp), intent(in) :: least(:)
+      !> Whether all pivots are larger.
+      logical, intent(out) :: definite
+      integer :: i, j
+
+      definite = .true.
+      do j = 1, n
+         definite = matrix(j, j) > least(j)
+         if (.not. definite) return
+         matrix(j, j) = sqrt(matrix(j, j))
+         matrix(j + 1:n, j) = matrix(j + 1:n, j)/matrix(j, j)
+         do i = j + 1, n
+            if (abs(matrix(i, j)) > 0.0_wp) matrix(i:n, i) = matrix(i:n, i) &
+               - matrix(i, j)*matrix(i:n, j)
+         end do
+      end do
+   end subroutine factorize
+
+   !> Solve with the factor of `factorize`.
+   pure subroutine solve_factorized(n, factor, right)
+      !> Number of unknowns.
+      integer, intent(in) :: n
+      real(wp), intent(in) :: factor(:, :)
+      !> Right-hand side; the solution on return.
+      real(wp), intent(inout) :: right(:)
+      integer :: i
+
+      do i = 1, n
+         right(i) = right(i)/factor(i, i)
+         right(i + 1:n) = right(i + 1:n) - right(i)*factor(i + 1:n, i)
+      end do
+      do i = n, 1, -1
+         right(i) = (right(i) - dot_product(factor(i + 1:n, i), right(i + 1:n)))/factor(i, i)
+      end do
+   end subroutine solve_factorized
+
+   !> Solve a system for several right-hand sides by elimination along the diagonal; an unknown
+   !> whose pivot is too small is zero.
+   pure subroutine solve_with_gaps(n, matrix, right, least)
+      !> Number of unknowns.
+      integer, intent(in) :: n
+      !> The matrix; overwritten.
+      real(wp), intent(inout) :: matrix(:, :)
+      !> Right-hand sides as columns; the solutions on return.
+      real(wp), intent(inout) :: right(:, :)
+      !> Least pivot of each unknown.
+      real(wp), intent(in) :: least(:)
+      logical :: left_out(n)
+      integer :: i, j, k
+      real(wp) :: factor
+
+      do k = 1, n
+         left_out(k) = .not. abs(matrix(k, k)) > least(k)
+         if (left_out(k)) cycle
+         do i = k + 1, n
+            if (.not. abs(matrix(i, k)) > 0.0_wp) cycle
+            factor = matrix(i, k)/matrix(k, k)
+            do j = k + 1, n
+               matrix(i, j) = matrix(i, j) - factor*matrix(k, j)
+            end do
+            right(i, :) = right(i, :) - factor*right(k, :)
+         end do
+      end do
+      do k = n, 1, -1
+         if (left_out(k)) then
+            right(k, :) = 0.0_wp
+            cycle
+         end if
+         do j = k + 1, n
+            right(k, :) = right(k, :) - matrix(k, j)*right(j, :)
+         end do
+         right(k, :) = right(k, :)/matrix(k, k)
+      end do
+   end subroutine solve_with_gaps
 
 end module contensou_special_elimination

@@ -54,8 +54,8 @@ module contensou_study_quantity
    !> A quantity of a row.
    type :: quantity_type
       character(len=31) :: name
-      !> Dimensions after time, separated by a blank: `body`, `contact` or `spring`, then `xyz`, `wxyz` or
-      !> `axis`; blank for one number.
+      !> Dimensions after time, separated by a blank: `body`, `contact` or `spring`, then `xyz`,
+      !> `wxyz` or `axis`; blank for one number.
       character(len=12) :: dims
       !> UDUNITS text.
       character(len=8) :: units

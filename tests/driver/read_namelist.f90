@@ -94,13 +94,13 @@ contains
          spin(3), angular_velocity(3)
       character(len=256) :: motion, applied_frame
       real(wp) :: final_velocity(3), final_angular_velocity(3), ramp_duration, applied_force(3), &
-         applied_torque(3)
+         applied_torque(3), held_along(3)
       integer :: n
       namelist /body/ radius_of_gyration, density, solid, solid_length, solid_part, &
          count, spacing, ring_radius, arrangement, place
       namelist /body/ name, motion, mass, inertia, position, axis, angle, quaternion, velocity, &
          spin, angular_velocity, final_velocity, final_angular_velocity, ramp_duration, &
-         applied_force, applied_torque, applied_frame
+         applied_force, applied_torque, applied_frame, held_along
 
       rewind(unit)
       n = 0
@@ -127,6 +127,7 @@ contains
          angular_velocity = no_number
          motion = no_text
          applied_frame = no_text
+         held_along = no_number
          final_velocity = no_number
          final_angular_velocity = no_number
          ramp_duration = no_number
@@ -157,6 +158,7 @@ contains
          call put_numbers("body", n, "angular_velocity", angular_velocity)
          call put_texts("body", n, "motion", [motion])
          call put_texts("body", n, "applied_frame", [applied_frame])
+         call put_numbers("body", n, "held_along", held_along)
          call put_numbers("body", n, "final_velocity", final_velocity)
          call put_numbers("body", n, "final_angular_velocity", final_angular_velocity)
          call put_numbers("body", n, "ramp_duration", [ramp_duration])
@@ -339,6 +341,8 @@ contains
 
    !> Every group `bearing`.
    subroutine read_bearing()
+      character(len=256) :: ring_motion, inner_body, outer_body
+      real(wp) :: ring_inertia(2), moment_load(3), contact_angle
       character(len=256) :: name, material, ball_material, initial_state, loaded_ring, &
          cage_material, normal, ellipse, damping, friction, rolling, tangential, &
          creep
@@ -351,6 +355,8 @@ contains
          axis(3), radial_direction(3), layers
       logical :: cage, drilling
       integer :: n
+      namelist /bearing/ ring_motion, inner_body, outer_body, ring_inertia, moment_load, &
+         contact_angle
       namelist /bearing/ name, ball_count, ball_diameter, pitch_diameter, &
          inner_groove_ratio, inner_groove_radius, outer_groove_ratio, outer_groove_radius, &
          clearance, centre, axis, material, ball_material, ball_density, inner_speed, &
@@ -384,6 +390,12 @@ contains
          ramp_duration = no_number
          loaded_ring = no_text
          ring_mass = no_number
+         ring_motion = no_text
+         inner_body = no_text
+         outer_body = no_text
+         ring_inertia = no_number
+         moment_load = no_number
+         contact_angle = no_number
          axial_load = no_number
          radial_load = no_number
          radial_direction = no_number
@@ -431,6 +443,12 @@ contains
          call put_numbers("bearing", n, "ramp_duration", [ramp_duration])
          call put_texts("bearing", n, "loaded_ring", [loaded_ring])
          call put_numbers("bearing", n, "ring_mass", [ring_mass])
+         call put_texts("bearing", n, "ring_motion", [ring_motion])
+         call put_numbers("bearing", n, "ring_inertia", ring_inertia)
+         call put_numbers("bearing", n, "moment_load", moment_load)
+         call put_texts("bearing", n, "inner_body", [inner_body])
+         call put_texts("bearing", n, "outer_body", [outer_body])
+         call put_numbers("bearing", n, "contact_angle", [contact_angle])
          call put_numbers("bearing", n, "axial_load", [axial_load])
          call put_numbers("bearing", n, "radial_load", [radial_load])
          call put_numbers("bearing", n, "radial_direction", radial_direction)

@@ -40,7 +40,7 @@ module contensou_drivers_command_line
       !> Word for the value of an option, such as `FILE`; blank for a flag.
       character(len=12) :: value = ""
       !> What it is or does.
-      character(len=160) :: text = ""
+      character(len=200) :: text = ""
       !> Short name, such as `-o`; blank for none.
       character(len=2) :: short = ""
       !> What a value needs to be, such as "a time >= 0 [s]"; blank if an empty text will do. An

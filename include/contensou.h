@@ -322,6 +322,15 @@ void contensou_snapshot_free(contensou_snapshot *snapshot);
 int contensou_hertz(double curvature_a, double curvature_b, double modulus, double approach,
                     double *a, double *b, double *force, double *pressure);
 
+/* The same for n contacts. Element i of an input is inputs[k][i*strides[k]], in the order above; the
+ * stride 0 repeats a number. Outputs lie side by side, and are NaN outside of the domain. */
+int contensou_hertz_array(ptrdiff_t n, const double *const inputs[4], const ptrdiff_t strides[4],
+                          double *const outputs[4]);
+
+/* Complete elliptic integrals K and E of n complements c1 = 1 - k^2 of the parameter, in [0, 1]. */
+int contensou_elliptic_array(ptrdiff_t n, const double *const inputs[1], const ptrdiff_t strides[1],
+                             double *const outputs[2]);
+
 /* A friction model with its parameters. */
 typedef struct contensou_friction contensou_friction;
 
@@ -342,6 +351,12 @@ contensou_friction *contensou_friction_new(const char *model, double coefficient
  * yields wrench = { Fx [N], Fy [N], Tz [N m] }. */
 int contensou_friction_wrench(const contensou_friction *friction, double load, double a, double b,
                               double vx, double vy, double spin, double wrench[3]);
+
+/* The same for n spots: load, a, b, vx, vy, spin by strides, as of contensou_hertz_array; three
+ * numbers for each spot. */
+int contensou_friction_wrench_array(const contensou_friction *friction, ptrdiff_t n,
+                                    const double *const inputs[6], const ptrdiff_t strides[6],
+                                    double *wrenches);
 
 /* Release a friction model; NULL is admitted. */
 void contensou_friction_free(contensou_friction *friction);

@@ -35,21 +35,45 @@ if TYPE_CHECKING:
     from contensou._errors import SceneError as SceneError
     from contensou._errors import SceneWarning as SceneWarning
     from contensou._errors import SimulationError as SimulationError
+    from contensou._kernels import Elliptic as Elliptic
+    from contensou._kernels import Friction as Friction
+    from contensou._kernels import Hertz as Hertz
+    from contensou._kernels import Wrench as Wrench
+    from contensou._kernels import elliptic as elliptic
+    from contensou._kernels import hertz as hertz
     from contensou._runs import run as run
     from contensou._runs import run_tree as run_tree
     from contensou._scenes import Expression as Expression
     from contensou._scenes import scene_text as scene_text
+    from contensou._simulation import Body as Body
+    from contensou._simulation import Event as Event
+    from contensou._simulation import Parameter as Parameter
+    from contensou._simulation import Quantity as Quantity
+    from contensou._simulation import Simulation as Simulation
+    from contensou._simulation import Snapshot as Snapshot
     from contensou._sweeps import sweep as sweep
 
 # Where each name is, which is read when it is first used: the program starts without numpy.
 _HOMES = {
+    "Body": "_simulation",
     "ContensouError": "_errors",
+    "Elliptic": "_kernels",
+    "Event": "_simulation",
     "Expression": "_scenes",
     "FileError": "_errors",
+    "Friction": "_kernels",
+    "Hertz": "_kernels",
     "SceneError": "_errors",
     "SceneWarning": "_errors",
     "SimulationError": "_errors",
     "Page": "_drawing",
+    "Parameter": "_simulation",
+    "Quantity": "_simulation",
+    "Simulation": "_simulation",
+    "Snapshot": "_simulation",
+    "Wrench": "_kernels",
+    "elliptic": "_kernels",
+    "hertz": "_kernels",
     "plot": "_drawing",
     "run": "_runs",
     "run_tree": "_runs",

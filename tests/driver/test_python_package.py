@@ -18,6 +18,7 @@ import subprocess
 import sys
 import time
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -363,6 +364,7 @@ def test_warnings_are_warnings(contensou):
     [
         "run(scene, {'scene.t_end': 1e5, 'output.interval': 1.0})",
         "sweep(scene, {'top.spin(3)': [150, 180]}, {'scene.t_end': 1e4})",
+        "Simulation(scene, {'scene.t_end': 1e5, 'output.interval': 1e5}).advance()",
     ],
 )
 def test_an_interrupt_from_the_keyboard(call, unpacked, tmp_path):
@@ -377,10 +379,12 @@ def test_an_interrupt_from_the_keyboard(call, unpacked, tmp_path):
     )
     assert process.stdout.readline() == "begun\n"
     deadline = time.monotonic() + 60
-    while not (started := children(process.pid)) and time.monotonic() < deadline:
+    started = []
+    while "Simulation" not in call and not started and time.monotonic() < deadline:
         time.sleep(0.05)
-    assert started
-    time.sleep(0.3)
+        started = children(process.pid)
+    assert started or "Simulation" in call
+    time.sleep(0.3 if started else 3.0)
     process.send_signal(signal.SIGINT)
     out, _ = process.communicate(timeout=30)
     assert (process.returncode, out) == (0, "interrupted\n")
@@ -397,6 +401,246 @@ def children(pid):
 def leftovers(folder):
     """Folders of the package."""
     return [*Path("/dev/shm").glob("contensou-*"), *folder.iterdir()]
+
+
+# ---- Simulations --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scene", [path for path in SCENES if "sweeps" not in path.parts], ids=str)
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_a_simulation_has_the_rows_of_a_run(scene, contensou, in_inputs):
+    """Bit for bit, and the events, whatever times it stops at."""
+    settings = {**SHORT, "scene.t_end": 0.01}
+    try:
+        tree = contensou.run_tree(scene, settings)
+    except contensou.ContensouError as problem:
+        said = str(problem)
+        with pytest.raises(contensou.ContensouError) as caught:
+            contensou.Simulation(scene, settings).advance()
+        assert str(caught.value) in said
+        return
+    simulation = contensou.Simulation(scene, settings)
+    found = simulation.rows()
+    wanted = tree["trajectory"].to_dataset()
+    for name, column in found.variables.items():
+        if column.dtype.kind != "f":
+            assert column.values.tolist() == wanted[name].values.tolist()
+            continue
+        assert column.dims == wanted[name].dims
+        assert column.values.tobytes() == wanted[name].values.tobytes(), name
+        assert column.attrs["units"] == wanted[name].attrs["units"]
+    assert {"position", "quaternion", "energy_kinetic"} <= set(found.data_vars)
+    events = tree["events"].to_dataset()
+    assert [event.time for event in simulation.events] == events.time.values.tolist()
+    assert [event.kind for event in simulation.events] == events.kind.values.tolist()
+    assert [event.contact for event in simulation.events] == events.contact.values.tolist()
+
+
+def test_steps_and_what_is_there(contensou, in_inputs):
+    top = contensou.Simulation("tippe_top.nml", {"top.spin": (0, 0, 200), "scene.t_end": 0.1})
+    assert (top.time, top.end, top.stop) == (0.0, 0.1, 0)
+    assert (top.bodies, top.contacts) == (["top"], ["ball_floor", "stem_floor"])
+    body = top.body("top")
+    assert body.angular_velocity.tolist() == [0, 0, 200]
+    assert np.linalg.norm(body.quaternion) == pytest.approx(1)
+    assert top.state[:3].tolist() == body.position.tolist()
+    assert top.values("gap").shape == (2,)
+    assert top.quantities["position"].dims == ("body", "xyz")
+    assert top.quantities["gap"].units == "m"
+    spin = top.parameters["top.spin(3)"]
+    assert (spin.value, spin.unit) == (200, "rad s-1")
+    assert "&body" in top.settings
+    rates, matrix = top.derivative(), top.jacobian()
+    assert rates[:3] == pytest.approx(body.velocity)
+    h = 1e-7
+    shifted = top.state
+    shifted[7] += h
+    assert (top.derivative(state=shifted) - rates) / h == pytest.approx(matrix[:, 7], abs=1e-3)
+    assert top.indicators().tolist() == top.values("gap").tolist()
+    assert top.step(0.02) == 0.02
+    assert top.advance() == 0.1
+    top.reset()
+    assert (top.time, top.events) == (0.0, [])
+    top.set({"top.spin(3)": 150, "integrator.method": "'explicit8'"})
+    assert top.body("top").angular_velocity.tolist() == [0, 0, 150]
+    stopped = top.advance(0.05, lambda now: now.time >= 0.009)
+    assert 0.009 <= stopped < 0.02
+    top.set_load("top", force=(0, 0, 0.1))
+    height = top.body("top").position[2]
+    top.step(0.05)
+    assert top.body("top").position[2] > height
+
+
+def test_events_one_after_the_other(contensou):
+    ball = contensou.Simulation(GROUPS, {"ball.position(3)": 0.0101, "scene.t_end": 0.1})
+    event = ball.advance_to_event()
+    assert (event.kind, event.contact) == ("touch", "it")
+    assert event.time == pytest.approx(np.sqrt(2 * 1e-4 / 9.81), rel=1e-6)
+    assert ball.time == event.time
+    assert ball.advance_to_event().kind == "lift"
+    assert ball.advance_to_event(ball.time + 1e-6) is None
+
+
+def test_snapshots_in_contact(contensou, in_inputs):
+    """What is saved is pickled, and goes on with the same bits there and in a copy."""
+    first = contensou.Simulation("tippe_top.nml", {"scene.t_end": 0.1})
+    first.advance(0.013)
+    assert first.values("normal_force")[0] > 0
+    snapshot = pickle.loads(pickle.dumps(first.save()))
+    copy = first.copy()
+    second = contensou.Simulation("tippe_top.nml", {"scene.t_end": 0.1})
+    second.restore(snapshot)
+    for one in (first, second, copy):
+        one.advance(0.05)
+    assert first.state.tobytes() == second.state.tobytes() == copy.state.tobytes()
+    first.restore(snapshot)
+    assert first.time == 0.013
+
+
+def test_wrong_use_of_a_simulation(contensou):
+    make = contensou.Simulation
+    for words in (("nothing.nml",), (BALL, {"ball.mas": 1}), ("&scene\0 /\n",), (3,)):
+        with pytest.raises((contensou.ContensouError, TypeError)):
+            make(*words)
+    ball = make(GROUPS)
+    n = ball.state.size
+    wrong = [
+        lambda: ball.body("bell"),
+        lambda: ball.body("ba\0ll"),
+        lambda: ball.body(None),
+        lambda: ball.values("hight"),
+        lambda: ball.rows(["hight"]),
+        lambda: ball.derivative(state=np.zeros(n + 1)),
+        lambda: ball.derivative(state=np.full(n, np.nan)),
+        lambda: ball.jacobian(state="abc"),
+        lambda: ball.indicators(state=np.zeros(0)),
+        lambda: setattr(ball, "state", np.zeros(n - 1)),
+        lambda: setattr(ball, "state", [None] * n),
+        lambda: ball.set({"ball.mass": -1}),
+        lambda: ball.set({"ball.colour": 1}),
+        lambda: ball.set_load("ball", (1, 2)),
+        lambda: ball.set_load("bell", (1, 2, 3)),
+        lambda: ball.set_drive("ball", (1, 2, 3)),
+        lambda: ball.restore(b"abc"),
+        lambda: ball.restore(contensou.Snapshot(b"abc")),
+        lambda: ball.restore(contensou.Snapshot(make(BALL, {"ball.mass": 2}).save().data[:-9])),
+        lambda: ball.advance(float("nan")),
+        lambda: ball.advance(-1.0),
+    ]
+    for call in wrong:
+        with pytest.raises(contensou.ContensouError):
+            call()
+    assert ball.advance(0.01) == 0.01
+    with pytest.raises(contensou.ContensouError):
+        ball.set({"ball.mass": 2})
+
+
+def test_use_while_it_runs_and_after_its_end(contensou):
+    ball = contensou.Simulation(GROUPS)
+    heard = []
+
+    def meddle(now):
+        heard.append(now.values("position")[0, 2])
+        for call in (now.reset, now.save, now.copy, now.close, lambda: now.set({"ball.mass": 2})):
+            with pytest.raises(contensou.SceneError, match="is running"):
+                call()
+
+    ball.advance(0.01, meddle)
+    assert heard
+
+    class OurError(Exception):
+        pass
+
+    def fail(now):
+        raise OurError
+
+    with pytest.raises(OurError):
+        ball.advance(0.02, fail)
+    assert ball.advance(0.02) == 0.02
+    with ball:
+        pass
+    assert "closed" in repr(ball)
+    ball.close()
+    for call in (ball.save, lambda: ball.state, lambda: ball.time, ball.advance, ball.copy):
+        with pytest.raises(contensou.SceneError, match="is closed"):
+            call()
+
+
+def test_threads_with_different_scenes(contensou, in_inputs):
+    """The bits are those of one after the other."""
+    scenes = ["tippe_top.nml", "bouncing_ball.nml", "sliding_disc.nml", "rattleback.nml"]
+
+    def last(scene):
+        simulation = contensou.Simulation(scene, {"scene.t_end": 0.05})
+        simulation.advance()
+        return simulation.state.tobytes()
+
+    alone = [last(scene) for scene in scenes]
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(last, scenes * 3)) == alone * 3
+
+
+# ---- Kernels ------------------------------------------------------------------------------------
+
+
+def test_kernels_broadcast(contensou):
+    radius, modulus = 0.01, np.array([1e9, 1e11])[:, None]
+    approach = np.linspace(0, 1e-5, 7)
+    found = contensou.hertz(1 / (2 * radius), 1 / (2 * radius), modulus, approach)
+    assert found.force.shape == (2, 7)
+    expected = 4 / 3 * modulus * np.sqrt(radius) * approach**1.5
+    np.testing.assert_allclose(found.force, expected, rtol=1e-14)
+    np.testing.assert_allclose(found.a, np.sqrt(radius * approach) * np.ones((2, 1)), rtol=1e-14)
+    assert contensou.hertz(50, 50, 1e11, 1e-6).force.shape == ()
+    assert np.isnan(contensou.hertz(50, [49, 50], 1e11, 1e-6).force).tolist() == [True, False]
+    assert contensou.hertz(50, 50, 1e11, np.zeros((0, 3))).a.shape == (0, 3)
+    k, e = contensou.elliptic(np.array([1.0, 0.0, 2.0]))
+    assert (k[0], e[0]) == pytest.approx((np.pi / 2, np.pi / 2))
+    assert np.isinf(k[1])
+    assert np.isnan(k[2])
+    back = approach[::-2]
+    np.testing.assert_array_equal(
+        contensou.hertz(50, 50, 1e11, back).force,
+        contensou.hertz(50, 50, 1e11, approach).force[::-2],
+    )
+    with pytest.raises(ValueError, match="shape"):
+        contensou.hertz([1, 2], [1, 2, 3], 1, 1)
+
+
+def test_friction_of_arrays(contensou, unpacked):
+    """The numbers of `contensou eval wrench`, to the last bit that it prints."""
+    friction = contensou.Friction("pade22", 0.3)
+    speed, spin = np.meshgrid([0.0, 1e-3, 0.1], [0.0, 50.0, -1e3], indexing="ij")
+    found = friction.wrench(10.0, 2e-3, 1e-3, speed, 0.02, spin)
+    rows = [f"10,2e-3,1e-3,0.3,{x!r},0.02,{w!r}" for x, w in np.c_[speed.flat, spin.flat].tolist()]
+    done = subprocess.run(
+        [unpacked / "bin/contensou", "eval", "wrench", "--model", "pade22"],
+        input="\n".join(["N,a,b,f,vx,vy,w", *rows, ""]),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    names, *lines = done.stdout.splitlines()
+    table = np.array([[float(x) for x in line.split(",")] for line in lines])
+    for name, column in (("Fx", found.fx), ("Fy", found.fy), ("Tz", found.tz)):
+        expected = table[:, names.split(",").index(name)]
+        np.testing.assert_allclose(column.ravel(), expected, rtol=1e-15)
+    assert np.isnan(friction.wrench(1, 1e-3, 2e-3, 1, 0, 0).fx)
+    for words in (("bronze", 0.3), ("pade22", -1), ("coulomb", 0.3, 0.0), ("pade22", np.nan)):
+        with pytest.raises(contensou.SceneError, match="there is no friction"):
+            contensou.Friction(*words)
+
+
+def test_kernels_let_other_threads_run(contensou):
+    """While a kernel works on an array, Python counts on."""
+    approach = np.full(2_000_000, 1e-6)
+    with ThreadPoolExecutor(1) as pool:
+        work = pool.submit(contensou.hertz, 50.0, 70.0, 1e11, approach)
+        counted = 0
+        while not work.done():
+            counted += 1
+    assert work.result().force[-1] > 0
+    assert counted > 1000
 
 
 # ---- Sweeps and pictures ------------------------------------------------------------------------

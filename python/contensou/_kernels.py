@@ -1,0 +1,206 @@
+"""Kernels on arrays of NumPy, which broadcast, without the lock of the interpreter."""
+
+from __future__ import annotations
+
+import ctypes
+import weakref
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contensou import _library as lib
+from contensou._errors import SceneError
+
+
+class Elliptic(NamedTuple):
+    """Complete elliptic integrals."""
+
+    #: Of the first kind [1].
+    k: np.ndarray
+    #: Of the second kind [1].
+    e: np.ndarray
+
+
+class Hertz(NamedTuple):
+    """Hertz contacts."""
+
+    #: Semi-axis of the spot along x, the major one [m].
+    a: np.ndarray
+    #: Semi-axis of the spot along y [m].
+    b: np.ndarray
+    #: Normal force [N].
+    force: np.ndarray
+    #: Largest pressure [Pa].
+    pressure: np.ndarray
+
+
+class Wrench(NamedTuple):
+    """Friction on the body that slips."""
+
+    #: Force along x [N].
+    fx: np.ndarray
+    #: Force along y [N].
+    fy: np.ndarray
+    #: Torque about the normal [N m].
+    tz: np.ndarray
+
+
+def elliptic(complement: ArrayLike) -> Elliptic:
+    """Complete elliptic integrals K and E.
+
+    Parameters
+    ----------
+    complement
+        Complement 1 - k^2 of the parameter [1], in [0, 1]; any shape.
+
+    Returns
+    -------
+    Elliptic
+        K and E [1], of the same shape; NaN outside of the domain.
+
+    Examples
+    --------
+    >>> k, e = elliptic([1.0, 0.5])
+    >>> k.round(12).tolist()
+    [1.570796326795, 1.854074677301]
+    """
+    return Elliptic(*_columns("elliptic_array", 2, complement))
+
+
+def hertz(
+    curvature_a: ArrayLike, curvature_b: ArrayLike, modulus: ArrayLike, approach: ArrayLike
+) -> Hertz:
+    """Hertz contacts of bodies whose undeformed gap is A x^2 + B y^2.
+
+    Parameters
+    ----------
+    curvature_a, curvature_b
+        A > 0 and B >= A [1/m]; both are 1/(2R) for a sphere of radius R on a plane.
+    modulus
+        Effective modulus E* [Pa], > 0.
+    approach
+        d [m], >= 0.
+
+    Returns
+    -------
+    Hertz
+        `a`, `b` [m], `force` [N], `pressure` [Pa], of the shape to which the arguments broadcast;
+        NaN outside of the domain.
+
+    Examples
+    --------
+    >>> found = hertz(50.0, 50.0, 1.1e11, [1e-6, 2e-6])
+    >>> found.force.round(3).tolist()
+    [14.667, 41.484]
+    """
+    return Hertz(*_columns("hertz_array", 4, curvature_a, curvature_b, modulus, approach))
+
+
+class Friction:
+    """A friction model with its parameters.
+
+    Parameters
+    ----------
+    model
+        "coulomb", "contensou_simplified", "pade11", "pade22" or "contensou_exact".
+    coefficient
+        Friction coefficient f [1], >= 0.
+    delta
+        Regularisation velocity [m/s], >= 0, and > 0 for "coulomb".
+    drilling
+        Whether the drilling torque is part of the model.
+
+    Examples
+    --------
+    >>> friction = Friction("contensou_exact", 0.3)
+    >>> found = friction.wrench(10.0, 1e-3, 1e-3, [0.1, 0.1], 0.0, [0.0, 100.0])
+    >>> found.fx.round(6).tolist()
+    [-3.0, -2.650719]
+    """
+
+    def __init__(
+        self, model: str, coefficient: float, delta: float = 0.0, drilling: bool = True
+    ) -> None:
+        handle = lib.plain(
+            "friction_new", lib.encoded(model), float(coefficient), float(delta), bool(drilling)
+        )
+        if handle is None:
+            raise SceneError(
+                f"there is no friction {model!r} with the coefficient {coefficient} and delta "
+                f"{delta} m/s",
+                2,
+            )
+        self._handle = handle
+        weakref.finalize(self, lib.library.contensou_friction_free, handle)
+        self._words = f"{model!r}, {coefficient}, {delta}, {drilling}"
+
+    def __repr__(self) -> str:
+        return f"contensou.Friction({self._words})"
+
+    def wrench(
+        self,
+        load: ArrayLike,
+        a: ArrayLike,
+        b: ArrayLike,
+        vx: ArrayLike,
+        vy: ArrayLike,
+        spin: ArrayLike,
+    ) -> Wrench:
+        """Friction on the body that slips.
+
+        Parameters
+        ----------
+        load
+            Normal force N [N], >= 0.
+        a, b
+            Semi-axes of the spot along x and y [m], 0 < b <= a.
+        vx, vy
+            Sliding velocity of the centre of the spot [m/s].
+        spin
+            Angular velocity about the normal [rad/s].
+
+        Returns
+        -------
+        Wrench
+            `fx`, `fy` [N], `tz` [N m], of the shape to which the arguments broadcast; NaN outside
+            of the domain.
+        """
+        inputs, shape, places, strides = _inputs(load, a, b, vx, vy, spin)
+        found = np.empty((int(np.prod(shape)), 3))
+        lib.plain(
+            "friction_wrench_array",
+            self._handle,
+            len(found),
+            places,
+            strides,
+            found.ctypes.data,
+        )
+        del inputs
+        return Wrench(*(found[:, i].reshape(shape) for i in range(3)))
+
+
+def _inputs(
+    *arguments: ArrayLike,
+) -> tuple[list[np.ndarray], tuple[int, ...], ctypes.Array, ctypes.Array]:
+    """Arrays that live as long as they are used, their common shape, and where they are."""
+    columns = [np.asarray(argument, dtype=np.float64) for argument in arguments]
+    shape = np.broadcast_shapes(*(column.shape for column in columns))
+    columns = [
+        column if column.size == 1 else np.ascontiguousarray(np.broadcast_to(column, shape))
+        for column in columns
+    ]
+    places = (ctypes.c_void_p * len(columns))(*(column.ctypes.data for column in columns))
+    strides = (ctypes.c_ssize_t * len(columns))(*(int(column.size != 1) for column in columns))
+    return columns, shape, places, strides
+
+
+def _columns(name: str, outputs: int, *arguments: ArrayLike) -> list[np.ndarray]:
+    """The outputs of a kernel, a column each."""
+    inputs, shape, places, strides = _inputs(*arguments)
+    found = np.empty((outputs, *shape))
+    size = int(np.prod(shape))
+    to = (ctypes.c_void_p * outputs)(*(found[i, ...].ctypes.data for i in range(outputs)))
+    lib.plain(name, size, places, strides, to)
+    del inputs
+    return [found[i, ...] for i in range(outputs)]

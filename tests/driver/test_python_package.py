@@ -68,7 +68,11 @@ GROUPS = {
     },
 }
 
-pytestmark = pytest.mark.xdist_group("python")
+# Workers could not tell warnings of the package to a process that has no such package.
+pytestmark = [
+    pytest.mark.xdist_group("python"),
+    pytest.mark.filterwarnings("ignore::UserWarning"),
+]
 
 
 @pytest.fixture(scope="session")
@@ -264,7 +268,6 @@ def file_of(unpacked, folder, scene, settings):
 
 
 @pytest.mark.parametrize("scene", [path for path in SCENES if "sweeps" not in path.parts], ids=str)
-@pytest.mark.filterwarnings("ignore::UserWarning")
 def test_a_run_equals_the_file(scene, contensou, unpacked, in_inputs, tmp_path):
     """Bit for bit, in all groups but those that tell when and where it ran."""
     done, path = file_of(unpacked, tmp_path, scene, SHORT)
@@ -407,7 +410,6 @@ def leftovers(folder):
 
 
 @pytest.mark.parametrize("scene", [path for path in SCENES if "sweeps" not in path.parts], ids=str)
-@pytest.mark.filterwarnings("ignore::UserWarning")
 def test_a_simulation_has_the_rows_of_a_run(scene, contensou, in_inputs):
     """Bit for bit, and the events, whatever times it stops at."""
     settings = {**SHORT, "scene.t_end": 0.01}

@@ -322,8 +322,8 @@ void contensou_snapshot_free(contensou_snapshot *snapshot);
 int contensou_hertz(double curvature_a, double curvature_b, double modulus, double approach,
                     double *a, double *b, double *force, double *pressure);
 
-/* The same for n contacts. Element i of an input is inputs[k][i*strides[k]], in the order above; the
- * stride 0 repeats a number. Outputs lie side by side, and are NaN outside of the domain. */
+/* The same for n contacts. Element i of an input is inputs[k][i*strides[k]], in the order above;
+ * the stride 0 repeats a number. Outputs lie side by side, and are NaN outside of the domain. */
 int contensou_hertz_array(ptrdiff_t n, const double *const inputs[4], const ptrdiff_t strides[4],
                           double *const outputs[4]);
 

@@ -118,7 +118,7 @@ FAULTS = {
         "p = rest*shape%b_integral - 3.0_wp*poisson*shape%j20",
     ),
     "torque of a shell": (
-        "contact/tangential/shells.f90",
+        "contact/tangential/slip.f90",
         "force(3) = force(3) + inner%load*inner%size*wrench(3)",
         "force(3) = force(3) + inner%load*wrench(3)",
     ),
@@ -133,13 +133,13 @@ FAULTS = {
         "self%shift(:, at) = 0.5_wp*(self%shift(:, at) + self%shift(:, at + 1))",
     ),
     "work of the slip of a shell": (
-        "contact/tangential/shells.f90",
+        "contact/tangential/slip.f90",
         "work = dot_product(f, u)*dot_product(force - f, u)/dot_product(u, stiffness*u)",
         "work = dot_product(force, u)*dot_product(force - f, u)/dot_product(u, stiffness*u)",
     ),
     "place of the shells": (
-        "contact/tangential/shells.f90",
-        "edge%load = x*(1.5_wp - 0.5_wp*x*x)",
+        "contact/tangential/slip.f90",
+        "edge%load = x*(1.5_wp - 0.5_wp*y)",
         "edge%load = x*(1.5_wp - 0.5_wp*x)",
     ),
     "sign in the rate of a quaternion": (

@@ -19,9 +19,9 @@ module contensou_contact_tangential_shells
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_kinds, only : wp
    use contensou_contact_spot, only : spot_shape_type
+   use contensou_contact_tangential_slip, only : edge_at, edge_type, power_of, slip_of_shell, &
+      sliding_force, stiffness_after
    use contensou_contact_tangential_stiffness, only : tangential_stiffness
-   use contensou_contact_wrench_exact, only : wrench_exact_jacobian
-   use contensou_contact_wrench_scaling, only : slip_type
    implicit none(type, external)
    private
 
@@ -37,30 +37,6 @@ module contensou_contact_tangential_shells
    !> Share of the shells, as an inverse, that a spot keeps at least while it shrinks.
    integer, parameter :: fewest = 10
 
-   !> S(x) = l c [1 + (1 - x) P(x)], from the lowest power of P on.
-   real(wp), parameter :: torsion(0:7) = [ &
-      -0.8698984413305733_wp, 0.02820047614773492_wp, -2.437429052585694_wp, &
-      5.616270271347494_wp, -9.940868532230192_wp, 9.619038470681636_wp, &
-      -5.046682352654168_wp, 0.9303813590491786_wp]
-
-   !> A step of the direction of slip is the last one below this size; it has converged then.
-   real(wp), parameter :: close_enough = 3.0e-7_wp
-
-   !> Below this size a step is Newton's whatever it gains, which rounding errors hide.
-   real(wp), parameter :: close_by = 1.0e-4_wp
-
-   !> The same where a shell sticks.
-   real(wp), parameter :: close_to_limit = 1.0e-6_wp
-
-   !> Longest step of a direction.
-   real(wp), parameter :: longest_step = 0.5_wp
-
-   !> Slip in units of the trial for which a direction is sought where there is none.
-   real(wp), parameter :: short_slip = 1.0e-3_wp
-
-   !> Iterations for the slip of a shell, and halvings of a step.
-   integer, parameter :: most_iterations = 60, most_halvings = 30
-
    !> A spot with its load and stiffness.
    type :: spring_spot_type
       type(spot_shape_type) :: shape
@@ -74,16 +50,6 @@ module contensou_contact_tangential_shells
       procedure :: stiffen
    end type spring_spot_type
 
-   !> Edge of a shell.
-   type :: edge_type
-      !> Load within it.
-      real(wp) :: load
-      !> Size c of the spot that slips in its place.
-      real(wp) :: size
-      !> Torsional stiffness within it.
-      real(wp) :: torsion
-   end type edge_type
-
    !> The shells of a contact, from the centre to the rim, with what they remember.
    type :: shells_type
       !> Number of shells when the spot has a size.
@@ -96,6 +62,8 @@ module contensou_contact_tangential_shells
       real(wp) :: stiffness(3) = 0.0_wp
       !> Outer edges along the major axis [m], from 0 on, and what is within them.
       real(wp), allocatable :: edge(:)
+      !> Their powers 2/3.
+      real(wp), allocatable, private :: power(:)
       type(edge_type), allocatable :: within(:)
       !> Elastic displacements along the axes [m] and about the normal [rad] of the shells.
       real(wp), allocatable :: shift(:, :)
@@ -170,10 +138,11 @@ contains
       class(shells_type), intent(inout) :: shells
       integer, intent(in) :: number
 
-      if (allocated(shells%edge)) deallocate(shells%edge, shells%within, shells%shift, &
-         shells%direction, shells%slipped, shells%room)
+      if (allocated(shells%edge)) deallocate(shells%edge, shells%power, shells%within, &
+         shells%shift, shells%direction, shells%slipped, shells%room)
       shells%most = number
       allocate(shells%edge(0:number + 2), source=0.0_wp)
+      allocate(shells%power(0:number + 2), source=0.0_wp)
       allocate(shells%within(0:number + 2))
       allocate(shells%shift(3, number + 2), source=0.0_wp)
       allocate(shells%direction(3, number + 2), source=0.0_wp)
@@ -210,7 +179,7 @@ contains
    end subroutine turn
 
    !> Move the bodies by a step at the load of the spot.
-   pure subroutine advance(self, spot, step, wrench, stored, lost, settled)
+   pure subroutine advance(self, spot, step, wrench, stored, lost, settled, slopes)
       class(shells_type), intent(inout) :: self
       type(spring_spot_type), intent(in) :: spot
       !> Shift of body 1 against body 2 along the axes [m] and twist [rad].
@@ -224,18 +193,24 @@ contains
       !> Whether shells are merged and divided so that their number stays, unless that is left to
       !> `settle`: without it the wrench is a continuous function of spot and step.
       logical, intent(in), optional :: settled
-      real(wp) :: stiffness(3), trial(3), force(3), bearing(3), work, units(3)
+      !> Derivatives of the wrench by the step, and by the limit at constant size.
+      real(wp), intent(out), optional :: slopes(3, 4)
+      real(wp) :: stiffness(3), trial(3), force(3), bearing(3), work, units(3), part
       logical :: slips
       integer :: j, before
 
       wrench = 0.0_wp
+      if (present(slopes)) slopes = 0.0_wp
       before = self%n
       call self%resize(spot, lost, settled)
       stored = 0.0_wp
       if (self%n == 0) return
       ! New area has come to the spot half-way on the average.
-      if (present(settled) .and. before > 0 .and. self%n > before) self%shift(:, self%n) = &
-         -0.5_wp*step
+      part = 1.0_wp
+      if (present(settled) .and. before > 0 .and. self%n > before) then
+         self%shift(:, self%n) = -0.5_wp*step
+         part = 0.5_wp
+      end if
       if (.not. spot%limit > 0.0_wp) then
          lost = lost + self%energy()
          self%shift(:, :self%n) = 0.0_wp
@@ -254,6 +229,9 @@ contains
             stiffness*(spot%limit/units**2), trial*(units/spot%limit), bearing, &
             self%direction(:, j), slips, work)
          self%slipped(j) = slips
+         if (present(slopes)) call add_slopes(self, j, spot, stiffness, units, trial, bearing, &
+            part, slopes)
+         part = 1.0_wp
          if (slips) then
             force = bearing*units
             trial = force/max(stiffness, tiny(stiffness))
@@ -264,6 +242,42 @@ contains
          stored = stored + 0.5_wp*dot_product(force, trial)
       end do
    end subroutine advance
+
+   !> Add what a shell contributes to the derivatives of the wrench.
+   pure subroutine add_slopes(self, j, spot, stiffness, units, trial, bearing, part, slopes)
+      class(shells_type), intent(in) :: self
+      !> The shell.
+      integer, intent(in) :: j
+      type(spring_spot_type), intent(in) :: spot
+      !> Its stiffness, and units of force and torque.
+      real(wp), intent(in) :: stiffness(3), units(3)
+      !> Elastic displacement of the trial.
+      real(wp), intent(in) :: trial(3)
+      !> Force of the shell in its units.
+      real(wp), intent(in) :: bearing(3)
+      !> Part of the step that the trial has.
+      real(wp), intent(in) :: part
+      real(wp), intent(inout) :: slopes(3, 4)
+      real(wp) :: k(3), slip(3), length, by_trial(3, 3), by_limit(3)
+      integer :: i
+
+      if (.not. self%slipped(j)) then
+         do i = 1, 3
+            slopes(i, i) = slopes(i, i) - part*stiffness(i)
+         end do
+         return
+      end if
+      k = stiffness*(spot%limit/units**2)
+      if (.not. minval(k) > 0.0_wp) return
+      slip = trial*(units/spot%limit) - bearing/k
+      length = sqrt(dot_product(slip, slip))
+      call stiffness_after(spot%shape, self%within(j - 1), self%within(j), k, self%direction(:, j), &
+         length, by_trial, by_limit)
+      do i = 1, 3
+         slopes(:, i) = slopes(:, i) - part*by_trial(:, i)*units*units(i)/spot%limit
+      end do
+      slopes(:, 4) = slopes(:, 4) - by_limit*units/spot%limit
+   end subroutine add_slopes
 
    !> Elastic energy [J].
    pure function energy(self) result(stored)
@@ -289,22 +303,20 @@ contains
       stiffness(3) = self%stiffness(3)*(self%within(j)%torsion - self%within(j - 1)%torsion)
    end subroutine take_share
 
-   !> Load, size and torsional stiffness within a place.
-   elemental function edge_at(x) result(edge)
-      !> The place in units of the semi-axis.
-      real(wp), intent(in) :: x
-      type(edge_type) :: edge
-      real(wp) :: p
-      integer :: i
+   !> Set what is within the edges.
+   pure subroutine set_within(self)
+      class(shells_type), intent(inout) :: self
+      real(wp) :: inverse, power
+      integer :: j
 
-      edge%load = x*(1.5_wp - 0.5_wp*x*x)
-      edge%size = (edge%load*edge%load)**(1.0_wp/3.0_wp)
-      p = torsion(7)
-      do i = 6, 0, -1
-         p = p*x + torsion(i)
+      inverse = 1.0_wp/self%a
+      power = power_of(inverse)
+      self%within(0) = edge_type(0.0_wp, 0.0_wp, 0.0_wp)
+      do j = 1, self%n - 1
+         self%within(j) = edge_at(self%edge(j)*inverse, self%power(j)*power)
       end do
-      edge%torsion = edge%load*edge%size*(1.0_wp + (1.0_wp - x)*p)
-   end function edge_at
+      self%within(self%n) = edge_at(1.0_wp, 1.0_wp)
+   end subroutine set_within
 
    !> Bring the shells to the size and stiffness of a spot: new area is not strained, lost area lets
    !> go what it held, and shells that become stiffer keep their force. None of it makes energy.
@@ -335,7 +347,8 @@ contains
          do j = 0, self%n
             self%edge(j) = spot%a*place(real(j, wp)/real(self%n, wp))
          end do
-         self%within(:self%n) = edge_at(self%edge(:self%n)/self%a)
+         self%power(:self%n) = power_of(self%edge(:self%n))
+         call set_within(self)
          self%shift(:, :self%n) = 0.0_wp
          return
       end if
@@ -355,7 +368,8 @@ contains
             self%n = self%n - 1
          end do
          self%edge(self%n) = spot%a
-         self%within(self%n) = edge_at(spot%a/self%a)
+         self%power(self%n) = power_of(spot%a)
+         self%within(self%n) = edge_at(spot%a/self%a, power_of(spot%a/self%a))
       end if
       do j = 1, self%n
          call take_share(self, j, self%room(:, j))
@@ -363,13 +377,14 @@ contains
       if (spot%a > self%a) then
          self%n = self%n + 1
          self%edge(self%n) = spot%a
+         self%power(self%n) = power_of(spot%a)
          self%shift(:, self%n) = 0.0_wp
          self%direction(:, self%n) = 0.0_wp
          self%room(:, self%n) = 0.0_wp
       end if
       self%a = spot%a
       self%stiffness = spot%stiffness
-      self%within(:self%n) = edge_at(self%edge(:self%n)/self%a)
+      call set_within(self)
       do j = 1, self%n
          call take_share(self, j, now)
          do i = 1, 3
@@ -416,6 +431,7 @@ contains
       self%edge(:self%n) = others%edge(:self%n)
       self%edge(0) = 0.0_wp
       do j = 0, self%n
+         self%power(j) = others%power(j)
          self%within(j) = others%within(j)
       end do
       do j = 1, self%n
@@ -514,7 +530,9 @@ contains
          call checkpoint%exchange("shells_shift", self%shift(:, j))
          call checkpoint%exchange("shells_direction", self%direction(:, j))
       end do
-      if (self%n > 0) self%within(:self%n) = edge_at(self%edge(:self%n)/self%a)
+      if (self%n == 0) return
+      self%power(:self%n) = power_of(self%edge(:self%n))
+      call set_within(self)
    end subroutine exchange
 
    !> Place x of a share of the shells: those at the rim, which slip first, are the narrowest. The
@@ -561,6 +579,7 @@ contains
       end do
       do j = at, self%n - 1
          self%edge(j) = self%edge(j + 1)
+         self%power(j) = self%power(j + 1)
          self%within(j) = self%within(j + 1)
       end do
       self%n = self%n - 1
@@ -585,144 +604,14 @@ contains
          self%shift(:, j + 1) = self%shift(:, j)
          self%direction(:, j + 1) = self%direction(:, j)
          self%edge(j + 1) = self%edge(j)
+         self%power(j + 1) = self%power(j)
          self%within(j + 1) = self%within(j)
       end do
       self%edge(at) = place(0.5_wp*(share_of(self%edge(at - 1)) + share_of(self%edge(at + 1))))
-      self%within(at) = edge_at(self%edge(at)/self%a)
+      self%power(at) = power_of(self%edge(at))
+      self%within(at) = edge_at(self%edge(at)/self%a, power_of(self%edge(at)/self%a))
       self%n = self%n + 1
    end subroutine split_widest
-
-   !> Slip of a shell after an elastic trial, in units of f N and of a length: shifts along the
-   !> axes, and the twist times the semi-axis. Where it slips by the length p along u, the force is
-   !> that of sliding along u and equals stiffness*(trial - p*u).
-   !>
-   !> Newton's method for the direction u, |u| = 1, with the derivatives of the force of sliding.
-   !> With h(u) = g.u - phi(u), g the force of the trial, a slip along u has the length h/(u.K u)
-   !> and gains h^2/(2 u.K u) where h > 0; else u is short of slipping by -h. Steps that do not gain
-   !> are halved. The shell sticks where no h is above zero.
-   pure subroutine slip_of_shell(shape, inner, outer, stiffness, trial, force, direction, slips, &
-      work)
-      type(spot_shape_type), intent(in) :: shape
-      type(edge_type), intent(in) :: inner, outer
-      !> Its stiffness.
-      real(wp), intent(in) :: stiffness(3)
-      !> Elastic displacement of the trial.
-      real(wp), intent(in) :: trial(3)
-      !> Force of the trial on entry; that of sliding if it slips.
-      real(wp), intent(inout) :: force(3)
-      !> Direction of slip where it is sought first, or zero; that of the slip.
-      real(wp), intent(inout) :: direction(3)
-      logical, intent(out) :: slips
-      !> Work of the slip.
-      real(wp), intent(out) :: work
-      real(wp) :: load, torque, gain, new_gain, length, u(3), new(3), f(3), new_f(3), &
-         hessian(3, 3), new_hessian(3, 3), step(3), size, sliding
-      integer :: i, k
-
-      slips = .false.
-      work = 0.0_wp
-      load = outer%load - inner%load
-      torque = shape%torque*(outer%load*outer%size - inner%load*inner%size)
-      if (.not. (min(load, torque) > 0.0_wp .and. minval(stiffness) > 0.0_wp)) then
-         ! So narrow that rounding errors leave nothing of it.
-         force = 0.0_wp
-         slips = .true.
-         return
-      end if
-      sliding = sqrt(force(1)**2 + force(2)**2)
-      ! The limit holds its corners, pure sliding and pure spinning, and is convex.
-      if (sliding*torque + abs(force(3))*load <= load*torque) return
-      slips = .true.
-      if (abs(force(3)) <= 0.0_wp .and. abs(trial(3)) <= 0.0_wp .and. &
-         abs(stiffness(1) - stiffness(2)) <= 0.0_wp) then
-         ! Along the trial, on a circle.
-         direction = [trial(1:2)/sqrt(trial(1)**2 + trial(2)**2), 0.0_wp]
-         force = load*direction
-         work = load*dot_product(trial - force/stiffness, direction)
-         return
-      end if
-
-      gain = 0.0_wp
-      if (any(abs(direction) > 0.0_wp)) then
-         u = direction
-         call sliding_force(shape, inner, outer, u, f, hessian)
-         gain = gain_of(force, f, u, stiffness)
-      end if
-      if (.not. gain > 0.0_wp) then
-         u = force/[load, load, torque]**2
-         u = u/norm2(u)
-         call sliding_force(shape, inner, outer, u, f, hessian)
-         gain = gain_of(force, f, u, stiffness)
-      end if
-      do i = 1, most_iterations
-         length = dot_product(force - f, u)/dot_product(u, stiffness*u)
-         if (length > 0.0_wp) then
-            call solve(hessian, length*stiffness, force - f - length*stiffness*u, step)
-         else
-            call solve(hessian, (short_slip*norm2(trial))*stiffness, force - f, step)
-         end if
-         step = step - dot_product(step, u)*u
-         size = norm2(step)
-         if (size > longest_step) step = step*(longest_step/size)
-         if (length <= 0.0_wp .and. size < close_to_limit) exit
-         do k = 1, most_halvings
-            new = (u + step)/norm2(u + step)
-            call sliding_force(shape, inner, outer, new, new_f, new_hessian)
-            new_gain = gain_of(force, new_f, new, stiffness)
-            if (new_gain > gain .or. size < close_by) exit
-            step = 0.5_wp*step
-         end do
-         if (.not. (new_gain > gain .or. size < close_by)) exit
-         u = new
-         f = new_f
-         hessian = new_hessian
-         gain = new_gain
-         if (size < close_enough) exit
-      end do
-      slips = gain > 0.0_wp
-      if (.not. slips) return
-      direction = u
-      work = dot_product(f, u)*dot_product(force - f, u)/dot_product(u, stiffness*u)
-      force = f
-   end subroutine slip_of_shell
-
-   !> What is gained by a slip along u, or short of one.
-   pure function gain_of(force, f, u, stiffness) result(gain)
-      !> Force of the trial.
-      real(wp), intent(in) :: force(3)
-      !> Force of sliding along u.
-      real(wp), intent(in) :: f(3)
-      real(wp), intent(in) :: u(3)
-      real(wp), intent(in) :: stiffness(3)
-      real(wp) :: gain
-
-      gain = dot_product(force - f, u)
-      if (gain > 0.0_wp) gain = gain*gain/dot_product(u, stiffness*u)
-   end function gain_of
-
-   !> Force that a shell bears when it slides, and its derivatives by the direction.
-   pure subroutine sliding_force(shape, inner, outer, u, force, hessian)
-      type(spot_shape_type), intent(in) :: shape
-      type(edge_type), intent(in) :: inner, outer
-      !> Direction of the slip.
-      real(wp), intent(in) :: u(3)
-      real(wp), intent(out) :: force(3), hessian(3, 3)
-      real(wp) :: wrench(3), jacobian(3, 3)
-
-      call wrench_exact_jacobian(shape, slip_type(u(1), u(2), outer%size*u(3)), wrench, jacobian)
-      force = -outer%load*wrench
-      force(3) = force(3)*outer%size
-      hessian = -outer%load*jacobian
-      hessian(:, 3) = hessian(:, 3)*outer%size
-      hessian(3, :) = hessian(3, :)*outer%size
-      if (.not. inner%load > 0.0_wp) return
-      call wrench_exact_jacobian(shape, slip_type(u(1), u(2), inner%size*u(3)), wrench, jacobian)
-      force(1:2) = force(1:2) + inner%load*wrench(1:2)
-      force(3) = force(3) + inner%load*inner%size*wrench(3)
-      jacobian(:, 3) = jacobian(:, 3)*inner%size
-      jacobian(3, :) = jacobian(3, :)*inner%size
-      hessian = hessian + inner%load*jacobian
-   end subroutine sliding_force
 
    !> Force that a shell between two places bears when it slides, in units of f N and f N a.
    pure subroutine force_of_sliding(shape, inner, outer, u, force)
@@ -734,30 +623,8 @@ contains
       real(wp), intent(out) :: force(3)
       real(wp) :: hessian(3, 3)
 
-      call sliding_force(shape, edge_at(inner), edge_at(outer), u, force, hessian)
+      call sliding_force(shape, edge_at(inner, power_of(inner)), edge_at(outer, power_of(outer)), &
+         u, force, hessian)
    end subroutine force_of_sliding
-
-   !> Solve (hessian + diagonal) x = right; the matrix is symmetric and positive definite.
-   pure subroutine solve(hessian, diagonal, right, x)
-      real(wp), intent(in) :: hessian(3, 3), diagonal(3), right(3)
-      real(wp), intent(out) :: x(3)
-      real(wp) :: a11, a21, a31, a22, a32, a33, l21, l31, l32
-
-      a11 = hessian(1, 1) + diagonal(1)
-      a21 = hessian(2, 1)
-      a31 = hessian(3, 1)
-      l21 = a21/a11
-      l31 = a31/a11
-      a22 = hessian(2, 2) + diagonal(2) - l21*a21
-      a32 = hessian(3, 2) - l21*a31
-      l32 = a32/a22
-      a33 = hessian(3, 3) + diagonal(3) - l31*a31 - l32*a32
-      x(1) = right(1)
-      x(2) = right(2) - l21*x(1)
-      x(3) = right(3) - l31*x(1) - l32*x(2)
-      x(3) = x(3)/a33
-      x(2) = x(2)/a22 - l32*x(3)
-      x(1) = x(1)/a11 - l21*x(2) - l31*x(3)
-   end subroutine solve
 
 end module contensou_contact_tangential_shells

@@ -1,0 +1,483 @@
+!> Slip of one of the nested shells of `contensou_contact_tangential_shells` after an elastic trial.
+!>
+!> In units of f N and of a length, with twists times the major semi-axis: a shell of the stiffness
+!> K that bears g = K e after the trial e slips by the length s along u, |u| = 1, so that
+!>    g - s K u = f(u),   f = d phi,   phi(v, w) = l2 Phi(v, c2 w) - l1 Phi(v, c1 w),
+!> or sticks where h(u) = g.u - phi(u) is above zero for no u. Closed cases come first:
+!> - neither torque nor twist: the limit is a circle of forces, and what is sought is one number;
+!> - a circular spot: the slip has the direction of the trial in the plane, which leaves one angle,
+!>   and with tau = W/v, sin theta = tau the friction potential is elementary,
+!>      F = (3/2) [(theta + tau c)/2 - (theta - tau c (1 - 2 tau^2))/(8 tau^2)]/tau,   tau <= 1,
+!>   c = cos theta, and likewise T; a cubic and a quartic of 1/tau above;
+!> - else Newton's method for the direction, with the derivatives of the exact wrench.
+module contensou_contact_tangential_slip
+   use contensou_base_kinds, only : pi, wp
+   use contensou_contact_spot, only : spot_shape_type
+   use contensou_contact_wrench_exact, only : wrench_exact_jacobian
+   use contensou_contact_wrench_scaling, only : slip_type
+   implicit none(type, external)
+   private
+
+   public :: edge_type, slip_of_shell, sliding_force, stiffness_after, edge_at, power_of
+
+   !> S(x) = l c [1 + (1 - x) P(x)], from the lowest power of P on.
+   real(wp), parameter :: torsion(0:7) = [ &
+      -0.8698984413305733_wp, 0.02820047614773492_wp, -2.437429052585694_wp, &
+      5.616270271347494_wp, -9.940868532230192_wp, 9.619038470681636_wp, &
+      -5.046682352654168_wp, 0.9303813590491786_wp]
+
+   !> c(x) = x^(2/3) P(x^2), P(y) = (3/2 - y/2)^(2/3) to 1e-16 for y from 0 to 1.
+   real(wp), parameter :: sizes(0:14) = [ &
+      1.3103706971044483_wp, -0.291193488245429872_wp, -0.0161774160138624918_wp, &
+      -0.00239665421764174449_wp, -0.000466016199278200998_wp, -0.000103558221386462438_wp, &
+      -0.0000249363004048452922_wp, -6.30985681479434043e-6_wp, -1.73263913988514553e-6_wp, &
+      -3.29286035701673922e-7_wp, -3.04505043957203034e-7_wp, 1.43286129320521087e-7_wp, &
+      -1.30959040750658526e-7_wp, 4.73531406160767908e-8_wp, -1.12996395187295042e-8_wp]
+
+   !> T/tau in powers of tau^2 on the circle, to 2e-17 up to `small_ratio`.
+   real(wp), parameter :: torques(0:10) = [ &
+      0.200000000000000012_wp, 0.0142857142857025162_wp, 0.00357142857328993908_wp, &
+      0.00135281373828743556_wp, 0.00063738705151089837_wp, 0.000344121301791477107_wp, &
+      0.000204893484858696449_wp, 0.000124367817590862566_wp, 0.000111004703097525908_wp, &
+      -4.70542966610860551e-6_wp, 0.000134378195210621521_wp]
+
+   !> tau^2 up to which the powers are used; the closed form cancels there.
+   real(wp), parameter :: small_ratio = 0.25_wp
+
+   !> A step of the direction of slip below this size is the last one: the next one is its square.
+   real(wp), parameter :: close_enough = 3.0e-7_wp
+
+   !> Below this size a step is Newton's whatever it gains, which rounding errors hide.
+   real(wp), parameter :: close_by = 1.0e-4_wp
+
+   !> The same where a shell sticks.
+   real(wp), parameter :: close_to_limit = 1.0e-6_wp
+
+   !> Longest step of a direction.
+   real(wp), parameter :: longest_step = 0.5_wp
+
+   !> Slip in units of the trial for which a direction is sought where there is none.
+   real(wp), parameter :: short_slip = 1.0e-3_wp
+
+   !> Iterations for the slip of a shell, and halvings of a step.
+   integer, parameter :: most_iterations = 60, most_halvings = 30
+
+   !> Edge of a shell.
+   type :: edge_type
+      !> Load within it.
+      real(wp) :: load
+      !> Size c of the spot that slips in its place.
+      real(wp) :: size
+      !> Torsional stiffness within it.
+      real(wp) :: torsion
+   end type edge_type
+
+contains
+
+   !> Load, size and torsional stiffness within a place.
+   elemental function edge_at(x, power) result(edge)
+      !> The place in units of the semi-axis, and its power 2/3.
+      real(wp), intent(in) :: x, power
+      type(edge_type) :: edge
+      real(wp) :: y, y2, even, odd
+
+      y = x*x
+      y2 = y*y
+      edge%load = x*(1.5_wp - 0.5_wp*y)
+      ! Two short chains in the place of a long one.
+      even = sizes(0) + y2*(sizes(2) + y2*(sizes(4) + y2*(sizes(6) + y2*(sizes(8) &
+         + y2*(sizes(10) + y2*(sizes(12) + y2*sizes(14)))))))
+      odd = sizes(1) + y2*(sizes(3) + y2*(sizes(5) + y2*(sizes(7) + y2*(sizes(9) &
+         + y2*(sizes(11) + y2*sizes(13))))))
+      edge%size = power*(even + y*odd)
+      even = torsion(0) + y*(torsion(2) + y*(torsion(4) + y*torsion(6)))
+      odd = torsion(1) + y*(torsion(3) + y*(torsion(5) + y*torsion(7)))
+      edge%torsion = edge%load*edge%size*(1.0_wp + (1.0_wp - x)*(even + x*odd))
+   end function edge_at
+
+   !> x^(2/3).
+   elemental function power_of(x) result(power)
+      !> >= 0.
+      real(wp), intent(in) :: x
+      real(wp) :: power
+
+      power = (x*x)**(1.0_wp/3.0_wp)
+   end function power_of
+
+   !> Slip of a shell after an elastic trial, in units of f N and of a length: shifts along the
+   !> axes, and the twist times the semi-axis. Where it slips by the length p along u, the force is
+   !> that of sliding along u and equals stiffness*(trial - p*u).
+   pure subroutine slip_of_shell(shape, inner, outer, stiffness, trial, force, direction, slips, &
+      work)
+      type(spot_shape_type), intent(in) :: shape
+      type(edge_type), intent(in) :: inner, outer
+      !> Its stiffness.
+      real(wp), intent(in) :: stiffness(3)
+      !> Elastic displacement of the trial.
+      real(wp), intent(in) :: trial(3)
+      !> Force of the trial on entry; that of sliding if it slips.
+      real(wp), intent(inout) :: force(3)
+      !> Direction of slip where it is sought first, or zero; that of the slip.
+      real(wp), intent(inout) :: direction(3)
+      logical, intent(out) :: slips
+      !> Work of the slip.
+      real(wp), intent(out) :: work
+      real(wp) :: load, torque, sliding
+
+      slips = .false.
+      work = 0.0_wp
+      load = outer%load - inner%load
+      torque = shape%torque*(outer%load*outer%size - inner%load*inner%size)
+      if (.not. (min(load, torque) > 0.0_wp .and. minval(stiffness) > 0.0_wp)) then
+         ! So narrow that rounding errors leave nothing of it.
+         force = 0.0_wp
+         slips = .true.
+         return
+      end if
+      sliding = sqrt(force(1)**2 + force(2)**2)
+      ! The limit holds its corners, pure sliding and pure spinning, and is convex.
+      if (sliding*torque + abs(force(3))*load <= load*torque) return
+      if (abs(force(3)) <= 0.0_wp .and. abs(trial(3)) <= 0.0_wp) then
+         slips = .true.
+         call slip_without_twist(load, stiffness(1:2), trial(1:2), sliding, force(1:2), &
+            direction, work)
+      else if (abs(stiffness(1) - stiffness(2)) <= 0.0_wp .and. .not. shape%c > 0.0_wp) then
+         call slip_on_circle(inner, outer, stiffness(2:3), trial, force, direction, slips, work)
+      else
+         call slip_on_ellipse(shape, inner, outer, stiffness, trial, force, direction, slips, work)
+      end if
+   end subroutine slip_of_shell
+
+   !> Slip of a shell that slips along the plane only: the force has the size of the load, and the
+   !> slip, along the force, is mu times it. 1/|g/(1 + mu K)| is nearly linear in mu.
+   pure subroutine slip_without_twist(load, stiffness, trial, bearing, force, direction, work)
+      real(wp), intent(in) :: load
+      real(wp), intent(in) :: stiffness(2)
+      real(wp), intent(in) :: trial(2)
+      !> Size of the force of the trial, above the load.
+      real(wp), intent(in) :: bearing
+      !> Force of the trial on entry, of sliding on return.
+      real(wp), intent(inout) :: force(2)
+      real(wp), intent(out) :: direction(3)
+      real(wp), intent(out) :: work
+      real(wp) :: mu, now(2), size, change
+      integer :: i
+
+      direction(3) = 0.0_wp
+      if (abs(stiffness(1) - stiffness(2)) <= 0.0_wp) then
+         direction(1:2) = force/bearing
+      else
+         mu = 0.0_wp
+         do i = 1, most_iterations
+            now = force/(1.0_wp + mu*stiffness)
+            size = sqrt(dot_product(now, now))
+            change = (size/load - 1.0_wp)*size*size &
+               /dot_product(now*stiffness/(1.0_wp + mu*stiffness), now)
+            mu = mu + change
+            if (abs(change) <= close_enough*mu) exit
+         end do
+         now = force/(1.0_wp + mu*stiffness)
+         direction(1:2) = now/sqrt(dot_product(now, now))
+      end if
+      force = load*direction(1:2)
+      work = dot_product(trial - force/stiffness, force)
+   end subroutine slip_without_twist
+
+   !> Slip of a shell of a circular spot. With u = (cos, sin) of an angle, the direction of the trial
+   !> in the plane and the twist, g - f is along K u where
+   !>    r = (g1 - f1) k2 u2 - (g2 - f2) k1 u1 = 0,
+   !> which has one root in the quadrant where the shell slips. Newton's steps are kept between the
+   !> directions where r is known to be below and above.
+   pure subroutine slip_on_circle(inner, outer, stiffness, trial, force, direction, slips, work)
+      type(edge_type), intent(in) :: inner, outer
+      !> Against shift and twist.
+      real(wp), intent(in) :: stiffness(2)
+      real(wp), intent(in) :: trial(3)
+      !> Force of the trial on entry; that of sliding if it slips.
+      real(wp), intent(inout) :: force(3)
+      !> Direction where it is sought first, or zero; that of the slip.
+      real(wp), intent(inout) :: direction(3)
+      logical, intent(out) :: slips
+      real(wp), intent(out) :: work
+      real(wp) :: plane(2), g(2), f(2), u(2), low(2), high(2), new(2), rest(2), h, r, slope, step, &
+         size, length
+      integer :: i
+
+      size = sqrt(trial(1)**2 + trial(2)**2)
+      plane = 0.0_wp
+      if (size > 0.0_wp) plane = trial(1:2)/size
+      g = [stiffness(1)*size, abs(force(3))]
+      u = [direction(1)*plane(1) + direction(2)*plane(2), direction(3)*sign(1.0_wp, force(3))]
+      if (.not. (minval(u) > 0.0_wp)) then
+         ! Between those of an infinitely short and an infinitely long slip.
+         u = g/[outer%load - inner%load, outer%load*outer%size - inner%load*inner%size]**2
+      end if
+      u = u/sqrt(dot_product(u, u))
+      low = [1.0_wp, 0.0_wp]
+      high = [0.0_wp, 1.0_wp]
+      do i = 1, most_iterations
+         call sliding_on_circle(inner, outer, u, f, h)
+         rest = g - f
+         r = rest(1)*stiffness(2)*u(2) - rest(2)*stiffness(1)*u(1)
+         slope = h*(stiffness(2)*u(2)**2 + stiffness(1)*u(1)**2) + rest(1)*stiffness(2)*u(1) &
+            + rest(2)*stiffness(1)*u(2)
+         if (r < 0.0_wp) then
+            low = u
+         else
+            high = u
+         end if
+         step = huge(step)
+         if (slope > abs(r)) step = -r/slope
+         if (abs(step) < close_enough) then
+            f = f + h*step*[-u(2), u(1)]
+            u = u + step*[-u(2), u(1)]
+            exit
+         end if
+         new = low + high
+         if (abs(step) < 1.0_wp) then
+            new = u + step*[-u(2), u(1)]
+            if (min(low(1)*new(2) - low(2)*new(1), new(1)*high(2) - new(2)*high(1)) < 0.0_wp) &
+               new = low + high
+         end if
+         u = new/sqrt(dot_product(new, new))
+      end do
+      length = dot_product(g - f, u)
+      slips = length > 0.0_wp
+      work = 0.0_wp
+      if (.not. slips) return
+      direction(1:2) = u(1)*plane
+      direction(3) = sign(u(2), force(3))
+      work = dot_product(f, u)*length/(stiffness(1)*u(1)**2 + stiffness(2)*u(2)**2)
+      force(1:2) = f(1)*plane
+      force(3) = sign(f(2), force(3))
+   end subroutine slip_on_circle
+
+   !> Force and torque of sliding of a shell of a circular spot, and the second derivative h of its
+   !> potential across the direction, by which they change along that.
+   pure subroutine sliding_on_circle(inner, outer, u, f, h)
+      type(edge_type), intent(in) :: inner, outer
+      !> Sliding and spinning, >= 0, of the size one.
+      real(wp), intent(in) :: u(2)
+      real(wp), intent(out) :: f(2), h
+      real(wp) :: within(3)
+
+      call spot_on_circle(outer, u, within)
+      f = within(1:2)
+      h = within(3)
+      if (.not. inner%load > 0.0_wp) return
+      call spot_on_circle(inner, u, within)
+      f = f - within(1:2)
+      h = h - within(3)
+   end subroutine sliding_on_circle
+
+   !> The same of what is within an edge.
+   pure subroutine spot_on_circle(edge, u, values)
+      type(edge_type), intent(in) :: edge
+      real(wp), intent(in) :: u(2)
+      !> Force, torque and second derivative.
+      real(wp), intent(out) :: values(3)
+      real(wp) :: w, x, y, tau, theta, product, m1, m2, m3, i1, i2, f, t, g
+      integer :: n
+
+      w = edge%size*u(2)
+      if (w >= u(1)) then
+         ! The centre of rotation is inside the spot.
+         x = u(1)/w
+         y = x*x
+         values(1) = edge%load*x*((3.0_wp*pi/8.0_wp) - (3.0_wp*pi/32.0_wp)*y)
+         values(2) = edge%load*edge%size*(3.0_wp*pi/16.0_wp)*(1.0_wp - y*(1.0_wp - 0.375_wp*y))
+         values(3) = edge%load*(3.0_wp*pi/8.0_wp)*(1.0_wp - 0.75_wp*y)/(edge%size*u(2)**3)
+         return
+      end if
+      tau = w/u(1)
+      y = tau*tau
+      if (y <= small_ratio) then
+         t = 0.0_wp
+         f = 0.0_wp
+         g = 0.0_wp
+         do n = ubound(torques, 1), 0, -1
+            t = t*y + torques(n)
+            f = f*y + torques(n)*(real(2*n + 1, wp)/real(2*n + 2, wp))
+            g = g*y + torques(n)*real(2*n + 1, wp)
+         end do
+         t = t*tau
+         f = 1.0_wp - y*f
+      else
+         ! Integrals of even powers of the sine.
+         theta = asin(tau)
+         product = tau*sqrt(1.0_wp - y)
+         m1 = 0.5_wp*(theta - product)
+         product = product*y
+         m2 = 0.25_wp*(3.0_wp*m1 - product)
+         m3 = (5.0_wp*m2 - product*y)*(1.0_wp/6.0_wp)
+         i1 = theta - m1
+         i2 = m1 - m2
+         x = 1.0_wp/y
+         f = 1.5_wp*(i1 - i2*x)/tau
+         t = 0.75_wp*((1.0_wp + 2.0_wp*x)*m1 + x*((3.0_wp*m3 - 2.0_wp*m2)*x - 4.0_wp*m2))
+         g = 1.5_wp*(i1*y - 3.0_wp*i2)*x*x/tau
+      end if
+      values(1) = edge%load*f
+      values(2) = edge%load*edge%size*t
+      values(3) = edge%load*edge%size**2*g/u(1)**3
+   end subroutine spot_on_circle
+
+   !> Slip of a shell of any spot.
+   !>
+   !> Newton's method for the direction u, |u| = 1, with the derivatives of the force of sliding.
+   !> With h(u) = g.u - phi(u), g the force of the trial, a slip along u has the length h/(u.K u)
+   !> and gains h^2/(2 u.K u) where h > 0; else u is short of slipping by -h. Steps that do not gain
+   !> are halved. The shell sticks where no h is above zero.
+   pure subroutine slip_on_ellipse(shape, inner, outer, stiffness, trial, force, direction, slips, &
+      work)
+      type(spot_shape_type), intent(in) :: shape
+      type(edge_type), intent(in) :: inner, outer
+      real(wp), intent(in) :: stiffness(3)
+      real(wp), intent(in) :: trial(3)
+      !> Force of the trial on entry; that of sliding if it slips.
+      real(wp), intent(inout) :: force(3)
+      !> Direction where it is sought first, or zero; that of the slip.
+      real(wp), intent(inout) :: direction(3)
+      logical, intent(out) :: slips
+      real(wp), intent(out) :: work
+      real(wp) :: load, torque, gain, new_gain, length, u(3), new(3), f(3), new_f(3), &
+         hessian(3, 3), new_hessian(3, 3), step(3), size
+      integer :: i, k
+
+      gain = 0.0_wp
+      work = 0.0_wp
+      if (any(abs(direction) > 0.0_wp)) then
+         u = direction
+         call sliding_force(shape, inner, outer, u, f, hessian)
+         gain = gain_of(force, f, u, stiffness)
+      end if
+      if (.not. gain > 0.0_wp) then
+         load = outer%load - inner%load
+         torque = shape%torque*(outer%load*outer%size - inner%load*inner%size)
+         u = force/[load, load, torque]**2
+         u = u/norm2(u)
+         call sliding_force(shape, inner, outer, u, f, hessian)
+         gain = gain_of(force, f, u, stiffness)
+      end if
+      do i = 1, most_iterations
+         length = dot_product(force - f, u)/dot_product(u, stiffness*u)
+         if (length > 0.0_wp) then
+            call solve(hessian, length*stiffness, force - f - length*stiffness*u, step)
+         else
+            call solve(hessian, (short_slip*norm2(trial))*stiffness, force - f, step)
+         end if
+         step = step - dot_product(step, u)*u
+         size = norm2(step)
+         if (length > 0.0_wp .and. size < close_enough) then
+            f = f + matmul(hessian, step)
+            u = u + step
+            exit
+         end if
+         if (size > longest_step) step = step*(longest_step/size)
+         if (length <= 0.0_wp .and. size < close_to_limit) exit
+         do k = 1, most_halvings
+            new = (u + step)/norm2(u + step)
+            call sliding_force(shape, inner, outer, new, new_f, new_hessian)
+            new_gain = gain_of(force, new_f, new, stiffness)
+            if (new_gain > gain .or. size < close_by) exit
+            step = 0.5_wp*step
+         end do
+         if (.not. (new_gain > gain .or. size < close_by)) exit
+         u = new
+         f = new_f
+         hessian = new_hessian
+         gain = new_gain
+      end do
+      slips = gain > 0.0_wp
+      if (.not. slips) return
+      direction = u
+      work = dot_product(f, u)*dot_product(force - f, u)/dot_product(u, stiffness*u)
+      force = f
+   end subroutine slip_on_ellipse
+
+   !> What is gained by a slip along u, or short of one.
+   pure function gain_of(force, f, u, stiffness) result(gain)
+      !> Force of the trial.
+      real(wp), intent(in) :: force(3)
+      !> Force of sliding along u.
+      real(wp), intent(in) :: f(3)
+      real(wp), intent(in) :: u(3)
+      real(wp), intent(in) :: stiffness(3)
+      real(wp) :: gain
+
+      gain = dot_product(force - f, u)
+      if (gain > 0.0_wp) gain = gain*gain/dot_product(u, stiffness*u)
+   end function gain_of
+
+   !> Force that a shell bears when it slides, and its derivatives by the direction.
+   pure subroutine sliding_force(shape, inner, outer, u, force, hessian)
+      type(spot_shape_type), intent(in) :: shape
+      type(edge_type), intent(in) :: inner, outer
+      !> Direction of the slip.
+      real(wp), intent(in) :: u(3)
+      real(wp), intent(out) :: force(3), hessian(3, 3)
+      real(wp) :: wrench(3), jacobian(3, 3)
+
+      call wrench_exact_jacobian(shape, slip_type(u(1), u(2), outer%size*u(3)), wrench, jacobian)
+      force = -outer%load*wrench
+      force(3) = force(3)*outer%size
+      hessian = -outer%load*jacobian
+      hessian(:, 3) = hessian(:, 3)*outer%size
+      hessian(3, :) = hessian(3, :)*outer%size
+      if (.not. inner%load > 0.0_wp) return
+      call wrench_exact_jacobian(shape, slip_type(u(1), u(2), inner%size*u(3)), wrench, jacobian)
+      force(1:2) = force(1:2) + inner%load*wrench(1:2)
+      force(3) = force(3) + inner%load*inner%size*wrench(3)
+      jacobian(:, 3) = jacobian(:, 3)*inner%size
+      jacobian(3, :) = jacobian(3, :)*inner%size
+      hessian = hessian + inner%load*jacobian
+   end subroutine sliding_force
+
+   !> Derivatives of the force of a shell that has slipped: by the trial, K A^-1 H/s with
+   !> A = K + H/s, and by the limit, K A^-1 f, both in the units of the limit. H is that of the
+   !> potential at the slip, s its length.
+   pure subroutine stiffness_after(shape, inner, outer, stiffness, direction, length, by_trial, &
+      by_limit)
+      type(spot_shape_type), intent(in) :: shape
+      type(edge_type), intent(in) :: inner, outer
+      real(wp), intent(in) :: stiffness(3)
+      !> Direction and length of the slip.
+      real(wp), intent(in) :: direction(3), length
+      real(wp), intent(out) :: by_trial(3, 3), by_limit(3)
+      real(wp) :: hessian(3, 3), force(3), column(3)
+      integer :: i
+
+      call sliding_force(shape, inner, outer, direction, force, hessian)
+      do i = 1, 3
+         call solve(hessian, length*stiffness, hessian(:, i), column)
+         by_trial(:, i) = stiffness*column
+      end do
+      ! H/s and K of the same size: the slope by s K is that by K, times s.
+      call solve(hessian, length*stiffness, length*force, column)
+      by_limit = stiffness*column
+   end subroutine stiffness_after
+
+   !> Solve (hessian + diagonal) x = right; the matrix is symmetric and positive definite.
+   pure subroutine solve(hessian, diagonal, right, x)
+      real(wp), intent(in) :: hessian(3, 3), diagonal(3), right(3)
+      real(wp), intent(out) :: x(3)
+      real(wp) :: a11, a21, a31, a22, a32, a33, l21, l31, l32
+
+      a11 = hessian(1, 1) + diagonal(1)
+      a21 = hessian(2, 1)
+      a31 = hessian(3, 1)
+      l21 = a21/a11
+      l31 = a31/a11
+      a22 = hessian(2, 2) + diagonal(2) - l21*a21
+      a32 = hessian(3, 2) - l21*a31
+      l32 = a32/a22
+      a33 = hessian(3, 3) + diagonal(3) - l31*a31 - l32*a32
+      x(1) = right(1)
+      x(2) = right(2) - l21*x(1)
+      x(3) = right(3) - l31*x(1) - l32*x(2)
+      x(3) = x(3)/a33
+      x(2) = x(2)/a22 - l32*x(3)
+      x(1) = x(1)/a11 - l21*x(2) - l31*x(3)
+   end subroutine solve
+
+end module contensou_contact_tangential_slip

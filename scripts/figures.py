@@ -2,10 +2,10 @@
 
 Everything comes from fresh runs of the program: figures 2 and 3, the friction force and torque of
 each model, from `contensou eval wrench`; figures 6 to 8, the Tippe-Top, figure 10, the bearing,
-the rattleback and the egg, from `contensou run`; the figures of error against cost, one for each
-kernel, from `contensou bench kernels`; `accuracy`, those and the tables of docs/accuracy.md, from
-`contensou cost`, only if it is named. The choice of curves and scales is ours; the figures are no
-copies of the printed ones.
+the rattleback and the egg, and what tangential elasticity does, from `contensou run`; the figures
+of error against cost, one for each kernel, from `contensou bench kernels`; `accuracy`, those and
+the tables of docs/accuracy.md, from `contensou cost`, only if it is named. The choice of curves and
+scales is ours; the figures are no copies of the printed ones.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from lib import (
     figures_bearing,
     figures_cost,
     figures_scenes,
+    figures_tangential,
     figures_top,
     figures_wrench,
     program,
@@ -33,6 +34,7 @@ FIGURES = {
     figures_bearing.draw: ["10"],
     figures_cost.draw: ["cost"],
     figures_scenes.draw: ["rattleback", "egg"],
+    figures_tangential.draw: ["impact", "incline", "cattaneo"],
     figures_accuracy.draw: ["accuracy"],
 }
 NAMES = [name for names in FIGURES.values() for name in names]
@@ -63,7 +65,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         prog="scripts/figures",
         description="Draws figures 2, 3, 6, 7, 8 and 10 of Kosenko and Aleksandrov (2009), error "
-        "against cost of each kernel, and two shipped scenes, from fresh runs.",
+        "against cost of each kernel, and shipped scenes, from fresh runs.",
     )
     parser.add_argument(
         "folder",

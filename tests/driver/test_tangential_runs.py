@@ -1,11 +1,16 @@
 """Tangential elasticity in runs: what sticks holds, what slides slides as before."""
 
+import csv
 import signal
+from pathlib import Path
 
 import numpy as np
 import pytest
 from programs import stopped
 from result import read
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "inputs" / "examples"
 
 BALL = """
 &scene title = "oblique impact" t_end = 100.0e-6 /
@@ -159,6 +164,68 @@ def test_a_turned_scene_moves_likewise(rows_of):
     for key in ("velocity", "angular_velocity"):
         scale = np.abs(plain[key]).max()
         assert np.abs(turned[key][-1, 0] - turn @ plain[key][-1, 0]).max() < 1e-5 * scale
+
+
+def measured(quantity):
+    """Angles [degrees], measured values and those of sliding throughout."""
+    with open(ROOT / "tests/reference/impact_kharaz.csv", encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if row["quantity"] == quantity]
+    names = ("angle_deg", "measured", "smooth_sliding_only")
+    return np.array([[float(row[name]) for name in names] for row in rows])
+
+
+def impact_at(rows_of, angle):
+    """Tangential restitution and spin [rad/s] after the shipped impact."""
+    scene = (EXAMPLES / "oblique_impact.nml").read_text(encoding="utf-8")
+    rows = rows_of(scene, f"constants.angle={angle!r}*deg")
+    energy = rows["energy_kinetic"][0]
+    assert np.abs(rows["energy_error"]).max() <= 1e-7 * energy
+    # An elastic material with friction only takes energy, at any angle.
+    assert np.diff(rows["work_friction"]).min() >= -1e-9 * energy
+    assert rows["energy_kinetic"][-1] <= energy * (1 + 1e-9)
+    velocity = rows["velocity"][:, 0, 0]
+    return velocity[-1] / velocity[0], abs(rows["angular_velocity"][-1, 0, 1])
+
+
+def test_impacts_are_those_that_were_measured(rows_of):
+    errors = [
+        impact_at(rows_of, angle)[0] - value
+        for angle, value, _ in measured("tangential_restitution")
+    ]
+    assert np.sqrt(np.mean(np.square(errors))) <= 0.015
+
+
+def test_spins_after_impacts_are_those_that_were_measured(rows_of):
+    # Where the sphere slides throughout, spin tells the coefficient of friction only.
+    table = measured("rebound_spin_rad_per_s")
+    errors = [
+        impact_at(rows_of, angle)[1] / value - 1
+        for angle, value, _ in table
+        if angle < 35
+    ]
+    assert len(errors) == 4
+    assert np.sqrt(np.mean(np.square(errors))) <= 0.06
+
+
+@pytest.mark.parametrize("angle", [85.0, 89.0, 89.9])
+def test_nothing_gains_energy_at_a_grazing_impact(rows_of, angle):
+    restitution, _ = impact_at(rows_of, angle)
+    assert restitution < 1
+
+
+def test_the_shipped_incline_holds_up_to_its_limit(rows_of):
+    scene = (EXAMPLES / "incline.nml").read_text(encoding="utf-8")
+    held = rows_of(scene)
+    late = held["time"] > 1.0
+    assert np.ptp(held["position"][late, 0], axis=0).max() < 1e-12
+    assert held["stuck_share"][-1].min() > 0.99
+    energy = 0.5 * 9.81 * held["position"][0, 0, 0] + abs(held["energy_potential"]).max()
+    assert np.abs(held["energy_error"]).max() <= 1e-7 * energy
+    # Above the limit: g (slope - f)/sqrt(1 + slope^2).
+    steep = rows_of(scene, "constants.slope=0.4", "scene.t_end=0.5")
+    velocity = steep["velocity"][:, 0, 0]
+    gained = (velocity[-1] - velocity[-11]) / (steep["time"][-1] - steep["time"][-11])
+    assert gained == pytest.approx(9.81 * 0.1 / np.sqrt(1.16), rel=1e-3)
 
 
 @pytest.mark.parametrize(

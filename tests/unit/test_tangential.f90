@@ -3,12 +3,15 @@
 module test_tangential
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan, ieee_quiet_nan, ieee_value
    use contensou_base_kinds, only : pi, wp
+   use contensou_contact_friction_ladder, only : rung_type
+   use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
+   use contensou_contact_tangential_memory, only : n_states, tangential_type
    use contensou_contact_tangential_oblique, only : oblique_impact
    use contensou_contact_tangential_shells, only : default_layers, force_of_sliding, shells_of, &
       shells_type, single_spring, spring_spot_type
    use contensou_contact_tangential_stiffness, only : tangential_stiffness
-   use contensou_contact_wrench_exact, only : wrench_exact
+   use contensou_contact_wrench_exact, only : wrench_exact, wrench_exact_jacobian
    use contensou_contact_wrench_scaling, only : slip_type
    use test_harness, only : check, check_close, check_relative, random_type, worst_type
    implicit none(type, external)
@@ -44,6 +47,7 @@ contains
       call test_spring()
       call test_oblique()
       call test_oblique_sliding()
+      call test_tangent()
    end subroutine run_tangential_tests
 
    !> A spot of steel.
@@ -506,5 +510,68 @@ contains
             0.0_wp, 1.0e-4_wp, "sliding throughout")
       end do
    end subroutine test_oblique_sliding
+
+   !> The derivatives of a contact in a run by load and states, stuck and slipping in part, are those
+   !> of its wrench.
+   subroutine test_tangent()
+      type(rung_type) :: friction
+      type(tangential_type) :: contact
+      type(sliding_type) :: slides, there
+      type(worst_type) :: worst
+      type(random_type) :: random
+      type(spring_spot_type) :: spot
+      real(wp) :: states(n_states), moved(n_states), wrench(3), rates(n_states), &
+         slopes(3 + n_states, 5 + n_states), ahead(3), behind(3), unit(3), h, scale(3)
+      real(wp), parameter :: carried(2) = [1.0e-3_wp, 2.0e-3_wp]
+      integer :: i, j, k
+
+      friction%coefficient = 0.3_wp
+      friction%kernel => wrench_exact
+      friction%jacobian => wrench_exact_jacobian
+      contact%coefficient = friction%coefficient
+      contact%modulus = modulus
+      contact%poisson = poisson
+      do k = 1, 3
+         spot = spot_of(ratios(k), a, limit, poisson)
+         unit = sliding_shift(spot)/[1.0_wp, 1.0_wp, a]
+         scale = limit*[1.0_wp, 1.0_wp, a]
+         do i = 1, 12
+            call contact%begin(9)
+            call contact%forget()
+            slides = sliding_type(limit/friction%coefficient, a, 1.0e-3_wp, 2.0e-3_wp, 0.5_wp)
+            states = [0.6_wp, 0.8_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+            call contact%evolve(friction, spot%shape, slides, carried, states, wrench, rates)
+            call contact%keep()
+            states(3:5) = random%decades(-2.0_wp, 0.0_wp)*unit*random%vector(3)
+            states(6) = 1.0e-2_wp*a
+            call contact%vary(friction, spot%shape, slides, carried, states, wrench, rates, slopes)
+            do j = 0, n_states
+               h = 1.0e-6_wp
+               if (j == 0) h = h*slides%load
+               if (j >= 3 .and. j <= 5) h = h*unit(j - 2)
+               if (j == 6) h = h*a
+               there = slides
+               moved = states
+               if (j == 0) then
+                  there%load = there%load + h
+               else
+                  moved(j) = moved(j) + h
+               end if
+               call contact%evolve(friction, spot%shape, there, carried, moved, ahead, rates)
+               there = slides
+               moved = states
+               if (j == 0) then
+                  there%load = there%load - h
+               else
+                  moved(j) = moved(j) - h
+               end if
+               call contact%evolve(friction, spot%shape, there, carried, moved, behind, rates)
+               call worst%note(maxval(abs((ahead - behind)/(2.0_wp*h) &
+                  - slopes(:3, merge(1, 5 + j, j == 0)))/scale)*h*1.0e6_wp, j)
+            end do
+         end do
+      end do
+      call worst%check_below(1.0e-5_wp, "derivatives of a contact that sticks and slips")
+   end subroutine test_tangent
 
 end module test_tangential

@@ -129,7 +129,7 @@ contains
    end subroutine forget
 
    !> Wrench at given states, and the rates of these.
-   pure subroutine evolve(self, friction, shape, slides, carried, states, wrench, rates)
+   pure subroutine evolve(self, friction, shape, slides, carried, states, wrench, rates, slopes)
       class(tangential_type), intent(inout) :: self
       !> What acts where the whole spot slides.
       class(friction_type), intent(in) :: friction
@@ -142,6 +142,9 @@ contains
       real(wp), intent(out) :: wrench(3)
       !> Time derivatives of the states.
       real(wp), intent(out) :: rates(n_states)
+      !> Derivatives of `self%wrench` by shifts and twist since the last step, and by the limit;
+      !> meant where sliding has no share.
+      real(wp), intent(out), optional :: slopes(3, 4)
       type(sliding_type) :: steady
       real(wp) :: axis(2), along(2), stored, lost, sliding(3)
       logical :: circle
@@ -164,7 +167,7 @@ contains
       self%wrench = 0.0_wp
       self%share = self%sliding_share(self%step)
       if (self%share < 1.0_wp) call self%strain(self%past, self%axis, self%spot, self%step, &
-         self%wrench, stored, lost)
+         self%wrench, stored, lost, slopes)
       if (self%share > 0.0_wp) then
          steady = slides
          steady%vx = self%velocity(1)
@@ -235,7 +238,7 @@ contains
    end function left_of_growth
 
    !> Shells moved by a step, in `now`.
-   pure subroutine strain(self, past, axis, spot, step, wrench, stored, lost)
+   pure subroutine strain(self, past, axis, spot, step, wrench, stored, lost, slopes)
       class(tangential_type), intent(inout) :: self
       !> What is remembered.
       type(shells_type), intent(in) :: past
@@ -247,7 +250,9 @@ contains
       real(wp), intent(out) :: wrench(3)
       !> Elastic energy, and what was lost [J].
       real(wp), intent(out) :: stored, lost
-      real(wp) :: motion(3), way, twisted
+      !> Derivatives of the wrench by shifts and twist, and by the limit.
+      real(wp), intent(out), optional :: slopes(3, 4)
+      real(wp) :: motion(3), way, twisted, along(3)
 
       way = lengths(step, spot)
       twisted = way*twist_rate(self%poisson)
@@ -256,7 +261,12 @@ contains
       motion(1:2) = left_of_growth(way)*motion(1:2)
       motion(3) = left_of_growth(twisted)*step(3)
       call self%now%take(past, axis, [left(way), left(way), left(twisted)])
-      call self%now%advance(spot, motion, wrench, stored, lost, settled=.false.)
+      call self%now%advance(spot, motion, wrench, stored, lost, settled=.false., slopes=slopes)
+      if (.not. present(slopes)) return
+      along = slopes(:, 1)
+      slopes(:, 1) = left_of_growth(way)*(axis(1)*along + axis(2)*slopes(:, 2))
+      slopes(:, 2) = left_of_growth(way)*(axis(1)*slopes(:, 2) - axis(2)*along)
+      slopes(:, 3) = left_of_growth(twisted)*slopes(:, 3)
    end subroutine strain
 
    !> Share of sliding in the wrench.
@@ -290,7 +300,9 @@ contains
    end function rise
 
    !> Wrench and rates of the states, and their derivatives by normal force, size of the spot,
-   !> velocities and states: by differences. What the states do to the way is left out.
+   !> velocities and states. Those by load, shift and twist are the consistent ones of the shells;
+   !> by differences are those by the size and the way, on ellipses by the axis, and all where
+   !> sliding has a share. What the velocities do to the way is left out.
    pure subroutine vary(self, friction, shape, slides, carried, states, wrench, rates, slopes)
       class(tangential_type), intent(inout) :: self
       class(friction_type), intent(in) :: friction
@@ -302,11 +314,11 @@ contains
       real(wp), intent(out) :: rates(n_states)
       !> Derivatives of the wrench, then of the rates, by N, a, vx, vy, w, then by the states.
       real(wp), intent(out) :: slopes(3 + n_states, 5 + n_states)
-      type(sliding_type) :: there
-      real(wp) :: varied(3 + n_states, 2), moved(n_states), h(5 + n_states), speed
-      integer :: i, j, k
+      real(wp) :: h(5 + n_states), speed, by_step(3, 4), axis(2), size, change(2)
+      logical :: differs(5 + n_states), circle
+      integer :: i
 
-      call self%evolve(friction, shape, slides, carried, states, wrench, rates)
+      call self%evolve(friction, shape, slides, carried, states, wrench, rates, by_step)
       slopes = 0.0_wp
       associate (spot => self%spot)
          if (.not. (spot%limit > 0.0_wp .and. spot%a > 0.0_wp)) return
@@ -320,33 +332,84 @@ contains
          h(10) = step_of_differences*spot%limit*spot%a/spot%stiffness(3)
          h(11) = step_of_differences*slides%a
       end associate
-      do i = 1, 5 + n_states
-         do k = 1, 2
-            there = slides
-            moved = states
-            if (k == 2) h(i) = -h(i)
-            select case (i)
-            case (1)
-               there%load = there%load + h(i)
-            case (2)
-               there%a = there%a + h(i)
-            case (3)
-               there%vx = there%vx + h(i)
-            case (4)
-               there%vy = there%vy + h(i)
-            case (5)
-               there%w = there%w + h(i)
-            case default
-               j = max(i - 5, 1)
-               moved(j) = moved(j) + h(i)
-            end select
-            call self%evolve(friction, shape, there, carried, moved, varied(:3, k), varied(4:, k))
+      circle = .not. abs(1.0_wp - shape%k) > 0.0_wp
+      differs = self%share > 0.0_wp
+      differs([2, 11]) = .true.
+      if (.not. circle) differs(6:7) = .true.
+      size = sqrt(states(1)**2 + states(2)**2)
+      axis = states(1:2)/size
+      if (.not. differs(1)) then
+         slopes(1:3, 1) = self%coefficient*by_step(:, 4)
+         slopes(6, 3:4) = axis
+         slopes(7, 3:4) = [-axis(2), axis(1)]
+         slopes(8, 5) = 1.0_wp
+         slopes(1:3, 8:10) = by_step(:, 1:3)
+      end if
+      if (circle .and. .not. differs(1)) then
+         do i = 1, 10
+            if (i == 1 .or. i >= 8) slopes(1:2, i) = [axis(1)*slopes(1, i) - axis(2)*slopes(2, i), &
+               axis(2)*slopes(1, i) + axis(1)*slopes(2, i)]
          end do
-         slopes(:, i) = (varied(:, 2) - varied(:, 1))/(2.0_wp*h(i))
+         do i = 1, 2
+            ! The axis is made a unit vector.
+            change = -axis(i)*axis
+            change(i) = change(i) + 1.0_wp
+            change = change/size
+            associate (w => self%wrench)
+               slopes(1:2, 5 + i) = [change(1)*w(1) - change(2)*w(2), &
+                  change(2)*w(1) + change(1)*w(2)]
+            end associate
+            slopes(6:7, 5 + i) = [change(1)*slides%vx + change(2)*slides%vy, &
+               change(1)*slides%vy - change(2)*slides%vx]
+         end do
+      end if
+      do i = 1, 5 + n_states
+         if (differs(i)) call differ(self, friction, shape, slides, carried, states, i, h(i), &
+            slopes(:, i))
       end do
       ! The last state that was evaluated is this one.
       call self%evolve(friction, shape, slides, carried, states, wrench, rates)
    end subroutine vary
+
+   !> Derivatives of wrench and rates by one of the quantities that `vary` names, by differences.
+   pure subroutine differ(self, friction, shape, slides, carried, states, i, h, slopes)
+      class(tangential_type), intent(inout) :: self
+      class(friction_type), intent(in) :: friction
+      type(spot_shape_type), intent(in) :: shape
+      type(sliding_type), intent(in) :: slides
+      real(wp), intent(in) :: carried(2)
+      real(wp), intent(in) :: states(n_states)
+      !> Which quantity, and its change.
+      integer, intent(in) :: i
+      real(wp), intent(in) :: h
+      real(wp), intent(out) :: slopes(3 + n_states)
+      type(sliding_type) :: there
+      real(wp) :: varied(3 + n_states, 2), moved(n_states), change
+      integer :: j, k
+
+      do k = 1, 2
+         change = merge(h, -h, k == 2)
+         there = slides
+         moved = states
+         select case (i)
+         case (1)
+            there%load = there%load + change
+         case (2)
+            there%a = there%a + change
+         case (3)
+            there%vx = there%vx + change
+         case (4)
+            there%vy = there%vy + change
+         case (5)
+            there%w = there%w + change
+         case default
+            j = max(i - 5, 1)
+            moved(j) = moved(j) + change
+         end select
+         call self%evolve(friction, shape, there, carried, moved, varied(:3, k), varied(4:, k))
+      end do
+      slopes = (varied(:, 2) - varied(:, 1))/(2.0_wp*h)
+   end subroutine differ
 
    !> What the last state that was evaluated holds.
    pure subroutine tell(self, stored, stuck, displacement)

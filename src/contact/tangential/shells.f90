@@ -300,7 +300,9 @@ contains
       real(wp), intent(out) :: stiffness(3)
 
       stiffness(1:2) = self%stiffness(1:2)*((self%edge(j) - self%edge(j - 1))/self%a)
-      stiffness(3) = self%stiffness(3)*(self%within(j)%torsion - self%within(j - 1)%torsion)
+      ! Rounding errors are all there is where a shell is very narrow.
+      stiffness(3) = self%stiffness(3)*max(self%within(j)%torsion - self%within(j - 1)%torsion, &
+         0.0_wp)
    end subroutine take_share
 
    !> Set what is within the edges.
@@ -571,7 +573,7 @@ contains
       end do
       call take_share(self, at, first)
       call take_share(self, at + 1, second)
-      total = first + second
+      total = max(first + second, tiny(total))
       self%shift(:, at) = (first*self%shift(:, at) + second*self%shift(:, at + 1))/total
       do j = at + 1, self%n - 1
          self%shift(:, j) = self%shift(:, j + 1)

@@ -1,9 +1,10 @@
-"""Pictures of tangential elasticity: an oblique impact as measured, an incline, a load that cycles."""
+"""Pictures of tangential elasticity: an oblique impact, an incline, a shift to and fro."""
 
 from __future__ import annotations
 
 import csv
 import io
+import itertools
 import sys
 import tempfile
 from pathlib import Path
@@ -122,9 +123,7 @@ def cattaneo(path: Path, _: Path) -> None:
     load, a, f, g, nu = 2.0, 1e-3, 0.3, 8e10, 0.3
     unit = 1.5 * f * load * (2 - nu) / (4 * g * a)
     corners = [0.0, 1.1, -0.4, 0.4, -1.1, 1.1]
-    places = np.concatenate(
-        [np.linspace(p, q, 60)[1:] for p, q in zip(corners[:-1], corners[1:], strict=True)]
-    )
+    places = np.concatenate([np.linspace(p, q, 60)[1:] for p, q in itertools.pairwise(corners)])
     cases = (
         (0.0, "shells", style.RED, "-", "elastic"),
         (0.5, "shells", style.BLUE, "-", "elastic, twisted"),

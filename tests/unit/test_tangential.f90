@@ -511,8 +511,8 @@ contains
       end do
    end subroutine test_oblique_sliding
 
-   !> The derivatives of a contact in a run by load and states, stuck and slipping in part, are those
-   !> of its wrench.
+   !> The derivatives of a contact in a run by load and states, stuck and slipping in part, are
+   !> those of its wrench.
    subroutine test_tangent()
       type(rung_type) :: friction
       type(tangential_type) :: contact

@@ -37,6 +37,9 @@ module contensou_contact_tangential_shells
    !> Share of the shells, as an inverse, that a spot keeps at least while it shrinks.
    integer, parameter :: fewest = 10
 
+   !> Slip over the elastic displacement below which the stiffness after it is that of this one.
+   real(wp), parameter :: shortest_slip = 1.0e-8_wp
+
    !> A spot with its load and stiffness.
    type :: spring_spot_type
       type(spot_shape_type) :: shape
@@ -270,9 +273,9 @@ contains
       k = stiffness*(spot%limit/units**2)
       if (.not. minval(k) > 0.0_wp) return
       slip = trial*(units/spot%limit) - bearing/k
-      length = sqrt(dot_product(slip, slip))
-      call stiffness_after(spot%shape, self%within(j - 1), self%within(j), k, self%direction(:, j), &
-         length, by_trial, by_limit)
+      length = max(norm2(slip), shortest_slip*norm2(bearing/k))
+      call stiffness_after(spot%shape, self%within(j - 1), self%within(j), k, &
+         self%direction(:, j), length, by_trial, by_limit)
       do i = 1, 3
          slopes(:, i) = slopes(:, i) - part*by_trial(:, i)*units*units(i)/spot%limit
       end do

@@ -183,8 +183,8 @@ contains
       work = dot_product(trial - force/stiffness, force)
    end subroutine slip_without_twist
 
-   !> Slip of a shell of a circular spot. With u = (cos, sin) of an angle, the direction of the trial
-   !> in the plane and the twist, g - f is along K u where
+   !> Slip of a shell of a circular spot. With u = (cos, sin) of an angle between the direction of
+   !> the trial in the plane and the twist, g - f is along K u where
    !>    r = (g1 - f1) k2 u2 - (g2 - f2) k1 u1 = 0,
    !> which has one root in the quadrant where the shell slips. Newton's steps are kept between the
    !> directions where r is known to be below and above.
@@ -236,8 +236,9 @@ contains
          new = low + high
          if (abs(step) < 1.0_wp) then
             new = u + step*[-u(2), u(1)]
-            if (min(low(1)*new(2) - low(2)*new(1), new(1)*high(2) - new(2)*high(1)) < 0.0_wp) &
+            if (min(low(1)*new(2) - low(2)*new(1), new(1)*high(2) - new(2)*high(1)) < 0.0_wp) then
                new = low + high
+            end if
          end if
          u = new/sqrt(dot_product(new, new))
       end do

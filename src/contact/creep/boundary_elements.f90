@@ -17,7 +17,7 @@ module contensou_contact_creep_boundary_elements
    implicit none(type, external)
    private
 
-   public :: boundary_elements, rolling_frame_type, rolling_frame, steady_tractions
+   public :: boundary_elements, elements_type, new_elements, roll
 
    !> Elements across the spot, of the coarse and of the fine lattice: the areas of both discs of
    !> elements, extrapolated, err by 0.2 % only, which those of most pairs do not.
@@ -37,6 +37,15 @@ module contensou_contact_creep_boundary_elements
    contains
       procedure :: kernel
    end type boundary_elements_type
+
+   !> Both lattices of a spot and what acts on them.
+   type :: elements_type
+      type(lattice_type) :: lattice(2)
+      !> Influence of tractions on the slip.
+      type(influence_type) :: influence(2)
+      !> Tractions, last by lattice.
+      real(wp), allocatable :: px(:, :, :), py(:, :, :)
+   end type elements_type
 
    !> How a spot rolls: along x in units of sqrt(a b), e0, and the spot obliquely to it.
    type :: rolling_frame_type
@@ -78,37 +87,72 @@ contains
       !> Force along the major and the minor axis, torque about the normal.
       real(wp), intent(out) :: wrench(3)
       type(rolling_frame_type) :: frame
-      type(lattice_type) :: lattice(2)
-      real(wp) :: px(across(2), across(2), 2), py(across(2), across(2), 2)
-      real(wp) :: rolled(3, 2), slid(3, 2), sliding(3), weight(2), share
-      integer :: i, n
+      type(elements_type) :: elements
+      real(wp) :: sliding(3), root
 
-      call wrench_exact(spot%shape, slip_type(motion%x, motion%y, motion%spin), .true., sliding)
-      wrench = sliding
+      call wrench_exact(spot%shape, slip_type(motion%x, motion%y, motion%spin), .true., wrench)
       if (.not. max(abs(motion%rx), abs(motion%ry)) > 0.0_wp) return
       frame = rolling_frame(spot%shape%k, motion)
       if (.not. maxval(abs(frame%creepage)) > 0.0_wp) return
-      px = 0.0_wp
-      py = 0.0_wp
-      do i = 1, 2
-         n = across(i)
-         lattice(i) = spot_lattice(n, frame%half_length, frame%shear)
-         if (i == 2) then
-            call refine(lattice(1), lattice(2), px(:, :, 1), px(:, :, 2))
-            call refine(lattice(1), lattice(2), py(:, :, 1), py(:, :, 2))
-         end if
-         call steady_tractions(lattice(i), rolling_influence(lattice(i), spot%poisson), &
-            frame%creepage, px(:n, :n, i), py(:n, :n, i))
-         rolled(:, i) = resultant(lattice(i), px(:n, :n, i), py(:n, :n, i))
-         slid(:, i) = full_sliding(lattice(i), frame%creepage)
-      end do
-      share = 1.0_wp/(1.0_wp + (sliding_creepage/norm2(frame%creepage))**2)
-      weight = real([-across(1), across(2)], wp)/real(across(2) - across(1), wp)
-      wrench = matmul(rolled - share*slid, weight)
+      root = sqrt(spot%shape%k)
+      sliding = [frame%e(1)*wrench(1) + frame%e(2)*wrench(2), &
+         frame%e(1)*wrench(2) - frame%e(2)*wrench(1), wrench(3)/root]
+      elements = new_elements(across, frame%half_length, frame%shear, spot%poisson)
+      call roll(elements, frame%creepage, sliding, wrench)
       wrench = [frame%e(1)*wrench(1) - frame%e(2)*wrench(2), &
-         frame%e(2)*wrench(1) + frame%e(1)*wrench(2), sqrt(spot%shape%k)*wrench(3)] &
-         + share*sliding
+         frame%e(2)*wrench(1) + frame%e(1)*wrench(2), root*wrench(3)]
    end subroutine kernel
+
+   !> Elements of a spot, without tractions.
+   pure function new_elements(n, half_length, shear, poisson) result(elements)
+      !> Elements across, of the coarse and of the fine lattice.
+      integer, intent(in) :: n(2)
+      !> Half the chord through the centre, along the rolling direction.
+      real(wp), intent(in) :: half_length
+      !> Shift of the middle of a chord along x per y.
+      real(wp), intent(in) :: shear
+      !> Poisson's ratio of both bodies together.
+      real(wp), intent(in) :: poisson
+      type(elements_type) :: elements
+      integer :: i
+
+      do i = 1, 2
+         elements%lattice(i) = spot_lattice(n(i), half_length, shear)
+         elements%influence(i) = rolling_influence(elements%lattice(i), poisson)
+      end do
+      allocate(elements%px(n(2), n(2), 2), elements%py(n(2), n(2), 2), source=0.0_wp)
+   end function new_elements
+
+   !> Wrench of steady rolling, in the rolling frame.
+   pure subroutine roll(elements, creepage, sliding, wrench)
+      !> The tractions it has are the first guess.
+      type(elements_type), intent(inout) :: elements
+      !> Along and across, and of spin; not all are zero.
+      real(wp), intent(in) :: creepage(3)
+      !> Exact wrench of full sliding.
+      real(wp), intent(in) :: sliding(3)
+      real(wp), intent(out) :: wrench(3)
+      real(wp) :: rolled(3, 2), slid(3, 2), weight(2), share
+      integer :: i, n
+
+      do i = 1, 2
+         associate(lattice => elements%lattice(i))
+            n = lattice%n
+            if (i == 2) then
+               call refine(elements%lattice(1), lattice, elements%px(:, :, 1), elements%px(:, :, 2))
+               call refine(elements%lattice(1), lattice, elements%py(:, :, 1), elements%py(:, :, 2))
+            end if
+            call steady_tractions(lattice, elements%influence(i), creepage, &
+               elements%px(:n, :n, i), elements%py(:n, :n, i))
+            rolled(:, i) = resultant(lattice, elements%px(:n, :n, i), elements%py(:n, :n, i))
+            slid(:, i) = full_sliding(lattice, creepage)
+         end associate
+      end do
+      share = 1.0_wp/(1.0_wp + (sliding_creepage/norm2(creepage))**2)
+      weight = real([-elements%lattice(1)%n, elements%lattice(2)%n], wp) &
+         /real(elements%lattice(2)%n - elements%lattice(1)%n, wp)
+      wrench = matmul(rolled - share*slid, weight) + share*sliding
+   end subroutine roll
 
    !> How a spot rolls.
    pure function rolling_frame(k, motion) result(frame)

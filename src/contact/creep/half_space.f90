@@ -14,7 +14,8 @@
 !> conditions are those of
 !>    p = P(p - rho s),  P(q) = q within the bound g, else g q/|q|,
 !> for any rho > 0, and Newton's method for this equation, its linear systems by GMRES, finds the
-!> parts that stick in some six steps from anywhere for rho = 0.3/B(0): a larger rho runs into cycles.
+!> parts that stick in some six steps from anywhere for rho = 0.3/B(0): a larger rho runs into
+!> cycles.
 module contensou_contact_creep_half_space
    use contensou_base_kinds, only : pi, wp
    implicit none(type, external)

@@ -9,13 +9,14 @@ module contensou_drivers_eval
       ieee_value
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_errors, only : error_type, fatal, status_usage
-   use contensou_base_kinds, only : wp
+   use contensou_base_kinds, only : pi, wp
    use contensou_base_schema, only : admits, kind_real
    use contensou_base_text, only : did_you_mean, join, lower, quote, strings
    use contensou_contact_catalogue, only : law_keys_type
    use contensou_contact_creep, only : creep_model_type, creep_models, creep_type
    use contensou_contact_creep_law, only : creep_spot, passing_type
    use contensou_contact_curved_spot, only : curved_spot_type
+   use contensou_contact_kalker, only : kalker_coefficients
    use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
    use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_models, &
@@ -38,10 +39,10 @@ module contensou_drivers_eval
    public :: eval_command
 
    type(option_type), parameter :: options(*) = [ &
-      option_type("KERNEL", "", "elliptic, hertz, wrench, curved_wrench, creep, tangential, " // &
-      "tangential_stiffness or oblique_impact", needs="a kernel", &
-      choices="elliptic hertz wrench curved_wrench creep tangential tangential_stiffness " // &
-      "oblique_impact"), &
+      option_type("KERNEL", "", "elliptic, hertz, wrench, curved_wrench, kalker, creep, " // &
+      "tangential, tangential_stiffness or oblique_impact", needs="a kernel", &
+      choices="elliptic hertz wrench curved_wrench kalker creep tangential " // &
+      "tangential_stiffness oblique_impact"), &
       option_type("FILE", "", "CSV with a header; standard input if not given"), &
       option_type("--model", "NAME", "how the kernel is computed"), &
       option_type("--delta", "VELOCITY", &
@@ -68,7 +69,8 @@ module contensou_drivers_eval
 
    !> Names of the kernels.
    character(len=*), parameter :: kernels(*) = [character(len=20) :: "elliptic", "hertz", &
-      "wrench", "curved_wrench", "creep", "tangential", "tangential_stiffness", "oblique_impact"]
+      "wrench", "curved_wrench", "kalker", "creep", "tangential", "tangential_stiffness", &
+      "oblique_impact"]
 
    character(len=*), parameter :: nl = new_line("a")
 
@@ -79,6 +81,10 @@ module contensou_drivers_eval
    !> Inputs of the kernel `wrench`.
    character(len=*), parameter :: wrench_inputs(*) = [character(len=2) :: &
       "N", "a", "b", "f", "vx", "vy", "w"]
+
+   !> Inputs of the kernel `kalker`.
+   character(len=*), parameter :: kalker_inputs(*) = [character(len=8) :: &
+      "a_over_b", "nu", "chi"]
 
    !> Inputs of the kernel `creep`.
    character(len=*), parameter :: creep_inputs(*) = [character(len=2) :: &
@@ -104,6 +110,7 @@ module contensou_drivers_eval
 
    !> Inputs that must not be negative: as many as the first ones of a kernel.
    integer, parameter :: wrench_magnitudes = 4, creep_magnitudes = 5, stiffness_magnitudes = 3
+   integer, parameter :: kalker_magnitudes = 2
 
    !> What is evaluated for each row.
    type :: evaluation_type
@@ -121,6 +128,8 @@ module contensou_drivers_eval
       type(parameters_type) :: parameters
       !> Whether the derivatives of friction are wanted.
       logical :: jacobian = .false.
+      !> Whether the kernel is `kalker`.
+      logical :: kalker = .false.
       !> Law of creep; not allocated for another kernel.
       class(creep_type), allocatable :: creep
       !> Whether the spot is curved, the bound of its error, and its regularisation velocity.
@@ -162,9 +171,12 @@ contains
          "wrench    N,a,b,f,vx,vy,w    Fx,Fy,Tz             contensou_exact, coulomb, pade11," // &
          nl // "                                                  pade22, contensou_simplified" // &
          nl // &
-         "creep     N,a,b,f,G,nu,vx,vy,w,cx,cy  to Fx,Fy,Tz   sliding, boundary_elements" // nl // &
          "curved_wrench  N,a,b,f,Lxx,Lxy,Lyy,vx,vy,w,wx,wy  to Fx,Fy,Tz,Mx,My   adaptive, " // &
          "product" // nl // &
+         "creep     N,a,b,f,G,nu,vx,vy,w,cx,cy  to Fx,Fy,Tz   sliding, table," // nl // &
+         "                                                  boundary_elements" // nl // &
+         "kalker                a_over_b,nu,chi  to C11,C12,C22,C13,C23,C33   table;" // nl // &
+         "   chi [deg] from the axis a to the rolling direction" // nl // &
          "tangential            N,a,b,f,G,nu,dx,dy,twist   shells, spring" // nl // &
          "   to Fx,Fy,Tz,stored_energy,slip_work; the rows are a history, dx, dy and twist are" // &
          nl // "   where body 1 stands, from the unstrained contact on" // nl // &
@@ -221,6 +233,8 @@ contains
          call choose_hertz(config, evaluation, error)
       case ("wrench")
          call choose_wrench(config, evaluation, error)
+      case ("kalker")
+         call choose_kalker(config, evaluation, error)
       case ("creep")
          call choose_creep(config, evaluation, error)
       case ("curved_wrench")
@@ -241,6 +255,8 @@ contains
          end if
       case ("hertz")
          call evaluate(table, hertz_inputs, "c,c1,a,b,N,p0", 6, evaluation, error)
+      case ("kalker")
+         call evaluate(table, kalker_inputs, "C11,C12,C22,C13,C23,C33", 6, evaluation, error)
       case ("creep")
          call evaluate(table, creep_inputs, "Fx,Fy,Tz", 3, evaluation, error)
       case ("curved_wrench")
@@ -359,6 +375,21 @@ contains
          .and. keys%keys(:keys%n)%key%name /= "friction_coefficient" &
          .and. keys%keys(:keys%n)%key%name /= "regularization_velocity")
    end subroutine choose_wrench
+
+   !> There is one way to Kalker's coefficients.
+   subroutine choose_kalker(config, evaluation, error)
+      type(eval_config_type), intent(in) :: config
+      type(evaluation_type), intent(inout) :: evaluation
+      !> Set when another one is asked for.
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i
+
+      call choose("model of the linear theory", config%model, "table", ["table"], i, error)
+      if (allocated(error)) return
+      evaluation%kalker = .true.
+      evaluation%magnitudes = kalker_magnitudes
+      evaluation%magnitude_names = "a_over_b and nu"
+   end subroutine choose_kalker
 
    !> Choose a law of creep.
    subroutine choose_creep(config, evaluation, error)
@@ -532,6 +563,8 @@ contains
       else if (associated(evaluation%hertz)) then
          call evaluation%hertz(x(1), x(2), x(3), x(4), spot)
          y(:6) = [1.0_wp - spot%c1, spot%c1, spot%a, spot%b, spot%force, spot%pressure]
+      else if (evaluation%kalker) then
+         y(:6) = kalker_coefficients(x(1), x(2), x(3)*(pi/180.0_wp))
       else if (allocated(evaluation%creep)) then
          call creep_of_row(evaluation%creep, x, y)
       else if (evaluation%curved) then

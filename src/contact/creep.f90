@@ -3,6 +3,7 @@ module contensou_contact_creep
    use contensou_contact_creep_boundary_elements, only : boundary_elements
    use contensou_contact_creep_law, only : creep_model_type, creep_type
    use contensou_contact_creep_sliding, only : full_sliding
+   use contensou_contact_creep_table, only : tabulated
    implicit none(type, external)
    private
 
@@ -15,6 +16,7 @@ contains
       type(creep_model_type), allocatable :: models(:)
 
       models = [full_sliding(), &
+         tabulated(), &
          boundary_elements()]
    end function creep_models
 

@@ -24,11 +24,12 @@ ELLIPTIC_MODELS = ["tables", "theta", "agm", "gsl"]
 HERTZ_MODELS = ["hertz", "tables", "newton", "brewe_hamrock", "greenwood"]
 VILKE_MODELS = ["vilke", "vilke_chord", "vilke_power", "vilke_exact"]
 WRENCH_MODELS = ["coulomb", "contensou_simplified", "pade11", "pade22", "contensou_exact"]
-CREEP_MODELS = ["sliding", "boundary_elements"]
+CREEP_MODELS = ["sliding", "table", "boundary_elements"]
 OUTPUTS = {
     "elliptic": INTEGRALS,
     "hertz": CONTACT,
     "wrench": WRENCH,
+    "kalker": ["C11", "C12", "C22", "C13", "C23", "C33"],
     "creep": WRENCH,
     "curved_wrench": [*WRENCH, "Mx", "My"],
     "tangential": [*WRENCH, "stored_energy", "slip_work"],
@@ -39,6 +40,7 @@ INPUTS = {
     "elliptic": "c1",
     "hertz": "A,B,Estar,delta",
     "wrench": "N,a,b,f,vx,vy,w",
+    "kalker": "a_over_b,nu,chi",
     "creep": "N,a,b,f,G,nu,vx,vy,w,cx,cy",
     "curved_wrench": "N,a,b,f,Lxx,Lxy,Lyy,vx,vy,w,wx,wy",
     "tangential": "N,a,b,f,G,nu,dx,dy,twist",
@@ -49,6 +51,7 @@ GOOD_ROW = {
     "elliptic": "0.5",
     "hertz": "20,50,1e11,1e-6",
     "wrench": "2,1e-3,5e-4,0.3,0.1,0.02,50",
+    "kalker": "2,0.3,30",
     "creep": "2,1e-3,5e-4,0.3,8e10,0.3,1e-4,2e-5,0.05,1,0.25",
     "curved_wrench": "2,1e-3,1e-4,0.3,-120,5,-80,0.1,0.02,50,400,30",
     "tangential": "2,1e-3,5e-4,0.3,8e10,0.3,1e-9,2e-9,1e-6",
@@ -617,6 +620,7 @@ def test_words_wrong(words, message, run):
         ("elliptic", ELLIPTIC_MODELS),
         ("hertz", [*HERTZ_MODELS, *VILKE_MODELS]),
         ("wrench", WRENCH_MODELS),
+        ("kalker", ["table"]),
         ("creep", CREEP_MODELS),
         ("curved_wrench", ["adaptive", "product"]),
         ("tangential", ["shells", "spring"]),

@@ -1,0 +1,155 @@
+!> Kalker's coefficients of the linear theory of rolling, in which nothing slips (J. Kalker, On the
+!> rolling contact of two elastic bodies in the presence of dry friction, 1967): with the axes along
+!> and across the rolling direction e, the normal being the third,
+!>    Fx = -G a b (C11 xi + C12 eta + sqrt(a b) C13 phi)
+!>    Fy = -G a b (C12 xi + C22 eta + sqrt(a b) C23 phi)
+!>    T  = -G (a b)^(3/2) (-C13 xi - C23 eta + sqrt(a b) C33 phi)
+!> Rolling along an axis of the spot has C12 = C13 = 0.
+!>
+!> From a table over ln(a/b), an angle and Poisson's ratio: cubic splines in the first two, so that
+!> the coefficients have continuous curvature, and a polynomial in the third. The angle phi of the
+!> table, tan phi = sqrt(a/b) tan chi, spreads directions near the major axis of needles.
+!> scripts/generate_kalker.py makes it. Errors: 1e-5 for a/b = 1/3 to 3 along the axes, 5e-4 of the
+!> largest coefficient of the kind to a/b = 1/20 and 20; beyond these the ratio is that of the end.
+module contensou_contact_kalker
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_quiet_nan, ieee_value
+   use contensou_base_kinds, only : pi, wp
+   use contensou_contact_kalker_values, only : coefficients, n_angles, n_poissons, n_ratios, &
+      ratio_step
+   implicit none(type, external)
+   private
+
+   public :: kalker_matrix, kalker_coefficients
+
+   integer :: index
+
+   !> Chebyshev points of Poisson's ratio.
+   real(wp), parameter :: points(n_poissons) = [ &
+      (0.25_wp - 0.25_wp*cos(pi*real(index, wp)/real(n_poissons - 1, wp)), &
+      index=0, n_poissons - 1)]
+
+   !> Weights of the polynomial through them: signs in turn, half at the ends.
+   real(wp), parameter :: barycentric(n_poissons) = [ &
+      (real(1 - 2*mod(index, 2), wp)*merge(0.5_wp, 1.0_wp, index == 0 .or. &
+      index == n_poissons - 1), index=0, n_poissons - 1)]
+
+contains
+
+   !> The coefficients.
+   pure function kalker_coefficients(ratio, poisson, chi) result(c)
+      !> a/b, a along the axis from where chi is counted; > 0.
+      real(wp), intent(in) :: ratio
+      !> Poisson's ratio, from 0 to 1/2.
+      real(wp), intent(in) :: poisson
+      !> Angle from that axis to the rolling direction [rad].
+      real(wp), intent(in) :: chi
+      !> C11, C12, C22, C13, C23, C33; NaN outside of the domain.
+      real(wp) :: c(6)
+      real(wp) :: matrix(3, 3), slope(3, 3), e(2)
+      logical :: valid
+
+      c = ieee_value(c, ieee_quiet_nan)
+      valid = ieee_is_finite(ratio) .and. ieee_is_finite(poisson) .and. ieee_is_finite(chi)
+      if (valid) valid = ratio > 0.0_wp .and. poisson >= 0.0_wp .and. poisson <= 0.5_wp
+      if (.not. valid) return
+      e = [cos(chi), sin(chi)]
+      ! Exactly along the axes the small component is rounding.
+      where (abs(e) < 4.0_wp*epsilon(e)) e = 0.0_wp
+      if (ratio < 1.0_wp) then
+         call kalker_matrix(ratio, poisson, [e(2), -e(1)], matrix, slope)
+      else
+         call kalker_matrix(1.0_wp/ratio, poisson, e, matrix, slope)
+      end if
+      c = [matrix(1, 1), matrix(1, 2), matrix(2, 2), matrix(1, 3), matrix(2, 3), matrix(3, 3)]
+   end function kalker_coefficients
+
+   !> The matrix of the coefficients, and its derivative by the angle of the rolling direction.
+   pure subroutine kalker_matrix(k, poisson, e, matrix, slope)
+      !> Ratio of the minor to the major axis, in (0, 1].
+      real(wp), intent(in) :: k
+      !> Poisson's ratio, from 0 to 1/2.
+      real(wp), intent(in) :: poisson
+      !> Rolling direction along the major and the minor axis, of length one.
+      real(wp), intent(in) :: e(2)
+      !> C of F/(G a b) = -C (xi, eta, sqrt(a b) phi).
+      real(wp), intent(out) :: matrix(3, 3)
+      real(wp), intent(out) :: slope(3, 3)
+      real(wp) :: by_poisson(n_poissons), by_ratio(4), by_angle(4), rate(4), c(6), c_rate(6)
+      real(wp) :: column(6), place, x, ratio, along, across, root, mirror, per_angle
+      integer :: i, j, m, cell, sector
+
+      ratio = max(k, exp(-ratio_step*real(n_ratios - 1, wp)))
+      root = sqrt(sqrt(ratio))
+      along = abs(e(1))*root
+      across = abs(e(2))/root
+      mirror = sign(1.0_wp, e(1))*sign(1.0_wp, e(2))
+      per_angle = real(n_angles - 1, wp)*2.0_wp/pi
+      place = atan2(across, along)*per_angle
+      sector = min(int(place), n_angles - 2)
+      x = place - real(sector, wp)
+      by_angle = spline_weights(x)
+      rate = [-(1.0_wp - x)**2, x*(3.0_wp*x - 4.0_wp), 1.0_wp + x*(2.0_wp - 3.0_wp*x), &
+         x*x]/2.0_wp*per_angle/(along**2 + across**2)
+      place = -log(ratio)/ratio_step
+      cell = min(int(place), n_ratios - 2)
+      by_ratio = spline_weights(place - real(cell, wp))
+      by_poisson = poisson_weights(poisson)
+      c = 0.0_wp
+      c_rate = 0.0_wp
+      do j = 1, 4
+         column = 0.0_wp
+         do i = 1, 4
+            do m = 1, n_poissons
+               column = column + (by_ratio(i)*by_poisson(m)) &
+                  *coefficients(:, m, sector + j - 2, cell + i - 2)
+            end do
+         end do
+         c = c + by_angle(j)*column
+         c_rate = c_rate + rate(j)*column
+      end do
+      ! In the mirror the coefficients are even or odd functions of the angle.
+      c([2, 4]) = mirror*c([2, 4])
+      c_rate([1, 3, 5, 6]) = mirror*c_rate([1, 3, 5, 6])
+      if (min(abs(e(1)), abs(e(2))) <= 0.0_wp) then
+         c([2, 4]) = 0.0_wp
+         c_rate([1, 3, 5, 6]) = 0.0_wp
+      end if
+      matrix = full(c)
+      slope = full(c_rate)
+   end subroutine kalker_matrix
+
+   !> The matrix of the six coefficients.
+   pure function full(c) result(matrix)
+      real(wp), intent(in) :: c(6)
+      real(wp) :: matrix(3, 3)
+
+      matrix = reshape([c(1), c(2), -c(4), c(2), c(3), -c(5), c(4), c(5), c(6)], [3, 3])
+   end function full
+
+   !> Weights of the four splines of a cell.
+   pure function spline_weights(x) result(weights)
+      !> Place in the cell, from 0 to 1.
+      real(wp), intent(in) :: x
+      real(wp) :: weights(4)
+
+      weights = [(1.0_wp - x)**3, 4.0_wp + x*x*(3.0_wp*x - 6.0_wp), &
+         1.0_wp + 3.0_wp*x*(1.0_wp + x*(1.0_wp - x)), x**3]/6.0_wp
+   end function spline_weights
+
+   !> Weights of the points of Poisson's ratio.
+   pure function poisson_weights(poisson) result(weights)
+      real(wp), intent(in) :: poisson
+      real(wp) :: weights(n_poissons)
+      integer :: i
+
+      i = minloc(abs(poisson - points), dim=1)
+      weights = 0.0_wp
+      if (abs(poisson - points(i)) <= epsilon(poisson)) then
+         weights(i) = 1.0_wp
+      else
+         weights = barycentric/(poisson - points)
+         weights = weights/sum(weights)
+      end if
+   end function poisson_weights
+
+end module contensou_contact_kalker

@@ -69,10 +69,12 @@ def evaluate(build: Path, kernel: list[str], header: str, rows: list[tuple]) -> 
     text = "\n".join([header, *(",".join(repr(float(x)) for x in row) for row in rows)])
     out = program(build, ["drivers/contensou", "eval", *kernel], text + "\n")
     inputs = header.split(",")
-    return np.array([
-        [float(value) for name, value in row.items() if name not in inputs]
-        for row in csv.DictReader(io.StringIO(out))
-    ])
+    return np.array(
+        [
+            [float(value) for name, value in row.items() if name not in inputs]
+            for row in csv.DictReader(io.StringIO(out))
+        ]
+    )
 
 
 def lattice() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -186,8 +188,12 @@ def coefficients(remainders: list[np.ndarray]) -> np.ndarray:
         values = spline(values, axis)
     # Of the cells that the ball meets, with creepage along and spin not below zero.
     middle = NODES + MARGIN + 1
-    kept = values[:, middle - 1 : middle + NODES + 2, middle - NODES - 1 : middle + NODES + 2,
-                  middle - 1 : middle + NODES + 2]
+    kept = values[
+        :,
+        middle - 1 : middle + NODES + 2,
+        middle - NODES - 1 : middle + NODES + 2,
+        middle - 1 : middle + NODES + 2,
+    ]
     used = np.zeros(kept.shape[1:4], dtype=bool)
     for i in range(NODES):
         for j in range(-NODES, NODES):
@@ -202,7 +208,8 @@ def coefficients(remainders: list[np.ndarray]) -> np.ndarray:
 
 def written(numbers: np.ndarray) -> str:
     """The module."""
-    lines = [f"""\
+    lines = [
+        f"""\
 !> Table of the law of creep `table`: coefficients of splines. Written by
 !> scripts/generate_creep.py, which explains them.
 module contensou_contact_creep_table_values
@@ -229,7 +236,8 @@ module contensou_contact_creep_table_values
    !> Coefficients by component of the wrench, place along, across and by spin, and ln g.
    integer(int16), protected, public :: correction(3, -1:nodes + 1, -nodes - 1:nodes + 1, &
       -1:nodes + 1, n_ratios + 2)
-"""]
+"""
+    ]
     for m, ratio in enumerate(numbers):
         for k, part in enumerate(ratio):
             lines.append(f"   data correction(:, :, :, {k - 1}, {m + 1}) / &")

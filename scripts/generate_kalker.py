@@ -108,7 +108,8 @@ def coefficients(a: float, b: float, nu: float, angles: np.ndarray) -> np.ndarra
         (total, plus), (rest, minus) = polar(p + r), polar(p - r)
         square = [(2, 2 * long**2 / 3, beta), (0, long**2 / 3, 0.0)]
         product = [
-            (2, total**2 / 6, plus), (2, -(rest**2) / 6, minus),
+            (2, total**2 / 6, plus),
+            (2, -(rest**2) / 6, minus),
             (0, (total**2 - rest**2) / 12, 0.0),
         ]
         loads = [
@@ -117,20 +118,32 @@ def coefficients(a: float, b: float, nu: float, angles: np.ndarray) -> np.ndarra
             sum(parts(n, -factor, angle, e) for n, factor, angle in product)
             + sum(parts(n, factor / 2, angle, across) for n, factor, angle in square),
         ]
-        free = np.array([
-            parts(degree, 1.0, gamma, direction)
-            for degree in range(DEGREE + 1) for direction in (e, across)
-        ]).T
+        free = np.array(
+            [
+                parts(degree, 1.0, gamma, direction)
+                for degree in range(DEGREE + 1)
+                for direction in (e, across)
+            ]
+        ).T
         loads = np.array(loads).T
         chosen, *_ = np.linalg.lstsq(free[:-3], -loads[:-3], rcond=None)
         force = loads[-3:] + free[-3:] @ chosen
-        turned = np.array([e[0] * force[0] + e[1] * force[1],
-                           e[0] * force[1] - e[1] * force[0], force[2]])
+        turned = np.array(
+            [e[0] * force[0] + e[1] * force[1], e[0] * force[1] - e[1] * force[0], force[2]]
+        )
         c = -turned / (a * b)
         c[:, 2] /= math.sqrt(a * b)
         c[2, :] /= math.sqrt(a * b)
-        found.append([c[0, 0], (c[0, 1] + c[1, 0]) / 2, c[1, 1], (c[0, 2] - c[2, 0]) / 2,
-                      (c[1, 2] - c[2, 1]) / 2, c[2, 2]])
+        found.append(
+            [
+                c[0, 0],
+                (c[0, 1] + c[1, 0]) / 2,
+                c[1, 1],
+                (c[0, 2] - c[2, 0]) / 2,
+                (c[1, 2] - c[2, 1]) / 2,
+                c[2, 2],
+            ]
+        )
     return np.array(found)
 
 
@@ -177,7 +190,8 @@ def table() -> np.ndarray:
 
 def written(values: np.ndarray) -> str:
     """The module."""
-    lines = [f"""\
+    lines = [
+        f"""\
 !> Table of Kalker's coefficients: of splines in ln(a/b) and in an angle, and of Chebyshev points in
 !> Poisson's ratio. Written by scripts/generate_kalker.py, which explains them.
 module contensou_contact_kalker_values
@@ -193,20 +207,25 @@ module contensou_contact_kalker_values
 
    !> C11, C12, C22, C13, C23, C33 by Poisson's ratio, angle and ln(a/b).
    real(wp), protected, public :: coefficients(6, n_poissons, -1:n_angles, -1:n_ratios)
-"""]
+"""
+    ]
     for i, by_angle in enumerate(values):
         for j, part in enumerate(by_angle):
             lines.append(f"   data coefficients(:, :, {j - 1}, {i - 1}) / &")
             words = [f"{x + 0.0:.10e}_wp" for x in part.reshape(-1)]
-            lines += ["      " + ", ".join(words[at : at + 4]) + (
-                ", &" if at + 4 < len(words) else "/") for at in range(0, len(words), 4)]
+            lines += [
+                "      " + ", ".join(words[at : at + 4]) + (", &" if at + 4 < len(words) else "/")
+                for at in range(0, len(words), 4)
+            ]
     lines.append("\nend module contensou_contact_kalker_values")
     return "\n".join(lines) + "\n"
 
 
 def bases(x: float) -> np.ndarray:
     """Cubic B-splines over a cell."""
-    return np.array([(1 - x) ** 3, 4 + x * x * (3 * x - 6), 1 + 3 * x * (1 + x * (1 - x)), x**3]) / 6
+    return (
+        np.array([(1 - x) ** 3, 4 + x * x * (3 * x - 6), 1 + 3 * x * (1 + x * (1 - x)), x**3]) / 6
+    )
 
 
 def check(number: int, seed: int) -> int:
@@ -228,8 +247,11 @@ def check(number: int, seed: int) -> int:
             part[k] * np.prod([(nu - q) / (p - q) for q in points if q != p])
             for k, p in enumerate(points)
         )
-        scale = np.array([1, 1, 1, 0, 0, 0]) * max(exact[0], exact[2]) + np.array([0, 0, 0, 1, 1, 0]
-            ) * math.sqrt(exact[5] * exact[2]) + np.array([0, 0, 0, 0, 0, 1]) * exact[5]
+        scale = (
+            np.array([1, 1, 1, 0, 0, 0]) * max(exact[0], exact[2])
+            + np.array([0, 0, 0, 1, 1, 0]) * math.sqrt(exact[5] * exact[2])
+            + np.array([0, 0, 0, 0, 0, 1]) * exact[5]
+        )
         error = abs(found - exact) / scale
         worst = max(worst, error.max())
     print(f"worst {worst:.1e}")

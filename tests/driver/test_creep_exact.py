@@ -182,9 +182,7 @@ def test_small_creep_is_linear(wrenches, run, ratio, turn):
     e = np.array([math.cos(turn), math.sin(turn)])
     frame = np.array([[e[0], e[1], 0], [-e[1], e[0], 0], [0, 0, 1]])
     creep = 1e-6 * np.eye(3)
-    rows = [
-        (*spot(ratio), E0 * v[0], E0 * v[1], E0 * v[2] / SIZE, -e[0], -e[1]) for v in creep
-    ]
+    rows = [(*spot(ratio), E0 * v[0], E0 * v[1], E0 * v[2] / SIZE, -e[0], -e[1]) for v in creep]
     found = wrenches("table", rows)
     expected = -1.5 / math.pi * (frame.T @ matrix @ frame @ creep).T
     assert np.abs(found - expected).max() <= 1e-5 * np.abs(expected).max()

@@ -566,6 +566,7 @@ def test_rows_wrong(kernel, run, mistakes):
     good = GOOD_ROW[kernel]
     bad = good.replace("0.5", "half", 1).replace("1e11", "1e", 1).replace("0.02", "", 1)
     bad = bad.replace("8e10", "8e", 1).replace("0.3,1.5", "0.3,x", 1)
+    bad = bad.replace("0.3,30", "0.3,x", 1)
     long = f"{good},1"
     text = "\n".join([INPUTS[kernel], good, bad, good, long]) + "\n"
     result = run("eval", kernel, input=text)

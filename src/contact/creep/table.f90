@@ -4,7 +4,7 @@
 !> linear forces and torque are of the size of their limits, tau = |z|, the wrench is
 !>    W = alpha L + beta W_exact + gamma omega R(p, ln g),   p = z 2/(z0 + sqrt(z0^2 + 4 tau^2)),
 !> L the linear theory of Kalker, W_exact full sliding, and R tabulated from boundary elements on
-!> the ball |p| <= 1 as cubic splines in p and in the logarithm of g, the ratio of the half-length of
+!> the ball |p| <= 1 as cubic splines in p and in ln g, g being the ratio of the half-length of
 !> the spot along the rolling direction to its half-width. S being the force of the strip theory
 !> without spin (Haines and Ollerton 1963), which is one from tau = 3 pi/4 on,
 !>    beta = S^4,   alpha = (S - beta)/tau,   gamma = tau^2/(tau^2 + gamma0^2),

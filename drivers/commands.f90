@@ -8,6 +8,7 @@ module contensou_drivers_commands
    use contensou_drivers_equilibrium, only : equilibrium_command
    use contensou_drivers_eval, only : eval_command
    use contensou_drivers_export, only : export_command
+   use contensou_drivers_fmu, only : fmu_command
    use contensou_drivers_help, only : help_command
    use contensou_drivers_merge, only : merge_command
    use contensou_drivers_models, only : models_command
@@ -37,6 +38,7 @@ contains
       call add(commands, bench_command())
       call add(commands, diff_command())
       call add(commands, export_command())
+      call add(commands, fmu_command())
       call add(commands, sweep_command())
       call add(commands, merge_command())
       call add(commands, help_command())

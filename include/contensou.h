@@ -242,6 +242,17 @@ int contensou_simulation_indicators(contensou_simulation *simulation, double tim
                                     const double *state, int n, double *values,
                                     contensou_error **error);
 
+/* A host is a program that integrates the motion with a method of its own, from rates and
+ * indicators. It tells of its time and state, of each step that it has accepted, and of events:
+ * where an indicator has passed through zero, and once at the beginning. What follows from an event
+ * (impacts, states of the laws of contacts) may change the state, as *changed tells. */
+int contensou_simulation_put_host(contensou_simulation *simulation, double time,
+                                  const double *state, int n, contensou_error **error);
+int contensou_simulation_complete_host_step(contensou_simulation *simulation,
+                                            contensou_error **error);
+int contensou_simulation_update_host(contensou_simulation *simulation, bool *changed,
+                                     contensou_error **error);
+
 /* ---- What acts on bodies --------------------------------------------------------------------- */
 
 /* Let a force at the centre of mass [N] and a torque [N m] act on a body that moves freely, in the
@@ -250,6 +261,16 @@ int contensou_simulation_indicators(contensou_simulation *simulation, double tim
 int contensou_simulation_set_load(contensou_simulation *simulation, const char *body,
                                   const double force[3], const double torque[3],
                                   contensou_error **error);
+
+/* The force and torque applied to body i, 0 <= i; an output may be NULL. */
+int contensou_simulation_load(const contensou_simulation *simulation, int i, double force[3],
+                              double torque[3]);
+
+/* How bodies move. */
+enum { CONTENSOU_FREE = 0, CONTENSOU_FIXED = 1, CONTENSOU_PRESCRIBED = 2, CONTENSOU_SPINDLE = 3 };
+
+/* How body i moves; -1 if there is none. */
+int contensou_simulation_motion(const contensou_simulation *simulation, int i);
 
 /* Let the drive of a body accelerate it [m/s2], [rad/s2] in the inertial frame, beside what the
  * scene says, from the present on. A spindle has no acceleration of this kind. */

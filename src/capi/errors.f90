@@ -147,8 +147,8 @@ contains
                placed%origin = diagnostics%origin(i)
                call placed%message%set(diagnostics%message(i))
                call placed%expected%set(diagnostics%expected(i))
-               if (placed%origin%source >= 1 .and. placed%origin%source <= size(sources)) &
-                  call placed%source%set(sources(placed%origin%source)%name)
+               if (placed%origin%source < 1 .or. placed%origin%source > size(sources)) cycle
+               call placed%source%set(sources(placed%origin%source)%name)
             end associate
          end do
       end if

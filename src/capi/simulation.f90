@@ -40,6 +40,9 @@ module contensou_capi_simulation
    public :: contensou_simulation_indicators, contensou_simulation_set_load
    public :: contensou_simulation_set_drive, contensou_simulation_quantities
    public :: contensou_simulation_quantity, contensou_simulation_values
+   public :: contensou_simulation_load, contensou_simulation_motion
+   public :: contensou_simulation_put_host, contensou_simulation_complete_host_step
+   public :: contensou_simulation_update_host
    public :: contensou_simulation_save, contensou_simulation_restore, contensou_simulation_copy
    public :: contensou_snapshot_bytes, contensou_snapshot_new, contensou_snapshot_free
 
@@ -1087,6 +1090,99 @@ contains
       if (.not. allocated(error)) call self%course%set_load(i, f, m, error)
       status = status_of(error, error_out)
    end function contensou_simulation_set_load
+
+   !> Force and torque applied to a body.
+   function contensou_simulation_load(handle, body, force, torque) result(status) bind(c)
+      type(c_ptr), intent(in), value :: handle
+      !> Its number, from 0.
+      integer(c_int), intent(in), value :: body
+      !> Where to put the force (3) [N].
+      type(c_ptr), intent(in), value :: force
+      !> Where to put the torque (3) [N m].
+      type(c_ptr), intent(in), value :: torque
+      integer(c_int) :: status
+      type(handle_type), pointer :: self
+
+      status = bad_argument
+      if (body < 0 .or. body >= contensou_simulation_bodies(handle)) return
+      call c_f_pointer(handle, self)
+      associate (spec => self%course%simulation%motion%system%bodies(body + 1))
+         call put(spec%force, force)
+         call put(spec%torque, torque)
+      end associate
+      status = ok
+   end function contensou_simulation_load
+
+   !> How a body moves: the number of the name of `motion` in a scene, from 0; -1 if there is none.
+   function contensou_simulation_motion(handle, body) result(motion) bind(c)
+      type(c_ptr), intent(in), value :: handle
+      !> Its number, from 0.
+      integer(c_int), intent(in), value :: body
+      integer(c_int) :: motion
+      type(handle_type), pointer :: self
+
+      motion = -1
+      if (body < 0 .or. body >= contensou_simulation_bodies(handle)) return
+      call c_f_pointer(handle, self)
+      motion = int(self%course%simulation%motion%system%bodies(body + 1)%motion - 1, c_int)
+   end function contensou_simulation_motion
+
+   !> Let the present be where another program has integrated to.
+   function contensou_simulation_put_host(handle, time, state, n, error_out) result(status) bind(c)
+      type(c_ptr), intent(in), value :: handle
+      !> Time [s].
+      real(c_double), intent(in), value :: time
+      type(c_ptr), intent(in), value :: state
+      !> Size of the state.
+      integer(c_int), intent(in), value :: n
+      !> Where to put an error; null if it is not wanted.
+      type(c_ptr), intent(in), value :: error_out
+      integer(c_int) :: status
+      type(handle_type), pointer :: self
+      type(error_type), allocatable :: error
+      real(c_double), pointer :: y(:), out(:)
+
+      call take_at(handle, time, state, n, state, 0, self, y, out, error)
+      if (.not. allocated(error)) call self%course%put_host(time, y, error)
+      status = status_of(error, error_out)
+   end function contensou_simulation_put_host
+
+   !> The other program has accepted a step to the present.
+   function contensou_simulation_complete_host_step(handle, error_out) result(status) bind(c)
+      type(c_ptr), intent(in), value :: handle
+      !> Where to put an error; null if it is not wanted.
+      type(c_ptr), intent(in), value :: error_out
+      integer(c_int) :: status
+      type(handle_type), pointer :: self
+      type(error_type), allocatable :: error
+
+      call take(handle, self, error)
+      if (.not. allocated(error)) call self%course%complete_host_step()
+      status = status_of(error, error_out)
+   end function contensou_simulation_complete_host_step
+
+   !> Take the events at the present for another program that integrates.
+   function contensou_simulation_update_host(handle, changed, error_out) result(status) bind(c)
+      type(c_ptr), intent(in), value :: handle
+      !> Where to put whether the state is another one; null if it is not wanted.
+      type(c_ptr), intent(in), value :: changed
+      !> Where to put an error; null if it is not wanted.
+      type(c_ptr), intent(in), value :: error_out
+      integer(c_int) :: status
+      type(handle_type), pointer :: self
+      type(error_type), allocatable :: error
+      logical(c_bool), pointer :: out
+      logical :: is_new
+
+      is_new = .false.
+      call take(handle, self, error)
+      if (.not. allocated(error)) call self%course%update_host(is_new, error)
+      if (c_associated(changed)) then
+         call c_f_pointer(changed, out)
+         out = is_new
+      end if
+      status = status_of(error, error_out)
+   end function contensou_simulation_update_host
 
    !> Let the drive of a body accelerate it.
    function contensou_simulation_set_drive(handle, body, acceleration, angular_acceleration, &

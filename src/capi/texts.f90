@@ -18,7 +18,7 @@ module contensou_capi_texts
    end type c_text_type
 
    !> No text.
-   character(len=1, kind=c_char), target, save :: nothing(1) = [c_null_char]
+   character(len=1, kind=c_char), target :: nothing(1) = [c_null_char]
 
 contains
 

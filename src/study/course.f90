@@ -21,6 +21,7 @@ module contensou_study_course
    use contensou_dynamics_spots, only : assign_spots
    use contensou_dynamics_state, only : quaternion_of
    use contensou_integrate_march, only : close_march, go_on, open_march, settle
+   use contensou_integrate_host, only : host_events, host_step
    use contensou_integrate_motion, only : motion_type
    use contensou_integrate_observer, only : event_touch, observer_type
    use contensou_integrate_step, only : keep_workspace, kept_type, march_type, restore_workspace
@@ -99,6 +100,9 @@ module contensou_study_course
       procedure :: derivative
       procedure :: indicators
       procedure :: jacobian
+      procedure :: put_host
+      procedure :: complete_host_step
+      procedure :: update_host
       procedure :: exchange
    end type course_type
 
@@ -513,6 +517,68 @@ contains
          end do
       end associate
    end subroutine jacobian
+
+   !> Let the present be where another program has integrated to; contacts stay as they are.
+   subroutine put_host(self, t, y, error)
+      class(course_type), intent(inout), target :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: y(:)
+      !> Set when the state is none.
+      type(error_type), allocatable, intent(out) :: error
+
+      call check_state(self, y, error)
+      if (allocated(error)) return
+      call self%release()
+      self%begun = .true.
+      self%simulation%memory%t = t
+      self%simulation%memory%y = y
+      call look_at_memory(self)
+   end subroutine put_host
+
+   !> Another program has accepted a step to the present: contacts remember it.
+   subroutine complete_host_step(self)
+      class(course_type), intent(inout), target :: self
+      type(march_type) :: march
+
+      call hold(self, march)
+      call host_step(march)
+   end subroutine complete_host_step
+
+   !> Take the events at the present for another program that integrates: which contacts are closed,
+   !> impacts of rigid ones, states of parts.
+   subroutine update_host(self, changed, error)
+      class(course_type), intent(inout), target :: self
+      !> Whether the state is another one.
+      logical, intent(out) :: changed
+      !> Set when impacts cannot be resolved.
+      type(error_type), allocatable, intent(out) :: error
+      type(march_type) :: march
+
+      changed = .false.
+      call hold(self, march)
+      associate (guide => self%guide, memory => self%simulation%memory)
+         ! Energies are balanced against the beginning.
+         if (guide%summary%rows == 0) call guide%summary%add_row(guide%row, march%motion%system, &
+            memory%t, memory%y, error)
+      end associate
+      if (allocated(error)) return
+      call host_events(march, changed, error)
+      call look_at_memory(self)
+   end subroutine update_host
+
+   !> A march of which another program does the integration.
+   subroutine hold(self, march)
+      class(course_type), intent(inout), target :: self
+      type(march_type), intent(out) :: march
+
+      call self%release()
+      self%begun = .true.
+      march%motion => self%simulation%motion
+      march%memory => self%simulation%memory
+      march%observer => self%guide
+      march%plan = self%simulation%plan
+   end subroutine hold
 
    !> Write where it is to a checkpoint, or read it back: then it is one of the same scene. The step
    !> under way ends at the present, so that it and what is read go on with the same bits.

@@ -1,0 +1,459 @@
+#include "instance.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The text of a file, ended by a zero byte; NULL if it cannot be read. */
+static char *read_text(const char *folder, const char *name)
+{
+   size_t n = strlen(folder) + strlen(name) + 2, size = 0, room = 4096;
+   char *path = malloc(n), *text = malloc(room);
+   FILE *file = NULL;
+
+   if (path) {
+      snprintf(path, n, "%s/%s", folder, name);
+      file = fopen(path, "rb");
+   }
+   free(path);
+   if (!file || !text) {
+      if (file) fclose(file);
+      free(text);
+      return NULL;
+   }
+   for (;;) {
+      size += fread(text + size, 1, room - size - 1, file);
+      if (size < room - 1) break;
+      room *= 2;
+      path = realloc(text, room);
+      if (!path) {
+         free(text);
+         fclose(file);
+         return NULL;
+      }
+      text = path;
+   }
+   fclose(file);
+   text[size] = 0;
+   return text;
+}
+
+static void say(fmu_instance *self, int failed, const char *message)
+{
+   if (self->log) self->log(self->log_to, failed, message);
+}
+
+/* Tell of an error and release it. */
+static int told(fmu_instance *self, int status, contensou_error *error)
+{
+   if (status) say(self, 1, contensou_error_message(error));
+   contensou_error_free(error);
+   return status;
+}
+
+static void read_state(fmu_instance *self)
+{
+   self->states = contensou_simulation_size(self->simulation);
+   self->time = contensou_simulation_time(self->simulation);
+   contensou_simulation_state(self->simulation, self->state);
+   self->fresh = 0;
+}
+
+/* Values at the beginning. */
+static void start(fmu_instance *self)
+{
+   const fmu_variables *list = &self->variables;
+   int i;
+   for (i = 0; i < list->count[FMU_PARAMETER]; i++) {
+      self->parameters[i] = list->items[list->first[FMU_PARAMETER] + i].start;
+      self->changed[i] = 0;
+   }
+   for (i = 0; i < list->count[FMU_INPUT]; i++)
+      self->inputs[i] = list->items[list->first[FMU_INPUT] + i].start;
+   self->begun = 0;
+   read_state(self);
+}
+
+fmu_instance *fmu_new(const char *resources, int exchange, fmu_log *log, void *log_to)
+{
+   fmu_instance *self = calloc(1, sizeof *self);
+   char *scene = read_text(resources, "scene.nml"), *settings = read_text(resources, "settings.txt");
+   const char *list[1024];
+   contensou_error *error = NULL;
+   char *line;
+   int n = 0;
+
+   if (!self) goto failed;
+   self->log = log;
+   self->log_to = log_to;
+   self->exchange = exchange;
+   if (!scene) {
+      say(self, 1, "the resource scene.nml cannot be read");
+      goto failed;
+   }
+   for (line = settings; line && *line && n < 1024;) {
+      char *end = strchr(line, '\n');
+      if (end) *end = 0;
+      if (*line) list[n++] = line;
+      line = end ? end + 1 : NULL;
+   }
+   self->simulation = contensou_simulation_from_text("scene.nml", scene, list, n, &error);
+   if (told(self, self->simulation == NULL, error)) goto failed;
+   if (fmu_list(self->simulation, &self->variables)) goto failed;
+   self->contacts = contensou_simulation_contacts(self->simulation);
+   /* The list has put the work of loads into the state, which co-simulation does without. */
+   self->state = calloc((size_t)self->variables.count[FMU_STATE] + 1, sizeof(double));
+   self->inputs = calloc((size_t)self->variables.count[FMU_INPUT] + 1, sizeof(double));
+   self->parameters = calloc((size_t)self->variables.count[FMU_PARAMETER] + 1, sizeof(double));
+   self->changed = calloc((size_t)self->variables.count[FMU_PARAMETER] + 1, sizeof(int));
+   self->values = calloc((size_t)self->variables.n + 1, sizeof(double));
+   if (!self->state || !self->inputs || !self->parameters || !self->changed || !self->values ||
+       fmu_reset(self))
+      goto failed;
+   free(scene);
+   free(settings);
+   return self;
+failed:
+   free(scene);
+   free(settings);
+   fmu_free(self);
+   return NULL;
+}
+
+void fmu_free(fmu_instance *self)
+{
+   if (!self) return;
+   contensou_simulation_free(self->simulation);
+   fmu_release(&self->variables);
+   free(self->state);
+   free(self->inputs);
+   free(self->parameters);
+   free(self->changed);
+   free(self->values);
+   free(self);
+}
+
+int fmu_reset(fmu_instance *self)
+{
+   contensou_error *error = NULL;
+   const fmu_variables *list = &self->variables;
+   int i, n = 0, status = contensou_simulation_reset(self->simulation, &error);
+
+   if (told(self, status, error)) return status;
+   /* Parameters that were set before have their start again. */
+   for (i = 0; i < list->count[FMU_PARAMETER]; i++) n += self->changed[i];
+   for (i = 0; n > 0 && i < list->count[FMU_PARAMETER]; i++) {
+      const fmu_variable *item = &list->items[list->first[FMU_PARAMETER] + i];
+      const char *name = item->name;
+      if (!self->changed[i]) continue;
+      status = contensou_simulation_set(self->simulation, &name, &item->start, 1, &error);
+      if (told(self, status, error)) return status;
+   }
+   start(self);
+   return 0;
+}
+
+/* Let inputs act that are not what acts. */
+static int put_inputs(fmu_instance *self)
+{
+   const fmu_variables *list = &self->variables;
+   contensou_error *error = NULL;
+   int i, k;
+
+   for (i = 0; i < list->count[FMU_INPUT];) {
+      const fmu_variable *item = &list->items[list->first[FMU_INPUT] + i];
+      int body = item->object, status, moved = 0;
+      const char *name = contensou_simulation_body_name(self->simulation, body);
+      double six[6] = {0.0}, now[6] = {0.0};
+      for (; i < list->count[FMU_INPUT]; i++) {
+         item = &list->items[list->first[FMU_INPUT] + i];
+         if (item->object != body) break;
+         six[item->place] = self->inputs[i];
+      }
+      if (contensou_simulation_motion(self->simulation, body) == CONTENSOU_FREE) {
+         contensou_simulation_load(self->simulation, body, now, now + 3);
+         for (k = 0; k < 6; k++) moved += six[k] != now[k];
+         if (!moved) continue;
+         status = contensou_simulation_set_load(self->simulation, name, six, six + 3, &error);
+      } else {
+         status = contensou_simulation_set_drive(self->simulation, name, six, six + 3, &error);
+      }
+      if (told(self, status, error)) return status;
+   }
+   return 0;
+}
+
+/* Take the parameters, and begin. */
+int fmu_begin(fmu_instance *self)
+{
+   const fmu_variables *list = &self->variables;
+   contensou_error *error = NULL;
+   const char **names;
+   double *values;
+   int i, n = 0, status = 0;
+
+   if (self->begun) return 0;
+   names = malloc(((size_t)list->count[FMU_PARAMETER] + 1) * sizeof *names);
+   values = malloc(((size_t)list->count[FMU_PARAMETER] + 1) * sizeof *values);
+   if (!names || !values) {
+      free(names);
+      free(values);
+      return 1;
+   }
+   for (i = 0; i < list->count[FMU_PARAMETER]; i++) {
+      if (!self->changed[i]) continue;
+      names[n] = list->items[list->first[FMU_PARAMETER] + i].name;
+      values[n++] = self->parameters[i];
+   }
+   if (n) status = contensou_simulation_set(self->simulation, names, values, n, &error);
+   free(names);
+   free(values);
+   if (told(self, status, error)) return status;
+   if (self->exchange) {
+      status = fmu_take_loads(self->simulation, &error);
+      if (told(self, status, error)) return status;
+      status = contensou_simulation_update_host(self->simulation, NULL, &error);
+      if (told(self, status, error)) return status;
+   }
+   self->begun = 1;
+   status = put_inputs(self);
+   read_state(self);
+   return status;
+}
+
+/* Let the simulation be where the host is. */
+static int follow(fmu_instance *self)
+{
+   contensou_error *error = NULL;
+   int status = fmu_begin(self);
+
+   if (status || !self->fresh) return status;
+   status = contensou_simulation_put_host(self->simulation, self->time, self->state, self->states,
+                                          &error);
+   if (!status) self->fresh = 0;
+   return told(self, status, error);
+}
+
+int fmu_rates(fmu_instance *self, double *rates, size_t n)
+{
+   contensou_error *error = NULL;
+   int status = fmu_begin(self);
+
+   if (status || n != (size_t)self->states) return 1;
+   status = contensou_simulation_derivative(self->simulation, self->time, self->state,
+                                            self->states, rates, &error);
+   if (status == 1) {
+      /* A step that is too long has gone out of the domain of the model. Rates that are no numbers
+       * let the host take a shorter one, also one that ends at any status. */
+      size_t i;
+      for (i = 0; i < n; i++) rates[i] = NAN;
+      contensou_error_free(error);
+      return 0;
+   }
+   return told(self, status, error);
+}
+
+int fmu_indicators(fmu_instance *self, double *values, size_t n)
+{
+   contensou_error *error = NULL;
+   int status = fmu_begin(self);
+
+   if (status || n != (size_t)self->contacts) return 1;
+   status = contensou_simulation_indicators(self->simulation, self->time, self->state,
+                                            self->states, values, &error);
+   return told(self, status, error);
+}
+
+int fmu_get(fmu_instance *self, unsigned reference, double *value)
+{
+   const fmu_variables *list = &self->variables;
+   const fmu_variable *item;
+   contensou_error *error = NULL;
+   contensou_quantity quantity;
+   int status;
+
+   if (reference >= (unsigned)list->n) return 1;
+   item = &list->items[reference];
+   switch (item->kind) {
+   case FMU_TIME:
+      *value = self->time;
+      return 0;
+   case FMU_PARAMETER:
+      *value = self->parameters[item->place];
+      return 0;
+   case FMU_INPUT:
+      *value = self->inputs[(int)reference - list->first[FMU_INPUT]];
+      return 0;
+   case FMU_STATE:
+      status = fmu_begin(self);
+      *value = item->place < self->states ? self->state[item->place] : 0.0;
+      return status;
+   case FMU_RATE:
+      *value = 0.0;
+      if (item->place >= self->states && self->begun) return 0;
+      status = fmu_rates(self, self->values, (size_t)self->states);
+      if (!status && item->place < self->states) *value = self->values[item->place];
+      return status;
+   case FMU_INDICATOR:
+      status = fmu_indicators(self, self->values, (size_t)self->contacts);
+      *value = self->values[item->place];
+      return status;
+   default:
+      status = follow(self);
+      if (status) return status;
+      contensou_simulation_quantity(self->simulation, item->object, &quantity);
+      status = contensou_simulation_values(self->simulation, quantity.name, self->values,
+                                           quantity.size, &error);
+      *value = self->values[item->place];
+      return told(self, status, error);
+   }
+}
+
+int fmu_set(fmu_instance *self, unsigned reference, double value)
+{
+   const fmu_variables *list = &self->variables;
+   const fmu_variable *item;
+
+   if (reference >= (unsigned)list->n) return 1;
+   if (!isfinite(value)) {
+      say(self, 1, "a value is infinite or not a number");
+      return 1;
+   }
+   item = &list->items[reference];
+   if (item->kind == FMU_PARAMETER) {
+      if (self->parameters[item->place] == value) return 0;
+      if (self->begun) {
+         say(self, 1, "parameters can be set before the simulation has begun");
+         return 1;
+      }
+      self->parameters[item->place] = value;
+      self->changed[item->place] = 1;
+      return 0;
+   }
+   if (item->kind == FMU_INPUT) {
+      double *input = &self->inputs[(int)reference - list->first[FMU_INPUT]];
+      if (*input == value) return 0;
+      *input = value;
+      if (!self->begun || !self->exchange) return 0;
+      if (follow(self)) return 1;
+      return put_inputs(self);
+   }
+   say(self, 1, "only parameters and inputs can be set");
+   return 1;
+}
+
+int fmu_step(fmu_instance *self, double time, int to_event, double *reached, int *event)
+{
+   contensou_error *error = NULL;
+   int status = fmu_begin(self);
+
+   if (!status) status = put_inputs(self);
+   if (status) return status;
+   status = to_event ? contensou_simulation_advance_to_event(self->simulation, time, &error)
+                     : contensou_simulation_advance(self->simulation, time, &error);
+   if (told(self, status, error)) return status;
+   read_state(self);
+   *reached = self->time;
+   *event = self->time < time;
+   return 0;
+}
+
+int fmu_set_state(fmu_instance *self, const double *state, size_t n)
+{
+   if (fmu_begin(self) || n != (size_t)self->states) return 1;
+   memcpy(self->state, state, n * sizeof *state);
+   self->fresh = 1;
+   return 0;
+}
+
+int fmu_complete(fmu_instance *self)
+{
+   contensou_error *error = NULL;
+   int status = follow(self);
+   if (!status) status = contensou_simulation_complete_host_step(self->simulation, &error);
+   return told(self, status, error);
+}
+
+int fmu_update(fmu_instance *self, int *changed, double *next)
+{
+   contensou_error *error = NULL;
+   bool is_new = false;
+   int status = follow(self);
+
+   if (!status) status = contensou_simulation_update_host(self->simulation, &is_new, &error);
+   if (told(self, status, error)) return status;
+   read_state(self);
+   *changed = is_new;
+   *next = contensou_simulation_next_corner(self->simulation, self->time);
+   return 0;
+}
+
+static double *doubles(const double *from, int n)
+{
+   double *copy = malloc(((size_t)n + 1) * sizeof *copy);
+   if (copy) memcpy(copy, from, (size_t)n * sizeof *copy);
+   return copy;
+}
+
+int fmu_keep(fmu_instance *self, fmu_place **place)
+{
+   const fmu_variables *list = &self->variables;
+   contensou_error *error = NULL;
+   fmu_place *to = calloc(1, sizeof *to);
+
+   if (!to) return 1;
+   to->snapshot = contensou_simulation_save(self->simulation, &error);
+   if (told(self, to->snapshot == NULL, error)) {
+      free(to);
+      return 1;
+   }
+   to->begun = self->begun;
+   to->fresh = self->fresh;
+   to->time = self->time;
+   to->state = doubles(self->state, list->count[FMU_STATE]);
+   to->inputs = doubles(self->inputs, list->count[FMU_INPUT]);
+   to->parameters = doubles(self->parameters, list->count[FMU_PARAMETER]);
+   to->changed = malloc(((size_t)list->count[FMU_PARAMETER] + 1) * sizeof *to->changed);
+   if (!to->state || !to->inputs || !to->parameters || !to->changed) {
+      fmu_forget(to);
+      return 1;
+   }
+   memcpy(to->changed, self->changed, (size_t)list->count[FMU_PARAMETER] * sizeof *to->changed);
+   fmu_forget(*place);
+   *place = to;
+   return 0;
+}
+
+int fmu_go_back(fmu_instance *self, const fmu_place *place)
+{
+   const fmu_variables *list = &self->variables;
+   contensou_error *error = NULL;
+   int status;
+
+   if (!place) return 1;
+   status = contensou_simulation_restore(self->simulation, place->snapshot, &error);
+   if (told(self, status, error)) return status;
+   self->begun = place->begun;
+   self->states = contensou_simulation_size(self->simulation);
+   self->fresh = place->fresh;
+   self->time = place->time;
+   memcpy(self->state, place->state, (size_t)list->count[FMU_STATE] * sizeof *self->state);
+   memcpy(self->inputs, place->inputs, (size_t)list->count[FMU_INPUT] * sizeof *self->inputs);
+   memcpy(self->parameters, place->parameters,
+          (size_t)list->count[FMU_PARAMETER] * sizeof *self->parameters);
+   memcpy(self->changed, place->changed,
+          (size_t)list->count[FMU_PARAMETER] * sizeof *self->changed);
+   return 0;
+}
+
+void fmu_forget(fmu_place *place)
+{
+   if (!place) return;
+   contensou_snapshot_free(place->snapshot);
+   free(place->state);
+   free(place->inputs);
+   free(place->parameters);
+   free(place->changed);
+   free(place);
+}

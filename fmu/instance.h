@@ -1,0 +1,50 @@
+/* An instance of an FMU of a scene, whichever version of FMI asks. */
+#ifndef CONTENSOU_FMU_INSTANCE_H
+#define CONTENSOU_FMU_INSTANCE_H
+
+#include "variables.h"
+
+typedef void fmu_log(void *to, int failed, const char *message);
+
+typedef struct {
+   contensou_simulation *simulation;
+   fmu_variables variables;
+   int exchange;    /* model exchange, not co-simulation */
+   int begun;       /* parameters are taken, the simulation is at its beginning */
+   double time;     /* of the host, or that asked for last */
+   double *state;   /* of the host */
+   int states, contacts;
+   int fresh;       /* the host has put another time or state than the simulation has */
+   double *inputs;  /* as they should be */
+   double *parameters;
+   int *changed;    /* parameters that were set */
+   double *values;  /* room for a quantity */
+   fmu_log *log;
+   void *log_to;
+} fmu_instance;
+
+/* Where an instance is. */
+typedef struct {
+   contensou_snapshot *snapshot;
+   int begun, fresh;
+   double time, *state, *inputs, *parameters;
+   int *changed;
+} fmu_place;
+
+fmu_instance *fmu_new(const char *resources, int exchange, fmu_log *log, void *log_to);
+void fmu_free(fmu_instance *self);
+int fmu_reset(fmu_instance *self);
+int fmu_begin(fmu_instance *self);
+int fmu_get(fmu_instance *self, unsigned reference, double *value);
+int fmu_set(fmu_instance *self, unsigned reference, double value);
+int fmu_step(fmu_instance *self, double time, int to_event, double *reached, int *event);
+int fmu_set_state(fmu_instance *self, const double *state, size_t n);
+int fmu_rates(fmu_instance *self, double *rates, size_t n);
+int fmu_indicators(fmu_instance *self, double *values, size_t n);
+int fmu_complete(fmu_instance *self);
+int fmu_update(fmu_instance *self, int *changed, double *next);
+int fmu_keep(fmu_instance *self, fmu_place **place);
+int fmu_go_back(fmu_instance *self, const fmu_place *place);
+void fmu_forget(fmu_place *place);
+
+#endif

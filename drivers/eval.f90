@@ -702,7 +702,7 @@ contains
       if (.not. min(x(2), x(3)) > 0.0_wp) return
       swapped = x(3) > x(2)
       shape = shape_of(x(2), x(3))
-      spot = curved_spot_type(evaluation%error, x(4), evaluation%delta, x(5:7))
+      spot = curved_spot_type(evaluation%error, 0.0_wp, x(4), evaluation%delta, x(5:7))
       slides = sliding_type(x(1), max(x(2), x(3)), x(8), x(9), x(10))
       rolling = x(11:12)
       turn = 0.0_wp

@@ -105,7 +105,7 @@ contains
 
       parts = contact_parts()
       choice = [contact%normal, contact%damping, contact%friction, contact%rolling, &
-         contact%tangential]
+         contact%tangential, contact%curvature]
       associate (a => scene%surfaces(contact%surfaces(1))%surface, &
          b => scene%surfaces(contact%surfaces(2))%surface)
          text = a%label() // " on " // b%label()

@@ -18,6 +18,8 @@ module contensou_contact_curved_spot
    type :: curved_spot_type
       !> Bound of the error of the wrench over f N.
       real(wp) :: error = 1.0e-10_wp
+      !> Bound where derivatives are wanted, for a Jacobian, if it is larger.
+      real(wp) :: error_of_slopes = 1.0e-6_wp
       !> Friction coefficient f [-] and regularisation velocity [m/s].
       real(wp) :: coefficient = 0.0_wp, delta = 0.0_wp
       !> Mean curvature of the two surfaces, (L_B - L_A)/2, in the axes of the spot: components 11,
@@ -68,7 +70,8 @@ contains
       real(wp) :: jacobian(5, 5), velocity(5), change(5), unit(5), rise, square, moment(2)
 
       call prepare(self, at, rolling, slip, bend)
-      call wrench_curved_jacobian(shape, slip, bend, self%error, values(1:3), moment, jacobian)
+      call wrench_curved_jacobian(shape, slip, bend, max(self%error, self%error_of_slopes), &
+         values(1:3), moment, jacobian)
       velocity = [slip%x, slip%y, slip%spin, bend%turning]
       rise = maxval(abs(bend%rise))
       if (slip%delta > self%delta) then

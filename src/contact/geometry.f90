@@ -148,6 +148,8 @@ module contensou_contact_geometry
       procedure(vary_interface), deferred :: vary
       !> All places where the gap is smallest among those near by, and below a limit.
       procedure :: find_places
+      !> Mean curvature of the two surfaces in the axes of the spot.
+      procedure(form_interface), deferred :: mean_form
       !> Smallest radius of curvature of the pair [m], the scale of admissible overlaps.
       procedure(radius_interface), deferred :: smallest_radius
    end type geometry_type
@@ -200,6 +202,24 @@ module contensou_contact_geometry
          type(contact_point_type), intent(in) :: at
          type(contact_variation_type), intent(out) :: variation
       end subroutine vary_interface
+
+      !> Half of the difference of the curvature forms of B and A: the spot lies at (1/2) r.L r along
+      !> the normal.
+      pure subroutine form_interface(self, a, b, track, at, form)
+         import :: geometry_type, pose_type, contact_point_type, track_type, wp
+         implicit none(type, external)
+         class(geometry_type), intent(in) :: self
+         !> Pose of body A.
+         type(pose_type), intent(in) :: a
+         !> Pose of body B.
+         type(pose_type), intent(in) :: b
+         !> As `gap` left it.
+         type(track_type), intent(in) :: track
+         !> The contact of these poses, from `locate`.
+         type(contact_point_type), intent(in) :: at
+         !> Components 11, 12, 22 along the major and the minor axis [1/m].
+         real(wp), intent(out) :: form(3)
+      end subroutine form_interface
 
       !> Smallest radius of curvature [m].
       pure function radius_interface(self) result(radius)

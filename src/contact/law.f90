@@ -7,6 +7,7 @@ module contensou_contact_law
    use contensou_base_vectors, only : cross
    use contensou_contact_creep_law, only : n_arguments, passing_type
    use contensou_contact_creep_steady, only : steady_type
+   use contensou_contact_curved_spot, only : curved_spot_type
    use contensou_contact_damping_law, only : damping_type
    use contensou_contact_friction_law, only : friction_type, sliding_type
    use contensou_contact_geometry, only : contact_point_type, geometry_type
@@ -33,6 +34,8 @@ module contensou_contact_law
       class(rolling_type), allocatable :: rolling
       !> Steady rolling; unallocated where the whole spot slides, or remembers.
       type(steady_type), allocatable :: steady
+      !> Curvature of the spot; unallocated for a flat one.
+      type(curved_spot_type), allocatable :: curved
       !> Largest approach that Hertz's theory admits [m].
       real(wp) :: largest_approach = 0.0_wp
       !> Numbers of state of damping, which come before those of friction.
@@ -46,6 +49,7 @@ module contensou_contact_law
       procedure :: vary_hold
       procedure :: roll
       procedure :: vary_roll
+      procedure :: bend
       procedure, private :: press
       procedure, private :: vary_press
       procedure :: sliding
@@ -61,6 +65,8 @@ module contensou_contact_law
       real(wp) :: friction_torque = 0.0_wp
       !> Torque of rolling resistance on B [N m], inertial frame, in the tangent plane.
       real(wp) :: rolling_torque(3) = 0.0_wp
+      !> Moment of friction on B over a curved spot [N m], inertial frame, in the tangent plane.
+      real(wp) :: curvature_moment(3) = 0.0_wp
       !> Power that friction and rolling resistance take [W]: lost, >= 0, unless states store some.
       real(wp) :: friction_power = 0.0_wp
       !> Power that damping takes [W], lost as well.
@@ -97,8 +103,12 @@ contains
          slides = sliding_type(load%normal_force, self%normal%major_axis(approach), &
             dot_product(velocity, at%major), dot_product(velocity, minor), &
             dot_product(spin, at%normal), resolution)
-         call self%friction%wrench(self%normal%shape, slides, wrench)
-         call take_friction(at, minor, slides, wrench, load)
+         if (allocated(self%curved)) then
+            call rub_curved(self, at, minor, slides, spin, load)
+         else
+            call self%friction%wrench(self%normal%shape, slides, wrench)
+            call take_friction(at, minor, slides, wrench, load)
+         end if
       end if
       if (allocated(self%rolling)) call add_rolling(self, at, spin, load)
    end subroutine evaluate
@@ -117,6 +127,25 @@ contains
       load%friction_torque = wrench(3)
       load%friction_power = -(wrench(1)*slides%vx + wrench(2)*slides%vy + wrench(3)*slides%w)
    end subroutine take_friction
+
+   !> Put friction over a curved spot into a load.
+   pure subroutine rub_curved(self, at, minor, slides, spin, load)
+      class(contact_law_type), intent(in) :: self
+      type(contact_point_type), intent(in) :: at
+      !> Unit tangent along the minor axis of the spot.
+      real(wp), intent(in) :: minor(3)
+      type(sliding_type), intent(in) :: slides
+      !> Angular velocity of B against A [rad/s].
+      real(wp), intent(in) :: spin(3)
+      type(contact_load_type), intent(inout) :: load
+      real(wp) :: wrench(3), moment(2)
+
+      call self%curved%wrench(self%normal%shape, slides, [dot_product(spin, at%major), &
+         dot_product(spin, minor)], wrench, moment)
+      call take_friction(at, minor, slides, wrench, load)
+      load%curvature_moment = moment(1)*at%major + moment(2)*minor
+      load%friction_power = load%friction_power - dot_product(load%curvature_moment, spin)
+   end subroutine rub_curved
 
    !> Add rolling resistance to a load.
    pure subroutine add_rolling(self, at, spin, load)
@@ -158,9 +187,13 @@ contains
          minor = cross(at%normal, at%major)
          slides = self%sliding(load%normal_force, -at%gap, [dot_product(velocity, at%major), &
             dot_product(velocity, minor), dot_product(spin, at%normal)], resolution)
-         call self%friction%evolve(self%normal%shape, slides, states(self%n_damping + 1:), wrench, &
-            rates(self%n_damping + 1:))
-         call take_friction(at, minor, slides, wrench, load)
+         if (allocated(self%curved)) then
+            call rub_curved(self, at, minor, slides, spin, load)
+         else
+            call self%friction%evolve(self%normal%shape, slides, states(self%n_damping + 1:), &
+               wrench, rates(self%n_damping + 1:))
+            call take_friction(at, minor, slides, wrench, load)
+         end if
       end if
       if (allocated(self%rolling)) call add_rolling(self, at, spin, load)
    end subroutine evolve
@@ -311,6 +344,42 @@ contains
       slopes(2:4, 2) = by_motion(:, 1)*slopes(1, 2)
       slopes(2:4, 3:5) = by_motion(:, 3:5)
    end subroutine linearize
+
+   !> Friction over a curved spot at a normal force whose derivatives are known: replaces that of a
+   !> flat one in values and derivatives, and gives what is more.
+   pure subroutine bend(self, approach, motion, rolling, resolution, values, slopes, moment, &
+      moment_slopes, by_rolling)
+      class(contact_law_type), intent(in) :: self
+      !> Approach d [m], > 0.
+      real(wp), intent(in) :: approach
+      !> Sliding velocity along the axes [m/s], spin [rad/s].
+      real(wp), intent(in) :: motion(3)
+      !> Angular velocity of B against A along the axes of the spot [rad/s].
+      real(wp), intent(in) :: rolling(2)
+      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
+      real(wp), intent(in) :: resolution
+      !> N, F_x, F_y [N], T [N m].
+      real(wp), intent(inout) :: values(4)
+      !> Derivative of value i by d, d', v_x, v_y, w.
+      real(wp), intent(inout) :: slopes(4, 5)
+      !> Moment along the axes [N m], and its derivatives likewise.
+      real(wp), intent(out) :: moment(2), moment_slopes(2, 5)
+      !> Derivatives of F_x, F_y, T and the moment by `rolling`.
+      real(wp), intent(out) :: by_rolling(5, 2)
+      type(sliding_type) :: slides
+      real(wp) :: friction(5), by_motion(5, 7), all_slopes(5, 5)
+
+      slides = self%sliding(values(1), approach, motion, resolution)
+      call self%curved%linearize(self%normal%shape, slides, rolling, friction, by_motion)
+      all_slopes(:, 1) = by_motion(:, 1)*slopes(1, 1) + by_motion(:, 2)*(0.5_wp*slides%a/approach)
+      all_slopes(:, 2) = by_motion(:, 1)*slopes(1, 2)
+      all_slopes(:, 3:5) = by_motion(:, 3:5)
+      values(2:4) = friction(1:3)
+      slopes(2:4, :) = all_slopes(1:3, :)
+      moment = friction(4:5)
+      moment_slopes = all_slopes(4:5, :)
+      by_rolling = by_motion(:, 6:7)
+   end subroutine bend
 
    !> Normal force, friction force along the major and the minor axis, friction torque about the
    !> normal and rates of the states, with their derivatives by the approach [m], its rate [m/s],

@@ -10,6 +10,7 @@ module contensou_contact_parts
    use contensou_base_text_lock, only : lock_texts, unlock_texts
    use contensou_contact_catalogue, only : law_key_type, law_keys_type, model_info_type, &
       model_type, plain_unit
+   use contensou_contact_curvature, only : curvature_model_type, curvature_models
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_normal, only : normal_model_type, normal_models
@@ -24,7 +25,7 @@ module contensou_contact_parts
    public :: normal_names, friction_names, part_states, owns_state
 
    !> Number of parts.
-   integer, parameter :: n_parts = 5
+   integer, parameter :: n_parts = 6
 
    !> A part and the table of its models.
    type :: part_type
@@ -67,10 +68,11 @@ contains
       integer :: i, j
 
       allocate(parts(n_parts))
-      parts%name = [character(len=10) :: "normal", "damping", "friction", "rolling", "tangential"]
+      parts%name = [character(len=10) :: "normal", "damping", "friction", "rolling", "tangential", &
+         "spot"]
       parts%doc = [character(len=21) :: "normal force", "damping", "friction", &
-         "rolling resistance", "tangential elasticity"]
-      parts%default = [character(len=8) :: "hertz", "none", "none", "none", "none"]
+         "rolling resistance", "tangential elasticity", "curvature of the spot"]
+      parts%default = [character(len=8) :: "hertz", "none", "none", "none", "none", "flat"]
       do i = 1, n_parts
          parts(i)%models = models_of(parts(i)%name)
          allocate(parts(i)%keys(size(parts(i)%models)))
@@ -155,6 +157,7 @@ contains
          text = text // "tangential elasticity "
       end if
       text = text // trim(self%models(choice)%info%name)
+      if (self%name == "spot") text = text // " spot"
       do k = 1, self%keys(choice)%n
          associate (item => self%keys(choice)%keys(k))
             if (item%idle) cycle
@@ -192,6 +195,7 @@ contains
       type(friction_model_type), allocatable :: friction(:)
       type(rolling_model_type), allocatable :: rolling(:)
       type(tangential_model_type), allocatable :: tangential(:)
+      type(curvature_model_type), allocatable :: curvature(:)
 
       select case (part)
       case ("normal")
@@ -209,6 +213,9 @@ contains
       case ("tangential")
          tangential = tangential_models()
          models = tangential%model_type
+      case ("spot")
+         curvature = curvature_models()
+         models = curvature%model_type
       case default
          allocate(models(0))
       end select
@@ -255,6 +262,12 @@ contains
       names = model_names("tangential")
    end function tangential_names
 
+   function curvature_names() result(names)
+      type(string_type), allocatable :: names(:)
+
+      names = model_names("spot")
+   end function curvature_names
+
    !> Add the keys of all parts to the group `contact`: for each part the choice of its model, then
    !> the keys of its models. A key that several parts have stands with the last of them.
    subroutine put_part_keys(list)
@@ -295,8 +308,10 @@ contains
          names => friction_names
       case ("rolling")
          names => rolling_names
-      case default
+      case ("tangential")
          names => tangential_names
+      case default
+         names => curvature_names
       end select
    end function names_of
 

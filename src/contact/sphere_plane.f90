@@ -31,6 +31,7 @@ module contensou_contact_sphere_plane
       procedure :: locate => sphere_plane_locate
       procedure :: vary => sphere_plane_vary
       procedure :: smallest_radius => sphere_plane_radius
+      procedure :: mean_form => sphere_plane_mean_form
    end type sphere_plane_type
 
 contains
@@ -195,5 +196,16 @@ contains
 
       radius = self%radius
    end function sphere_plane_radius
+
+   !> Mean curvature of sphere and plane.
+   pure subroutine sphere_plane_mean_form(self, a, b, track, at, form)
+      class(sphere_plane_type), intent(in) :: self
+      type(pose_type), intent(in) :: a, b
+      type(track_type), intent(in) :: track
+      type(contact_point_type), intent(in) :: at
+      real(wp), intent(out) :: form(3)
+
+      form = merge(-0.5_wp, 0.5_wp, self%sphere_first)/self%radius*[1.0_wp, 0.0_wp, 1.0_wp]
+   end subroutine sphere_plane_mean_form
 
 end module contensou_contact_sphere_plane

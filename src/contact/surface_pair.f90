@@ -68,6 +68,7 @@ module contensou_contact_surface_pair
       procedure :: locate => pair_locate
       procedure :: vary => pair_vary
       procedure :: smallest_radius => pair_radius
+      procedure :: mean_form => pair_mean_form
    end type surface_pair_type
 
    !> A ball on or in the base, by the distance of its centre.
@@ -489,6 +490,25 @@ contains
          call set_curvatures(met%spot, at)
       end if
    end subroutine pair_locate
+
+   !> Mean curvature of the two surfaces in the axes of the spot.
+   pure subroutine pair_mean_form(self, a, b, track, at, form)
+      class(surface_pair_type), intent(in) :: self
+      type(pose_type), intent(in) :: a, b
+      type(track_type), intent(in) :: track
+      type(contact_point_type), intent(in) :: at
+      real(wp), intent(out) :: form(3)
+      type(meeting_type) :: met
+      real(wp) :: c, s, l(3)
+
+      call meet(self, a, b, track, at%gap, .true., met)
+      l = 0.5_wp*(met%spot%second - met%spot%first)
+      c = dot_product(at%major, met%spot%tangent(:, 1))
+      s = dot_product(at%major, met%spot%tangent(:, 2))
+      form = [c*c*l(1) + 2.0_wp*c*s*l(2) + s*s*l(3), &
+         c*s*(l(3) - l(1)) + (c*c - s*s)*l(2), &
+         s*s*l(1) - 2.0_wp*c*s*l(2) + c*c*l(3)]
+   end subroutine pair_mean_form
 
    !> The two surfaces at their closest points.
    pure subroutine meet(self, a, b, track, gap, curved, met)

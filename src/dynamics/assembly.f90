@@ -3,6 +3,7 @@ module contensou_dynamics_assembly
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_kinds, only : pi, wp
    use contensou_base_rotations, only : rotation_matrix
+   use contensou_contact_curvature, only : curvature_model_type, curvature_models
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_geometry, only : contact_point_type, contact_trouble, &
@@ -38,6 +39,7 @@ module contensou_dynamics_assembly
       type(friction_model_type), allocatable :: friction(:)
       type(rolling_model_type), allocatable :: rolling(:)
       type(tangential_model_type), allocatable :: tangential(:)
+      type(curvature_model_type), allocatable :: curvature(:)
    end type tables_type
 
 contains
@@ -55,6 +57,7 @@ contains
       tables%friction = friction_models()
       tables%rolling = rolling_models()
       tables%tangential = tangential_models()
+      tables%curvature = curvature_models()
       system%gravity = scene%gravity
       system%together = scene%together
       allocate(system%bodies(size(scene%bodies)), system%contacts(size(scene%contacts)))
@@ -157,6 +160,12 @@ contains
             values = friction%completed(spec%parameters)
             call friction%create(values, around, law%friction)
          end if
+         associate (curvature => tables%curvature(spec%curvature))
+            if (curvature%acts) then
+               allocate(law%curved)
+               call curvature%create(curvature%completed(spec%parameters), law%friction, law%curved)
+            end if
+         end associate
          if (rolling%acts) then
             values = rolling%completed(spec%parameters)
             call rolling%create(values, around, law%rolling)

@@ -420,6 +420,7 @@ contains
             self%trouble_code = trouble
             return
          end if
+         if (allocated(contact%law%curved)) call contact%bend(a, b, at)
          call relative_motion(a, b, at%point, velocity, spin)
          resolution = self%resolution%of(a, b, at%point)
          if (contact%evolves()) then
@@ -433,6 +434,7 @@ contains
             force = force + load%friction_force
             torque = load%friction_torque*at%normal
             friction_power = friction_power + load%friction_power
+            if (allocated(contact%law%curved)) torque = torque + load%curvature_moment
          end if
          if (allocated(contact%law%rolling)) then
             torque = torque + load%rolling_torque

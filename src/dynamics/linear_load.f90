@@ -90,6 +90,10 @@ module contensou_dynamics_linear_load
       real(wp) :: slopes(4, 5)
       !> Elastic force [N].
       real(wp) :: elastic
+      !> Of a curved spot: angular velocity of B against A along its axes [rad/s], moment along them
+      !> [N m], its derivatives as those of the values, and those of F_x, F_y, T and the moment by
+      !> the angular velocity. The curvatures count as constant, but for the normal force.
+      real(wp) :: along(2), moment(2), moment_slopes(2, 5), by_rolling(5, 2)
       !> Derivatives of the values and of the elastic force by the curvatures.
       real(wp) :: by_curvature(5, 2)
       !> States of the parts, and their rates.
@@ -151,6 +155,7 @@ contains
       closed = trouble == trouble_none
       if (.not. closed) return
       touch%approach = -gap
+      if (allocated(contact%law%curved)) call contact%bend(a, b, touch%at)
       touch%resolution = resolution%of(a, b, touch%at%point)
       if (present(exactly)) touch%exactly = exactly
       call vary_touch(touch, contact, a, b, load)
@@ -306,12 +311,22 @@ contains
       end if
       if (contact%states%n > 0) touch%frame_spin = contact%frame_spin(a, b, touch%at, &
          touch%velocity, touch%spin)
+      if (allocated(contact%law%curved)) then
+         touch%along = [dot_product(touch%spin, touch%at%major), dot_product(touch%spin, &
+            touch%minor)]
+         call contact%law%bend(touch%approach, [dot_product(touch%velocity, touch%at%major), &
+            dot_product(touch%velocity, touch%minor), dot_product(touch%spin, touch%at%normal)], &
+            touch%along, touch%resolution, touch%values, touch%slopes, touch%moment, &
+            touch%moment_slopes, touch%by_rolling)
+      end if
       touch%rolling = 0.0_wp
       if (allocated(contact%law%rolling)) touch%rolling = rolling_torque(contact%law, &
          touch%approach, touch%values(1), touch%at%normal, touch%at%major, touch%spin)
       associate (at => touch%at, values => touch%values)
          force = values(1)*at%normal + values(2)*at%major + values(3)*touch%minor + touch%shape(1:3)
          torque = values(4)*at%normal + touch%rolling + touch%shape(4:6)
+         if (allocated(contact%law%curved)) torque = torque + touch%moment(1)*at%major &
+            + touch%moment(2)*touch%minor
          arm_a = at%point - a%position
          arm_b = at%point - b%position
       end associate
@@ -435,7 +450,7 @@ contains
          !> Of the acceleration of B against A at the contact point, but for what velocities make.
          real(wp), intent(in) :: d_acceleration(3)
          real(wp) :: d_minor(3), d_motion(5), d_values(4), d_force(3), d_torque(3), d_elastic
-         real(wp) :: d_rolling(3)
+         real(wp) :: d_rolling(3), d_along(2), d_moment(2)
 
          associate (at => touch%at, minor => touch%minor, velocity => touch%velocity, &
             spin => touch%spin, values => touch%values, outcome => load%slopes(:, freedom))
@@ -446,6 +461,13 @@ contains
             d_motion(4) = dot_product(d_velocity, minor) + dot_product(velocity, d_minor)
             d_motion(5) = dot_product(d_spin, at%normal) + dot_product(spin, d_normal)
             d_values = matmul(touch%slopes, d_motion)
+            if (allocated(contact%law%curved)) then
+               d_along = [dot_product(d_spin, at%major) + dot_product(spin, d_major), &
+                  dot_product(d_spin, minor) + dot_product(spin, d_minor)]
+               d_values(2:4) = d_values(2:4) + matmul(touch%by_rolling(1:3, :), d_along)
+               d_moment = matmul(touch%moment_slopes, d_motion) &
+                  + matmul(touch%by_rolling(4:5, :), d_along)
+            end if
             if (allocated(contact%law%steady)) d_values(2:4) = d_values(2:4) &
                + matmul(touch%by_carried, [dot_product(d_carried, at%major) &
                + dot_product(touch%carried, d_major), dot_product(d_carried, minor) &
@@ -465,6 +487,8 @@ contains
                d_force = d_force + d_shape(1:3)
                d_torque = d_torque + d_shape(4:6)
             end if
+            if (allocated(contact%law%curved)) d_torque = d_torque + d_moment(1)*at%major &
+               + touch%moment(1)*d_major + d_moment(2)*minor + touch%moment(2)*d_minor
             d_rolling = 0.0_wp
             if (allocated(contact%law%rolling)) then
                d_rolling = vary_rolling(d_gap, d_values(1), d_normal, d_major, d_spin)
@@ -479,6 +503,8 @@ contains
                + d_values(3)*dot_product(velocity, minor) + values(3)*d_motion(4) &
                + d_values(4)*dot_product(spin, at%normal) + values(4)*d_motion(5)) &
                - dot_product(d_rolling, spin) - dot_product(touch%rolling, d_spin)
+            if (allocated(contact%law%curved)) outcome(10) = outcome(10) &
+               - dot_product(d_moment, touch%along) - dot_product(touch%moment, d_along)
             if (touch%rigid) then
                outcome(11) = 0.0_wp
                load%gap_slopes(1, freedom) = dot_product(d_normal, touch%acceleration) &
@@ -791,6 +817,8 @@ contains
          touch%rolling_by_curvature(:, i) = 0.0_wp
          if (ends(1) > ends(2)) then
             touch%by_curvature(:, i) = (results(:5, 1) - results(:5, 2))/(ends(1) - ends(2))
+            ! Friction over a curved spot is dear, and changes by the approach over the radii.
+            if (allocated(contact%law%curved)) touch%by_curvature(2:4, i) = 0.0_wp
             touch%rates_by_curvature(:n, i) = &
                (results(6:5 + n, 1) - results(6:5 + n, 2))/(ends(1) - ends(2))
             if (allocated(contact%law%rolling)) touch%rolling_by_curvature(:, i) = &

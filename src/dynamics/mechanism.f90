@@ -102,6 +102,7 @@ module contensou_dynamics_mechanism
       procedure :: find_gap
       procedure :: locate
       procedure :: follow
+      procedure :: bend
       procedure :: curvatures_vary
       procedure :: deepest
       procedure :: shape_force
@@ -241,6 +242,18 @@ contains
       if (ieee_is_nan(self%law%normal%axis_a)) trouble = trouble_no_spot
       if (allocated(self%law%steady)) call self%law%steady%follow(self%law%normal%shape)
    end subroutine follow
+
+   !> Let a curved spot have the curvature of the surfaces where they touch.
+   subroutine bend(self, a, b, at)
+      !> The contact; its gap was just found, its spot is curved.
+      class(contact_type), intent(inout) :: self
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      !> Where it touches.
+      type(contact_point_type), intent(in) :: at
+
+      call self%law%geometry%mean_form(a, b, self%track, at, self%law%curved%form)
+   end subroutine bend
 
    !> Largest approach that Hertz's theory admits where the surfaces touch [m]. Where curvatures
    !> vary it goes by the largest relative curvature there, which for two convex surfaces is at

@@ -151,6 +151,8 @@ contains
          if (row%at%gap >= 0.0_wp) return
          call contact%follow(row%at, trouble)
          if (trouble /= trouble_none) return
+         if (allocated(law%curved)) call contact%bend(system%pose(contact%a), &
+            system%pose(contact%b), row%at)
          resolution = system%resolution%of(system%pose(contact%a), system%pose(contact%b), &
             row%at%point)
          if (contact%evolves()) then

@@ -139,6 +139,8 @@ module contensou_dynamics_scene
       integer :: rolling = 1
       !> Index into `tangential_models`.
       integer :: tangential = 1
+      !> Index into `curvature_models`.
+      integer :: curvature = 1
       !> Values of the keys of the models.
       type(parameters_type) :: parameters
    end type contact_spec_type

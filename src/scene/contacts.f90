@@ -44,7 +44,9 @@ contains
       contact%friction = choice(3)
       contact%rolling = choice(4)
       contact%tangential = choice(5)
+      contact%curvature = choice(6)
       if (parts(5)%models(contact%tangential)%acts) call check_tangential()
+      if (parts(6)%models(contact%curvature)%acts) call check_curved()
       if (contact%normal /= normal_rigid) return
       dampings = damping_models()
       associate (damping => dampings(contact%damping))
@@ -80,6 +82,28 @@ contains
                "torque", "drilling = .true., or tangential = 'none'")
          end if
       end subroutine check_tangential
+
+      !> Report what a curved spot does not go with.
+      subroutine check_curved()
+         if (contact%normal == normal_rigid) call diagnostics%add(group%place("spot", 1), &
+            "a curved spot is not available for a rigid contact", &
+            "normal = 'hertz', or spot = 'flat'")
+         associate (model => parts(3)%models(contact%friction)%info%name)
+            if (model /= friction_of_elastic) call diagnostics%add(group%place("spot", 1), &
+               "a curved spot is not available with friction = " // quote(trim(model)), &
+               "friction = " // quote(friction_of_elastic) // ", or spot = 'flat'")
+         end associate
+         associate (model => parts(5)%models(contact%tangential))
+            if (model%acts) call diagnostics%add(group%place("spot", 1), &
+               "a curved spot is not available with tangential = " &
+               // quote(trim(model%info%name)), "tangential = 'none', or spot = 'flat'")
+         end associate
+         if (contact%parameters%has("drilling")) then
+            if (.not. contact%parameters%flag("drilling")) call diagnostics%add( &
+               group%place("drilling", 1), "a curved spot is not available without the " // &
+               "drilling torque", "drilling = .true., or spot = 'flat'")
+         end if
+      end subroutine check_curved
 
    end subroutine build_contact
 

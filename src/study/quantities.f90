@@ -10,8 +10,8 @@ module contensou_study_quantities
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_reports, only : creepages, rolling_of
    use contensou_dynamics_scene, only : output_spec_type, turns_by_drive
-   use contensou_study_quantity, only : if_curvatures_vary, if_driven, if_geometry, if_memory, &
-      if_rolling, if_springs, if_states, moment_type, quantity_type
+   use contensou_study_quantity, only : if_curvatures_vary, if_curved, if_driven, if_geometry, &
+      if_memory, if_rolling, if_springs, if_states, moment_type, quantity_type
    implicit none(type, external)
    private
 
@@ -97,6 +97,9 @@ contains
          quantity_type("curvature_torque", "contact xyz", "N m", &
          "torque of it on body B about the contact point, inertial frame", curvature_torque, &
          there=if_curvatures_vary), &
+         quantity_type("spot_moment", "contact xyz", "N m", &
+         "moment of friction on body B over a curved spot, in its plane, inertial frame", &
+         spot_moment, there=if_curved), &
          quantity_type("contact_point", "contact xyz", "m", "contact point, inertial frame", &
          contact_point, there=if_geometry), &
          quantity_type("contact_normal", "contact xyz", "1", &
@@ -188,6 +191,9 @@ contains
                self%has(i) = size(system%springs) > 0
             case (if_states)
                self%has(i) = any([(system%contacts(j)%states%place(q%name) >= 0, &
+                  j=1, size(system%contacts))])
+            case (if_curved)
+               self%has(i) = any([(allocated(system%contacts(j)%law%curved), &
                   j=1, size(system%contacts))])
             case (if_curvatures_vary)
                self%has(i) = any([(system%contacts(j)%curvatures_vary(), &
@@ -429,6 +435,15 @@ contains
 
       values = at%contact(i)%load%friction_torque
    end subroutine friction_torque
+
+   subroutine spot_moment(self, at, i, values)
+      class(quantity_type), intent(in) :: self
+      type(moment_type), intent(in) :: at
+      integer, intent(in) :: i
+      real(wp), intent(out) :: values(:)
+
+      values = at%contact(i)%load%curvature_moment
+   end subroutine spot_moment
 
    subroutine slip_velocity(self, at, i, values)
       class(quantity_type), intent(in) :: self

@@ -14,13 +14,14 @@ module contensou_study_quantity
 
    public :: quantity_type, moment_type
    public :: always, if_driven, if_geometry, if_memory, if_states, if_curvatures_vary, if_rolling, &
-      if_springs
+      if_springs, if_curved
 
    !> When a quantity is there: in every scene, or only if a body is driven, rows are to have the
    !> geometry of contacts, a contact has tangential elasticity, the state that the quantity is, or
-   !> surfaces whose curvatures vary, rows are to tell what rolls, or there are springs.
+   !> surfaces whose curvatures vary, rows are to tell what rolls, there are springs, or
+   !> spots are curved.
    integer, parameter :: always = 0, if_driven = 1, if_geometry = 2, if_memory = 3, if_states = 4, &
-      if_curvatures_vary = 5, if_rolling = 6, if_springs = 7
+      if_curvatures_vary = 5, if_rolling = 6, if_springs = 7, if_curved = 8
 
    !> All that is known of a motion at a time; procedures of quantities take their values from it.
    type :: moment_type

@@ -284,7 +284,8 @@ contains
       if (quantity%there == if_states) then
          if (.not. any([(owns_state([sweep%scene%contacts(i)%normal, &
             sweep%scene%contacts(i)%damping, sweep%scene%contacts(i)%friction, &
-            sweep%scene%contacts(i)%rolling, sweep%scene%contacts(i)%tangential], quantity%name), &
+            sweep%scene%contacts(i)%rolling, sweep%scene%contacts(i)%tangential, &
+            sweep%scene%contacts(i)%curvature], quantity%name), &
             i=1, size(sweep%scene%contacts))])) call diagnostics%add( &
             group%place("dataset", 1), "no contact of the scene has such a state", &
             "a contact with a law that has it")

@@ -222,8 +222,8 @@ contains
    !> Every group `contact`.
    subroutine read_contact()
       character(len=256) :: name, surfaces(2), normal, ellipse, damping, friction, rolling, &
-         tangential, creep
-      real(wp) :: rolling_coefficient, rolling_regularization, layers
+         tangential, creep, spot
+      real(wp) :: rolling_coefficient, rolling_regularization, layers, spot_error
       real(wp) :: damping_coefficient, restitution, impact_velocity, friction_coefficient, &
          regularization_velocity
       logical :: drilling
@@ -231,7 +231,7 @@ contains
       namelist /contact/ name, surfaces, normal, ellipse, damping, damping_coefficient, &
          restitution, impact_velocity, friction, friction_coefficient, &
          regularization_velocity, drilling, rolling, rolling_coefficient, rolling_regularization, &
-         tangential, layers, creep
+         tangential, layers, creep, spot, spot_error
 
       rewind(unit)
       n = 0
@@ -250,6 +250,8 @@ contains
          rolling = no_text
          tangential = no_text
          creep = no_text
+         spot = no_text
+         spot_error = no_number
          layers = no_number
          rolling_coefficient = no_number
          rolling_regularization = no_number
@@ -272,6 +274,8 @@ contains
          call put_texts("contact", n, "rolling", [rolling])
          call put_texts("contact", n, "tangential", [tangential])
          call put_texts("contact", n, "creep", [creep])
+         call put_texts("contact", n, "spot", [spot])
+         call put_numbers("contact", n, "spot_error", [spot_error])
          call put_numbers("contact", n, "layers", [layers])
          call put_numbers("contact", n, "rolling_coefficient", [rolling_coefficient])
          call put_numbers("contact", n, "rolling_regularization", [rolling_regularization])
@@ -345,14 +349,14 @@ contains
       real(wp) :: ring_inertia(2), moment_load(3), contact_angle
       character(len=256) :: name, material, ball_material, initial_state, loaded_ring, &
          cage_material, normal, ellipse, damping, friction, rolling, tangential, &
-         creep
+         creep, spot
       real(wp) :: ball_count, ball_diameter, pitch_diameter, inner_groove_ratio, &
          inner_groove_radius, outer_groove_ratio, outer_groove_radius, clearance, &
          ball_density, inner_speed, outer_speed, ramp_duration, ring_mass, axial_load, &
          radial_load, cage_mass, pocket_clearance, cage_friction_coefficient, &
          damping_coefficient, restitution, impact_velocity, friction_coefficient, &
          regularization_velocity, rolling_coefficient, rolling_regularization, centre(3), &
-         axis(3), radial_direction(3), layers
+         axis(3), radial_direction(3), layers, spot_error
       logical :: cage, drilling
       integer :: n
       namelist /bearing/ ring_motion, inner_body, outer_body, ring_inertia, moment_load, &
@@ -365,7 +369,7 @@ contains
          cage_friction_coefficient, normal, ellipse, damping, damping_coefficient, &
          restitution, impact_velocity, friction, friction_coefficient, &
          regularization_velocity, drilling, rolling, rolling_coefficient, &
-         rolling_regularization, tangential, layers, creep
+         rolling_regularization, tangential, layers, creep, spot, spot_error
 
       rewind(unit)
       n = 0
@@ -417,6 +421,8 @@ contains
          rolling = no_text
          tangential = no_text
          creep = no_text
+         spot = no_text
+         spot_error = no_number
          layers = no_number
          rolling_coefficient = no_number
          rolling_regularization = no_number
@@ -470,6 +476,8 @@ contains
          call put_texts("bearing", n, "rolling", [rolling])
          call put_texts("bearing", n, "tangential", [tangential])
          call put_texts("bearing", n, "creep", [creep])
+         call put_texts("bearing", n, "spot", [spot])
+         call put_numbers("bearing", n, "spot_error", [spot_error])
          call put_numbers("bearing", n, "layers", [layers])
          call put_numbers("bearing", n, "rolling_coefficient", [rolling_coefficient])
          call put_numbers("bearing", n, "rolling_regularization", [rolling_regularization])

@@ -161,7 +161,8 @@ contains
             call friction%create(values, around, law%friction)
          end if
          associate (curvature => tables%curvature(spec%curvature))
-            if (curvature%acts) then
+            ! Statics are without friction.
+            if (curvature%acts .and. allocated(law%friction)) then
                allocate(law%curved)
                call curvature%create(curvature%completed(spec%parameters), law%friction, law%curved)
             end if

@@ -2,7 +2,7 @@
 
 Everything comes from fresh runs of the program: figures 2 and 3, the friction force and torque of
 each model, from `contensou eval wrench`; figures 6 to 8, the Tippe-Top, figure 10, the bearing,
-the rattleback and the egg, and what tangential elasticity does, from `contensou run`; the figures
+the rattleback and the egg, what tangential elasticity does, what rolls, from `contensou run`; the figures
 of error against cost, one for each kernel, from `contensou bench kernels`; `accuracy`, those and
 the tables of docs/accuracy.md, from `contensou cost`, only if it is named. The choice of curves and
 scales is ours; the figures are no copies of the printed ones.
@@ -18,6 +18,7 @@ from lib import (
     figures_accuracy,
     figures_bearing,
     figures_cost,
+    figures_rolling,
     figures_scenes,
     figures_tangential,
     figures_top,
@@ -35,6 +36,7 @@ FIGURES = {
     figures_cost.draw: ["cost"],
     figures_scenes.draw: ["rattleback", "egg"],
     figures_tangential.draw: ["impact", "incline", "cattaneo"],
+    figures_rolling.draw: ["rolling"],
     figures_accuracy.draw: ["accuracy"],
 }
 NAMES = [name for names in FIGURES.values() for name in names]

@@ -142,6 +142,14 @@ contains
             end if
             friction = [0]
             exact = 0
+         else if (any(scene%contacts%tangential > 1)) then
+            ! What sticks has the limit of the exact wrench, and no other.
+            if (any(friction /= exact)) then
+               call fatal(error, "cost.friction: contacts with tangential elasticity or " // &
+                  "rolling have contensou_exact", status_usage)
+               return
+            end if
+            friction = [exact]
          else if (size(friction) == 0) then
             friction = [exact]
             do i = size(table), 1, -1

@@ -13,7 +13,7 @@ import pytest
 from programs import stopped
 from wheelset import Wheelset, oscillation
 
-LINEAR = "linear"
+LINEAR = "table"
 
 # As good as no spring [N/m].
 FREE = 1e-6

@@ -17,7 +17,7 @@ module contensou_contact_tangential_law
    public :: tangential_model_type, spring, elastic, rolling
 
    !> Law of creep of steady rolling that names none.
-   character(len=*), parameter :: default_creep = "sliding"
+   character(len=*), parameter :: default_creep = "table"
 
    !> A row in the table of the models of tangential elasticity.
    type, extends(model_type) :: tangential_model_type

@@ -238,20 +238,22 @@ static int follow(fmu_instance *self)
 int fmu_rates(fmu_instance *self, double *rates, size_t n)
 {
    contensou_error *error = NULL;
-   int status = fmu_begin(self);
+   int status = fmu_begin(self), finite = 1;
+   size_t i;
 
    if (status || n != (size_t)self->states) return 1;
-   status = contensou_simulation_derivative(self->simulation, self->time, self->state,
-                                            self->states, rates, &error);
-   if (status == 1) {
-      /* A step that is too long has gone out of the domain of the model. Rates that are no numbers
-       * let the host take a shorter one, also one that ends at any status. */
-      size_t i;
-      for (i = 0; i < n; i++) rates[i] = NAN;
+   for (i = 0; i < n; i++) finite = finite && isfinite(self->state[i]);
+   if (finite) {
+      status = contensou_simulation_derivative(self->simulation, self->time, self->state,
+                                               self->states, rates, &error);
+      if (status != 1) return told(self, status, error);
       contensou_error_free(error);
-      return 0;
    }
-   return told(self, status, error);
+   /* A step that is too long has gone out of the domain of the model. Rates that are no numbers let
+    * the host take a shorter one, also one that ends at any status; its iteration may then ask for
+    * those of a state that is no number either. */
+   for (i = 0; i < n; i++) rates[i] = NAN;
+   return 0;
 }
 
 int fmu_indicators(fmu_instance *self, double *values, size_t n)

@@ -1,11 +1,11 @@
 """Draw figures of Kosenko and Aleksandrov (2009), error against cost, and scenes.
 
 Everything comes from fresh runs of the program: figures 2 and 3, the friction force and torque of
-each model, from `contensou eval wrench`; figures 6 to 8, the Tippe-Top, figure 10, the bearing,
-the rattleback and the egg, what tangential elasticity does, what rolls, from `contensou run`; the figures
-of error against cost, one for each kernel, from `contensou bench kernels`; `accuracy`, those and
-the tables of docs/accuracy.md, from `contensou cost`, only if it is named. The choice of curves and
-scales is ours; the figures are no copies of the printed ones.
+each model, from `contensou eval wrench`; figures 6 to 8, the Tippe-Top, figure 10, the bearing, the
+rattleback and the egg, what tangential elasticity does, what rolls, from `contensou run`; the
+figures of error against cost, one for each kernel, from `contensou bench kernels`; `accuracy`,
+those and the tables of docs/accuracy.md, from `contensou cost`, only if it is named. The choice of
+curves and scales is ours; the figures are no copies of the printed ones.
 """
 
 from __future__ import annotations

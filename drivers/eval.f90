@@ -173,7 +173,8 @@ contains
          nl // &
          "curved_wrench  N,a,b,f,Lxx,Lxy,Lyy,vx,vy,w,wx,wy  to Fx,Fy,Tz,Mx,My   adaptive, " // &
          "product" // nl // &
-         "creep     N,a,b,f,G,nu,vx,vy,w,cx,cy  to Fx,Fy,Tz   sliding, table," // nl // &
+         "creep     N,a,b,f,G,nu,vx,vy,w,cx,cy  to Fx,Fy,Tz   sliding, linear," // nl // &
+         "                                                  strip, polach, brush, table," // nl // &
          "                                                  boundary_elements" // nl // &
          "kalker                a_over_b,nu,chi  to C11,C12,C22,C13,C23,C33   table;" // nl // &
          "   chi [deg] from the axis a to the rolling direction" // nl // &

@@ -1,6 +1,8 @@
 !> Table of the laws of creep.
 module contensou_contact_creep
    use contensou_contact_creep_boundary_elements, only : boundary_elements
+   use contensou_contact_creep_brush, only : brush
+   use contensou_contact_creep_closed, only : linear, polach, strip
    use contensou_contact_creep_law, only : creep_model_type, creep_type
    use contensou_contact_creep_sliding, only : full_sliding
    use contensou_contact_creep_table, only : tabulated
@@ -16,6 +18,10 @@ contains
       type(creep_model_type), allocatable :: models(:)
 
       models = [full_sliding(), &
+         linear(), &
+         strip(), &
+         polach(), &
+         brush(), &
          tabulated(), &
          boundary_elements()]
    end function creep_models

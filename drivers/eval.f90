@@ -13,7 +13,7 @@ module contensou_drivers_eval
    use contensou_base_schema, only : admits, kind_real
    use contensou_base_text, only : did_you_mean, join, lower, quote, strings
    use contensou_contact_catalogue, only : law_keys_type
-   use contensou_contact_creep, only : creep_model_type, creep_models, creep_type
+   use contensou_contact_creep, only : creep_model_type, creep_models, creep_type, default_creep
    use contensou_contact_creep_law, only : creep_spot, passing_type
    use contensou_contact_curved_spot, only : curved_spot_type
    use contensou_contact_kalker, only : kalker_coefficients
@@ -173,8 +173,8 @@ contains
          nl // &
          "curved_wrench  N,a,b,f,Lxx,Lxy,Lyy,vx,vy,w,wx,wy  to Fx,Fy,Tz,Mx,My   adaptive, " // &
          "product" // nl // &
-         "creep     N,a,b,f,G,nu,vx,vy,w,cx,cy  to Fx,Fy,Tz   sliding, linear," // nl // &
-         "                                                  strip, polach, brush, table," // nl // &
+         "creep     N,a,b,f,G,nu,vx,vy,w,cx,cy  to Fx,Fy,Tz   table, sliding," // nl // &
+         "                                                  linear, strip, polach, brush," // nl // &
          "                                                  boundary_elements" // nl // &
          "kalker                a_over_b,nu,chi  to C11,C12,C22,C13,C23,C33   table;" // nl // &
          "   chi [deg] from the axis a to the rolling direction" // nl // &
@@ -402,7 +402,7 @@ contains
       integer :: i
 
       models = creep_models()
-      call choose("law of creep", config%model, "sliding", models%info%name, i, error)
+      call choose("law of creep", config%model, default_creep, models%info%name, i, error)
       if (allocated(error)) return
       evaluation%magnitudes = creep_magnitudes
       evaluation%magnitude_names = "N, a, b, f and G"

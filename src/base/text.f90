@@ -411,8 +411,8 @@ contains
       n = len_trim(noun)
       plural = noun(:n) // "s"
       if (n < 2) return
-      if (noun(n:n) == "y" .and. scan(noun(n - 1:n - 1), "aeiou") == 0) &
-         plural = noun(:n - 1) // "ies"
+      if (noun(n:n) /= "y" .or. scan(noun(n - 1:n - 1), "aeiou") > 0) return
+      plural = noun(:n - 1) // "ies"
    end function plural
 
 end module contensou_base_text

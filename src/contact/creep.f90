@@ -9,7 +9,10 @@ module contensou_contact_creep
    implicit none(type, external)
    private
 
-   public :: creep_type, creep_model_type, creep_models
+   public :: creep_type, creep_model_type, creep_models, default_creep
+
+   !> The law that is meant where none is named.
+   character(len=*), parameter :: default_creep = "table"
 
 contains
 

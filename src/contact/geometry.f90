@@ -203,8 +203,8 @@ module contensou_contact_geometry
          type(contact_variation_type), intent(out) :: variation
       end subroutine vary_interface
 
-      !> Half of the difference of the curvature forms of B and A: the spot lies at (1/2) r.L r along
-      !> the normal.
+      !> Half of the difference of the curvature forms of B and A: the spot lies at (1/2) r.L r
+      !> along the normal.
       pure subroutine form_interface(self, a, b, track, at, form)
          import :: geometry_type, pose_type, contact_point_type, track_type, wp
          implicit none(type, external)

@@ -272,7 +272,11 @@ def test_ball_in_a_groove_has_the_kernel_of_its_spot(simulate, evaluate, order):
 def test_rolling_in_a_groove_goes_on_but_loses(simulate):
     # A ball without spin that rolls: on a flat spot it loses nothing, on a curved one what Johnson
     # has, here of a spot that is not very slender.
-    roll = ("ball.angular_velocity=0,100.1,0", "ball.position=0,0,-6.02e-4", "c.damping_coefficient=500")
+    roll = (
+        "ball.angular_velocity=0,100.1,0",
+        "ball.position=0,0,-6.02e-4",
+        "c.damping_coefficient=500",
+    )
     curved = simulate(GROOVE, *roll).columns
     flat = simulate(GROOVE.replace("spot_error = 1.0e-7", ""), *roll, "c.spot=flat").columns
     assert "spot_moment" not in flat

@@ -520,8 +520,9 @@ contains
       type(worst_type) :: worst
       type(random_type) :: random
       type(spring_spot_type) :: spot
-      real(wp) :: states(n_states), moved(n_states), wrench(3), rates(n_states), &
-         slopes(3 + n_states, 5 + n_states), ahead(3), behind(3), unit(3), h, scale(3)
+      real(wp) :: states(n_states), steps(0:n_states), change(0:n_states), wrench(3), &
+         rates(n_states), slopes(3 + n_states, 5 + n_states), ahead(3), behind(3), unit(3), h, &
+         scale(3)
       real(wp), parameter :: carried(2) = [1.0e-3_wp, 2.0e-3_wp]
       integer :: i, j, k
 
@@ -545,27 +546,18 @@ contains
             states(3:5) = random%decades(-2.0_wp, 0.0_wp)*unit*random%vector(3)
             states(6) = 1.0e-2_wp*a
             call contact%vary(friction, spot%shape, slides, carried, states, wrench, rates, slopes)
+            steps = 1.0e-6_wp*[slides%load, 1.0_wp, 1.0_wp, unit, a]
             do j = 0, n_states
-               h = 1.0e-6_wp
-               if (j == 0) h = h*slides%load
-               if (j >= 3 .and. j <= 5) h = h*unit(j - 2)
-               if (j == 6) h = h*a
+               h = steps(j)
+               change = 0.0_wp
+               change(j) = h
                there = slides
-               moved = states
-               if (j == 0) then
-                  there%load = there%load + h
-               else
-                  moved(j) = moved(j) + h
-               end if
-               call contact%evolve(friction, spot%shape, there, carried, moved, ahead, rates)
-               there = slides
-               moved = states
-               if (j == 0) then
-                  there%load = there%load - h
-               else
-                  moved(j) = moved(j) - h
-               end if
-               call contact%evolve(friction, spot%shape, there, carried, moved, behind, rates)
+               there%load = there%load + change(0)
+               call contact%evolve(friction, spot%shape, there, carried, states + change(1:), &
+                  ahead, rates)
+               there%load = slides%load - change(0)
+               call contact%evolve(friction, spot%shape, there, carried, states - change(1:), &
+                  behind, rates)
                call worst%note(maxval(abs((ahead - behind)/(2.0_wp*h) &
                   - slopes(:3, merge(1, 5 + j, j == 0)))/scale)*h*1.0e6_wp, j)
             end do

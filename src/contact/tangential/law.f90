@@ -5,7 +5,7 @@ module contensou_contact_tangential_law
    use contensou_base_schema, only : kind_choice, kind_integer
    use contensou_base_text, only : quote, string_type, strings
    use contensou_contact_catalogue, only : law_keys_type, model_info_type, model_type
-   use contensou_contact_creep, only : creep_model_type, creep_models
+   use contensou_contact_creep, only : creep_model_type, creep_models, default_creep
    use contensou_contact_creep_steady, only : steady_type
    use contensou_contact_friction_law, only : friction_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type
@@ -15,9 +15,6 @@ module contensou_contact_tangential_law
    private
 
    public :: tangential_model_type, spring, elastic, rolling
-
-   !> Law of creep of steady rolling that names none.
-   character(len=*), parameter :: default_creep = "table"
 
    !> A row in the table of the models of tangential elasticity.
    type, extends(model_type) :: tangential_model_type

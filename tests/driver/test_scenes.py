@@ -444,6 +444,7 @@ def test_the_reader_of_the_compiler_knows_all_keys(inputs, run, fortran_reader, 
     stop = tmp_path / "stop.nml"
     stop.write_text(
         "&stop when = 'rest' /\n&output contact_geometry = .false., rolling = .true. /\n"
+        "&spring name = 's' /\n"
     )
     known = {
         (group, key)

@@ -143,7 +143,8 @@ def test_strips_of_carter(evaluate):
     load, a, b, f, g, nu = 1000, 1e-3, 5e-4, 0.3, 8e10, 0.3
     rows = [(load, a, b, f, g, nu, vx * 1e-3, 0, 0, -1, 0) for vx in (0.01, 0.5, 1, 2, 5, 20)]
     strips = evaluate("creep", INPUTS, rows, "--model", "strip")
-    for one, linear in zip(strips, evaluate("creep", INPUTS, rows, "--model", "linear"), strict=True):
+    lines = evaluate("creep", INPUTS, rows, "--model", "linear")
+    for one, linear in zip(strips, lines, strict=True):
         s = min(1, -linear["Fx"] / (f * load) * 4 / (3 * math.pi))
         h = math.sqrt(1 - s * s)
         force = 1.5 * (s * math.acos(s) + 2 / 3 - h + h**3 / 3)

@@ -3,18 +3,18 @@
 !> In axes xi along c and eta across it the deflection of bristles gives the traction -t on body 1,
 !>    V dt/dxi = g - lambda t,  |t| <= f p,  lambda >= 0,  lambda (|t| - f p) = 0,
 !>    g = M u + w (-eta/L3 + xi/L13, xi/L3),
-!> from t = 0 at the inlet on. M = (3 G/(8 l0)) (C11 C12; C12 C22), 1/L3 = 4 G C23 sqrt(ab)/
-!> (pi l0^2) and 1/L13, with C13, make the forces of small creep those of Kalker; l0 is the
-!> half-length of the strip through the centre. With tau the linear wrench over f N they are blended into one
+!> from t = 0 at the inlet on. M = (3 G/(8 l0)) (C11 C12; C12 C22), 1/L3 = 4 G C23 sqrt(ab)/ (pi
+!> l0^2) and 1/L13, with C13, make the forces of small creep those of Kalker; l0 is the half-length
+!> of the strip through the centre. With tau the linear wrench over f N they are blended into one
 !> flexibility, gamma = tau^2/(tau^2 + 36), so that large creep slides as a rigid body does, and
 !> multiplied by a correction fitted to solutions by boundary elements. What the torque of bristles
 !> lacks of that of the linear theory, which is reciprocal, is added times 1/(1 + (pi tau/4)^2)^2.
 !>
 !> Where it sticks t is a quadratic along a strip, and it first slips at a root of a cubic. Where it
-!> slips, for the rest of the strip, t = f p (cos th, sin th); with xi - xi_c = -l cos ph, V (f p0/l0) dth/dph = g_eta cos th -
-!> g_xi sin th, by exponential midpoint steps, which are stable for any V and tend to the direction
-!> of g for V = 0. What the quadrature misses of full sliding, times gamma, is added: at V = 0 the
-!> wrench is the exact one.
+!> slips, for the rest of the strip, t = f p (cos th, sin th); with xi - xi_c = -l cos ph, V (f
+!> p0/l0) dth/dph = g_eta cos th - g_xi sin th, by exponential midpoint steps, which are stable for
+!> any V and tend to the direction of g for V = 0. What the quadrature misses of full sliding, times
+!> gamma, is added: at V = 0 the wrench is the exact one.
 module contensou_contact_creep_brush
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_catalogue, only : model_info_type

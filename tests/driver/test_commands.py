@@ -231,7 +231,7 @@ def keys(run):
 
 def test_help_lists_all_groups(keys):
     expected = "scene material body surface contact integrator output bearing constants defaults"
-    expected += " contacts stop cost sweep parameter value"
+    expected += " contacts stop cost spring sweep parameter value"
     assert list(keys) == expected.split()
     assert sum(len(group) for group in keys.values()) >= 40
 

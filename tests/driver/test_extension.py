@@ -26,7 +26,7 @@ FOLDER = ROOT / "tests" / "extension"
 METHODS = ("cvode_bdf", "cvode_adams", "explicit8", "auto")
 NAMES = ("law", "law_with_state", "shape", "quantity", "command")
 # What a build needs of the tree.
-SOURCES = ("meson.build", "meson_options.txt", "src", "drivers", "include", "scripts")
+SOURCES = ("meson.build", "meson_options.txt", "src", "drivers", "fmu", "include", "scripts")
 OPTIONS = (
     *("--buildtype=debug", "-Doptimization=0", "-Ddebug=false"),
     *("-Dtests=false", "-Dlink_time_optimization=false"),

@@ -188,7 +188,7 @@ end program count_touches
 
 def test_the_header_is_plain_c_and_c_plus_plus(installed, tmp_path):
     folder, _ = installed
-    header = folder / "include" / "contensou.h"
+    (header,) = folder.rglob("include/contensou/contensou.h")
     for language, compiler in (("c", "gcc"), ("c++", "g++")):
         if shutil.which(compiler) is None:
             pytest.skip(f"there is no {compiler}")

@@ -21,7 +21,7 @@ module contensou_contact_creep_half_space
    implicit none(type, external)
    private
 
-   public :: lattice_type, influence_type, spot_lattice, rolling_influence, contact_influence
+   public :: lattice_type, influence_type, spot_lattice, rolling_influence
    public :: solve_tractions, displace, resultant, refine
 
    !> Elements of a spot.

@@ -85,9 +85,9 @@ module contensou_base_operating_system
       end subroutine release_signals
 
       !> Turn what batch systems and lost terminals send into a flag for `signal_received`, what was
-      !> held back until then among it: SIGINT, SIGTERM, SIGHUP unless it is ignored, SIGUSR1, SIGUSR2, SIGXCPU and others. A SIGINT or
-      !> SIGTERM that follows more than a second later acts at once. A file-size limit and a closed
-      !> pipe become write errors.
+      !> held back until then among it: SIGINT, SIGTERM, SIGHUP unless it is ignored, SIGUSR1,
+      !> SIGUSR2, SIGXCPU and others. A SIGINT or SIGTERM that follows more than a second later acts
+      !> at once. A file-size limit and a closed pipe become write errors.
       subroutine catch_signals() bind(c, name="contensou_system_catch_signals")
          implicit none(type, external)
       end subroutine catch_signals

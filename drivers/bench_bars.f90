@@ -56,6 +56,10 @@ contains
          1.0e-12_wp)
       call add("exact Jacobian: error over the largest entry", worst(suite, jacobian, "", [4]), &
          1.0e-13_wp)
+      call add("curved spot within 1e-10: error [f N, f N a]", &
+         worst(suite, "curved_wrench within_1e-10", "", [1, 2]), 1.0e-10_wp)
+      call add("curved spot within 1e-6: error [f N, f N a]", &
+         worst(suite, "curved_wrench within_1e-6", "", [1, 2]), 1.0e-5_wp)
       call add("inside, circle: exact over simplified", &
          largest_ratio(suite, exact, simplified, "circle_inside"), 1.3_wp)
       call add("inside, k = 0.3: exact over simplified", &

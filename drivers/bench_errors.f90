@@ -3,14 +3,15 @@ module contensou_drivers_bench_errors
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan, ieee_quiet_nan, ieee_value
    use contensou_base_kinds, only : wp
    use contensou_drivers_bench_baselines, only : boost_ke
+   use contensou_drivers_bench_curved, only : curved_reference
    use contensou_drivers_bench_reference, only : new_rule, qp, reference_elliptic, &
       reference_hertz, reference_wrench, rule_type
    use contensou_contact_hertz, only : hertz_spot_type
    use contensou_contact_wrench, only : slip_type
-   use contensou_drivers_bench_suite, only : case_type, kernel_elliptic, kernel_hertz, &
-      kernel_jacobian, kernel_ke, kernel_log, kernel_wrench, max_results, n_arguments, rung_type, &
-      suite_type, way_boost_ke, way_elliptic, way_fixed_hertz, way_gsl_ke, way_hertz, &
-      way_tables_ke, way_wrench
+   use contensou_drivers_bench_suite, only : case_type, kernel_curved, kernel_elliptic, &
+      kernel_hertz, kernel_jacobian, kernel_ke, kernel_log, kernel_wrench, max_results, &
+      n_arguments, rung_type, suite_type, way_boost_ke, way_elliptic, way_fixed_hertz, &
+      way_gsl_ke, way_hertz, way_tables_ke, way_wrench
    use contensou_special_elliptic, only : complete_elliptic
    use contensou_special_gsl, only : gsl_complete_ke
    implicit none(type, external)
@@ -67,6 +68,7 @@ contains
       logical, intent(in) :: quick
       type(rule_type) :: rule
       real(qp) :: wrench(3), jacobian(3, 3)
+      real(wp) :: curved(3)
       integer :: i, j
 
       rule = new_rule()
@@ -75,7 +77,8 @@ contains
             if (c%kernel == kernel_log) cycle
             c%checked = n_arguments
             if (quick) c%checked = 256
-            if (any(c%kernel == [kernel_wrench, kernel_jacobian])) c%checked = c%checked/4
+            if (any(c%kernel == [kernel_wrench, kernel_jacobian, kernel_curved])) c%checked &
+               = c%checked/4
             allocate(c%reference(max_results, c%checked))
             if (any(c%kernel == [kernel_ke, kernel_jacobian])) cycle
             do j = 1, c%checked
@@ -86,6 +89,9 @@ contains
                      results(:6) = reference_elliptic(real(x(1), qp))
                   case (kernel_hertz)
                      results(:5) = reference_hertz(x(1), x(2), x(3), x(4))
+                  case (kernel_curved)
+                     call curved_reference(c%shape, slip_type(x(1), x(2), x(3)), curved)
+                     results(:3) = real(curved, qp)
                   case default
                      call reference_wrench(rule, c%ratio, x(1), x(2), x(3), wrench, jacobian)
                      results = [wrench, reshape(jacobian, [9])]
@@ -109,7 +115,7 @@ contains
    !> Number of quantities whose errors are told: as many as `quantities_of` names.
    pure integer function quantity_count(kernel)
       integer, intent(in) :: kernel
-      integer, parameter :: counts(6) = [0, 6, 2, 5, 3, 4]
+      integer, parameter :: counts(7) = [0, 6, 2, 5, 3, 4, 3]
 
       quantity_count = counts(kernel)
    end function quantity_count
@@ -166,7 +172,7 @@ contains
       associate (reference => c%reference(:, j))
          differences = abs(real(results, qp) - reference)
          select case (c%kernel)
-         case (kernel_wrench, kernel_jacobian)
+         case (kernel_wrench, kernel_jacobian, kernel_curved)
             errors(1) = real(maxval(differences(1:2)), wp)
             errors(2) = real(differences(3), wp)
             errors(3) = real(differences(3)/abs(reference(3)), wp)

@@ -9,8 +9,9 @@ module contensou_drivers_bench_report
    use contensou_base_text, only : right
    use contensou_drivers_bench_bars, only : bar_type, bars_of, met
    use contensou_drivers_bench_baselines, only : boost_version
-   use contensou_drivers_bench_suite, only : kernel_elliptic, kernel_hertz, kernel_jacobian, &
-      kernel_ke, kernel_log, kernel_names, kernel_wrench, max_quantities, name_length, suite_type
+   use contensou_drivers_bench_suite, only : kernel_curved, kernel_elliptic, kernel_hertz, &
+      kernel_jacobian, kernel_ke, kernel_log, kernel_names, kernel_wrench, max_quantities, &
+      name_length, suite_type
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, hdf5_version, series_real
    use contensou_files_provenance, only : put_header
    implicit none(type, external)
@@ -86,6 +87,12 @@ contains
          layout%groups(:4) = [1, 1, 2, 3]
          layout%headings = [character(len=name_length) :: "F, T", "T, relative", &
             "J over largest"]
+      case (kernel_curved)
+         layout%title = "friction of a curved spot: v_x, v_y, a w -> F, T"
+         layout%n = 3
+         layout%quantities(:3) = [character(len=name_length) :: "F", "T", "T_relative"]
+         layout%groups(:3) = [1, 1, 2]
+         layout%headings(:2) = [character(len=name_length) :: "F, T", "T, relative"]
       case default
          layout%title = ""
       end select
@@ -116,7 +123,7 @@ contains
       text = "one log() takes " // trim(adjustl(cell(1.0e9_wp*logarithm(1), 8))) // &
          " ns in throughput and " // trim(adjustl(cell(1.0e9_wp*logarithm(2), 8))) // &
          " ns in a chain" // nl
-      do kernel = kernel_elliptic, kernel_jacobian
+      do kernel = kernel_elliptic, kernel_curved
          layout = layout_of(kernel)
          text = text // nl // trim(kernel_names(kernel)) // ": " // trim(layout%title) // nl
          if (layout%unit == "ulp") then
@@ -282,7 +289,7 @@ contains
       call file%put_value("/log/ns_chain", 1.0e9_wp*suite%rungs(1)%seconds(2), "ns", &
          "time of log() in a dependent chain", error)
       call file%put_value("/log/rounds", rounds, "1", "rounds of batches", error)
-      do kernel = kernel_log + 1, kernel_jacobian
+      do kernel = kernel_log + 1, kernel_curved
          call put_kernel(suite, kernel, file, error)
       end do
       call put_bars(suite, file, error)

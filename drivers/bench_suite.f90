@@ -7,10 +7,12 @@ module contensou_drivers_bench_suite
       new_hertz
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
    use contensou_contact_vilke, only : vilke_models
-   use contensou_contact_wrench, only : wrench_exact_jacobian, wrench_jacobian_kernel, &
-      wrench_kernel, wrench_simplified_jacobian
+   use contensou_contact_wrench, only : wrench_exact, wrench_exact_jacobian, &
+      wrench_jacobian_kernel, wrench_kernel, wrench_simplified_jacobian
    use contensou_drivers_bench_baselines, only : boost_version, elliptic_boost, newton_agm, &
       newton_gsl
+   use contensou_drivers_bench_curved, only : curved_10, curved_4, curved_6, curved_product, &
+      slip_by_rolling
    use contensou_drivers_bench_reference, only : qp
    use contensou_special_elliptic, only : elliptic_kernel, elliptic_model_type, elliptic_models
    implicit none(type, external)
@@ -18,7 +20,8 @@ module contensou_drivers_bench_suite
 
    public :: suite_type, case_type, rung_type, new_suite
    public :: name_length, kernel_names, n_arguments, max_quantities, max_results
-   public :: kernel_log, kernel_elliptic, kernel_ke, kernel_hertz, kernel_wrench, kernel_jacobian
+   public :: kernel_log, kernel_elliptic, kernel_ke, kernel_hertz, kernel_wrench, kernel_jacobian, &
+      kernel_curved
    public :: way_log, way_elliptic, way_tables_ke, way_boost_ke, way_gsl_ke, way_hertz, &
       way_fixed_hertz, way_wrench, way_jacobian
 
@@ -26,11 +29,11 @@ module contensou_drivers_bench_suite
    integer, parameter :: name_length = 20
 
    integer, parameter :: kernel_log = 1, kernel_elliptic = 2, kernel_ke = 3, kernel_hertz = 4, &
-      kernel_wrench = 5, kernel_jacobian = 6
+      kernel_wrench = 5, kernel_jacobian = 6, kernel_curved = 7
 
    !> Their names.
-   character(len=*), parameter :: kernel_names(6) = [character(len=name_length) :: "log", &
-      "elliptic", "elliptic_ke", "hertz", "wrench", "wrench_jacobian"]
+   character(len=*), parameter :: kernel_names(7) = [character(len=name_length) :: "log", &
+      "elliptic", "elliptic_ke", "hertz", "wrench", "wrench_jacobian", "curved_wrench"]
 
    !> How a rung is called.
    integer, parameter :: way_log = 1, way_elliptic = 2, way_tables_ke = 3, way_boost_ke = 4, &
@@ -115,6 +118,7 @@ contains
       call add_elliptic(suite, state)
       call add_hertz(suite, state)
       call add_wrench(suite, state)
+      call add_curved(suite, state)
       call add_rungs(suite)
    end subroutine new_suite
 
@@ -248,6 +252,27 @@ contains
       end do
    end subroutine add_wrench
 
+   !> A case of a ball that rolls in a groove: b/a = 0.1, sliding and spinning up to 0.6 of the slip
+   !> by rolling.
+   subroutine add_curved(suite, state)
+      type(suite_type), intent(inout) :: suite
+      !> State of the random numbers.
+      integer(i8), intent(inout) :: state
+      integer :: i, j
+
+      call add_case(suite, kernel_curved, "groove", &
+         "b/a = 0.1, sliding and spinning up to 0.6 of the slip by rolling, even")
+      associate (c => suite%cases(size(suite%cases)))
+         c%ratio = 0.1_wp
+         c%shape = elliptic_shape(c%ratio)
+         do j = 1, n_arguments
+            do i = 1, 3
+               c%arguments(i, j) = 0.6_wp*slip_by_rolling*(2.0_wp*uniform(state) - 1.0_wp)
+            end do
+         end do
+      end associate
+   end subroutine add_curved
+
    !> The rungs of every case.
    subroutine add_rungs(suite)
       type(suite_type), intent(inout) :: suite
@@ -300,6 +325,17 @@ contains
                rung%wrench => friction(i)%kernel
                if (associated(rung%wrench)) call add(friction(i)%info%name, way_wrench)
             end do
+         case (kernel_curved)
+            rung%wrench => curved_10
+            call add("within_1e-10", way_wrench)
+            rung%wrench => curved_6
+            call add("within_1e-6", way_wrench)
+            rung%wrench => curved_4
+            call add("within_1e-4", way_wrench)
+            rung%wrench => curved_product
+            call add("product", way_wrench)
+            rung%wrench => wrench_exact
+            call add("flat", way_wrench)
          case default
             rung%jacobian => wrench_simplified_jacobian
             call add("contensou_simplified", way_jacobian)

@@ -1,5 +1,6 @@
 !> The commands of the program: a row for each.
 module contensou_drivers_commands
+   use contensou_drivers_bearing, only : bearing_command
    use contensou_drivers_bench, only : bench_command
    use contensou_drivers_check, only : check_command
    use contensou_drivers_command_line, only : command_type
@@ -34,6 +35,7 @@ contains
       call add(commands, models_command())
       call add(commands, eval_command())
       call add(commands, equilibrium_command())
+      call add(commands, bearing_command())
       call add(commands, cost_command())
       call add(commands, bench_command())
       call add(commands, diff_command())

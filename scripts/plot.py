@@ -2,7 +2,7 @@
 
 A run: what moves of its bodies, contacts and energy balance over time, and the paths. A study of
 `contensou cost`: error against CPU time. The table of `contensou sweep`: results over one or two
-parameters.
+parameters. With --loads the loads of ball bearings around their rings.
 """
 
 from __future__ import annotations
@@ -26,6 +26,9 @@ def main(name: str = "scripts/plot") -> int:
     parser.add_argument(
         "-o", "--output", type=Path, metavar="PNG", help="picture; default beside FILE, as .png"
     )
+    parser.add_argument(
+        "--loads", action="store_true", help="loads of the balls of bearings around their rings"
+    )
     of_sweeps = parser.add_argument_group(
         "tables of sweeps", "What is not given is chosen by the data; names are those of the table."
     )
@@ -46,7 +49,7 @@ def main(name: str = "scripts/plot") -> int:
     picture = options.output or default_picture(options.file)
     try:
         check_picture(options.file, picture)
-        figure = figure_of(options.file, wishes)
+        figure = figure_of(options.file, wishes, loads=options.loads)
         style.save(figure, picture)
     except ResultError as problem:
         print(f"error: {style.shown(str(problem))}", file=sys.stderr)

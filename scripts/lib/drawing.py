@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from . import loads as bearing_loads
 from . import motion, seal, style, sweeps, work_precision
 from .results import Result, ResultError
 
@@ -186,13 +187,13 @@ def describe(result: Result) -> str:
     return "  ·  ".join(parts)
 
 
-def figure_of(file: Path, wishes: sweeps.Wishes) -> Figure:
+def figure_of(file: Path, wishes: sweeps.Wishes, *, loads: bool = False) -> Figure:
     """The picture of a file; an error in words, however damaged it is."""
     sealed = False
     try:
         if file.is_file():
             sealed = seal.check(file)
-        return draw_file(file, wishes)
+        return bearing_loads.draw(Result(file)) if loads else draw_file(file, wishes)
     except ResultError:
         raise
     except seal.DamageError as problem:

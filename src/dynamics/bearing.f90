@@ -7,6 +7,11 @@
 !> bearing: tan alpha = h/(r_i + r_o - 2 r - P/2) with h the displacement of the inner ring along
 !> the axis against the outer one. The approaches d_i and d_o fill what the line is longer than
 !> r_i + r_o - 2 r, and with Q = K_i d_i^(3/2) = K_o d_o^(3/2) an axial load is Z Q sin alpha.
+!>
+!> Grooves with two arcs each touch an unloaded ball at four points, at a contact angle alpha_0, the
+!> lean of the arcs: their centres lie at (r_k - r) sin(alpha_0) on both sides of the plane of the
+!> ball, and cos(alpha_0) shortens the plays r_k - r across the axis. Under an axial load a ball is
+!> held by the two arcs that are opposite each other.
 !> A. Palmgren, Ball and Roller Bearing Engineering (1959); T. A. Harris, Rolling Bearing Analysis
 !> (2001), chapters 6 and 7.
 module contensou_dynamics_bearing
@@ -30,7 +35,11 @@ module contensou_dynamics_bearing
       real(wp) :: groove(2) = 0.0_wp
       !> Diametral clearance [m].
       real(wp) :: clearance = 0.0_wp
+      !> Contact angle of unloaded balls in grooves with two arcs each [rad]; 0 for one arc.
+      real(wp) :: lean = 0.0_wp
    contains
+      procedure :: reach
+      procedure :: arc_offset
       procedure :: centre_circles
       procedure :: gap
       procedure :: clearance_at
@@ -53,16 +62,35 @@ module contensou_dynamics_bearing
       real(wp) :: shift = 0.0_wp
       !> Approaches at the inner and the outer ring [m].
       real(wp) :: approach(2) = 0.0_wp
+      !> Whether balls lie in the middle of four arcs, all alike.
+      logical :: centred = .false.
    end type bearing_state_type
 
 contains
+
+   !> Distances across the axis of the centres of the arcs from the centre of an unloaded ball
+   !> without clearance: inner, outer [m].
+   pure function reach(self) result(distance)
+      class(ball_bearing_type), intent(in) :: self
+      real(wp) :: distance(2)
+
+      distance = (self%groove - self%r)*cos(self%lean)
+   end function reach
+
+   !> The same along the axis, 0 for one arc [m].
+   pure function arc_offset(self) result(distance)
+      class(ball_bearing_type), intent(in) :: self
+      real(wp) :: distance(2)
+
+      distance = (self%groove - self%r)*sin(self%lean)
+   end function arc_offset
 
    !> Radii of the centre circles of the grooves: inner, outer [m].
    pure function centre_circles(self) result(radii)
       class(ball_bearing_type), intent(in) :: self
       real(wp) :: radii(2), play(2)
 
-      play = self%groove - self%r
+      play = self%reach()
       radii = self%pitch + [play(1), -play(2)] + 0.25_wp*self%clearance*[-1.0_wp, 1.0_wp]
    end function centre_circles
 
@@ -71,7 +99,8 @@ contains
       class(ball_bearing_type), intent(in) :: self
       real(wp) :: distance
 
-      distance = sum(self%groove) - 2.0_wp*self%r - 0.5_wp*self%clearance
+      distance = sum(self%groove) - 2.0_wp*self%r - 0.5_wp*self%clearance &
+         - sum(self%groove - self%r - self%reach())
    end function gap
 
    !> Diametral clearance with which the unloaded balls touch at a contact angle [m].
@@ -119,10 +148,12 @@ contains
    !> Pitch diameter below which a ring has no room on its side of the axis: inner, outer [m].
    pure function least_pitch(bearing) result(diameter)
       class(ball_bearing_type), intent(in) :: bearing
-      real(wp) :: diameter(2)
+      real(wp) :: diameter(2), shorter(2)
 
-      diameter(1) = 2.0_wp*bearing%r + 0.5_wp*bearing%clearance
-      diameter(2) = 4.0_wp*bearing%groove(2) - 2.0_wp*bearing%r - 0.5_wp*bearing%clearance
+      shorter = bearing%groove - bearing%r - bearing%reach()
+      diameter(1) = 2.0_wp*bearing%r + 0.5_wp*bearing%clearance + 2.0_wp*shorter(1)
+      diameter(2) = 4.0_wp*bearing%groove(2) - 2.0_wp*bearing%r - 0.5_wp*bearing%clearance &
+         - 2.0_wp*shorter(2)
    end function least_pitch
 
    !> Axial force at a contact angle [N], and the approaches that it goes with.
@@ -160,7 +191,8 @@ contains
    end subroutine axial_force
 
    !> Equilibrium with an axial load; without a load and without a preload the ring is in the middle
-   !> of its clearance.
+   !> of its clearance. Of two arcs each, without a load or with an interference, too: all four then
+   !> carry.
    subroutine find_equilibrium(bearing, law, load, state, largest_load)
       class(ball_bearing_type), intent(in) :: bearing
       !> Normal part of a ball on a ring, whatever its curvatures.
@@ -175,6 +207,11 @@ contains
 
       low = 0.0_wp
       largest_load = -1.0_wp
+      state%centred = bearing%lean > 0.0_wp .and. (load <= 0.0_wp .or. bearing%clearance < 0.0_wp)
+      if (state%centred) then
+         state%approach = -0.25_wp*bearing%clearance*cos(bearing%lean)
+         return
+      end if
       if (load <= 0.0_wp .and. bearing%clearance >= 0.0_wp) then
          state%approach = -0.25_wp*bearing%clearance
          return
@@ -198,7 +235,7 @@ contains
       end if
       call bearing%axial_force(law, low, state%approach, force)
       state%angle = low
-      state%shift = bearing%gap()*tan(low)
+      state%shift = bearing%gap()*tan(low) - sum(bearing%arc_offset())
    end subroutine find_equilibrium
 
    !> Distance of the centre of a ball from the axis, and along it from the plane of the outer
@@ -234,6 +271,10 @@ contains
 
       centre = bearing%ball_centre(state%angle, state%approach)
       arm = bearing%r - 0.5_wp*state%approach
+      if (state%centred) then
+         centre = [bearing%pitch, 0.0_wp]
+         arm = arm*cos(bearing%lean)
+      end if
       contact = centre(1) + arm*cos(state%angle)*[-1.0_wp, 1.0_wp]
       spin = (speed(1)*contact(1) - speed(2)*contact(2))/sum(arm)
       orbit = (speed(1)*contact(1) - spin*arm(1))/centre(1)

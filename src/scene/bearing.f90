@@ -31,6 +31,13 @@ module contensou_scene_bearing
    !> Largest cosine between the axis and a direction across it.
    real(wp), parameter :: askew = 1.0e-6_wp
 
+   !> Overlap of balls that just touch, over their radius.
+   real(wp), parameter :: touch = 1.0e-11_wp
+
+   !> Names of the arcs of a groove in those of surfaces and contacts: one arc, or the two by the
+   !> side of the groove on which balls touch them, along the axis and against it.
+   character(len=*), parameter :: single(1) = [""], double(2) = ["_upper", "_lower"]
+
    !> What a group `bearing` says, in numbers.
    type, extends(ball_bearing_type) :: bearing_type
       character(len=:), allocatable :: name
@@ -50,6 +57,8 @@ module contensou_scene_bearing
       real(wp) :: origin(3, 2) = 0.0_wp, attitude(3, 3, 2) = 0.0_wp
       !> Contact angle without load and play [rad]; 0 where the clearance is given.
       real(wp) :: angle = 0.0_wp
+      !> Axial force with which a bearing of that angle begins without an axial load [N].
+      real(wp) :: preload = 0.0_wp
       !> Loads [N].
       real(wp) :: axial = 0.0_wp, radial = 0.0_wp
       !> Direction of the radial load, unit vector.
@@ -135,7 +144,7 @@ contains
    integer function size_of(group)
       type(group_settings_type), intent(in) :: group
 
-      size_of = 5 + 6*max(group%integer("ball_count"), 1)
+      size_of = 7 + 8*max(group%integer("ball_count"), 1)
    end function size_of
 
    !> Read and check a bearing.
@@ -183,6 +192,7 @@ contains
       bearing%motion = max(instance%choice("ring_motion"), ring_spindle)
       if (has("ring_inertia")) bearing%inertia = instance%vector("ring_inertia", 2)
       bearing%moment = instance%numbers("moment_load")
+      if (has("preload")) bearing%preload = instance%number("preload")
       call read_grooves(instance, bearing, diagnostics)
       call read_angle(instance, bearing, diagnostics)
       call read_carriers(instance, carriers, bearing, diagnostics)
@@ -229,6 +239,10 @@ contains
                wrong(trim(loads(k)), "'" // trim(loads(k)) // "' without 'ring_mass'", &
                "ring_mass = the mass of the loaded ring [kg]")
          end do
+         if (has("preload") .and. .not. abs(bearing%angle) > 0.0_wp) call wrong("preload", &
+            "'preload' without 'contact_angle'", "contact_angle = an angle [rad], or axial_load")
+         if (has("preload") .and. has("ring_mass")) call wrong("preload", &
+            "'preload' beside 'ring_mass'", "axial_load = the load of the ring [N]")
          if (has("ring_motion") .and. .not. has("ring_mass")) call wrong("ring_motion", &
             "'ring_motion' without 'ring_mass'", "ring_mass = the mass of the loaded ring [kg]")
          if (bearing%motion == ring_spindle) then
@@ -276,6 +290,14 @@ contains
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
 
+      if (instance%flag("four_point")) then
+         bearing%lean = instance%number("contact_angle")
+         if (.not. bearing%lean > 0.0_wp) call diagnostics%add(place_of(instance, &
+            trim(merge("contact_angle", "four_point   ", instance%is_given("contact_angle")))), &
+            "'four_point' needs the contact angle of unloaded balls", &
+            "contact_angle > 0 [rad], as 0.61")
+         return
+      end if
       if (.not. instance%is_given("contact_angle")) return
       call instance%refuse("clearance", "'clearance' beside 'contact_angle', from which it " // &
          "follows", "either clearance or contact_angle", diagnostics)
@@ -455,26 +477,34 @@ contains
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
       type(normal_type) :: normal
-      real(wp) :: largest_load, modulus
+      real(wp) :: largest_load, modulus, load
+      logical :: reversed
 
-      if (abs(bearing%axial) > 0.0_wp .or. bearing%clearance < 0.0_wp) then
+      load = merge(bearing%preload, abs(bearing%axial), bearing%preload > 0.0_wp)
+      if (load > 0.0_wp .or. bearing%clearance < 0.0_wp) then
          modulus = contact_modulus(instance, materials)
          ! A material that is missing is reported by who refers to it.
          if (modulus <= 0.0_wp) return
          normal = normal_of(instance, modulus, bearing%r)
       end if
       ! The load on the inner ring along its displacement, whichever ring is loaded.
-      call bearing%find_equilibrium(normal, abs(bearing%axial), bearing%state, largest_load)
-      if (largest_load >= 0.0_wp) call diagnostics%add(place_of(instance, "axial_load"), &
+      call bearing%find_equilibrium(normal, load, bearing%state, largest_load)
+      if (largest_load >= 0.0_wp) call diagnostics%add(place_of(instance, &
+         trim(merge("preload   ", "axial_load", bearing%preload > 0.0_wp))), &
          "the bearing does not carry this axial load", "at most " // to_text(largest_load) // &
          " [N]: the contact angle would go beyond " // to_text(largest_angle) // " rad")
-      if (abs(bearing%angle) > 0.0_wp .and. .not. abs(bearing%axial) > 0.0_wp) then
-         ! Just without play.
-         bearing%state = bearing_state_type(angle=bearing%angle, &
-            shift=bearing%gap()*tan(bearing%angle))
+      reversed = (bearing%axial < 0.0_wp) .neqv. (bearing%loaded == 2)
+      if (bearing%preload > 0.0_wp) then
+         reversed = bearing%angle < 0.0_wp
+      else if (abs(bearing%angle) > 0.0_wp .and. .not. abs(bearing%axial) > 0.0_wp) then
+         ! Just without play: an overlap beyond the rounding of places, so that not each of them
+         ! makes a touch and a lift.
+         bearing%state = bearing_state_type(angle=bearing%angle, approach=spread(touch*bearing%r, &
+            1, 2), shift=bearing%gap()*tan(bearing%angle) + 2.0_wp*touch*bearing%r &
+            /sin(bearing%angle))
          return
       end if
-      if ((bearing%axial < 0.0_wp) .neqv. (bearing%loaded == 2)) then
+      if (reversed) then
          bearing%state%angle = -bearing%state%angle
          bearing%state%shift = -bearing%state%shift
       end if
@@ -548,12 +578,22 @@ contains
       character(len=*), parameter :: rings(2) = ["inner", "outer"]
       character(len=:), allocatable :: ball, ball_matter
       real(wp) :: centre(2), ring(2), plane(2), e(3), around(3), u(3), place(3)
-      real(wp) :: mass, turn, orbit, ball_spin, direction(3), load
-      integer :: i, k
+      real(wp) :: mass, turn, orbit, ball_spin, direction(3), load, offset(2), along
+      character(len=:), allocatable :: arcs(:)
+      integer :: i, k, a
 
       n = 0
+      arcs = single
+      if (bearing%lean > 0.0_wp) arcs = double
+      offset = bearing%arc_offset()
       ring = bearing%centre_circles()
       centre = bearing%ball_centre(bearing%state%angle, bearing%state%approach)
+      if (bearing%state%centred) then
+         centre = [bearing%pitch, 0.0_wp]
+      else if (bearing%lean > 0.0_wp) then
+         ! The arc of the outer ring that holds it has its centre on the other side.
+         centre(2) = centre(2) - sign(1.0_wp, bearing%state%angle)*offset(2)
+      end if
       ! Planes of the grooves, along the axis from the centre: the loaded ring is the displaced one.
       plane = merge([bearing%state%shift, 0.0_wp], [0.0_wp, -bearing%state%shift], &
          bearing%loaded == 1)
@@ -569,25 +609,9 @@ contains
             call put_numbers("position", place, "centre")
             call put_ring_motion(k)
          end if
-         call open_group("surface", rings(k) // "_groove")
-         if (bearing%carried(k)) then
-            call put_text("body", instance%text(rings(k) // "_body"), rings(k) // "_body")
-            place = matmul(place - bearing%origin(:, k), bearing%attitude(:, :, k))
-            call put_numbers("centre", place, "centre")
-         else
-            call put_name("body", rings(k), "name")
-            if (tilts(k) .and. abs(plane(k) - centre(2)) > 0.0_wp) call put_numbers("centre", &
-               [0.0_wp, 0.0_wp, plane(k) - centre(2)], "centre")
-         end if
-         call put_text("shape", "torus", "name")
-         call put_text("side", "inside", "name")
-         if (.not. tilts(k)) call put_numbers("direction", matmul(bearing%frame(:, 3), &
-            bearing%attitude(:, :, k)), "axis")
-         call put_numbers("major_radius", [ring(k)], "pitch_diameter")
-         call put_numbers("minor_radius", [bearing%groove(k)], rings(k) // "_groove_" // &
-            trim(merge("ratio ", "radius", &
-            instance%is_given(rings(k) // "_groove_ratio"))))
-         call put_text("material", material_of(instance, "material"), "material")
+         do a = 1, size(arcs)
+            call make_groove()
+         end do
       end do
 
       mass = instance%number("ball_density")*4.0_wp/3.0_wp*pi*bearing%r**3
@@ -618,15 +642,50 @@ contains
          call put_text("material", material_of(instance, ball_matter), ball_matter)
       end do
       do k = 1, 2
-         do i = 1, bearing%balls
-            call open_group("contact", rings(k) // "_" // to_text(i))
-            call put_surfaces(rings(k) // "_groove", "ball_" // to_text(i))
-            call put_laws("")
+         do a = 1, size(arcs)
+            do i = 1, bearing%balls
+               call open_group("contact", rings(k) // trim(arcs(a)) // "_" // to_text(i))
+               call put_surfaces(rings(k) // trim(arcs(a)) // "_groove", "ball_" // to_text(i))
+               call put_laws("")
+            end do
          end do
       end do
       if (bearing%cage) call make_cage()
 
    contains
+
+      !> The surface of arc a of ring k.
+      subroutine make_groove()
+
+         call open_group("surface", rings(k) // trim(arcs(a)) // "_groove")
+         ! An arc that touches balls on its upper side has its centre below.
+         along = 0.0_wp
+         if (size(arcs) > 1) along = merge(-offset(k), offset(k), a == 1)
+         if (bearing%carried(k)) then
+            call put_text("body", instance%text(rings(k) // "_body"), rings(k) // "_body")
+            place = bearing%centre + (plane(k) + along)*bearing%frame(:, 3)
+            place = matmul(place - bearing%origin(:, k), bearing%attitude(:, :, k))
+            call put_numbers("centre", place, "centre")
+         else
+            call put_name("body", rings(k), "name")
+            if (tilts(k)) then
+               along = plane(k) - centre(2) + along
+               if (abs(along) > 0.0_wp) call put_numbers("centre", [0.0_wp, 0.0_wp, along], &
+                  "centre")
+            else if (abs(along) > 0.0_wp) then
+               call put_numbers("centre", along*bearing%frame(:, 3), "contact_angle")
+            end if
+         end if
+         call put_text("shape", "torus", "name")
+         call put_text("side", "inside", "name")
+         if (.not. tilts(k)) call put_numbers("direction", matmul(bearing%frame(:, 3), &
+            bearing%attitude(:, :, k)), "axis")
+         call put_numbers("major_radius", [ring(k)], "pitch_diameter")
+         call put_numbers("minor_radius", [bearing%groove(k)], rings(k) // "_groove_" // &
+            trim(merge("ratio ", "radius", &
+            instance%is_given(rings(k) // "_groove_ratio"))))
+         call put_text("material", material_of(instance, "material"), "material")
+      end subroutine make_groove
 
       !> Begin a group.
       subroutine open_group(kind, name)

@@ -347,6 +347,12 @@ contains
          doc="contact angle of an unloaded bearing without play, positive where the inner " // &
          "ring is displaced along the axis; in place of clearance, which follows: the grooves " // &
          "begin that far apart along the axis")
+      call list%put(b, "four_point", kind_logical, default=".false.", &
+         doc="whether both grooves have two arcs each, which unloaded balls touch at " // &
+         "contact_angle; clearance is then given beside it")
+      call list%put(b, "preload", kind_real, unit="N", above=0.0_wp, &
+         doc="axial force with which a bearing with contact_angle begins, against another " // &
+         "one on the same shaft; without it the balls just touch")
       call list%put(b, "axial_load", kind_real, unit="N", default="0.0", &
          doc="load on the loaded ring along the axis; the bearing begins in equilibrium with it")
       call list%put(b, "radial_load", kind_real, unit="N", default="0.0", &

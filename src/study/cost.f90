@@ -175,7 +175,7 @@ contains
             normal = [0]
             exact_normal = 0
          end if
-         allocate(models(size(friction)*size(normal) + 1))
+         allocate(models(size(friction)*size(normal) + 2))
          models(1) = new_model(scene, exact, exact_normal)
          models(1)%runs = .false.
          n = 1
@@ -185,10 +185,15 @@ contains
                   models(1)%runs = .true.
                else
                   n = n + 1
-                  models(n) = new_model(scene, friction(i), normal(j))
+                  models(n) = new_model(scene, friction(i), normal(j), friction(i) /= exact)
                end if
             end do
          end do
+         if (any(scene%contacts%curvature > 1) .and. size(cost%friction) == 0) then
+            ! What the curvature of the spots costs and changes.
+            n = n + 1
+            models(n) = new_model(scene, exact, exact_normal, .true.)
+         end if
       end associate
       allocate(study%models(n))
       do i = 1, n
@@ -197,12 +202,14 @@ contains
    end subroutine plan_models
 
    !> A model: the scene with other parts.
-   function new_model(scene, friction, normal) result(model)
+   function new_model(scene, friction, normal, flat) result(model)
       type(scene_type), intent(in) :: scene
       !> Friction, index into `friction_models`; 0 for that of each contact.
       integer, intent(in) :: friction
       !> Normal force, index into `normal_models`; 0 for that of each contact.
       integer, intent(in) :: normal
+      !> Whether curved spots become flat, as other laws of friction have them alone.
+      logical, intent(in), optional :: flat
       type(model_type) :: model
       type(friction_model_type), allocatable :: table(:)
       type(normal_model_type), allocatable :: normals(:)
@@ -217,6 +224,12 @@ contains
          model%name = model%name // "+" // trim(normals(normal)%info%name)
       else if (normal > 0) then
          model%name = trim(normals(normal)%info%name)
+      end if
+      if (present(flat)) then
+         if (flat .and. any(scene%contacts%curvature > 1)) then
+            model%name = model%name // "+flat"
+            model%scene%contacts%curvature = 1
+         end if
       end if
       do i = 1, size(scene%contacts)
          associate (contact => model%scene%contacts(i))

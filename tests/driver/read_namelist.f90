@@ -346,7 +346,7 @@ contains
    !> Every group `bearing`.
    subroutine read_bearing()
       character(len=256) :: ring_motion, inner_body, outer_body
-      real(wp) :: ring_inertia(2), moment_load(3), contact_angle
+      real(wp) :: ring_inertia(2), moment_load(3), contact_angle, preload
       character(len=256) :: name, material, ball_material, initial_state, loaded_ring, &
          cage_material, normal, ellipse, damping, friction, rolling, tangential, &
          creep, spot
@@ -357,10 +357,10 @@ contains
          damping_coefficient, restitution, impact_velocity, friction_coefficient, &
          regularization_velocity, rolling_coefficient, rolling_regularization, centre(3), &
          axis(3), radial_direction(3), layers, spot_error
-      logical :: cage, drilling
+      logical :: cage, drilling, four_point
       integer :: n
       namelist /bearing/ ring_motion, inner_body, outer_body, ring_inertia, moment_load, &
-         contact_angle
+         contact_angle, four_point, preload
       namelist /bearing/ name, ball_count, ball_diameter, pitch_diameter, &
          inner_groove_ratio, inner_groove_radius, outer_groove_ratio, outer_groove_radius, &
          clearance, centre, axis, material, ball_material, ball_density, inner_speed, &
@@ -400,10 +400,12 @@ contains
          ring_inertia = no_number
          moment_load = no_number
          contact_angle = no_number
+         preload = no_number
          axial_load = no_number
          radial_load = no_number
          radial_direction = no_number
          cage = .false.
+         four_point = .false.
          cage_mass = no_number
          cage_material = no_text
          pocket_clearance = no_number
@@ -455,10 +457,13 @@ contains
          call put_texts("bearing", n, "inner_body", [inner_body])
          call put_texts("bearing", n, "outer_body", [outer_body])
          call put_numbers("bearing", n, "contact_angle", [contact_angle])
+         call put_numbers("bearing", n, "preload", [preload])
          call put_numbers("bearing", n, "axial_load", [axial_load])
          call put_numbers("bearing", n, "radial_load", [radial_load])
          call put_numbers("bearing", n, "radial_direction", radial_direction)
          print "(a, i0, a)", "bearing ", n, " cage " // merge(".true. ", ".false.", cage)
+         print "(a, i0, a)", "bearing ", n, &
+            " four_point " // merge(".true. ", ".false.", four_point)
          call put_numbers("bearing", n, "cage_mass", [cage_mass])
          call put_texts("bearing", n, "cage_material", [cage_material])
          call put_numbers("bearing", n, "pocket_clearance", [pocket_clearance])

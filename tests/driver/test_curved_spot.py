@@ -319,3 +319,17 @@ def test_what_a_curved_spot_does_not_go_with(run, tmp_path, key, value, message)
     result = run("check", "scene.nml", "--set", f"c.{key}={value}")
     assert result.status == 2
     assert message in result.err
+
+
+def test_cost_compares_curved_spots_with_flat_ones(run, tmp_path):
+    (tmp_path / "c.nml").write_text(
+        GROOVE
+        + "&cost methods = 'cvode_bdf', 'cvode_adams', rtol = 1e-6, samples = 10, repeats = 1,"
+        " reference_rtol = 1e-8 /\n"
+    )
+    done = run("cost", "c.nml", "-q", "--csv", "c.csv", timeout=300)
+    assert done.status == 0, done.err
+    rows = list(csv.DictReader((tmp_path / "c.csv").open()))
+    models = {row["model"] for row in rows}
+    assert {"contensou_exact", "contensou_exact+flat", "contensou_simplified+flat"} <= models
+    assert all(model.endswith("+flat") for model in models - {"contensou_exact"})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from functools import cache
 
 import h5py
@@ -134,6 +135,9 @@ class Groove:
 
 
 class Bearing:
+    # Where its balls are sought first, if not at the start.
+    first = None
+
     def __init__(self, z, ball, pitch, ratios, centre, angle=0.0, clearance=0.0):
         self.z, self.r = z, ball / 2
         groove = [ratio * ball for ratio in ratios]
@@ -204,7 +208,7 @@ def balance(bearings, arms, force, torque, guess):
         rotation = turned(np.array([x[3], x[4], 0.0]))
         return x[:3] + rotation @ arm, rotation.T.tolist()
 
-    places = [[np.array(b.start)] * b.z for b in bearings]
+    places = [[np.array(place) for place in b.first or [b.start] * b.z] for b in bearings]
 
     def energy_at_balls(x):
         total = -force @ x[:3]
@@ -346,6 +350,80 @@ def test_the_published_combined_load_linearises_the_tilt():
 
 
 # --- independent Newton ------------------------------------------------------------------------
+
+
+class Arcs:
+    """A ring with two arcs, the centre circle of the one for the upper side `offset` below."""
+
+    def __init__(self, circle, radius, ball, offset):
+        self.arc = Groove(circle, radius, ball)
+        self.radius, self.circle = radius, circle
+        self.offsets = (-offset, offset)
+
+    def at(self, centre, rotation, offset):
+        axis = np.array([0.0, 0.0, 1.0]) if rotation is None else np.array(rotation)[2]
+        return np.asarray(centre) + offset * axis
+
+    def energy(self, place, centre, rotation):
+        return sum(
+            self.arc.energy(place, self.at(centre, rotation, o), rotation) for o in self.offsets
+        )
+
+    def load(self, place, centre, rotation):
+        return [self.arc.load(place, self.at(centre, rotation, o), rotation) for o in self.offsets]
+
+
+class FourPoint(Bearing):
+    def __init__(self, z, ball, pitch, ratios, angle, clearance):
+        super().__init__(z, ball, pitch, ratios, 0.0)
+        play = [ratio * ball - self.r for ratio in ratios]
+        for name, k, sign in (("inner", 0, 1), ("outer", 1, -1)):
+            circle = pitch / 2 + sign * (play[k] * math.cos(angle) - clearance / 4)
+            arcs = Arcs(circle, ratios[k] * ball, self.r, play[k] * math.sin(angle))
+            setattr(self, name, arcs)
+        self.start = (pitch / 2, 0.0)
+
+
+@pytest.mark.parametrize("clearance", [-8e-6, 1e-5])
+def test_four_points(clearance, run, tmp_path):
+    text = f"""\
+&scene t_end = 0.01 /
+&material name = 'steel', young = 2.1e11, poisson = 0.3 /
+&bearing name = 'b', ball_count = 9, ball_diameter = 10e-3, pitch_diameter = 50e-3,
+   inner_groove_ratio = 0.52, outer_groove_ratio = 0.53, material = 'steel', ball_density = 7850,
+   ring_mass = 1.0, ring_motion = 'rotor', ring_inertia = 1e-4, 2e-4, four_point = .true.,
+   contact_angle = 0.6, clearance = {clearance}, radial_load = 900, axial_load = 700,
+   moment_load = 0, 4, 0 /
+"""
+    found = settle(run, tmp_path, text)
+    names = [name.decode() for name in found["body/name"]]
+    shown = run("check", "e.nml", "--expand").out
+    body = shown.partition("name = 'b_inner'")[2].partition("/\n")[0]
+    start = float(re.search(r"position = \S+ \S+ (\S+)", body)[1])
+    groove = shown.partition("name = 'b_inner_upper_groove'")[2].partition("/\n")[0]
+    offset = float(re.search(r"centre = \S+ \S+ (\S+)", groove)[1])
+    bearing = FourPoint(9, 10e-3, 50e-3, (0.52, 0.53), 0.6, clearance)
+    # From the centre of mass to the plane between both arcs.
+    arm = offset + (0.52 * 10e-3 - 5e-3) * math.sin(0.6)
+    shift, turn = found["body/position"][names.index("b_inner")], found["body/rotation"][0]
+    balls = np.array([found["body/position"][names.index(f"b_ball_{i + 1}")] for i in range(9)])
+    bearing.first = [(np.hypot(x, y), z) for x, y, z in balls + 2e-8]
+    assert abs(start) < 1e-3
+    got, loads = balance(
+        [bearing],
+        [np.array([0, 0, arm])],
+        np.array([900.0, 0, 700.0]),
+        np.array([0.0, 4.0]),
+        1.001 * np.array([*shift, turn[0], turn[1]]),
+    )
+    named = loads_of(found)
+    largest = max(max(pair) for pair in loads[0])
+    for i, pair in enumerate(loads[0]):
+        for arc, load in zip(("upper", "lower"), pair, strict=True):
+            got = named[f"b_inner_{arc}_{i + 1}"]
+            assert got == pytest.approx(load, abs=1e-6 * largest), (i, arc)
+    carrying = sum(load > 0 for pair in loads[0] for load in pair)
+    assert carrying > 9 if clearance < 0 else carrying >= 5
 
 
 def test_two_bearings_on_one_shaft(run, tmp_path):
@@ -600,6 +678,10 @@ def test_a_ring_that_turns_freely_against_a_drag(run, tmp_path):
         ("contact_angle = 0.3, clearance = 1e-5", "beside 'contact_angle'"),
         ("contact_angle = -0.3, axial_load = 100", "pulls the rings apart"),
         ("inner_body = 'ground'", "'ring_mass' has no meaning"),
+        ("four_point = .true.", "needs the contact angle"),
+        ("four_point = .true., contact_angle = -0.6", "needs the contact angle"),
+        ("preload = 100", "'preload' without 'contact_angle'"),
+        ("preload = 100, contact_angle = 0.4", "'preload' beside 'ring_mass'"),
     ],
 )
 def test_mistakes_of_rings(keys, message, run, mistakes, tmp_path):

@@ -17,7 +17,7 @@ module contensou_base_operating_system
    public :: is_terminal, obeys_escapes, terminal_width, write_stderr, write_stdout, write_terminal
    public :: catch_signals, signal_received, open_standard_streams
    public :: host_name, wall_seconds, cpu_seconds, utc_now
-   public :: text_from_c, save_file, checksum, unfinished_suffix
+   public :: text_from_c, reason_of, save_file, checksum, unfinished_suffix
    public :: become
    public :: name_lock_type, lock_suffix, temporary_name, longest_temporary, sweep_up, first_bytes
 
@@ -392,7 +392,7 @@ contains
       code = c_rename(trim(from) // c_null_char, trim(to) // c_null_char, replacing)
       if (code /= 0) then
          call fatal(error, "cannot rename " // trim(from) // " to " // trim(to) // ": " // &
-            reason(code), status_file)
+            reason_of(code), status_file)
       end if
    end subroutine rename_file
 
@@ -405,7 +405,7 @@ contains
 
       code = c_remove(trim(path) // c_null_char)
       if (code /= 0) then
-         call fatal(error, "cannot remove " // trim(path) // ": " // reason(code), status_file)
+         call fatal(error, "cannot remove " // trim(path) // ": " // reason_of(code), status_file)
       end if
    end subroutine remove_file
 
@@ -420,7 +420,7 @@ contains
       integer(c_int) :: code
 
       code = c_save(trim(path) // c_null_char, bytes, len(bytes, c_size_t))
-      if (code /= 0) call fatal(error, "cannot write " // trim(path) // ": " // reason(code), &
+      if (code /= 0) call fatal(error, "cannot write " // trim(path) // ": " // reason_of(code), &
          status_file)
    end subroutine save_file
 
@@ -484,7 +484,7 @@ contains
       self%path = trim(name) // lock_suffix
       code = c_take_lock(self%path // c_null_char, patience, self%descriptor)
       taken = code == 0
-      if (code > 0) call fatal(error, "cannot write " // self%path // ": " // reason(code), &
+      if (code > 0) call fatal(error, "cannot write " // self%path // ": " // reason_of(code), &
          status_file)
    end subroutine take_lock
 
@@ -691,7 +691,7 @@ contains
       else
          code = c_print(1_c_int, text, len(text, c_size_t))
       end if
-      if (code /= 0) call fatal(error, "cannot write to the standard output: " // reason(code), &
+      if (code /= 0) call fatal(error, "cannot write to the standard output: " // reason_of(code), &
          status_file)
    end subroutine write_stdout
 
@@ -709,7 +709,7 @@ contains
       do i = 1, size(words)
          all_words = all_words // words(i)%s // c_null_char
       end do
-      trouble = reason(c_become(name // c_null_char, all_words // c_null_char, &
+      trouble = reason_of(c_become(name // c_null_char, all_words // c_null_char, &
          size(words, kind=c_int)))
    end subroutine become
 
@@ -773,13 +773,13 @@ contains
    end function text_from_c
 
    !> The system's words for an error number.
-   function reason(code) result(text)
+   function reason_of(code) result(text)
       !> Value of errno.
       integer(c_int), intent(in) :: code
       !> Such as "No space left on device".
       character(len=:), allocatable :: text
 
       text = text_from_c(c_reason(code))
-   end function reason
+   end function reason_of
 
 end module contensou_base_operating_system

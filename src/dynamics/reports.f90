@@ -23,7 +23,7 @@ module contensou_dynamics_reports
    private
 
    public :: contact_report_type, begin_report, report_contact, drive_loads, momenta
-   public :: energy_type, energies, find_energy, rolling_of, creepages, spring_energy
+   public :: energy_type, energies, find_energy, rolling_of, creepages
 
    !> What an output row says of a contact.
    type :: contact_report_type

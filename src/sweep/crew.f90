@@ -13,7 +13,7 @@ module contensou_sweep_crew
       c_int, c_int64_t, c_loc, c_null_char, c_ptr
    use contensou_base_errors, only : error_type, fatal, status_failed, status_file
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_operating_system, only : text_from_c
+   use contensou_base_operating_system, only : reason_of, text_from_c
    implicit none(type, external)
    private
 
@@ -145,16 +145,6 @@ module contensou_sweep_crew
          !> 0 complete, -1 stopped, -2 broken, or errno.
          integer(c_int) :: code
       end function c_run
-
-      !> The system's words for an error number.
-      function c_reason(code) result(text) bind(c, name="contensou_system_reason")
-         import :: c_int, c_ptr
-         implicit none(type, external)
-         !> Value of errno.
-         integer(c_int), value :: code
-         !> Address of the words.
-         type(c_ptr) :: text
-      end function c_reason
    end interface
 
 contains
@@ -183,7 +173,7 @@ contains
          call fatal(error, "the processes for the work end at once: " // &
             buffer(:index(buffer, c_null_char) - 1), status_failed)
       else if (code > 0) then
-         call fatal(error, text_from_c(c_reason(code)), status_file)
+         call fatal(error, reason_of(code), status_file)
       end if
    end subroutine run_crew
 

@@ -6,7 +6,7 @@ module contensou_sweep_journal
       c_null_char, c_null_ptr, c_ptr
    use contensou_base_errors, only : error_type, fatal, status_file
    use contensou_base_kinds, only : i8, wp
-   use contensou_base_operating_system, only : text_from_c
+   use contensou_base_operating_system, only : reason_of
    implicit none(type, external)
    private
 
@@ -120,16 +120,6 @@ module contensou_sweep_journal
          !> The journal.
          type(c_ptr), value :: handle
       end subroutine c_close
-
-      !> The system's words for an error number.
-      function c_reason(code) result(text) bind(c, name="contensou_system_reason")
-         import :: c_int, c_ptr
-         implicit none(type, external)
-         !> Value of errno.
-         integer(c_int), value :: code
-         !> Address of the words.
-         type(c_ptr) :: text
-      end function c_reason
    end interface
 
 contains
@@ -176,7 +166,7 @@ contains
       case (-3)
          call fatal(error, "another process is writing " // path, status_file)
       case default
-         call fatal(error, "cannot write " // path // ": " // text_from_c(c_reason(outcome)), &
+         call fatal(error, "cannot write " // path // ": " // reason_of(outcome), &
             status_file)
       end select
    end subroutine open
@@ -235,7 +225,7 @@ contains
       status = int(c_status)
       length = int(c_length)
       if (code < 0) call fatal(error, "cannot read the journal of the sweep: " // &
-         text_from_c(c_reason(-code)), status_file)
+         reason_of(-code), status_file)
    end subroutine read
 
    !> Bring what is written to the disk.
@@ -246,7 +236,7 @@ contains
 
       code = c_sync(self%handle)
       if (code /= 0) call fatal(error, "cannot write the journal of the sweep: " // &
-         text_from_c(c_reason(code)), status_file)
+         reason_of(code), status_file)
    end subroutine sync
 
    !> Close it; the lock ends.

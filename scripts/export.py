@@ -15,8 +15,8 @@ from typing import BinaryIO
 
 import numpy as np
 
-from lib import gltf, seal, style, viewing, vtkhdf
-from lib.results import ResultError, check_output, default_output, open_file
+from lib import drawable, gltf, seal, style, vtkhdf
+from lib.results import ResultError, as_text, check_output, default_output, open_file
 
 # As those of the program: bad usage, and files that cannot be read or written.
 STATUS_USAGE, STATUS_FILE = 2, 74
@@ -72,7 +72,7 @@ def export(options: argparse.Namespace, output: Path) -> None:
         raise ResultError(f"{options.file} is damaged: {damage}") from None
     with open_file(options.file) as file:
         try:
-            run = viewing.open_run(options.file, file)
+            run = drawable.open_run(options.file, file)
             rows = rows_between(run, options.start, options.end)
         except (ResultError, MemoryError):
             raise
@@ -104,7 +104,7 @@ def export(options: argparse.Namespace, output: Path) -> None:
             raise
 
 
-def write(run: viewing.Run, rows: slice, target: BinaryIO, options: argparse.Namespace) -> None:
+def write(run: drawable.Run, rows: slice, target: BinaryIO, options: argparse.Namespace) -> None:
     """Write one of the formats."""
     if options.to == "gltf":
         gltf.write(run, rows, target, every_row=options.every_row)
@@ -118,17 +118,17 @@ def write(run: viewing.Run, rows: slice, target: BinaryIO, options: argparse.Nam
     vtkhdf.write(run, rows, target, frames=frames)
 
 
-def status_of(run: viewing.Run) -> str:
+def status_of(run: drawable.Run) -> str:
     """What the file says of itself."""
-    return viewing.as_text(run.file.attrs.get("status", ""))
+    return as_text(run.file.attrs.get("status", ""))
 
 
-def run_is_short(run: viewing.Run) -> bool:
+def run_is_short(run: drawable.Run) -> bool:
     """Whether the run has not reached its end."""
     return status_of(run) not in ("", "complete")
 
 
-def rows_between(run: viewing.Run, start: float | None, end: float | None) -> slice:
+def rows_between(run: drawable.Run, start: float | None, end: float | None) -> slice:
     """The rows from a time until another."""
     first, last = run.time[0], run.time[-1]
     start, end = first if start is None else start, last if end is None else end

@@ -14,7 +14,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from lib import browser, style, viewing
+from lib import browser, drawable, style, viewing
 from lib.results import ResultError, check_output, default_output, open_file
 
 MOST_FRAMES = 20_000
@@ -66,7 +66,7 @@ def film(options: argparse.Namespace, output: Path) -> None:
     if browser.PROGRAM is None:
         raise ResultError("there is no Chromium, which draws the frames")
     with open_file(options.file) as file:
-        run = viewing.open_run(options.file, file)
+        run = drawable.open_run(options.file, file)
         start = run.time[0] if options.start is None else options.start
         end = run.time[-1] if options.end is None else options.end
         if not run.time[0] <= start <= end <= run.time[-1]:

@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from . import meshes, thinning
+from .drawable import Run, gravity_of
 from .results import ResultError, as_text
-from .viewing import DRAWN_ANGLE, DRAWN_LENGTH, Run, bands_of, gravity_of
+from .viewing import DRAWN_ANGLE, DRAWN_LENGTH
 
 STEP = np.pi / 2  # how far a body turns between two keys, at most
 MOST_KEYS = 20_000_000  # of a body
@@ -68,7 +69,6 @@ class Motion:
 
 def write(run: Run, rows: slice, file: object, *, every_row: bool) -> None:
     """Write rows of a run into a binary file."""
-    bands_of(run)
     time = run.time[rows]
     buffer = Buffer()
     motions, low, high = [], np.full(3, np.inf), np.full(3, -np.inf)

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .drawable import Run
 from .results import ResultError
-from .viewing import Run
 
 FINE = 48  # edges of a circle
 COARSE = 16  # where there are many surfaces
@@ -182,23 +182,32 @@ def cylinder(surface: dict, scale: float, fine: int) -> Mesh:
     """A cylinder about its centre."""
     del scale
     radius = surface["sizes"]["radius"]
-    length = surface["length"] or 4 * radius
-    shell = turned(surface, fine, (2, 2), lambda v: (radius, (v - 0.5) * length, 1.0, 0.0))
+    half = (surface["length"] or 4 * radius) / 2
+    low, high = surface.get("ends") or (-half, half)
+    shell = turned(surface, fine, (2, 2), lambda v: (radius, low + v * (high - low), 1.0, 0.0))
     if surface["inside"]:
         return shell
-    ends = [disc((radius, radius), end * length / 2, end, fine) for end in (1, -1)]
+    ends = [disc((radius, radius), z, up, fine) for z, up in ((high, 1), (low, -1))]
     return joined([shell, *ends])
 
 
 def cone(surface: dict, scale: float, fine: int) -> Mesh:
-    """A cone from its apex up."""
-    height = surface["length"] or scale
+    """A cone from its apex up, or the part of it that is touched."""
+    low, high = surface.get("ends") or (0.0, surface["length"] or scale)
     half = surface["sizes"]["half_angle"]
-    wide = height * np.tan(half)
-    shell = turned(
-        surface, fine, (4, 1), lambda v: (wide * v, height * v, np.cos(half), -np.sin(half))
-    )
-    return shell if surface["inside"] else joined([shell, disc((wide, wide), height, 1, fine)])
+    slope = np.tan(half)
+
+    def outline(v: np.ndarray) -> tuple:
+        z = low + v * (high - low)
+        return slope * z, z, np.cos(half), -np.sin(half)
+
+    shell = turned(surface, fine, (4, 1), outline)
+    if surface["inside"]:
+        return shell
+    ends = [disc((slope * high,) * 2, high, 1, fine)]
+    if low > 0:
+        ends.append(disc((slope * low,) * 2, low, -1, fine))
+    return joined([shell, *ends])
 
 
 def paraboloid(surface: dict, scale: float, fine: int) -> Mesh:
@@ -255,7 +264,7 @@ def placed(run: Run, box: tuple[np.ndarray, np.ndarray]) -> list[Placed]:
             mesh = plane(np.zeros(3), 2 * run.scale)
         elif shape in SHAPES:
             key = repr([surface[k] for k in ("shape", "inside", "part", "length", "sizes")])
-            key += repr(surface.get("band"))
+            key += repr([surface.get(k) for k in ("band", "ends")])
             if key not in kept:
                 kept[key] = SHAPES[shape](surface, run.scale, fine)
             mesh = kept[key]

@@ -14,6 +14,12 @@ import numpy as np
 
 PARTS = Path(__file__).resolve().parent / "view"
 
+# The scripts of each page, in the order in which they run.
+SCRIPTS = {
+    "view": ("common", "motion", "shapes", "spot", "springs", "charts", "view"),
+    "sweep": ("common", "sweep"),
+}
+
 
 class Package:
     """Numbers in binary behind a head in JSON, for the page."""
@@ -81,7 +87,7 @@ def page(name: str, data: str, libraries: Sequence[str] = ()) -> str:
         return (PARTS / file).read_text(encoding="utf-8")
 
     style = part("common.css") + part(f"{name}.css")
-    scripts = [*libraries, part("common.js"), part(f"{name}.js")]
+    scripts = [*libraries, *(part(f"{script}.js") for script in SCRIPTS[name])]
     for script in scripts:
         assert "</script" not in script.lower()
         assert "<!--" not in script

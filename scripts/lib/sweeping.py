@@ -9,7 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from . import sweeps, viewing
+from . import charting, drawable, sweeps
 from .pages import Package, page
 from .results import ResultError, as_text, keyword_values, names, open_file
 
@@ -134,8 +134,8 @@ def trajectories(path: Path, text: str, number: np.ndarray, package: Package) ->
             continue
         try:
             with open_file(file) as data:
-                run = viewing.open_run(file, data)
-                strips = viewing.pack_charts(run, package, buckets=120)
+                run = drawable.open_run(file, data)
+                strips = charting.pack_charts(run, package, buckets=120)
         except (ResultError, OSError, KeyError):
             continue
         found.append(

@@ -25,9 +25,10 @@ def keys(rows: int, error: Error) -> np.ndarray:
     """
     if rows < 2:
         return np.arange(rows)
-    starts = np.arange(0, rows - 1, LONGEST)
+    # Few rows are no block of many, or each of thousands of bodies would cost as many.
+    length = min(LONGEST, 1 << (rows - 2).bit_length())
+    starts = np.arange(0, rows - 1, length)
     kept = [starts, np.array([rows - 1])]
-    length = LONGEST
     while length > 1 and len(starts):
         ends = np.minimum(starts + length, rows - 1)
         bad = np.zeros(len(starts), dtype=bool)

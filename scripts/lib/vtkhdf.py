@@ -14,8 +14,9 @@ import h5py
 import numpy as np
 
 from . import meshes, thinning
+from .drawable import PORTION, Run, gravity_of
 from .results import ResultError, as_text
-from .viewing import PORTION, Run, acted_on, bands_of, gravity_of
+from .viewing import acted_on
 
 FRAMES = 500  # times, if not told
 RIM = 32  # corners of a spot
@@ -63,7 +64,6 @@ class Series:
 
 def write(run: Run, rows: slice, target: BinaryIO, *, frames: int) -> None:
     """Write rows of a run, so many of them, evenly spread, into a binary file."""
-    bands_of(run)
     count = rows.stop - rows.start
     at = rows.start + np.unique(np.linspace(0, count - 1, min(frames, count)).round().astype(int))
     scene = Scene(run, at)

@@ -18,7 +18,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 
-from lib import meshes, viewing  # noqa: E402
+from lib import drawable, meshes, surfaces  # noqa: E402
 
 VALIDATOR = ROOT / ".venv" / "node" / "node_modules" / "gltf-validator"
 HOSTILE = "</script> \\ \x1b[31m \u202e \" ' é {}"
@@ -160,7 +160,7 @@ def exported(run, path, *options):
 def check_motion(gltf, path, degrees=1.0, parts=1e-3):
     """All rows of a file against the animation."""
     with h5py.File(path) as file:
-        scale = viewing.open_run(path, file).scale
+        scale = drawable.open_run(path, file).scale
         rows = file["trajectory"]
         time = rows["time"][()] - rows["time"][0]
         for i, name in enumerate(file["body/name"].asstr()[()]):
@@ -286,7 +286,7 @@ def test_every_shape(run, output):
         table = data["surface"]
         for i, name in enumerate(table["name"].asstr()[()]):
             shape, axes = table["shape"].asstr()[i], table["axes"][i]
-            sizes = {key: table[key][i] for key in viewing.SIZES if key in table}
+            sizes = {key: table[key][i] for key in surfaces.SIZES if key in table}
             sizes = {key: value for key, value in sizes.items() if np.isfinite(value).all()}
             body = table["body"].asstr()[i]
             points, normals, triangles = gltf.points(gltf.node(name, body))

@@ -2,305 +2,11 @@
 (() => {
   "use strict";
 
-  const { byId, clamp, PALETTE, problem, unpack, locate, share } = page;
-  const PULL = "#d43a3a", RUB = "#1f8f4d";
+  const { byId, clamp, PALETTE, problem, unpack, Motion, Contact, Spring, Charts } = page;
+  const { grid, round, shapeGrids, planeGrid, sign, Copies, heat, SpotPicture, TractionLines, Coils } = page;
+  const PULL = "#d43a3a", RUB = "#1f8f4d", SPRING = "#8a4fb0";
   // Of more bodies than this those that look alike are drawn at once.
   const CROWD = 40;
-
-  // ---- What was packed -------------------------------------------------------------------------
-
-  // A number of 16 bits.
-  function half(bits) {
-    const sign = bits & 0x8000 ? -1 : 1, exponent = (bits >> 10) & 31, fraction = bits & 1023;
-    return exponent ? sign * 2 ** (exponent - 15) * (1 + fraction / 1024) : sign * 2 ** -24 * fraction;
-  }
-
-  // The quaternion of a rotation vector.
-  function turning(x, y, z, into) {
-    const angle = Math.hypot(x, y, z), factor = angle > 1e-9 ? Math.sin(angle / 2) / angle : 0.5;
-    return into.set(x * factor, y * factor, z * factor, Math.cos(angle / 2));
-  }
-
-  // The motion of a body: straight lines between positions; between two attitudes it turns as often
-  // as its angular velocity tells, and by the small rest.
-  class Motion {
-    constructor(head, data) {
-      const body = head.body;
-      this.at = data.times(body.at);
-      this.position = data.array(body.position);
-      this.turnedAt = data.times(body.turned_at);
-      this.quaternion = data.array(body.quaternion);
-      this.turn = data.array(body.turn);
-      this.i = 0;
-      this.j = 0;
-      this.restOf = -1;
-      this.rest = new THREE.Vector3();
-      this.first = new THREE.Quaternion();
-      this.q = new THREE.Quaternion();
-    }
-
-    attitude(j, into) {
-      const q = this.quaternion;
-      return into.set(q[4 * j + 1], q[4 * j + 2], q[4 * j + 3], q[4 * j]).normalize();
-    }
-
-    place(t, position, quaternion) {
-      const i = this.i = locate(this.at, t, this.i), s = share(this.at, i, t), p = this.position;
-      const k = 3 * i, n = i + 1 < this.at.length ? k + 3 : k;
-      position.set(p[k] + s * (p[n] - p[k]), p[k + 1] + s * (p[n + 1] - p[k + 1]), p[k + 2] + s * (p[n + 2] - p[k + 2]));
-      if (!quaternion) return;
-      const j = this.j = locate(this.turnedAt, t, this.j), r = share(this.turnedAt, j, t), w = this.turn;
-      if (this.restOf !== j) this.findRest(j);
-      turning(r * w[3 * j], r * w[3 * j + 1], r * w[3 * j + 2], quaternion).multiply(this.first);
-      if (r > 0) quaternion.premultiply(turning(r * this.rest.x, r * this.rest.y, r * this.rest.z, this.q));
-    }
-
-    // What is left of the rotation from key j to the next one after its turns.
-    findRest(j) {
-      this.restOf = j;
-      this.attitude(j, this.first);
-      this.rest.set(0, 0, 0);
-      if (j + 1 >= this.turnedAt.length) return;
-      const w = this.turn, near = turning(w[3 * j], w[3 * j + 1], w[3 * j + 2], new THREE.Quaternion()).multiply(this.first);
-      const q = this.attitude(j + 1, new THREE.Quaternion()).multiply(near.invert());
-      if (q.w < 0) q.set(-q.x, -q.y, -q.z, -q.w);
-      const sine = Math.hypot(q.x, q.y, q.z), angle = 2 * Math.atan2(sine, q.w);
-      if (sine > 1e-12) this.rest.set(q.x, q.y, q.z).multiplyScalar(angle / sine);
-    }
-  }
-
-  // A contact: normal force, friction along the axes of the spot, its torque, slip along them, spin,
-  // semi-axes.
-  class Contact {
-    constructor(head, data, scales) {
-      this.name = head.name;
-      this.on = head.on;
-      this.at = data.times(head.at);
-      this.closed = data.array(head.closed);
-      this.positions = data.array(head.point);
-      this.frames = data.array(head.frame);
-      const bits = data.array(head.values);
-      this.numbers = Float32Array.from(bits, (b, i) => half(b) * scales[i % 9]);
-      this.i = 0;
-      this.open = true;
-      this.point = new THREE.Vector3();
-      this.frame = new THREE.Quaternion();
-      this.next = new THREE.Quaternion();
-      this.values = new Float32Array(9);
-    }
-
-    place(t) {
-      const i = this.i = locate(this.at, t, this.i);
-      this.open = !this.closed[i];
-      if (this.open) return;
-      let s = share(this.at, i, t), n = i + 1 < this.at.length ? i + 1 : i;
-      if (!this.closed[n]) n = i;
-      const p = this.positions, f = this.frames, v = this.numbers;
-      const a = 3 * i, b = 3 * n;
-      this.point.set(p[a] + s * (p[b] - p[a]), p[a + 1] + s * (p[b + 1] - p[a + 1]), p[a + 2] + s * (p[b + 2] - p[a + 2]));
-      this.frame.set(f[4 * i + 1], f[4 * i + 2], f[4 * i + 3], f[4 * i]).normalize();
-      if (n !== i) this.frame.slerp(this.next.set(f[4 * n + 1], f[4 * n + 2], f[4 * n + 3], f[4 * n]).normalize(), s);
-      for (let k = 0; k < 9; k++) this.values[k] = v[9 * i + k] + s * (v[9 * n + k] - v[9 * i + k]);
-    }
-  }
-
-  // ---- Shapes ----------------------------------------------------------------------------------
-
-  // Triangles of a grid of points f(u, v), coloured by fields; of them the front is drawn, which is
-  // the side out of the material: a hollow is cut open wherever one looks through it from behind.
-  function grid(f, nu, nv, fields, colours, flip) {
-    const points = [], normals = [], tints = [], e = 1e-4;
-    const least = 1e-9 * f(0.13, 1).distanceTo(f(0.57, 0.31));
-    const normal = (u, v) => {
-      const low = Math.max(v - e, 0), high = Math.min(v + e, 1);
-      const a = f(u - e, clamp(v, e, 1 - e)), b = f(u + e, clamp(v, e, 1 - e)), c = f(u, low), d = f(u, high);
-      const n = new THREE.Vector3().subVectors(b, a).cross(d.sub(c)).normalize();
-      return flip ? n.negate() : n;
-    };
-    // Neighbouring triangles of one colour share their corners.
-    const corners = [new Map(), new Map()], triangles = [];
-    const corner = (i, j, k) => {
-      const place = i * (nv + 1) + j;
-      if (!corners[k].has(place)) {
-        const u = i / nu, v = j / nv, p = f(u, v), n = normal(u, v);
-        corners[k].set(place, points.length / 3);
-        points.push(p.x, p.y, p.z);
-        normals.push(n.x, n.y, n.z);
-        tints.push(colours[k].r, colours[k].g, colours[k].b);
-      }
-      return corners[k].get(place);
-    };
-    for (let i = 0; i < nu; i++) for (let j = 0; j < nv; j++) {
-      const k = (Math.floor((i + 0.5) / nu * fields[0]) + Math.floor((j + 0.5) / nv * fields[1])) % 2;
-      const a = corner(i, j, k), b = corner(i + 1, j, k), c = corner(i + 1, j + 1, k), d = corner(i, j + 1, k);
-      // At a pole, one of the two triangles has no area.
-      for (const corners of flip ? [[c, b, a], [d, c, a]] : [[a, b, c], [a, c, d]]) {
-        const places = corners.map((n) => [0, 1, 2].map((x) => Math.round(points[3 * n + x] / least)).join());
-        if (new Set(places).size === 3) triangles.push(...corners);
-      }
-    }
-    const geometry = new THREE.BufferGeometry();
-    for (const [name, list] of [["position", points], ["normal", normals], ["color", tints]]) {
-      geometry.setAttribute(name, new THREE.Float32BufferAttribute(list, 3));
-    }
-    geometry.setIndex(triangles);
-    return geometry;
-  }
-
-  const round = (radius, z) => (u) => new THREE.Vector3(radius * Math.cos(2 * Math.PI * u), radius * Math.sin(2 * Math.PI * u), z);
-
-  // The grids of a surface in its own frame.
-  function shapeGrids(surface, scale, colours, fine) {
-    const s = surface.sizes, inside = surface.inside, n = fine;
-    const put = (f, nu, nv, fields) => grid(f, nu, nv, fields, colours, inside);
-    const disc = (radius, z, up) => grid((u, v) => round(radius * v, z)(up ? u : -u), n, 2, [1, 1], colours, true);
-    const length = surface.length || 4 * (s.radius || scale);
-    switch (surface.shape) {
-      case "sphere": case "ellipsoid": {
-        const a = s.semi_axes || [s.radius, s.radius, s.radius];
-        const low = surface.part === "lower_half" ? 0.5 : 0, high = surface.part === "upper_half" ? 0.5 : 1;
-        const f = (u, v) => {
-          const polar = Math.PI * (1 - (low + v * (high - low))), turn = 2 * Math.PI * u;
-          return new THREE.Vector3(a[0] * Math.sin(polar) * Math.cos(turn), a[1] * Math.sin(polar) * Math.sin(turn), a[2] * Math.cos(polar));
-        };
-        const grids = [put(f, n, n / 2, [n % 6 ? 4 : 6, high - low < 1 ? 1 : 2])];
-        if (high - low < 1) {
-          const cap = (u, v) => new THREE.Vector3(a[0] * v * Math.cos(2 * Math.PI * u), a[1] * v * Math.sin(2 * Math.PI * u), 0);
-          grids.push(grid((u, v) => cap(low ? u : -u, v), n, 2, [6, 1], colours, true));
-        }
-        return grids;
-      }
-      case "torus": {
-        const [middle, wide] = surface.band || [0, Math.PI];
-        const f = (u, v) => {
-          const tube = middle + wide * (2 * v - 1), rho = s.major_radius + s.minor_radius * Math.cos(tube);
-          return new THREE.Vector3(rho * Math.cos(2 * Math.PI * u), rho * Math.sin(2 * Math.PI * u), s.minor_radius * Math.sin(tube));
-        };
-        return [put(f, 2 * n, n / 2, [12, surface.band ? 1 : 2])];
-      }
-      case "cylinder": {
-        const grids = [put((u, v) => round(s.radius, (v - 0.5) * length)(u), n, 4, [6, 2])];
-        if (!inside) grids.push(disc(s.radius, length / 2, true), disc(s.radius, -length / 2, false));
-        return grids;
-      }
-      case "cone": {
-        const height = surface.length || scale, slope = Math.tan(s.half_angle);
-        const grids = [put((u, v) => round(v * height * slope, v * height)(u), n, 4, [6, 1])];
-        if (!inside) grids.push(disc(height * slope, height, true));
-        return grids;
-      }
-      case "paraboloid": {
-        const height = surface.length || Math.max(scale, s.vertex_radius) / 2, wide = Math.sqrt(2 * s.vertex_radius * height);
-        const grids = [put((u, v) => round(v * wide, v * v * height)(u), n, n / 2, [6, 1])];
-        if (!inside) grids.push(disc(wide, height, true));
-        return grids;
-      }
-      case "mesh": return [meshGrid(surface.mesh)];
-      default: return [];
-    }
-  }
-
-  // Triangles as they are given, coloured by how high they are.
-  function meshGrid({ points, triangles }) {
-    const geometry = new THREE.BufferGeometry(), tints = [];
-    for (let k = 2; k < points.length; k += 3) {
-      const tint = new THREE.Color().setHSL(0.62 - 0.62 * clamp(0.5 + 0.5 * points[k], 0, 1), 0.7, 0.55);
-      tints.push(tint.r, tint.g, tint.b);
-    }
-    geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
-    geometry.setAttribute("color", new THREE.Float32BufferAttribute(tints, 3));
-    geometry.setIndex([...triangles]);
-    geometry.computeVertexNormals();
-    return geometry;
-  }
-
-  // Words that stand at a place of the picture, whatever the camera does.
-  function sign(text, place, size) {
-    const canvas = document.createElement("canvas"), pen = canvas.getContext("2d");
-    canvas.width = 512;
-    canvas.height = 64;
-    pen.font = "40px system-ui, sans-serif";
-    pen.textAlign = "center";
-    pen.lineWidth = 10;
-    pen.lineJoin = "round";
-    pen.strokeStyle = "#ffffff";
-    pen.fillStyle = "#1c2230";
-    pen.strokeText(text, 256, 46);
-    pen.fillText(text, 256, 46);
-    const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas), depthTest: false, transparent: true }));
-    sprite.position.copy(place);
-    sprite.scale.set(8 * size, size, 1);
-    sprite.renderOrder = 4;
-    return sprite;
-  }
-
-  // A plane: a chequered rectangle as wide as the run.
-  function planeGrid(middle, wide, high, colours) {
-    const least = Math.min(wide, high), power = 10 ** Math.floor(Math.log10(least / 6));
-    let cell = power * (least / power > 30 ? 5 : least / power > 12 ? 2 : 1);
-    const cells = (size) => 2 * Math.ceil(size / cell / 2);
-    while (cells(wide) * cells(high) > 600) cell *= 2;
-    const [nu, nv] = [cells(wide), cells(high)];
-    const x = Math.round(middle.x / cell) * cell, y = Math.round(middle.y / cell) * cell;
-    return grid((u, v) => new THREE.Vector3(x + (u - 0.5) * nu * cell, y + (v - 0.5) * nv * cell, 0), nu, nv, [nu, nv], colours, false);
-  }
-
-  // Many copies of one shape, put in their places here and drawn at once: a processor that draws
-  // takes as long for each thing as for hundreds of triangles.
-  class Copies extends THREE.Mesh {
-    constructor(shape, material, most) {
-      const geometry = new THREE.BufferGeometry(), each = shape.getAttribute("position").count, index = shape.index.array;
-      super(geometry, material);
-      this.shape = shape;
-      this.each = each;
-      this.faces = index.length / 3;
-      this.matrices = new Float32Array(16 * most);
-      this.frustumCulled = false;
-      const repeated = (array, Kind, add) => {
-        const all = new Kind(array.length * most);
-        for (let i = 0; i < most; i++) for (let k = 0; k < array.length; k++) all[i * array.length + k] = array[k] + i * add;
-        return all;
-      };
-      geometry.setIndex(new THREE.BufferAttribute(repeated(index, Uint32Array, each), 1));
-      for (const name of material.isMeshLambertMaterial ? ["position", "normal"] : ["position"]) {
-        geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(3 * each * most), 3).setUsage(THREE.DynamicDrawUsage));
-      }
-      if (shape.getAttribute("color")) geometry.setAttribute("color", new THREE.BufferAttribute(repeated(shape.getAttribute("color").array, Float32Array, 0), 3));
-      this.finish(0);
-    }
-
-    set(i, matrix) {
-      const m = matrix.elements;
-      this.matrices.set(m, 16 * i);
-      for (const name of ["position", "normal"]) {
-        const into = this.geometry.getAttribute(name)?.array, from = this.shape.getAttribute(name)?.array;
-        if (!into) continue;
-        const w = name === "position" ? 1 : 0, dx = w * m[12], dy = w * m[13], dz = w * m[14];
-        let k = 3 * this.each * i;
-        for (let n = 0; n < from.length; n += 3, k += 3) {
-          const x = from[n], y = from[n + 1], z = from[n + 2];
-          into[k] = m[0] * x + m[4] * y + m[8] * z + dx;
-          into[k + 1] = m[1] * x + m[5] * y + m[9] * z + dy;
-          into[k + 2] = m[2] * x + m[6] * y + m[10] * z + dz;
-        }
-      }
-    }
-
-    // So many of them there are now.
-    finish(count) {
-      this.visible = count > 0;
-      this.count = count;
-      this.geometry.setDrawRange(0, 3 * this.faces * count);
-      this.geometry.boundingSphere = null;
-      for (const name of ["position", "normal"]) {
-        const attribute = this.geometry.getAttribute(name);
-        if (!attribute) continue;
-        attribute.clearUpdateRanges();
-        attribute.addUpdateRange(0, 3 * this.each * count);
-        attribute.needsUpdate = true;
-      }
-    }
-  }
 
   // ---- The view --------------------------------------------------------------------------------
 
@@ -330,6 +36,7 @@
     const motions = head.bodies.map((body) => new Motion({ body }, data));
     const contacts = head.contacts.map((contact) => new Contact(contact, data, head.forces));
     const events = { time: array(head.events.time), touch: array(head.events.touch), contact: array(head.events.contact) };
+    const springs = (head.springs || []).map((spring) => new Spring(spring, data));
     const up = new THREE.Vector3(...head.up);
     document.title = head.title;
     byId("title").textContent = head.title;
@@ -474,11 +181,14 @@
     trailEnds.frustumCulled = false;
     scene.add(trails, trailEnds);
 
+    const coils = new Coils(springs, 0.05 * head.scale, SPRING);
+    scene.add(coils);
+
     // Arrows of the forces and spots, one of each for a contact.
     const count = Math.max(contacts.length, 1), sides = count > 400 ? 3 : count > 100 ? 4 : count > 8 ? 6 : 10, [around, across] = count > 400 ? [8, 1] : count > 100 ? [8, 2] : count > 8 ? [16, 4] : [32, 8];
     const shaft = new THREE.CylinderGeometry(0.018, 0.018, 1, sides, 1, true).translate(0, 0.5, 0).rotateX(Math.PI / 2);
     const tip = new THREE.ConeGeometry(0.05, 0.14, sides, 1, count > 100).translate(0, 0.07, 0).rotateX(Math.PI / 2);
-    const arrows = (colour, name) => {
+    const arrows = (colour, name, count) => {
       const light = { color: colour, depthTest: false };
       const material = count > 8 ? new THREE.MeshBasicMaterial(light) : new THREE.MeshLambertMaterial({ ...light, emissive: colour, emissiveIntensity: 0.35 });
       const pair = new THREE.Group();
@@ -491,33 +201,31 @@
       scene.add(pair);
       return pair;
     };
-    const pulls = arrows(PULL, "normal forces"), rubs = arrows(RUB, "friction forces");
-    const heat = (x) => new THREE.Color().setHSL(0.66 - 0.66 * x, 0.85, 0.35 + 0.2 * x);
+    const pulls = arrows(PULL, "normal forces", count), rubs = arrows(RUB, "friction forces", count), stretches = arrows(SPRING, "forces of springs", Math.max(springs.length, 1));
     const spotGrid = grid((u, v) => round(v, 0)(u), around, across, [1, 1], [heat(0), heat(0)], false);
     const tints = spotGrid.getAttribute("color"), places = spotGrid.getAttribute("position");
     for (let i = 0; i < tints.count; i++) {
       const r = Math.min(1, Math.hypot(places.getX(i), places.getY(i))), c = heat(Math.sqrt(1 - r * r));
       tints.setXYZ(i, c.r, c.g, c.b);
     }
-    const spots = new Copies(spotGrid, new THREE.MeshBasicMaterial({ vertexColors: true, side: THREE.DoubleSide, transparent: true, opacity: 0.9, depthTest: false }), count);
+    const spots = new Copies(spotGrid, new THREE.MeshBasicMaterial({ vertexColors: true, side: THREE.DoubleSide, depthTest: false }), count);
     spots.name = "spots";
     spots.renderOrder = 1;
     scene.add(spots);
-    const TRACTIONS = 64;
-    const tractionLines = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: "#101418", depthTest: false }));
-    tractionLines.geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(18 * TRACTIONS), 3));
-    tractionLines.frustumCulled = false;
-    tractionLines.renderOrder = 3;
+    // Slower than this at all places of the spot, friction sticks: a millionth of the largest slip.
+    const slowest = 1e-6 * Math.max(head.forces[4], 1e-12);
+    const tractionLines = new TractionLines(slowest);
     scene.add(tractionLines);
 
     // Lengths of arrows: in proportion to the force up to the one that is usual, and by its
     // logarithm above, so that an impact does not dwarf a weight.
-    const forces = contacts.flatMap((c) => Array.from({ length: c.at.length }, (_, i) => c.numbers[9 * i]).filter((x) => x > 0)).sort((a, b) => a - b);
-    const usual = forces[Math.floor(0.7 * forces.length)] || 1;
+    const ofSprings = springs.flatMap((spring) => Array.from(spring.at, (_, i) => Math.hypot(...spring.forces.subarray(3 * i, 3 * i + 3))).filter((x) => x > 0));
+    const forces = contacts.flatMap((c) => Array.from({ length: c.at.length }, (_, i) => c.numbers[c.width * i]).filter((x) => x > 0)).sort((a, b) => a - b);
+    const usual = forces[Math.floor(0.7 * forces.length)] || ofSprings.sort((a, b) => a - b)[Math.floor(0.7 * ofSprings.length)] || 1;
     // The more of them there are, the smaller they are drawn.
     const crowd = Math.min(1, 2 / Math.sqrt(count));
     const arrowLength = (force) => 0.45 * crowd * head.scale * (force <= usual ? force / usual : 1 + Math.log10(force / usual));
-    const axesSorted = contacts.flatMap((c) => Array.from({ length: c.at.length }, (_, i) => c.numbers[9 * i + 7]).filter((x) => x > 0)).sort((a, b) => a - b);
+    const axesSorted = contacts.flatMap((c) => Array.from({ length: c.at.length }, (_, i) => c.numbers[c.width * i + 7]).filter((x) => x > 0)).sort((a, b) => a - b);
     const usualAxis = axesSorted[Math.floor(0.7 * axesSorted.length)] || head.scale;
 
     // ---- State ---------------------------------------------------------------------------------
@@ -529,15 +237,16 @@
     const shown = {};
     const layers = [
       ["bodies", "bodies", true], ["ground", "ground", true], ["trails", "trails", motions.length <= 40],
-      ["normal", "normal forces", true], ["friction", "friction forces", true], ["spots", "spots", true],
-      ["traction", "traction in the spot", true], ["axes", head.asked ? "axes" : "axes of the bodies", Boolean(head.asked)], ["wires", "wire frames", false],
+      ["normal", "normal", true], ["friction", "friction", true], ["spots", "spots", true],
+      ["traction", "traction", true], ["axes", "axes", Boolean(head.asked)], ["wires", "wire frames", false],
+      ...(springs.length ? [["springs", "springs", true]] : []),
     ].map(([key, text, on], i) => {
       const label = document.createElement("label"), box = document.createElement("input");
       box.type = "checkbox";
       box.id = `layer-${key}`;
       box.checked = shown[key] = on;
       box.addEventListener("change", () => { shown[key] = box.checked; state.dirty = true; });
-      label.append(box, `${text} (${i + 1})`);
+      label.append(box, `${text} (${i < 9 ? i + 1 : key[0]})`);
       byId("layers").append(label);
       return box;
     });
@@ -639,7 +348,7 @@
       0: () => setCamera("fit"), b: nextBody, d: () => byId("theme").click(), p: () => byId("fold").click(),
       ArrowLeft: (event) => seek(state.t - span * (event.shiftKey ? 0.1 : 1 / 300)), ArrowRight: (event) => seek(state.t + span * (event.shiftKey ? 0.1 : 1 / 300)),
     };
-    layers.forEach((box, i) => { keys[i + 1] = () => box.click(); });
+    layers.forEach((box, i) => { keys[i < 9 ? i + 1 : "s"] = () => box.click(); });
     addEventListener("keydown", (event) => {
       if (event.ctrlKey || event.metaKey || event.altKey || event.target.tagName === "SELECT") return;
       if (event.target.tagName === "BUTTON" && event.key === " ") event.target.blur();
@@ -710,81 +419,12 @@
     stage.addEventListener("dblclick", (event) => {
       const hit = seenAt(event);
       if (!hit) return;
-      const group = hit.object.userData.of ? hit.object.userData.of[Math.floor(hit.faceIndex / hit.object.faces)].group : hit.object.parent;
+      const group = hit.object.userData.of ? hit.object.userData.of[hit.object.which(hit)].group : hit.object.parent;
       byId("body").value = state.body = group.userData.body;
       setCamera("follow");
     });
 
-    // ---- Charts --------------------------------------------------------------------------------
-
-    const second = Math.max(0, ["Inclination of the axis", "Speed"].map((title) => head.charts.findIndex((chart) => chart.title === title)).find((at) => at >= 0) ?? 0);
-    const strips = head.charts.map((chart, i) => {
-      const label = document.createElement("label"), box = document.createElement("input");
-      box.type = "checkbox";
-      box.checked = i === 0 || i === second;
-      box.addEventListener("change", () => { resize(); });
-      label.append(box, `${chart.title} [${chart.unit}]`);
-      byId("strips").append(label);
-      const lines = chart.lines.map((line) => ({ name: line.name, at: array(line.at), values: array(line.values) }));
-      let low = Infinity, high = -Infinity;
-      for (const line of lines) for (const value of line.values) { low = Math.min(low, value); high = Math.max(high, value); }
-      return { ...chart, lines, box, low, high };
-    });
-    const HEIGHT = 74, LEFT = 10;
-    const brief = (x) => { const a = Math.abs(x); return a && (a < 1e-2 || a >= 1e5) ? x.toExponential(1) : String(+x.toPrecision(3)); };
-    function paintCharts() {
-      const wide = byId("charts").clientWidth, visible = strips.filter((strip) => strip.box.checked), ratio = devicePixelRatio;
-      byId("charts").style.height = `${visible.length * HEIGHT}px`;
-      const canvas = byId("charts");
-      canvas.width = wide * ratio;
-      canvas.height = visible.length * HEIGHT * ratio;
-      byId("cursor").style.height = `${visible.length * HEIGHT}px`;
-      byId("cursor").replaceChildren(...visible.map(() => document.createElement("span")));
-      const pen = canvas.getContext("2d"), style = getComputedStyle(document.documentElement);
-      pen.scale(ratio, ratio);
-      pen.font = "11px system-ui, sans-serif";
-      visible.forEach((strip, k) => {
-        const top = k * HEIGHT, x = (t) => LEFT + (wide - 2 * LEFT) * t / (span || 1), y = (v) => top + HEIGHT - 8 - (HEIGHT - 26) * (v - strip.low) / (strip.high - strip.low);
-        pen.fillStyle = style.getPropertyValue("--card");
-        pen.fillRect(0, top, wide, HEIGHT - 3);
-        pen.fillStyle = style.getPropertyValue("--faint");
-        pen.fillText(`${strip.title} [${strip.unit}]  ${brief(strip.low)} to ${brief(strip.high)}`, LEFT, top + 12);
-        let along = wide - LEFT;
-        strip.lines.forEach((line, n) => {
-          pen.strokeStyle = pen.fillStyle = PALETTE[n % PALETTE.length];
-          along -= pen.measureText(line.name).width + 12;
-          pen.fillText(line.name, along, top + 12);
-          pen.beginPath();
-          for (let i = 0; i < line.at.length; i++) pen.lineTo(x(line.at[i]), y(line.values[i]));
-          pen.stroke();
-        });
-      });
-      const ticks = byId("ticks");
-      ticks.width = ticks.clientWidth * ratio;
-      ticks.height = ticks.clientHeight * ratio;
-      const mark = ticks.getContext("2d");
-      events.time.forEach((t, i) => {
-        mark.fillStyle = events.touch[i] ? "#d43a3a" : "#2f7fd1";
-        mark.fillRect((t - head.start) / (span || 1) * (ticks.width - 2), events.touch[i] ? 0 : ticks.height * 0.75, Math.max(1, ratio), ticks.height * 0.25);
-      });
-    }
-    function paintCursor(readable) {
-      const visible = strips.filter((strip) => strip.box.checked);
-      if (!visible.length) return;
-      const wide = byId("charts").clientWidth, t = state.t - head.start, x = LEFT + (wide - 2 * LEFT) * t / (span || 1);
-      byId("cursor").style.transform = `translateX(${x.toFixed(1)}px)`;
-      if (!readable) return;
-      byId("cursor").classList.toggle("left", x > 0.7 * wide);
-      visible.forEach((strip, k) => {
-        const words = strip.lines.map((line) => { const i = locate(line.at, t, 0), s = share(line.at, i, t); return brief(line.values[i] + s * ((line.values[i + 1] ?? line.values[i]) - line.values[i])); }).join("  ");
-        byId("cursor").children[k].textContent = words;
-      });
-    }
-    const scrub = (event) => {
-      if (event.buttons & 1) seek(head.start + span * clamp((event.offsetX - LEFT) / (byId("charts").clientWidth - 2 * LEFT), 0, 1));
-    };
-    byId("charts").addEventListener("pointerdown", scrub);
-    byId("charts").addEventListener("pointermove", scrub);
+    const charts = new Charts(head, array, events, () => resize(), seek);
 
     // ---- Drawing -------------------------------------------------------------------------------
 
@@ -808,97 +448,10 @@
     }
     const magnification = () => 0.09 * crowd * head.scale / usualAxis * 10 ** byId("magnify").value;
 
-    // Friction at a place of the spot, against the slip there, with the pressure; the slip in m/s.
-    function traction(contact, x, y) {
-      const f = contact.values, a = f[7], b = f[8], vx = f[4] - f[6] * y * b, vy = f[5] + f[6] * x * a, speed = Math.hypot(vx, vy);
-      return { speed, pressure: Math.sqrt(Math.max(0, 1 - x * x - y * y)), x: speed > 0 ? -vx / speed : 0, y: speed > 0 ? -vy / speed : 0 };
-    }
-    const inside = [];
-    for (let i = -4; i <= 4; i++) for (let j = -4; j <= 4; j++) if (Math.hypot(i, j) <= 4.2) inside.push([i / 4.6, j / 4.6]);
-    const rubbing = (contact) => Math.hypot(contact.values[1], contact.values[2]) + Math.abs(contact.values[3]) > 0;
-    // Slower than this at all places of the spot, friction sticks: a millionth of the largest slip.
-    const slowest = 1e-6 * Math.max(head.forces[4], 1e-12);
-
-    const ellipse = { by: 0, image: null };
-    const warmth = Uint32Array.from({ length: 256 }, (_, i) => {
-      const c = heat(i / 255), byte = (x) => Math.round(255 * x);
-      return (255 << 24 | byte(c.b) << 16 | byte(c.g) << 8 | byte(c.r)) >>> 0;
-    });
-    function paintSpot(contact) {
-      const canvas = byId("spot"), pen = canvas.getContext("2d", { willReadFrequently: true }), wide = canvas.width, high = canvas.height;
-      pen.clearRect(0, 0, wide, high);
-      if (!contact || contact.open) {
-        if (!asked) byId("figures").textContent = contacts.length ? "open" : "";
-        return;
-      }
-      const f = contact.values, a = f[7], b = f[8], unit = 0.42 * Math.min(wide, high * a / Math.max(b, 1e-300)) / 1, ax = Math.min(unit, 0.45 * wide), by = ax * b / a;
-      // One picture of the pressure serves all spots of nearly the same shape.
-      if (Math.abs(by - ellipse.by) > 0.2 || !ellipse.image) {
-        ellipse.by = by;
-        ellipse.image = pen.createImageData(wide, high);
-        const pixels = new Uint32Array(ellipse.image.data.buffer);
-        for (let row = 0; row < high; row++) for (let col = 0; col < wide; col++) {
-          const x = (col + 0.5 - wide / 2) / ax, y = -(row + 0.5 - high / 2) / by, r = x * x + y * y;
-          if (r <= 1) pixels[row * wide + col] = warmth[Math.round(255 * Math.sqrt(1 - r))];
-        }
-      }
-      pen.putImageData(ellipse.image, 0, 0);
-      const arrow = (x, y, dx, dy, colour) => {
-        const x0 = wide / 2 + x * ax, y0 = high / 2 - y * by, x1 = x0 + dx, y1 = y0 - dy, angle = Math.atan2(y1 - y0, x1 - x0);
-        pen.strokeStyle = colour;
-        pen.beginPath();
-        pen.moveTo(x0, y0); pen.lineTo(x1, y1);
-        pen.moveTo(x1 - 4 * Math.cos(angle - 0.5), y1 - 4 * Math.sin(angle - 0.5)); pen.lineTo(x1, y1);
-        pen.lineTo(x1 - 4 * Math.cos(angle + 0.5), y1 - 4 * Math.sin(angle + 0.5));
-        pen.stroke();
-      };
-      let largest = 0;
-      for (const [x, y] of inside) largest = Math.max(largest, traction(contact, x, y).speed);
-      const sticks = largest < slowest;
-      pen.lineWidth = 1.2;
-      const lines = clamp(Math.floor(by / 12), 1, 4), reach = clamp(0.7 * by / (lines + 0.6), 4, 16);
-      if (rubbing(contact) && !sticks) for (let i = -5; i <= 5; i++) for (let j = -lines; j <= lines; j++) {
-        const x = i / 5.6, y = j / (lines + 0.6), here = traction(contact, x, y);
-        if (here.pressure > 0.2) arrow(x, y, reach * here.pressure * here.x, reach * here.pressure * here.y, "#ffffff");
-      }
-      // The centre of rotation, where nothing slips.
-      let words = sticks ? "sticks" : "slips";
-      if (!sticks && f[6]) {
-        const x = -f[5] / (f[6] * a), y = f[4] / (f[6] * b);
-        if (x * x + y * y < 1) {
-          pen.strokeStyle = "#ffffff";
-          pen.lineWidth = 2;
-          pen.beginPath();
-          pen.arc(wide / 2 + x * ax, high / 2 - y * by, 5, 0, 2 * Math.PI);
-          pen.stroke();
-          words = "slips about a centre inside";
-        }
-      }
-      const area = Math.PI * a * b;
-      byId("figures").textContent = `${contact.name}: ${words}\n${(1e6 * a).toPrecision(4)} × ${(1e6 * b).toPrecision(4)} µm, drawn ${magnification().toPrecision(2)} times\n` +
-        `force ${f[0].toPrecision(4)} N, friction ${Math.hypot(f[1], f[2]).toPrecision(3)} N\npressure up to ${(area > 0 ? 1.5 * f[0] / area / 1e6 : 0).toPrecision(3)} MPa\n` +
-        `slip ${Math.hypot(f[4], f[5]).toPrecision(3)} m/s, spin ${f[6].toPrecision(3)} rad/s`;
-    }
-
-    function paintTraction(contact) {
-      const places = tractionLines.geometry.getAttribute("position");
-      let n = 0;
-      if (contact && !contact.open && shown.traction && shown.spots && rubbing(contact)) {
-        const zoom = magnification(), a = zoom * contact.values[7], b = zoom * contact.values[8], length = 0.22 * a;
-        const set = (x, y) => { u.set(x, y, 0).applyQuaternion(contact.frame).add(contact.point); places.setXYZ(n++, u.x, u.y, u.z); };
-        for (const [x, y] of inside) {
-          const here = traction(contact, x, y), k = length * here.pressure, x0 = x * a, y0 = y * b, x1 = x0 + k * here.x, y1 = y0 + k * here.y;
-          if (here.speed < slowest || n + 6 > places.count) continue;
-          set(x0, y0); set(x1, y1);
-          for (const flip of [-1, 1]) { set(x1, y1); set(x1 - 0.35 * k * (here.x + 0.6 * flip * here.y), y1 - 0.35 * k * (here.y - 0.6 * flip * here.x)); }
-        }
-      }
-      tractionLines.geometry.setDrawRange(0, n);
-      places.needsUpdate = true;
-    }
+    const picture = new SpotPicture(slowest, magnification);
 
     function drawForces() {
-      pulls.userData.count = rubs.userData.count = 0;
+      pulls.userData.count = rubs.userData.count = stretches.userData.count = 0;
       let closed = 0;
       const zoom = magnification();
       for (const contact of contacts) {
@@ -909,7 +462,8 @@
         if (shown.friction && rub > 0) addArrow(rubs, contact.point, v.set(f[1], f[2], 0).multiplyScalar(contact.on / rub).applyQuaternion(contact.frame), arrowLength(rub));
         if (shown.spots) spots.set(closed++, matrix.compose(contact.point, contact.frame, scaling.set(zoom * f[7], zoom * f[8], 1)));
       }
-      for (const pair of [pulls, rubs]) for (const mesh of pair.children) mesh.finish(pair.userData.count);
+      for (const spring of springs) if (shown.springs) addArrow(stretches, spring.ends[1], v.copy(spring.force).normalize(), arrowLength(spring.force.length()));
+      for (const pair of [pulls, rubs, stretches]) for (const mesh of pair.children) mesh.finish(pair.userData.count, camera.position);
       spots.finish(closed);
     }
 
@@ -918,8 +472,11 @@
       groups.forEach((group) => { group.visible = shown.bodies; });
       for (const mesh of crowds) {
         if (shown.bodies) mesh.userData.of.forEach(({ group, pose }, i) => mesh.set(i, matrix.compose(group.position, group.quaternion, one).multiply(pose)));
-        mesh.finish(shown.bodies ? mesh.userData.of.length : 0);
+        mesh.finish(shown.bodies ? mesh.userData.of.length : 0, camera.position);
       }
+      for (const spring of springs) spring.place(state.t, groups);
+      coils.visible = springs.length > 0 && shown.springs;
+      if (coils.visible) coils.update();
       trails.visible = trailEnds.visible = shown.trails;
       if (!shown.trails) return;
       const ends = trailEnds.geometry.getAttribute("position");
@@ -932,21 +489,7 @@
       ends.needsUpdate = true;
     }
 
-    function draw(now = performance.now()) {
-      drawBodies();
-      drawForces();
-      axesOf.forEach((lines) => { lines.visible = shown.axes; });
-      ground.visible = shown.ground;
-      soft.wireframe = shown.wires;
-      const contact = chosen();
-      paintTraction(contact);
-      // Figures that one reads need not change with every frame.
-      const readable = !state.playing || now - drawn.words > 120;
-      if (readable) {
-        drawn.words = now;
-        paintSpot(contact);
-      }
-
+    function placeCamera() {
       if (state.camera !== "orbit" && motions.length) motions[state.body].place(state.t, orbit.target, q);
       u.copy(base).multiplyScalar(Math.cos(orbit.azimuth)).addScaledVector(side, Math.sin(orbit.azimuth)).multiplyScalar(Math.cos(orbit.height)).addScaledVector(up, Math.sin(orbit.height));
       camera.up.copy(up);
@@ -958,10 +501,30 @@
       camera.updateProjectionMatrix();
       lamp.position.copy(camera.position).addScaledVector(up, orbit.distance);
       lamp.target.position.copy(orbit.target);
+    }
+
+    function draw(now = performance.now()) {
+      placeCamera();
+      drawBodies();
+      drawForces();
+      axesOf.forEach((lines) => { lines.visible = shown.axes; });
+      ground.visible = shown.ground;
+      soft.wireframe = shown.wires;
+      const contact = chosen();
+      tractionLines.show(shown.traction && shown.spots ? contact : null, magnification());
+      // Figures that one reads need not change with every frame.
+      const readable = !state.playing || now - drawn.words > 120;
+      if (readable) {
+        drawn.words = now;
+        if (contacts.length) byId("figures").textContent = picture.paint(contact);
+      }
+
       renderer.render(scene, camera);
-      byId("time").value = span ? (state.t - head.start) / span : 0;
-      byId("clock").textContent = `${state.t.toFixed(clamp(4 - Math.floor(Math.log10(Math.max(span, 1e-9))), 0, 12))} s`;
-      paintCursor(readable);
+      if (readable) {
+        byId("time").value = span ? (state.t - head.start) / span : 0;
+        byId("clock").textContent = `${state.t.toFixed(clamp(4 - Math.floor(Math.log10(Math.max(span, 1e-9))), 0, 12))} s`;
+      }
+      charts.point(state.t, readable);
       drawn.frames += 1;
     }
 
@@ -979,7 +542,7 @@
       if (ratio() !== renderer.getPixelRatio()) renderer.setPixelRatio(ratio());
     }
     function resize() {
-      paintCharts();
+      charts.paint();
       const high = Math.max(80, innerHeight - document.querySelector("footer").offsetHeight);
       byId("panel").style.maxHeight = `${high - 16}px`;
       stage.style.height = `${high}px`;
@@ -1018,7 +581,7 @@
       requestAnimationFrame(frame);
     }
     requestAnimationFrame(frame);
-    window.contensou = { scene, camera, renderer, groups, contacts, events, state, head, drawn, seek, play, setCamera, draw, crowds, settled: () => still && !state.dirty };
+    window.contensou = { scene, camera, renderer, groups, contacts, springs, events, state, head, drawn, seek, play, setCamera, draw, crowds, settled: () => still && !state.dirty };
   }
 
   page.show(main);

@@ -47,6 +47,7 @@ class Still:
     text: str
 
 
+# By their paths below inputs.
 SCENES = {
     "tippe_top": Still(
         1.19,
@@ -94,6 +95,37 @@ SCENES = {
     "bearing_paper": Still(
         0.03, "orbit", 2.0, "The ball bearing of the paper of Kosenko and Aleksandrov."
     ),
+    "examples/bearing_6205_rolling": Still(
+        0.03, "orbit", 2.0, "The bearing of the size 6205 with balls that roll by a law of creep."
+    ),
+    "examples/bearing_pair": Still(
+        0.005,
+        "orbit",
+        3.2,
+        "Two angular contact bearings back to back on a shaft that tilts under its load.",
+    ),
+    "examples/bowling_hook": Still(
+        2.0, "follow", 1.6, "A bowling ball with side spin hooks to the end of the lane."
+    ),
+    "examples/break_shot": Still(
+        0.35, "fit", 3.0, "A cue ball of 8 m/s breaks fifteen billiard balls."
+    ),
+    "examples/euler_disc": Still(
+        0.3, "follow", 1.2, "A steel disc spins down on a mirror, Euler's disc."
+    ),
+    "examples/incline": Still(
+        0.5, "follow", 1.2, "A stool on an incline that holds it: its spots stick."
+    ),
+    "examples/oblique_impact": Still(
+        4e-6,
+        "follow",
+        1.2,
+        "A ball of alumina hits glass obliquely; its spot sticks, slips and springs back.",
+    ),
+    "examples/rolling_bend": Still(
+        2.0, "follow", 1.6, "A rubber ball that spins about the vertical rolls round a bend."
+    ),
+    "examples/wheelset": Still(2.4, "follow", 2.2, "A railway wheelset hunts between its rails."),
 }
 
 
@@ -105,7 +137,8 @@ def main() -> int:
     parser.add_argument("scenes", nargs="*", metavar="SCENE", help="names of scenes; default all")
     parser.add_argument("--reuse", action="store_true", help="take runs that are there")
     options = parser.parse_args()
-    unknown = [name for name in options.scenes if name not in SCENES]
+    paths = {Path(scene).name: scene for scene in SCENES}
+    unknown = [name for name in options.scenes if name not in paths]
     if unknown:
         print(f"error: no scene {style.shown(unknown[0])} in the gallery", file=sys.stderr)
         return 2
@@ -113,8 +146,8 @@ def main() -> int:
         folder.mkdir(parents=True, exist_ok=True)
     window = browser.Browser(WIDTH, HEIGHT)
     try:
-        for name in options.scenes or SCENES:
-            draw(window, name, reuse=options.reuse)
+        for name in options.scenes or paths:
+            draw(window, paths[name], reuse=options.reuse)
             print(name, flush=True)
     except ResultError as problem:
         print(f"error: {problem}", file=sys.stderr)
@@ -126,13 +159,14 @@ def main() -> int:
     return 0
 
 
-def draw(window: browser.Browser, name: str, *, reuse: bool) -> None:
+def draw(window: browser.Browser, scene: str, *, reuse: bool) -> None:
     """The run, the page and the still of a scene."""
+    name = Path(scene).name
     output, page = PAGES / f"{name}.h5", PAGES / f"{name}.html"
     if not (reuse and output.exists()):
-        program.call("run", INPUTS / f"{name}.nml", "-o", output, "--force", "-q")
+        program.call("run", INPUTS / f"{scene}.nml", "-o", output, "--force", "-q")
     page.write_text(viewing.view(output), encoding="utf-8")
-    still = SCENES[name]
+    still = SCENES[scene]
     show(window, page, still.camera, still.nearer)
     save(frame(window, still.time), STILLS / f"{name}.jpg")
     if name == POSTER:
@@ -186,11 +220,12 @@ def text() -> str:
             "Aleksandrov (2009), the animated top."
         )
     ]
-    for name, still in SCENES.items():
+    for scene, still in SCENES.items():
+        name = Path(scene).name
         parts.append(
             f"\n## {name}\n\n![{name} at {still.time:g} s](gallery/{name}.jpg)\n\n"
             + wrapped(
-                f"{still.text} Scene [{name}.nml](../inputs/{name}.nml), at {still.time:g} s; "
+                f"{still.text} Scene [{name}.nml](../inputs/{scene}.nml), at {still.time:g} s; "
                 f'page <a href="../results/gallery/{name}.html">{name}.html</a>.'
             )
         )

@@ -10,15 +10,17 @@ import pytest
 from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[2]
-SCENES = sorted(path.stem for path in (ROOT / "inputs").glob("*.nml"))
+INPUTS = [*(ROOT / "inputs").glob("*.nml"), *(ROOT / "inputs/examples").glob("*.nml")]
+SCENES = sorted(path.stem for path in INPUTS)
 
 
 def test_every_scene_is_in_it():
     """Each scene once, and no other."""
     text = (ROOT / "docs/gallery.md").read_text(encoding="utf-8")
     assert sorted(re.findall(r"^## (\w+)$", text, re.MULTILINE)) == SCENES
+    for path in INPUTS:
+        assert f"]({Path('..') / path.relative_to(ROOT)})" in text
     for name in SCENES:
-        assert f"](../inputs/{name}.nml)" in text
         assert f"](gallery/{name}.jpg)" in text
     assert "](gallery/poster.jpg)" in text
     found = {path.name for path in (ROOT / "docs/gallery").iterdir()}

@@ -82,6 +82,8 @@ module contensou_drivers_command_line
       character(len=:), allocatable :: notes
       !> Option of the program that means this command, such as `--version`; blank for none.
       character(len=16) :: alias = ""
+      !> Whether it ends in order when a signal asks it to; others end at once.
+      logical :: heeds_signals = .false.
       !> Does it.
       procedure(execute_interface), pointer, nopass :: execute => null()
    end type command_type

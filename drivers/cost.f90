@@ -66,7 +66,7 @@ contains
 
       command = command_type("cost", "errors and CPU times over models, methods, tolerances", &
          options, "runs the scene over models, methods and tolerances, those of its group " // &
-         "&cost, and reports errors against CPU time", execute=report_cost)
+         "&cost, and reports errors against CPU time", heeds_signals=.true., execute=report_cost)
    end function cost_command
 
    !> What a command line asks for.
@@ -106,6 +106,7 @@ contains
 
       call configure(line, config, error)
       if (allocated(error)) return
+      call catch_signals()
       call read_scene(config%scene, config%overrides, "", file, error)
       if (allocated(error)) return
       call heed_warnings(file, config%scene, line%has("--strict"), error)
@@ -119,7 +120,6 @@ contains
             "-o and --csv name the same file", status_usage)
       end if
       if (allocated(error)) return
-      call catch_signals()
       study%scene = file%scene
       study%cost = file%cost
       call plan_models(study, error)

@@ -1,11 +1,13 @@
 !> `contensou fmu`: a scene as a Functional Mock-up Unit.
 module contensou_drivers_fmu
    use, intrinsic :: iso_c_binding, only : c_char, c_int, c_loc, c_null_char, c_ptr, c_size_t
-   use contensou_base_errors, only : error_type, fatal, status_file
-   use contensou_base_operating_system, only : file_exists, write_stdout
+   use contensou_base_errors, only : error_type, fatal
+   use contensou_base_operating_system, only : remove_file, rename_file, sweep_up, &
+      temporary_name, write_stdout
    use contensou_base_text, only : string_type
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
       set_option
+   use contensou_drivers_output, only : check_output
    use contensou_scene_reader, only : read_scene, scene_file_type
    implicit none(type, external)
    private
@@ -26,8 +28,8 @@ module contensou_drivers_fmu
 
    interface
       !> Write the FMU of a scene; a message if that is not 0.
-      function contensou_fmu_write(name, scene, settings, n, fmi, title, output, message, room) &
-         result(status) bind(c)
+      function contensou_fmu_write(name, scene, settings, n, fmi, title, output, place, message, &
+         room) result(status) bind(c)
          import :: c_char, c_int, c_ptr, c_size_t
          implicit none(type, external)
          character(len=1, kind=c_char), intent(in) :: name(*)
@@ -39,8 +41,10 @@ module contensou_drivers_fmu
          !> 2 or 3.
          integer(c_int), intent(in), value :: fmi
          character(len=1, kind=c_char), intent(in) :: title(*)
-         !> File to write.
+         !> Name of the file, which the model is called after.
          character(len=1, kind=c_char), intent(in) :: output(*)
+         !> Where the file waits for its name.
+         character(len=1, kind=c_char), intent(in) :: place(*)
          character(len=1, kind=c_char), intent(out) :: message(*)
          !> Its size.
          integer(c_size_t), intent(in), value :: room
@@ -66,7 +70,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(string_type), allocatable :: overrides(:)
       type(scene_file_type) :: file
-      character(len=:), allocatable :: scene, output, fmi
+      type(error_type), allocatable :: ignored
+      type(string_type) :: inputs(1)
+      character(len=:), allocatable :: scene, output, place, fmi
       character(len=:, kind=c_char), allocatable, target :: texts(:)
       type(c_ptr), allocatable :: settings(:)
       character(len=1, kind=c_char) :: message(most)
@@ -87,10 +93,11 @@ contains
       end if
       call read_scene(scene, overrides, "", file, error)
       if (allocated(error)) return
-      if (file_exists(output) .and. .not. line%has("--force")) then
-         call fatal(error, output // " exists; --force replaces it", status_file)
-         return
-      end if
+      inputs(1)%s = scene
+      call check_output(output, inputs, line%has("--force"), error)
+      if (allocated(error)) return
+      call sweep_up(output)
+      place = temporary_name(output)
       longest = maxval([0, (len(overrides(i)%s), i=1, size(overrides))])
       allocate(character(len=longest + 1) :: texts(size(overrides)))
       allocate(settings(size(overrides)))
@@ -100,9 +107,15 @@ contains
       end do
       status = contensou_fmu_write(scene // c_null_char, file%text // c_null_char, settings, &
          int(size(overrides), c_int), merge(2_c_int, 3_c_int, fmi == "2"), &
-         file%scene%title // c_null_char, output // c_null_char, message, int(most, c_size_t))
+         file%scene%title // c_null_char, output // c_null_char, place // c_null_char, message, &
+         int(most, c_size_t))
       if (status == 0) then
-         call write_stdout(output // new_line("a"), error)
+         call rename_file(place, output, error, line%has("--force"))
+         if (allocated(error)) then
+            call remove_file(place, ignored)
+         else
+            call write_stdout(output // new_line("a"), error)
+         end if
          return
       end if
       reason = ""

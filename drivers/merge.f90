@@ -52,7 +52,7 @@ contains
       type(command_type) :: command
 
       command = command_type("merge", "join the tables of parts of a sweep", options, &
-         execute=merge_tables)
+         heeds_signals=.true., execute=merge_tables)
    end function merge_command
 
    !> Join the tables of shards into one.

@@ -74,7 +74,7 @@ contains
    function run_command() result(command)
       type(command_type) :: command
 
-      command = command_type("run", "simulate a scene", options, execute=run)
+      command = command_type("run", "simulate a scene", options, heeds_signals=.true., execute=run)
    end function run_command
 
    !> What a command line asks for.
@@ -163,6 +163,8 @@ contains
       if (allocated(error) .or. earlier%complete) return
       simulation_options%profile = config%profile
       call new_simulation(file, simulation, error, simulation_options)
+      if (.not. allocated(error) .and. signal_received() /= 0) call fatal(error, &
+         "interrupted; nothing was written", status_interrupted)
       if (allocated(error)) return
       watch%t_end = file%scene%t_end
       watch%output%flush_interval = config%checkpoint

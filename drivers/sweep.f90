@@ -67,7 +67,7 @@ contains
       command = command_type("sweep", "run a scene over parameters, many cases at a time", &
          options, "runs a scene over its parameters, as a sweep file says, into one table", &
          "a sweep that was stopped goes on when it is started again; exit status 75 if a " // &
-         "signal stopped it", execute=run_sweep)
+         "signal stopped it", heeds_signals=.true., execute=run_sweep)
    end function sweep_command
 
    !> What a command line asks for.
@@ -140,15 +140,16 @@ contains
       if (allocated(error) .or. complete) return
       call lock%take(name, patience, taken, error)
       if (allocated(error)) return
-      if (taken) then
-         ! Another process may have written the table meanwhile.
-         call check_output(name, config, sweep, cases%selection, .true., complete, error)
-         if (.not. allocated(error) .and. .not. complete) call write_sweep(line, config, sweep, &
-            name, cases, error)
-      else if (stop_requested()) then
-         call fatal(error, "interrupted; nothing was written", status_interrupted)
-      else
-         call fatal(error, "another process is writing " // name // part_suffix, status_file)
+      ! Another process may have written the table meanwhile.
+      if (taken) call check_output(name, config, sweep, cases%selection, .true., complete, error)
+      if (.not. (allocated(error) .or. complete)) then
+         if (stop_requested()) then
+            call fatal(error, "interrupted; nothing was written", status_interrupted)
+         else if (taken) then
+            call write_sweep(line, config, sweep, name, cases, error)
+         else
+            call fatal(error, "another process is writing " // name // part_suffix, status_file)
+         end if
       end if
       call lock%leave()
    end subroutine run_sweep

@@ -3,6 +3,7 @@
 #define _GNU_SOURCE
 #include "variables.h"
 
+#include <errno.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -294,13 +295,15 @@ static void model_of(const char *output, char model[64])
 }
 
 int contensou_fmu_write(const char *name, const char *scene, const char *const settings[], int n,
-                        int fmi, const char *title, const char *output, char *message,
-                        size_t room);
+                        int fmi, const char *title, const char *output, const char *place,
+                        char *message, size_t room);
 
-/* Write the FMU of a scene, given as a text with n settings. Returns 0, 2 for a mistake in the
- * scene, or 74 for a file, and then a message. */
+/* Write the FMU of a scene, given as a text with n settings, to a place where it waits for its name,
+ * which the model inside is called after. Returns 0, 2 for a mistake in the scene, or 74 for a file,
+ * and then a message. */
 int contensou_fmu_write(const char *name, const char *scene, const char *const settings[], int n,
-                        int fmi, const char *title, const char *output, char *message, size_t room)
+                        int fmi, const char *title, const char *output, const char *place,
+                        char *message, size_t room)
 {
    contensou_error *error = NULL;
    contensou_simulation *simulation;
@@ -310,7 +313,7 @@ int contensou_fmu_write(const char *name, const char *scene, const char *const s
    char model[64], entry[256], token[64];
    double rtol = 1e-8;
    FILE *file;
-   int i, status = 74;
+   int i, whole, reason, status = 74;
 
    *message = 0;
    simulation = contensou_simulation_from_text(name, scene, settings, n, &error);
@@ -369,19 +372,24 @@ int contensou_fmu_write(const char *name, const char *scene, const char *const s
       add_file(&zip, "sources/buildDescription.xml", text.bytes, text.size);
    }
    finish(&zip);
-   file = zip.data.failed || text.failed ? NULL : fopen(output, "wb");
+   file = zip.data.failed || text.failed ? NULL : fopen(place, "wb");
    if (!file) {
-      snprintf(message, room, "%s cannot be written", output);
+      snprintf(message, room, "cannot write %s: %s", place, strerror(errno));
       goto end;
    }
-   if (fwrite(zip.data.bytes, 1, zip.data.size, file) != zip.data.size) status = -1;
-   if (fclose(file) != 0 || status < 0) {
-      remove(output);
-      status = 74;
-      snprintf(message, room, "%s cannot be written", output);
-      goto end;
+   /* A full disk may show only as it is closed. */
+   whole = fwrite(zip.data.bytes, 1, zip.data.size, file) == zip.data.size;
+   reason = errno;
+   if (fclose(file) != 0) {
+      if (whole) reason = errno;
+      whole = 0;
    }
-   status = 0;
+   if (whole) {
+      status = 0;
+   } else {
+      remove(place);
+      snprintf(message, room, "cannot write %s: %s", place, strerror(reason));
+   }
 end:
    fmu_release(&list);
    contensou_simulation_free(simulation);

@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from contensou._scenes import scene_text as scene_text
     from contensou._simulation import Body as Body
     from contensou._simulation import Event as Event
+    from contensou._simulation import Load as Load
     from contensou._simulation import Parameter as Parameter
     from contensou._simulation import Quantity as Quantity
     from contensou._simulation import Simulation as Simulation
@@ -66,6 +67,7 @@ _HOMES = {
     "SceneError": "_errors",
     "SceneWarning": "_errors",
     "SimulationError": "_errors",
+    "Load": "_simulation",
     "Page": "_drawing",
     "Parameter": "_simulation",
     "Quantity": "_simulation",

@@ -79,6 +79,7 @@ PLAIN = {
     "simulation_contact_name": (_text, Pointer, _int),
     "simulation_size": (_int, Pointer),
     "simulation_state": (_int, Pointer, Doubles),
+    "simulation_motion": (_int, Pointer, _int),
     "simulation_body": (_int, Pointer, _text, Doubles, Doubles, Doubles, Doubles),
     "simulation_quantities": (_int, Pointer),
     "simulation_quantity": (_int, Pointer, _int, ctypes.POINTER(QuantityStruct)),

@@ -16,12 +16,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray
+from numpy.typing import ArrayLike
 
 from contensou import _library as lib
 from contensou._errors import SceneError, SceneWarning
 from contensou._scenes import Scene, Settings, is_text, scene_text, settings_texts
 
 KINDS = {1: "touch", 2: "lift"}
+
+# How a body moves: CONTENSOU_FREE of the header.
+FREE = 0
 
 # Interrupts are heard after so much wall time, about [s].
 SLICE = 0.05
@@ -49,6 +53,15 @@ class Body(NamedTuple):
     velocity: np.ndarray
     #: In the axes of the body [rad/s], shape (3,).
     angular_velocity: np.ndarray
+
+
+class Load(NamedTuple):
+    """What acts on a body, but for its weight."""
+
+    #: At the centre of mass, inertial frame [N], shape (3,).
+    force: np.ndarray
+    #: About the centre of mass, in the axes of the body [N m], shape (3,).
+    torque: np.ndarray
 
 
 class Parameter(NamedTuple):
@@ -140,6 +153,8 @@ class Simulation:
         self.events: list[Event] = []
         self.bodies = self._names("body_name", "bodies")
         self.contacts = self._names("contact_name", "contacts")
+        # Mass [kg], inertia [kg m2] and gravity [m/s2] of bodies whose loads were asked for.
+        self._inertias: dict[str, tuple[float, np.ndarray, np.ndarray]] = {}
         # These must live as long as the library may call them; they know the simulation weakly.
         known = weakref.ref(self)
         self._row = lib.RowCallback(lambda *_: _heard(known, Simulation._hear_row))
@@ -193,6 +208,64 @@ class Simulation:
         if self._plain("simulation_body", lib.encoded(name), *found) != 0:
             raise SceneError(f"there is no body {name!r}; there are: {', '.join(self.bodies)}", 2)
         return found
+
+    def set_body(
+        self,
+        name: str,
+        position: ArrayLike | None = None,
+        quaternion: ArrayLike | None = None,
+        velocity: ArrayLike | None = None,
+        angular_velocity: ArrayLike | None = None,
+    ) -> None:
+        """Set the motion of a body at the present; what is not given stays. Units as of `Body`."""
+        state = self.state
+        start = self._start_of(name)
+        for size, values in ((3, position), (4, quaternion), (3, velocity), (3, angular_velocity)):
+            if values is not None:
+                state[start : start + size] = _vector(values, "motion of a body", size)
+            start += size
+        self.state = state
+
+    def load(self, body: str) -> Load:
+        """What acts on a free body at the present, but for its weight.
+
+        Contacts, springs, links and applied loads: what another program, which integrates the
+        motion, needs of this one, after `set_body`.
+
+        >>> top = Simulation("tippe_top.nml")
+        >>> top.set_body("top", position=(0, 0, 0.1))
+        >>> top.load("top").force.round(9).tolist()
+        [0.0, 0.0, 0.0]
+        """
+        start = self._start_of(body)
+        if body not in self._inertias:
+            self._inertias[body] = self._inertia_of(body)
+        mass, inertia, gravity = self._inertias[body]
+        state = self.state
+        x, y, z = state[start + 10 : start + 13]
+        rate = self.derivative(state=state)[start : start + 13]
+        one, two, three = inertia
+        gyroscopic = ((three - two) * y * z, (one - three) * z * x, (two - one) * x * y)
+        return Load(mass * (rate[7:10] - gravity), inertia * rate[10:] + gyroscopic)
+
+    def _inertia_of(self, body: str) -> tuple[float, np.ndarray, np.ndarray]:
+        """Mass [kg], principal moments of inertia [kg m2] of a free body, and gravity [m/s2]."""
+        if self._plain("simulation_motion", self.bodies.index(body)) != FREE:
+            raise SceneError(f"body {body!r} does not move freely: no load is told", 2)
+        known = self.parameters
+        # The group stands before a name that is not of a body alone.
+        path = body if f"{body}.mass" in known else f"body.{body}"
+        inertia, gravity = (
+            np.array([known[f"{name}({i})"].value for i in (1, 2, 3)])
+            for name in (f"{path}.inertia", "scene.gravity")
+        )
+        return known[f"{path}.mass"].value, inertia, gravity
+
+    def _start_of(self, body: str) -> int:
+        """Where the motion of a body begins in the state."""
+        if body not in self.bodies:
+            raise SceneError(f"there is no body {body!r}; there are: {', '.join(self.bodies)}", 2)
+        return 13 * self.bodies.index(body)
 
     @property
     def quantities(self) -> dict[str, Quantity]:
@@ -330,6 +403,7 @@ class Simulation:
         words, n = lib.texts(settings_texts(settings))
         with self._alone() as handle:
             lib.call("simulation_set_text", handle, words, n)
+            self._inertias.clear()
 
     def set_load(
         self, body: str, force: Sequence[float] = (0, 0, 0), torque: Sequence[float] = (0, 0, 0)
@@ -537,8 +611,8 @@ def _heard(known: weakref.ref[Simulation], hear: Callable[..., int], *words: obj
         return 1
 
 
-def _vector(values: Sequence[float], what: str) -> np.ndarray:
+def _vector(values: ArrayLike, what: str, size: int = 3) -> np.ndarray:
     vector = lib.numbers(values, what)
-    if vector.shape != (3,):
-        raise SceneError(f"{what}: expected 3 numbers", 2)
+    if vector.shape != (size,):
+        raise SceneError(f"{what}: expected {size} numbers", 2)
     return vector

@@ -6,6 +6,7 @@
 #   try_packages       install packages that are of use but not needed, or say why not and go on
 #   ensure_python      make .venv from requirements.txt
 #   try_readers        install what tests read exported files with, or go on
+#   try_hosts          install programs that the examples of hosts use, and Jupyter, or go on
 #   ensure_build       configure and compile a build folder
 #   ensure_release     the same for the release build in build/
 #
@@ -153,6 +154,18 @@ try_readers() {
    timeout 120 npm install --silent --prefix "$folder" gltf-validator@2.0.0-dev.3.10 >"$log" 2>&1 </dev/null ||
       say "files of glTF will not be validated: gltf-validator could not be installed"
    rm -f -- "$log"
+}
+
+# Install the programs into which examples put our contacts, and what runs notebooks, into the Python
+# environment, where they can be had; or go on. Each may be missing by itself.
+try_hosts() {
+   local name
+   for name in scipy==1.17.1 mujoco==4.0.0 exudyn==1.13.6 "nbclient==0.11.0 ipykernel==7.4.0"; do
+      # shellcheck disable=SC2086
+      "$venv/bin/python" -c "import ${name%%==*}" 2>/dev/null || timeout 300 "$venv/bin/python" -m pip install \
+         --quiet --disable-pip-version-check --no-input $name >/dev/null 2>&1 </dev/null ||
+         say "examples of hosts will be skipped: ${name%%==*} could not be installed"
+   done
 }
 
 # ensure_packages [EXTRA_PACKAGE...]    what a build needs and more

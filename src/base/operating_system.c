@@ -41,6 +41,9 @@ int contensou_system_is_locked(const char *path);
 int contensou_system_is_terminal(int unit);
 int contensou_system_terminal_width(void);
 void contensou_system_open_standard_streams(void);
+void contensou_system_hold_signals(void);
+void contensou_system_restore_signals(void);
+void contensou_system_release_signals(void);
 void contensou_system_catch_signals(void);
 int contensou_system_signal_received(void);
 void contensou_system_host_name(char *name, size_t size);
@@ -321,8 +324,21 @@ uint64_t contensou_system_process(void)
    return (sum ^ sum >> 32) << 32 | (uint64_t)(uint32_t)getpid();
 }
 
-/* Remove what dead processes left of the files that they wrote beside a name: NAME.part-XXX. Each
-   writer holds a lock on its own. */
+/* Whether the writer of a file NAME.part-XXX is known to live, or may: here its number tells, of
+   another computer only that the file changed within the last hour. */
+static int may_live(const char *digits, int fd)
+{
+   uint64_t writer = strtoull(digits, NULL, 16);
+   struct stat info;
+   if (writer >> 32 == contensou_system_process() >> 32) {
+      pid_t number = (pid_t)(uint32_t)writer;
+      return number > 0 && number != getpid() && (kill(number, 0) == 0 || errno == EPERM);
+   }
+   return fstat(fd, &info) == 0 && time(NULL) - info.st_mtime < 3600;
+}
+
+/* Remove what dead processes left of the files that they wrote beside a name: NAME.part-XXX. Who
+   writes by HDF5 holds a lock on its file, others are looked for. */
 void contensou_system_sweep_up(const char *path)
 {
    char *folder = folder_of(path);
@@ -338,7 +354,9 @@ void contensou_system_sweep_up(const char *path)
       if (strlen(rest) != 16 || strspn(rest, "0123456789abcdef") != 16) continue;
       int fd = openat(dirfd(directory), entry->d_name, O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
       if (fd < 0) continue;
-      if (flock(fd, LOCK_EX | LOCK_NB) == 0) unlinkat(dirfd(directory), entry->d_name, 0);
+      if (flock(fd, LOCK_EX | LOCK_NB) == 0 && !may_live(rest, fd)) {
+         unlinkat(dirfd(directory), entry->d_name, 0);
+      }
       close(fd);
    }
    if (directory) closedir(directory);
@@ -374,12 +392,47 @@ static const int stop_signals[] = {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGUSR2, SI
 #endif
 };
 
+enum { STOP_SIGNALS = sizeof stop_signals / sizeof *stop_signals };
+
+/* What a program that holds them back was started with. */
+static int held = 0;
+static sigset_t mask_at_start;
+static struct sigaction actions_at_start[STOP_SIGNALS];
+
+/* Hold back requests to stop until there is somebody to heed them. An executable calls this before
+   anything else in it runs. */
+void contensou_system_hold_signals(void)
+{
+   sigset_t set;
+   sigemptyset(&set);
+   for (int i = 0; i < STOP_SIGNALS; ++i) {
+      sigaction(stop_signals[i], NULL, &actions_at_start[i]);
+      sigaddset(&set, stop_signals[i]);
+   }
+   held = sigprocmask(SIG_BLOCK, &set, &mask_at_start) == 0;
+}
+
+/* Undo what the Fortran library does to some of them at its start: backtraces, also for requests
+   that are ignored. */
+void contensou_system_restore_signals(void)
+{
+   if (!held) return;
+   for (int i = 0; i < STOP_SIGNALS; ++i) sigaction(stop_signals[i], &actions_at_start[i], NULL);
+}
+
+/* Let come what was held back. */
+void contensou_system_release_signals(void)
+{
+   if (held) sigprocmask(SIG_SETMASK, &mask_at_start, NULL);
+   held = 0;
+}
+
 /* Those of them that are not ignored, as nohup lets SIGHUP be. A shell lets what it starts in the
    background ignore SIGINT, which some batch systems send all the same. */
 void contensou_system_stop_signals(sigset_t *set)
 {
    sigemptyset(set);
-   for (size_t i = 0; i < sizeof stop_signals / sizeof *stop_signals; ++i) {
+   for (int i = 0; i < STOP_SIGNALS; ++i) {
       struct sigaction action;
       int number = stop_signals[i];
       if (number != SIGINT && number != SIGTERM && number != SIGUSR1
@@ -413,7 +466,8 @@ void contensou_system_open_standard_streams(void)
    if (fd > STDERR_FILENO) close(fd);
 }
 
-/* Turn requests to stop into a flag; let a write to a closed pipe or beyond a limit fail. */
+/* Turn requests to stop into a flag, those that were held back among them; let a write to a closed
+   pipe or beyond a limit fail. */
 void contensou_system_catch_signals(void)
 {
    struct sigaction action;
@@ -430,6 +484,7 @@ void contensou_system_catch_signals(void)
    }
    signal(SIGXFSZ, SIG_IGN);
    signal(SIGPIPE, SIG_IGN);
+   contensou_system_release_signals();
 }
 
 /* Number of the last signal caught, 0 if none. */

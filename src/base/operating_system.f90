@@ -16,6 +16,7 @@ module contensou_base_operating_system
       check_writable, is_locked
    public :: is_terminal, obeys_escapes, terminal_width, write_stderr, write_stdout, write_terminal
    public :: catch_signals, signal_received, open_standard_streams
+   public :: release_signals, restore_signals
    public :: host_name, wall_seconds, cpu_seconds, utc_now
    public :: text_from_c, reason_of, save_file, checksum, unfinished_suffix
    public :: become
@@ -72,10 +73,21 @@ module contensou_base_operating_system
          implicit none(type, external)
       end subroutine open_standard_streams
 
-      !> Turn what batch systems and lost terminals send into a flag for `signal_received`: SIGINT,
-      !> SIGTERM, SIGHUP unless it is ignored, SIGUSR1, SIGUSR2, SIGXCPU and others. A SIGINT or
-      !> SIGTERM that follows more than a second later acts at once. A file-size limit and a closed
-      !> pipe become write errors.
+      !> Undo what the Fortran library made of requests to stop, where the executable holds them
+      !> back.
+      subroutine restore_signals() bind(c, name="contensou_system_restore_signals")
+         implicit none(type, external)
+      end subroutine restore_signals
+
+      !> Let requests to stop come that the executable held back from its first instruction on.
+      subroutine release_signals() bind(c, name="contensou_system_release_signals")
+         implicit none(type, external)
+      end subroutine release_signals
+
+      !> Turn what batch systems and lost terminals send into a flag for `signal_received`, what was
+      !> held back until then among it: SIGINT, SIGTERM, SIGHUP unless it is ignored, SIGUSR1,
+      !> SIGUSR2, SIGXCPU and others. A SIGINT or SIGTERM that follows more than a second later acts
+      !> at once. A file-size limit and a closed pipe become write errors.
       subroutine catch_signals() bind(c, name="contensou_system_catch_signals")
          implicit none(type, external)
       end subroutine catch_signals

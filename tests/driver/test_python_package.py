@@ -7,7 +7,6 @@ names one. Tests use it as it lies unpacked in a folder; one installs it in a fr
 from __future__ import annotations
 
 import doctest
-import fcntl
 import importlib
 import os
 import pickle
@@ -17,7 +16,6 @@ import signal
 import subprocess
 import sys
 import time
-import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -29,7 +27,6 @@ xarray = pytest.importorskip("xarray")
 ROOT = Path(__file__).resolve().parents[2]
 INPUTS = ROOT / "inputs"
 MODULES = sorted(path.stem for path in (ROOT / "python/contensou").glob("*.py"))
-CANNOT_BE_HAD = 3
 SHORT = {"scene.t_end": 0.02, "output.interval": 0.002}
 
 # Those that are read relative to them; the rest is what `contensou run` reads.
@@ -73,45 +70,6 @@ pytestmark = [
     pytest.mark.xdist_group("python"),
     pytest.mark.filterwarnings("ignore::UserWarning"),
 ]
-
-
-@pytest.fixture(scope="session")
-def wheel(build_kind, tmp_path_factory):
-    """The wheel."""
-    if build_kind != "release":
-        pytest.skip("with the release build only")
-    if named := os.environ.get("CONTENSOU_WHEEL"):
-        return Path(named)
-    folder = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        folder = folder.parent  # which all workers share
-    with (folder / "wheel.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        built = sorted(folder.glob("*.whl"))
-        if not built:
-            built = [build_wheel(folder)]
-    return built[0]
-
-
-def build_wheel(folder):
-    """Build the wheel, or skip where what it needs cannot be had."""
-    command = [ROOT / "scripts/wheel", "-o", folder, "-Dlink_time_optimization=false"]
-    done = captured(command, timeout=1200)
-    if done.returncode == CANNOT_BE_HAD:
-        pytest.skip(f"no wheel can be built here: {done.stderr.splitlines()[-1]}")
-    assert done.returncode == 0, done.stderr[-3000:]
-    return Path(done.stdout.strip())
-
-
-@pytest.fixture(scope="session")
-def unpacked(wheel, tmp_path_factory):
-    """The folder of the package, as pip would put it."""
-    folder = tmp_path_factory.mktemp("unpacked")
-    with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(folder)
-    for path in (folder / "contensou/bin").iterdir():
-        path.chmod(0o755)
-    return folder / "contensou"
 
 
 @pytest.fixture(scope="session")
@@ -499,6 +457,33 @@ def test_snapshots_in_contact(contensou, in_inputs):
     assert first.time == 0.013
 
 
+def test_loads_for_hosts(contensou, in_inputs):
+    """What acts on a body is the contact forces of rows, wherever the body is put."""
+    top = contensou.Simulation("tippe_top.nml")
+    top.advance(0.013)
+    body, load = top.body("top"), top.load("top")
+    normal = top.values("normal_force")[0]
+    assert load.force[2] == pytest.approx(normal, rel=1e-9)
+    friction = top.values("friction_force")[0]
+    assert np.linalg.norm(load.force[:2]) == pytest.approx(np.linalg.norm(friction), rel=1e-9)
+    top.set_body("top", position=(1.0, 2.0, 3.0))
+    assert np.abs(top.load("top").force).max() < 1e-15
+    assert np.abs(top.load("top").torque).max() < 1e-15
+    assert top.body("top").velocity.tolist() == body.velocity.tolist()
+    top.set_body("top", *body)
+    assert top.load("top").torque.tobytes() == load.torque.tobytes()
+    # A torque of the host's is that of the equations: it changes the spin, with gyroscopic terms.
+    there = contensou.Simulation("tippe_top.nml", {"scene.gravity": (0, 0, 0)})
+    there.set_body("top", position=(0, 0, 1))
+    there.set_load("top", (0, 0, 2.0), (0, 0, 3.0))
+    axis = np.array([-np.sin(0.1), 0, np.cos(0.1)])
+    assert there.load("top").force == pytest.approx([0, 0, 2.0])
+    assert there.load("top").torque == pytest.approx(3 * axis, abs=1e-12)
+    balls = contensou.Simulation("examples/break_shot.nml")
+    loads = [balls.load(name).force[2] for name in balls.bodies]
+    assert loads == pytest.approx([0.16614843231954618 * 9.81] * 16, rel=1e-6)
+
+
 def test_wrong_use_of_a_simulation(contensou):
     make = contensou.Simulation
     for words in (("nothing.nml",), (BALL, {"ball.mas": 1}), ("&scene\0 /\n",), (3,)):
@@ -520,6 +505,12 @@ def test_wrong_use_of_a_simulation(contensou):
         lambda: setattr(ball, "state", [None] * n),
         lambda: ball.set({"ball.mass": -1}),
         lambda: ball.set({"ball.colour": 1}),
+        lambda: ball.set_body("bell"),
+        lambda: ball.set_body("ball", (1, 2)),
+        lambda: ball.set_body("ball", velocity="fast"),
+        lambda: ball.set_body("ball", quaternion=(np.nan, 0, 0, 1)),
+        lambda: ball.load("bell"),
+        lambda: make(GROUPS | {"body": {"name": "ball", "motion": "fixed"}}).load("ball"),
         lambda: ball.set_load("ball", (1, 2)),
         lambda: ball.set_load("bell", (1, 2, 3)),
         lambda: ball.set_drive("ball", (1, 2, 3)),

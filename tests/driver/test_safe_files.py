@@ -72,6 +72,9 @@ def spellings(folder, name):
         (["merge", "a.h5", "b.h5"], "b.h5"),
         (["cost", "scene.nml"], "scene.nml"),
         (["cost", "scene.nml", "--csv"], "scene.nml"),
+        (["equilibrium", "scene.nml"], "scene.nml"),
+        (["equilibrium", "scene.nml", "--scene"], "scene.nml"),
+        (["fmu", "scene.nml"], "scene.nml"),
     ],
 )
 def test_no_input_is_written_over(run, files, command, name, force):
@@ -87,7 +90,8 @@ def test_no_input_is_written_over(run, files, command, name, force):
     names = spellings(files, name)
     before = content(files)
     for spelling in names:
-        words = [*command, spelling] if command[-1] == "--csv" else [*command, "-o", spelling]
+        option = [] if command[-1].startswith("--") and command[-1] != "--resume" else ["-o"]
+        words = [*command, *option, spelling]
         result = run(*words, *force)
         assert result.status in (2, 74), (spelling, result)
         assert result.out == ""
@@ -194,11 +198,55 @@ def test_two_at_once(executable, tmp_path):
     assert mistakes == []
 
 
-def test_files_of_dead_processes_are_removed(run, files):
-    (files / "x.h5.part-0123456789abcdef").write_text("left by a process that was killed")
+def temporary(path, process):
+    """The name that a process of this computer writes a file under."""
+    total, name, mask = 0xCBF29CE484222325, socket.gethostname().encode(), 2**64 - 1
+    whole = len(name) - len(name) % 8
+    for at in range(0, whole, 8):
+        word = int.from_bytes(name[at : at + 8], sys.byteorder)
+        total = ((total ^ word) * 0x100000001B3) & mask
+        total ^= total >> 32
+    for byte in name[whole:]:
+        total = ((total ^ byte) * 0x100000001B3) & mask
+    return path.with_name(f"{path.name}.part-{(total ^ total >> 32) & 0xFFFFFFFF:08x}{process:08x}")
+
+
+@pytest.mark.parametrize("command", [("sweep", "sweep.nml", "-q"), ("export", "a.h5", "--csv")])
+def test_files_of_dead_processes_are_removed(run, files, command):
+    good(run("run", "scene.nml", "-q", "-o", "a.h5"))
+    gone = subprocess.Popen(["true"])
+    gone.wait()
+    alive = temporary(files / "x.h5", os.getpid())
+    elsewhere = files / "x.h5.part-fedcba9876543210"
+    for path in (alive, elsewhere, temporary(files / "x.h5", gone.pid)):
+        path.write_text("left by a process that was killed, or not")
+    old = files / "x.h5.part-0123456789abcdef"
+    old.touch()
+    os.utime(old, (time.time() - 7200, time.time() - 7200))
     (files / "x.h5.part.lock").touch()
-    good(run("sweep", "sweep.nml", "-q", "-o", "x.h5"))
-    assert sorted(path.name for path in files.glob("x.h5*")) == ["x.h5"]
+    good(run(*command, "-o", "x.h5"))
+    names = {path.name for path in files.glob("x.h5*")} - {"x.h5.part.lock"}
+    assert names == {"x.h5", alive.name, elsewhere.name}
+
+
+@pytest.mark.parametrize(
+    "command", [("export", "a.h5", "--csv"), ("fmu", "scene.nml"), ("new", "bearing")]
+)
+def test_two_that_write_one_file(executable, run, files, command):
+    """None removes what another one is about to finish."""
+    good(run("run", "scene.nml", "-q", "-o", "a.h5"))
+    for _ in range(4):
+        words = [str(executable), *command, "-o", "x"]
+        both = [
+            subprocess.Popen(words, cwd=files, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            for _ in range(2)
+        ]
+        errors = [process.communicate(timeout=60)[1].decode() for process in both]
+        codes = [process.returncode for process in both]
+        assert codes in ([0, 74], [74, 0]), errors
+        assert "exists" in "".join(errors)
+        assert [path.name for path in files.glob("x*")] == ["x"]
+        (files / "x").unlink()
 
 
 def test_a_run_does_not_take_the_rows_of_a_sweep(run, files):
@@ -333,6 +381,48 @@ def test_signals_end_a_sweep_that_goes_on(executable, run, files, name):
     assert process.returncode == 75, err
     assert err.count("\n") == 1
     assert sorted(path.name for path in files.glob("x.h5*")) == ["x.h5.part"]
+
+
+@pytest.fixture(scope="session")
+def early(tmp_path_factory, sanitized):
+    """A library that sends the program a signal before it can do anything."""
+    if sanitized:
+        pytest.skip("a sanitizer must be the first library")
+    path = tmp_path_factory.mktemp("preload") / "early.so"
+    source = ROOT / "tests/driver/preload/early.c"
+    compiler = os.environ.get("CC", "cc")
+    subprocess.run([compiler, "-shared", "-fPIC", "-o", path, source, "-ldl"], check=True)
+    return str(path)
+
+
+@pytest.mark.parametrize("when", ["library", "main"])
+@pytest.mark.parametrize("name", STOPS)
+@pytest.mark.parametrize("command", ["run", "resume", "sweep", "merge", "cost"])
+def test_signals_before_the_beginning(run, files, early, command, name, when):
+    words = {"run": ["run", "scene.nml"], "resume": ["run", "scene.nml", "--resume"]}.get(
+        command, [command, "scene.nml" if command == "cost" else "sweep.nml"]
+    )
+    if command == "merge":
+        good(run("sweep", "sweep.nml", "-q", "--shard", "1/1"))
+        words = ["merge", *(path.name for path in files.glob("*_shard_1_of_1.h5"))]
+    before = content(files)
+    number = int(getattr(signal, name))
+    result = run(
+        *words, "-q", "-o", "x.h5",
+        env={"LD_PRELOAD": early, "EARLY": when, "SIGNAL": str(number)},
+    )  # fmt: skip
+    assert result.status == 75, result.err
+    assert result.err == "contensou: interrupted; nothing was written\n"
+    assert content(files) == before
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGXCPU", "SIGQUIT"])
+def test_other_commands_end_at_once(run, files, early, name):
+    number = int(getattr(signal, name))
+    result = run("check", "scene.nml",
+                 env={"LD_PRELOAD": early, "EARLY": "main", "SIGNAL": str(number)})  # fmt: skip
+    assert result.status == -number
+    assert result.err == ""
 
 
 @pytest.mark.parametrize("words", [("run", "scene.nml"), ("sweep", "sweep.nml")])

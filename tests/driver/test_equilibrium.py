@@ -299,7 +299,7 @@ def test_published_deflections(example, run, tmp_path):
             assert value == pytest.approx(float(example[key]), rel=bound), key
 
 
-def linearised(bearing, radial, axial, moment, pitch):
+def linearised(bearing, radial, axial, moment, pitch, guess=(20e-6, 146e-6, -2.7e-3)):
     """Deflections by the kinematics of the tables: a tilt moves the groove along the axis alone,
     at the radius of the balls, at which the moment acts, too."""
     free = bearing.inner.circle - bearing.outer.circle
@@ -328,7 +328,7 @@ def linearised(bearing, radial, axial, moment, pitch):
             total[2] += load * math.sin(angle) * math.cos(turn) * pitch
         return total
 
-    x = np.array([20e-6, 146e-6, -2.7e-3])
+    x = np.array(guess)
     for _ in range(30):
         g = rest(x)
         matrix = np.array(
@@ -347,6 +347,20 @@ def test_the_published_combined_load_linearises_the_tilt():
     got = linearised(bearing, radial, axial, moment, 43.5e-3 / 2)
     wanted = [float(example[key]) for key in ("radial_um", "axial_um", "tilt_mrad")]
     assert got == pytest.approx(wanted, rel=2e-4)
+
+
+@pytest.mark.parametrize(("radial", "moment"), [(1000, 5000), (1000, -5000), (0, 5000)])
+def test_moments_against_the_linear_formulas(radial, moment, run, tmp_path):
+    """They differ by the square of the tilt, and by what it turns the groove."""
+    text, bearing, *loads = published(
+        {"clearance_um": 10, "radial_N": radial, "axial_N": 1000, "moment_Nmm": moment}
+    )
+    found = settle(run, tmp_path, text)
+    got = deflection(found, run, tmp_path)
+    guess = (got[0] * 1e-6, got[1] * 1e-6, -got[2] * 1e-3)
+    wanted = linearised(bearing, *loads[:2], -moment, 43.5e-3 / 2, guess)
+    assert got == pytest.approx(wanted, rel=3e-3)
+    assert abs(got[2]) > 0.3
 
 
 # --- independent Newton ------------------------------------------------------------------------

@@ -19,6 +19,8 @@ module contensou_drivers_fmu
       set_option, &
       option_type("--output", "FILE", "file to write; if not given the name of the scene with " // &
       "the ending .fmu, in this folder", "-o", "the name of a file"), &
+      option_type("--contact", "NAME", "a contact of the scene alone, as a force element: " // &
+      "poses and velocities in, forces and torques out", needs="the name of a contact"), &
       option_type("--fmi", "N", "version of the interface, 2 or 3; default 3", &
       needs="2 or 3", choices="2 3"), &
       option_type("--force", "", "replace an existing file")]
@@ -27,9 +29,9 @@ module contensou_drivers_fmu
    integer, parameter :: most = 65536
 
    interface
-      !> Write the FMU of a scene; a message if that is not 0.
-      function contensou_fmu_write(name, scene, settings, n, fmi, title, output, place, message, &
-         room) result(status) bind(c)
+      !> Write the FMU of a scene or a contact; a message if that is not 0.
+      function contensou_fmu_write(name, scene, settings, n, contact, fmi, title, output, place, &
+         message, room) result(status) bind(c)
          import :: c_char, c_int, c_ptr, c_size_t
          implicit none(type, external)
          character(len=1, kind=c_char), intent(in) :: name(*)
@@ -38,6 +40,8 @@ module contensou_drivers_fmu
          !> Texts as after `--set`.
          type(c_ptr), intent(in) :: settings(*)
          integer(c_int), intent(in), value :: n
+         !> Name of a contact; empty for the whole scene.
+         character(len=1, kind=c_char), intent(in) :: contact(*)
          !> 2 or 3.
          integer(c_int), intent(in), value :: fmi
          character(len=1, kind=c_char), intent(in) :: title(*)
@@ -106,9 +110,9 @@ contains
          settings(i) = c_loc(texts(i))
       end do
       status = contensou_fmu_write(scene // c_null_char, file%text // c_null_char, settings, &
-         int(size(overrides), c_int), merge(2_c_int, 3_c_int, fmi == "2"), &
-         file%scene%title // c_null_char, output // c_null_char, place // c_null_char, message, &
-         int(most, c_size_t))
+         int(size(overrides), c_int), line%text("--contact") // c_null_char, &
+         merge(2_c_int, 3_c_int, fmi == "2"), file%scene%title // c_null_char, &
+         output // c_null_char, place // c_null_char, message, int(most, c_size_t))
       if (status == 0) then
          call rename_file(place, output, error, line%has("--force"))
          if (allocated(error)) then

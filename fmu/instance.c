@@ -54,10 +54,25 @@ static int told(fmu_instance *self, int status, contensou_error *error)
 
 static void read_state(fmu_instance *self)
 {
+   self->known = 0;
+   if (self->contact >= 0) return;
    self->states = contensou_simulation_size(self->simulation);
    self->time = contensou_simulation_time(self->simulation);
    contensou_simulation_state(self->simulation, self->state);
    self->fresh = 0;
+}
+
+static void shape_of(contensou_simulation *simulation, int shape[4])
+{
+   contensou_quantity quantity;
+   int i;
+
+   shape[0] = contensou_simulation_bodies(simulation);
+   shape[1] = contensou_simulation_contacts(simulation);
+   shape[2] = contensou_simulation_size(simulation);
+   shape[3] = 0;
+   for (i = 0; contensou_simulation_quantity(simulation, i, &quantity) == CONTENSOU_OK; i++)
+      shape[3] += quantity.size;
 }
 
 /* Values at the beginning. */
@@ -72,13 +87,16 @@ static void start(fmu_instance *self)
    for (i = 0; i < list->count[FMU_INPUT]; i++)
       self->inputs[i] = list->items[list->first[FMU_INPUT] + i].start;
    self->begun = 0;
+   self->time = 0.0;
    read_state(self);
 }
 
 fmu_instance *fmu_new(const char *resources, int exchange, fmu_log *log, void *log_to)
 {
    fmu_instance *self = calloc(1, sizeof *self);
-   char *scene = read_text(resources, "scene.nml"), *settings = read_text(resources, "settings.txt");
+   char *scene = read_text(resources, "scene.nml");
+   char *settings = read_text(resources, "settings.txt");
+   char *contact = read_text(resources, "contact.txt");
    const char *list[1024];
    contensou_error *error = NULL;
    char *line;
@@ -100,8 +118,14 @@ fmu_instance *fmu_new(const char *resources, int exchange, fmu_log *log, void *l
    }
    self->simulation = contensou_simulation_from_text("scene.nml", scene, list, n, &error);
    if (told(self, self->simulation == NULL, error)) goto failed;
-   if (fmu_list(self->simulation, &self->variables)) goto failed;
-   self->contacts = contensou_simulation_contacts(self->simulation);
+   self->contact = contact ? fmu_contact_of(self->simulation, contact) : -1;
+   if (contact && self->contact < 0) {
+      say(self, 1, "the scene has no contact of the name in contact.txt");
+      goto failed;
+   }
+   if (fmu_list(self->simulation, self->contact, &self->variables)) goto failed;
+   self->contacts = self->contact < 0 ? contensou_simulation_contacts(self->simulation) : 1;
+   self->poses = calloc((size_t)contensou_simulation_size(self->simulation), sizeof(double));
    /* The list has put the work of loads into the state, which co-simulation does without. */
    self->state = calloc((size_t)self->variables.count[FMU_STATE] + 1, sizeof(double));
    self->inputs = calloc((size_t)self->variables.count[FMU_INPUT] + 1, sizeof(double));
@@ -109,14 +133,17 @@ fmu_instance *fmu_new(const char *resources, int exchange, fmu_log *log, void *l
    self->changed = calloc((size_t)self->variables.count[FMU_PARAMETER] + 1, sizeof(int));
    self->values = calloc((size_t)self->variables.n + 1, sizeof(double));
    if (!self->state || !self->inputs || !self->parameters || !self->changed || !self->values ||
-       fmu_reset(self))
+       !self->poses || fmu_reset(self))
       goto failed;
+   shape_of(self->simulation, self->shape);
    free(scene);
    free(settings);
+   free(contact);
    return self;
 failed:
    free(scene);
    free(settings);
+   free(contact);
    fmu_free(self);
    return NULL;
 }
@@ -131,6 +158,7 @@ void fmu_free(fmu_instance *self)
    free(self->parameters);
    free(self->changed);
    free(self->values);
+   free(self->poses);
    free(self);
 }
 
@@ -191,7 +219,7 @@ int fmu_begin(fmu_instance *self)
    contensou_error *error = NULL;
    const char **names;
    double *values;
-   int i, n = 0, status = 0;
+   int i, n = 0, status = 0, shape[4];
 
    if (self->begun) return 0;
    names = malloc(((size_t)list->count[FMU_PARAMETER] + 1) * sizeof *names);
@@ -210,6 +238,17 @@ int fmu_begin(fmu_instance *self)
    free(names);
    free(values);
    if (told(self, status, error)) return status;
+   shape_of(self->simulation, shape);
+   if (memcmp(shape, self->shape, sizeof shape)) {
+      say(self, 1, "parameters change how many bodies, contacts, states or quantities there are, "
+                   "for which another FMU has to be written, with --set");
+      return 1;
+   }
+   if (self->contact >= 0) {
+      contensou_simulation_state(self->simulation, self->poses);
+      self->begun = 1;
+      return 0;
+   }
    if (self->exchange) {
       status = fmu_take_loads(self->simulation, &error);
       if (told(self, status, error)) return status;
@@ -256,12 +295,69 @@ int fmu_rates(fmu_instance *self, double *rates, size_t n)
    return 0;
 }
 
+/* Put the inputs of a contact alone into the state of its scene. */
+static int pose(fmu_instance *self)
+{
+   const fmu_variables *list = &self->variables;
+   int i, status = fmu_begin(self);
+
+   for (i = 0; i < list->count[FMU_INPUT]; i++) {
+      const fmu_variable *item = &list->items[list->first[FMU_INPUT] + i];
+      double *body = self->poses + 13 * item->object, turned[3];
+      body[item->place] = self->inputs[i];
+      /* The angular velocity comes last. */
+      if (item->place < 12) continue;
+      fmu_turn(body + 3, 1, body + 10, turned);
+      memcpy(body + 10, turned, sizeof turned);
+   }
+   return status;
+}
+
+/* What a contact alone does to its bodies, in `wrenches`; no numbers out of the domain of the
+ * model, as in a step of the host that is too long. */
+static int find_wrenches(fmu_instance *self)
+{
+   contensou_error *error = NULL;
+   double *on_a = self->wrenches[0], *on_b = self->wrenches[1];
+   int k, status = pose(self);
+
+   if (status || self->known) return status;
+   status = contensou_simulation_contact_load(self->simulation, self->contact, self->poses,
+                                              contensou_simulation_size(self->simulation), on_b,
+                                              on_a + 3, on_b + 3, &error);
+   if (status > 1) return told(self, status, error);
+   contensou_error_free(error);
+   for (k = 0; k < 3; k++) on_a[k] = -on_b[k];
+   for (k = 0; k < 6 && status; k++) on_a[k] = on_b[k] = NAN;
+   self->known = 1;
+   return 0;
+}
+
+/* A quantity of a contact alone. */
+static int follow_poses(fmu_instance *self)
+{
+   contensou_error *error = NULL;
+   int status = pose(self);
+   if (!status)
+      status = contensou_simulation_put_host(self->simulation, self->time, self->poses,
+                                             contensou_simulation_size(self->simulation), &error);
+   return told(self, status, error);
+}
+
 int fmu_indicators(fmu_instance *self, double *values, size_t n)
 {
    contensou_error *error = NULL;
    int status = fmu_begin(self);
 
    if (status || n != (size_t)self->contacts) return 1;
+   if (self->contact >= 0) {
+      if (pose(self)) return 1;
+      status = contensou_simulation_indicators(self->simulation, self->time, self->poses,
+                                               contensou_simulation_size(self->simulation),
+                                               self->values, &error);
+      *values = self->values[self->contact];
+      return told(self, status, error);
+   }
    status = contensou_simulation_indicators(self->simulation, self->time, self->state,
                                             self->states, values, &error);
    return told(self, status, error);
@@ -302,7 +398,12 @@ int fmu_get(fmu_instance *self, unsigned reference, double *value)
       *value = self->values[item->place];
       return status;
    default:
-      status = follow(self);
+      if (item->object == FMU_ON_A || item->object == FMU_ON_B) {
+         status = find_wrenches(self);
+         *value = self->wrenches[item->object == FMU_ON_B][item->place];
+         return status;
+      }
+      status = self->contact < 0 ? follow(self) : follow_poses(self);
       if (status) return status;
       contensou_simulation_quantity(self->simulation, item->object, &quantity);
       status = contensou_simulation_values(self->simulation, quantity.name, self->values,
@@ -337,6 +438,8 @@ int fmu_set(fmu_instance *self, unsigned reference, double value)
       double *input = &self->inputs[(int)reference - list->first[FMU_INPUT]];
       if (*input == value) return 0;
       *input = value;
+      self->known = 0;
+      if (self->contact >= 0) return 0;
       if (!self->begun || !self->exchange) return 0;
       if (follow(self)) return 1;
       return put_inputs(self);
@@ -350,6 +453,11 @@ int fmu_step(fmu_instance *self, double time, int to_event, double *reached, int
    contensou_error *error = NULL;
    int status = fmu_begin(self);
 
+   if (self->contact >= 0) {
+      self->time = *reached = time;
+      *event = 0;
+      return status;
+   }
    if (!status) status = put_inputs(self);
    if (status) return status;
    status = to_event ? contensou_simulation_advance_to_event(self->simulation, time, &error)
@@ -372,7 +480,10 @@ int fmu_set_state(fmu_instance *self, const double *state, size_t n)
 int fmu_complete(fmu_instance *self)
 {
    contensou_error *error = NULL;
-   int status = follow(self);
+   int status;
+
+   if (self->contact >= 0) return fmu_begin(self);
+   status = follow(self);
    if (!status) status = contensou_simulation_complete_host_step(self->simulation, &error);
    return told(self, status, error);
 }
@@ -381,8 +492,11 @@ int fmu_update(fmu_instance *self, int *changed, double *next)
 {
    contensou_error *error = NULL;
    bool is_new = false;
-   int status = follow(self);
+   int status;
 
+   *next = INFINITY;
+   if (self->contact >= 0) return fmu_begin(self);
+   status = follow(self);
    if (!status) status = contensou_simulation_update_host(self->simulation, &is_new, &error);
    if (told(self, status, error)) return status;
    read_state(self);
@@ -437,7 +551,8 @@ int fmu_go_back(fmu_instance *self, const fmu_place *place)
    status = contensou_simulation_restore(self->simulation, place->snapshot, &error);
    if (told(self, status, error)) return status;
    self->begun = place->begun;
-   self->states = contensou_simulation_size(self->simulation);
+   self->known = 0;
+   if (self->contact < 0) self->states = contensou_simulation_size(self->simulation);
    self->fresh = place->fresh;
    self->time = place->time;
    memcpy(self->state, place->state, (size_t)list->count[FMU_STATE] * sizeof *self->state);

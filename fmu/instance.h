@@ -1,4 +1,4 @@
-/* An instance of an FMU of a scene, whichever version of FMI asks. */
+/* An instance of an FMU of a scene or of a contact alone, whichever version of FMI asks. */
 #ifndef CONTENSOU_FMU_INSTANCE_H
 #define CONTENSOU_FMU_INSTANCE_H
 
@@ -10,6 +10,7 @@ typedef struct {
    contensou_simulation *simulation;
    fmu_variables variables;
    int exchange;    /* model exchange, not co-simulation */
+   int contact;     /* number of the contact that it is of; -1 for the whole scene */
    int begun;       /* parameters are taken, the simulation is at its beginning */
    double time;     /* of the host, or that asked for last */
    double *state;   /* of the host */
@@ -19,6 +20,10 @@ typedef struct {
    double *parameters;
    int *changed;    /* parameters that were set */
    double *values;  /* room for a quantity */
+   double *poses;   /* of a contact alone: the state of its scene, with the inputs */
+   double wrenches[2][6]; /* of a contact alone: on A and B */
+   int known;       /* the wrenches are those of the inputs */
+   int shape[4];    /* how many bodies, contacts, states and numbers of quantities there are */
    fmu_log *log;
    void *log_to;
 } fmu_instance;

@@ -238,9 +238,11 @@ static void describe(buffer *to, const fmu_variables *list, int fmi, const char 
    say(to, "  </ModelVariables>\n  <ModelStructure>\n");
    if (fmi == 2) say(to, "    <Outputs>\n");
    list_unknowns(to, list, FMU_OUTPUT, fmi, "Output");
-   if (fmi == 2) say(to, "    </Outputs>\n    <Derivatives>\n");
+   if (fmi == 2) say(to, "    </Outputs>\n");
+   if (fmi == 2 && list->count[FMU_RATE] > 0) say(to, "    <Derivatives>\n");
    list_unknowns(to, list, FMU_RATE, fmi, "ContinuousStateDerivative");
-   if (fmi == 2) say(to, "    </Derivatives>\n    <InitialUnknowns>\n");
+   if (fmi == 2 && list->count[FMU_RATE] > 0) say(to, "    </Derivatives>\n");
+   if (fmi == 2) say(to, "    <InitialUnknowns>\n");
    list_unknowns(to, list, FMU_OUTPUT, fmi, "InitialUnknown");
    list_unknowns(to, list, FMU_STATE, fmi, "InitialUnknown");
    list_unknowns(to, list, FMU_RATE, fmi, "InitialUnknown");
@@ -294,16 +296,41 @@ static void model_of(const char *output, char model[64])
    model[i] = 0;
 }
 
-int contensou_fmu_write(const char *name, const char *scene, const char *const settings[], int n,
-                        int fmi, const char *title, const char *output, const char *place,
-                        char *message, size_t room);
+/* Whether a contact can be alone: its number, or -1 and a message. */
+static int alone(contensou_simulation *simulation, const char *name, char *message, size_t room)
+{
+   contensou_error *error = NULL;
+   int i, n = contensou_simulation_size(simulation), contact = fmu_contact_of(simulation, name);
+   double *state = malloc((size_t)n * sizeof *state);
 
-/* Write the FMU of a scene, given as a text with n settings, to a place where it waits for its name,
- * which the model inside is called after. Returns 0, 2 for a mistake in the scene, or 74 for a file,
- * and then a message. */
+   if (contact < 0) {
+      snprintf(message, room, "there is no contact '%s' in the scene, expected one of:", name);
+      for (i = 0; i < contensou_simulation_contacts(simulation) && strlen(message) + 2 < room; i++)
+         snprintf(message + strlen(message), room - strlen(message), "%s '%s'", i ? "," : "",
+                  contensou_simulation_contact_name(simulation, i));
+   } else if (state) {
+      contensou_simulation_state(simulation, state);
+      if (contensou_simulation_contact_load(simulation, contact, state, n, NULL, NULL, NULL,
+                                            &error) == 2) {
+         snprintf(message, room, "%s cannot be an FMU: %s", name, contensou_error_message(error));
+         contact = -1;
+      }
+      contensou_error_free(error);
+   }
+   free(state);
+   return contact;
+}
+
 int contensou_fmu_write(const char *name, const char *scene, const char *const settings[], int n,
-                        int fmi, const char *title, const char *output, const char *place,
-                        char *message, size_t room)
+                        const char *contact, int fmi, const char *title, const char *output,
+                        const char *place, char *message, size_t room);
+
+/* Write the FMU of a scene, given as a text with n settings, or unless its name is "" of a contact
+ * alone, to a place where it waits for its name, which the model inside is called after. Returns 0,
+ * 2 for a mistake in the scene, or 74 for a file, and then a message. */
+int contensou_fmu_write(const char *name, const char *scene, const char *const settings[], int n,
+                        const char *contact, int fmi, const char *title, const char *output,
+                        const char *place, char *message, size_t room)
 {
    contensou_error *error = NULL;
    contensou_simulation *simulation;
@@ -313,7 +340,7 @@ int contensou_fmu_write(const char *name, const char *scene, const char *const s
    char model[64], entry[256], token[64];
    double rtol = 1e-8;
    FILE *file;
-   int i, whole, reason, status = 74;
+   int i, number = -1, whole, reason, status = 74;
 
    *message = 0;
    simulation = contensou_simulation_from_text(name, scene, settings, n, &error);
@@ -325,13 +352,22 @@ int contensou_fmu_write(const char *name, const char *scene, const char *const s
    }
    model_of(output, model);
    contensou_simulation_get(simulation, "integrator.rtol", &rtol, NULL);
-   if (fmu_list(simulation, &list)) {
+   if (*contact) {
+      number = alone(simulation, contact, message, room);
+      if (number < 0) {
+         status = 2;
+         goto end;
+      }
+      add_file(&zip, "resources/contact.txt", contact, strlen(contact));
+   }
+   if (fmu_list(simulation, number, &list)) {
       snprintf(message, room, "there is no memory for the variables");
       goto end;
    }
    for (i = 0; i < n; i++) say(&text, "%s\n", settings[i]);
-   snprintf(token, sizeof token, "{contensou-%08x-%08x}", (unsigned)crc_of((const unsigned char *)scene,
-            strlen(scene)), (unsigned)crc_of((const unsigned char *)text.bytes, text.size));
+   snprintf(token, sizeof token, "{contensou-%08x-%08x-%d}",
+            (unsigned)crc_of((const unsigned char *)scene, strlen(scene)),
+            (unsigned)crc_of((const unsigned char *)text.bytes, text.size), number);
    add_file(&zip, "resources/scene.nml", scene, strlen(scene));
    add_file(&zip, "resources/settings.txt", text.bytes, text.size);
    text.size = 0;

@@ -86,7 +86,8 @@ static int add_inputs(contensou_simulation *simulation, fmu_variables *list)
    return 0;
 }
 
-static int add_outputs(contensou_simulation *simulation, fmu_variables *list)
+/* Quantities of the rows; of one contact only unless that is negative. */
+static int add_outputs(contensou_simulation *simulation, int contact, fmu_variables *list)
 {
    int i, k;
 
@@ -94,6 +95,7 @@ static int add_outputs(contensou_simulation *simulation, fmu_variables *list)
       contensou_quantity quantity;
       contensou_simulation_quantity(simulation, i, &quantity);
       if (!strcmp(quantity.name, "time")) continue;
+      if (contact >= 0 && (quantity.rank == 0 || strcmp(quantity.dims[0], "contact"))) continue;
       for (k = 0; k < quantity.size; k++) {
          const char *const dims = quantity.dims[1];
          int components = quantity.shape[1], object = k / components;
@@ -103,6 +105,7 @@ static int add_outputs(contensou_simulation *simulation, fmu_variables *list)
                                : contensou_simulation_contact_name(simulation, object);
          const char *dot = quantity.rank == 0 ? "" : ".";
          fmu_variable *item;
+         if (contact >= 0 && object != contact) continue;
          if (quantity.rank < 2)
             item = add(list, FMU_OUTPUT, quantity.units, quantity.description, "%s%s%s", name, dot,
                        quantity.name);
@@ -120,7 +123,91 @@ static int add_outputs(contensou_simulation *simulation, fmu_variables *list)
    return 0;
 }
 
-int fmu_list(contensou_simulation *simulation, fmu_variables *list)
+static int add_indicator(contensou_simulation *simulation, int contact, fmu_variables *list)
+{
+   fmu_variable *item = add(list, FMU_INDICATOR, "", "zero where the contact touches or lifts off",
+                            "%s.indicator", contensou_simulation_contact_name(simulation, contact));
+   if (!item) return -1;
+   item->place = list->count[FMU_INDICATOR] - 1;
+   return 0;
+}
+
+void fmu_turn(const double quaternion[4], int back, const double vector[3], double turned[3])
+{
+   const double w = back ? -quaternion[0] : quaternion[0], *axis = quaternion + 1;
+   double square = w * w, dot = 0.0;
+   int i;
+
+   for (i = 0; i < 3; i++) {
+      square += axis[i] * axis[i];
+      dot += axis[i] * vector[i];
+   }
+   for (i = 0; i < 3; i++) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      const double across = axis[j] * vector[k] - axis[k] * vector[j];
+      turned[i] = vector[i] + 2.0 * (w * across + axis[i] * dot -
+                                     (square - w * w) * vector[i]) / square;
+   }
+}
+
+int fmu_contact_of(const contensou_simulation *simulation, const char *name)
+{
+   int i = contensou_simulation_contacts(simulation);
+   while (--i >= 0 && strcmp(contensou_simulation_contact_name(simulation, i), name)) continue;
+   return i;
+}
+
+/* Poses and velocities of the bodies of a contact, and what it does to them. */
+static int add_element(contensou_simulation *simulation, int contact, fmu_variables *list)
+{
+   static const struct {
+      const char *name, *unit, *description, *components;
+   } inputs[] = {{"position", "m", "centre of mass", "xyz"},
+                 {"quaternion", "1", "attitude, body to inertial frame", "wxyz"},
+                 {"velocity", "m/s", "velocity of the centre of mass", "xyz"},
+                 {"angular_velocity", "rad/s", "angular velocity, inertial frame", "xyz"}};
+   int n = contensou_simulation_size(simulation), side, i, k;
+   double *state = malloc((size_t)n * sizeof *state), turned[3];
+   fmu_variable *item;
+
+   if (!state) return -1;
+   contensou_simulation_state(simulation, state);
+   for (side = 0; side < 2; side++) {
+      int body = contensou_simulation_contact_body(simulation, contact, side), place = 0;
+      if (body < 0) continue;
+      fmu_turn(state + 13 * body + 3, 0, state + 13 * body + 10, turned);
+      memcpy(state + 13 * body + 10, turned, sizeof turned);
+      for (i = 0; i < 4; i++)
+         for (k = 0; inputs[i].components[k]; k++) {
+            item = add(list, FMU_INPUT, inputs[i].unit, inputs[i].description, "%s.%s.%c",
+                       contensou_simulation_body_name(simulation, body), inputs[i].name,
+                       inputs[i].components[k]);
+            if (!item) break;
+            item->object = body;
+            item->place = place;
+            item->start = state[13 * body + place++];
+         }
+   }
+   free(state);
+   for (side = 0; side < 2; side++) {
+      int body = contensou_simulation_contact_body(simulation, contact, side);
+      const char *name = body < 0 ? "ground" : contensou_simulation_body_name(simulation, body);
+      for (k = 0; k < 6; k++) {
+         item = add(list, FMU_OUTPUT, k < 3 ? "N" : "N.m",
+                    k < 3 ? "force of the contact, inertial frame"
+                    : body < 0 ? "its torque about the origin, inertial frame"
+                               : "its torque about the centre of mass, inertial frame",
+                    "%s.%s.%c", name, k < 3 ? "force" : "torque", "xyz"[k % 3]);
+         if (!item) return -1;
+         item->object = side ? FMU_ON_B : FMU_ON_A;
+         item->place = k;
+      }
+   }
+   if (add_outputs(simulation, contact, list)) return -1;
+   return add_indicator(simulation, contact, list);
+}
+
+int fmu_list(contensou_simulation *simulation, int contact, fmu_variables *list)
 {
    double *state;
    int i, n;
@@ -138,7 +225,8 @@ int fmu_list(contensou_simulation *simulation, fmu_variables *list)
       item->is_integer = parameter.is_integer;
       item->place = i;
    }
-   if (add_inputs(simulation, list) || add_outputs(simulation, list)) return -1;
+   if (contact >= 0) return add_element(simulation, contact, list);
+   if (add_inputs(simulation, list) || add_outputs(simulation, -1, list)) return -1;
    if (fmu_take_loads(simulation, NULL)) return -1;
    n = contensou_simulation_size(simulation);
    state = malloc((size_t)n * sizeof *state);
@@ -159,10 +247,7 @@ int fmu_list(contensou_simulation *simulation, fmu_variables *list)
    }
    n = contensou_simulation_contacts(simulation);
    for (i = 0; i < n; i++) {
-      fmu_variable *item = add(list, FMU_INDICATOR, "", "zero where the contact touches or lifts off",
-                               "%s.indicator", contensou_simulation_contact_name(simulation, i));
-      if (!item) return -1;
-      item->place = i;
+      if (add_indicator(simulation, i, list)) return -1;
    }
    return 0;
 }

@@ -20,13 +20,17 @@ enum { CONTENSOU_OK = 0, CONTENSOU_BAD_ARGUMENT = 1 };
 /* Number of the interface that this header describes. A program that is compiled with one header
  * and linked with a library of another one gets an error where it makes a simulation, unless the
  * library knows its interface as well. */
-#define CONTENSOU_INTERFACE 2
+#define CONTENSOU_INTERFACE 3
 
 /* Number of the newest interface that the library knows. */
 int contensou_interface(void);
 
 /* Version of the library, as "0.1.0". */
 const char *contensou_version(void);
+
+/* Errors, simulations, snapshots, friction models and spots are known by handles, which are no
+ * addresses: one that was released is answered as NULL is. Texts are addresses, and live as long as
+ * is said with each of them. */
 
 /* ---- Errors ---------------------------------------------------------------------------------- */
 
@@ -242,6 +246,23 @@ int contensou_simulation_indicators(contensou_simulation *simulation, double tim
                                     const double *state, int n, double *values,
                                     contensou_error **error);
 
+/* What a contact alone does to its bodies in a state: a force element for programs with bodies of
+ * their own, a function of poses and velocities. Those with tangential elasticity, which remember,
+ * and rigid ones have none. An output may be NULL.
+ *   contact      0 <= contact
+ * yields, in the inertial frame,
+ *   force        on body B [N]; that on A is its reverse
+ *   torque_a     on A about its centre of mass, on the ground about the origin [N m]
+ *   torque_b     the same on B */
+int contensou_simulation_contact_load(contensou_simulation *simulation, int contact,
+                                      const double *state, int n, double force[3],
+                                      double torque_a[3], double torque_b[3],
+                                      contensou_error **error);
+
+/* The number of body A or B of a contact; -1 for the ground, or if there is no such contact. */
+int contensou_simulation_contact_body(const contensou_simulation *simulation, int contact,
+                                      bool is_b);
+
 /* A host is a program that integrates the motion with a method of its own, from rates and
  * indicators. It tells of its time and state, of each step that it has accepted, and of events:
  * where an indicator has passed through zero, and once at the beginning. What follows from an event
@@ -336,7 +357,7 @@ void contensou_snapshot_free(contensou_snapshot *snapshot);
  *   curvature_b  B [1/m], >= A; both are 1/(2R) for a sphere of radius R on a plane
  *   modulus      effective modulus E* [Pa], > 0
  *   approach     d [m], >= 0
- * yields
+ * yields, unless the output is NULL
  *   a, b         semi-axes of the spot along x and y [m]
  *   force        N [N]
  *   pressure     largest pressure p0 = 3 N/(2 pi a b) [Pa] */
@@ -344,7 +365,8 @@ int contensou_hertz(double curvature_a, double curvature_b, double modulus, doub
                     double *a, double *b, double *force, double *pressure);
 
 /* The same for n contacts. Element i of an input is inputs[k][i*strides[k]], in the order above;
- * the stride 0 repeats a number. Outputs lie side by side, and are NaN outside of the domain. */
+ * the stride 0 repeats a number, a negative one goes back. Outputs lie side by side, and are NaN
+ * outside of the domain. */
 int contensou_hertz_array(ptrdiff_t n, const double *const inputs[4], const ptrdiff_t strides[4],
                           double *const outputs[4]);
 
@@ -379,8 +401,49 @@ int contensou_friction_wrench_array(const contensou_friction *friction, ptrdiff_
                                     const double *const inputs[6], const ptrdiff_t strides[6],
                                     double *wrenches);
 
+/* The same with derivatives: three rows, for Fx, Fy and Tz, of five, by N, by a at constant b/a, by
+ * vx, vy and the spin. */
+int contensou_friction_jacobian(const contensou_friction *friction, double load, double a, double b,
+                                double vx, double vy, double spin, double wrench[3],
+                                double slopes[15]);
+
+/* The same for n spots: inputs as of contensou_friction_wrench_array, three and fifteen numbers for
+ * each spot. */
+int contensou_friction_jacobian_array(const contensou_friction *friction, ptrdiff_t n,
+                                      const double *const inputs[6], const ptrdiff_t strides[6],
+                                      double *wrenches, double *slopes);
+
 /* Release a friction model; NULL is admitted. */
 void contensou_friction_free(contensou_friction *friction);
+
+/* Stiffness of n spots on which nothing slips. Inputs: a, b [m], 0 < b <= a, shear modulus G [Pa]
+ * and Poisson's ratio nu of both bodies together:
+ *   1/G = (1/G1 + 1/G2)/2,  nu/G = (nu1/G1 + nu2/G2)/2
+ * Outputs: k_x, k_y [N/m] and k_T [N m]. */
+int contensou_tangential_stiffness_array(ptrdiff_t n, const double *const inputs[4],
+                                         const ptrdiff_t strides[4], double *const outputs[3]);
+
+/* A spot with local slip, and its memory. */
+typedef struct contensou_tangential contensou_tangential;
+
+/* Make a spot that remembers nothing yet.
+ *   modulus      shear modulus G of both bodies together [Pa], > 0
+ *   poisson      Poisson's ratio of both together, from -1 to 1/2
+ *   layers       from 1 to 128; 0 for one spring without local slip
+ * Returns NULL if an argument is outside its domain. */
+contensou_tangential *contensou_tangential_new(double modulus, double poisson, int layers);
+
+/* n steps of the spot, one after the other. Inputs: limit f N [N], semi-axes a and b [m],
+ * 0 < b <= a, shift of body 1 against body 2 along x and y [m] and twist [rad] since the step
+ * before. Outputs, each of n numbers: Fx, Fy [N], Tz [N m] on body 1, the elastic energy after the
+ * step [J] and what was lost in it [J]. Without a limit the spot is open and forgets. A step out of
+ * the domain gives NaN and is not remembered. */
+int contensou_tangential_advance_array(contensou_tangential *tangential, ptrdiff_t n,
+                                       const double *const inputs[6], const ptrdiff_t strides[6],
+                                       double *const outputs[5]);
+
+/* Release a spot; NULL is admitted. */
+void contensou_tangential_free(contensou_tangential *tangential);
 
 #ifdef __cplusplus
 }

@@ -4,6 +4,7 @@ module contensou_capi_errors
       c_ptr
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_errors, only : error_type
+   use contensou_capi_table, only : address_of, drop_handle, lives, new_handle, of_error
    use contensou_capi_texts, only : c_text_type
    implicit none(type, external)
    private
@@ -48,8 +49,8 @@ contains
       type(error_handle_type), pointer :: error
       type(c_text_type) :: nothing
 
-      if (c_associated(handle)) then
-         call c_f_pointer(handle, error)
+      if (lives(handle, of_error)) then
+         call c_f_pointer(address_of(handle, of_error), error)
          text = error%text%address()
       else
          text = nothing%address()
@@ -64,8 +65,8 @@ contains
       type(error_handle_type), pointer :: error
 
       status = 0
-      if (.not. c_associated(handle)) return
-      call c_f_pointer(handle, error)
+      if (.not. lives(handle, of_error)) return
+      call c_f_pointer(address_of(handle, of_error), error)
       status = error%status
    end function contensou_error_status
 
@@ -77,8 +78,8 @@ contains
       type(error_handle_type), pointer :: error
 
       n = 0
-      if (.not. c_associated(handle)) return
-      call c_f_pointer(handle, error)
+      if (.not. lives(handle, of_error)) return
+      call c_f_pointer(address_of(handle, of_error), error)
       if (allocated(error%mistakes)) n = size(error%mistakes)
    end function contensou_error_mistakes
 
@@ -97,7 +98,7 @@ contains
       status = 1
       if (i < 0 .or. i >= contensou_error_mistakes(handle)) return
       if (.not. c_associated(mistake)) return
-      call c_f_pointer(handle, error)
+      call c_f_pointer(address_of(handle, of_error), error)
       call c_f_pointer(mistake, out)
       associate (placed => error%mistakes(i + 1))
          out%source = placed%source%address()
@@ -115,8 +116,9 @@ contains
       type(c_ptr), intent(in), value :: handle
       type(error_handle_type), pointer :: error
 
-      if (.not. c_associated(handle)) return
-      call c_f_pointer(handle, error)
+      if (.not. lives(handle, of_error)) return
+      call c_f_pointer(address_of(handle, of_error), error)
+      call drop_handle(handle, of_error)
       deallocate(error)
    end subroutine contensou_error_free
 
@@ -152,7 +154,7 @@ contains
             end associate
          end do
       end if
-      out = c_loc(handle)
+      out = new_handle(c_loc(handle), of_error)
    end subroutine hand_over
 
 end module contensou_capi_errors

@@ -4,6 +4,10 @@ module contensou_capi_kernels
    use, intrinsic :: iso_c_binding, only : c_bool, c_char, c_double, c_f_pointer, c_int, c_loc, &
       c_null_char, c_null_ptr, c_ptr, c_associated
    use contensou_base_build, only : program_version
+   use contensou_base_kinds, only : wp
+   use contensou_base_text_lock, only : lock_texts, unlock_texts
+   use contensou_capi_table, only : address_of, drop_handle, lives, new_handle, of_friction
+   use contensou_capi_texts, only : get_text
    use contensou_contact_friction, only : friction_model_type, friction_models, friction_type
    use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_hertz, only : hertz_contact, hertz_spot_type, in_hertz_domain
@@ -12,9 +16,10 @@ module contensou_capi_kernels
    implicit none(type, external)
    private
 
-   public :: ok, bad_argument
+   public :: friction_handle_type, ok, bad_argument, put, hertz, law_of, rub, vary_rub
    public :: contensou_version, contensou_hertz
-   public :: contensou_friction_new, contensou_friction_wrench, contensou_friction_free
+   public :: contensou_friction_new, contensou_friction_wrench, contensou_friction_jacobian
+   public :: contensou_friction_free
 
    !> Everything went well.
    integer(c_int), parameter :: ok = 0
@@ -27,20 +32,16 @@ module contensou_capi_kernels
       class(friction_type), allocatable :: law
    end type friction_handle_type
 
-   !> Version, kept for the C program.
-   character(len=1, kind=c_char), target :: version_text(32)
+   !> Version for C programs.
+   character(len=len(program_version) + 1, kind=c_char), target :: version_text = &
+      program_version // c_null_char
 
 contains
 
    !> Version of the library as text.
    function contensou_version() result(text) bind(c)
       type(c_ptr) :: text
-      integer :: i
 
-      version_text = c_null_char
-      do i = 1, min(len(program_version), size(version_text) - 1)
-         version_text(i) = program_version(i:i)
-      end do
       text = c_loc(version_text)
    end function contensou_version
 
@@ -55,36 +56,45 @@ contains
       real(c_double), intent(in), value :: modulus
       !> Approach d [m], >= 0.
       real(c_double), intent(in), value :: approach
-      !> Major semi-axis a [m].
-      real(c_double), intent(out) :: a
+      !> Where to put the major semi-axis a [m]; null if it is not wanted, as all that follow.
+      type(c_ptr), intent(in), value :: a
       !> Minor semi-axis b [m].
-      real(c_double), intent(out) :: b
+      type(c_ptr), intent(in), value :: b
       !> Normal force N [N].
-      real(c_double), intent(out) :: force
+      type(c_ptr), intent(in), value :: force
       !> Largest pressure p0 [Pa].
-      real(c_double), intent(out) :: pressure
+      type(c_ptr), intent(in), value :: pressure
       integer(c_int) :: status
-      type(hertz_spot_type) :: spot
+      real(c_double) :: spot(4)
 
-      a = 0.0_c_double
-      b = 0.0_c_double
-      force = 0.0_c_double
-      pressure = 0.0_c_double
+      call hertz(curvature_a, curvature_b, modulus, approach, spot, status)
+      call put(spot(1:1), a)
+      call put(spot(2:2), b)
+      call put(spot(3:3), force)
+      call put(spot(4:4), pressure)
+   end function contensou_hertz
+
+   !> Hertz contact; zeros outside of the domain.
+   pure subroutine hertz(curvature_a, curvature_b, modulus, approach, spot, status)
+      real(wp), intent(in) :: curvature_a, curvature_b, modulus, approach
+      !> a, b, N, p0.
+      real(wp), intent(out) :: spot(4)
+      integer(c_int), intent(out) :: status
+      type(hertz_spot_type) :: found
+
+      spot = 0.0_wp
       status = bad_argument
       if (.not. in_hertz_domain(curvature_a, curvature_b, modulus, approach)) return
-      call hertz_contact(curvature_a, curvature_b, modulus, approach, spot)
-      a = spot%a
-      b = spot%b
-      force = spot%force
-      pressure = spot%pressure
+      call hertz_contact(curvature_a, curvature_b, modulus, approach, found)
+      spot = [found%a, found%b, found%force, found%pressure]
       status = ok
-   end function contensou_hertz
+   end subroutine hertz
 
    !> A friction model with its parameters; null if there is no such model or an argument is
    !> outside its domain.
    function contensou_friction_new(model, coefficient, delta, drilling) result(handle) bind(c)
-      !> Name of the model as in a scene, ended by a zero byte.
-      character(len=1, kind=c_char), intent(in) :: model(*)
+      !> Name of the model as in a scene.
+      type(c_ptr), intent(in), value :: model
       !> Friction coefficient f [-], >= 0.
       real(c_double), intent(in), value :: coefficient
       !> Regularisation velocity [m/s], >= 0; > 0 for `coulomb`.
@@ -92,31 +102,49 @@ contains
       !> Whether the drilling torque is part of the model.
       logical(c_bool), intent(in), value :: drilling
       type(c_ptr) :: handle
-      type(friction_model_type), allocatable :: models(:)
       type(friction_handle_type), pointer :: friction
-      type(parameters_type) :: parameters
-      character(len=24) :: name
-      integer :: i
+      character(len=:), allocatable :: name
 
       handle = c_null_ptr
+      if (.not. (ieee_is_finite(coefficient) .and. ieee_is_finite(delta))) return
+      call lock_texts()
+      call get_text(model, name)
+      allocate(friction)
+      call create(name, coefficient, delta, logical(drilling), friction%law)
+      if (allocated(friction%law)) then
+         handle = new_handle(c_loc(friction), of_friction)
+      else
+         deallocate(friction)
+      end if
+      call unlock_texts()
+   end function contensou_friction_new
+
+   !> Make a law of friction by its name; not allocated if there is none or a number is out of its
+   !> domain.
+   subroutine create(name, coefficient, delta, drilling, law)
+      character(len=*), intent(in) :: name
+      !> Friction coefficient f [-].
+      real(wp), intent(in) :: coefficient
+      !> Regularisation velocity [m/s].
+      real(wp), intent(in) :: delta
+      !> Whether the drilling torque is part of the model.
+      logical, intent(in) :: drilling
+      class(friction_type), allocatable, intent(out) :: law
+      type(friction_model_type), allocatable :: models(:)
+      type(parameters_type) :: parameters
+      integer :: i
+
       models = friction_models()
-      name = ""
-      do i = 1, len(name)
-         if (model(i) == c_null_char) exit
-         name(i:i) = model(i)
-      end do
       i = findloc(models%info%name == name, .true., dim=1)
       if (i == 0) return
       if (.not. models(i)%acts) return
       call parameters%set("friction_coefficient", coefficient)
       call parameters%set("regularization_velocity", delta)
-      call parameters%set("drilling", logical(drilling))
+      call parameters%set("drilling", drilling)
       parameters = models(i)%completed(parameters)
       if (models(i)%misfit(parameters) /= "") return
-      allocate(friction)
-      call models(i)%create(parameters, surroundings_type(), friction%law)
-      handle = c_loc(friction)
-   end function contensou_friction_new
+      call models(i)%create(parameters, surroundings_type(), law)
+   end subroutine create
 
    !> Friction wrench of an elliptic spot.
    function contensou_friction_wrench(handle, load, a, b, vx, vy, spin, wrench) &
@@ -135,23 +163,114 @@ contains
       real(c_double), intent(in), value :: vy
       !> Spin about the normal [rad/s].
       real(c_double), intent(in), value :: spin
-      !> Force along x and y [N], torque about the normal [N m].
-      real(c_double), intent(out) :: wrench(3)
+      !> Where to put the force along x and y [N] and the torque about the normal [N m].
+      type(c_ptr), intent(in), value :: wrench
       integer(c_int) :: status
-      type(friction_handle_type), pointer :: friction
-      type(spot_shape_type) :: shape
+      real(c_double) :: found(3)
 
-      wrench = 0.0_c_double
-      status = bad_argument
-      if (.not. c_associated(handle)) return
-      if (.not. (ieee_is_finite(load) .and. ieee_is_finite(a) .and. ieee_is_finite(b))) return
-      if (load < 0.0_c_double .or. b <= 0.0_c_double .or. b > a) return
-      shape = circular_shape
-      if (b < a) shape = elliptic_shape(b/a)
-      call c_f_pointer(handle, friction)
-      call friction%law%wrench(shape, sliding_type(load, a, vx, vy, spin), wrench)
-      status = ok
+      call rub(law_of(handle), [load, a, b, vx, vy, spin], found, status)
+      if (.not. c_associated(wrench)) status = bad_argument
+      call put(found, wrench)
    end function contensou_friction_wrench
+
+   !> Friction wrench of an elliptic spot, and its derivatives.
+   function contensou_friction_jacobian(handle, load, a, b, vx, vy, spin, wrench, slopes) &
+      result(status) bind(c)
+      !> As of `contensou_friction_wrench`.
+      type(c_ptr), intent(in), value :: handle
+      real(c_double), intent(in), value :: load
+      real(c_double), intent(in), value :: a
+      real(c_double), intent(in), value :: b
+      real(c_double), intent(in), value :: vx
+      real(c_double), intent(in), value :: vy
+      real(c_double), intent(in), value :: spin
+      type(c_ptr), intent(in), value :: wrench
+      !> For each component its derivatives by N, by a at constant b/a, by vx, vy and the spin.
+      type(c_ptr), intent(in), value :: slopes
+      integer(c_int) :: status
+      real(c_double) :: found(3), by_column(3, 5)
+
+      call vary_rub(law_of(handle), [load, a, b, vx, vy, spin], found, by_column, status)
+      if (.not. (c_associated(wrench) .and. c_associated(slopes))) status = bad_argument
+      call put(found, wrench)
+      call put([transpose(by_column)], slopes)
+   end function contensou_friction_jacobian
+
+   !> Friction wrench; zero outside of the domain.
+   subroutine rub(friction, x, wrench, status)
+      !> From `law_of`; null for none.
+      type(friction_handle_type), pointer, intent(in) :: friction
+      !> N, a, b, vx, vy, spin.
+      real(wp), intent(in) :: x(6)
+      real(wp), intent(out) :: wrench(3)
+      integer(c_int), intent(out) :: status
+      type(spot_shape_type) :: shape
+      type(sliding_type) :: slides
+
+      wrench = 0.0_wp
+      call take_spot(friction, x, shape, slides, status)
+      if (status == ok) call friction%law%wrench(shape, slides, wrench)
+   end subroutine rub
+
+   !> Friction wrench and its derivatives; zero outside of the domain.
+   subroutine vary_rub(friction, x, wrench, slopes, status)
+      !> From `law_of`; null for none.
+      type(friction_handle_type), pointer, intent(in) :: friction
+      !> N, a, b, vx, vy, spin.
+      real(wp), intent(in) :: x(6)
+      real(wp), intent(out) :: wrench(3)
+      !> Derivative of component i by N, a at constant b/a, vx, vy, spin.
+      real(wp), intent(out) :: slopes(3, 5)
+      integer(c_int), intent(out) :: status
+      type(spot_shape_type) :: shape
+      type(sliding_type) :: slides
+
+      wrench = 0.0_wp
+      slopes = 0.0_wp
+      call take_spot(friction, x, shape, slides, status)
+      if (status == ok) call friction%law%linearize(shape, slides, wrench, slopes)
+   end subroutine vary_rub
+
+   !> The friction model of a handle; null for none.
+   function law_of(handle) result(friction)
+      type(c_ptr), intent(in) :: handle
+      type(friction_handle_type), pointer :: friction
+
+      nullify(friction)
+      if (lives(handle, of_friction)) call c_f_pointer(address_of(handle, of_friction), friction)
+   end function law_of
+
+   !> Take the spot on which a friction model acts.
+   subroutine take_spot(friction, x, shape, slides, status)
+      type(friction_handle_type), pointer, intent(in) :: friction
+      !> N, a, b, vx, vy, spin.
+      real(wp), intent(in) :: x(6)
+      type(spot_shape_type), intent(out) :: shape
+      type(sliding_type), intent(out) :: slides
+      !> `bad_argument` if there is no model, or a number is out of its domain.
+      integer(c_int), intent(out) :: status
+
+      status = bad_argument
+      if (.not. associated(friction)) return
+      if (.not. all(ieee_is_finite(x))) return
+      if (x(1) < 0.0_wp .or. x(3) <= 0.0_wp .or. x(3) > x(2)) return
+      shape = circular_shape
+      if (x(3) < x(2)) shape = elliptic_shape(x(3)/x(2))
+      if (.not. ieee_is_finite(shape%k)) return
+      slides = sliding_type(x(1), x(2), x(4), x(5), x(6))
+      status = ok
+   end subroutine take_spot
+
+   !> Copy numbers to a place, unless that is null.
+   subroutine put(numbers, place)
+      real(wp), intent(in) :: numbers(:)
+      type(c_ptr), intent(in), value :: place
+      real(c_double), pointer :: x(:)
+
+      if (.not. c_associated(place)) return
+      call c_f_pointer(place, x, [size(numbers)])
+      x = numbers
+   end subroutine put
 
    !> Release a friction model; null is admitted.
    subroutine contensou_friction_free(handle) bind(c)
@@ -159,8 +278,9 @@ contains
       type(c_ptr), intent(in), value :: handle
       type(friction_handle_type), pointer :: friction
 
-      if (.not. c_associated(handle)) return
-      call c_f_pointer(handle, friction)
+      if (.not. lives(handle, of_friction)) return
+      call c_f_pointer(address_of(handle, of_friction), friction)
+      call drop_handle(handle, of_friction)
       deallocate(friction)
    end subroutine contensou_friction_free
 

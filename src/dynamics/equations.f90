@@ -71,6 +71,7 @@ module contensou_dynamics_equations
       procedure :: prepare
       procedure :: derivative
       procedure :: static_loads
+      procedure :: contact_load
       procedure :: constraint_forces
       procedure, private, non_overridable :: complete
       procedure :: next_corner
@@ -196,6 +197,40 @@ contains
       damping_power = 0.0_wp
       call gather_loads(self, friction_power, damping_power, applied_power)
    end subroutine static_loads
+
+   !> What a compliant contact alone does to its bodies at a state; `outside` if it is out of
+   !> bounds.
+   subroutine contact_load(self, index, y, force, torque)
+      class(system_type), intent(inout) :: self
+      integer, intent(in) :: index
+      real(wp), intent(in) :: y(:)
+      !> Force on body B [N], inertial frame; that on A is its reverse.
+      real(wp), intent(out) :: force(3)
+      !> Torques on A and on B about their centres of mass, of the ground about the origin [N m].
+      real(wp), intent(out) :: torque(3, 2)
+      real(wp) :: friction_power, damping_power
+
+      friction_power = 0.0_wp
+      damping_power = 0.0_wp
+      self%too_deep = 0
+      self%outside = .false.
+      call self%set_poses(y)
+      if (self%layout%states > 0) call self%set_states(y)
+      associate (a => self%contacts(index)%a, b => self%contacts(index)%b)
+         if (a > 0) self%load(a) = body_load_type()
+         if (b > 0) self%load(b) = body_load_type()
+         call add_contact(self, self%contacts(index), index, friction_power, damping_power)
+         if (b > 0) then
+            force = self%load(b)%force
+            torque(:, 2) = self%load(b)%torque
+            torque(:, 1) = -torque(:, 2) - cross(self%pose(b)%position, force)
+         else
+            force = -self%load(a)%force
+         end if
+         if (a > 0) torque(:, 1) = self%load(a)%torque
+         if (b == 0) torque(:, 2) = -torque(:, 1) + cross(self%pose(a)%position, force)
+      end associate
+   end subroutine contact_load
 
    !> Add what the closed rigid contacts do to the accelerations, and the rates of the states of
    !> parts, which are constant while a contact is open.

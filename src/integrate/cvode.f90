@@ -475,7 +475,7 @@ contains
    end function reason
 
    !> Right-hand side for CVODE.
-   function derivative_callback(t, vector_y, vector_rate, user_data) result(flag) bind(c)
+   function derivative_callback(t, vector_y, vector_rate, user_data) result(flag) bind(c, name="")
       !> Time [s].
       real(c_double), intent(in), value :: t
       type(N_Vector), intent(inout) :: vector_y
@@ -496,7 +496,7 @@ contains
 
    !> Jacobian for CVODE.
    function jacobian_callback(t, vector_y, vector_rate, matrix, user_data, work_1, work_2, work_3) &
-      result(flag) bind(c)
+      result(flag) bind(c, name="")
       !> Time [s].
       real(c_double), intent(in), value :: t
       type(N_Vector), intent(inout) :: vector_y
@@ -546,7 +546,7 @@ contains
    end function jacobian_callback
 
    !> Event functions for CVODE.
-   function events_callback(t, vector_y, g, user_data) result(flag) bind(c)
+   function events_callback(t, vector_y, g, user_data) result(flag) bind(c, name="")
       !> Time [s].
       real(c_double), intent(in), value :: t
       type(N_Vector), intent(inout) :: vector_y
@@ -566,7 +566,7 @@ contains
    end function events_callback
 
    !> Error weights for CVODE.
-   function weights_callback(vector_y, vector_weight, user_data) result(flag) bind(c)
+   function weights_callback(vector_y, vector_weight, user_data) result(flag) bind(c, name="")
       type(N_Vector), intent(inout) :: vector_y
       !> Weights, the inverse of the admissible errors.
       type(N_Vector), intent(inout) :: vector_weight

@@ -183,7 +183,7 @@ contains
    end subroutine evaluate
 
    !> Right-hand side for the library.
-   function stage_callback(t, y, rate, parameters) result(code) bind(c)
+   function stage_callback(t, y, rate, parameters) result(code) bind(c, name="")
       !> Time [s].
       real(c_double), intent(in), value :: t
       real(c_double), intent(in) :: y(*)

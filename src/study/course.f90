@@ -100,6 +100,7 @@ module contensou_study_course
       procedure :: derivative
       procedure :: indicators
       procedure :: jacobian
+      procedure :: contact_load
       procedure :: put_host
       procedure :: complete_host_step
       procedure :: update_host
@@ -517,6 +518,45 @@ contains
          end do
       end associate
    end subroutine jacobian
+
+   !> What a contact does to its bodies at a state, as a function of the state alone.
+   subroutine contact_load(self, contact, y, force, torque, error)
+      class(course_type), intent(inout) :: self
+      integer, intent(in) :: contact
+      real(wp), intent(in) :: y(:)
+      !> Force on body B [N], inertial frame; that on A is its reverse.
+      real(wp), intent(out) :: force(3)
+      !> Torques on A and on B about their centres of mass, of the ground about the origin [N m].
+      real(wp), intent(out) :: torque(3, 2)
+      !> Set when the contact is none of this kind, or the state is none or outside of the domain of
+      !> the model.
+      type(error_type), allocatable, intent(out) :: error
+      type(kept_type) :: kept
+      logical :: outside
+
+      force = 0.0_wp
+      torque = 0.0_wp
+      call check_state(self, y, error)
+      if (allocated(error)) return
+      associate (motion => self%simulation%motion)
+         if (motion%system%contacts(contact)%rigid) then
+            call fatal(error, "a rigid contact has no force that follows from a state", &
+               status_usage)
+         else if (allocated(motion%system%contacts(contact)%tangential)) then
+            call fatal(error, "the force of a contact with tangential elasticity follows from " &
+               // "its history, not from a state alone", status_usage)
+         end if
+         if (allocated(error)) return
+         call keep_workspace(motion, kept)
+         call motion%system%contact_load(contact, y, force, torque)
+         outside = motion%system%outside
+         call restore_workspace(motion, kept)
+      end associate
+      if (.not. outside) return
+      force = 0.0_wp
+      torque = 0.0_wp
+      call fatal(error, "the state is outside of the domain of the model")
+   end subroutine contact_load
 
    !> Let the present be where another program has integrated to; contacts stay as they are.
    subroutine put_host(self, t, y, error)

@@ -197,7 +197,7 @@ contains
    end function stop_requested
 
    !> Do a piece.
-   function work_callback(context, thread, piece) result(code) bind(c)
+   function work_callback(context, thread, piece) result(code) bind(c, name="")
       !> The holder.
       type(c_ptr), value :: context
       integer(c_int), value :: thread
@@ -213,7 +213,7 @@ contains
    end function work_callback
 
    !> Whether a piece is done.
-   function done_callback(context, piece) result(answer) bind(c)
+   function done_callback(context, piece) result(answer) bind(c, name="")
       !> The holder.
       type(c_ptr), value :: context
       !> Number of the piece, from 0.
@@ -228,7 +228,7 @@ contains
    end function done_callback
 
    !> A piece is given up.
-   function lost_callback(context, piece, late, reason) result(code) bind(c)
+   function lost_callback(context, piece, late, reason) result(code) bind(c, name="")
       !> The holder.
       type(c_ptr), value :: context
       !> Number of the piece, from 0.
@@ -247,7 +247,7 @@ contains
    end function lost_callback
 
    !> Look at the progress.
-   subroutine look_callback(context, finished) bind(c)
+   subroutine look_callback(context, finished) bind(c, name="")
       !> The holder.
       type(c_ptr), value :: context
       !> Pieces that workers have done.

@@ -140,6 +140,105 @@ static int refused(const char *scene, const char *setting, int status, const cha
    return right;
 }
 
+/* A program that was compiled with another header is told so, unless its interface is known. */
+static void check_interfaces(const char *scene)
+{
+   contensou_error *error = NULL;
+   contensou_simulation *old;
+
+   check(contensou_interface() == CONTENSOU_INTERFACE, "the interface of header and library");
+   check(!contensou_simulation_make(CONTENSOU_INTERFACE + 1, scene, NULL, NULL, 0, &error) &&
+            contensou_error_status(error) == 2 &&
+            strstr(contensou_error_message(error), "compiled with a header of interface"),
+         "a header that is newer than the library");
+   contensou_error_free(error);
+   check(!contensou_simulation_make(0, scene, NULL, NULL, 0, NULL), "a header that is too old");
+   old = contensou_simulation_make(1, scene, NULL, NULL, 0, NULL);
+   check(old != NULL, "a header that is old, and known");
+   contensou_simulation_free(old);
+}
+
+/* The load of a contact alone is what the equations of motion have of it. */
+static void check_contact_load(const char *scene)
+{
+   const char *settings[] = {"scene.gravity = 0, 0, 0", "top.position(3) = 0.012"};
+   contensou_error *error = NULL;
+   contensou_simulation *top = contensou_simulation_new(scene, settings, 2, &error);
+   const int n = contensou_simulation_size(top);
+   double *state = calloc((size_t)n, sizeof *state), *rate = calloc((size_t)n, sizeof *rate);
+   double force[3], on_floor[3], on_top[3], mass, arm[3];
+   int a, b, i, sign;
+
+   contensou_simulation_state(top, state);
+   contensou_simulation_get(top, "top.mass", &mass, NULL);
+   check(contensou_simulation_derivative(top, 0.0, state, n, rate, &error) == CONTENSOU_OK &&
+            contensou_simulation_contact_load(top, 0, state, n, force, on_top, on_floor, &error) ==
+               CONTENSOU_OK, "the load of a contact");
+   a = contensou_simulation_contact_body(top, 0, false);
+   b = contensou_simulation_contact_body(top, 0, true);
+   check(a + b == -1, "the top and the ground");
+   /* The force is that on B. */
+   sign = b == 0 ? 1 : -1;
+   for (i = 0; i < 3; i++)
+      check(sign * force[i] / mass == rate[7 + i] && rate[9] > 0.0, "the acceleration");
+   /* Moments about the origin are in balance. */
+   if (b == 0) memcpy(arm, on_top, sizeof arm), memcpy(on_top, on_floor, sizeof arm),
+               memcpy(on_floor, arm, sizeof arm);
+   for (i = 0; i < 3; i++) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      const double moment = sign * (state[j] * force[k] - state[k] * force[j]);
+      check(on_floor[i] + on_top[i] + moment < 1e-15 && on_floor[i] + on_top[i] + moment > -1e-15,
+            "moments in balance");
+   }
+   check(contensou_simulation_contact_load(top, 1, state, n, force, NULL, NULL, &error) ==
+            CONTENSOU_OK && force[0] == 0.0 && force[2] == 0.0, "an open contact");
+   check(contensou_simulation_contact_load(top, 2, state, n, force, NULL, NULL, &error) == 2,
+         "no such contact");
+   contensou_error_free(error);
+   check(contensou_simulation_contact_load(top, 0, state, n - 1, force, NULL, NULL, &error) == 2,
+         "a state of the wrong length");
+   contensou_error_free(error);
+   check(contensou_simulation_contact_body(top, 7, true) == -1 &&
+            contensou_simulation_contact_body(NULL, 0, true) == -1, "bodies of no contact");
+   free(state);
+   free(rate);
+   contensou_simulation_free(top);
+}
+
+/* What was released is answered as NULL is, also when something else has been made since. */
+static void check_released(const char *scene)
+{
+   contensou_error *error = NULL, *again = NULL;
+   contensou_simulation *one = contensou_simulation_new(scene, NULL, 0, NULL), *other;
+   contensou_snapshot *kept = contensou_simulation_save(one, NULL);
+   double state[64];
+
+   contensou_snapshot_free(kept);
+   contensou_simulation_free(one);
+   other = contensou_simulation_new(scene, NULL, 0, NULL);
+   check(other && other != one, "a handle of its own");
+   contensou_simulation_free(one);
+   check(contensou_simulation_size(other) == 13 + 2, "another simulation stays");
+   check(contensou_simulation_size(one) == 0 && contensou_simulation_time(one) == 0.0 &&
+            contensou_simulation_state(one, state) == CONTENSOU_BAD_ARGUMENT &&
+            contensou_simulation_body_name(one, 0) == NULL &&
+            contensou_simulation_parameters(one) == 0, "what was released has nothing");
+   check(contensou_simulation_advance(one, 1.0, &error) == 2 &&
+            strcmp(contensou_error_message(error), "there is no simulation") == 0,
+         "what was released does nothing");
+   contensou_error_free(error);
+   check(strcmp(contensou_error_message(error), "") == 0 && contensou_error_status(error) == 0,
+         "an error that was released");
+   contensou_error_free(error);
+   check(contensou_simulation_restore(other, kept, &again) == 2 &&
+            strcmp(contensou_error_message(again), "there is no snapshot") == 0 &&
+            contensou_snapshot_bytes(kept, NULL) == NULL, "a snapshot that was released");
+   contensou_error_free(again);
+   contensou_snapshot_free(kept);
+   check(contensou_simulation_size((contensou_simulation *)state) == 0, "an address is no handle");
+   contensou_simulation_free(other);
+}
+
 int main(int argc, char **argv)
 {
    const job top = {"tippe_top.nml", {"scene.t_end = 0.05", "integrator.method = 'auto'"},
@@ -159,6 +258,9 @@ int main(int argc, char **argv)
    snprintf(deep, sizeof deep, "%s/bouncing_ball.nml", folder);
 
    check_stop(scene);
+   check_interfaces(scene);
+   check_released(scene);
+   check_contact_load(scene);
    check_threads(top, top);
    check_threads(egg, bearing);
 

@@ -15,17 +15,29 @@ ROOT = Path(__file__).resolve().parents[2]
 SCENES = sorted((ROOT / "inputs").glob("*.nml"))
 
 
-@pytest.mark.parametrize("name", ["kernels", "simulation"])
+@pytest.mark.parametrize("name", ["kernels", "simulation", "threads"])
 def test_c_interface(executable, inputs, name):
     program = executable.parents[1] / "tests" / "capi" / f"test_{name}"
     done = captured(
-        [program, inputs][: 1 + (name == "simulation")],
+        [program, inputs][: 1 + (name != "kernels")],
         timeout=300,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.count("\n") == 1, done.stdout
     assert done.stdout.endswith(" passed, 0 failed\n")
     assert done.stderr == ""
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_calls(executable, tmp_path, seed):
+    """Right and wrong calls in any order: nothing crashes, is printed or written."""
+    program = executable.parents[1] / "tests" / "capi" / "fuzz"
+    done = captured([program, str(seed), "1000"], cwd=tmp_path, timeout=300)
+    assert (done.returncode, done.stderr) == (0, "")
+    calls, refused = map(int, re.findall(r"(\d+) (?:calls|refused)", done.stdout))
+    assert calls > 6000
+    assert 1000 < refused < calls
+    assert not list(tmp_path.iterdir())
 
 
 def rows_and_events(executable, scene, steps, *settings):

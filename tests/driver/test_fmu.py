@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import re
-import resource
 import shutil
-import subprocess
-import zipfile
+import sys
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+from programs import captured
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed")
 from fmpy import validation  # noqa: E402
@@ -27,10 +26,10 @@ def unit(run, tmp_path, sanitized):
     if sanitized:
         pytest.skip("the sanitizers are not in FMPy's process")
 
-    def write(scene, version, *options):
-        result = run("fmu", scene, "-o", "unit.fmu", "--fmi", version, "--force", *options)
+    def write(scene, version, *options, name="unit.fmu"):
+        result = run("fmu", scene, "-o", name, "--fmi", version, "--force", *options)
         assert (result.status, result.err) == (0, "")
-        return tmp_path / "unit.fmu"
+        return tmp_path / name
 
     return write
 
@@ -40,8 +39,8 @@ def instantiate(unit, tmp_path):
     """Instances of an FMU for co-simulation, as FMPy has them, at their beginning."""
     opened = []
 
-    def make(scene, version, parameters=(), count=1, early=False):
-        path = unit(scene, version)
+    def make(scene, version, parameters=(), count=1, early=False, options=()):
+        path = unit(scene, version, *options)
         description = fmpy.read_model_description(path)
         references = {v.name: v.valueReference for v in description.modelVariables}
         folder = tmp_path / "unpacked"
@@ -49,13 +48,13 @@ def instantiate(unit, tmp_path):
             fmpy.extract(path, folder)
         instances = []
         for i in range(count):
-            options = {
+            arguments = {
                 "guid": description.guid,
                 "modelIdentifier": description.coSimulation.modelIdentifier,
                 "unzipDirectory": str(folder),
                 "instanceName": f"one of {i}",
             }
-            instance = (fmpy.fmi2.FMU2Slave if version == "2" else fmpy.fmi3.FMU3Slave)(**options)
+            instance = (fmpy.fmi2.FMU2Slave if version == "2" else fmpy.fmi3.FMU3Slave)(**arguments)
             if version == "2":
                 instance.instantiate()
                 instance.setupExperiment(startTime=0.0)
@@ -142,6 +141,38 @@ def test_model_exchange(unit, run, tmp_path, inputs, name, version):
     assert np.abs(result["energy_error"]).max() < 1e-5 * np.abs(result["energy_kinetic"]).max()
 
 
+@pytest.mark.parametrize("scene", SCENES, ids=lambda path: path.stem)
+def test_model_exchange_of_every_scene(unit, run, tmp_path, scene):
+    """All bodies move and turn with FMPy's CVODE as in a run, within its tolerance."""
+    end = 1e-3 if scene.stem.startswith("bearing") else 0.02
+    settings = ["--set", f"scene.t_end = {end}", "--set", f"output.interval = {end / 20}"]
+    path = unit(scene, "3", *settings)
+    assert run("run", scene, "-q", "-o", "run.h5", *settings).status == 0
+    with h5py.File(tmp_path / "run.h5") as file:
+        bodies = [name.decode() for name in file["body/name"]]
+        position = file["trajectory/position"][()].reshape(21, -1)
+        spin = file["trajectory/angular_velocity"][()].reshape(21, -1)
+    result = fmpy.simulate_fmu(
+        str(path),
+        fmi_type="ModelExchange",
+        stop_time=end,
+        output_interval=end / 200,
+        relative_tolerance=1e-9,
+        output=[
+            f"{body}.{kind}.{axis}"
+            for kind in ("position", "angular_velocity")
+            for body in bodies
+            for axis in "xyz"
+        ],
+    )
+    rows = result[np.searchsorted(result["time"], np.linspace(0, end, 21) - 1e-12)]
+    found = np.array([rows[name] for name in rows.dtype.names[1:]]).T
+    count = position.shape[1]
+    np.testing.assert_allclose(found[:, :count], position, rtol=0, atol=1e-8)
+    limit = 3e-6 * max(1.0, np.abs(spin).max())
+    np.testing.assert_allclose(found[:, count:], spin, rtol=0, atol=limit)
+
+
 @pytest.mark.parametrize("version", VERSIONS)
 def test_states_are_kept_in_mid_contact(instantiate, inputs, version):
     """What follows from a state that is set again has the same bits; others do not see it."""
@@ -193,39 +224,181 @@ def test_early_return(instantiate, inputs):
     assert abs(values_of(ball, references, gap)[0]) < 1e-9
 
 
-@pytest.mark.parametrize("version", VERSIONS)
-def test_instances_leave_nothing(instantiate, inputs, version):
-    """Memory does not grow with the instances that there were."""
-    instantiate(inputs / "tippe_top.nml", version)
-    (one,), _ = instantiate(inputs / "tippe_top.nml", version)
-    sizes = []
-    for i in range(100):
-        one.reset()
-        if version == "2":
-            one.setupExperiment(startTime=0.0)
-        one.enterInitializationMode()
-        one.exitInitializationMode()
-        one.doStep(0.0, 1e-3)
-        if i % 50 == 49:
-            sizes.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
-    assert sizes[1] - sizes[0] < 2048
+def test_instances_leave_nothing(executable, inputs, tmp_path, sanitized):
+    """Memory does not grow with the instances that there were; the sanitizers find no leak."""
+    shutil.copy(inputs / "tippe_top.nml", tmp_path / "scene.nml")
+    program = executable.parents[1] / "tests/capi/fmu_instances"
+    done = captured([program, tmp_path, "1000"], timeout=600)
+    assert (done.returncode, done.stderr) == (0, ""), done.stdout
+    count, grown = map(
+        int, re.fullmatch(r"(\d+) instances, .* (-?\d+) KiB\n", done.stdout).groups()
+    )
+    assert count == 1000
+    assert grown < 1024 or sanitized
 
 
-@pytest.mark.parametrize("version", VERSIONS)
-def test_sources_compile(unit, inputs, tmp_path, version):
-    """The sources inside make the same functions."""
-    with zipfile.ZipFile(unit(inputs / "tippe_top.nml", version)) as archive:
-        archive.extractall(tmp_path / "content")
-    compiler = shutil.which("gcc")
-    if compiler is None:
-        pytest.skip("there is no gcc")
-    sources = tmp_path / "content/sources"
-    for name in ["variables.c", "instance.c", f"fmu{version}.c"]:
-        command = [compiler, "-std=c11", "-Wall", "-Wextra", "-Werror", "-fPIC", "-I."]
-        done = subprocess.run(
-            [*command, "-c", name], cwd=sources, capture_output=True, text=True, check=False
+ELEMENT = ("--contact", "ball_floor")
+
+
+def poses_of(references, state):
+    """References and values of the inputs of a contact alone."""
+    names = [
+        f"top.{quantity}.{axis}"
+        for quantity, axes in (
+            ("position", "xyz"),
+            ("quaternion", "wxyz"),
+            ("velocity", "xyz"),
+            ("angular_velocity", "xyz"),
         )
-        assert (done.returncode, done.stderr) == (0, "")
+        for axis in axes
+    ]
+    return [references[name] for name in names], list(state)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_a_contact_alone(instantiate, unit, run, inputs, tmp_path, version):
+    """Poses and velocities in, forces and torques out: those of a run at the same states."""
+    assert validation.validate_fmu(str(unit(inputs / "tippe_top.nml", version, *ELEMENT))) == []
+    (one,), references = instantiate(inputs / "tippe_top.nml", version, options=ELEMENT)
+    put = getattr(one, "setFloat64", None) or one.setReal
+    settings = ("--set", "scene.t_end = 0.02", "--set", "output.interval = 1e-3")
+    assert run("run", inputs / "tippe_top.nml", "-q", "-o", "run.h5", *settings).status == 0
+    axes = [f"{kind}.{axis}" for kind in ("force", "torque") for axis in "xyz"]
+    with h5py.File(tmp_path / "run.h5") as file:
+        rows = {name: data[()] for name, data in file["trajectory"].items()}
+    for i in range(21):
+        state = [
+            *rows["position"][i, 0],
+            *rows["quaternion"][i, 0],
+            *rows["velocity"][i, 0],
+            *rows["angular_velocity"][i, 0],
+        ]
+        put(*poses_of(references, state))
+        one.doStep(i * 1e-3, 1e-3)
+        normal = rows["contact_normal"][i, 0]
+        on_b = rows["normal_force"][i, 0] * normal + rows["friction_force"][i, 0]
+        arm = rows["contact_point"][i, 0] - rows["position"][i, 0]
+        twist = -rows["friction_torque"][i, 0] * normal
+        wrench = values_of(one, references, *(f"top.{name}" for name in axes))
+        np.testing.assert_allclose(wrench[:3], -on_b, rtol=1e-12, atol=1e-15)
+        np.testing.assert_allclose(wrench[3:], np.cross(arm, -on_b) + twist, rtol=1e-9, atol=1e-14)
+        on_ground = values_of(one, references, *(f"ground.{name}" for name in axes))
+        np.testing.assert_array_equal(on_ground[:3], -wrench[:3])
+        about = np.cross(rows["position"][i, 0], wrench[:3])
+        np.testing.assert_allclose(on_ground[3:], -wrench[3:] - about, rtol=1e-9, atol=1e-14)
+        gap, force = values_of(one, references, "ball_floor.gap", "ball_floor.normal_force")
+        assert (gap, force) == (rows["gap"][i, 0], rows["normal_force"][i, 0])
+    assert "stem_floor.gap" not in references
+    assert "state[1]" not in references
+
+
+def test_a_contact_alone_moves_a_body_of_the_host(instantiate, run, inputs, tmp_path):
+    """A host with a rigid body of its own, moved by the force element, moves as the scene does."""
+    scene = inputs / "tippe_top.nml"
+    (one,), references = instantiate(scene, "3", options=ELEMENT)
+    end, mass, inertia = 0.01, 6e-3, np.array([8e-7, 8e-7, 7e-7])
+    settings = ("--set", f"scene.t_end = {end}", "--set", "integrator.rtol = 1e-10")
+    assert run("run", scene, "-q", "-o", "run.h5", *settings).status == 0
+    with h5py.File(tmp_path / "run.h5") as file:
+        first, last = (
+            np.concatenate(
+                [
+                    file[f"trajectory/{name}"][row, 0]
+                    for name in ("position", "quaternion", "velocity", "angular_velocity")
+                ]
+            )
+            for row in (0, -1)
+        )
+    outputs = [references[f"top.{kind}.{axis}"] for kind in ("force", "torque") for axis in "xyz"]
+
+    def turned(q, vector):
+        """A vector of the body in the inertial frame."""
+        cross = np.cross(q[1:4], vector)
+        return vector + 2 * (q[0] * cross + np.cross(q[1:4], cross))
+
+    def rates(state):
+        """The state has the angular velocity in the axes of the body."""
+        q, spin = state[3:7], state[10:]
+        one.setFloat64(*poses_of(references, [*state[:10], *turned(q, spin)]))
+        wrench = np.array(one.getFloat64(outputs))
+        acceleration = wrench[:3] / mass + [0, 0, -9.81]
+        torque = turned(q * [1, -1, -1, -1], wrench[3:])
+        angular = (torque - np.cross(spin, inertia * spin)) / inertia
+        rate = 0.5 * np.concatenate([[-q[1:] @ spin], q[0] * spin + np.cross(q[1:], spin)])
+        return np.concatenate([state[7:10], rate, acceleration, angular])
+
+    state, steps = first.copy(), 4000
+    state[10:] = turned(state[3:7] * [1, -1, -1, -1], state[10:])
+    h = end / steps
+    for _ in range(steps):
+        k1 = rates(state)
+        k2 = rates(state + h / 2 * k1)
+        k3 = rates(state + h / 2 * k2)
+        k4 = rates(state + h * k3)
+        state = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        state[3:7] /= np.linalg.norm(state[3:7])
+    np.testing.assert_allclose(state[:3], last[:3], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(state[3:7], last[3:7], rtol=0, atol=1e-6)
+    spin = turned(state[3:7], state[10:])
+    np.testing.assert_allclose(spin, last[10:], rtol=0, atol=2e-4)
+
+
+def test_contacts_that_are_no_force_elements(run, inputs, tmp_path):
+    """Those that are not there, are rigid or remember are refused, and nothing is written."""
+    examples = inputs / "examples"
+    for scene, contact, message in (
+        (inputs / "tippe_top.nml", "floor", "expected one of: 'ball_floor', 'stem_floor'"),
+        (inputs / "tippe_top_rigid.nml", "ball_floor", "rigid"),
+        (examples / "oblique_impact.nml", None, "history"),
+    ):
+        if contact is None:
+            contact = re.search(r"&contact\s+name *= *'(\w+)'", scene.read_text())[1]
+        result = run("fmu", scene, "--contact", contact, "-o", "none.fmu")
+        assert result.status == 2
+        assert message in result.err
+        assert not (tmp_path / "none.fmu").exists()
+
+
+PAGE = (ROOT / "docs" / "fmu.md").read_text(encoding="utf-8")
+SCRIPTS = re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("script", SCRIPTS, ids=["co-simulation", "model exchange"])
+def test_scripts_of_the_page(unit, run, inputs, tmp_path, script, version):
+    """They end where a run does."""
+    scene = inputs / "tippe_top.nml"
+    unit(scene, version, name="tippe_top.fmu")
+    (tmp_path / "script.py").write_text(script)
+    done = captured([sys.executable, "script.py"], cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    spin = ["--set", "top.spin(3) = 200"] if "start_values" in script else []
+    settings = [*spin, "--set", "scene.t_end = 0.1", "--set", "output.interval = 1e-2"]
+    assert run("run", scene, "-q", "-o", "run.h5", *settings).status == 0
+    with h5py.File(tmp_path / "run.h5") as file:
+        heights = file["trajectory/position"][:, 0, 2]
+        forces = file["trajectory/normal_force"][:, 0]
+    if spin:
+        rows = [line.split() for line in done.stdout.splitlines()]
+        assert [row[1] for row in rows] == [f"{height:.6f}" for height in heights]
+        assert [row[2] for row in rows] == [f"{force:.4f}" for force in forces]
+    else:
+        assert done.stdout.endswith(f" rows, {heights[-1]:.6f} m\n")
+
+
+def test_modelica_model_of_the_page(unit, inputs):
+    """The names in the model are those of the FMU, with the causality that it gives them."""
+    (model,) = re.findall(r"^```modelica\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+    names = re.findall(r"'([^']*)'", model)
+    variables = {
+        variable.name: variable
+        for variable in fmpy.read_model_description(
+            unit(inputs / "tippe_top.nml", "2")
+        ).modelVariables
+    }
+    assert [variables[name].causality for name in names] == ["parameter", "input"]
+    # What may stand between quotes in Modelica.
+    assert all(re.fullmatch(r"[\w !#$%&()*+,\-./:;<=>?@\[\]^{|}~]+", name) for name in variables)
 
 
 def test_mistakes(run, scene):

@@ -10,8 +10,10 @@ import math
 import os
 import re
 import shutil
+import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from programs import captured
 
@@ -95,6 +97,109 @@ def test_one_module_and_one_header_are_installed(installed):
     version = called(["gfortran", "-dumpversion"], folder).stdout.split(".")[0].strip()
     assert module.parts[-3:] == ("contensou", f"gfortran-{version}", "contensou.mod")
     assert [header.name for header in folder.rglob("include/contensou/*.h")] == ["contensou.h"]
+
+
+def functions_of_the_header() -> set[str]:
+    """Names of the functions that the header declares and the library has."""
+    text = (ROOT / "include" / "contensou.h").read_text(encoding="utf-8")
+    text = re.sub(r"/\*.*?\*/|typedef int .*?;", "", text, flags=re.DOTALL)
+    inline = "contensou_simulation_from_text"
+    return set(re.findall(r"\b(contensou_\w+)\(", text)) - {inline}
+
+
+def test_symbols(installed):
+    """All have the prefix of the project; the shared library shows of C what the header has."""
+    folder, _ = installed
+    (library,) = (path for path in folder.rglob("libcontensou.*") if not path.is_symlink())
+    dynamic = [] if library.suffix == ".a" else ["-D"]
+    words = ["nm", "-g", "--defined-only", *dynamic, library]
+    lines = [line.split() for line in called(words, folder).stdout.splitlines()]
+    names = {line[-1] for line in lines if len(line) == 3}
+    assert not {name for name in names if not re.match(r"(__)?contensou_", name)}
+    of_c = {name for name in names if name.startswith("contensou_")}
+    assert functions_of_the_header() <= of_c
+    assert len(functions_of_the_header()) > 60
+    if dynamic:
+        assert of_c == functions_of_the_header()
+        assert library.name == "libcontensou.so.0.1.0"
+        assert "libcontensou.so.0]" in called(["readelf", "-d", library], folder).stdout
+
+
+def test_pkg_config(installed, tmp_path):
+    """The shared library asks for nothing else; the static one for all that it is made of."""
+    folder, environment = installed
+    shared = bool(list(folder.rglob("libcontensou.so")))
+    libs = called(["pkg-config", "--libs", "contensou"], folder, environment).stdout
+    assert ("sundials_cvode" in libs) is not shared
+    assert ("-lgsl" in libs.split()) is not shared
+    whole = called(["pkg-config", "--libs", "--static", "contensou"], folder, environment).stdout
+    assert {"-lcontensou", "-lgsl", "-lgfortran"} <= set(whole.split())
+    assert "sundials_cvode" in whole
+    called(["pkg-config", "--exists", "contensou >= 0.1, contensou < 0.2"], folder, environment)
+    (tmp_path / "tippe_top.c").write_text(program_of("c"))
+    static = "" if shared else "--static"
+    build = f"gcc tippe_top.c -o tippe_top $(pkg-config --cflags --libs {static} contensou)"
+    called(["bash", "-c", build], tmp_path, environment)
+    shutil.copy(ROOT / "inputs" / "tippe_top.nml", tmp_path)
+    assert "6 rows" in called([tmp_path / "tippe_top"], tmp_path, environment).stdout
+
+
+CMAKE = """\
+cmake_minimum_required(VERSION 3.16)
+project(spinning C)
+find_package(contensou {version} REQUIRED)
+add_executable(tippe_top tippe_top.c)
+target_link_libraries(tippe_top contensou::contensou contensou::{kind})
+"""
+
+
+def test_cmake(installed, tmp_path):
+    """The program of the page, built by CMake, from where the library lies now."""
+    if shutil.which("cmake") is None:
+        pytest.skip("there is no cmake")
+    folder, _ = installed
+    kind = "shared" if list(folder.rglob("libcontensou.so")) else "static"
+    (config,) = folder.rglob("contensou-config.cmake")
+    (tmp_path / "tippe_top.c").write_text(program_of("c"))
+    shutil.copy(ROOT / "inputs" / "tippe_top.nml", tmp_path)
+    project = tmp_path / "CMakeLists.txt"
+    setup = ["cmake", "-S", tmp_path, "-B", tmp_path / "build", f"-Dcontensou_DIR={config.parent}"]
+    for version in ("0.2", "1.0", "0.1.7"):
+        project.write_text(CMAKE.format(version=version, kind=kind))
+        refused = captured([*setup], cwd=tmp_path)
+        assert refused.returncode != 0
+        assert "version: 0.1.0" in refused.stderr
+    for version in ("0.1", "0.1.0", ""):
+        project.write_text(CMAKE.format(version=version, kind=kind))
+        called(setup, tmp_path)
+    called(["cmake", "--build", tmp_path / "build"], tmp_path)
+    done = called([tmp_path / "build" / "tippe_top"], tmp_path)
+    assert "6 rows" in done.stdout
+
+
+@pytest.mark.parametrize("version", ["2", "3"])
+def test_an_fmu_is_compiled_from_its_sources(version, installed, run, tmp_path):
+    """What the page says makes a binary with the outputs of ours."""
+    fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed")
+    scene = ROOT / "inputs" / "tippe_top.nml"
+    path = tmp_path / "top.fmu"
+    assert run("fmu", scene, "-o", path, "--fmi", version).status == 0
+    results = {"ours": fmpy.simulate_fmu(str(path), stop_time=0.1, fmi_type="CoSimulation")}
+    folder = Path(fmpy.extract(str(path), tmp_path / "content"))
+    (binary,) = folder.glob("binaries/*/top.so")
+    binary.unlink()
+    page = (ROOT / "docs" / "fmu.md").read_text(encoding="utf-8")
+    (command,) = re.findall(r"^\$ (gcc -shared .*\\\n.*)$", page, re.MULTILINE)
+    command = command.replace("fmu3.c", f"fmu{version}.c").replace("NAME.so", str(binary))
+    command += " -std=c11 -Wall -Wextra -Werror"
+    called(["bash", "-c", command], folder / "sources", installed[1])
+    program = (
+        "import fmpy, numpy, sys; numpy.save('theirs.npy', "
+        "fmpy.simulate_fmu(sys.argv[1], stop_time=0.1, fmi_type='CoSimulation'))"
+    )
+    called([sys.executable, "-c", program, folder], tmp_path, installed[1])
+    results["theirs"] = np.load(tmp_path / "theirs.npy")
+    assert results["theirs"].tobytes() == results["ours"].tobytes()
 
 
 def test_the_names_of_the_module_are_those_of_the_page():

@@ -3,6 +3,7 @@
 #
 #   root               project root, found from the place of this file
 #   ensure_packages    install the missing Debian packages, or say how and stop
+#   mirror             the mirror that packages come from
 #   try_packages       install packages that are of use but not needed, or say why not and go on
 #   ensure_python      make .venv from requirements.txt
 #   try_readers        install what tests read exported files with, or go on
@@ -89,6 +90,13 @@ find_apt() {
    [ "$(id -u)" -ne 0 ] || return 0
    command -v sudo >/dev/null && sudo -n true 2>/dev/null || return 1
    apt=(sudo -n "${apt[@]}")
+}
+
+# The mirror of the binary packages.
+mirror() {
+   local found
+   found=$(apt-get indextargets --format '$(SITE)' 'Created-By: Packages' | grep -v security | head -n 1)
+   printf '%s\n' "${found:-http://deb.debian.org/debian}"
 }
 
 # Install those packages that are missing, or say how and stop.

@@ -22,13 +22,13 @@ make_cache() {
    rm -rf -- "$fresh_cache"
    mkdir -p -- "$fresh_cache"
    debootstrap --variant=minbase --include=ca-certificates "$codename" "$fresh_cache" "$(mirror)" || return 1
-   # How this system reaches its packages: lists, settings, certificates, the network.
-   rm -f -- "$fresh_cache/etc/apt/sources.list"
+   # How this system reaches its packages: lists, settings, the network, certificates.
    for part in /etc/apt/sources.list /etc/apt/sources.list.d /etc/apt/apt.conf.d /etc/pip.conf \
-      /etc/resolv.conf /etc/hosts; do
+      /etc/resolv.conf /etc/hosts /etc/ssl/certs; do
+      # Links there lead to files of this system: they go first.
+      rm -rf -- "$fresh_cache$part"
       [ ! -e "$part" ] || cp -rL -- "$part" "$fresh_cache$(dirname -- "$part")/" || return 1
    done
-   cp -rL -- /etc/ssl/certs/. "$fresh_cache/etc/ssl/certs/" || return 1
    touch -- "$fresh_cache/.ready"
 }
 

@@ -42,7 +42,7 @@ def scene_text(groups: Mapping[str, Any]) -> str:
     --------
     >>> print(scene_text({"scene": {"t_end": 2, "gravity": (0, 0, -9.81)},
     ...                   "body": [{"name": "a", "mass": 1e-3}, {"name": "it's"}],
-    ...                   "material": {"young": Expression("210*giga")}}))
+    ...                   "material": {"young": Expression("210*10**9")}}))
     &scene
        t_end = 2
        gravity = 0, 0, -9.81
@@ -55,7 +55,7 @@ def scene_text(groups: Mapping[str, Any]) -> str:
        name = 'it''s'
     /
     &material
-       young = 210*giga
+       young = 210*10**9
     /
     <BLANKLINE>
     """

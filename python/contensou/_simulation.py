@@ -197,7 +197,7 @@ class Simulation:
         return values
 
     @state.setter
-    def state(self, values: Sequence[float]) -> None:
+    def state(self, values: ArrayLike) -> None:
         y = lib.numbers(values, "state")
         with self._alone() as handle:
             lib.call("simulation_set_state", handle, y.ravel(), y.size)
@@ -453,12 +453,15 @@ class Simulation:
     # ---- Copies ------------------------------------------------------------------------------
 
     def save(self) -> Snapshot:
-        """Keep where this has come to; what follows is the same, bit for bit, after `restore`."""
+        """Keep where this has come to; what follows is the same, bit for bit, after `restore`.
+
+        It ends the step under way, so what follows is within the tolerance of a run without it.
+        """
         with self._alone() as handle:
             snapshot = lib.call("simulation_save", handle)
             try:
                 size = ctypes.c_size_t()
-                place = lib.plain("snapshot_bytes", snapshot, ctypes.byref(size))
+                place: Any = lib.plain("snapshot_bytes", snapshot, ctypes.byref(size))
                 return Snapshot(ctypes.string_at(place, size.value))
             finally:
                 lib.plain("snapshot_free", snapshot)

@@ -77,7 +77,11 @@ def sweep(
         groups.append({"name": path, **keys})
     with folder_of_its_own() as folder:
         name, place = scene_file(scene, folder)
-        head = {"scene": str(place / name), "output": "sweep.h5", "sampling": sampling}
+        head: dict[str, Any] = {
+            "scene": str(place / name),
+            "output": "sweep.h5",
+            "sampling": sampling,
+        }
         head |= {"keep": list(keep), **options}
         if texts := settings_texts(settings):
             head["set"] = texts
@@ -117,8 +121,8 @@ def table_of(data: bytes, counts: list[int]) -> xarray.Dataset:
             first = [int(np.flatnonzero(index == i)[0]) for i in range(index.max() + 1)]
             table = table.assign_coords({name: (name, column.values[first], column.attrs)})
         columns = {"case": whole.case, **whole.data_vars, **results.data_vars}
-        for name, column in columns.items():
-            table[name] = (names, column.values.reshape(counts), column.attrs)
+        for label, column in columns.items():
+            table[label] = (names, column.values.reshape(counts), column.attrs)
     table.encoding[IMAGE] = data
     return table
 

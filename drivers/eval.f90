@@ -24,7 +24,7 @@ module contensou_drivers_eval
    use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
    use contensou_contact_tangential_oblique, only : oblique_impact
-   use contensou_contact_tangential_shells, only : default_layers, most_layers, shells_of, &
+   use contensou_contact_tangential_shells, only : default_layers, most_layers, &
       shells_type, single_spring, spring_spot_type
    use contensou_contact_tangential_stiffness, only : tangential_stiffness
    use contensou_contact_vilke, only : vilke_models
@@ -465,7 +465,7 @@ contains
       else if (config%layers > most_layers) then
          call fatal(error, "--layers needs a number of layers from 1 to 128", status_usage)
       else
-         evaluation%shells = shells_of(merge(config%layers, default_layers, config%layers > 0))
+         call evaluation%shells%begin(merge(config%layers, default_layers, config%layers > 0))
       end if
    end subroutine choose_tangential
 

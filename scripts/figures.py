@@ -35,7 +35,7 @@ FIGURES = {
     figures_bearing.draw: ["10"],
     figures_cost.draw: ["cost"],
     figures_scenes.draw: ["rattleback", "egg"],
-    figures_tangential.draw: ["impact", "incline", "cattaneo"],
+    figures_tangential.draw: ["impact", "incline", "cattaneo", "dish"],
     figures_rolling.draw: ["rolling"],
     figures_accuracy.draw: ["accuracy"],
 }

@@ -1,4 +1,4 @@
-"""Pictures of tangential elasticity: an oblique impact, an incline, a shift to and fro."""
+"""Pictures of tangential elasticity: an impact, an incline, a spot sheared to and fro, a dish."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ import sys
 import tempfile
 from pathlib import Path
 
+import h5py
 import numpy as np
 
 from lib import program, style
 from lib.figures_top import run
 
 INPUTS = program.ROOT / "inputs" / "examples"
+SWEEP = program.ROOT / "inputs" / "sweeps" / "impact_angle.nml"
 MEASURED = program.ROOT / "tests" / "reference" / "impact_kharaz.csv"
-RADIUS = 2.5e-3
+SPEED = 3.9
 
 # Models of tangential elasticity, and how they are drawn.
 MODELS = {
@@ -24,7 +26,6 @@ MODELS = {
     "spring": (style.ORANGE, "spring", "--"),
     "none": (style.GREY, "none", "-"),
 }
-ANGLES = np.concatenate([[1.0, 1.84, 3.0], np.arange(5.0, 66.0, 2.5)])
 
 # Slopes of the incline, f = 0.3.
 SLOPES = {
@@ -45,10 +46,17 @@ def impact(path: Path, place: Path) -> None:
     """Tangential restitution and spin after the impact over its angle, and what was measured."""
     figure, grid = style.panels([1.6, 1.6])
     restitution, spin = grid[:, 0]
+    table = place / "impact_angle.h5"
+    program.call("sweep", SWEEP, "-o", table, "-q")
+    with h5py.File(table) as file:
+        models = file["parameters/skin_plate.tangential"].asstr()[:]
+        angles = file["parameters/angle"][()]
+        velocity = file["results/velocity"][()]
+        spins = np.abs(file["results/spin"][()])
     for model, (colour, label, line) in MODELS.items():
-        values = np.array([after(angle, model, place) for angle in ANGLES]).T
-        for axes, numbers in zip((restitution, spin), values, strict=True):
-            axes.plot(ANGLES, numbers, line, color=colour, label=label)
+        of = models == model
+        for axes, numbers in ((restitution, velocity / (SPEED * np.sin(angles))), (spin, spins)):
+            axes.plot(np.degrees(angles[of]), numbers[of], line, color=colour, label=label)
     for axes, quantity in (
         (restitution, "tangential_restitution"),
         (spin, "rebound_spin_rad_per_s"),
@@ -62,26 +70,13 @@ def impact(path: Path, place: Path) -> None:
     spin.set_title("Spin after the impact")
     spin.set_ylabel("ω [rad/s]")
     spin.set_xlabel("angle of the impact from the normal [°]")
-    spin.set_xlim(0, ANGLES[-1])
+    spin.set_xlim(0, np.degrees(angles.max()))
     style.headline(
         figure,
         "Oblique impact of a ball of alumina on glass",
-        "inputs/examples/oblique_impact.nml; measured: Kharaz, Gorham, Salman (2001)",
+        "inputs/sweeps/impact_angle.nml; measured: Kharaz, Gorham, Salman (2001)",
     )
     style.save(figure, path)
-
-
-def after(angle: float, model: str, place: Path) -> tuple[float, float]:
-    """Tangential restitution and spin [rad/s] after an impact at an angle [degrees]."""
-    text = (INPUTS / "oblique_impact.nml").read_text(encoding="utf-8")
-    scene = place / "impact.nml"
-    text = text.replace("'elastic'", f"'{model}'")
-    if model == "none":
-        text = text.replace("'explicit8'", "'cvode_bdf'")  # friction that sticks is stiff
-    scene.write_text(text, encoding="utf-8")
-    result = run(scene, place / "impact.h5", constants__angle=float(np.radians(angle)))
-    velocity = result.column("velocity")[:, 0, 0]
-    return velocity[-1] / velocity[0], abs(result.column("angular_velocity")[-1, 0, 1])
 
 
 def incline(path: Path, place: Path) -> None:
@@ -116,10 +111,21 @@ def incline(path: Path, place: Path) -> None:
     style.save(figure, path)
 
 
-def cattaneo(path: Path, _: Path) -> None:
-    """Loops of force and shift at constant load, without and with a twist that is held."""
-    figure, grid = style.panels([2.6])
-    loop = grid[0, 0]
+def cattaneo(path: Path, place: Path) -> None:
+    """Loops of force and shift at constant load: of a run, and without and with a twist held."""
+    figure, grid = style.panels([2.2, 2.6])
+    swing, loop = grid[:, 0]
+    result = run(INPUTS / "cattaneo.nml", place / "cattaneo.h5")
+    axis = result.column("tangential_axis")[0, 0]
+    limit = 0.3 * result.column("normal_force")[0, 0]
+    bearing = -result.column("friction_force")[:, 0] @ axis / limit
+    # Steel on steel; the radius of its spot does not change.
+    stiffness = 4 * (2.1e11 / 2.6) * result.column("semi_axes")[0, 0, 0] / 1.7
+    swing.plot(result.column("shift_along")[:, 0] * stiffness / (1.5 * limit), bearing)
+    swing.set_ylabel("F/(f N)")
+    swing.set_title("inputs/examples/cattaneo.nml: pulled to and fro by a carriage")
+    swing.yaxis.set_label_coords(-0.07, 0.5)
+    loop.yaxis.set_label_coords(-0.07, 0.5)
     load, a, f, g, nu = 2.0, 1e-3, 0.3, 8e10, 0.3
     unit = 1.5 * f * load * (2 - nu) / (4 * g * a)
     corners = [0.0, 1.1, -0.4, 0.4, -1.1, 1.1]
@@ -142,8 +148,34 @@ def cattaneo(path: Path, _: Path) -> None:
     loop.set_title("Force against the shift, to and fro at constant load")
     style.legend_beside(loop)
     title = "Hysteresis of a spot that slips from its rim"
-    style.headline(figure, title, "contensou eval tangential")
+    style.headline(figure, title, "contensou run, contensou eval tangential")
     style.save(figure, path)
+
+
+def dish(path: Path, place: Path) -> None:
+    """Place of a ball that rocks in a dish, and the share of its spot that sticks."""
+    figure, grid = style.panels([2.0, 1.2])
+    way, share = grid[:, 0]
+    result = run(INPUTS / "dish.nml", place / "dish.h5")
+    way.plot(result.time, 1e3 * result.column("position")[:, 0, 0], color=style.BLUE)
+    way.set_ylabel("x [mm]")
+    way.set_title("Place of the ball")
+    late = result.time > 4.9
+    inset = way.inset_axes([0.72, 0.62, 0.26, 0.34])
+    inset.plot(result.time[late], 1e3 * result.column("position")[late, 0, 0], color=style.BLUE)
+    inset.axhline(0.0, color=style.GREY, linewidth=0.8)
+    share.plot(result.time, result.column("stuck_share")[:, 0], color=style.GREEN)
+    share.set_ylim(0, 1.05)
+    share.set_title("Share of the spot that sticks in a step")
+    share.set_xlabel("time [s]")
+    share.set_xlim(0, result.time[-1])
+    for axes in (way, share):
+        axes.yaxis.set_label_coords(-0.07, 0.5)
+    style.headline(figure, "A ball rocks in a dish until it sticks", "inputs/examples/dish.nml")
+    style.save(figure, path)
+
+
+DRAWINGS = {"impact": impact, "incline": incline, "cattaneo": cattaneo, "dish": dish}
 
 
 def draw(folder: Path, wanted: list[str]) -> list[Path]:
@@ -153,6 +185,6 @@ def draw(folder: Path, wanted: list[str]) -> list[Path]:
         print(f"figures: running {name}", file=sys.stderr)
         with tempfile.TemporaryDirectory(prefix="contensou-") as place:
             pictures.append(folder / f"{name}.png")
-            drawing = {"impact": impact, "incline": incline, "cattaneo": cattaneo}[name]
+            drawing = DRAWINGS[name]
             drawing(pictures[-1], Path(place))
     return pictures

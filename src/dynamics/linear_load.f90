@@ -239,7 +239,8 @@ contains
          touch%states = contact%local_states(touch%at)
          motion = [dot_product(touch%velocity, touch%at%major), dot_product(touch%velocity, &
             touch%minor), dot_product(touch%spin, touch%at%normal)]
-         touch%carried = rolling_velocity(touch%variation, touch%velocity, touch%spin)
+         touch%carried = rolling_velocity(touch%variation, merge(0.0_wp, touch%velocity, &
+            allocated(contact%tangential)), touch%spin)
          carried = [dot_product(touch%carried, touch%at%major), dot_product(touch%carried, &
             touch%minor)]
          if (allocated(contact%tangential)) then

@@ -350,13 +350,15 @@ contains
       real(wp), intent(in) :: resolution
       type(contact_load_type), intent(out) :: load
       type(contact_variation_type) :: variation
+      real(wp), parameter :: still(3) = 0.0_wp
       real(wp) :: local(most_states), rates(most_states)
 
       local = self%local_states(at)
       associate (n => self%states%n_local)
          if (allocated(self%tangential)) then
             call self%law%geometry%vary(a, b, self%track, at, variation)
-            call self%law%hold(at, velocity, spin, rolling_velocity(variation, velocity, spin), &
+            ! What only shears the spot, to and fro, carries nothing out of it.
+            call self%law%hold(at, velocity, spin, rolling_velocity(variation, still, spin), &
                local(:n), self%tangential, load, rates(:n))
          else if (allocated(self%law%steady)) then
             call self%law%geometry%vary(a, b, self%track, at, variation)

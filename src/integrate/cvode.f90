@@ -15,7 +15,8 @@ module contensou_integrate_cvode
       FCVodeSetErrFile, FCVodeSetJacEvalFrequency, FCVodeSetJacFn, FCVodeSetLinearSolver, &
       FCVodeSetLSetupFrequency, FCVodeSetMaxConvFails, FCVodeSetMaxErrTestFails, &
       FCVodeSetMaxHnilWarns, FCVodeSetMaxOrd, FCVodeSetMaxStep, FCVodeSetNoInactiveRootWarn, &
-      FCVodeSetNonlinearSolver, FCVodeSetStopTime, FCVodeSetUserData, FCVodeWFtolerances
+      FCVodeSetNonlinearSolver, FCVodeSetStabLimDet, FCVodeSetStopTime, FCVodeSetUserData, &
+      FCVodeWFtolerances
    use fnvector_serial_mod, only : FN_VEnableFusedOps_Serial, FN_VMake_Serial
    use fsundials_context_mod, only : FSUNContext_Create, FSUNContext_Free
    use fsundials_linearsolver_mod, only : FSUNLinSolFree, SUNLinearSolver
@@ -111,7 +112,7 @@ module contensou_integrate_cvode
       real(wp) :: t_end = 0.0_wp
       !> Steps in a row that did not advance time.
       integer :: standstill = 0
-      !> Whether the order is variable up to 5 and 2 may be tried.
+      !> Whether the order is variable up to 5 and 2 may be tried, unless CVODE does so itself.
       logical :: bdf = .false.
       !> Whether the order is limited to `stable_order`.
       logical :: limited = .false.
@@ -235,6 +236,8 @@ contains
       end if
       if (problem%n_events > 0) flag = min(flag, FCVodeRootInit(self%memory, &
          int(problem%n_events, c_int), c_funloc(events_callback)))
+      if (self%bdf .and. problem%rings) flag = min(flag, FCVodeSetStabLimDet(self%memory, &
+         sun_true))
       flag = min(flag, FCVodeSetNoInactiveRootWarn(self%memory))
       flag = min(flag, FCVodeSetMaxHnilWarns(self%memory, -1_c_int))
       ! From free flight into a stiff contact the step shrinks by many orders of magnitude.
@@ -279,7 +282,8 @@ contains
          if (self%standstill > 1000) call fatal(error, &
             "the step size fell below the resolution of time", status_failed)
          t = reached(1)
-         if (self%bdf) call watch_order(self, t, any(events /= 0))
+         if (self%bdf .and. .not. self%handle%problem%rings) call watch_order(self, t, &
+            any(events /= 0))
       else
          call fatal(error, trim(reason(flag)), status_failed)
       end if

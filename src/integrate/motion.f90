@@ -96,6 +96,8 @@ contains
       if (allocated(motion%row)) deallocate(motion%column_start, motion%row)
       motion%differences = scene%integrator%differences
       motion%jacobian_steps = scene%integrator%jacobian_steps
+      ! What sticks rings on the tangential stiffness.
+      motion%rings = motion%system%remembers
       associate (s => motion%scales)
          s%asked = scene%integrator%rtol
          s%coarsest = huge(s%coarsest)

@@ -19,6 +19,9 @@ module contensou_integrate_problem
       integer, allocatable :: row(:)
       !> Steps after which an implicit method renews its Jacobian, >= 1.
       integer :: jacobian_steps = 10
+      !> Whether there are oscillations that hardly decay but at last leave nothing to follow: a
+      !> method then looks at the limits of its stability in each step.
+      logical :: rings = .false.
    contains
       procedure :: lay_out_jacobian
       procedure :: jacobian

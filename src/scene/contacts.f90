@@ -6,6 +6,7 @@ module contensou_scene_contacts
    use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote
    use contensou_contact_damping, only : damping_model_type, damping_models
+   use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_geometry, only : geometry_type
    use contensou_contact_normal, only : normal_rigid
    use contensou_contact_pairs, only : new_geometry
@@ -18,8 +19,11 @@ module contensou_scene_contacts
 
    public :: build_contact, add_spots, remembers, rolls_steadily
 
-   !> Friction whose limit tangential elasticity and steady rolling have.
-   character(len=*), parameter :: friction_of_elastic = "contensou_exact"
+   !> Friction whose limit steady rolling has, and that of curved spots.
+   character(len=*), parameter :: exact_friction = "contensou_exact"
+
+   !> Friction without a torque, and friction at whose kinks the slip of a shell is not determined.
+   character(len=*), parameter :: without_torque = "coulomb", with_kinks = "contensou_simplified"
 
 contains
 
@@ -60,17 +64,24 @@ contains
 
       !> Report what tangential elasticity and steady rolling do not go with.
       subroutine check_tangential()
+         type(friction_model_type), allocatable :: models(:)
          character(len=:), allocatable :: what
+         logical :: fits
 
          what = "tangential elasticity"
          if (.not. remembers(contact%tangential)) what = "steady rolling"
          if (contact%normal == normal_rigid) call diagnostics%add(group%place("tangential", 1), &
             what // " is not available for a rigid contact", &
             "normal = 'hertz', or tangential = 'none'")
-         associate (model => parts(3)%models(contact%friction)%info%name)
-            if (model /= friction_of_elastic) call diagnostics%add(group%place("tangential", 1), &
-               what // " is not available with friction = " // quote(trim(model)), &
-               "friction = " // quote(friction_of_elastic) // ", or tangential = 'none'")
+         models = friction_models()
+         associate (model => models(contact%friction))
+            fits = model%info%name == exact_friction
+            if (remembers(contact%tangential)) fits = associated(model%jacobian) .and. &
+               model%info%name /= with_kinks
+            if (.not. fits) call diagnostics%add(group%place("tangential", 1), &
+               what // " is not available with friction = " // quote(trim(model%info%name)), &
+               "friction = " // quote(exact_friction) // ", or tangential = 'none'")
+            if (model%info%name == without_torque) return
          end associate
          if (contact%parameters%number("regularization_velocity") > 0.0_wp) call diagnostics%add( &
             group%place("regularization_velocity", 1), "a regularization_velocity has no " // &
@@ -89,9 +100,9 @@ contains
             "a curved spot is not available for a rigid contact", &
             "normal = 'hertz', or spot = 'flat'")
          associate (model => parts(3)%models(contact%friction)%info%name)
-            if (model /= friction_of_elastic) call diagnostics%add(group%place("spot", 1), &
+            if (model /= exact_friction) call diagnostics%add(group%place("spot", 1), &
                "a curved spot is not available with friction = " // quote(trim(model)), &
-               "friction = " // quote(friction_of_elastic) // ", or spot = 'flat'")
+               "friction = " // quote(exact_friction) // ", or spot = 'flat'")
          end associate
          associate (model => parts(5)%models(contact%tangential))
             if (model%acts) call diagnostics%add(group%place("spot", 1), &
@@ -147,9 +158,6 @@ contains
                scene%surfaces(indices(2))%surface, geometry)
          end associate
          spots(i) = geometry%most_spots
-         if (spots(i) > 1 .and. remembers(scene%contacts(i)%tangential)) call diagnostics%add( &
-            places(i), "tangential elasticity is not available for surfaces that can touch in " // &
-            "several places", "tangential = 'none'")
       end do
       if (all(spots == 1)) return
       allocate(contacts(sum(spots)), new_places(sum(spots)))

@@ -8,9 +8,13 @@ module test_tangential
    use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
    use contensou_contact_tangential_memory, only : n_states, tangential_type
    use contensou_contact_tangential_oblique, only : oblique_impact
-   use contensou_contact_tangential_shells, only : default_layers, force_of_sliding, shells_of, &
-      shells_type, single_spring, spring_spot_type
+   use contensou_contact_tangential_edges, only : edge_at, power_of
+   use contensou_contact_tangential_shells, only : default_layers, shells_type, single_spring, &
+      spring_spot_type
+   use contensou_contact_tangential_slip, only : sliding_force
    use contensou_contact_tangential_stiffness, only : tangential_stiffness
+   use contensou_contact_wrench, only : wrench_jacobian_kernel, wrench_pade11_jacobian, &
+      wrench_pade22_jacobian
    use contensou_contact_wrench_exact, only : wrench_exact, wrench_exact_jacobian
    use contensou_contact_wrench_scaling, only : slip_type
    use test_harness, only : check, check_close, check_relative, random_type, worst_type
@@ -48,6 +52,7 @@ contains
       call test_oblique()
       call test_oblique_sliding()
       call test_tangent()
+      call test_rungs()
    end subroutine run_tangential_tests
 
    !> A spot of steel.
@@ -565,5 +570,87 @@ contains
       end do
       call worst%check_below(1.0e-5_wp, "derivatives of a contact that sticks and slips")
    end subroutine test_tangent
+
+   !> Shells with the limit of other friction models: full sliding is that of the model, and pure
+   !> shift and pure twist are those of the exact wrench.
+   subroutine test_rungs()
+      type(spring_spot_type) :: spot
+      type(shells_type) :: shells, exact
+      type(random_type) :: random
+      type(worst_type) :: worst, alike
+      procedure(wrench_jacobian_kernel), pointer :: rung
+      real(wp) :: wrench(3), other(3), stored, lost, u(3), unit(3), expected(3), slopes(3, 3), &
+         step(3)
+      integer :: model, i, j, k
+
+      do model = 1, 2
+         rung => wrench_pade11_jacobian
+         if (model == 2) rung => wrench_pade22_jacobian
+         do i = 1, 2
+            spot%shape = circular_shape
+            if (i == 2) spot%shape = elliptic_shape(0.5_wp)
+            spot%a = a
+            spot%limit = limit
+            call spot%stiffen(modulus, poisson)
+            unit = limit/spot%stiffness*[1.0_wp, 1.0_wp, a]
+            spot%rung => rung
+            do j = 1, 20
+               u = random%vector(3)
+               u = u/norm2(u)
+               shells = shells_of(4)
+               do k = 1, 5
+                  step = 1.0e5_wp*u*unit(1)/[1.0_wp, 1.0_wp, a]
+                  call shells%advance(spot, step, wrench, stored, lost)
+               end do
+               call rung(spot%shape, slip_type(u(1), u(2), u(3)), expected, slopes)
+               call worst%note(maxval(abs(wrench/(limit*[1.0_wp, 1.0_wp, a]) - expected)), j)
+            end do
+            ! To and fro without twist, and the twist alone.
+            exact = shells_of(4)
+            shells = shells_of(4)
+            do j = 1, 40
+               step = 0.0_wp
+               step(merge(3, 1, j > 20)) = 1.0_wp
+               if (j == 21) then
+                  call exact%clear()
+                  call shells%clear()
+               end if
+               step = step*unit*random%uniform(-1.0_wp, 1.0_wp)
+               call shells%advance(spot, step, wrench, stored, lost)
+               spot%rung => null()
+               call exact%advance(spot, step, other, stored, lost)
+               spot%rung => rung
+               call alike%note(maxval(abs(wrench - other)/(limit*[1.0_wp, 1.0_wp, a])), j)
+            end do
+         end do
+      end do
+      call worst%check_below(1.0e-4_wp, "rungs: full sliding with spinning")
+      call alike%check_below(1.0e-9_wp, "rungs: shift or twist alone")
+   end subroutine test_rungs
+
+   !> Shells without a contact.
+   pure function shells_of(layers) result(shells)
+      !> Number of layers, >= 1.
+      integer, intent(in) :: layers
+      type(shells_type) :: shells
+
+      call shells%begin(layers)
+   end function shells_of
+
+   !> Force that a shell between two places bears when it slides, in units of f N and f N a.
+   pure subroutine force_of_sliding(shape, inner, outer, u, force)
+      type(spot_shape_type), intent(in) :: shape
+      !> The places in units of the semi-axis.
+      real(wp), intent(in) :: inner, outer
+      !> Shift along the axes, and twist times the semi-axis.
+      real(wp), intent(in) :: u(3)
+      real(wp), intent(out) :: force(3)
+      procedure(wrench_jacobian_kernel), pointer :: exact
+      real(wp) :: hessian(3, 3)
+
+      exact => null()
+      call sliding_force(shape, edge_at(inner, power_of(inner)), edge_at(outer, power_of(outer)), &
+         exact, u, force, hessian)
+   end subroutine force_of_sliding
 
 end module test_tangential

@@ -7,10 +7,12 @@ module contensou_contact_tangential_law
    use contensou_contact_catalogue, only : law_keys_type, model_info_type, model_type
    use contensou_contact_creep, only : creep_model_type, creep_models, default_creep
    use contensou_contact_creep_steady, only : steady_type
+   use contensou_contact_friction_ladder, only : rung_type
    use contensou_contact_friction_law, only : friction_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_contact_tangential_memory, only : put_tangential_states, tangential_type
    use contensou_contact_tangential_shells, only : default_layers, most_layers, shells_per_layer
+   use contensou_contact_wrench, only : wrench_exact_jacobian
    implicit none(type, external)
    private
 
@@ -102,6 +104,13 @@ contains
 
       call join_materials(around, tangential%modulus, tangential%poisson)
       tangential%coefficient = friction%coefficient
+      tangential%drilling = friction%drilling
+      select type (friction)
+      type is (rung_type)
+         ! The exact wrench has a potential, and cases of its own.
+         if (.not. associated(friction%jacobian, wrench_exact_jacobian)) tangential%spot%rung => &
+            friction%jacobian
+      end select
       shells = 1
       if (.not. self%single) shells = shells_per_layer*nint(parameters%number("layers", &
          real(default_layers, wp)))

@@ -57,6 +57,8 @@ module contensou_contact_tangential_memory
       real(wp) :: modulus = 0.0_wp, poisson = 0.0_wp
       !> Least force that counts [N]: errors of the memory are measured against it or the limit.
       real(wp) :: reference = 0.0_wp
+      !> Whether there is a torque about the normal.
+      logical :: drilling = .true.
       !> What is remembered, along the axis and across it; the same at the last state that was
       !> evaluated, along the axes of `frame`; and room.
       type(shells_type) :: past, now, half
@@ -173,7 +175,11 @@ contains
          steady%vx = self%velocity(1)
          steady%vy = self%velocity(2)
          steady%resolution = 0.0_wp
-         call friction%wrench(shape, steady, sliding)
+         if (self%drilling) then
+            call friction%wrench(shape, steady, sliding)
+         else
+            sliding = -self%spot%limit/norm2(self%velocity(1:2))*[self%velocity(1:2), 0.0_wp]
+         end if
          self%wrench = (1.0_wp - self%share)*self%wrench + self%share*sliding
       end if
       wrench = self%wrench
@@ -260,6 +266,7 @@ contains
       motion(2) = axis(2)*step(1) + axis(1)*step(2)
       motion(1:2) = left_of_growth(way)*motion(1:2)
       motion(3) = left_of_growth(twisted)*step(3)
+      if (.not. self%drilling) motion(3) = 0.0_wp
       call self%now%take(past, axis, [left(way), left(way), left(twisted)])
       call self%now%advance(spot, motion, wrench, stored, lost, settled=.false., slopes=slopes)
       if (.not. present(slopes)) return
@@ -267,6 +274,7 @@ contains
       slopes(:, 1) = left_of_growth(way)*(axis(1)*along + axis(2)*slopes(:, 2))
       slopes(:, 2) = left_of_growth(way)*(axis(1)*slopes(:, 2) - axis(2)*along)
       slopes(:, 3) = left_of_growth(twisted)*slopes(:, 3)
+      if (.not. self%drilling) slopes(:, 3) = 0.0_wp
    end subroutine strain
 
    !> Share of sliding in the wrench.
@@ -280,6 +288,7 @@ contains
          if (.not. (spot%limit > 0.0_wp .and. spot%a > 0.0_wp)) return
          weight = spot%stiffness/(spot%limit*[1.0_wp, 1.0_wp, spot%a*spot%shape%torque])
       end associate
+      if (.not. self%drilling) weight(3) = 0.0_wp
       shift = step(1:3)*weight*left_of_growth(lengths(step, self%spot))
       way = sqrt(dot_product(shift, shift))
       if (way <= long_shift(1)) return

@@ -19,14 +19,14 @@ module contensou_contact_tangential_shells
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_kinds, only : wp
    use contensou_contact_spot, only : spot_shape_type
-   use contensou_contact_tangential_slip, only : edge_at, edge_type, power_of, slip_of_shell, &
-      sliding_force, stiffness_after
-   use contensou_contact_tangential_stiffness, only : tangential_stiffness
+   use contensou_contact_tangential_edges, only : edge_at, edge_type, power_of
+   use contensou_contact_tangential_slip, only : slip_of_shell, sliding_force, stiffness_after
+   use contensou_contact_tangential_spot, only : spring_spot_type
    implicit none(type, external)
    private
 
-   public :: shells_type, shells_of, single_spring, spring_spot_type, default_layers, &
-      most_layers, shells_per_layer, force_of_sliding, make_room
+   public :: shells_type, single_spring, spring_spot_type, default_layers, most_layers, &
+      shells_per_layer, make_room
 
    !> Layers if nothing else is said, and the most.
    integer, parameter :: default_layers = 10, most_layers = 128
@@ -39,19 +39,6 @@ module contensou_contact_tangential_shells
 
    !> Slip over the elastic displacement below which the stiffness after it is that of this one.
    real(wp), parameter :: shortest_slip = 1.0e-8_wp
-
-   !> A spot with its load and stiffness.
-   type :: spring_spot_type
-      type(spot_shape_type) :: shape
-      !> Major semi-axis [m].
-      real(wp) :: a
-      !> Limit of the friction force, f N [N].
-      real(wp) :: limit
-      !> k_x, k_y [N/m] and k_T [N m] where nothing slips.
-      real(wp) :: stiffness(3)
-   contains
-      procedure :: stiffen
-   end type spring_spot_type
 
    !> The shells of a contact, from the centre to the rim, with what they remember.
    type :: shells_type
@@ -96,17 +83,6 @@ module contensou_contact_tangential_shells
 
 contains
 
-   !> Set the stiffness of a spot of known shape and size.
-   pure subroutine stiffen(self, modulus, poisson)
-      class(spring_spot_type), intent(inout) :: self
-      !> Shear modulus G of both bodies together [Pa], >= 0.
-      real(wp), intent(in) :: modulus
-      !> Poisson's ratio of both together, from -1 to 1/2.
-      real(wp), intent(in) :: poisson
-
-      call tangential_stiffness(self%shape, self%a, modulus, poisson, self%stiffness)
-   end subroutine stiffen
-
    !> Begin without a contact.
    pure subroutine begin(self, layers)
       class(shells_type), intent(inout) :: self
@@ -119,15 +95,6 @@ contains
       call self%clear()
       call make_room(self, shells_per_layer*number)
    end subroutine begin
-
-   !> Shells without a contact.
-   pure function shells_of(layers) result(shells)
-      !> Number of layers, >= 1.
-      integer, intent(in) :: layers
-      type(shells_type) :: shells
-
-      call shells%begin(layers)
-   end function shells_of
 
    !> One spring with the stiffness of the whole spot, as granular codes have it.
    pure function single_spring() result(shells)
@@ -228,7 +195,7 @@ contains
          bearing = force/units
          if (j < self%n .and. all(abs(self%direction(:, j)) <= 0.0_wp)) self%direction(:, j) = &
             self%direction(:, j + 1)
-         call slip_of_shell(spot%shape, self%within(j - 1), self%within(j), &
+         call slip_of_shell(spot%shape, self%within(j - 1), self%within(j), spot%rung, &
             stiffness*(spot%limit/units**2), trial*(units/spot%limit), bearing, &
             self%direction(:, j), slips, work)
          self%slipped(j) = slips
@@ -274,7 +241,7 @@ contains
       if (.not. minval(k) > 0.0_wp) return
       slip = trial*(units/spot%limit) - bearing/k
       length = max(norm2(slip), shortest_slip*norm2(bearing/k))
-      call stiffness_after(spot%shape, self%within(j - 1), self%within(j), k, &
+      call stiffness_after(spot%shape, self%within(j - 1), self%within(j), spot%rung, k, &
          self%direction(:, j), length, by_trial, by_limit)
       do i = 1, 3
          slopes(:, i) = slopes(:, i) - part*by_trial(:, i)*units*units(i)/spot%limit
@@ -499,7 +466,8 @@ contains
       u = u/size
       do j = 1, self%n
          call take_share(self, j, stiffness)
-         call sliding_force(spot%shape, self%within(j - 1), self%within(j), u, force, hessian)
+         call sliding_force(spot%shape, self%within(j - 1), self%within(j), spot%rung, u, force, &
+            hessian)
          force = force*spot%limit*[1.0_wp, 1.0_wp, spot%a]
          self%shift(:, j) = (1.0_wp - share)*self%shift(:, j) + share*force/max(stiffness, &
             tiny(stiffness))
@@ -617,19 +585,5 @@ contains
       self%within(at) = edge_at(self%edge(at)/self%a, power_of(self%edge(at)/self%a))
       self%n = self%n + 1
    end subroutine split_widest
-
-   !> Force that a shell between two places bears when it slides, in units of f N and f N a.
-   pure subroutine force_of_sliding(shape, inner, outer, u, force)
-      type(spot_shape_type), intent(in) :: shape
-      !> The places in units of the semi-axis.
-      real(wp), intent(in) :: inner, outer
-      !> Shift along the axes, and twist times the semi-axis.
-      real(wp), intent(in) :: u(3)
-      real(wp), intent(out) :: force(3)
-      real(wp) :: hessian(3, 3)
-
-      call sliding_force(shape, edge_at(inner, power_of(inner)), edge_at(outer, power_of(outer)), &
-         u, force, hessian)
-   end subroutine force_of_sliding
 
 end module contensou_contact_tangential_shells

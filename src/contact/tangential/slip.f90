@@ -10,29 +10,21 @@
 !>      F = (3/2) [(theta + tau c)/2 - (theta - tau c (1 - 2 tau^2))/(8 tau^2)]/tau,   tau <= 1,
 !>   c = cos theta, and likewise T; a cubic and a quartic of 1/tau above;
 !> - else Newton's method for the direction, with the derivatives of the exact wrench.
+!>
+!> A rung is another friction model in the place of the exact wrench W = -dPhi: f = -(l2 W(v, c2 w)
+!> - l1 W(v, c1 w)). Most have no potential, and their limits need not be convex.
 module contensou_contact_tangential_slip
    use contensou_base_kinds, only : pi, wp
+   use contensou_base_vectors, only : cross
    use contensou_contact_spot, only : spot_shape_type
+   use contensou_contact_tangential_edges, only : edge_type
+   use contensou_contact_wrench, only : wrench_jacobian_kernel
    use contensou_contact_wrench_exact, only : wrench_exact_jacobian
    use contensou_contact_wrench_scaling, only : slip_type
    implicit none(type, external)
    private
 
-   public :: edge_type, slip_of_shell, sliding_force, stiffness_after, edge_at, power_of
-
-   !> S(x) = l c [1 + (1 - x) P(x)], from the lowest power of P on.
-   real(wp), parameter :: torsion(0:7) = [ &
-      -0.8698984413305733_wp, 0.02820047614773492_wp, -2.437429052585694_wp, &
-      5.616270271347494_wp, -9.940868532230192_wp, 9.619038470681636_wp, &
-      -5.046682352654168_wp, 0.9303813590491786_wp]
-
-   !> c(x) = x^(2/3) P(x^2), P(y) = (3/2 - y/2)^(2/3) to 1e-16 for y from 0 to 1.
-   real(wp), parameter :: sizes(0:14) = [ &
-      1.3103706971044483_wp, -0.291193488245429872_wp, -0.0161774160138624918_wp, &
-      -0.00239665421764174449_wp, -0.000466016199278200998_wp, -0.000103558221386462438_wp, &
-      -0.0000249363004048452922_wp, -6.30985681479434043e-6_wp, -1.73263913988514553e-6_wp, &
-      -3.29286035701673922e-7_wp, -3.04505043957203034e-7_wp, 1.43286129320521087e-7_wp, &
-      -1.30959040750658526e-7_wp, 4.73531406160767908e-8_wp, -1.12996395187295042e-8_wp]
+   public :: slip_of_shell, sliding_force, stiffness_after
 
    !> T/tau in powers of tau^2 on the circle, to 2e-17 up to `small_ratio`.
    real(wp), parameter :: torques(0:10) = [ &
@@ -62,55 +54,21 @@ module contensou_contact_tangential_slip
    !> Iterations for the slip of a shell, and halvings of a step.
    integer, parameter :: most_iterations = 60, most_halvings = 30
 
-   !> Edge of a shell.
-   type :: edge_type
-      !> Load within it.
-      real(wp) :: load
-      !> Size c of the spot that slips in its place.
-      real(wp) :: size
-      !> Torsional stiffness within it.
-      real(wp) :: torsion
-   end type edge_type
+   !> What is within the limits of all rungs, as a part of the double cone of pure sliding and pure
+   !> spinning: `pade11` on a circle comes down to 0.77.
+   real(wp), parameter :: within_rungs = 0.25_wp
 
 contains
-
-   !> Load, size and torsional stiffness within a place.
-   elemental function edge_at(x, power) result(edge)
-      !> The place in units of the semi-axis, and its power 2/3.
-      real(wp), intent(in) :: x, power
-      type(edge_type) :: edge
-      real(wp) :: y, y2, even, odd
-
-      y = x*x
-      y2 = y*y
-      edge%load = x*(1.5_wp - 0.5_wp*y)
-      ! Two short chains in the place of a long one.
-      even = sizes(0) + y2*(sizes(2) + y2*(sizes(4) + y2*(sizes(6) + y2*(sizes(8) &
-         + y2*(sizes(10) + y2*(sizes(12) + y2*sizes(14)))))))
-      odd = sizes(1) + y2*(sizes(3) + y2*(sizes(5) + y2*(sizes(7) + y2*(sizes(9) &
-         + y2*(sizes(11) + y2*sizes(13))))))
-      edge%size = power*(even + y*odd)
-      even = torsion(0) + y*(torsion(2) + y*(torsion(4) + y*torsion(6)))
-      odd = torsion(1) + y*(torsion(3) + y*(torsion(5) + y*torsion(7)))
-      edge%torsion = edge%load*edge%size*(1.0_wp + (1.0_wp - x)*(even + x*odd))
-   end function edge_at
-
-   !> x^(2/3).
-   elemental function power_of(x) result(power)
-      !> >= 0.
-      real(wp), intent(in) :: x
-      real(wp) :: power
-
-      power = (x*x)**(1.0_wp/3.0_wp)
-   end function power_of
 
    !> Slip of a shell after an elastic trial, in units of f N and of a length: shifts along the
    !> axes, and the twist times the semi-axis. Where it slips by the length p along u, the force is
    !> that of sliding along u and equals stiffness*(trial - p*u).
-   pure subroutine slip_of_shell(shape, inner, outer, stiffness, trial, force, direction, slips, &
-      work)
+   pure subroutine slip_of_shell(shape, inner, outer, rung, stiffness, trial, force, direction, &
+      slips, work)
       type(spot_shape_type), intent(in) :: shape
       type(edge_type), intent(in) :: inner, outer
+      !> Friction model; not associated for the exact wrench.
+      procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
       !> Its stiffness.
       real(wp), intent(in) :: stiffness(3)
       !> Elastic displacement of the trial.
@@ -122,7 +80,7 @@ contains
       logical, intent(out) :: slips
       !> Work of the slip.
       real(wp), intent(out) :: work
-      real(wp) :: load, torque, sliding
+      real(wp) :: load, torque, sliding, inside
 
       slips = .false.
       work = 0.0_wp
@@ -136,15 +94,22 @@ contains
       end if
       sliding = sqrt(force(1)**2 + force(2)**2)
       ! The limit holds its corners, pure sliding and pure spinning, and is convex.
-      if (sliding*torque + abs(force(3))*load <= load*torque) return
+      inside = 1.0_wp
+      if (associated(rung) .and. (abs(force(3)) > 0.0_wp .or. abs(trial(3)) > 0.0_wp)) inside = &
+         within_rungs
+      if (sliding*torque + abs(force(3))*load <= inside*load*torque) return
       if (abs(force(3)) <= 0.0_wp .and. abs(trial(3)) <= 0.0_wp) then
          slips = .true.
          call slip_without_twist(load, stiffness(1:2), trial(1:2), sliding, force(1:2), &
             direction, work)
+      else if (associated(rung)) then
+         call slip_by_rung(shape, inner, outer, rung, stiffness, trial, force, direction, slips, &
+            work)
       else if (abs(stiffness(1) - stiffness(2)) <= 0.0_wp .and. .not. shape%c > 0.0_wp) then
          call slip_on_circle(inner, outer, stiffness(2:3), trial, force, direction, slips, work)
       else
-         call slip_on_ellipse(shape, inner, outer, stiffness, trial, force, direction, slips, work)
+         call slip_on_ellipse(shape, inner, outer, rung, stiffness, trial, force, direction, &
+            slips, work)
       end if
    end subroutine slip_of_shell
 
@@ -329,10 +294,12 @@ contains
    !> With h(u) = g.u - phi(u), g the force of the trial, a slip along u has the length h/(u.K u)
    !> and gains h^2/(2 u.K u) where h > 0; else u is short of slipping by -h. Steps that do not gain
    !> are halved. The shell sticks where no h is above zero.
-   pure subroutine slip_on_ellipse(shape, inner, outer, stiffness, trial, force, direction, slips, &
-      work)
+   pure subroutine slip_on_ellipse(shape, inner, outer, rung, stiffness, trial, force, direction, &
+      slips, work)
       type(spot_shape_type), intent(in) :: shape
       type(edge_type), intent(in) :: inner, outer
+      !> Not associated.
+      procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
       real(wp), intent(in) :: stiffness(3)
       real(wp), intent(in) :: trial(3)
       !> Force of the trial on entry; that of sliding if it slips.
@@ -341,7 +308,7 @@ contains
       real(wp), intent(inout) :: direction(3)
       logical, intent(out) :: slips
       real(wp), intent(out) :: work
-      real(wp) :: load, torque, gain, new_gain, length, u(3), new(3), f(3), new_f(3), &
+      real(wp) :: gain, new_gain, length, u(3), new(3), f(3), new_f(3), &
          hessian(3, 3), new_hessian(3, 3), step(3), size
       integer :: i, k
 
@@ -349,15 +316,12 @@ contains
       work = 0.0_wp
       if (any(abs(direction) > 0.0_wp)) then
          u = direction
-         call sliding_force(shape, inner, outer, u, f, hessian)
+         call sliding_force(shape, inner, outer, rung, u, f, hessian)
          gain = gain_of(force, f, u, stiffness)
       end if
       if (.not. gain > 0.0_wp) then
-         load = outer%load - inner%load
-         torque = shape%torque*(outer%load*outer%size - inner%load*inner%size)
-         u = force/[load, load, torque]**2
-         u = u/norm2(u)
-         call sliding_force(shape, inner, outer, u, f, hessian)
+         u = first_direction(shape, inner, outer, force)
+         call sliding_force(shape, inner, outer, rung, u, f, hessian)
          gain = gain_of(force, f, u, stiffness)
       end if
       do i = 1, most_iterations
@@ -378,7 +342,7 @@ contains
          if (length <= 0.0_wp .and. size < close_to_limit) exit
          do k = 1, most_halvings
             new = (u + step)/norm2(u + step)
-            call sliding_force(shape, inner, outer, new, new_f, new_hessian)
+            call sliding_force(shape, inner, outer, rung, new, new_f, new_hessian)
             new_gain = gain_of(force, new_f, new, stiffness)
             if (new_gain > gain .or. size < close_by) exit
             step = 0.5_wp*step
@@ -410,37 +374,122 @@ contains
       if (gain > 0.0_wp) gain = gain*gain/dot_product(u, stiffness*u)
    end function gain_of
 
-   !> Force that a shell bears when it slides, and its derivatives by the direction.
-   pure subroutine sliding_force(shape, inner, outer, u, force, hessian)
+   !> Slip of a shell by a rung of the ladder: Newton's method for the direction as on an ellipse,
+   !> without a potential to gain. What it comes closest with does where it does not converge, as at
+   !> the kinks of a rung: the force is one of sliding all the same.
+   pure subroutine slip_by_rung(shape, inner, outer, rung, stiffness, trial, force, direction, &
+      slips, work)
       type(spot_shape_type), intent(in) :: shape
       type(edge_type), intent(in) :: inner, outer
+      procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
+      real(wp), intent(in) :: stiffness(3)
+      real(wp), intent(in) :: trial(3)
+      !> Force of the trial on entry; that of sliding if it slips.
+      real(wp), intent(inout) :: force(3)
+      !> Direction where it is sought first, or zero; that of the slip.
+      real(wp), intent(inout) :: direction(3)
+      logical, intent(out) :: slips
+      real(wp), intent(out) :: work
+      real(wp) :: u(3), f(3), hessian(3, 3), rest(3), step(3), length, size, least, best(3), &
+         best_f(3)
+      integer :: i
+
+      work = 0.0_wp
+      u = direction
+      ! The last direction is a good beginning where the trial pulls along it still.
+      if (.not. dot_product(u, force) > 0.0_wp) u = first_direction(shape, inner, outer, force)
+      least = huge(least)
+      best = u
+      best_f = 0.0_wp
+      do i = 1, most_iterations
+         call sliding_force(shape, inner, outer, rung, u, f, hessian)
+         length = dot_product(force - f, u)/dot_product(u, stiffness*u)
+         rest = force - f
+         if (length > 0.0_wp) rest = rest - length*stiffness*u
+         rest = rest - dot_product(rest, u)*u
+         size = norm2(rest)
+         if (size < least) then
+            least = size
+            best = u
+            best_f = f
+         end if
+         call solve_any(hessian, max(length, short_slip*norm2(trial))*stiffness, rest, step)
+         step = step - dot_product(step, u)*u
+         size = norm2(step)
+         if (.not. size >= close_enough) exit
+         if (size > longest_step) step = step*(longest_step/size)
+         u = (u + step)/norm2(u + step)
+      end do
+      slips = dot_product(force - best_f, best) > 0.0_wp
+      if (.not. slips) return
+      direction = best
+      work = dot_product(best_f, (force - best_f)/stiffness)
+      force = best_f
+   end subroutine slip_by_rung
+
+   !> Direction of an infinitely short slip, about.
+   pure function first_direction(shape, inner, outer, force) result(u)
+      type(spot_shape_type), intent(in) :: shape
+      type(edge_type), intent(in) :: inner, outer
+      !> Force of the trial.
+      real(wp), intent(in) :: force(3)
+      real(wp) :: u(3), load, torque
+
+      load = outer%load - inner%load
+      torque = shape%torque*(outer%load*outer%size - inner%load*inner%size)
+      u = force/[load, load, torque]**2
+      u = u/norm2(u)
+   end function first_direction
+
+   !> Force that a shell bears when it slides, and its derivatives by the direction.
+   pure subroutine sliding_force(shape, inner, outer, rung, u, force, hessian)
+      type(spot_shape_type), intent(in) :: shape
+      type(edge_type), intent(in) :: inner, outer
+      !> Friction model; not associated for the exact wrench.
+      procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
       !> Direction of the slip.
       real(wp), intent(in) :: u(3)
       real(wp), intent(out) :: force(3), hessian(3, 3)
-      real(wp) :: wrench(3), jacobian(3, 3)
+      real(wp) :: f(3), h(3, 3)
 
-      call wrench_exact_jacobian(shape, slip_type(u(1), u(2), outer%size*u(3)), wrench, jacobian)
-      force = -outer%load*wrench
-      force(3) = force(3)*outer%size
-      hessian = -outer%load*jacobian
-      hessian(:, 3) = hessian(:, 3)*outer%size
-      hessian(3, :) = hessian(3, :)*outer%size
+      call sliding_within(shape, outer, rung, u, force, hessian)
       if (.not. inner%load > 0.0_wp) return
-      call wrench_exact_jacobian(shape, slip_type(u(1), u(2), inner%size*u(3)), wrench, jacobian)
-      force(1:2) = force(1:2) + inner%load*wrench(1:2)
-      force(3) = force(3) + inner%load*inner%size*wrench(3)
-      jacobian(:, 3) = jacobian(:, 3)*inner%size
-      jacobian(3, :) = jacobian(3, :)*inner%size
-      hessian = hessian + inner%load*jacobian
+      call sliding_within(shape, inner, rung, u, f, h)
+      force = force - f
+      hessian = hessian - h
    end subroutine sliding_force
+
+   !> The same of what is within an edge.
+   pure subroutine sliding_within(shape, edge, rung, u, force, hessian)
+      type(spot_shape_type), intent(in) :: shape
+      type(edge_type), intent(in) :: edge
+      procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
+      real(wp), intent(in) :: u(3)
+      real(wp), intent(out) :: force(3), hessian(3, 3)
+      type(slip_type) :: slip
+
+      slip = slip_type(u(1), u(2), edge%size*u(3))
+      if (associated(rung)) then
+         call rung(shape, slip, force, hessian)
+      else
+         call wrench_exact_jacobian(shape, slip, force, hessian)
+      end if
+      force = -edge%load*force
+      force(3) = force(3)*edge%size
+      hessian = -edge%load*hessian
+      hessian(:, 3) = hessian(:, 3)*edge%size
+      hessian(3, :) = hessian(3, :)*edge%size
+   end subroutine sliding_within
 
    !> Derivatives of the force of a shell that has slipped: by the trial, K A^-1 H/s with
    !> A = K + H/s, and by the limit, K A^-1 f, both in the units of the limit. H is that of the
    !> potential at the slip, s its length.
-   pure subroutine stiffness_after(shape, inner, outer, stiffness, direction, length, by_trial, &
-      by_limit)
+   pure subroutine stiffness_after(shape, inner, outer, rung, stiffness, direction, length, &
+      by_trial, by_limit)
       type(spot_shape_type), intent(in) :: shape
       type(edge_type), intent(in) :: inner, outer
+      !> Friction model; not associated for the exact wrench.
+      procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
       real(wp), intent(in) :: stiffness(3)
       !> Direction and length of the slip.
       real(wp), intent(in) :: direction(3), length
@@ -448,15 +497,44 @@ contains
       real(wp) :: hessian(3, 3), force(3), column(3)
       integer :: i
 
-      call sliding_force(shape, inner, outer, direction, force, hessian)
+      call sliding_force(shape, inner, outer, rung, direction, force, hessian)
       do i = 1, 3
-         call solve(hessian, length*stiffness, hessian(:, i), column)
+         call solve_for(rung, hessian, length*stiffness, hessian(:, i), column)
          by_trial(:, i) = stiffness*column
       end do
       ! H/s and K of the same size: the slope by s K is that by K, times s.
-      call solve(hessian, length*stiffness, length*force, column)
+      call solve_for(rung, hessian, length*stiffness, length*force, column)
       by_limit = stiffness*column
    end subroutine stiffness_after
+
+   !> Solve (hessian + diagonal) x = right; the derivatives of a potential are symmetric.
+   pure subroutine solve_for(rung, hessian, diagonal, right, x)
+      procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
+      real(wp), intent(in) :: hessian(3, 3), diagonal(3), right(3)
+      real(wp), intent(out) :: x(3)
+
+      if (associated(rung)) then
+         call solve_any(hessian, diagonal, right, x)
+      else
+         call solve(hessian, diagonal, right, x)
+      end if
+   end subroutine solve_for
+
+   !> Solve (hessian + diagonal) x = right.
+   pure subroutine solve_any(hessian, diagonal, right, x)
+      real(wp), intent(in) :: hessian(3, 3), diagonal(3), right(3)
+      real(wp), intent(out) :: x(3)
+      real(wp) :: a(3, 3)
+      integer :: i
+
+      a = hessian
+      do i = 1, 3
+         a(i, i) = a(i, i) + diagonal(i)
+      end do
+      x = [dot_product(right, cross(a(:, 2), a(:, 3))), dot_product(right, cross(a(:, 3), &
+         a(:, 1))), dot_product(right, cross(a(:, 1), a(:, 2)))] &
+         /dot_product(a(:, 1), cross(a(:, 2), a(:, 3)))
+   end subroutine solve_any
 
    !> Solve (hessian + diagonal) x = right; the matrix is symmetric and positive definite.
    pure subroutine solve(hessian, diagonal, right, x)

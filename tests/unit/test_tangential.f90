@@ -1,7 +1,7 @@
 !> Tests of tangential elasticity: stiffness, nested shells against closed forms, full sliding,
 !> energy, directions, and the oblique impact of a sphere.
 module test_tangential
-   use, intrinsic :: ieee_arithmetic, only : ieee_is_nan, ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan, ieee_quiet_nan, ieee_value
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_friction_ladder, only : rung_type
    use contensou_contact_friction_law, only : sliding_type
@@ -52,6 +52,7 @@ contains
       call test_oblique()
       call test_oblique_sliding()
       call test_tangent()
+      call test_narrow_rim()
       call test_rungs()
    end subroutine run_tangential_tests
 
@@ -570,6 +571,35 @@ contains
       end do
       call worst%check_below(1.0e-5_wp, "derivatives of a contact that sticks and slips")
    end subroutine test_tangent
+
+   !> Derivatives of a contact at rest whose spot grows by as little as rounding errors: its new rim
+   !> bears nothing and has slipped nowhere.
+   subroutine test_narrow_rim()
+      type(tangential_type) :: contact
+      type(rung_type) :: friction
+      type(sliding_type) :: slides
+      real(wp) :: wrench(3), rates(n_states), slopes(3 + n_states, 5 + n_states)
+      real(wp), parameter :: carried(2) = 0.0_wp, states(n_states) = [1.0_wp, 0.0_wp, 0.0_wp, &
+         0.0_wp, 0.0_wp, 0.0_wp]
+      integer :: i
+
+      friction%coefficient = 0.3_wp
+      friction%kernel => wrench_exact
+      friction%jacobian => wrench_exact_jacobian
+      contact%coefficient = friction%coefficient
+      contact%modulus = modulus
+      contact%poisson = poisson
+      do i = 20, 52
+         call contact%begin(30)
+         call contact%forget()
+         slides = sliding_type(limit/friction%coefficient, a, 0.0_wp, 0.0_wp, 0.0_wp)
+         call contact%evolve(friction, circular_shape, slides, carried, states, wrench, rates)
+         call contact%keep()
+         slides%a = a*(1.0_wp + 0.5_wp**i)
+         call contact%vary(friction, circular_shape, slides, carried, states, wrench, rates, slopes)
+         call check(all(ieee_is_finite(slopes)), "a rim that nothing has moved: derivatives")
+      end do
+   end subroutine test_narrow_rim
 
    !> Shells with the limit of other friction models: full sliding is that of the model, and pure
    !> shift and pure twist are those of the exact wrench.

@@ -239,6 +239,8 @@ contains
       end if
       k = stiffness*(spot%limit/units**2)
       if (.not. minval(k) > 0.0_wp) return
+      ! So narrow that it bears nothing, where nothing has moved.
+      if (.not. any(abs(self%direction(:, j)) > 0.0_wp)) return
       slip = trial*(units/spot%limit) - bearing/k
       length = max(norm2(slip), shortest_slip*norm2(bearing/k))
       call stiffness_after(spot%shape, self%within(j - 1), self%within(j), spot%rung, k, &

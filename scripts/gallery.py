@@ -110,6 +110,13 @@ SCENES = {
     "examples/break_shot": Still(
         0.35, "fit", 3.0, "A cue ball of 8 m/s breaks fifteen billiard balls."
     ),
+    "examples/cattaneo": Still(
+        0.005,
+        "follow",
+        0.9,
+        "A ball that a carriage pulls to and fro: its spot slips from the rim.",
+    ),
+    "examples/dish": Still(0.2, "fit", 0.7, "A ball of rubber rocks in a dish until it sticks."),
     "examples/euler_disc": Still(
         0.3, "follow", 1.2, "A steel disc spins down on a mirror, Euler's disc."
     ),

@@ -170,8 +170,11 @@ contains
          self%minor = cross(n, self%at%major)
          self%arm(:, 1) = self%at%point - a%position
          self%arm(:, 2) = self%at%point - b%position
-         self%tilt(:, 1) = turned_by(cross(self%arm(:, 1), n), inverse_inertia(:, 1), a)
-         self%tilt(:, 2) = turned_by(cross(self%arm(:, 2), n), inverse_inertia(:, 2), b)
+         self%tilt = 0.0_wp
+         if (self%inverse_mass(1) > 0.0_wp) self%tilt(:, 1) = turned_by( &
+            cross(self%arm(:, 1), n), inverse_inertia(:, 1), a)
+         if (self%inverse_mass(2) > 0.0_wp) self%tilt(:, 2) = turned_by( &
+            cross(self%arm(:, 2), n), inverse_inertia(:, 2), b)
          call relative_motion(a, b, self%at%point, velocity, self%spin)
          self%motion = [dot_product(velocity, self%at%major), dot_product(velocity, self%minor), &
             dot_product(self%spin, n)]

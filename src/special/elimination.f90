@@ -34,6 +34,10 @@ contains
          if (.not. singular) right(1) = right(1)/matrix(1, 1)
          return
       end if
+      if (n == 2 .and. .not. present(least)) then
+         call solve_two(matrix, right, singular)
+         return
+      end if
       singular = .false.
       smallest = 64.0_wp*epsilon(smallest)*n*maxval(abs(matrix(:n, :n)))
       if (present(least)) smallest = max(smallest, least*maxval(abs(matrix(:n, :n))))
@@ -68,6 +72,32 @@ contains
          right(k) = right(k)/matrix(k, k)
       end do
    end subroutine solve_linear
+
+   !> The same for two unknowns, step by step what it does for more.
+   pure subroutine solve_two(matrix, right, singular)
+      !> The matrix.
+      real(wp), intent(in) :: matrix(:, :)
+      !> Right-hand side; the solution on return.
+      real(wp), intent(inout) :: right(:)
+      !> Whether the matrix is singular to rounding.
+      logical, intent(out) :: singular
+      real(wp) :: factor, smallest, corner, first
+      integer :: p, q
+
+      p = merge(2, 1, abs(matrix(2, 1)) > abs(matrix(1, 1)))
+      q = 3 - p
+      smallest = 128.0_wp*epsilon(smallest)*max(abs(matrix(p, 1)), abs(matrix(1, 2)), &
+         abs(matrix(2, 2)))
+      singular = .not. abs(matrix(p, 1)) > smallest
+      if (singular) return
+      factor = matrix(q, 1)/matrix(p, 1)
+      corner = matrix(q, 2) - factor*matrix(p, 2)
+      singular = .not. abs(corner) > smallest
+      if (singular) return
+      first = right(p)
+      right(2) = (right(q) - factor*first)/corner
+      right(1) = (first - matrix(p, 2)*right(2))/matrix(p, 1)
+   end subroutine solve_two
 
    !> Rows of a symmetric positive semidefinite matrix with a unit diagonal that are independent, by
    !> Cholesky's method with pivots: the columns of a factor that spans them.

@@ -52,7 +52,42 @@ contains
          [3, 3])
       call solve_linear(3, matrix, right, singular)
       call check(singular, "a singular matrix is seen")
+      call test_two_unknowns()
    end subroutine test_elimination
+
+   !> Two unknowns have steps of their own, with the same digits as those for more.
+   subroutine test_two_unknowns()
+      type(random_type) :: random
+      real(wp) :: matrix(2, 2), right(2), more(2, 2), same(2), largest
+      logical :: singular, seen, regular
+      integer :: i, j, k
+
+      largest = 0.0_wp
+      regular = .true.
+      do i = 1, 200
+         do j = 1, 2
+            do k = 1, 2
+               matrix(k, j) = random%uniform(-1.0_wp, 1.0_wp)
+            end do
+            right(j) = random%uniform(-1.0_wp, 1.0_wp)
+         end do
+         more = matrix
+         same = right
+         call solve_linear(2, matrix, right, singular)
+         ! A least pivot that is none takes the way of more unknowns.
+         call solve_linear(2, more, same, seen, 0.0_wp)
+         regular = regular .and. .not. (singular .or. seen)
+         largest = max(largest, maxval(abs(right - same)))
+      end do
+      call check(regular, "two unknowns, regular matrices")
+      call check(largest <= 0.0_wp, "two unknowns as more")
+      matrix = reshape([1.0_wp, 2.0_wp, 3.0_wp, 6.0_wp], [2, 2])
+      call solve_linear(2, matrix, right, singular)
+      call check(singular, "two equations that are one")
+      matrix = reshape([0.0_wp, 0.0_wp, 1.0_wp, 2.0_wp], [2, 2])
+      call solve_linear(2, matrix, right, singular)
+      call check(singular, "two unknowns, one of them in no equation")
+   end subroutine test_two_unknowns
 
    !> Complementarity problems with one solution, with many, and with none.
    subroutine test_complementarity()

@@ -3,7 +3,8 @@
 !> Friction that sticks is a steep function of velocities far below any tolerance, which an implicit
 !> method knows to a share of its tolerance only, while the accelerations of the motion, the
 !> derivatives of its interpolant, are as smooth as the motion itself. The velocities of a row are
-!> corrected by dv, far below the tolerance, until both agree where the forces are stiff,
+!> corrected by dv, of the size of the tolerance at most, until both agree where the forces are
+!> stiff,
 !>
 !>     (1/h - A) dv = f(v) - a ,
 !>
@@ -32,12 +33,12 @@ module contensou_integrate_sticking
    !> Least 1/h over the largest element of A that keeps the equations regular.
    real(wp), parameter :: regular = 1.0e-10_wp
 
-   !> Errors of a multistep method over those of a step, see `set_tolerance` of a motion.
-   real(wp), parameter :: accumulated = 10.0_wp
+   !> Errors that add up over the steps since sliding ended, over those of a step.
+   real(wp), parameter :: accumulated = 100.0_wp
 
 contains
 
-   !> Correct the velocities of a row with closed rigid contacts, by less than the tolerance.
+   !> Correct the velocities of a row with closed rigid contacts, by what the tolerance explains.
    subroutine balance_forces(motion, t, rate, step, y)
       !> The motion; its workspace is changed.
       type(motion_type), intent(inout) :: motion

@@ -284,16 +284,19 @@ def imbalances(text, rows, events):
         )
         local = np.einsum("tij,tj->ti", turn, rows["angular_velocity"][:, i])
         spin = np.einsum("tij,ti->tj", turn, local * body["inertia"])
-        for k, (load, momentum, scale) in enumerate(
-            (
-                (force[:, i], body["mass"][0] * rows["velocity"][:, i], weight),
-                (torque[:, i], spin, weight * arm),
-            )
-        ):
-            explained = 10 * rtol * max(np.abs(momentum).max(), scale / GRAVITY) / span
+        balances = (
+            (force[:, i], body["mass"][0] * rows["velocity"][:, i], weight),
+            (torque[:, i], spin, weight * arm),
+        )
+        # What stops between two rows changes all loads of a body.
+        known = quiet.copy()
+        for load, _, scale in balances:
             mean = np.einsum("k,wkx->wx", NINE, load[index])
             other = np.einsum("k,wkx->wx", FIVE_TWICE, load[index])
-            known = quiet & (np.abs(mean - other).max(axis=1) < 1e-8 * scale)
+            known &= np.abs(mean - other).max(axis=1) < 1e-8 * scale
+        for k, (load, momentum, scale) in enumerate(balances):
+            explained = 10 * rtol * max(np.abs(momentum).max(), scale / GRAVITY) / span
+            mean = np.einsum("k,wkx->wx", NINE, load[index])
             off = (momentum[steps + 8] - momentum[steps]) / span[:, None] - mean
             off = (np.abs(off).max(axis=1) - explained) / scale
             worst[k, 0] = max(worst[k, 0], off[known & ~sticks].max(initial=0.0))

@@ -25,7 +25,7 @@ module contensou_dynamics_impact
    private
 
    public :: resolve_impacts, stop_closed_gaps, find_links, find_pressing_acceleration, &
-      slowest_rebound, rest, slow_rate
+      slowest_rebound, join, add_impulses, rest, slow, slow_rate
 
    !> Impacts at one instant after which a scene is given up.
    integer, parameter :: most_impacts = 10000

@@ -8,6 +8,7 @@ module contensou_dynamics_rests
    use contensou_base_kinds, only : wp
    use contensou_contact_geometry, only : trouble_drives, trouble_jammed, trouble_none, trouble_sunk
    use contensou_dynamics_equations, only : system_type
+   use contensou_dynamics_halts, only : halt_slow
    use contensou_dynamics_impact, only : find_links, find_pressing_acceleration, resolve_impacts, &
       rest, slow_rate, slowest_rebound, stop_closed_gaps
    use contensou_dynamics_links, only : find_link, link_type, normal_response, response, set_load
@@ -91,6 +92,8 @@ contains
       index = 0
       still = slow_rate*velocity_scale
       call system%gap_rates(y, rate)
+      call halt_slow(system, t, y, candidate, rate, velocity_scale, index, trouble)
+      if (trouble /= trouble_none) return
       call find_carried(system, t, y, candidate .and. rate <= still, carried)
       do pass = 1, most_passes
          call resolve_impacts(system, t, y, candidate, carried, velocity_scale, rate, index, &

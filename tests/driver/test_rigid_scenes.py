@@ -58,6 +58,14 @@ def test_touches_do_not_pile_up(run, tmp_path, kind, seed):
         assert len(file["events/time"]) < 400
 
 
+@pytest.mark.parametrize("seed", [676, 2356, 4104, 5000])
+def test_what_rocks_under_strong_friction_comes_to_rest(executable, tmp_path, seed):
+    # Feet touched in turn 1e7 times a second, at 1e-7 m/s and less, and the run was given up.
+    end, wrong, figures = attempt(executable, tmp_path, SCENES["random"](seed), patience=100)
+    assert (end, wrong) == ("0", [])
+    assert figures["balance"] < 1e-6
+
+
 @pytest.mark.parametrize(
     ("kind", "seed"),
     [
@@ -71,6 +79,8 @@ def test_touches_do_not_pile_up(run, tmp_path, kind, seed):
         ("random", 3680),
         ("random", 5733),
         ("random", 7638),
+        # The same by 2e-6: errors of more than ten steps add up.
+        ("random", 6743),
         # The impulses of impacts at once with friction that sticks were not found.
         ("hostile", 291),
         # They crept by a ten-thousandth of the way in each turn.

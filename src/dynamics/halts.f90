@@ -1,15 +1,17 @@
 !> Bodies that come to rest where they touch.
 !>
-!> A body that rocks on several contacts and sticks to them loses a share of its speed at each touch,
-!> and the touches follow each other ever faster: infinitely many until it rests. As slow rebounds do
-!> not open a contact, this ends at a velocity that counts as slow: contacts that hang together with
-!> one that touches and move by less, along the normal and across it, are stopped by the impulses
+!> A body that rocks on several contacts and sticks to them loses a share of its speed at each
+!> touch, and the touches follow each other ever faster: infinitely many until it rests. As slow
+!> rebounds do not open a contact, this ends at a velocity that counts as slow: contacts that hang
+!> together with one that touches, and move by less, are stopped along the normal, and across it
+!> those with friction that move by less there, by the impulses
 !>
 !>     G p = -u ,
 !>
-!> u the velocities at the contacts and G the inverse masses between them. With more contacts than
-!> the bodies need G is singular; a small compliance makes it regular, and the same equations take
-!> what it leaves. Rolling and pivoting go on.
+!> u the velocities at the contacts and G the inverse masses between them. So friction that sticks
+!> begins anew without a force, where an impact at one contact would make it slide at another. With
+!> more contacts than the bodies need G is singular; a small compliance makes it regular, and the
+!> same equations take what it leaves. Rolling and pivoting go on.
 module contensou_dynamics_halts
    use contensou_base_kinds, only : wp
    use contensou_contact_geometry, only : trouble_none
@@ -38,7 +40,7 @@ module contensou_dynamics_halts
 
 contains
 
-   !> Stop the slow contacts with friction that hang together with one that touches.
+   !> Stop the slow contacts that hang together with one that touches, if some of them stick.
    subroutine halt_slow(system, t, y, candidate, rate, velocity_scale, index, trouble)
       !> The system; slow contacts are open on return if one of them touches.
       type(system_type), intent(inout) :: system
@@ -57,7 +59,8 @@ contains
       !> One of the `trouble_*` codes.
       integer, intent(out) :: trouble
       type(link_type), allocatable :: links(:)
-      logical :: slow_ones(size(candidate)), joined(size(candidate)), touches(size(candidate))
+      logical :: slow_ones(size(candidate)), touches(size(candidate)), joined(size(candidate))
+      logical :: sticks(size(candidate))
       real(wp) :: limit
       integer :: i, k
 
@@ -65,22 +68,26 @@ contains
       limit = slow*velocity_scale
       slow_ones = candidate .and. abs(rate) <= limit
       ! What touches is open until now.
-      if (.not. any(slow_ones .and. .not. system%contacts%closed .and. rate < 0.0_wp)) return
-      do i = 1, size(candidate)
-         if (slow_ones(i)) slow_ones(i) = rubs(system%contacts(i))
-      end do
-      if (count(slow_ones) < 2) return
       touches = slow_ones .and. .not. system%contacts%closed .and. rate < 0.0_wp
+      if (.not. any(touches) .or. count(slow_ones) < 2) return
+      do i = 1, size(candidate)
+         sticks(i) = rubs(system%contacts(i))
+      end do
+      if (.not. any(sticks .and. slow_ones)) return
       call find_links(system, t, y, slow_ones, links, index, trouble)
       if (trouble /= trouble_none) return
+      sticks = sticks .and. slow_ones
       do k = 1, size(links)
-         slow_ones(links(k)%contact) = hypot(links(k)%motion(1), links(k)%motion(2)) <= limit
+         associate (slides => links(k)%motion(1:2), number => links(k)%contact)
+            sticks(number) = sticks(number) .and. norm2(slides) <= limit
+         end associate
       end do
       do i = 1, size(candidate)
-         if (.not. (slow_ones(i) .and. touches(i))) cycle
+         if (.not. touches(i)) cycle
          call join(system, slow_ones, i, joined)
          touches = touches .and. .not. joined
-         if (count(joined) > 1) call stop_contacts(system, pack(links, joined(links%contact)), y)
+         if (count(joined) > 1 .and. any(joined .and. sticks)) call stop_contacts(system, &
+            pack(links, joined(links%contact)), sticks, y)
       end do
       call system%gap_rates(y, rate)
    end subroutine halt_slow
@@ -93,16 +100,18 @@ contains
    end function rubs
 
    !> Impulses that take the velocities at contacts.
-   subroutine stop_contacts(system, links, y)
+   subroutine stop_contacts(system, links, sticks, y)
       type(system_type), intent(inout) :: system
       !> Kinematics of the contacts.
       type(link_type), intent(in) :: links(:)
+      !> For each contact of the system whether it is stopped across the normal, too.
+      logical, intent(in) :: sticks(:)
       !> State; velocities and works change.
       real(wp), intent(inout) :: y(:)
       real(wp) :: matrix(3*size(links), 3*size(links)), factor(3*size(links), 3*size(links))
       real(wp) :: right(3*size(links)), impulse(4, size(links)), mutual(4, 4), first
       integer :: i, j, k, n
-      logical :: singular
+      logical :: stops(3*size(links)), singular
 
       n = 3*size(links)
       do i = 1, size(links)
@@ -112,12 +121,21 @@ contains
             matrix(3*i - 2:3*i, 3*j - 2:3*j) = mutual(directions, directions)
          end do
       end do
+      stops = .true.
+      do i = 1, size(links)
+         stops(3*i - 2:3*i - 1) = sticks(links(i)%contact)
+      end do
       do k = 1, n
          matrix(k, k) = matrix(k, k)*(1.0_wp + compliance)
+         if (stops(k)) cycle
+         matrix(k, :) = 0.0_wp
+         matrix(:, k) = 0.0_wp
+         matrix(k, k) = 1.0_wp
       end do
       first = 0.0_wp
       do k = 1, most_turns
          call find_velocities(system, links, y, right)
+         where (.not. stops) right = 0.0_wp
          first = max(first, norm2(right))
          if (norm2(right) <= stopped*first) exit
          factor = matrix

@@ -58,9 +58,10 @@ def test_touches_do_not_pile_up(run, tmp_path, kind, seed):
         assert len(file["events/time"]) < 400
 
 
-@pytest.mark.parametrize("seed", [676, 2356, 4104, 5000])
+@pytest.mark.parametrize("seed", [245, 676, 2356, 4104, 5000, 6796])
 def test_what_rocks_under_strong_friction_comes_to_rest(executable, tmp_path, seed):
-    # Feet touched in turn 1e7 times a second, at 1e-7 m/s and less, and the run was given up.
+    # Feet touched in turn 1e7 times a second, at 1e-7 m/s and less, and the run was given up; in
+    # stacks (245, 6796) one plate slid meanwhile.
     end, wrong, figures = attempt(executable, tmp_path, SCENES["random"](seed), patience=100)
     assert (end, wrong) == ("0", [])
     assert figures["balance"] < 1e-6

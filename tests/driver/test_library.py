@@ -199,7 +199,13 @@ def test_an_fmu_is_compiled_from_its_sources(version, installed, run, tmp_path):
     )
     called([sys.executable, "-c", program, folder], tmp_path, installed[1])
     results["theirs"] = np.load(tmp_path / "theirs.npy")
-    assert results["theirs"].tobytes() == results["ours"].tobytes()
+    if list(installed[0].rglob("libcontensou.so")):
+        # This library is compiled without optimization.
+        for name in ("top.position.z", "ball_floor.normal_force"):
+            ours, theirs = (results[whose][name] for whose in ("ours", "theirs"))
+            np.testing.assert_allclose(theirs, ours, rtol=1e-5, atol=1e-9)
+    else:
+        assert results["theirs"].tobytes() == results["ours"].tobytes()
 
 
 def test_the_names_of_the_module_are_those_of_the_page():

@@ -175,7 +175,8 @@ contains
          "product" // nl // &
          "creep     N,a,b,f,G,nu,vx,vy,w,cx,cy  to Fx,Fy,Tz   table, sliding," // nl // &
          "                                                  linear, strip, polach," // nl // &
-         "                                                  brush, boundary_elements" // nl // &
+         "                                                  fastsim, brush," // nl // &
+         "                                                  boundary_elements" // nl // &
          "kalker                a_over_b,nu,chi  to C11,C12,C22,C13,C23,C33   table;" // nl // &
          "   chi [deg] from the axis a to the rolling direction" // nl // &
          "tangential            N,a,b,f,G,nu,dx,dy,twist   shells, spring" // nl // &

@@ -3,6 +3,7 @@ module contensou_contact_creep
    use contensou_contact_creep_boundary_elements, only : boundary_elements
    use contensou_contact_creep_brush, only : brush
    use contensou_contact_creep_closed, only : linear, polach, strip
+   use contensou_contact_creep_fastsim, only : fastsim
    use contensou_contact_creep_law, only : creep_model_type, creep_type
    use contensou_contact_creep_sliding, only : full_sliding
    use contensou_contact_creep_table, only : tabulated
@@ -24,6 +25,7 @@ contains
          linear(), &
          strip(), &
          polach(), &
+         fastsim(), &
          brush(), &
          tabulated(), &
          boundary_elements()]

@@ -55,7 +55,7 @@ def test_full_sliding_is_the_exact_wrench(evaluate):
             assert one[name] == pytest.approx(other[name], abs=1e-14 * row[0] * row[3] * unit)
 
 
-LAWS = ["strip", "polach", "brush"]
+LAWS = ["strip", "polach", "fastsim", "brush"]
 
 
 def off(row, one, other):
@@ -65,11 +65,84 @@ def off(row, one, other):
     return max(abs(one[name] - other[name]) / scale[name] for name in scale)
 
 
-def test_brush_without_rolling_is_the_exact_wrench(evaluate):
+@pytest.mark.parametrize("law", ["fastsim", "brush"])
+def test_without_rolling_it_is_the_exact_wrench(evaluate, law):
     rows = [(*row[:9], 0, 0) for row in states(2, 100)]
-    found = evaluate("creep", INPUTS, rows, "--model", "brush")
+    found = evaluate("creep", INPUTS, rows, "--model", law)
     exact = evaluate("creep", INPUTS, rows, "--model", "sliding")
     assert max(map(off, rows, found, exact)) <= 1e-12
+
+
+def test_fastsim_as_published(evaluate):
+    """Its own steps, with the parabolic bound, for rolling along x."""
+    load, a, b, f, g, nu, n = 1000.0, 2e-3, 1e-3, 0.3, 8e10, 0.3, 20
+    e0 = 1.5 * f * load / (math.pi * a * b * g)
+    c = evaluate("kalker", "a_over_b,nu,chi", [(a / b, nu, 0)])[0]
+    l1, l2 = (8 * a / (3 * g * c[name]) for name in ("C11", "C22"))
+    l3 = math.pi * a * a / (4 * g * c["C23"] * (a * b) ** 0.5)
+    creepages = [(0.5, 0.2, 0.4), (-1, 0, 2), (0, 0.8, -1.2), (3, -4, 0.1)]
+    rows = []
+    for xi, eta, phi in creepages:
+        slip = (xi * e0, eta * e0, phi * e0 / (a * b) ** 0.5)
+        rows.append((load, a, b, f, g, nu, *slip, -1, 0))
+    found = evaluate("creep", INPUTS, rows, "--model", "fastsim")
+    places = [(2 * i + 1) / n - 1 for i in range(n)]
+    for row, one in zip(rows, found, strict=True):
+        xi, eta, phi = row[6:9]
+        sums, whole = [0.0] * 3, 0.0
+        for across in places:
+            y = b * across
+            half = a * (1 - across**2) ** 0.5
+            area = (2 * half / n) * (2 * b / n)
+            px = py = 0.0
+            last = half
+            for along in reversed(places):
+                x = half * along
+                px -= (last - x) * (xi / l1 - phi * y / l3)
+                py -= (last - x) * (eta / l2 + phi * (last + x) / 2 / l3)
+                last = x
+                bound = 2 * f * load / (math.pi * a * b) * (1 - (x / a) ** 2 - across**2)
+                cut = min(1, bound / math.hypot(px, py))
+                px, py = cut * px, cut * py
+                sums = [s + area * t for s, t in zip(sums, (px, py, x * py - y * px), strict=True)]
+                whole += area * bound
+        # The sum of the bound over the elements differs from f N by less than their size.
+        assert whole == pytest.approx(f * load, rel=5e-3)
+        for name, unit, total in zip(("Fx", "Fy", "Tz"), (1, 1, a), sums, strict=True):
+            assert one[name] == pytest.approx(total, abs=5e-3 * f * load * unit)
+
+
+@pytest.mark.parametrize("law", ["fastsim", "brush"])
+def test_rolling_that_stops_has_no_jump(evaluate, law):
+    rows = [(*row[:9], *(1e-12 * c for c in row[9:])) for row in states(8, 100)]
+    found = evaluate("creep", INPUTS, rows, "--model", law)
+    exact = evaluate("creep", INPUTS, rows, "--model", "sliding")
+    for row, one, other in zip(rows, found, exact, strict=True):
+        size = (row[1] * row[2]) ** 0.5
+        creep = math.hypot(row[6], row[7], row[8] * size) / math.hypot(row[9], row[10])
+        if creep > 1e7 * 1.5 * row[3] * row[0] / (math.pi * size**2 * row[4]):
+            assert off(row, one, other) <= 1e-5
+
+
+@pytest.mark.parametrize(("spin", "along"), [(3.8, 0.1), (-3.0, 0.1), (-2.0, 0.1)])
+def test_brush_has_no_steps_with_spin(evaluate, spin, along):
+    """Where a strip sticks again, along a line of lateral creepages: nearer, each change is less."""
+    load, a, b, f, g = 1.0, 0.64, 1.56, 0.3, 1.0
+    e0 = 1.5 * f * load / (math.pi * a * b * g)
+
+    def line(first, last, number):
+        lateral = [first + (last - first) * i / number for i in range(number + 1)]
+        rows = [
+            (load, a, b, f, g, 0.3, along * e0, y * e0, spin * e0, -0.68, -0.73) for y in lateral
+        ]
+        found = evaluate("creep", INPUTS, rows, "--model", "brush")
+        changes = [off(rows[0], one, two) for one, two in zip(found[1:], found, strict=False)]
+        return lateral, changes
+
+    lateral, changes = line(-2, 2, 400)
+    bends = [abs(one - two) for one, two in zip(changes[1:], changes, strict=False)]
+    i = bends.index(max(bends))
+    assert max(line(lateral[i], lateral[i + 2], 1000)[1]) < 3e-4
 
 
 def test_small_creep_of_the_brush_is_linear(evaluate):

@@ -24,7 +24,16 @@ ELLIPTIC_MODELS = ["tables", "theta", "agm", "gsl"]
 HERTZ_MODELS = ["hertz", "tables", "newton", "brewe_hamrock", "greenwood"]
 VILKE_MODELS = ["vilke", "vilke_chord", "vilke_power", "vilke_exact"]
 WRENCH_MODELS = ["coulomb", "contensou_simplified", "pade11", "pade22", "contensou_exact"]
-CREEP_MODELS = ["sliding", "linear", "strip", "polach", "brush", "table", "boundary_elements"]
+CREEP_MODELS = [
+    "sliding",
+    "linear",
+    "strip",
+    "polach",
+    "fastsim",
+    "brush",
+    "table",
+    "boundary_elements",
+]
 OUTPUTS = {
     "elliptic": INTEGRALS,
     "hertz": CONTACT,

@@ -1,0 +1,116 @@
+!> FASTSIM as published (J. Kalker, Vehicle System Dynamics 11 (1982) 1): strips along the rolling
+!> direction, three flexibilities, and the parabolic bound (2 f N/(pi a b)) (1 - x^2/a^2 - y^2/b^2).
+!>
+!> From the inlet on the bristles of an element stretch by what they slide while they pass it; where
+!> the traction is beyond the bound it is cut. 20 strips, 20 elements on each. The bound is scaled so
+!> that the sum over all elements is f N.
+!>
+!> The published algorithm does not know that full sliding has the pressure of Hertz: where creep is
+!> without end it is not the exact wrench. So the wrench is
+!>    W = (1 - m) W_fastsim + m W_exact,   m = q^2/(q^2 + 1000^2),
+!> q being the creepage in e0: far beyond where creep saturates.
+module contensou_contact_creep_fastsim
+   use contensou_base_kinds, only : wp
+   use contensou_contact_catalogue, only : model_info_type
+   use contensou_contact_creep_law, only : creep_model_type, creep_motion_type, creep_spot_type, &
+      creep_type
+   use contensou_contact_creep_strips, only : flow_type, new_flow, strip_at, strip_type, to_axes, &
+      without_drive
+   use contensou_contact_parameters, only : parameters_type
+   use contensou_contact_wrench, only : slip_type, wrench_exact
+   implicit none(type, external)
+   private
+
+   public :: fastsim
+
+   type, extends(creep_type) :: fastsim_type
+   contains
+      procedure :: kernel
+   end type fastsim_type
+
+   !> Strips, and elements on each.
+   integer, parameter :: n = 20
+
+   integer :: index
+
+   !> Places of the strips across, in half-widths, and their lengths in that of the middle one.
+   real(wp), parameter :: places(n) = [(real(2*index - 1, wp)/real(n, wp) - 1.0_wp, index=1, n)]
+   real(wp), parameter :: shares(n) = [(sqrt((1.0_wp - places(index))*(1.0_wp + places(index))), &
+      index=1, n)]
+
+   !> Half of y (2 l - y)/l^2 at the middles of the elements of a strip.
+   real(wp), parameter :: profile(n) = [((1.0_wp - places(index))*(1.0_wp + places(index)), &
+      index=1, n)]
+
+   !> Bound in the middle of the spot over f N/(a b), times the sides of its elements.
+   real(wp), parameter :: bound = 0.25_wp*real(n, wp)**2/(sum(shares**3)*sum(profile))
+
+   !> Creepage, in e0, at which half of the wrench is that of full sliding.
+   real(wp), parameter :: sliding_creepage = 1.0e3_wp
+
+contains
+
+   !> Row of FASTSIM.
+   function fastsim() result(model)
+      type(creep_model_type) :: model
+
+      model%info = model_info_type("fastsim", "bristles with a parabolic bound, on 20 x 20 " // &
+         "elements, as published", "", "J. J. Kalker, Vehicle System Dynamics 11 (1982) 1")
+      model%create => new_fastsim
+   end function fastsim
+
+   !> Make the law.
+   subroutine new_fastsim(parameters, creep)
+      type(parameters_type), intent(in) :: parameters
+      class(creep_type), allocatable, intent(out) :: creep
+
+      allocate(fastsim_type :: creep)
+   end subroutine new_fastsim
+
+   !> The wrench.
+   pure subroutine kernel(self, spot, motion, wrench)
+      class(fastsim_type), intent(in) :: self
+      type(creep_spot_type), intent(in) :: spot
+      type(creep_motion_type), intent(in) :: motion
+      !> Force along the major and the minor axis, torque about the normal.
+      real(wp), intent(out) :: wrench(3)
+      type(flow_type) :: flow
+      type(strip_type) :: strip
+      real(wp) :: slides, rolls, exact(3), sums(3), t(2), y, step, most, size2, share
+      integer :: i, j
+
+      call wrench_exact(spot%shape, slip_type(motion%x, motion%y, motion%spin), .true., wrench)
+      rolls = sliding_creepage*sqrt(motion%rx**2 + motion%ry**2)
+      slides = sqrt(motion%x**2 + motion%y**2 + spot%shape%k*motion%spin**2)
+      if (rolls <= 0.25_wp*epsilon(rolls)*slides) return
+      exact = wrench
+      flow = new_flow(spot, motion)
+      ! Tractions times V.
+      sums = 0.0_wp
+      do j = 1, n
+         strip = strip_at(flow, motion%spin, places(j), shares(j))
+         step = 2.0_wp*strip%l/real(n, wp)
+         t = 0.0_wp
+         y = 0.0_wp
+         do i = 1, n
+            ! From the middle of an element to that of the next.
+            if (i == 1) then
+               t = 0.5_wp*step*(strip%g0 + 0.25_wp*step*strip%g1)
+               y = 0.5_wp*step
+            else
+               t = t + step*(strip%g0 + (y + 0.5_wp*step)*strip%g1)
+               y = y + step
+            end if
+            most = bound*profile(i)*shares(j)**2*flow%rolls/spot%shape%k
+            size2 = t(1)**2 + t(2)**2
+            if (size2 > most**2) t = t*(most/sqrt(size2))
+            sums(:2) = sums(:2) + shares(j)*t
+            sums(3) = sums(3) + shares(j)*((strip%xi - strip%l + y)*t(2) - strip%eta*t(1))
+         end do
+      end do
+      sums = (4.0_wp*spot%shape%k/(real(n, wp)**2*flow%rolls))*sums
+      share = slides**2/(slides**2 + rolls**2)
+      wrench = without_drive(motion, share*exact - (1.0_wp - share)*to_axes(flow, sums))
+   end subroutine kernel
+
+end module contensou_contact_creep_fastsim

@@ -34,7 +34,7 @@ module contensou_contact_creep_brush
    end type brush_type
 
    !> Number of strips, nodes where a strip sticks, and steps behind, which are halved once.
-   integer, parameter :: n_strips = 12, n_stick = 6, n_slip = 10
+   integer, parameter :: n_strips = 12, n_stick = 6, n_slip = 12
 
    !> Nodes on (-1, 1) and weights over the strips, and over what sticks.
    real(wp), parameter :: x_strips(n_strips) = [-x_6, x_6], w_strips(n_strips) = [w_6, w_6]
@@ -258,7 +258,8 @@ contains
       a0 = -2.0_wp*strip%l*k*k
       low = 0.0_wp
       high = 2.0_wp*strip%l
-      ! The maximum, or where the cubic is flattest; and how far below zero, over its range.
+      ! The maximum, or where the cubic is flattest; and how far below zero and how steep, over its
+      ! range.
       peak = high
       depth = 1.0_wp
       if (a2 < 0.0_wp) then
@@ -274,7 +275,8 @@ contains
                high = peak
             else
                low = peak
-               depth = f/min(a0, -tiny(a0))
+               depth = (f - strip%l*max(a1 + peak*(2.0_wp*a2 + 3.0_wp*peak*a3), 0.0_wp)) &
+                  /min(a0, -tiny(a0))
             end if
          end if
       end if

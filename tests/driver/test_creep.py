@@ -7,9 +7,13 @@ import io
 import math
 import os
 import random
+import sys
 from pathlib import Path
 
 import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "campaigns"))
+import creep
 
 TABLES = Path(os.environ.get("CONTENSOU_TANGENTIAL", "/work/shared/reference/tangential"))
 INPUTS = "N,a,b,f,G,nu,vx,vy,w,cx,cy"
@@ -126,7 +130,7 @@ def test_rolling_that_stops_has_no_jump(evaluate, law):
 
 @pytest.mark.parametrize(("spin", "along"), [(3.8, 0.1), (-3.0, 0.1), (-2.0, 0.1)])
 def test_brush_has_no_steps_with_spin(evaluate, spin, along):
-    """Where a strip sticks again, along a line of lateral creepages: nearer, each change is less."""
+    """Where strips stick again, on a line of lateral creepages: nearer, each change is less."""
     load, a, b, f, g = 1.0, 0.64, 1.56, 0.3, 1.0
     e0 = 1.5 * f * load / (math.pi * a * b * g)
 
@@ -154,12 +158,12 @@ def test_small_creep_of_the_brush_is_linear(evaluate):
         assert off(row, one, other) <= 1e-5 * off(row, other, nothing)
 
 
-@pytest.mark.parametrize("law", LAWS)
-def test_dissipation(evaluate, law):
-    rows = states(4, 3000)
-    for row, one in zip(rows, evaluate("creep", INPUTS, rows, "--model", law), strict=True):
-        power = one["Fx"] * row[6] + one["Fy"] * row[7] + one["Tz"] * row[8]
-        assert power <= 0
+@pytest.mark.parametrize("law", ["sliding", "linear", *LAWS, "table"])
+def test_dissipation(executable, law):
+    """Of all ratios and directions; tests/campaigns/creep.py draws a million."""
+    wrong, power, _ = creep.faults(executable, law, 4, 4000)
+    assert wrong == 0
+    assert power <= 0
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -223,3 +227,45 @@ def test_strips_of_carter(evaluate):
         force = 1.5 * (s * math.acos(s) + 2 / 3 - h + h**3 / 3)
         assert -one["Fx"] == pytest.approx(force * f * load, rel=1e-9)
         assert one["Fy"] == one["Tz"] == 0
+
+
+@pytest.mark.parametrize("law", [*LAWS, "table"])
+def test_rolling_that_reverses(evaluate, law):
+    """Through rest: the wrench is that of full sliding there, from both sides."""
+    load, a, b, f, g, nu = 500, 2e-3, 1e-3, 0.2, 1e9, 0.3
+    spun = (0.02, 0.01, 5.0)
+    speeds = [-1e-7, -1e-10, 0, 1e-10, 1e-7]
+    rows = [(load, a, b, f, g, nu, *spun, -c, 0.3 * c) for c in speeds]
+    found = evaluate("creep", INPUTS, rows, "--model", law)
+    if law in ("strip", "polach"):
+        # Against the linear force at any speed, against the velocities at rest.
+        found = [found[0], found[1], found[3], found[4]]
+        assert off(rows[0], found[0], found[1]) <= 1e-6
+        assert off(rows[0], found[2], found[3]) <= 1e-6
+    else:
+        exact = evaluate("creep", INPUTS, rows[2:3], "--model", "sliding")[0]
+        assert max(off(rows[0], one, exact) for one in found) <= 1e-4
+
+
+@pytest.mark.parametrize("law", [*LAWS, "table"])
+@pytest.mark.parametrize("ratio", [1e-3, 1e-2, 1, 1e2, 1e3])
+def test_pure_spin_with_slow_rolling(evaluate, law, ratio):
+    """Needles too: finite, opposed to the spin, and no more than full sliding bears."""
+    a, b = 1e-3 * ratio**0.5, 1e-3 / ratio**0.5
+    rows = [(100, a, b, 0.3, 8e10, 0.3, 0, 0, 50, c, 0.5 * c) for c in (0, 1e-9, 1e-3, 1, 1e3)]
+    found = evaluate("creep", INPUTS, rows, "--model", law)
+    most = -evaluate("creep", INPUTS, rows[:1], "--model", "sliding")[0]["Tz"]
+    if law in ("strip", "polach"):
+        # Half f N sqrt(a b), whatever the ratio.
+        most = max(most, 0.5 * 100 * 0.3 * 1e-3)
+    for row, one in zip(rows, found, strict=True):
+        assert all(math.isfinite(value) for value in one.values())
+        assert -1.01 * most <= one["Tz"] <= 0
+        assert math.hypot(one["Fx"], one["Fy"]) <= 1.02 * row[0] * row[3]
+
+
+def test_no_creep_and_slow_rolling_give_nothing(evaluate):
+    rows = [(100, 1e-3, 2e-3, 0.3, 8e10, 0.3, 0, 0, 0, c, 0) for c in (0, 1e-300, 1)]
+    for law in (*LAWS, "table"):
+        for one in evaluate("creep", INPUTS, rows, "--model", law):
+            assert all(one[name] == 0 for name in ("Fx", "Fy", "Tz"))

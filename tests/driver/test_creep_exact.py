@@ -11,10 +11,14 @@ import io
 import math
 import os
 import random
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+import generate_creep
 
 TABLES = Path(os.environ.get("CONTENSOU_TANGENTIAL", "/work/shared/reference/tangential"))
 
@@ -170,9 +174,10 @@ def test_table_of_steady_rolling(wrenches):
     assert np.abs(error[:, 2]).mean() <= 0.005
 
 
+@pytest.mark.parametrize("model", ["table", "boundary_elements"])
 @pytest.mark.parametrize("ratio", [0.1, 0.5, 1.0, 3.0])
 @pytest.mark.parametrize("turn", [0.0, 0.5, math.pi / 2])
-def test_small_creep_is_linear(wrenches, run, ratio, turn):
+def test_small_creep_is_linear(wrenches, run, model, ratio, turn):
     result = run("eval", "kalker", input=f"a_over_b,nu,chi\n{ratio},0.3,{math.degrees(turn)}\n")
     row = next(csv.DictReader(io.StringIO(result.out)))
     c11, c12, c22, c13, c23, c33 = (
@@ -183,6 +188,27 @@ def test_small_creep_is_linear(wrenches, run, ratio, turn):
     frame = np.array([[e[0], e[1], 0], [-e[1], e[0], 0], [0, 0, 1]])
     creep = 1e-6 * np.eye(3)
     rows = [(*spot(ratio), E0 * v[0], E0 * v[1], E0 * v[2] / SIZE, -e[0], -e[1]) for v in creep]
-    found = wrenches("table", rows)
+    found = wrenches(model, rows)
     expected = -1.5 / math.pi * (frame.T @ matrix @ frame @ creep).T
     assert np.abs(found - expected).max() <= 1e-5 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("ratio", [-2.0, 0.0, 1.5])
+def test_nodes_of_the_table_are_what_is_generated(wrenches, executable, ratio):
+    """At its nodes the law is what the generator computes there, but for omega."""
+    build = executable.parent.parent
+    index, direction, radius, _ = generate_creep.lattice()
+    inner = np.flatnonzero((index**2).sum(axis=1) <= 64)
+    chosen = inner[:: len(inner) // 5]
+    left = 1 - radius[chosen] ** 2
+    ball = generate_creep.BALL * radius[chosen] / left
+    closed = generate_creep.Closed(build, math.exp(ratio), generate_creep.POISSON)
+    creepages = direction[chosen] * ball[:, None] / closed.scales
+    lines = [f"{closed.g!r} 0.3 {x!r} {y!r} {w!r}" for x, y, w in creepages.tolist()]
+    text = "\n".join(["28", *lines]) + "\n"
+    out = generate_creep.program(build, ["tests/cost/creep_nodes"], text)
+    exact = np.array([[float(x) for x in line.split()] for line in out.splitlines()])
+    remainder = exact - closed(creepages)
+    expected = closed(creepages) + remainder * (left / (left + 1e-3))[:, None]
+    rows = [(*spot(closed.g), *(E0 * v[:2]), E0 * v[2] / SIZE, -1.0, 0.0) for v in creepages]
+    assert np.abs(wrenches("table", rows) - expected).max() <= 2e-4

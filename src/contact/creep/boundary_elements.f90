@@ -3,15 +3,18 @@
 !>
 !> What remains of the error is known where creep is so large that nothing sticks: the wrench is
 !>    W = (n W_n - n' W_n')/(n - n') + m (W_exact - S),   m = |creepage|^2/(|creepage|^2 + 30^2),
-!> S being what the lattices, extrapolated alike, make of full sliding.
+!> S being what the lattices, extrapolated alike, make of full sliding. And where creep is so small
+!> that nothing slips: below e0, (1 - |creepage|^2)^3 (L - L') is added, L being the linear theory
+!> and L' what the lattices make of it.
 module contensou_contact_creep_boundary_elements
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
-   use contensou_base_kinds, only : wp
+   use contensou_base_kinds, only : pi, wp
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_creep_half_space, only : influence_type, lattice_type, refine, resultant, &
       rolling_influence, solve_tractions, spot_lattice
    use contensou_contact_creep_law, only : creep_model_type, creep_motion_type, creep_spot_type, &
       creep_type
+   use contensou_contact_kalker, only : kalker_matrix
    use contensou_contact_parameters, only : parameters_type
    use contensou_contact_wrench, only : slip_type, wrench_exact
    implicit none(type, external)
@@ -23,7 +26,7 @@ module contensou_contact_creep_boundary_elements
    !> elements, extrapolated, err by 0.2 % only, which those of most pairs do not.
    integer, parameter :: across(2) = [18, 36]
 
-   !> Errors of tractions.
+   !> Errors of tractions, times the creepage where that is less than e0.
    real(wp), parameter :: tolerance = 1.0e-7_wp
 
    !> Creepages beyond this many e0 are scaled down to it; the wrench differs by less than its
@@ -88,7 +91,7 @@ contains
       real(wp), intent(out) :: wrench(3)
       type(rolling_frame_type) :: frame
       type(elements_type) :: elements
-      real(wp) :: sliding(3), root
+      real(wp) :: sliding(3), linear(3), root, small, c(3, 3), c_slope(3, 3)
 
       call wrench_exact(spot%shape, slip_type(motion%x, motion%y, motion%spin), .true., wrench)
       if (.not. max(abs(motion%rx), abs(motion%ry)) > 0.0_wp) return
@@ -99,6 +102,12 @@ contains
          frame%e(1)*wrench(2) - frame%e(2)*wrench(1), wrench(3)/root]
       elements = new_elements(across, frame%half_length, frame%shear, spot%poisson)
       call roll(elements, frame%creepage, sliding, wrench)
+      small = sum(frame%creepage**2)
+      if (small < 1.0_wp) then
+         call kalker_matrix(spot%shape%k, spot%poisson, frame%e, c, c_slope)
+         call stick(elements, frame%creepage, linear)
+         wrench = wrench - (1.0_wp - small)**3*((1.5_wp/pi)*matmul(c, frame%creepage) + linear)
+      end if
       wrench = [frame%e(1)*wrench(1) - frame%e(2)*wrench(2), &
          frame%e(2)*wrench(1) + frame%e(1)*wrench(2), root*wrench(3)]
    end subroutine kernel
@@ -132,7 +141,7 @@ contains
       !> Exact wrench of full sliding.
       real(wp), intent(in) :: sliding(3)
       real(wp), intent(out) :: wrench(3)
-      real(wp) :: rolled(3, 2), slid(3, 2), weight(2), share
+      real(wp) :: rolled(3, 2), slid(3, 2), share
       integer :: i, n
 
       do i = 1, 2
@@ -142,17 +151,45 @@ contains
                call refine(elements%lattice(1), lattice, elements%px(:, :, 1), elements%px(:, :, 2))
                call refine(elements%lattice(1), lattice, elements%py(:, :, 1), elements%py(:, :, 2))
             end if
-            call steady_tractions(lattice, elements%influence(i), creepage, &
+            call steady_tractions(lattice, elements%influence(i), creepage, .true., &
                elements%px(:n, :n, i), elements%py(:n, :n, i))
             rolled(:, i) = resultant(lattice, elements%px(:n, :n, i), elements%py(:n, :n, i))
             slid(:, i) = full_sliding(lattice, creepage)
          end associate
       end do
       share = 1.0_wp/(1.0_wp + (sliding_creepage/norm2(creepage))**2)
+      wrench = matmul(rolled - share*slid, weights(elements)) + share*sliding
+   end subroutine roll
+
+   !> Wrench where everything sticks, in the rolling frame.
+   pure subroutine stick(elements, creepage, wrench)
+      !> The tractions it has are the first guess.
+      type(elements_type), intent(inout) :: elements
+      !> Along and across, and of spin; not all are zero.
+      real(wp), intent(in) :: creepage(3)
+      real(wp), intent(out) :: wrench(3)
+      real(wp) :: rolled(3, 2)
+      integer :: i, n
+
+      do i = 1, 2
+         associate(lattice => elements%lattice(i))
+            n = lattice%n
+            call steady_tractions(lattice, elements%influence(i), creepage, .false., &
+               elements%px(:n, :n, i), elements%py(:n, :n, i))
+            rolled(:, i) = resultant(lattice, elements%px(:n, :n, i), elements%py(:n, :n, i))
+         end associate
+      end do
+      wrench = matmul(rolled, weights(elements))
+   end subroutine stick
+
+   !> Weights of the coarse and of the fine lattice in the extrapolation.
+   pure function weights(elements) result(weight)
+      type(elements_type), intent(in) :: elements
+      real(wp) :: weight(2)
+
       weight = real([-elements%lattice(1)%n, elements%lattice(2)%n], wp) &
          /real(elements%lattice(2)%n - elements%lattice(1)%n, wp)
-      wrench = matmul(rolled - share*slid, weight) + share*sliding
-   end subroutine roll
+   end function weights
 
    !> How a spot rolls.
    pure function rolling_frame(k, motion) result(frame)
@@ -179,19 +216,22 @@ contains
    end function rolling_frame
 
    !> Tractions of steady rolling.
-   pure subroutine steady_tractions(lattice, influence, creepage, px, py)
+   pure subroutine steady_tractions(lattice, influence, creepage, bounded, px, py)
       type(lattice_type), intent(in) :: lattice
       !> Influence on the slip of steady rolling.
       type(influence_type), intent(in) :: influence
       !> Along and across, and of spin.
       real(wp), intent(in) :: creepage(3)
+      !> Whether friction bounds them.
+      logical, intent(in) :: bounded
       !> Tractions: a guess, then the solution; NaN if there is none.
       real(wp), intent(inout) :: px(:, :), py(:, :)
-      real(wp) :: residual
+      real(wp) :: residual, error
 
+      error = tolerance*min(norm2(creepage), 1.0_wp)
       call solve_tractions(lattice, influence, creepage(1) - creepage(3)*lattice%y, &
-         creepage(2) + creepage(3)*lattice%x, .true., tolerance, px, py, residual)
-      if (residual > tolerance) then
+         creepage(2) + creepage(3)*lattice%x, bounded, error, px, py, residual)
+      if (residual > error) then
          px = ieee_value(px, ieee_quiet_nan)
          py = px
       end if

@@ -243,8 +243,9 @@ contains
    end subroutine add
 
    !> Way from the inlet up to where a strip surely sticks: the smallest root in (0, 2 l] of
-   !> |g0 + g1 y/2|^2 y - k^2 (2 l - y), by Newton's method within bounds. As that root jumps where a
-   !> maximum of the cubic rises through zero, it is drawn to a maximum before it that is near zero.
+   !> |g0 + g1 y/2|^2 y - k^2 (2 l - y), by Newton's method within bounds. As that root jumps where
+   !> a maximum of the cubic rises through zero, it is drawn to a maximum before it that is near
+   !> zero.
    pure real(wp) function first_slip(strip, k) result(y)
       type(strip_type), intent(in) :: strip
       !> f p0 V/l0.

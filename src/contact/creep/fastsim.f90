@@ -1,9 +1,9 @@
 !> FASTSIM as published (J. Kalker, Vehicle System Dynamics 11 (1982) 1): strips along the rolling
 !> direction, three flexibilities, and the parabolic bound (2 f N/(pi a b)) (1 - x^2/a^2 - y^2/b^2).
 !>
-!> From the inlet on the bristles of an element stretch by what they slide while they pass it; where
-!> the traction is beyond the bound it is cut. 20 strips, 20 elements on each. The bound is scaled so
-!> that the sum over all elements is f N.
+!> From the inlet on the bristles of an element stretch by what they slide while they pass it;
+!> where the traction is beyond the bound it is cut. 20 strips, 20 elements on each. The bound is
+!> scaled so that the sum over all elements is f N.
 !>
 !> The published algorithm does not know that full sliding has the pressure of Hertz: where creep is
 !> without end it is not the exact wrench. So the wrench is

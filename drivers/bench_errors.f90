@@ -8,16 +8,20 @@ module contensou_drivers_bench_errors
       reference_hertz, reference_wrench, rule_type
    use contensou_contact_hertz, only : hertz_spot_type
    use contensou_contact_wrench, only : slip_type
-   use contensou_drivers_bench_suite, only : case_type, kernel_curved, kernel_elliptic, &
-      kernel_hertz, kernel_jacobian, kernel_ke, kernel_log, kernel_wrench, max_results, &
-      n_arguments, rung_type, suite_type, way_boost_ke, way_elliptic, way_fixed_hertz, &
-      way_gsl_ke, way_hertz, way_tables_ke, way_wrench
+   use contensou_drivers_bench_suite, only : case_type, kernel_creep, kernel_creep_jacobian, &
+      kernel_curved, kernel_elliptic, kernel_hertz, kernel_jacobian, kernel_ke, kernel_log, &
+      kernel_wrench, max_results, motion_of, n_arguments, rung_type, suite_type, way_boost_ke, &
+      way_creep, way_creep_jacobian, way_elliptic, way_fixed_hertz, way_gsl_ke, way_hertz, &
+      way_tables_ke, way_wrench
    use contensou_special_elliptic, only : complete_elliptic
    use contensou_special_gsl, only : gsl_complete_ke
    implicit none(type, external)
    private
 
    public :: check_errors
+
+   !> Kernels whose arguments are those of the one before.
+   integer, parameter :: same_arguments(3) = [kernel_ke, kernel_jacobian, kernel_creep_jacobian]
 
 contains
 
@@ -68,7 +72,7 @@ contains
       logical, intent(in) :: quick
       type(rule_type) :: rule
       real(qp) :: wrench(3), jacobian(3, 3)
-      real(wp) :: curved(3)
+      real(wp) :: exact(3)
       integer :: i, j
 
       rule = new_rule()
@@ -79,8 +83,12 @@ contains
             if (quick) c%checked = 256
             if (any(c%kernel == [kernel_wrench, kernel_jacobian, kernel_curved])) c%checked &
                = c%checked/4
+            ! Boundary elements take a tenth of a second.
+            if (any(c%kernel == [kernel_creep, kernel_creep_jacobian])) then
+               c%checked = max(c%checked/256, 2)
+            end if
             allocate(c%reference(max_results, c%checked))
-            if (any(c%kernel == [kernel_ke, kernel_jacobian])) cycle
+            if (any(c%kernel == same_arguments)) cycle
             do j = 1, c%checked
                associate (x => c%arguments(:, j), results => c%reference(:, j))
                   results = 0.0_qp
@@ -90,8 +98,11 @@ contains
                   case (kernel_hertz)
                      results(:5) = reference_hertz(x(1), x(2), x(3), x(4))
                   case (kernel_curved)
-                     call curved_reference(c%shape, slip_type(x(1), x(2), x(3)), curved)
-                     results(:3) = real(curved, qp)
+                     call curved_reference(c%shape, slip_type(x(1), x(2), x(3)), exact)
+                     results(:3) = real(exact, qp)
+                  case (kernel_creep)
+                     call c%laws(size(c%laws))%creep%kernel(c%spot, motion_of(c, x(:3)), exact)
+                     results(:3) = real(exact, qp)
                   case default
                      call reference_wrench(rule, c%ratio, x(1), x(2), x(3), wrench, jacobian)
                      results = [wrench, reshape(jacobian, [9])]
@@ -102,7 +113,7 @@ contains
       end do
       ! The arguments are those of the case of the same name.
       do i = 1, size(suite%cases)
-         if (all(suite%cases(i)%kernel /= [kernel_ke, kernel_jacobian])) cycle
+         if (all(suite%cases(i)%kernel /= same_arguments)) cycle
          do j = 1, i - 1
             if (suite%cases(j)%kernel == suite%cases(i)%kernel - 1 .and. &
                suite%cases(j)%name == suite%cases(i)%name) then
@@ -115,7 +126,7 @@ contains
    !> Number of quantities whose errors are told: as many as `quantities_of` names.
    pure integer function quantity_count(kernel)
       integer, intent(in) :: kernel
-      integer, parameter :: counts(7) = [0, 6, 2, 5, 3, 4, 3]
+      integer, parameter :: counts(9) = [0, 6, 2, 5, 3, 4, 3, 2, 2]
 
       quantity_count = counts(kernel)
    end function quantity_count
@@ -129,7 +140,7 @@ contains
       !> Results in the order of the reference; zero beyond those that the kernel has.
       real(wp), intent(out) :: results(max_results)
       type(hertz_spot_type) :: spot
-      real(wp) :: jacobian(3, 3)
+      real(wp) :: jacobian(3, 3), slopes(3, 5)
       logical :: found
 
       results = 0.0_wp
@@ -152,6 +163,10 @@ contains
             r(:5) = [spot%c1, spot%a, spot%b, spot%force, spot%pressure]
          case (way_wrench)
             call rung%wrench(c%shape, slip_type(x(1), x(2), x(3)), .true., r(:3))
+         case (way_creep)
+            call c%laws(rung%law)%creep%kernel(c%spot, motion_of(c, x(:3)), r(:3))
+         case (way_creep_jacobian)
+            call c%laws(rung%law)%creep%kernel_slopes(c%spot, motion_of(c, x(:3)), r(:3), slopes)
          case default
             call rung%jacobian(c%shape, slip_type(x(1), x(2), x(3)), r(:3), jacobian)
             r(4:) = reshape(jacobian, [9])
@@ -179,6 +194,8 @@ contains
             if (c%kernel == kernel_jacobian) then
                errors(4) = real(maxval(differences(4:))/maxval(abs(reference(4:))), wp)
             end if
+         case (kernel_creep, kernel_creep_jacobian)
+            errors = real([hypot(differences(1), differences(2)), differences(3)], wp)
          case default
             ! In units in the last place of the rounded reference.
             associate (exact => reference(:n_quantities))

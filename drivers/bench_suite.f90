@@ -2,9 +2,13 @@
 !> to compute) on them.
 module contensou_drivers_bench_suite
    use contensou_base_kinds, only : i8, pi, wp
+   use contensou_contact_creep, only : creep_model_type, creep_models, creep_type, &
+      default_creep
+   use contensou_contact_creep_law, only : creep_motion_type, creep_spot, creep_spot_type
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_models, hertz_type, &
       new_hertz
+   use contensou_contact_parameters, only : parameters_type
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
    use contensou_contact_vilke, only : vilke_models
    use contensou_contact_wrench, only : wrench_exact, wrench_exact_jacobian, &
@@ -18,26 +22,29 @@ module contensou_drivers_bench_suite
    implicit none(type, external)
    private
 
-   public :: suite_type, case_type, rung_type, new_suite
+   public :: suite_type, case_type, rung_type, new_suite, motion_of
    public :: name_length, kernel_names, n_arguments, max_quantities, max_results
    public :: kernel_log, kernel_elliptic, kernel_ke, kernel_hertz, kernel_wrench, kernel_jacobian, &
-      kernel_curved
+      kernel_curved, kernel_creep, kernel_creep_jacobian
    public :: way_log, way_elliptic, way_tables_ke, way_boost_ke, way_gsl_ke, way_hertz, &
-      way_fixed_hertz, way_wrench, way_jacobian
+      way_fixed_hertz, way_wrench, way_jacobian, way_creep, way_creep_jacobian
 
    !> Length of names.
    integer, parameter :: name_length = 20
 
    integer, parameter :: kernel_log = 1, kernel_elliptic = 2, kernel_ke = 3, kernel_hertz = 4, &
-      kernel_wrench = 5, kernel_jacobian = 6, kernel_curved = 7
+      kernel_wrench = 5, kernel_jacobian = 6, kernel_curved = 7, kernel_creep = 8, &
+      kernel_creep_jacobian = 9
 
    !> Their names.
-   character(len=*), parameter :: kernel_names(7) = [character(len=name_length) :: "log", &
-      "elliptic", "elliptic_ke", "hertz", "wrench", "wrench_jacobian", "curved_wrench"]
+   character(len=*), parameter :: kernel_names(9) = [character(len=name_length) :: "log", &
+      "elliptic", "elliptic_ke", "hertz", "wrench", "wrench_jacobian", "curved_wrench", "creep", &
+      "creep_jacobian"]
 
    !> How a rung is called.
    integer, parameter :: way_log = 1, way_elliptic = 2, way_tables_ke = 3, way_boost_ke = 4, &
-      way_gsl_ke = 5, way_hertz = 6, way_fixed_hertz = 7, way_wrench = 8, way_jacobian = 9
+      way_gsl_ke = 5, way_hertz = 6, way_fixed_hertz = 7, way_wrench = 8, way_jacobian = 9, &
+      way_creep = 10, way_creep_jacobian = 11
 
    !> Arguments in a case.
    integer, parameter :: n_arguments = 2048
@@ -50,6 +57,11 @@ module contensou_drivers_bench_suite
 
    !> Modulus and multiplier of the random numbers (Park and Miller).
    integer(i8), parameter :: random_modulus = 2147483647_i8, random_multiplier = 48271_i8
+
+   !> A law of creep.
+   type :: law_type
+      class(creep_type), allocatable :: creep
+   end type law_type
 
    !> A set of arguments for a kernel.
    type :: case_type
@@ -67,6 +79,10 @@ module contensou_drivers_bench_suite
       type(spot_shape_type) :: shape
       !> Contacts whose curvatures do not change.
       type(hertz_type), allocatable :: contacts(:)
+      !> Spot that rolls, velocity of the material through it times e0, and the laws of creep.
+      type(creep_spot_type) :: spot
+      real(wp) :: rolling(2) = 0.0_wp
+      type(law_type), allocatable :: laws(:)
    end type case_type
 
    !> A way to compute a kernel, on a case.
@@ -76,6 +92,8 @@ module contensou_drivers_bench_suite
       integer :: place = 0
       !> How it is called.
       integer :: way = 0
+      !> Index of a law of creep.
+      integer :: law = 0
       !> The procedure, if it is one for all elliptic integrals.
       procedure(elliptic_kernel), pointer, nopass :: elliptic => null()
       !> The procedure, if it is one for a contact.
@@ -119,6 +137,7 @@ contains
       call add_hertz(suite, state)
       call add_wrench(suite, state)
       call add_curved(suite, state)
+      call add_creep(suite, state)
       call add_rungs(suite)
    end subroutine new_suite
 
@@ -273,12 +292,59 @@ contains
       end associate
    end subroutine add_curved
 
+   !> Cases of the laws of creep, without and with their Jacobian.
+   subroutine add_creep(suite, state)
+      type(suite_type), intent(inout) :: suite
+      !> State of the random numbers.
+      integer(i8), intent(inout) :: state
+      character(len=*), parameter :: names(3) = [character(len=7) :: "no_spin", "spin", "oblique"]
+      character(len=*), parameter :: titles(3) = [character(len=60) :: &
+         "circle, no spin, log creepage even, 0.1 to 10 e0", &
+         "k = 0.5, rolling along the major axis, with spin", &
+         "k = 0.5, rolling at 30 degrees, with spin"]
+      real(wp) :: creepage, angle
+      integer :: n, i, j
+
+      n = size(suite%cases)
+      do i = 1, 3
+         call add_case(suite, kernel_creep, names(i), titles(i))
+         associate (c => suite%cases(n + i))
+            c%spot = creep_spot(elliptic_shape(merge(1.0_wp, 0.5_wp, i == 1)), 0.3_wp, &
+               8.0e10_wp, 0.3_wp)
+            c%rolling = -[1.0_wp, 0.0_wp]
+            if (i == 3) c%rolling = -[0.5_wp*sqrt(3.0_wp), 0.5_wp]
+            do j = 1, n_arguments
+               creepage = 10.0_wp**(2.0_wp*uniform(state) - 1.0_wp)
+               angle = 2.0_wp*pi*uniform(state)
+               c%arguments(1:2, j) = creepage*[cos(angle), sin(angle)]
+               if (i > 1) c%arguments(3, j) = creepage*(4.0_wp*uniform(state) - 2.0_wp)
+            end do
+         end associate
+      end do
+      do i = n + 1, n + 3
+         call add_case(suite, kernel_creep_jacobian, suite%cases(i)%name, suite%cases(i)%title)
+         suite%cases(size(suite%cases)) = suite%cases(i)
+         suite%cases(size(suite%cases))%kernel = kernel_creep_jacobian
+      end do
+   end subroutine add_creep
+
+   !> Motion of a spot that rolls.
+   pure function motion_of(c, x) result(motion)
+      type(case_type), intent(in) :: c
+      !> Sliding velocity along the axes, and that of the spin.
+      real(wp), intent(in) :: x(3)
+      type(creep_motion_type) :: motion
+
+      motion = creep_motion_type(x(1), x(2), x(3), c%rolling(1), c%rolling(2))
+   end function motion_of
+
    !> The rungs of every case.
    subroutine add_rungs(suite)
       type(suite_type), intent(inout) :: suite
       type(elliptic_model_type), allocatable :: elliptic(:)
       type(hertz_model_type), allocatable :: hertz(:), vilke(:)
       type(friction_model_type), allocatable :: friction(:)
+      type(creep_model_type), allocatable :: creep(:)
       type(rung_type) :: rung
       logical :: with_boost
       integer :: place, i
@@ -287,6 +353,7 @@ contains
       hertz = hertz_models()
       vilke = vilke_models()
       friction = friction_models()
+      creep = creep_models()
       with_boost = boost_version() > 0
       do place = 1, size(suite%cases)
          rung = rung_type()
@@ -336,6 +403,20 @@ contains
             call add("product", way_wrench)
             rung%wrench => wrench_exact
             call add("flat", way_wrench)
+         case (kernel_creep, kernel_creep_jacobian)
+            allocate(suite%cases(place)%laws(size(creep)))
+            do i = 1, size(creep)
+               call creep(i)%create(creep(i)%completed(parameters_type()), &
+                  suite%cases(place)%laws(i)%creep)
+               rung%law = i
+               if (suite%cases(place)%kernel == kernel_creep) then
+                  ! The last one is the reference.
+                  if (i < size(creep)) call add(creep(i)%info%name, way_creep)
+               else if (creep(i)%info%name == "sliding" .or. creep(i)%info%name == &
+                  default_creep) then
+                  call add(creep(i)%info%name, way_creep_jacobian)
+               end if
+            end do
          case default
             rung%jacobian => wrench_simplified_jacobian
             call add("contensou_simplified", way_jacobian)

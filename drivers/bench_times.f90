@@ -10,9 +10,9 @@ module contensou_drivers_bench_times
    use contensou_drivers_bench_baselines, only : boost_ke
    use contensou_contact_hertz, only : hertz_spot_type
    use contensou_contact_wrench, only : slip_type
-   use contensou_drivers_bench_suite, only : case_type, n_arguments, rung_type, suite_type, &
-      way_boost_ke, way_elliptic, way_fixed_hertz, way_gsl_ke, way_hertz, way_log, &
-      way_tables_ke, way_wrench
+   use contensou_drivers_bench_suite, only : case_type, motion_of, n_arguments, rung_type, &
+      suite_type, way_boost_ke, way_creep, way_creep_jacobian, way_elliptic, way_fixed_hertz, &
+      way_gsl_ke, way_hertz, way_log, way_tables_ke, way_wrench
    use contensou_special_elliptic, only : complete_elliptic
    use contensou_special_gsl, only : gsl_complete_ke
    implicit none(type, external)
@@ -102,7 +102,7 @@ contains
       type(rung_type), intent(in) :: rung
       type(case_type), intent(in) :: c
       type(hertz_spot_type) :: spot
-      real(wp) :: total, r(6), wrench(3), jacobian(3, 3)
+      real(wp) :: total, r(6), wrench(3), jacobian(3, 3), slopes(3, 5)
       integer :: i
       logical :: found
 
@@ -148,6 +148,17 @@ contains
                call rung%wrench(c%shape, slip_type(x(1, i), x(2, i), x(3, i)), .true., wrench)
             end do
             total = wrench(1)
+         case (way_creep)
+            do i = 1, n_arguments
+               call c%laws(rung%law)%creep%kernel(c%spot, motion_of(c, x(:3, i)), wrench)
+            end do
+            total = wrench(1)
+         case (way_creep_jacobian)
+            do i = 1, n_arguments
+               call c%laws(rung%law)%creep%kernel_slopes(c%spot, motion_of(c, x(:3, i)), wrench, &
+                  slopes)
+            end do
+            total = slopes(1, 1)
          case default
             do i = 1, n_arguments
                call rung%jacobian(c%shape, slip_type(x(1, i), x(2, i), x(3, i)), wrench, jacobian)
@@ -163,7 +174,7 @@ contains
       type(rung_type), intent(in) :: rung
       type(case_type), intent(in) :: c
       type(hertz_spot_type) :: spot
-      real(wp) :: r(6), wrench(3), jacobian(3, 3)
+      real(wp) :: r(6), wrench(3), jacobian(3, 3), slopes(3, 5)
       integer(i8) :: mask
       integer :: i
       logical :: found
@@ -210,6 +221,16 @@ contains
             do i = 1, n_arguments
                call rung%wrench(c%shape, slip_type(tied(x(1, i), wrench(1), wrench(3), mask), &
                   x(2, i), x(3, i)), .true., wrench)
+            end do
+         case (way_creep)
+            do i = 1, n_arguments
+               call c%laws(rung%law)%creep%kernel(c%spot, motion_of(c, [tied(x(1, i), wrench(1), &
+                  wrench(3), mask), x(2:3, i)]), wrench)
+            end do
+         case (way_creep_jacobian)
+            do i = 1, n_arguments
+               call c%laws(rung%law)%creep%kernel_slopes(c%spot, motion_of(c, [tied(x(1, i), &
+                  wrench(1), wrench(3), mask), x(2:3, i)]), wrench, slopes)
             end do
          case default
             do i = 1, n_arguments

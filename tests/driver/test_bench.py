@@ -43,6 +43,8 @@ CASES = {
     "wrench": SPOTS,
     "wrench_jacobian": SPOTS,
     "curved_wrench": ["groove"],
+    "creep": ["no_spin", "spin", "oblique"],
+    "creep_jacobian": ["no_spin", "spin", "oblique"],
 }
 QUANTITIES = {
     "elliptic": ["K", "E", "B", "D", "dKdc", "dEdc"],
@@ -51,6 +53,8 @@ QUANTITIES = {
     "wrench": ["F", "T", "T_relative"],
     "wrench_jacobian": ["F", "T", "T_relative", "J"],
     "curved_wrench": ["F", "T", "T_relative"],
+    "creep": ["F", "T"],
+    "creep_jacobian": ["F", "T"],
 }
 RUNGS = {
     "elliptic": {"tables", "theta", "agm", "gsl"},
@@ -70,6 +74,8 @@ RUNGS = {
     "wrench": {"coulomb", "contensou_simplified", "pade11", "pade22", "contensou_exact"},
     "wrench_jacobian": {"contensou_simplified", "contensou_exact"},
     "curved_wrench": {"within_1e-10", "within_1e-6", "within_1e-4", "product", "flat"},
+    "creep": {"sliding", "linear", "strip", "polach", "fastsim", "brush", "table"},
+    "creep_jacobian": {"sliding", "table"},
 }
 # Only where Boost is there.
 BASELINES = {
@@ -425,3 +431,13 @@ def test_usage(run):
         assert word in result.out
     assert run("help", "bench").out == result.out
     assert re.search(r"^  bench kernels ", run("--help").out, re.MULTILINE)
+
+
+def test_errors_of_creep(bench):
+    assert max(bench.errors("creep", "table", "F")) <= 0.1
+    assert max(bench.errors("creep", "table", "F", "no_spin")) <= 0.01
+    assert max(bench.errors("creep", "brush", "F")) <= 0.2
+    assert max(bench.errors("creep", "linear", "F")) > 0.5
+    assert bench.errors("creep", "table", "F") == pytest.approx(
+        bench.errors("creep_jacobian", "table", "F"), abs=1e-12
+    )

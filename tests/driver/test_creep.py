@@ -166,6 +166,20 @@ def test_dissipation(executable, law):
     assert power <= 0
 
 
+def test_table_of_needles_does_not_drive(evaluate):
+    """States in which its splines alone would."""
+    lines = (
+        "110,5.41e-4,3.5386e-5,0.088,3.21e10,0.3425,-8.44e-5,1.677e-4,5.74,1.847,0",
+        "17.72,7.6385e-4,1.0616e-4,0.09596,2.4525e10,0.0301,-5.3843e-5,-3.2429e-4,0.56511,"
+        "1.1079,-0.20485",
+        "18.63,4.141e-5,4.0544e-4,0.73635,1.66876e10,0.48381,-5.4094e-4,2.3726e-4,-43.9455,"
+        "-0.0023184,-2.55566",
+    )
+    rows = [tuple(map(float, line.split(","))) for line in lines]
+    for row, one in zip(rows, evaluate("creep", INPUTS, rows, "--model", "table"), strict=True):
+        assert one["Fx"] * row[6] + one["Fy"] * row[7] + one["Tz"] * row[8] <= 0
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_no_friction_no_force(evaluate, law):
     rows = [(*row[:3], 0, *row[4:]) for row in states(5, 10)]

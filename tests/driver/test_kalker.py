@@ -5,13 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import math
-import os
-from pathlib import Path
 
 import numpy as np
 import pytest
+from test_creep import TABLES
 
-TABLE = Path(os.environ.get("CONTENSOU_TANGENTIAL", "/work/shared/reference/tangential"))
 NAMES = ("C11", "C12", "C22", "C13", "C23", "C33")
 
 
@@ -38,9 +36,9 @@ def spots():
 
 
 def test_references(kalker):
-    if not (TABLE / "kalker.csv").is_file():
-        pytest.skip(f"the references {TABLE} are not here")
-    with (TABLE / "kalker.csv").open(encoding="utf-8") as lines:
+    if not (TABLES / "kalker.csv").is_file():
+        pytest.skip(f"the references {TABLES} are not here")
+    with (TABLES / "kalker.csv").open(encoding="utf-8") as lines:
         table = [{key: float(x) for key, x in row.items()} for row in csv.DictReader(lines)]
     expected = np.array([[row[name] for name in NAMES] for row in table])
     rows = [(row["a_over_b"], row["nu"], row["chi_deg"]) for row in table]

@@ -17,6 +17,7 @@ module contensou_drivers_commands
    use contensou_drivers_run, only : run_command
    use contensou_drivers_sweep, only : sweep_command
    use contensou_drivers_version, only : version_command
+   use contensou_drivers_view, only : view_command
    implicit none(type, external)
    private
 
@@ -39,6 +40,7 @@ contains
       call add(commands, cost_command())
       call add(commands, bench_command())
       call add(commands, diff_command())
+      call add(commands, view_command())
       call add(commands, export_command())
       call add(commands, fmu_command())
       call add(commands, sweep_command())

@@ -6,7 +6,9 @@ The file opens in a browser, from a folder or a mail, without a network.
 from __future__ import annotations
 
 import argparse
+import os
 import sys
+import tempfile
 from pathlib import Path
 
 from lib import limit_surface, seal, style, sweeping, sweeps, viewing
@@ -38,9 +40,9 @@ def main(name: str = "scripts/view") -> int:
     page = options.output or default_page(options.file or Path("limit_surface.h5"))
     try:
         check_page(options.file, page)
-        page.write_text(
+        write(
             page_of(options.file) if options.file else limit_surface.view(options.limit_surface),
-            encoding="utf-8",
+            page,
         )
     except ResultError as problem:
         print(f"error: {style.shown(str(problem))}", file=sys.stderr)
@@ -53,6 +55,21 @@ def main(name: str = "scripts/view") -> int:
         return 2
     print(style.shown(str(page)))
     return 0
+
+
+def write(text: str, page: Path) -> None:
+    """Write a page that is whole or not there."""
+    handle, part = tempfile.mkstemp(prefix=page.name[:100] + ".", dir=page.parent)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(part, 0o666 & ~mask)
+        os.replace(part, page)
+    except BaseException:
+        os.unlink(part)
+        raise
 
 
 def check_page(file: Path | None, page: Path) -> None:

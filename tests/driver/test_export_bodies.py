@@ -190,7 +190,10 @@ def validate(*paths):
     assert len(done.stdout.splitlines()) == len(paths)
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "inputs").glob("*.nml")), ids=lambda p: p.stem)
+SCENES = sorted([*(ROOT / "inputs").glob("*.nml"), *(ROOT / "inputs/examples").glob("*.nml")])
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda p: p.stem)
 def test_shipped_scenes(path, run, output):
     """The poses of the animation are those of the rows, and the validator has nothing to say."""
     file = output(path, "--set", "scene.t_end=0.05")

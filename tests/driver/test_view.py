@@ -10,6 +10,7 @@ import base64
 import hashlib
 import json
 import re
+import shutil
 import subprocess
 import sys
 import time
@@ -285,6 +286,52 @@ def test_command_writes_a_page(run, scene, tmp_path):
     done = view("top.h5.part", "-o", "top.h5.part", cwd=tmp_path)
     assert done.returncode == 2
     assert "would replace the file that is drawn" in done.stderr
+
+
+def test_view_is_a_command(run, executable, scene, tmp_path):
+    """`contensou view` is that program, where it lies beside it."""
+    assert run("run", scene, "-q").status == 0
+    done = run("view", "top.h5")
+    assert (done.status, done.out, done.err) == (0, "top.html\n", "")
+    assert 'id="data"' in (tmp_path / "top.html").read_text(encoding="utf-8")
+    done = run("view", "top.h5", "-o", "-x.html")
+    assert (done.status, (tmp_path / "-x.html").exists()) == (0, True), done.err
+    done = run("view", "missing.h5")
+    assert (done.status, "missing.h5 does not exist" in done.err) == (2, True)
+    for words in (["view"], ["view", "top.h5", "--limit-surface", "a=1e-3"]):
+        done = run(*words)
+        assert (done.status, "either FILE.h5 or --limit-surface" in done.err) == (2, True)
+    alone = tmp_path / "alone" / "contensou"
+    alone.parent.mkdir()
+    shutil.copy2(executable, alone)
+    done = subprocess.run(
+        [alone, "view", tmp_path / "top.h5"],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={"PATH": str(alone.parent)},
+    )
+    assert done.returncode == 74
+    assert "cannot start contensou-view" in done.stderr
+
+
+def test_page_is_whole_or_not_there(run, scene, tmp_path):
+    """A page that cannot be written to its end is not there, and that of before stays."""
+    assert run("run", scene, "-q").status == 0
+    (tmp_path / "top.html").write_text("before")
+    limit = "import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+    limit += "resource.setrlimit(resource.RLIMIT_FSIZE, (9999, 9999)); sys.path.insert(0, sys.argv"
+    limit += "[1]); import view; sys.argv[1:] = ['top.h5']; sys.exit(view.main())"
+    done = subprocess.run(
+        [sys.executable, "-c", limit, str(ROOT / "scripts")],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, "top.html cannot be written" in done.stderr) == (2, True), done.stderr
+    assert (tmp_path / "top.html").read_text() == "before"
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith("top.html.")]
 
 
 def test_file_that_is_being_written(executable, scene, tmp_path):

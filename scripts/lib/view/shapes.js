@@ -61,7 +61,7 @@
           const polar = Math.PI * (1 - (low + v * (high - low))), turn = 2 * Math.PI * u;
           return new THREE.Vector3(a[0] * Math.sin(polar) * Math.cos(turn), a[1] * Math.sin(polar) * Math.sin(turn), a[2] * Math.cos(polar));
         };
-        const grids = [put(f, n, n / 2, [n % 6 ? 4 : 6, high - low < 1 ? 1 : 2])];
+        const grids = [put(f, n, Math.max(4, n / 2), [n % 6 ? 4 : 6, high - low < 1 ? 1 : 2])];
         if (high - low < 1) {
           const cap = (u, v) => new THREE.Vector3(a[0] * v * Math.cos(2 * Math.PI * u), a[1] * v * Math.sin(2 * Math.PI * u), 0);
           grids.push(grid((u, v) => cap(low ? u : -u, v), n, 2, [6, 1], colours, true));

@@ -65,7 +65,7 @@
 
     // Bodies and the ground, each a group that has the name of its body.
     const crowded = head.bodies.length > CROWD, curved = head.surfaces.filter((surface) => surface.shape !== "plane").length;
-    const fine = curved > 400 ? 8 : curved > 40 ? 12 : curved > 12 ? 20 : curved > 4 ? 24 : 36;
+    const fine = curved > 400 ? 6 : curved > 40 ? 12 : curved > 12 ? 20 : curved > 4 ? 24 : 36;
     const groups = head.bodies.map((body, i) => Object.assign(new THREE.Group(), { name: body.name, userData: { body: i } }));
     const ground = Object.assign(new THREE.Group(), { name: "ground" });
     const box = new THREE.Box3(), p = new THREE.Vector3(), q3 = new THREE.Vector3(), q = new THREE.Quaternion();
@@ -185,15 +185,16 @@
     scene.add(coils);
 
     // Arrows of the forces and spots, one of each for a contact.
-    const count = Math.max(contacts.length, 1), sides = count > 400 ? 3 : count > 100 ? 4 : count > 8 ? 6 : 10, [around, across] = count > 400 ? [8, 1] : count > 100 ? [8, 2] : count > 8 ? [16, 4] : [32, 8];
-    const shaft = new THREE.CylinderGeometry(0.018, 0.018, 1, sides, 1, true).translate(0, 0.5, 0).rotateX(Math.PI / 2);
+    const count = Math.max(contacts.length, 1), many = count > 400, sides = many ? 3 : count > 100 ? 4 : count > 8 ? 6 : 10, [around, across] = many ? [6, 1] : count > 100 ? [8, 2] : count > 8 ? [16, 4] : [32, 8];
+    // Where there are many, an arrow is but a spike.
+    const shaft = new THREE.CylinderGeometry(many ? 0 : 0.018, many ? 0.035 : 0.018, 1, sides, 1, true).translate(0, 0.5, 0).rotateX(Math.PI / 2);
     const tip = new THREE.ConeGeometry(0.05, 0.14, sides, 1, count > 100).translate(0, 0.07, 0).rotateX(Math.PI / 2);
     const arrows = (colour, name, count) => {
       const light = { color: colour, depthTest: false };
       const material = count > 8 ? new THREE.MeshBasicMaterial(light) : new THREE.MeshLambertMaterial({ ...light, emissive: colour, emissiveIntensity: 0.35 });
       const pair = new THREE.Group();
       pair.name = name;
-      for (const geometry of [shaft, tip]) {
+      for (const geometry of many ? [shaft] : [shaft, tip]) {
         const mesh = new Copies(geometry, material, count);
         mesh.renderOrder = 2;
         pair.add(mesh);
@@ -435,8 +436,9 @@
       if (!(length > 0)) return;
       const i = pair.userData.count++;
       turn.setFromUnitVectors(z, direction);
-      const head_ = Math.min(0.14 * thick, 0.6 * length);
+      const head_ = top ? Math.min(0.14 * thick, 0.6 * length) : 0;
       line.set(i, matrix.compose(point, turn, scaling.set(thick, thick, length - head_)));
+      if (!top) return;
       const wide = head_ / 0.14;
       top.set(i, matrix.compose(u.copy(direction).multiplyScalar(length - head_).add(point), turn, scaling.set(wide, wide, wide)));
     }

@@ -14,13 +14,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import Ellipse
 
-from lib import style
+from lib import bristles, style
 from lib.kernels import described, evaluated
 from lib.results import ResultError
 
 NEEDED = ("a", "f", "N")
 SLIP = ("vx", "vy", "w")
-SHIFT = ("dx", "dy", "G", "nu")
+SHIFT = ("dx", "dy")
+PASSING = ("cx", "cy")
+ELASTIC = ("G", "nu")
 POSITIVE = ("a", "b", "f", "N", "G")
 ARROWS = 9  # across the spot
 LINES = 9
@@ -31,8 +33,9 @@ def main(name: str = "scripts/spot") -> int:
     parser = argparse.ArgumentParser(
         prog=name,
         description="Draws an elliptic spot and prints the name of the picture. Its motion is a "
-        "slip vx, vy [m/s] with a spin w [rad/s] of B against A, or a first shift dx, dy [m] of "
-        "an elastic contact that stuck, with shear modulus G [Pa] and Poisson's ratio nu.",
+        "slip vx, vy [m/s] with a spin w [rad/s] of B against A; that while material passes the "
+        "spot, as it rolls, with cx, cy [m/s]; or a first shift dx, dy [m] of an elastic contact "
+        "that stuck. The latter two have a shear modulus G [Pa] and Poisson's ratio nu.",
     )
     parser.add_argument(
         "spot", help="a=1e-3,b=5e-4,f=0.3,N=10,vx=0.1,vy=0,w=100 (b is a if not given)"
@@ -54,19 +57,25 @@ def main(name: str = "scripts/spot") -> int:
 
 def read(words: str) -> dict[str, float]:
     """The spot that an option describes."""
-    spot = described(words, (*NEEDED, "b", *SLIP, *SHIFT), POSITIVE)
+    spot = described(words, (*NEEDED, "b", *SLIP, *SHIFT, *PASSING, *ELASTIC), POSITIVE)
     for key in NEEDED:
         if key not in spot:
             raise ResultError(f"{key}= of the spot is missing")
-    if any(key in spot for key in SHIFT):
-        lacking = [key for key in ("G", "nu") if key not in spot]
+    shifted, rolls = (any(key in spot for key in keys) for keys in (SHIFT, PASSING))
+    if shifted or rolls or any(key in spot for key in ELASTIC):
+        lacking = [key for key in ELASTIC if key not in spot]
         if lacking:
-            raise ResultError(f"{lacking[0]}= is missing, which a shift needs")
-        if any(key in spot for key in SLIP):
+            raise ResultError(f"{lacking[0]}= is missing, which a shift or a rolling spot needs")
+        if shifted and (rolls or any(key in spot for key in SLIP)):
             raise ResultError("a spot slips by vx, vy, w or is shifted by dx, dy, not both")
-        motion = ("dx", "dy")
-    else:
-        motion = SLIP
+        if not (shifted or rolls):
+            raise ResultError("G= and nu= are for a shift dx, dy or a rolling spot cx, cy")
+    motion = SHIFT if shifted else SLIP
+    if rolls:
+        for key in PASSING:
+            spot.setdefault(key, 0.0)
+        if not any(spot[key] for key in PASSING):
+            raise ResultError("nothing passes the spot: cx, cy are 0")
     for key in motion:
         spot.setdefault(key, 0.0)
     if not any(spot[key] for key in motion):
@@ -77,8 +86,10 @@ def read(words: str) -> dict[str, float]:
 def wrench(spot: dict[str, float]) -> np.ndarray:
     """Force and torque of friction, by the program."""
     kernel, inputs = "wrench", ("N", "a", "b", "f", *SLIP)
-    if "dx" in spot:
-        kernel, inputs = "tangential", ("N", "a", "b", "f", "G", "nu", "dx", "dy", "twist")
+    if "cx" in spot:
+        kernel, inputs = "creep", ("N", "a", "b", "f", *ELASTIC, *SLIP, *PASSING)
+    elif "dx" in spot:
+        kernel, inputs = "tangential", ("N", "a", "b", "f", *ELASTIC, *SHIFT, "twist")
     options = ("--layers", 128) if "dx" in spot else ()
     row = [spot.get(key, 0.0) for key in inputs]
     return evaluated(kernel, inputs, [row], ("Fx", "Fy", "Tz"), *options)[0]
@@ -125,7 +136,12 @@ def draw(spot: dict[str, float], force: np.ndarray, output: Path) -> None:
     else:
         stream = x * vy - y * vx
     stick = sticking(spot, force)
-    stream = np.where((inside > 0) & (1 - inside > stick**2), stream, np.nan)
+    slips = (inside > 0) & (1 - inside > stick**2)
+    rolling = bristles.field(spot, force) if "cx" in spot else None
+    if rolling:
+        sticks = (inside > 0) & rolling(x / a, y / b)[2]
+        slips &= ~sticks
+    stream = np.where(slips, stream, np.nan)
     frame.contour(
         scale * axis,
         scale * axis,
@@ -148,23 +164,33 @@ def draw(spot: dict[str, float], force: np.ndarray, output: Path) -> None:
         inner = 1 - ((px / a) ** 2 + (py / b) ** 2) / stick**2
         traction = traction - stick * np.sqrt(np.maximum(inner, 0))
     good = size > 1e-12 * size.max()
+    tx, ty = (-v / np.where(good, size, 1) * traction for v in (vx, vy))
+    if rolling:
+        tx, ty, _ = rolling(px / a, py / b)
+        good = np.hypot(tx, ty) > 0
     frame.quiver(
         scale * px[good],
         scale * py[good],
-        (-vx / np.where(good, size, 1) * traction)[good],
-        (-vy / np.where(good, size, 1) * traction)[good],
+        tx[good],
+        ty[good],
         color="#1c2733",
         scale=1.1 * ARROWS * 1.6,
         width=0.005,
         pivot="tail",
     )
     words = [f"$F_x$ = {force[0]:.4g} N, $F_y$ = {force[1]:.4g} N, $T_z$ = {force[2]:.4g} N m"]
-    if spot.get("w"):
+    if spot.get("w") and not rolling:
         centre = np.array([-spot["vy"], spot["vx"]]) / spot["w"]
         if np.abs(centre).max() < wide:
             frame.plot(*(scale * centre), "o", color="#1f8f4d", ms=8, mec="white")
         where = ", ".join(f"{scale * value:.3g}" for value in centre)
         words.append(f"centre of rotation at ({where}) {unit}")
+    if rolling and sticks.any():
+        zone = np.where(sticks, 1.0, 0.0)
+        frame.contour(scale * axis, scale * axis, zone, [0.5], colors="#1f8f4d", linewidths=1.2)
+        plt.rcParams["hatch.color"] = "#1f8f4d"
+        frame.contourf(scale * axis, scale * axis, zone, [0.5, 2], colors="none", hatches=["//"])
+        words.append(f"sticks in {sticks.sum() / (inside > 0).sum():.3g} of the spot")
     if stick > 0:
         zone = Ellipse(
             (0, 0),

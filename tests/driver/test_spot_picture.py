@@ -15,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 
 import spot as drawing  # noqa: E402
+from lib import bristles  # noqa: E402
 
 GREEN = np.array([0x1F, 0x8F, 0x4D])
 
@@ -63,6 +64,46 @@ def test_zone_that_sticks(executable, tmp_path):
     assert drawing.sticking(spot, np.array([0.0, -0.875, 0.0])) == pytest.approx(0.5)
 
 
+def test_zone_that_sticks_while_it_rolls(executable, tmp_path):
+    """It is where the material comes in, and shrinks with the creepage."""
+    shares, middles = [], []
+    for slip in (2e-3, 5e-3):
+        words = f"a=1e-3,f=0.3,N=100,vx={slip},cx=-1,G=8e9,nu=0.3"
+        done = draw(executable, words, tmp_path)
+        assert (done.returncode, done.stderr) == (0, "")
+        columns = green(tmp_path / "spot.png").nonzero()[1]
+        shares.append(np.ptp(columns) if len(columns) else 0)
+        middles.append(columns.mean() if len(columns) else 0)
+    assert shares[0] > shares[1] > 0
+    # It comes in on the right, as it passes towards -x.
+    assert middles[1] > middles[0]
+
+
+@pytest.mark.parametrize("slip", [(1e-3, 0, 0), (5e-4, 8e-4, 2.0), (0, 0, 3.0)])
+def test_bristles_make_the_force(slip):
+    """Tractions of rolling sum to the force they are told, and to full sliding at last."""
+    vx, vy, w = slip
+    spot = dict(a=2e-3, b=1e-3, f=0.3, N=10.0, vx=vx, vy=vy, w=w, cx=1.0, cy=0.5)
+    n = 200
+    axis = (np.arange(n) + 0.5) * 2 / n - 1
+    x, y = np.meshgrid(axis, axis)
+    within = x**2 + y**2 < 1
+    root = np.sqrt(spot["a"] * spot["b"])
+    for share in (0.2, 0.5):
+        force = np.array([share * spot["f"] * spot["N"], 0, 0])
+        tx, ty, sticks = bristles.field(spot, force)(x, y)
+        made = [
+            np.sum(part[within]) / within.sum() * 1.5
+            for part in (tx, ty, (x * spot["a"] * ty - y * spot["b"] * tx) / root)
+        ]
+        assert np.linalg.norm(made) == pytest.approx(share, rel=0.02)
+        # Nothing is beyond its bound, and what slips is at it.
+        bound = np.sqrt(np.maximum(1 - x**2 - y**2, 0))
+        size = np.hypot(tx, ty)
+        assert (size[within] <= bound[within] + 1e-12).all()
+        assert np.abs(size - bound)[within & ~sticks].max() < 1e-12
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -72,6 +113,9 @@ def test_zone_that_sticks(executable, tmp_path):
         ("a=1e-3,f=0.3,N=1", "does not move"),
         ("a=1e-3,f=0.3,N=1,dx=1e-9", "G="),
         ("a=1e-3,f=0.3,N=1,dx=1e-9,G=1e9,nu=0.3,w=1", "not both"),
+        ("a=1e-3,f=0.3,N=1,vx=1e-3,cx=1", "G="),
+        ("a=1e-3,f=0.3,N=1,vx=1e-3,G=1e9,nu=0.3", "rolling spot"),
+        ("a=1e-3,f=0.3,N=1,vx=1e-3,cx=0,G=1e9,nu=0.3", "nothing passes"),
     ],
 )
 def test_bad_input(words, said, executable, tmp_path):

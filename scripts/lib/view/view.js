@@ -237,7 +237,7 @@
     const side = up.clone().cross(base);
     const shown = {};
     const layers = [
-      ["bodies", "bodies", true], ["ground", "ground", true], ["trails", "trails", motions.length <= 40],
+      ["bodies", "bodies", true], ["ground", "ground", true], ["trails", "trails", motions.length <= 20],
       ["normal", "normal", true], ["friction", "friction", true], ["spots", "spots", true],
       ["traction", "traction", true], ["axes", "axes", Boolean(head.asked)], ["wires", "wire frames", false],
       ...(springs.length ? [["springs", "springs", true]] : []),

@@ -28,7 +28,7 @@ contains
       type(command_type) :: command
 
       command = command_type("view", "show a run in a browser", options, &
-         "writes one HTML file that shows the bodies of a run, or the cases of a sweep, in any " // &
+         "writes one HTML file that shows the bodies of a run, or the cases of a sweep, in a " // &
          "browser and without a network, and prints its name", &
          "contensou view ball.h5" // new_line("a") // &
          "contensou view ball.h5.part -o so_far.html", execute=view)

@@ -163,8 +163,14 @@ contains
       if (allocated(error) .or. earlier%complete) return
       simulation_options%profile = config%profile
       call new_simulation(file, simulation, error, simulation_options)
-      if (.not. allocated(error) .and. signal_received() /= 0) call fatal(error, &
-         "interrupted; nothing was written", status_interrupted)
+      if (.not. allocated(error) .and. signal_received() /= 0) then
+         if (earlier%resumable) then
+            call fatal(error, "interrupted; nothing new was written" // &
+               so_far(file%scene%output%file), status_interrupted)
+         else
+            call fatal(error, "interrupted; nothing was written", status_interrupted)
+         end if
+      end if
       if (allocated(error)) return
       watch%t_end = file%scene%t_end
       watch%output%flush_interval = config%checkpoint
@@ -184,10 +190,18 @@ contains
       ! The terminal may be lost with all that could be said there.
       if (.not. config%quiet) call print_summary(file%scene, simulation, watch, ignored)
       call fatal(error, &
-         "interrupted at t = " // number_text(simulation%time(), 8) // &
-         " s; the rows so far are in " // file%scene%output%file // part_suffix // &
-         ", --resume continues the run", status_interrupted)
+         "interrupted at t = " // number_text(simulation%time(), 8) // " s" // &
+         so_far(file%scene%output%file), status_interrupted)
    end subroutine write_run
+
+   !> What an interrupted run leaves, and how to go on.
+   function so_far(name) result(text)
+      !> Output file.
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: text
+
+      text = "; the rows so far are in " // name // part_suffix // ", --resume continues the run"
+   end function so_far
 
    !> Tell the user.
    subroutine notify(lines)

@@ -42,7 +42,9 @@ def need(module):
 
 def environment(unpacked, folder):
     """What finds the package as it is unpacked, and puts what it keeps into a folder."""
-    return os.environ | {"PYTHONPATH": str(unpacked.parent), "IPYTHONDIR": str(folder)}
+    # A backend that is set would keep the pictures of a notebook out of it.
+    kept = {name: value for name, value in os.environ.items() if name != "MPLBACKEND"}
+    return kept | {"PYTHONPATH": str(unpacked.parent), "IPYTHONDIR": str(folder)}
 
 
 @pytest.mark.parametrize("host", sorted(NEAR))

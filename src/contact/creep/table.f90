@@ -150,7 +150,9 @@ contains
       by(:3) = by(:3) - 2.0_wp*drive*slides
       do i = 1, n_velocities
          jacobian(:, i) = jacobian(:, i) - (by(i)/dot_product(slides, slides))*slides
-         if (i <= 3) jacobian(i, i) = jacobian(i, i) - drive
+      end do
+      do i = 1, 3
+         jacobian(i, i) = jacobian(i, i) - drive
       end do
       wrench = without_drive(motion, wrench)
    end subroutine kernel_slopes

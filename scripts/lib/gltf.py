@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from . import meshes, thinning
+from . import meshes, springing, thinning
 from .drawable import Run, gravity_of
 from .results import ResultError, as_text
 from .viewing import DRAWN_ANGLE, DRAWN_LENGTH
@@ -67,17 +67,35 @@ class Motion:
     quaternion: np.ndarray  # w, x, y, z; neighbours of the same sign
 
 
+@dataclass
+class Coil:
+    """Keys of a coil: where it begins, how it is turned, and how long it is."""
+
+    name: str
+    kind: str
+    bodies: list[str]
+    at: np.ndarray
+    begin: np.ndarray
+    quaternion: np.ndarray
+    length: np.ndarray
+
+
 def write(run: Run, rows: slice, file: object, *, every_row: bool) -> None:
     """Write rows of a run into a binary file."""
     time = run.time[rows]
     buffer = Buffer()
-    motions, low, high = [], np.full(3, np.inf), np.full(3, -np.inf)
-    for position, quaternion, rate in columns_of_bodies(run, rows):
+    springs = springing.read(run)
+    held = sorted({body for spring in springs for body in spring.bodies if body >= 0})
+    motions, poses, low, high = [], {}, np.full(3, np.inf), np.full(3, -np.inf)
+    for i, (position, quaternion, rate) in enumerate(columns_of_bodies(run, rows)):
         motions.append(motion_of(run, time, position, quaternion, rate, every_row=every_row))
+        if i in held:
+            poses[i] = (position.copy(), quaternion.copy())
         low, high = np.minimum(low, position.min(0)), np.maximum(high, position.max(0))
     if not motions:
         low, high = np.zeros(3), np.zeros(3)
-    head = head_of(run, time, motions, meshes.placed(run, (low, high)), buffer)
+    coils = [coil_of(run, time, spring, poses, every_row=every_row) for spring in springs]
+    head = head_of(run, time, motions, coils, meshes.placed(run, (low, high)), buffer)
     text = json.dumps(head, allow_nan=False, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
     size = 12 + 8 + len(text) + (8 + buffer.length if buffer.length else 0)
@@ -159,6 +177,44 @@ def motion_of(
     return Motion(moved_at, places, turned_at, poses)
 
 
+def coil_of(
+    run: Run,
+    time: np.ndarray,
+    spring: springing.Spring,
+    poses: dict[int, tuple[np.ndarray, np.ndarray]],
+    *,
+    every_row: bool,
+) -> Coil:
+    """Keys of the coil of a spring, of whose bodies there are positions and attitudes."""
+    first, second = springing.ends(spring, poses, len(time))
+    begin, way = springing.axis(first, second, springing.WIDTH * run.scale)
+    length = np.linalg.norm(way, axis=1, keepdims=True)
+    unit, end = way / length, begin + way
+    tolerance = 0.95 * DRAWN_LENGTH * run.scale
+
+    def error(from_: np.ndarray, to: np.ndarray, at: np.ndarray) -> np.ndarray:
+        share = thinning.shares(time, from_, to, at)[..., None]
+        start = begin[from_][:, None] * (1 - share) + begin[to][:, None] * share
+        long = length[from_][:, None] * (1 - share) + length[to][:, None] * share
+        cosine = np.sum(unit[from_] * unit[to], axis=1)
+        angle = np.arccos(np.clip(cosine, -1, 1))[:, None, None]
+        sine = np.where(angle > 1e-6, np.sin(angle), 1.0)
+        weights = [np.where(angle > 1e-6, np.sin(x * angle) / sine, x) for x in (1 - share, share)]
+        along = weights[0] * unit[from_][:, None] + weights[1] * unit[to][:, None]
+        off = np.maximum(
+            np.linalg.norm(start - begin[at], axis=-1),
+            np.linalg.norm(start + long * along - end[at], axis=-1),
+        )
+        return np.where(angle[..., 0] < STEP, off / tolerance, np.inf)
+
+    kept = np.arange(len(time)) if every_row else thinning.keys(len(time), error)
+    at, chosen = np.unique((time[kept] - time[0]).astype(np.float32), return_index=True)
+    kept = kept[chosen]
+    names = [run.bodies[body] if body >= 0 else "ground" for body in spring.bodies]
+    turned = springing.frames(way[kept])
+    return Coil(spring.name, spring.kind, names, at, begin[kept], turned, length[kept, 0])
+
+
 def refined(run: Run, time: np.ndarray, turned: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Times of the rows, and such between them that no two are more than `STEP` apart; of each the
     row that it follows."""
@@ -200,6 +256,7 @@ def head_of(
     run: Run,
     time: np.ndarray,
     motions: list[Motion],
+    coils: list[Coil],
     surfaces: list[meshes.Placed],
     buffer: Buffer,
 ) -> dict:
@@ -222,9 +279,22 @@ def head_of(
     if any(surface.body < 0 for surface in surfaces):
         children.append(len(nodes))
         nodes.append(ground)
+    kinds = Kinds(buffer)
+    first_coil = len(nodes)
+    for coil in coils:
+        children.append(len(nodes))
+        nodes.append(
+            {
+                "name": coil.name,
+                "mesh": kinds.mesh(springing.placed(coil.name, run.scale, coil.length[0])),
+                "translation": coil.begin[0].astype(np.float32).tolist(),
+                "rotation": to_gltf(coil.quaternion[0]),
+                "scale": [1.0, 1.0, float(np.float32(coil.length[0]))],
+                "extras": {"spring": coil.kind, "bodies": coil.bodies},
+            }
+        )
     if children:
         nodes[0]["children"] = children
-    kinds = Kinds(buffer)
     for surface in surfaces:
         owner = ground if surface.body < 0 else bodies[surface.body]
         owner.setdefault("children", []).append(len(nodes))
@@ -251,7 +321,7 @@ def head_of(
         "scenes": [{"name": title, "nodes": [0]}],
         "nodes": nodes,
     }
-    animation = animation_of(motions, buffer)
+    animation = animation_of(motions, coils, first_coil, buffer)
     if animation["channels"]:
         head["animations"] = [animation]
     if kinds.meshes:
@@ -265,32 +335,36 @@ def head_of(
     return head
 
 
-def animation_of(motions: list[Motion], buffer: Buffer) -> dict:
-    """Channels of the bodies that move."""
+def animation_of(motions: list[Motion], coils: list[Coil], first_coil: int, buffer: Buffer) -> dict:
+    """Channels of the bodies that move, and of the springs, whose nodes are the last ones."""
     animation = {"name": "motion", "channels": [], "samplers": []}
     inputs: dict[bytes, int] = {}
-    for i, motion in enumerate(motions):
-        for path, at, values, kind in (
-            ("translation", motion.moved_at, motion.position, "VEC3"),
-            ("rotation", motion.turned_at, motion.quaternion[:, [1, 2, 3, 0]], "VEC4"),
-        ):
-            if len(at) < 2 or (values == values[0]).all():
-                continue
-            key = at.tobytes()
-            if key not in inputs:
-                inputs[key] = buffer.put(at, "SCALAR", bounds=True)
-            sampler = {
+
+    def put(node: int, path: str, at: np.ndarray, values: np.ndarray, kind: str) -> None:
+        if len(at) < 2 or (values == values[0]).all():
+            return
+        key = at.tobytes()
+        if key not in inputs:
+            inputs[key] = buffer.put(at, "SCALAR", bounds=True)
+        number = len(animation["samplers"])
+        animation["channels"].append({"sampler": number, "target": {"node": node, "path": path}})
+        animation["samplers"].append(
+            {
                 "input": inputs[key],
                 "output": buffer.put(values, kind),
                 "interpolation": "LINEAR",
             }
-            animation["channels"].append(
-                {
-                    "sampler": len(animation["samplers"]),
-                    "target": {"node": 1 + i, "path": path},
-                }
-            )
-            animation["samplers"].append(sampler)
+        )
+
+    for i, motion in enumerate(motions, start=1):
+        put(i, "translation", motion.moved_at, motion.position, "VEC3")
+        put(i, "rotation", motion.turned_at, motion.quaternion[:, [1, 2, 3, 0]], "VEC4")
+    for i, coil in enumerate(coils, start=first_coil):
+        put(i, "translation", coil.at, coil.begin, "VEC3")
+        put(i, "rotation", coil.at, coil.quaternion[:, [1, 2, 3, 0]], "VEC4")
+        scale = np.ones((len(coil.at), 3))
+        scale[:, 2] = coil.length
+        put(i, "scale", coil.at, scale, "VEC3")
     return animation
 
 

@@ -1,5 +1,5 @@
 """A run as one VTKHDF file, PolyData with many times: bodies as meshes, contacts as points with
-their forces, spots as ellipses.
+their forces, spots as ellipses, springs as coils.
 
 Cells are told once, points and forces for each time, where they are not those of the time before.
 The file is written time by time.
@@ -13,7 +13,7 @@ from typing import BinaryIO
 import h5py
 import numpy as np
 
-from . import meshes, thinning
+from . import meshes, springing, thinning
 from .drawable import PORTION, Run, gravity_of
 from .results import ResultError, as_text
 from .viewing import acted_on
@@ -23,12 +23,13 @@ RIM = 32  # corners of a spot
 CEILING = -0.3  # of hollows what faces down is left out
 
 # Kinds of cells.
-BODY, CONTACT, SPOT = 0, 1, 2
+BODY, CONTACT, SPOT, SPRING, HOLD = 0, 1, 2, 3, 4
 
 # The kinds of cells of PolyData, in the order in which they have columns.
 GROUPS = ("Vertices", "Lines", "Polygons", "Strips")
 
-# What points have: of contacts, zero elsewhere. The last one is of the rims of spots.
+# What points have: of contacts, the first one also of springs, zero elsewhere. The last one is of
+# the rims of spots.
 VECTORS = ("force", "normal_force", "friction_force", "slip_velocity", "spot_offset")
 
 
@@ -96,12 +97,14 @@ def write(run: Run, rows: slice, target: BinaryIO, *, frames: int) -> None:
         texts = h5py.string_dtype("utf-8")
         file["names/body"] = np.array(["ground", *run.bodies], dtype=texts)
         file["names/contact"] = np.array(run.contacts, dtype=texts)
+        file["names/spring"] = np.array([s.name for s in scene.springs], dtype=texts)
         file["names/surface"] = np.array([s["name"] for s in run.surfaces], dtype=texts)
         file.attrs["title"] = as_text(run.file.attrs.get("title", ""))
 
 
 class Scene:
-    """What is drawn: meshes of the surfaces, a point for each contact, and the rim of its spot."""
+    """What is drawn: meshes of the surfaces, a point for each contact, and the rim of its spot, a
+    coil for each spring, and a point where it holds body B."""
 
     def __init__(self, run: Run, at: np.ndarray) -> None:
         self.run, self.at = run, at
@@ -136,15 +139,18 @@ class Scene:
             self.triangles.append([part + shift for part in parts])
             shift += len(points)
         self.of_bodies = shift
-        self.size = shift + self.contacts * (1 + RIM)
+        self.springs = springing.read(run)
+        self.coil = springing.coil(springing.WIDTH * run.scale)
+        self.of_springs = shift + self.contacts * (1 + RIM)
+        self.size = self.of_springs + len(self.springs) * (len(self.coil) + 1)
         self.polygons = sum(len(p) for pair in self.triangles for p in pair) + self.contacts
         rim = 2 * np.pi * np.arange(RIM) / RIM
         self.rim = np.stack([np.cos(rim), np.sin(rim)], axis=1)
         self.last = np.zeros((self.contacts, 3)) + (start.mean(0) if len(start) else 0.0)
 
     def cells(self, root: h5py.Group) -> list[str]:
-        """Write the cells, first points, then triangles and the ellipses of the spots, and what
-        they have: the names of that."""
+        """Write the cells, first points, then coils, triangles and the ellipses of the spots, and
+        what they have: the names of that."""
         connectivity, sizes, found = [], [], []
 
         def add(kind: int, body: int, number: int, colour: tuple, many: int) -> None:
@@ -153,6 +159,9 @@ class Scene:
         red = (0xD4, 0x3A, 0x3A)
         for k in range(self.contacts):
             add(CONTACT, -1, k, red, 1)
+        for kind in (HOLD, SPRING):
+            for k in range(len(self.springs)):
+                add(kind, -1, k, springing.COLOUR, 1)
         for i, (surface, pair) in enumerate(zip(self.surfaces, self.triangles, strict=True)):
             for part, colour in zip(pair, surface.colours, strict=True):
                 connectivity.append(part.ravel())
@@ -165,7 +174,11 @@ class Scene:
         none = np.zeros(0, dtype=int)
         all_cells = {name: (none, none) for name in GROUPS}
         vertices = self.of_bodies + np.arange(self.contacts)
-        all_cells["Vertices"] = (vertices, np.ones(self.contacts, dtype=int))
+        coils = self.of_springs + np.arange(len(self.springs) * len(self.coil))
+        held = self.of_springs + len(coils) + np.arange(len(self.springs))
+        vertices = np.concatenate([vertices, held])
+        all_cells["Vertices"] = (vertices, np.ones(len(vertices), dtype=int))
+        all_cells["Lines"] = (coils, np.full(len(self.springs), len(self.coil)))
         all_cells["Polygons"] = (np.concatenate(connectivity), np.concatenate(sizes))
         for name, (ids, counts) in all_cells.items():
             group = root.create_group(name)
@@ -218,17 +231,37 @@ class Scene:
                         "semi_axes",
                     )
                 }
+            coils = self.coils(position, attitude)
+            pulls = self.read("spring_force", rows) if self.springs else np.zeros((len(rows), 0, 3))
             for k in range(len(rows)):
-                yield self.frame(
+                points, vectors = self.frame(
                     position[k],
                     thinning.matrices(attitude[k]),
                     {name: values[k] for name, values in columns.items()},
                 )
+                points[self.of_springs :] = coils[k]
+                vectors[0][self.size - len(self.springs) :] = pulls[k]
+                yield points, vectors
+
+    def coils(self, position: np.ndarray, attitude: np.ndarray) -> np.ndarray:
+        """Points of the coils of all springs, and those where they hold their bodies B, at the
+        poses of some times (times, points, 3)."""
+        found, held = [], []
+        for spring in self.springs:
+            poses = {i: (position[:, i], attitude[:, i]) for i in spring.bodies if i >= 0}
+            first, second = springing.ends(spring, poses, len(position))
+            begin, way = springing.axis(first, second, springing.WIDTH * self.run.scale)
+            turn = thinning.matrices(springing.frames(way))
+            stretched = np.repeat(self.coil[None], len(way), axis=0)
+            stretched[..., 2] *= np.linalg.norm(way, axis=1)[:, None]
+            found.append(begin[:, None] + np.einsum("kij,kpj->kpi", turn, stretched))
+            held.append(second[:, None])
+        return np.concatenate([np.zeros((len(position), 0, 3)), *found, *held], axis=1)
 
     def frame(
         self, position: np.ndarray, turn: np.ndarray, contact: dict[str, np.ndarray]
     ) -> tuple[np.ndarray, list[np.ndarray]]:
-        """The points of a time, and their vectors."""
+        """The points of a time but for springs, and their vectors."""
         points = np.zeros((self.size, 3))
         vectors = [np.zeros((self.size, 3), dtype=np.float32) for _ in VECTORS]
         start = 0
@@ -259,7 +292,7 @@ class Scene:
         minor = np.cross(normal, major)
         spans = np.stack([axes[:, :1] * major, axes[:, 1:] * minor], axis=1)
         offsets = np.einsum("rk,ckx->crx", self.rim, spans)
-        rims = slice(start + self.contacts, None)
+        rims = slice(start + self.contacts, self.of_springs)
         points[rims] = (self.last[:, None] + offsets).reshape(-1, 3)
         vectors[-1][rims] = offsets.reshape(-1, 3)
         return points, vectors

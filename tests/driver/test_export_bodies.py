@@ -18,7 +18,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 
-from lib import drawable, meshes, surfaces  # noqa: E402
+from lib import drawable, meshes, surfaces, thinning  # noqa: E402
 
 VALIDATOR = ROOT / ".venv" / "node" / "node_modules" / "gltf-validator"
 HOSTILE = "</script> \\ \x1b[31m \u202e \" ' é {}"
@@ -33,6 +33,21 @@ BALL = """\
    restitution = 0.8, impact_velocity = 1, friction = 'coulomb', friction_coefficient = 0.3,
    regularization_velocity = 1e-3 /
 &output interval = {interval} /
+"""
+
+# A pendulum on a spring that swings round, a spring between two bodies, and a bushing.
+SPRINGS = """\
+&scene t_end = 1, gravity = 0, 0, -9.81 /
+&body name = 'bob', mass = 1, inertia = 3*1e-2, position = 0.3, 0, 1, spin = 0, 1, 20,
+   velocity = 0, 4, 0 /
+&body name = 'box', mass = 2, inertia = 3*1e-2, position = 0, 0.5, 0.7 /
+&spring name = 'strut', kind = 'axial', bodies = 'ground', 'bob', first_point = 0, 0, 1.5,
+   second_point = 0.05, 0, 0.05, stiffness = 60, damping = 0.2, length = 0.4 /
+&spring name = 'link', kind = 'axial', bodies = 'bob', 'box', first_point = 0, 0, 0,
+   second_point = 0, 0, 0, stiffness = 40, length = 0.5 /
+&spring name = 'mount', bodies = 'ground', 'box', first_point = 0, 0.5, 0.7, stiffness = 1e4,
+   damping = 3, rotational_stiffness = 1 /
+&output interval = 0.01 /
 """
 
 # Every shape on a body, touched from outside and, but for planes, on the ground from inside.
@@ -113,6 +128,12 @@ class Gltf:
     def positions(self, node, times):
         at, values = self.keys(node, "translation")
         return np.stack([np.interp(times, at, x) for x in values.T], axis=1)
+
+    def lengths(self, node):
+        """Times and factors of length along z."""
+        at, values = self.keys(node, "scale")
+        assert (values[:, :2] == 1).all()
+        return [(at, values[:, 2])]
 
     def attitudes(self, node, times):
         """As Slerp of the specification: w, x, y, z."""
@@ -230,6 +251,67 @@ def test_fast_spin(run, output):
         assert turned == pytest.approx(1000 * at[early][-1], rel=1e-3)
         assert np.degrees(2 * np.arccos(np.minimum(cosine, 1))).max() < 91
     validate(file.with_suffix(".glb"))
+
+
+def test_springs(run, output):
+    """Coils reach from point to point of springs, whatever these do, in glTF and VTK; where
+    both are at one place there is one about it. Forces are those of the rows."""
+    file = output(SPRINGS)
+    gltf = exported(run, file)
+    validate(file.with_suffix(".glb"))
+    done = run("export", file, "--to", "vtk", "--all")
+    assert done.status == 0, done.err
+    vtk = Vtk(file.with_suffix(".vtkhdf"))
+    lines, points = vtk.root["Lines"], vtk.root["Vertices"]
+    at, ids = lines["Offsets"][()], lines["Connectivity"][()]
+    cells = len(points["Offsets"]) - 1
+    assert vtk.cells["kind"][: cells + len(at) - 1].tolist() == [4, 4, 4, 3, 3, 3]
+    with h5py.File(file) as data:
+        scale, rows, table = drawable.open_run(file, data).scale, data["trajectory"], data["spring"]
+        names = table["name"].asstr()[()].tolist()
+        assert (names, vtk.file["names/spring"].asstr()[()].tolist()) == (
+            ["strut", "link", "mount"],
+        ) * 2
+        bodies, time = table["bodies"].asstr()[()], rows["time"][()]
+        index = {name: i for i, name in enumerate(data["body/name"].asstr()[()])}
+        for i, name in enumerate(names):
+            ends = []
+            for body, key in zip(bodies[i], ("first_point", "second_point"), strict=True):
+                place = np.repeat(table[key][i][None], len(time), axis=0)
+                if body != "ground":
+                    turn = thinning.matrices(rows["quaternion"][:, index[body]])
+                    place = rows["position"][:, index[body]] + np.einsum("kij,kj->ki", turn, place)
+                ends.append(place)
+            node = gltf.node(name)
+            assert gltf.nodes[node]["extras"]["bodies"] == bodies[i].tolist()
+            begin = gltf.positions(node, time)
+            stretch = np.stack([np.interp(time, *x) for x in gltf.lengths(node)], axis=1)[:, 0]
+            along = thinning.matrices(gltf.attitudes(node, time))[:, :, 2]
+            coil = [begin, begin + stretch[:, None] * along]
+            shown = [
+                np.stack([vtk.at(k)[ids[at[i] + j]] for k in range(len(time))])
+                for j in (0, at[i + 1] - at[i] - 1)
+            ]
+            for k in (0, 1):
+                if name == "mount":
+                    # About the middle, and not longer than it is wide.
+                    middle = (ends[0] + ends[1]) / 2
+                    assert np.linalg.norm(coil[k] - middle, axis=1).max() < 0.03 * scale
+                    assert np.linalg.norm(shown[k] - middle, axis=1).max() < 0.03 * scale
+                else:
+                    assert np.linalg.norm(coil[k] - ends[k], axis=1).max() <= 1e-3 * scale
+                    assert np.abs(shown[k] - ends[k]).max() < 1e-6
+            # The mesh goes from the one end to the other.
+            mesh = gltf.head["meshes"][gltf.nodes[node]["mesh"]]["primitives"][0]
+            height = gltf.array(mesh["attributes"]["POSITION"])[:, 2]
+            assert (height.min(), height.max()) == pytest.approx((0, 1), abs=0.02)
+            held = points["Connectivity"][i]
+            for k in (0, 50, 100):
+                assert np.abs(vtk.at(k)[held] - ends[1][k]).max() < 1e-6
+                force = rows["spring_force"][k, i]
+                assert vtk.at(k, "force")[held] == pytest.approx(force, rel=1e-6, abs=1e-6)
+        # That of the bushing stays upright.
+        assert along[:, 2].min() > 0.9
 
 
 def test_part_of_a_run(run, output, tmp_path):
@@ -473,6 +555,7 @@ def test_vtk(run, rolling):
     assert names == {
         "body": ["ground", "ball"],
         "contact": ["bounce"],
+        "spring": [],
         "surface": ["skin", "floor"],
     }
 

@@ -31,9 +31,12 @@
       };
       for (const { ends: [first, second] } of this.springs) {
         along.subVectors(second, first);
-        // What is shorter than a coil is wide is drawn as a coil about the middle.
-        const length = along.length(), drawn = Math.max(length, this.size);
-        if (length > 0) along.divideScalar(length); else along.set(0, 0, 1);
+        // Points that are closer than a coil is wide have one about their middle, the more along z
+        // the closer they are, so that it does not turn with what is left between them.
+        along.z += Math.max(this.size - along.length(), 0);
+        if (along.length() < 1e-3 * this.size) along.set(1e-3 * this.size, 0, 0);
+        const drawn = along.length();
+        along.divideScalar(drawn);
         across.set(0, 0, 1).cross(along);
         if (across.lengthSq() < 1e-6) across.set(1, 0, 0);
         third.crossVectors(along, across.normalize());

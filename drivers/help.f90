@@ -18,7 +18,7 @@ module contensou_drivers_help
    public :: help_command
 
    type(option_type), parameter :: options(*) = [ &
-      option_type("TOPIC", "", "GROUP or GROUP.KEY of a scene or a sweep, or a command"), &
+      option_type("TOPIC", "", "GROUP, GROUP.KEY or KEY of a scene or a sweep, or a command"), &
       option_type("--man", "PAGE", "manual page for man: contensou or scene", &
       needs="a page, contensou or scene", choices="contensou scene"), &
       option_type("--completion", "SHELL", "completion of the command line: bash, zsh or fish", &
@@ -65,6 +65,13 @@ contains
       else if (c > 0 .and. all(groups%name /= topic)) then
          ! What is a group, too, is explained as that.
          text = usage_text(line%commands(c)) // nl
+      else if (g == 0 .and. key == "" .and. any(keys%name == group)) then
+         ! A key alone: in all groups that have it.
+         own = pack(keys, keys%name == group)
+         text = key_text(own(1))
+         do k = 2, size(own)
+            text = text // nl // key_text(own(k))
+         end do
       else if (g == 0) then
          call fatal(error, "a scene or sweep has no group " // quote(group) // &
             did_you_mean(group, groups%name, "contensou help lists them"), status_usage)

@@ -6,17 +6,22 @@
 from __future__ import annotations
 
 import argparse
-import os
 import signal
 import sys
-import tempfile
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 
 from lib import drawable, gltf, seal, style, vtkhdf
-from lib.results import ResultError, as_text, check_output, default_output, open_file
+from lib.results import (
+    ResultError,
+    as_text,
+    check_output,
+    default_output,
+    open_file,
+    whole_file,
+)
 
 # As those of the program: bad usage, and files that cannot be read or written.
 STATUS_USAGE, STATUS_FILE = 2, 74
@@ -91,17 +96,8 @@ def export(options: argparse.Namespace, output: Path) -> None:
                 f"({status_of(run)}); {run.rows} rows",
                 file=sys.stderr,
             )
-        descriptor, temporary = tempfile.mkstemp(prefix=f"{output.name}.part-", dir=output.parent)
-        try:
-            with os.fdopen(descriptor, "w+b") as target:
-                write(run, rows, target, options)
-            mask = os.umask(0)
-            os.umask(mask)
-            os.chmod(temporary, 0o666 & ~mask)
-            os.replace(temporary, output)
-        except BaseException:
-            os.unlink(temporary)
-            raise
+        with whole_file(output) as place, place.open("w+b") as target:
+            write(run, rows, target, options)
 
 
 def write(run: drawable.Run, rows: slice, target: BinaryIO, options: argparse.Namespace) -> None:

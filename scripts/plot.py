@@ -13,7 +13,7 @@ from pathlib import Path
 
 from lib import style, sweeps
 from lib.drawing import figure_of
-from lib.results import ResultError
+from lib.results import ResultError, check_output
 
 
 def main(name: str = "scripts/plot") -> int:
@@ -48,7 +48,7 @@ def main(name: str = "scripts/plot") -> int:
     wishes = wishes_of(parser, options)
     picture = options.output or default_picture(options.file)
     try:
-        check_picture(options.file, picture)
+        check_output(options.file, picture, force=True, what="picture")
         figure = figure_of(options.file, wishes, loads=options.loads)
         style.save(figure, picture)
     except ResultError as problem:
@@ -62,16 +62,6 @@ def main(name: str = "scripts/plot") -> int:
         return 2
     print(style.shown(str(picture)))
     return 0
-
-
-def check_picture(file: Path, picture: Path) -> None:
-    """See that the picture replaces neither the file that is drawn nor anything but a file."""
-    if not picture.exists():
-        return
-    if file.exists() and picture.samefile(file):
-        raise ResultError(f"the picture {picture} would replace the file that is drawn")
-    if not picture.is_file():
-        raise ResultError(f"the picture {picture} would replace what is no regular file")
 
 
 def wishes_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> sweeps.Wishes:

@@ -16,7 +16,7 @@ from matplotlib.patches import Ellipse
 
 from lib import bristles, style
 from lib.kernels import described, evaluated
-from lib.results import ResultError
+from lib.results import ResultError, check_output
 
 NEEDED = ("a", "f", "N")
 SLIP = ("vx", "vy", "w")
@@ -44,6 +44,7 @@ def main(name: str = "scripts/spot") -> int:
     options = parser.parse_args()
     try:
         spot = read(options.spot)
+        check_output(None, options.output, force=True, what="picture")
         draw(spot, wrench(spot), options.output)
     except ResultError as problem:
         print(f"error: {style.shown(str(problem))}", file=sys.stderr)
@@ -206,7 +207,7 @@ def draw(spot: dict[str, float], force: np.ndarray, output: Path) -> None:
         words.append(f"sticks within {stick:.3g} of the spot")
     frame.set_title("\n".join(words), fontsize=10)
     frame.set(aspect="equal", xlabel=f"$x$ [{unit}]", ylabel=f"$y$ [{unit}]")
-    figure.savefig(output, dpi=150)
+    style.save(figure, output, dpi=150, bbox_inches=None)
 
 
 if __name__ == "__main__":

@@ -6,13 +6,11 @@ The file opens in a browser, from a folder or a mail, without a network.
 from __future__ import annotations
 
 import argparse
-import os
 import sys
-import tempfile
 from pathlib import Path
 
 from lib import limit_surface, seal, style, sweeping, sweeps, viewing
-from lib.results import ResultError
+from lib.results import ResultError, check_output, whole_file
 
 
 def main(name: str = "scripts/view") -> int:
@@ -39,11 +37,10 @@ def main(name: str = "scripts/view") -> int:
         parser.error("expected either FILE or --limit-surface")
     page = options.output or default_page(options.file or Path("limit_surface.h5"))
     try:
-        check_page(options.file, page)
-        write(
-            page_of(options.file) if options.file else limit_surface.view(options.limit_surface),
-            page,
-        )
+        check_output(options.file, page, force=True, what="page")
+        text = page_of(options.file) if options.file else limit_surface.view(options.limit_surface)
+        with whole_file(page) as place:
+            place.write_text(text, encoding="utf-8")
     except ResultError as problem:
         print(f"error: {style.shown(str(problem))}", file=sys.stderr)
         return 2
@@ -55,31 +52,6 @@ def main(name: str = "scripts/view") -> int:
         return 2
     print(style.shown(str(page)))
     return 0
-
-
-def write(text: str, page: Path) -> None:
-    """Write a page that is whole or not there."""
-    handle, part = tempfile.mkstemp(prefix=page.name[:100] + ".", dir=page.parent)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(part, 0o666 & ~mask)
-        os.replace(part, page)
-    except BaseException:
-        os.unlink(part)
-        raise
-
-
-def check_page(file: Path | None, page: Path) -> None:
-    """See that the page replaces neither the file that is drawn nor anything but a file."""
-    if not page.exists():
-        return
-    if file and file.exists() and page.samefile(file):
-        raise ResultError(f"the page {page} would replace the file that is drawn")
-    if not page.is_file():
-        raise ResultError(f"the page {page} would replace what is no regular file")
 
 
 def page_of(file: Path) -> str:

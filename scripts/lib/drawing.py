@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -151,6 +152,9 @@ def draw_landmarks(panels: list[Axes], result: Result) -> None:
 def draw(result: Result) -> Figure:
     """The whole picture."""
     style.apply()
+    result.bodies = list(map(style.drawn, result.bodies))
+    result.contacts = list(map(style.drawn, result.contacts))
+    result.events = [replace(e, contact=style.drawn(e.contact)) for e in result.events]
     panels = panels_of(result)
     if not panels:
         raise ResultError(f"{result.path} holds nothing that could be drawn")

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
+import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -227,13 +230,33 @@ def default_output(file: Path, ending: str) -> Path:
     return stem.with_suffix(ending)
 
 
-def check_output(file: Path, output: Path, *, force: bool) -> None:
+def check_output(
+    file: Path | None, output: Path, *, force: bool, what: str = "output file"
+) -> None:
     """See that nothing is lost by writing a file."""
     if not os.path.lexists(output):
         return
-    if file.exists() and output.exists() and output.samefile(file):
-        raise ResultError(f"the output file {output} is the file that is read")
+    if file and file.exists() and output.exists() and output.samefile(file):
+        raise ResultError(f"the {what} {output} is the file that is read")
     if output.is_symlink() or not output.is_file():
-        raise ResultError(f"the output file {output} would replace what is no regular file")
+        raise ResultError(f"the {what} {output} would replace what is no regular file")
     if not force:
         raise ResultError(f"{output} exists; --force replaces it")
+
+
+@contextlib.contextmanager
+def whole_file(output: Path) -> Iterator[Path]:
+    """Where to write a file that has its name only when it is complete."""
+    descriptor, name = tempfile.mkstemp(
+        prefix=f"{output.stem[:40]}.part-", suffix=output.suffix, dir=output.parent
+    )
+    os.close(descriptor)
+    try:
+        yield Path(name)
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(name, 0o666 & ~mask)
+        os.replace(name, output)
+    except BaseException:
+        os.unlink(name)
+        raise

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import warnings
+from pathlib import Path
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -11,6 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.axis import XAxis, YAxis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatterSciNotation
+
+from .results import ResultError, whole_file
 
 # Distinct also to the colour-blind (Okabe and Ito).
 BLUE, ORANGE, GREEN, PINK, SKY, RED = (
@@ -21,6 +25,7 @@ BLUE, ORANGE, GREEN, PINK, SKY, RED = (
     "#56B4E9",
     "#D55E00",
 )
+LONGEST = 60  # characters of a name in a label
 DARK, GREY, LIGHT = "#222222", "#8A8A8A", "#E3E3E3"
 CYCLE = [BLUE, RED, GREEN, PINK, ORANGE, SKY, DARK, GREY]
 
@@ -235,7 +240,25 @@ def shown(text: str) -> str:
     )
 
 
-def save(figure: Figure, path: object) -> None:
+def drawn(name: str, longest: int = LONGEST) -> str:
+    """A name as a label: without formulas and what commands a terminal, never left out, short."""
+    if len(name) > longest:
+        name = f"{name[: longest // 2 - 1]}\N{HORIZONTAL ELLIPSIS}{name[-longest // 2 :]}"
+    name = shown(name).replace("$", r"\$")
+    # A legend leaves out what begins with an underscore.
+    return f"\N{ZERO WIDTH SPACE}{name}" if name.startswith("_") else name
+
+
+def save(figure: Figure, path: str | Path, **options: object) -> None:
     """Write the figure; the same data give the same file."""
-    figure.savefig(path, metadata={"Software": None}, bbox_inches="tight", pad_inches=0.15)
+    ending = Path(path).suffix[1:].lower() or "png"
+    if ending not in (known := figure.canvas.get_supported_filetypes()):
+        raise ResultError(f"{path}: no picture has the ending .{ending}, only {', '.join(known)}")
+    looks = {"format": ending, "bbox_inches": "tight", "pad_inches": 0.15}
+    if ending == "png":
+        looks["metadata"] = {"Software": None}
+    with warnings.catch_warnings(), whole_file(Path(path)) as place:
+        # A box for a character is answer enough.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        figure.savefig(place, **(looks | options))
     plt.close(figure)

@@ -64,7 +64,7 @@ class Column:
     @property
     def label(self) -> str:
         """Name and unit for an axis."""
-        name = self.name.replace("_", " ")
+        name = style.drawn(self.name.replace("_", " "))
         return name if self.unit in ("", "1") else f"{name} [{self.unit}]"
 
     def levels(self) -> np.ndarray:
@@ -420,7 +420,7 @@ def legend_below(axes: Axes, handles: list) -> None:
 
 def heading(axes: Axes, result: Column) -> None:
     """The meaning of a result above its panel."""
-    meaning = result.meaning or result.name.replace("_", " ")
+    meaning = style.drawn(result.meaning or result.name.replace("_", " "), 120)
     axes.set_title(meaning[0].upper() + meaning[1:])
 
 

@@ -41,12 +41,17 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       !> Set if the file cannot be read or is not a text.
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: text
+      character(len=:), allocatable :: text, right
 
       call read_file(path, text, error)
       if (.not. allocated(error)) then
          if (scan(text, achar(0)) > 0) then
-            call fatal(error, path // " is not a text file: it contains zero bytes", status_usage)
+            right = ""
+            if (index(text, char(255) // char(254)) == 1 .or. &
+               index(text, char(254) // char(255)) == 1) right = ", as UTF-16 does; iconv " // &
+               "-f utf-16 -t utf-8 OLD > NEW converts it"
+            call fatal(error, path // " is not a text file: it contains zero bytes" // right, &
+               status_usage)
          end if
       end if
       if (allocated(error)) then

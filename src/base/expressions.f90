@@ -611,10 +611,30 @@ contains
             right = "one of " // join(names, ", ")
          end if
          if (len(right) > 300) right = "the name of one in the group &constants"
+         if (is_per_second(reader%text(:first - 1), name)) then
+            call stop_at(reader, first, len(name), "'deg/" // name // "': there are no units " // &
+               "of time", "deg alone, which is in rad/s where that is the unit")
+            return
+         end if
          call stop_at(reader, first, len(name), "there is no constant " // quote(name), right)
       end subroutine unknown
 
    end subroutine read_name
+
+   !> Whether a name is that of a second below a number of degrees.
+   pure logical function is_per_second(before, name)
+      !> What stands before it.
+      character(len=*), intent(in) :: before
+      character(len=*), intent(in) :: name
+      integer :: n
+
+      is_per_second = .false.
+      n = len_trim(before)
+      if (n < 4 .or. all(name /= [character(len=6) :: "s", "sec", "second"])) return
+      if (before(n:n) /= "/") return
+      n = len_trim(before(:n - 1))
+      is_per_second = lower(before(max(n - 2, 1):n)) == "deg"
+   end function is_per_second
 
    !> The arguments of a function, and its value.
    pure recursive subroutine read_function(reader, constants, name, first, value)

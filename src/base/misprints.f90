@@ -90,6 +90,17 @@ module contensou_base_misprints
       lookalike_type(char(239) // char(187) // char(191), "byte order mark", "FEFF", " "), &
       lookalike_type(char(239) // char(188) // char(140), "full-width comma", "FF0C", ","), &
       lookalike_type(char(239) // char(188) // char(157), "full-width equals sign", "FF1D", "="), &
+      lookalike_type(char(239) // char(188) // char(142), "full-width point", "FF0E", "."), &
+      lookalike_type(char(239) // char(188) // char(144), "full-width digit", "FF10", "0"), &
+      lookalike_type(char(239) // char(188) // char(145), "full-width digit", "FF11", "1"), &
+      lookalike_type(char(239) // char(188) // char(146), "full-width digit", "FF12", "2"), &
+      lookalike_type(char(239) // char(188) // char(147), "full-width digit", "FF13", "3"), &
+      lookalike_type(char(239) // char(188) // char(148), "full-width digit", "FF14", "4"), &
+      lookalike_type(char(239) // char(188) // char(149), "full-width digit", "FF15", "5"), &
+      lookalike_type(char(239) // char(188) // char(150), "full-width digit", "FF16", "6"), &
+      lookalike_type(char(239) // char(188) // char(151), "full-width digit", "FF17", "7"), &
+      lookalike_type(char(239) // char(188) // char(152), "full-width digit", "FF18", "8"), &
+      lookalike_type(char(239) // char(188) // char(153), "full-width digit", "FF19", "9"), &
       lookalike_type(char(217) // char(171), "decimal separator", "066B", "."), &
       lookalike_type(char(195) // char(151), "multiplication sign", "00D7", "*"), &
       lookalike_type(char(226) // char(136) // char(151), "multiplication sign", "2217", "*"), &

@@ -200,7 +200,9 @@ contains
       logical, intent(out) :: misspelt
       type(diagnostics_type), intent(inout) :: diagnostics
 
-      character(len=:), allocatable :: expected, owners
+      type(string_type), allocatable :: keys(:)
+      character(len=:), allocatable :: expected, owners, right
+      integer :: k
 
       misspelt = .false.
       associate (group => schema%groups(kind))
@@ -208,14 +210,21 @@ contains
          if (position > 0) return
          position = nearest(assignment%key, group%keys%name)
          misspelt = position > 0
-         owners = groups_with(schema, assignment%key)
+         right = assignment%key
+         owners = groups_with(schema, right)
+         if (owners == "" .and. .not. misspelt) then
+            call schema_keys(schema, keys)
+            k = nearest(assignment%key, keys)
+            if (k > 0) right = keys(k)%s
+            owners = groups_with(schema, right)
+         end if
          if (misspelt) then
             expected = trim(group%keys(position)%name)
          else if (owners == "") then
             expected = "one of " // join(strings(group%keys%name), ", ")
          end if
          if (owners /= "") then
-            owners = "'" // assignment%key // "' in " // owners
+            owners = "'" // right // "' in " // owners
             if (misspelt) owners = owners // ", or " // expected
             expected = owners
          end if
@@ -238,6 +247,26 @@ contains
          text = text // "&" // trim(schema%groups(g)%spec%name)
       end do
    end function groups_with
+
+   !> Names of the keys of all groups.
+   subroutine schema_keys(schema, keys)
+      type(schema_type), intent(in) :: schema
+      type(string_type), allocatable, intent(out) :: keys(:)
+      integer :: g, k, n
+
+      n = 0
+      do g = 1, size(schema%groups)
+         n = n + size(schema%groups(g)%keys)
+      end do
+      allocate(keys(n))
+      n = 0
+      do g = 1, size(schema%groups)
+         do k = 1, size(schema%groups(g)%keys)
+            n = n + 1
+            keys(n)%s = trim(schema%groups(g)%keys(k)%name)
+         end do
+      end do
+   end subroutine schema_keys
 
    !> Take the values of an assignment.
    subroutine take_assignment(assignment, key, names, constants, setting, first, complete, &
@@ -450,6 +479,13 @@ contains
          number%origin = value%origin
          if (present(constants)) call expression_value(value, constants, number%real, is_one, &
             diagnostics, good)
+         if (is_one .and. good .and. key%unit /= "" .and. key%unit /= "model" .and. &
+            index(key%unit, "rad") == 0) then
+            if (is_in_degrees(value%text)) then
+               good = .false.
+               call wrong("'deg' behind a number: '" // trim(key%name) // "' is no angle")
+            end if
+         end if
          if (is_one) return
          good = .false.
          call explain_misprint(value%text, message, right)
@@ -513,6 +549,18 @@ contains
       end subroutine take_text
 
    end subroutine take_value
+
+   !> Whether an expression is a number with the unit of an angle.
+   pure logical function is_in_degrees(text)
+      character(len=*), intent(in) :: text
+      integer :: n
+
+      n = len_trim(text) - 3
+      is_in_degrees = .false.
+      if (n < 2) return
+      is_in_degrees = lower(text(n + 1:n + 3)) == "deg" .and. text(n:n) == " " .and. &
+         verify(text(:n), "0123456789.+-eEdD ") == 0
+   end function is_in_degrees
 
    !> Find a choice among the names of its key; one that is unknown is reported.
    subroutine find_choice(text, names, key, origin, choice, diagnostics)

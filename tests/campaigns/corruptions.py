@@ -35,6 +35,8 @@ HONEST = re.compile(
     r"exists and has other cases|rows for the cases|cannot be joined|is no table|holds no|"
     r"holds \d+ rows|is a scene: merge joins"
 )
+# Time after which a command hangs [s], however busy the machine is.
+PATIENCE = 600
 # A run that does not end by itself.
 LONG = "--set scene.t_end=1e4 --set output.interval=1e-2"
 
@@ -101,7 +103,7 @@ class Campaign:
             capture_output=True,
             text=True,
             errors="replace",
-            timeout=60,
+            timeout=PATIENCE,
             check=False,
         )
 
@@ -211,7 +213,7 @@ class Campaign:
             out, err = process.communicate(timeout=0.4)
         except subprocess.TimeoutExpired:
             process.send_signal(signal.SIGTERM)
-            out, err = process.communicate(timeout=60)
+            out, err = process.communicate(timeout=PATIENCE)
         text = out + err
         if process.returncode < 0 or BACKTRACE.search(text):
             return "crash", f"going on, {done}: {process.returncode} {text[-300:]}"
@@ -232,7 +234,7 @@ class Campaign:
             capture_output=True,
             text=True,
             errors="replace",
-            timeout=120,
+            timeout=PATIENCE,
             check=False,
         )
         return self.judge(f"plot, {done}", result, (place / name).with_suffix(".png").exists())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from pathlib import Path
 
 import matplotlib as mpl
@@ -74,6 +75,24 @@ def test_what_moves_is_drawn(drawn):
     assert not any("Inclination" in title for title in panels)
     (path,) = panels["Path, seen from the side"]
     assert (path.get_xlabel(), path.get_ylabel()) == ("x [mm]", "z [mm]")
+
+
+def test_names_are_drawn_as_they_stand(drawn, tmp_path):
+    """Formulas, controls, characters without a glyph and long names are names all the same."""
+    wild = "_b$\\frac{1$ \x1b[2J \u7403 " + 300 * "n"
+    panels = drawn(
+        readme_ball()
+        .replace("'bouncing ball'", "'costs $5 or $6^{, \x1b[31m'")
+        .replace("name = 'ball_floor'", f"name = '{wild}'"),
+        "--set", "scene.t_end=0.5",
+    )  # fmt: skip
+    (gap,) = panels["Contact indicators"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        style.save(gap.figure, tmp_path / "out.png")
+    (legend,) = [text.get_text() for text in gap.get_legend().get_texts()][:1]
+    assert r"b\$\frac{1\$ \x1b[2J" in legend
+    assert len(legend) < 80
 
 
 def test_energies_are_changes(drawn):

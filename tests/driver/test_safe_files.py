@@ -123,23 +123,54 @@ def test_no_input_is_written_over_beside_the_output(run, files):
         (files / name).unlink()
 
 
-def test_a_picture_does_not_replace_what_it_shows(run, files):
+@pytest.mark.parametrize("tool", ["plot", "view", "spot"])
+def test_a_picture_does_not_replace_what_it_shows(run, files, tool):
     good(run("run", "scene.nml", "-o", "x.png", "-q"))
+    os.mkfifo(files / "pipe.png")
+    (files / "link.png").symlink_to("scene.nml")
     before = content(files)
-    for words in (["x.png"], ["x.png", "-o", "./x.png"], ["x.png", "-o", "pipe.png"]):
-        if "pipe.png" in words:
-            os.mkfifo(files / "pipe.png")
-        done = plot(files, *words)
+    shown = "a=1e-3,f=0.3,N=10,w=1" if tool == "spot" else "x.png"
+    for name in ("x.png", "./x.png", "pipe.png", "link.png", ".")[2 * (tool == "spot") :]:
+        done = plot(files, shown, "-o", name, tool=tool)
         assert done.returncode == 2
-        assert "would replace" in done.stderr
+        assert "would replace" in done.stderr or "is the file that is read" in done.stderr
         assert content(files) == before
 
 
-def plot(folder, *words):
+@pytest.mark.parametrize("tool", ["plot", "view"])
+def test_pictures_are_written_whole(run, files, tool):
+    """A limit on the size of files is a disk that is full."""
+    good(run("run", "scene.nml", "-o", "x.h5", "-q"))
+    (files / "old").write_text("what was there")
+    before = content(files)
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000))
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+
+    done = plot(files, "x.h5", "-o", "old", tool=tool, preexec_fn=limit)
+    assert done.returncode == 2
+    assert "old cannot be written: File too large" in done.stderr
+    assert content(files) == before
+
+
+def test_endings_of_pictures(run, files):
+    good(run("run", "scene.nml", "-o", "x.h5", "-q"))
+    done = plot(files, "x.h5", "-o", "x.zzz")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "no picture has the ending .zzz, only" in done.stderr
+    for name, start in (("x", b"\x89PNG"), ("x.svg", b"<?xml"), ("x.pdf", b"%PDF")):
+        done = plot(files, "x.h5", "-o", name)
+        assert (done.returncode, done.stdout) == (0, f"{name}\n"), done.stderr
+        assert (files / name).read_bytes().startswith(start)
+
+
+def plot(folder, *words, tool="plot", **options):
     """Draw a picture."""
     return subprocess.run(
-        [sys.executable, ROOT / "scripts" / "plot.py", *words],
+        [sys.executable, ROOT / "scripts" / f"{tool}.py", *words],
         cwd=folder,
+        **options,
         capture_output=True,
         text=True,
         timeout=120,

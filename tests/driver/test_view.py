@@ -285,7 +285,7 @@ def test_command_writes_a_page(run, scene, tmp_path):
     assert done.stdout == "other.html\n"
     done = view("top.h5.part", "-o", "top.h5.part", cwd=tmp_path)
     assert done.returncode == 2
-    assert "would replace the file that is drawn" in done.stderr
+    assert "is the file that is read" in done.stderr
 
 
 def test_view_is_a_command(run, executable, scene, tmp_path):

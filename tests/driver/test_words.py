@@ -64,6 +64,9 @@ def test_a_misspelt_key_of_a_name_that_two_have(check, mistakes, path, expected)
         ("body", "radius", "'radius' in &surface or &defaults, or radius_of_gyration"),
         ("body", "young", "'young' in &material"),
         ("surface", "t_end", "'t_end' in &scene"),
+        ("body", "gravty", "'gravity' in &scene"),
+        ("surface", "mas", "'mass' in &body"),
+        ("body", "stifness", "'stiffness' in &spring"),
         ("body", "zzzzzzzz", "one of name, motion, mass, "),
     ],
 )
@@ -108,6 +111,9 @@ def test_a_key_in_the_wrong_group(check, mistakes, group, key, expected):
         ("mass", "0.5 turn", "'turn' behind a number", "180.0 deg, or the number in rad"),
         ("mass", "2\u00d73", "has a multiplication sign (U+00D7)", "2*3, with the '*' of a key"),
         ("mass", "0\uff0c03", "has a full-width comma (U+FF0C)", "0,03, with the ',' of a key"),
+        ("mass", "\uff10.0327", "has a full-width digit (U+FF10)", "0.0327, with the '0' of a"),
+        ("radius", "10 deg", "'deg' behind a number: 'radius' is no angle", "a number > 0.0 [m]"),
+        ("spin", "0, 50 deg/s, 0", "'deg/s': there are no units", "deg alone, which is in rad/s"),
         ("spin", "0, 3000 rpm, 0", "'rpm' behind a number", "314.159265359 without a unit"),
     ],
 )
@@ -506,6 +512,17 @@ def test_a_run_that_failed(run, tmp_path):
     assert done.status != 0
     assert "of a run that failed" in done.err
     assert "was failed" not in done.err
+
+
+def test_help_of_a_key_alone(run):
+    done = run("help", "mass")
+    assert done.status == 0
+    assert done.out.startswith("body.mass\n")
+    done = run("help", "restitution")
+    assert [line for line in done.out.splitlines() if line.endswith(".restitution")] == [
+        "contact.restitution", "contacts.restitution", "defaults.restitution", "bearing.restitution"
+    ]  # fmt: skip
+    assert run("help", "maas").status == 2
 
 
 @pytest.mark.parametrize(("topic", "usage"), [("sweep", "SWEEP"), ("cost", "SCENE")])

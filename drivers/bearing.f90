@@ -17,7 +17,7 @@ module contensou_drivers_bearing
    type(option_type), parameter :: options(*) = [ &
       option_type("FILE.h5", "", "output file of a run", needs="a file"), &
       option_type("--part", "P", "part of the run that counts, its end; default 0.5", &
-      needs="a number from 0 to 1", takes=takes_positive), &
+      needs="a number above 0, at most 1", takes=takes_positive), &
       option_type("--rating", "C", "basic dynamic load rating [N], for the life", &
       needs="a load [N]", takes=takes_positive), &
       option_type("--nominal-angle", "A", "nominal contact angle of that rating [degrees]; " // &
@@ -61,7 +61,14 @@ contains
       part = line%number("--part", 0.5_wp)
       rating = line%number("--rating", 0.0_wp)
       if (part > 1.0_wp) then
-         call fatal(error, "--part takes a number from 0 to 1", status_usage)
+         call fatal(error, "--part needs a number above 0, at most 1, not " // &
+            to_text(part), status_usage)
+         return
+      end if
+      nominal = line%number("--nominal-angle", 0.0_wp)
+      if (nominal >= 90.0_wp) then
+         call fatal(error, "--nominal-angle needs an angle from 0 to below 90 [degrees], not " // &
+            to_text(nominal), status_usage)
          return
       end if
       call read_bearings(line%text("FILE.h5"), part, bearings, losses, error)

@@ -6,8 +6,9 @@
 module contensou_scene_overrides
    use contensou_base_diagnostics, only : diagnostics_type, origin_type
    use contensou_base_document, only : assignment_type, constants_group, document_type, &
-      group_type, parse_value_list, value_expression, value_text, value_type
+      group_type, parse_value_list, value_expression, value_integer, value_text, value_type
    use contensou_base_document_types, only : move_assignment, resize_assignments, resize_groups
+   use contensou_base_misprints, only : explain_comma
    use contensou_base_names, only : names_type
    use contensou_base_numbers, only : to_text
    use contensou_base_schema, only : is_number, schema_type
@@ -157,7 +158,7 @@ contains
       if (.not. found) return
       if (path%element > 0 .and. size(values) /= 1) then
          call diagnostics%add(origin, "'" // path%key // "(" // &
-            to_text(path%element) // ")' is one value", "one value")
+            to_text(path%element) // ")' is one value", one_value(values))
          return
       end if
       if (path%add_group) then
@@ -174,6 +175,18 @@ contains
             origin)
       end do
    end subroutine apply_override
+
+   !> What an element expects where several values stand: two may be a number with a decimal comma.
+   pure function one_value(values) result(expected)
+      type(value_type), intent(in) :: values(:)
+      character(len=:), allocatable :: expected, number
+
+      expected = "one value"
+      if (size(values) /= 2) return
+      if (any(values%kind /= value_integer)) return
+      call explain_comma(values(1)%real, values(2)%real, values(2)%origin%length, number)
+      expected = "one value; a decimal point in " // number // ", if that is meant"
+   end function one_value
 
    !> Whether the key of a path takes numbers; so it is said of one that is not known.
    pure logical function takes_numbers(path, document, schema)

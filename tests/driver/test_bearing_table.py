@@ -173,9 +173,10 @@ def test_a_pair_without_preload_begins(executable, tmp_path):
 
 def test_what_is_no_bearing(executable, result, run, tmp_path):
     assert run("bearing", tmp_path / "none.h5").status == 74
-    done = run("bearing", result, "--part", 2)
-    assert done.status == 2
-    assert "--part" in done.err
+    for option, value in (("--part", 2), ("--part", 0), ("--nominal-angle", 90)):
+        done = run("bearing", result, option, value)
+        assert done.status == 2
+        assert f"{option} needs" in done.err
     other = run_scene(executable, tmp_path / "o.h5", ROOT / "inputs" / "sliding_ball.nml")
     done = run("bearing", other)
     assert done.status == 2

@@ -129,6 +129,8 @@ def test_what_is_no_number_is_named(check, mistakes, key, value, message, expect
 def test_the_same_in_options_and_tables(check, run, mistakes, tmp_path):
     done = check(words=("--set", "ball.mass=32.7 g"))
     assert mistakes(done.err)[0].expected == "0.0327 without a unit, which is in kg"
+    done = check(words=("--set", "ball.position(3)=0,01"))
+    assert "one value; a decimal point in 0.01, if that is meant" in done.err
     done = check(words=("--set", "ball.mass=1 /"))
     assert "too many values for 'mass'" in mistakes(done.err)[0].message
     done = check(words=("--checkpoint", "5 s"), command="run")

@@ -10,9 +10,10 @@ module contensou_drivers_bench_errors
    use contensou_contact_wrench, only : slip_type
    use contensou_drivers_bench_suite, only : case_type, kernel_creep, kernel_creep_jacobian, &
       kernel_curved, kernel_elliptic, kernel_hertz, kernel_jacobian, kernel_ke, kernel_log, &
-      kernel_wrench, max_results, motion_of, n_arguments, rung_type, suite_type, way_boost_ke, &
-      way_creep, way_creep_jacobian, way_elliptic, way_fixed_hertz, way_gsl_ke, way_hertz, &
-      way_tables_ke, way_wrench
+      kernel_tangential, kernel_wrench, max_results, motion_of, n_arguments, rung_type, &
+      suite_type, way_boost_ke, way_creep, way_creep_jacobian, way_elliptic, way_fixed_hertz, &
+      way_gsl_ke, way_hertz, way_tables_ke, way_wrench
+   use contensou_drivers_bench_tangential, only : follow_history, most_layers
    use contensou_special_elliptic, only : complete_elliptic
    use contensou_special_gsl, only : gsl_complete_ke
    implicit none(type, external)
@@ -32,7 +33,7 @@ contains
       logical, intent(in) :: quick
       type(case_type), pointer :: c
       real(wp), allocatable :: errors(:, :)
-      real(wp) :: results(max_results)
+      real(wp) :: results(max_results), history(3, n_arguments)
       integer :: i, j, n, n_quantities
 
       call fill_references(suite, quick)
@@ -43,8 +44,15 @@ contains
             n_quantities = quantity_count(c%kernel)
             allocate(errors(c%checked, n_quantities))
             n = 0
+            if (c%kernel == kernel_tangential) call follow_history(rung%layers, c%shape, &
+               c%arguments(1:3, :c%checked), history)
             do j = 1, c%checked
-               call evaluate(rung, c, j, results)
+               if (c%kernel == kernel_tangential) then
+                  results = 0.0_wp
+                  results(:3) = history(:, j)
+               else
+                  call evaluate(rung, c, j, results)
+               end if
                if (any(ieee_is_nan(results))) cycle
                n = n + 1
                errors(n, :) = errors_of(c, j, results, n_quantities)
@@ -72,7 +80,7 @@ contains
       logical, intent(in) :: quick
       type(rule_type) :: rule
       real(qp) :: wrench(3), jacobian(3, 3)
-      real(wp) :: exact(3)
+      real(wp) :: exact(3), history(3, n_arguments)
       integer :: i, j
 
       rule = new_rule()
@@ -87,7 +95,15 @@ contains
             if (any(c%kernel == [kernel_creep, kernel_creep_jacobian])) then
                c%checked = max(c%checked/256, 2)
             end if
+            ! The reference has many layers.
+            if (c%kernel == kernel_tangential) c%checked = c%checked/8
             allocate(c%reference(max_results, c%checked))
+            if (c%kernel == kernel_tangential) then
+               call follow_history(most_layers, c%shape, c%arguments(1:3, :c%checked), history)
+               c%reference = 0.0_qp
+               c%reference(:3, :) = real(history(:, :c%checked), qp)
+               cycle
+            end if
             if (any(c%kernel == same_arguments)) cycle
             do j = 1, c%checked
                associate (x => c%arguments(:, j), results => c%reference(:, j))
@@ -126,7 +142,7 @@ contains
    !> Number of quantities whose errors are told: as many as `quantities_of` names.
    pure integer function quantity_count(kernel)
       integer, intent(in) :: kernel
-      integer, parameter :: counts(9) = [0, 6, 2, 5, 3, 4, 3, 2, 2]
+      integer, parameter :: counts(10) = [0, 6, 2, 5, 3, 4, 3, 2, 2, 2]
 
       quantity_count = counts(kernel)
    end function quantity_count
@@ -194,7 +210,7 @@ contains
             if (c%kernel == kernel_jacobian) then
                errors(4) = real(maxval(differences(4:))/maxval(abs(reference(4:))), wp)
             end if
-         case (kernel_creep, kernel_creep_jacobian)
+         case (kernel_creep, kernel_creep_jacobian, kernel_tangential)
             errors = real([hypot(differences(1), differences(2)), differences(3)], wp)
          case default
             ! In units in the last place of the rounded reference.

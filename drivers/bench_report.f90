@@ -11,7 +11,7 @@ module contensou_drivers_bench_report
    use contensou_drivers_bench_baselines, only : boost_version
    use contensou_drivers_bench_suite, only : kernel_creep, kernel_creep_jacobian, kernel_curved, &
       kernel_elliptic, kernel_hertz, kernel_jacobian, kernel_ke, kernel_log, kernel_names, &
-      kernel_wrench, max_quantities, name_length, suite_type
+      kernel_tangential, kernel_wrench, max_quantities, name_length, suite_type
    use contensou_files_hdf5_file, only : hdf5_file_type, hdf5_series_type, hdf5_version, series_real
    use contensou_files_provenance, only : put_header
    implicit none(type, external)
@@ -93,9 +93,11 @@ contains
          layout%quantities(:3) = [character(len=name_length) :: "F", "T", "T_relative"]
          layout%groups(:3) = [1, 1, 2]
          layout%headings(:2) = [character(len=name_length) :: "F, T", "T, relative"]
-      case (kernel_creep, kernel_creep_jacobian)
+      case (kernel_creep, kernel_creep_jacobian, kernel_tangential)
          layout%title = "laws of creep: v_x, v_y, a w -> F, T in f N, f N a"
          if (kernel == kernel_creep_jacobian) layout%title = "laws of creep with their Jacobian"
+         if (kernel == kernel_tangential) layout%title = &
+            "tangential elasticity: steps d_x, d_y, twist -> F, T"
          layout%n = 2
          layout%quantities(:2) = [character(len=name_length) :: "F", "T"]
          layout%groups(:2) = [1, 2]
@@ -130,7 +132,7 @@ contains
       text = "one log() takes " // trim(adjustl(cell(1.0e9_wp*logarithm(1), 8))) // &
          " ns in throughput and " // trim(adjustl(cell(1.0e9_wp*logarithm(2), 8))) // &
          " ns in a chain" // nl
-      do kernel = kernel_elliptic, kernel_creep_jacobian
+      do kernel = kernel_elliptic, kernel_tangential
          layout = layout_of(kernel)
          text = text // nl // trim(kernel_names(kernel)) // ": " // trim(layout%title) // nl
          if (layout%unit == "ulp") then
@@ -296,7 +298,7 @@ contains
       call file%put_value("/log/ns_chain", 1.0e9_wp*suite%rungs(1)%seconds(2), "ns", &
          "time of log() in a dependent chain", error)
       call file%put_value("/log/rounds", rounds, "1", "rounds of batches", error)
-      do kernel = kernel_log + 1, kernel_creep_jacobian
+      do kernel = kernel_log + 1, kernel_tangential
          call put_kernel(suite, kernel, file, error)
       end do
       call put_bars(suite, file, error)

@@ -18,6 +18,7 @@ module contensou_drivers_bench_suite
    use contensou_drivers_bench_curved, only : curved_10, curved_4, curved_6, curved_product, &
       slip_by_rolling
    use contensou_drivers_bench_reference, only : qp
+   use contensou_drivers_bench_tangential, only : layers_of_rungs, rung_name
    use contensou_special_elliptic, only : elliptic_kernel, elliptic_model_type, elliptic_models
    implicit none(type, external)
    private
@@ -25,26 +26,26 @@ module contensou_drivers_bench_suite
    public :: suite_type, case_type, rung_type, new_suite, motion_of
    public :: name_length, kernel_names, n_arguments, max_quantities, max_results
    public :: kernel_log, kernel_elliptic, kernel_ke, kernel_hertz, kernel_wrench, kernel_jacobian, &
-      kernel_curved, kernel_creep, kernel_creep_jacobian
+      kernel_curved, kernel_creep, kernel_creep_jacobian, kernel_tangential
    public :: way_log, way_elliptic, way_tables_ke, way_boost_ke, way_gsl_ke, way_hertz, &
-      way_fixed_hertz, way_wrench, way_jacobian, way_creep, way_creep_jacobian
+      way_fixed_hertz, way_wrench, way_jacobian, way_creep, way_creep_jacobian, way_tangential
 
    !> Length of names.
    integer, parameter :: name_length = 20
 
    integer, parameter :: kernel_log = 1, kernel_elliptic = 2, kernel_ke = 3, kernel_hertz = 4, &
       kernel_wrench = 5, kernel_jacobian = 6, kernel_curved = 7, kernel_creep = 8, &
-      kernel_creep_jacobian = 9
+      kernel_creep_jacobian = 9, kernel_tangential = 10
 
    !> Their names.
-   character(len=*), parameter :: kernel_names(9) = [character(len=name_length) :: "log", &
+   character(len=*), parameter :: kernel_names(10) = [character(len=name_length) :: "log", &
       "elliptic", "elliptic_ke", "hertz", "wrench", "wrench_jacobian", "curved_wrench", "creep", &
-      "creep_jacobian"]
+      "creep_jacobian", "tangential"]
 
    !> How a rung is called.
    integer, parameter :: way_log = 1, way_elliptic = 2, way_tables_ke = 3, way_boost_ke = 4, &
       way_gsl_ke = 5, way_hertz = 6, way_fixed_hertz = 7, way_wrench = 8, way_jacobian = 9, &
-      way_creep = 10, way_creep_jacobian = 11
+      way_creep = 10, way_creep_jacobian = 11, way_tangential = 12
 
    !> Arguments in a case.
    integer, parameter :: n_arguments = 2048
@@ -94,6 +95,8 @@ module contensou_drivers_bench_suite
       integer :: way = 0
       !> Index of a law of creep.
       integer :: law = 0
+      !> Layers of tangential elasticity.
+      integer :: layers = 0
       !> The procedure, if it is one for all elliptic integrals.
       procedure(elliptic_kernel), pointer, nopass :: elliptic => null()
       !> The procedure, if it is one for a contact.
@@ -138,6 +141,7 @@ contains
       call add_wrench(suite, state)
       call add_curved(suite, state)
       call add_creep(suite, state)
+      call add_tangential(suite, state)
       call add_rungs(suite)
    end subroutine new_suite
 
@@ -328,6 +332,43 @@ contains
       end do
    end subroutine add_creep
 
+   !> Cases of tangential elasticity: places of a spot one after the other.
+   subroutine add_tangential(suite, state)
+      type(suite_type), intent(inout) :: suite
+      !> State of the random numbers.
+      integer(i8), intent(inout) :: state
+      character(len=*), parameter :: names(4) = [character(len=12) :: "shift", "shift_k0.5", &
+         "twist", "twist_k0.5"]
+      character(len=*), parameter :: titles(4) = [character(len=60) :: &
+         "circle, shifted to and fro", "k = 0.5, shifted to and fro", &
+         "circle, shifted and twisted to and fro", "k = 0.5, shifted and twisted to and fro"]
+      !> Share of the way to the next turn in a step.
+      real(wp), parameter :: share = 0.1_wp
+      real(wp) :: from(3), to(3)
+      integer :: i, j, k, n, steps
+
+      n = size(suite%cases)
+      steps = nint(1.0_wp/share)
+      do i = 1, 4
+         call add_case(suite, kernel_tangential, names(i), titles(i))
+         associate (c => suite%cases(n + i))
+            c%ratio = merge(1.0_wp, 0.5_wp, mod(i, 2) == 1)
+            c%shape = elliptic_shape(c%ratio)
+            to = 0.0_wp
+            do j = 1, n_arguments
+               if (mod(j - 1, steps) == 0) then
+                  from = to
+                  do k = 1, 3
+                     to(k) = 2.0_wp*uniform(state) - 1.0_wp
+                  end do
+                  if (i < 3) to(3) = 0.0_wp
+               end if
+               c%arguments(1:3, j) = from + (to - from)*(share*(mod(j - 1, steps) + 1))
+            end do
+         end associate
+      end do
+   end subroutine add_tangential
+
    !> Motion of a spot that rolls.
    pure function motion_of(c, x) result(motion)
       type(case_type), intent(in) :: c
@@ -416,6 +457,11 @@ contains
                   default_creep) then
                   call add(creep(i)%info%name, way_creep_jacobian)
                end if
+            end do
+         case (kernel_tangential)
+            do i = 1, size(layers_of_rungs)
+               rung%layers = layers_of_rungs(i)
+               call add(rung_name(rung%layers), way_tangential)
             end do
          case default
             rung%jacobian => wrench_simplified_jacobian

@@ -12,7 +12,8 @@ module contensou_drivers_bench_times
    use contensou_contact_wrench, only : slip_type
    use contensou_drivers_bench_suite, only : case_type, motion_of, n_arguments, rung_type, &
       suite_type, way_boost_ke, way_creep, way_creep_jacobian, way_elliptic, way_fixed_hertz, &
-      way_gsl_ke, way_hertz, way_log, way_tables_ke, way_wrench
+      way_gsl_ke, way_hertz, way_log, way_tables_ke, way_tangential, way_wrench
+   use contensou_drivers_bench_tangential, only : follow_history
    use contensou_special_elliptic, only : complete_elliptic
    use contensou_special_gsl, only : gsl_complete_ke
    implicit none(type, external)
@@ -102,7 +103,7 @@ contains
       type(rung_type), intent(in) :: rung
       type(case_type), intent(in) :: c
       type(hertz_spot_type) :: spot
-      real(wp) :: total, r(6), wrench(3), jacobian(3, 3), slopes(3, 5)
+      real(wp) :: total, r(6), wrench(3), jacobian(3, 3), slopes(3, 5), history(3, n_arguments)
       integer :: i
       logical :: found
 
@@ -159,6 +160,9 @@ contains
                   slopes)
             end do
             total = slopes(1, 1)
+         case (way_tangential)
+            call follow_history(rung%layers, c%shape, x(1:3, :), history)
+            total = history(1, n_arguments)
          case default
             do i = 1, n_arguments
                call rung%jacobian(c%shape, slip_type(x(1, i), x(2, i), x(3, i)), wrench, jacobian)
@@ -174,7 +178,7 @@ contains
       type(rung_type), intent(in) :: rung
       type(case_type), intent(in) :: c
       type(hertz_spot_type) :: spot
-      real(wp) :: r(6), wrench(3), jacobian(3, 3), slopes(3, 5)
+      real(wp) :: r(6), wrench(3), jacobian(3, 3), slopes(3, 5), history(3, n_arguments)
       integer(i8) :: mask
       integer :: i
       logical :: found
@@ -232,6 +236,10 @@ contains
                call c%laws(rung%law)%creep%kernel_slopes(c%spot, motion_of(c, [tied(x(1, i), &
                   wrench(1), wrench(3), mask), x(2:3, i)]), wrench, slopes)
             end do
+         case (way_tangential)
+            ! What is remembered makes each step wait for the one before.
+            call follow_history(rung%layers, c%shape, x(1:3, :), history)
+            wrench = history(:, n_arguments)
          case default
             do i = 1, n_arguments
                call rung%jacobian(c%shape, slip_type(tied(x(1, i), wrench(1), jacobian(3, 3), &

@@ -198,7 +198,7 @@ contains
    subroutine find_forces(self, mechanism, index, trouble)
       !> The constraints; their links are set.
       class(constraints_type), intent(inout) :: self
-      type(mechanism_type), intent(in) :: mechanism
+      type(mechanism_type), intent(inout) :: mechanism
       !> Index of the contact that is in trouble, if one is.
       integer, intent(inout) :: index
       !> One of the `trouble_*` codes.
@@ -292,7 +292,7 @@ contains
       !> The constraints; their links are set.
       class(constraints_type), intent(inout) :: self
       !> The mechanism; its contacts have the last normal forces.
-      type(mechanism_type), intent(in) :: mechanism
+      type(mechanism_type), intent(inout) :: mechanism
       !> Index of the contact that is in trouble, if one is.
       integer, intent(inout) :: index
       !> One of the `trouble_*` codes.
@@ -325,7 +325,7 @@ contains
             call reduce(self)
             call solve_linear(r, self%reduced, right, singular)
             if (singular) exit
-            call shorten(self, shortened)
+            call shorten(self, mechanism, shortened)
             shared(:r)%step = right(:r)
             shared(:r)%u = shared(:r)%u + shared(:r)%step
             change = 0.0_wp
@@ -437,11 +437,14 @@ contains
    end subroutine first_displacements
 
    !> Shorten a change of the displacements, in `right`, that would overload a contact: one without
-   !> a load, as when it closes, has no stiffness, and may be far from its place.
-   subroutine shorten(self, shortened)
+   !> a load, as when it closes, has no stiffness, and may be far from its place. One that remembers
+   !> may find its root at a load as small as one likes: from without a load it goes to the load that
+   !> the change asks for, and not beyond.
+   subroutine shorten(self, mechanism, shortened)
       class(constraints_type), intent(inout) :: self
+      type(mechanism_type), intent(in) :: mechanism
       logical, intent(out) :: shortened
-      real(wp) :: largest, share, x, change
+      real(wp) :: largest, share, x, change, sought
       integer :: i, r
 
       r = self%rank
@@ -456,6 +459,11 @@ contains
             x = lever*dot_product(row, self%shared(:r)%u)
             change = lever*dot_product(row, self%right(:r))
             if (share*change > largest - min(x, 0.0_wp)) share = (largest - min(x, 0.0_wp))/change
+            if (.not. allocated(mechanism%contacts(self%links(i)%contact)%tangential)) cycle
+            if (x >= 0.0_wp) cycle
+            sought = slack*x + dot_product(self%yielding(i, :r), self%right(:r))/self%load
+            sought = max(sought, 0.0_wp)**(2.0_wp/3.0_wp)
+            if (share*change > sought - x) share = (sought - x)/change
          end associate
       end do
       shortened = share < 1.0_wp
@@ -465,7 +473,7 @@ contains
    !> Loads of the contacts at displacements.
    subroutine yield_to(self, mechanism)
       class(constraints_type), intent(inout) :: self
-      type(mechanism_type), intent(in) :: mechanism
+      type(mechanism_type), intent(inout) :: mechanism
       real(wp) :: x, root
       integer :: i, r
 

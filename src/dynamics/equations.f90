@@ -16,7 +16,8 @@ module contensou_dynamics_equations
    use contensou_contact_geometry, only : contact_point_type, search_trouble, trouble_none
    use contensou_contact_law, only : contact_load_type
    use contensou_dynamics_constraints, only : constraints_type
-   use contensou_dynamics_mechanism, only : body_type, contact_type, mechanism_type, relative_motion
+   use contensou_dynamics_mechanism, only : body_type, contact_motion_type, &
+      contact_type, mechanism_type, relative_motion
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
       motion_rotor, motion_spindle, moves_freely, turns_by_drive
    use contensou_dynamics_springs, only : spring_load_type
@@ -73,6 +74,7 @@ module contensou_dynamics_equations
       procedure :: static_loads
       procedure :: contact_load
       procedure :: constraint_forces
+      procedure :: evaluate_memory
       procedure, private, non_overridable :: complete
       procedure :: next_corner
       procedure, private, non_overridable :: ramps
@@ -264,6 +266,41 @@ contains
       self%outside = .false.
       if (any(self%contacts%closed)) call self%derivative(t, y, self%scratch)
    end subroutine constraint_forces
+
+   !> Let the contacts with tangential elasticity evaluate a state, which they may then remember.
+   subroutine evaluate_memory(self, t, y)
+      !> The system; its workspace is changed.
+      class(system_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: y(:)
+      type(contact_motion_type) :: now
+      type(contact_load_type) :: load
+      integer :: i, trouble
+
+      ! The loads of rigid contacts follow from the accelerations.
+      if (self%constraints%n_rigid > 0) call self%constraint_forces(t, y)
+      call self%set_poses(y)
+      call self%set_states(y)
+      do i = 1, size(self%contacts)
+         associate (contact => self%contacts(i), a => self%pose(self%contacts(i)%a), &
+            b => self%pose(self%contacts(i)%b))
+            if (.not. allocated(contact%tangential)) cycle
+            if (contact%rigid) then
+               if (.not. contact%closed) call contact%tangential%part()
+               cycle
+            end if
+            call self%observe(i, now)
+            trouble = trouble_none
+            if (now%at%gap < 0.0_wp) call contact%follow(now%at, trouble)
+            if (now%at%gap < 0.0_wp .and. trouble == trouble_none) then
+               call contact%evolve(a, b, now%at, now%velocity, now%spin, 0.0_wp, load)
+            else
+               call contact%tangential%part()
+            end if
+         end associate
+      end do
+   end subroutine evaluate_memory
 
    !> Add the loads of all compliant contacts to the bodies; `outside` if one is out of bounds.
    subroutine add_contacts(self, friction_power, damping_power)

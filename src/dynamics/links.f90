@@ -11,7 +11,7 @@ module contensou_dynamics_links
    use contensou_base_vectors, only : cross
    use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_geometry, only : contact_point_type, contact_variation_type, pose_type, &
-      search_trouble, track_type, trouble_none
+      rolling_velocity, search_trouble, track_type, trouble_none
    use contensou_contact_law, only : contact_law_type
    use contensou_contact_states, only : most_states
    use contensou_dynamics_mechanism, only : contact_type, mechanism_type, relative_motion
@@ -19,6 +19,9 @@ module contensou_dynamics_links
    use contensou_dynamics_state, only : spin_of, velocity_of
    implicit none(type, external)
    private
+
+   !> Relative step of differences by the normal force.
+   real(wp), parameter :: step = 1.0e-6_wp
 
    public :: link_type, find_link, set_kinematics, set_load, set_state_rates, response, &
       normal_response, turned_by
@@ -42,6 +45,8 @@ module contensou_dynamics_links
       real(wp) :: motion(3) = 0.0_wp
       !> Angular velocity of B against A [rad/s].
       real(wp) :: spin(3) = 0.0_wp
+      !> With tangential elasticity: velocity of the material through the spot along the axes [m/s].
+      real(wp) :: carried(2) = 0.0_wp
       !> Square of the velocity below which sliding is not resolved [m2/s2].
       real(wp) :: resolution = 0.0_wp
       !> Rate of the gap [m/s].
@@ -132,6 +137,7 @@ contains
          end do
          link%resolution = mechanism%resolution%of(a, b, link%at%point)
          call set_kinematics(link, contact%law, contact%track, a, b, inverse_inertia)
+         if (allocated(contact%tangential)) call find_carried(link, contact, a, b)
          link%free = link%bias
          do j = 1, 2
             if (link%body(j) == 0) cycle
@@ -152,6 +158,22 @@ contains
          link%stabilisation = 2.0_wp*sqrt(link%pace)*link%rate + link%pace*link%at%gap
       end associate
    end subroutine find_link
+
+   !> Velocity of the material through the spot, without what only shears it.
+   pure subroutine find_carried(self, contact, a, b)
+      !> The contact, its kinematics set.
+      type(link_type), intent(inout) :: self
+      type(contact_type), intent(in) :: contact
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      type(contact_variation_type) :: variation
+      real(wp), parameter :: still(3) = 0.0_wp
+      real(wp) :: carried(3)
+
+      call contact%law%geometry%vary(a, b, contact%track, self%at, variation)
+      carried = rolling_velocity(variation, still, self%spin)
+      self%carried = [dot_product(carried, self%at%major), dot_product(carried, self%minor)]
+   end subroutine find_carried
 
    !> Kinematics of a closed contact; `at`, `body`, `inverse_mass` and `resolution` are set.
    pure subroutine set_kinematics(self, law, track, a, b, inverse_inertia)
@@ -198,7 +220,8 @@ contains
    pure subroutine set_load(self, contact, normal_force)
       !> The contact, its kinematics set.
       type(link_type), intent(inout) :: self
-      type(contact_type), intent(in) :: contact
+      !> The same; what its tangential elasticity last evaluated is changed.
+      type(contact_type), intent(inout) :: contact
       !> Normal force [N].
       real(wp), intent(in) :: normal_force
       real(wp) :: root, a, wrench(3), slopes(3, 5), torque(3)
@@ -213,7 +236,9 @@ contains
          if (normal_force > 0.0_wp) root = sqrt(law%normal%approach(normal_force))
          a = law%normal%axis_a*root
          if (allocated(law%friction)) then
-            if (contact%states%n == 0) then
+            if (allocated(contact%tangential)) then
+               call hold_at_states(self, contact, normal_force, wrench, slopes)
+            else if (contact%states%n == 0) then
                call law%friction%linearize(law%normal%shape, sliding_type(normal_force, a, &
                   self%motion(1), self%motion(2), self%motion(3), self%resolution), wrench, &
                   slopes)
@@ -227,6 +252,7 @@ contains
             self%slope(1:3) = self%slope(1:3) + slopes(1, 1)*self%at%major + slopes(2, 1)*self%minor
             self%slope(4:6) = slopes(3, 1)*self%at%normal
          end if
+         if (allocated(contact%tangential)) call avoid_jam(self)
          if (.not. allocated(law%rolling)) return
          if (.not. law%rolling%follows_spot) then
             torque = law%rolling%torque(1.0_wp, self%at%normal, self%at%major, a, &
@@ -267,6 +293,41 @@ contains
       wrench = wrench + min(normal_force, 0.0_wp)*slopes(:, 1)
    end subroutine load_at_states
 
+   !> Wrench of tangential elasticity, and its derivative by the normal force: none without a load.
+   pure subroutine hold_at_states(self, contact, normal_force, wrench, slopes)
+      !> The contact, its kinematics set.
+      type(link_type), intent(in) :: self
+      type(contact_type), intent(inout) :: contact
+      !> Normal force [N].
+      real(wp), intent(in) :: normal_force
+      real(wp), intent(out) :: wrench(3)
+      !> Only the derivative by the normal force is set, and that by the size, which is part of it.
+      real(wp), intent(out) :: slopes(3, 5)
+      real(wp) :: local(most_states), rates(most_states), more(3)
+
+      wrench = 0.0_wp
+      slopes = 0.0_wp
+      if (.not. normal_force > 0.0_wp) return
+      local = contact%local_states(self%at)
+      associate (n => contact%states%n_local, law => contact%law)
+         call contact%tangential%evolve(law%friction, law%normal%shape, slides_of(self, contact, &
+            normal_force*(1.0_wp + step)), self%carried, local(:n), more, rates(:n))
+         call contact%tangential%evolve(law%friction, law%normal%shape, slides_of(self, contact, &
+            normal_force), self%carried, local(:n), wrench, rates(:n))
+      end associate
+      slopes(:, 1) = (more - wrench)/(step*normal_force)
+   end subroutine hold_at_states
+
+   !> What slips all over at a small normal force may stick at a larger one: where friction that
+   !> grows with the force would press the bodies together, the force goes on without it.
+   pure subroutine avoid_jam(self)
+      type(link_type), intent(inout) :: self
+
+      if (response(self, self, self%slope) > 0.0_wp) return
+      self%slope(1:3) = self%at%normal
+      self%slope(4:6) = 0.0_wp
+   end subroutine avoid_jam
+
    !> What slides at a closed contact.
    pure function slides_of(self, contact, normal_force) result(slides)
       type(link_type), intent(in) :: self
@@ -292,8 +353,14 @@ contains
 
       local = contact%local_states(self%at)
       associate (n => contact%states%n_local)
-         call contact%law%friction%evolve(contact%law%normal%shape, &
-            slides_of(self, contact, self%normal_force), local(:n), wrench, rates(:n))
+         if (allocated(contact%tangential)) then
+            call contact%tangential%evolve(contact%law%friction, contact%law%normal%shape, &
+               slides_of(self, contact, self%normal_force), self%carried, local(:n), wrench, &
+               rates(:n))
+         else
+            call contact%law%friction%evolve(contact%law%normal%shape, &
+               slides_of(self, contact, self%normal_force), local(:n), wrench, rates(:n))
+         end if
          call contact%set_rates(a, b, self%at, self%slip() + self%rate*self%at%normal, self%spin, &
             rates(:n))
       end associate

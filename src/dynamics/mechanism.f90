@@ -183,7 +183,6 @@ module contensou_dynamics_mechanism
       procedure :: gap_rates
       procedure :: gap_motion
       procedure :: fastest
-      procedure :: evaluate_memory
    end type mechanism_type
 
 contains
@@ -690,33 +689,6 @@ contains
       end subroutine add_turning
 
    end subroutine gap_motion
-
-   !> Let the contacts with tangential elasticity evaluate a state, which they may then remember.
-   subroutine evaluate_memory(self, y)
-      !> The mechanism; its workspace is changed.
-      class(mechanism_type), intent(inout) :: self
-      real(wp), intent(in) :: y(:)
-      type(contact_motion_type) :: now
-      type(contact_load_type) :: load
-      integer :: i, trouble
-
-      call self%set_poses(y)
-      call self%set_states(y)
-      do i = 1, size(self%contacts)
-         associate (contact => self%contacts(i), a => self%pose(self%contacts(i)%a), &
-            b => self%pose(self%contacts(i)%b))
-            if (.not. allocated(contact%tangential)) cycle
-            call self%observe(i, now)
-            trouble = trouble_none
-            if (now%at%gap < 0.0_wp) call contact%follow(now%at, trouble)
-            if (now%at%gap < 0.0_wp .and. trouble == trouble_none) then
-               call contact%evolve(a, b, now%at, now%velocity, now%spin, 0.0_wp, load)
-            else
-               call contact%tangential%part()
-            end if
-         end associate
-      end do
-   end subroutine evaluate_memory
 
    !> Bound of how fast the gap of a contact changes, wherever its surfaces are nearest [m/s];
    !> far too large where a surface without an end turns.

@@ -195,7 +195,7 @@ contains
    !> Report on a closed rigid contact.
    subroutine report_rigid(system, index, row)
       !> The system, its normal forces those of the state.
-      type(system_type), intent(in) :: system
+      type(system_type), intent(inout) :: system
       integer, intent(in) :: index
       type(contact_report_type), intent(inout) :: row
       real(wp) :: approach
@@ -218,6 +218,8 @@ contains
             if (system%contacts(index)%states%n > 0) call system%contacts(index)%stored_energies( &
                row%at, approach, link%motion, row%load%normal_force, row%stored_damping, &
                row%stored_friction)
+            if (allocated(system%contacts(index)%tangential)) call report_tangential( &
+               system%contacts(index), row)
          end associate
       end do
    end subroutine report_rigid

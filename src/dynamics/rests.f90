@@ -338,7 +338,7 @@ contains
    !> Normal forces of contacts at rest by a sequence of linear complementarity problems, as the
    !> spot and with it friction vary with the normal force.
    subroutine solve_contact_forces(system, links, index, trouble)
-      type(system_type), intent(in) :: system
+      type(system_type), intent(inout) :: system
       !> Kinematics of the contacts, no rigid one closed; their loads are set.
       type(link_type), intent(inout) :: links(:)
       !> Contact in trouble; unchanged if none is.

@@ -33,7 +33,7 @@ contains
       again = .false.
       associate (system => self%motion%system, memory => self%memory, t => self%memory%t)
          time_step = t - self%t_before
-         call system%evaluate_memory(memory%y)
+         call system%evaluate_memory(memory%t, memory%y)
          largest = 0.0_wp
          do i = 1, size(system%contacts)
             if (.not. allocated(system%contacts(i)%tangential)) cycle
@@ -61,7 +61,7 @@ contains
       integer :: i
 
       associate (system => self%motion%system, memory => self%memory)
-         call system%evaluate_memory(memory%y)
+         call system%evaluate_memory(memory%t, memory%y)
          do i = 1, size(system%contacts)
             if (allocated(system%contacts(i)%tangential)) call system%contacts(i)%tangential%keep()
          end do

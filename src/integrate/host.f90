@@ -38,7 +38,7 @@ contains
             call assign_spots(system, memory%closed, index, trouble)
          end if
          if (system%remembers) then
-            call system%evaluate_memory(memory%y)
+            call system%evaluate_memory(memory%t, memory%y)
             do i = 1, size(system%contacts)
                if (allocated(system%contacts(i)%tangential)) call &
                   system%contacts(i)%tangential%keep()

@@ -166,7 +166,7 @@ contains
          do i = 1, self%motion%n_events
             associate (contact => self%motion%system%contacts(i))
                sticks = sticks .or. (contact%rigid .and. contact%closed .and. &
-                  allocated(contact%law%friction))
+                  allocated(contact%law%friction) .and. .not. allocated(contact%tangential))
             end associate
          end do
       end if

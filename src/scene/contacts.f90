@@ -70,8 +70,9 @@ contains
 
          what = "tangential elasticity"
          if (.not. remembers(contact%tangential)) what = "steady rolling"
-         if (contact%normal == normal_rigid) call diagnostics%add(group%place("tangential", 1), &
-            what // " is not available for a rigid contact", &
+         if (contact%normal == normal_rigid .and. .not. remembers(contact%tangential)) call &
+            diagnostics%add(group%place("tangential", 1), what // &
+            " is not available for a rigid contact", &
             "normal = 'hertz', or tangential = 'none'")
          models = friction_models()
          associate (model => models(contact%friction))

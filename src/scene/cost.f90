@@ -8,6 +8,7 @@ module contensou_scene_cost
    use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote
    use contensou_contact_parts, only : friction_names, normal_names
+   use contensou_contact_tangential_shells, only : most_layers
    use contensou_integrate_methods, only : integrator_methods
    implicit none(type, external)
    private
@@ -27,6 +28,10 @@ module contensou_scene_cost
       integer, allocatable :: friction(:)
       !> Normal force models, indices into `normal_models`; empty for that of each contact.
       integer, allocatable :: normal(:)
+      !> Layers of tangential elasticity, 0 for one spring.
+      integer, allocatable :: layers(:)
+      !> Whether these were given, and not the default.
+      logical :: layers_given = .false.
       character(len=11), allocatable :: methods(:)
       !> Relative tolerances [-].
       real(wp), allocatable :: rtol(:)
@@ -58,6 +63,10 @@ contains
          fewer=.true., &
          doc="normal force models that are compared, in place of that of each contact, each " // &
          "with each friction model; not given, that of each contact")
+      call list%put("cost", "layers", kind_integer, values=most_values, fewer=.true., unit="1", &
+         default="0, 5, 10, 20", least=0.0_wp, most=real(most_layers, wp), &
+         doc="layers of the contacts with memory that are compared, 0 for tangential = " // &
+         "'spring'; the reference has the most")
       call list%put("cost", "methods", kind_choice, words=integrator_methods, values=most_values, &
          fewer=.true., &
          default="'cvode_bdf', 'cvode_adams', 'explicit8', 'auto'", &
@@ -95,6 +104,8 @@ contains
 
       cost%friction = choices("friction")
       cost%normal = choices("normal")
+      cost%layers = nint(group%vector("layers", group%count("layers")))
+      cost%layers_given = group%is_given("layers")
       allocate(cost%methods(group%count("methods")))
       do i = 1, size(cost%methods)
          if (group%is_set("methods")) cost%methods(i) = group%text("methods", i)
@@ -102,6 +113,8 @@ contains
       call refuse_doubles("methods", group%choices("methods"))
       call refuse_doubles("friction", cost%friction)
       call refuse_doubles("normal", cost%normal)
+      ! 0 is a number of layers, and stands for a mistake there.
+      if (group%is_set("layers")) call refuse_doubles("layers", cost%layers + 1)
       cost%rtol = group%vector("rtol", group%count("rtol"))
       cost%counts(choices("quantities")) = .true.
       cost%reference_rtol = group%number("reference_rtol")
@@ -134,10 +147,23 @@ contains
 
          do j = 2, size(list)
             if (list(j) > 0 .and. any(list(:j - 1) == list(j))) call diagnostics%add( &
-               group%place(name, j), quote(group%text(name, j)) // " stands twice in '" // name // &
+               group%place(name, j), word(name, j) // " stands twice in '" // name // &
                "'", "each choice once")
          end do
       end subroutine refuse_doubles
+
+      !> A choice as it is written.
+      function word(name, j)
+         character(len=*), intent(in) :: name
+         integer, intent(in) :: j
+         character(len=:), allocatable :: word
+
+         if (name == "layers") then
+            word = to_text(cost%layers(j))
+         else
+            word = quote(group%text(name, j))
+         end if
+      end function word
 
    end subroutine build_cost
 

@@ -8,7 +8,10 @@ module contensou_study_cost
    use contensou_base_text, only : quote
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_normal, only : normal_hertz, normal_model_type, normal_models
+   use contensou_contact_tangential, only : tangential_model_type, tangential_models
+   use contensou_contact_tangential_shells, only : most_layers
    use contensou_dynamics_scene, only : scene_type
+   use contensou_scene_contacts, only : remembers
    use contensou_scene_cost, only : cost_quantities, cost_spec_type
    use contensou_study_work_precision, only : distance_type, kinds, onlooker_type, outcome_done, &
       outcome_failed, outcome_slow, outcome_stopped, reference_distance, reference_scales, &
@@ -126,6 +129,7 @@ contains
       type(model_type), allocatable :: models(:)
       integer, allocatable :: friction(:), normal(:)
       character(len=:), allocatable :: problem
+      logical :: remembering
       integer :: i, j, n, exact, exact_normal
 
       table = friction_models()
@@ -133,6 +137,12 @@ contains
       associate (scene => study%scene, cost => study%cost)
          scene%output%interval = scene%t_end/cost%samples
          friction = cost%friction
+         remembering = any([(remembers(scene%contacts(i)%tangential), i=1, size(scene%contacts))])
+         if (cost%layers_given .and. .not. remembering) then
+            call fatal(error, "cost.layers: no contact of the scene has tangential elasticity " // &
+               "with memory", status_usage)
+            return
+         end if
          if (all([(.not. table(scene%contacts(i)%friction)%acts, &
             i=1, size(scene%contacts))])) then
             if (size(friction) > 0) then
@@ -175,6 +185,10 @@ contains
             normal = [0]
             exact_normal = 0
          end if
+         if (remembering) then
+            call plan_layers(study, exact, exact_normal, normal)
+            return
+         end if
          allocate(models(size(friction)*size(normal) + 2))
          models(1) = new_model(scene, exact, exact_normal)
          models(1)%runs = .false.
@@ -200,6 +214,59 @@ contains
          study%models(i) = models(i)
       end do
    end subroutine plan_models
+
+   !> Models of a scene whose contacts remember: numbers of layers, the most of them first.
+   subroutine plan_layers(study, friction, exact_normal, normal)
+      type(study_type), intent(inout) :: study
+      !> The exact friction model, and the exact model of the normal force.
+      integer, intent(in) :: friction, exact_normal
+      !> Those of the normal force.
+      integer, intent(in) :: normal(:)
+      integer :: i, j, n
+
+      associate (scene => study%scene, layers => study%cost%layers)
+         n = size(layers)*size(normal) + 1
+         if (any(layers == most_layers) .and. any(normal == exact_normal)) n = n - 1
+         allocate(study%models(n))
+         study%models(1) = new_model(scene, friction, exact_normal)
+         call set_layers(study%models(1), most_layers)
+         study%models(1)%runs = .false.
+         n = 1
+         do j = 1, size(normal)
+            do i = 1, size(layers)
+               if (layers(i) == most_layers .and. normal(j) == exact_normal) then
+                  study%models(1)%runs = .true.
+                  cycle
+               end if
+               n = n + 1
+               study%models(n) = new_model(scene, friction, normal(j))
+               call set_layers(study%models(n), layers(i))
+            end do
+         end do
+      end associate
+   end subroutine plan_layers
+
+   !> Give the contacts of a model that remember a number of layers.
+   subroutine set_layers(model, layers)
+      type(model_type), intent(inout) :: model
+      !> The number; 0 for one spring.
+      integer, intent(in) :: layers
+      type(tangential_model_type), allocatable :: table(:)
+      character(len=7) :: kind
+      integer :: i
+
+      table = tangential_models()
+      kind = merge("spring ", "elastic", layers == 0)
+      model%name = model%name // "+" // trim(kind)
+      if (layers > 0) model%name = model%name // "_" // to_text(layers)
+      do i = 1, size(model%scene%contacts)
+         associate (contact => model%scene%contacts(i))
+            if (.not. remembers(contact%tangential)) cycle
+            contact%tangential = findloc(table%info%name, kind, dim=1)
+            if (layers > 0) call contact%parameters%set("layers", real(layers, wp))
+         end associate
+      end do
+   end subroutine set_layers
 
    !> A model: the scene with other parts.
    function new_model(scene, friction, normal, flat) result(model)

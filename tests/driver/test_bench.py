@@ -45,6 +45,7 @@ CASES = {
     "curved_wrench": ["groove"],
     "creep": ["no_spin", "spin", "oblique"],
     "creep_jacobian": ["no_spin", "spin", "oblique"],
+    "tangential": ["shift", "shift_k0.5", "twist", "twist_k0.5"],
 }
 QUANTITIES = {
     "elliptic": ["K", "E", "B", "D", "dKdc", "dEdc"],
@@ -55,6 +56,7 @@ QUANTITIES = {
     "curved_wrench": ["F", "T", "T_relative"],
     "creep": ["F", "T"],
     "creep_jacobian": ["F", "T"],
+    "tangential": ["F", "T"],
 }
 RUNGS = {
     "elliptic": {"tables", "theta", "agm", "gsl"},
@@ -76,6 +78,7 @@ RUNGS = {
     "curved_wrench": {"within_1e-10", "within_1e-6", "within_1e-4", "product", "flat"},
     "creep": {"sliding", "linear", "strip", "polach", "fastsim", "brush", "table"},
     "creep_jacobian": {"sliding", "table"},
+    "tangential": {"spring", "layers_1", "layers_5", "layers_10", "layers_20"},
 }
 # Only where Boost is there.
 BASELINES = {
@@ -174,7 +177,7 @@ def test_table_shows_every_rung(bench):
 
 def test_units(bench):
     for key, row in bench.rows.items():
-        absolute = "wrench" in key[0] or "creep" in key[0]
+        absolute = any(word in key[0] for word in ("wrench", "creep", "tangential"))
         assert row["error_unit"] == ("1" if absolute else "ulp")
 
 

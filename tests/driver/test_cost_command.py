@@ -424,3 +424,51 @@ def test_profile_of_a_spot_that_changes(run, inputs, tmp_path):
     for name in ("geometry", "normal_force", "ellipse", "friction", "rolling", "bodies"):
         assert seconds[name] > 0, name
     assert seconds["damping"] == 0
+
+
+def test_layers_of_contacts_that_remember(run, tmp_path):
+    """The ladder of tangential elasticity: a row for each number of layers, the spring first."""
+    scene = tmp_path / "ball.nml"
+    scene.write_text(
+        """
+&scene title = 'oblique impact' t_end = 1e-4 /
+&material name = 'steel' young = 2.1e11 poisson = 0.3 /
+&body name = 'ball' mass = 5.105088e-4 inertia = 3*1.276272e-9
+   position = 0, 0, 0.0025 velocity = 0.01, 0, -0.02 /
+&surface name = 'skin' body = 'ball' material = 'steel' shape = 'sphere' radius = 0.0025 /
+&surface name = 'floor' body = 'ground' material = 'steel' shape = 'plane' normal = 0, 0, 1 /
+&contact name = 'c' surfaces = 'floor', 'skin' friction = 'contensou_exact'
+   friction_coefficient = 0.3 tangential = 'elastic' /
+&cost methods = 'explicit8' rtol = 1e-6 reference_rtol = 1e-8 samples = 20 repeats = 1
+   quantities = 'velocity', 'angular_velocity' /
+"""
+    )
+    done = run("cost", scene, "--csv", "cost.csv", timeout=300)
+    assert done.status == 0, done.err
+    rows = {row["model"]: row for row in csv.DictReader((tmp_path / "cost.csv").open())}
+    assert list(rows) == [f"contensou_exact+{name}" for name in LADDER]
+    errors = [float(row["error_velocity_end"]) for row in rows.values()]
+    assert errors[0] > 10 * errors[2]
+    assert errors[1] > errors[3]
+    few = run("cost", scene, "--csv", "few.csv", "--set", "cost.layers=1,128", timeout=300)
+    assert few.status == 0, few.err
+    models = [row["model"] for row in csv.DictReader((tmp_path / "few.csv").open())]
+    assert sorted(models) == ["contensou_exact+elastic_1", "contensou_exact+elastic_128"]
+
+
+LADDER = ("spring", "elastic_5", "elastic_10", "elastic_20")
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("cost.layers=10", "cost.layers: no contact of the scene has tangential elasticity"),
+        ("cost.layers=5,5", "5 stands twice in 'layers'"),
+        ("cost.layers=129", "layers"),
+        ("cost.layers=-1", "layers"),
+    ],
+)
+def test_layers_that_are_none(run, scene, setting, message):
+    done = run("cost", scene, "--set", setting)
+    assert done.status != 0
+    assert message in done.err

@@ -85,6 +85,26 @@ def test_shift_with_twist(evaluate, pieces):
         assert max(found) <= 0.03
 
 
+@pytest.mark.parametrize("layers", [1, 30, 40, 100, 128])
+def test_a_circle_is_the_limit_of_ellipses(evaluate, layers):
+    """Both solve for the slip of a shell in ways of their own, whatever their number."""
+    generator = random.Random(5)
+    places, to = [], [0.0, 0.0, 0.0]
+    for _ in range(12):
+        last, to = to, [SHIFT * generator.uniform(-1, 1) for _ in range(3)]
+        for part in range(1, 11):
+            x, y, w = (a + (b - a) * part / 10 for a, b in zip(last, to, strict=True))
+            places.append((x, y, w / SPOT[1]))
+    wrenches = []
+    for minor in (SPOT[1], SPOT[1] * (1 - 1e-9)):
+        spot = (SPOT[0], SPOT[1], minor, *SPOT[3:])
+        rows = [(*spot, *place) for place in places]
+        wrenches.append(evaluate("tangential", HISTORY, rows, "--layers", str(layers)))
+    for circle, ellipse in zip(*wrenches, strict=True):
+        for name, unit in (("Fx", LIMIT), ("Fy", LIMIT), ("Tz", LIMIT * SPOT[1])):
+            assert circle[name] == pytest.approx(ellipse[name], abs=1e-7 * unit)
+
+
 @pytest.mark.parametrize(("words", "bar"), [((), 0.02), (("--layers", "20"), 0.01)])
 def test_oblique_impact(evaluate, words, bar):
     rows = table("mbf.csv")

@@ -211,7 +211,6 @@ def test_the_shipped_incline_holds_up_to_its_limit(rows_of):
         (("tangential = 'elastic'", "tangential = 'elastic' layers = 2.5"), "layers"),
         (("tangential = 'elastic'", "tangential = 'elastic' layers = 129"), "layers"),
         (("'contensou_exact'", "'contensou_simplified'"), "friction = 'contensou_exact'"),
-        (("tangential", "normal = 'rigid' tangential"), "not available for a rigid contact"),
         (("tangential", "regularization_velocity = 1e-3 tangential"), "regularization_velocity"),
         (("tangential", "drilling = .false. tangential"), "drilling = .true."),
     ],

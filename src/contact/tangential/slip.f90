@@ -54,6 +54,11 @@ module contensou_contact_tangential_slip
    !> Iterations for the slip of a shell, and halvings of a step.
    integer, parameter :: most_iterations = 60, most_halvings = 30
 
+   !> Iterations after which every second one halves the range where the root is: the limit of a
+   !> narrow shell bends sharply where the centre of rotation is on it, and Newton's steps may jump
+   !> to and fro there.
+   integer, parameter :: newton_alone = 8
+
    !> What is within the limits of all rungs, as a part of the double cone of pure sliding and pure
    !> spinning: `pade11` on a circle comes down to 0.77.
    real(wp), parameter :: within_rungs = 0.25_wp
@@ -199,7 +204,7 @@ contains
             exit
          end if
          new = low + high
-         if (abs(step) < 1.0_wp) then
+         if (abs(step) < 1.0_wp .and. (i <= newton_alone .or. mod(i, 2) == 0)) then
             new = u + step*[-u(2), u(1)]
             if (min(low(1)*new(2) - low(2)*new(1), new(1)*high(2) - new(2)*high(1)) < 0.0_wp) then
                new = low + high

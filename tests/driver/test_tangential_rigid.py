@@ -125,9 +125,7 @@ def test_it_slips_from_the_rim_as_the_shells_do(ball, run, method):
 @pytest.mark.parametrize("method", ["explicit8", "cvode_bdf"])
 def test_what_slides_has_the_force_that_it_has_without(table, method):
     rows = table(gravity="5, 1, -9.81", method=method, t_end=0.2, interval=0.02)
-    bare = table(
-        gravity="5, 1, -9.81", method=method, t_end=0.2, interval=0.02, tangential="none"
-    )
+    bare = table(gravity="5, 1, -9.81", method=method, t_end=0.2, interval=0.02, tangential="none")
     assert rows["normal_force"][-1] == pytest.approx(bare["normal_force"][-1], rel=1e-6)
     for row in range(2, 11):
         force = np.linalg.norm(rows["friction_force"][row], axis=1)
@@ -215,8 +213,6 @@ def test_a_load_that_drives_both_bodies(simulate):
     assert np.abs(forces[:, 3, 0]).max() > 0.1 * FRICTION * LOAD
     assert np.abs(forces[:, :3, 0]).max() > 0.01 * FRICTION * LOAD
     moment = 0.1 * rows["velocity"][:, 0, 0] + MASS * rows["velocity"][:, 1, 0]
-    impulse = np.sum(
-        0.5 * (forces[1:, :3, 0].sum(axis=1) + forces[:-1, :3, 0].sum(axis=1)) * 1e-5
-    )
+    impulse = np.sum(0.5 * (forces[1:, :3, 0].sum(axis=1) + forces[:-1, :3, 0].sum(axis=1)) * 1e-5)
     assert moment[-1] - moment[0] == pytest.approx(impulse, abs=2e-2 * moment[0])
     assert np.abs(rows["energy_error"]).max() < 1e-8 * rows["energy_kinetic"].max()

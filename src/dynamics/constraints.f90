@@ -438,8 +438,8 @@ contains
 
    !> Shorten a change of the displacements, in `right`, that would overload a contact: one without
    !> a load, as when it closes, has no stiffness, and may be far from its place. One that remembers
-   !> may have its root at the smallest load: from without a load it goes to the load that the change
-   !> asks for, and not beyond.
+   !> may have its root at the smallest load: from without a load it goes to the load that the
+   !> change asks for, and not beyond.
    subroutine shorten(self, mechanism, shortened)
       class(constraints_type), intent(inout) :: self
       type(mechanism_type), intent(in) :: mechanism

@@ -52,7 +52,7 @@ def data_of(path: Path, sweep: sweeps.Sweep, file: h5py.File) -> str:
         "messages": {str(k): messages[i] for k, i in enumerate(kept) if messages[i]},
         "parameters": [put(package, column, kept, True) for column in sweep.parameters.values()],
         "results": [put(package, column, kept, False) for column in sweep.results.values()],
-        "colour": first_result(sweep),
+        "colour": first_result(sweep, text),
         "command": ["contensou", "run", *base_of(text, file)],
         "about": text,
         "scene": as_text(file["input/resolved"][()]) if "input/resolved" in file else "",
@@ -76,18 +76,21 @@ def put(package: Package, column: sweeps.Column, kept: np.ndarray, exact: bool) 
     return {**said, "log": logarithmic, "values": package.put(values, kind)}
 
 
-def first_result(sweep: sweeps.Sweep) -> int:
-    """The result that is drawn first: a first touch that few cases have tells most."""
-    found = list(sweep.results)
-    if not found:
-        return -1
+def first_result(sweep: sweeps.Sweep, text: str) -> int:
+    """The result that is drawn first, of those that differ between cases: a first touch that few
+    cases have tells most, then what the sweep asks for by name."""
+    asked = set(keyword_values(text, "name"))
 
-    def rank(name: str) -> tuple[bool, int]:
+    def rank(name: str) -> tuple[bool, int, bool]:
         values = sweep.results[name].values
-        lacking = 0 if values.dtype.kind not in "fiu" else np.count_nonzero(~np.isfinite(values))
-        return name.startswith("first_touch"), lacking
+        if values.dtype.kind not in "fiu":
+            return len(set(values)) > 1, 0, name in asked
+        good = values[np.isfinite(values)]
+        lacking = len(values) - len(good) if name.startswith("first_touch") else 0
+        return len(good) > 0 and bool(np.ptp(good) > 0), lacking, name in asked
 
-    return found.index(max(found, key=rank))
+    found = list(sweep.results)
+    return found.index(max(found, key=rank)) if found else -1
 
 
 def base_of(text: str, file: h5py.File) -> list[str]:

@@ -160,3 +160,44 @@ def test_tables_that_cannot_be_shown(table):
     assert done.stderr.startswith("error: broken.h5 is damaged")
     assert not (table.parent / "broken.html").exists()
     assert done.stdout == ""
+
+
+@needs_browser
+def test_what_is_drawn_first(run, tmp_path):
+    """A result that differs, and of those what the sweep asks for; words colour it. A click on
+    cases at one place tells one after the other."""
+    (tmp_path / "ball.nml").write_text(SCENE.format(title="'ball'"))
+    (tmp_path / "laws.nml").write_text(
+        "&sweep scene = 'ball.nml' /\n"
+        "&parameter name = 'bounce.friction', values = 'none', 'coulomb', column = 'law' /\n"
+        "&parameter name = 'ball.mass', values = 0.02, 0.05, 0.1, column = 'mass' /\n"
+        "&value name = 'late_spin', dataset = 'angular_velocity', of = 'ball', component = 2, "
+        "time = 0.2 /\n"
+    )
+    done = run("sweep", "laws.nml", "-q", "-j", "1")
+    assert done.status == 0, done.err
+    program = browser.Browser()
+    try:
+        program.open(write(tmp_path / "laws.h5"))
+        chosen = "['x', 'y', 'c'].map(id => document.getElementById(id).selectedOptions[0].text)"
+        assert program.value(chosen) == ["mass", "late_spin", "law"]
+        program.value(
+            "(s => { s.value = document.getElementById('x').value;"
+            "s.dispatchEvent(new Event('change')); })(document.getElementById('y'))"
+        )
+        corner = program.value(
+            "(r => [r.x, r.y])(document.getElementById('points').getBoundingClientRect())"
+        )
+        places = np.array(program.value("[...contensou.places()]")).reshape(-1, 2)
+        together = np.flatnonzero(np.linalg.norm(places - places[0], axis=1) < 1)
+        assert len(together) == 2
+        place = tuple(places[0] + np.array(corner))
+        said = []
+        for _ in range(3):
+            program.drag(place, place)
+            said.append(program.value("contensou.state.at"))
+        assert said[0] == said[2] != said[1]
+        assert set(said) == set(together.tolist())
+        assert program.complaints == []
+    finally:
+        program.close()

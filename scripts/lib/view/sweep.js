@@ -67,7 +67,11 @@
     byId("scene").textContent = head.scene;
 
     const varied = parameters.filter((column) => new Set(column.values).size > 1);
-    const first = varied[0] || caseNumbers, colour = results[head.colour] || results[0] || caseNumbers, second = varied[1] || colour;
+    // Two parameters with numbers span a plane; words colour a result over one.
+    const shown = results[head.colour] || results[0] || caseNumbers;
+    const numbers = varied.filter((column) => !column.words), word = varied.find((column) => column.words);
+    const first = numbers[0] || word || caseNumbers, second = numbers[1] || shown;
+    const colour = second === shown && word && word !== first ? word : shown;
     const choice = {};
     for (const [id, start] of [["x", first], ["y", second], ["c", colour]]) {
       columns.forEach((column, i) => byId(id).append(new Option(column.name, i)));
@@ -119,6 +123,7 @@
       places = new Float32Array(2 * count);
       const radius = count > 5000 ? 2 : count > 500 ? 3 : 5;
       const w = cells ? Math.max(1, (wide - LEFT - RIGHT) * cells[0] / (1 + 2 * padX) + 0.5) : 0, h = cells ? Math.max(1, (high - TOP - BOTTOM) * cells[1] / (1 + 2 * padY) + 0.5) : 0;
+      paintLines(pen, across, along);
       for (let i = 0; i < count; i++) {
         const px = places[2 * i] = across(x.plain(choice.x.values[i])), py = places[2 * i + 1] = along(y.plain(choice.y.values[i]));
         if (!Number.isFinite(px + py)) continue;
@@ -142,6 +147,24 @@
       ring(state.at, "#111827", 8);
       paintLegend();
       state.frames += 1;
+    }
+
+    // Lines over a parameter, one for each word, where nothing else is varied.
+    function paintLines(pen, across, along) {
+      if (!choice.c.words || choice.x.words || cells || varied.some((column) => column !== choice.x && column !== choice.c)) return;
+      const order = [...choice.x.values.keys()].sort((i, j) => choice.x.values[i] - choice.x.values[j]);
+      choice.c.words.forEach((_, word) => {
+        pen.strokeStyle = PALETTE[word % PALETTE.length];
+        pen.beginPath();
+        let drawn = false;
+        for (const i of order) {
+          if (choice.c.values[i] !== word) continue;
+          const px = across(x.plain(choice.x.values[i])), py = along(y.plain(choice.y.values[i]));
+          if (Number.isFinite(px + py)) pen[drawn ? "lineTo" : "moveTo"](px, py);
+          drawn = Number.isFinite(px + py);
+        }
+        pen.stroke();
+      });
     }
 
     function paintLegend() {
@@ -217,7 +240,13 @@
       }
       return best;
     }
-    canvas.addEventListener("click", (event) => choose(nearest(event.offsetX, event.offsetY)));
+    // A click tells the nearest case, and again one that lies at the same place.
+    canvas.addEventListener("click", (event) => {
+      const found = nearest(event.offsetX, event.offsetY), at = state.at;
+      const together = (i, j) => i >= 0 && j >= 0 && Math.hypot(places[2 * i] - places[2 * j], places[2 * i + 1] - places[2 * j + 1]) < 1.5;
+      if (!together(found, at)) { choose(found); return; }
+      for (let k = 1; k <= count; k++) if (together(found, (at + k) % count)) { choose((at + k) % count); return; }
+    });
     canvas.addEventListener("keydown", (event) => {
       const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
       if (!way) return;
@@ -244,6 +273,7 @@
     const runs = head.trajectories.map((run) => ({ ...run, charts: run.charts.map((chart) => ({ ...chart, lines: chart.lines.map((line) => ({ name: line.name, at: array(line.at), values: array(line.values) })) })) }));
     const titles = [...new Set(runs.flatMap((run) => run.charts.map((chart) => chart.title)))];
     byId("runs").hidden = !runs.length;
+    document.body.classList.toggle("alone", !runs.length);
     for (const title of titles) byId("quantity").append(new Option(title, title));
     if (titles.includes("Inclination of the axis")) byId("quantity").value = "Inclination of the axis";
     const small = runs.map((run) => {

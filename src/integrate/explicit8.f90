@@ -430,16 +430,21 @@ contains
       !> Time of the first events after the beginning of the step [s].
       real(wp), intent(out) :: h_event
       real(wp) :: low, high, f_low, f_high, tolerance, x, half, regula, radius, delta, f
+      logical :: known
       integer :: i, j, most
 
       call have_extension(self)
       ! Shares of the step.
       tolerance = spacing(max(abs(self%t_old), abs(self%t)))/self%h
       high = 1.0_wp
+      call values_at(self, high)
+      known = .true.
       do i = 1, size(events)
          ! Others may have crossed before: the first ones are looked for only up to here.
-         call values_at(self, high)
+         if (.not. known) call values_at(self, high)
+         known = .true.
          if (self%side(i)*side_of(self%g(i)) >= 0) cycle
+         known = .false.
          f_high = self%g(i)
          low = 0.0_wp
          call values_at(self, low)

@@ -3,7 +3,7 @@ module contensou_integrate_gaps
    use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : wp
    use contensou_contact_geometry, only : trouble_sudden, trouble_unseen
-   use contensou_dynamics_mechanism, only : gap_type
+   use contensou_dynamics_mechanism, only : contact_motion_type, gap_type
    use contensou_dynamics_spots, only : change_spots, take_back_spots
    use contensou_integrate_step, only : kept_type, look_at_gaps, march_type, open_step, &
       restore_workspace
@@ -372,26 +372,48 @@ contains
       type(march_type), intent(inout) :: self
       !> The time [s].
       real(wp), intent(out) :: t_dip
-      real(wp) :: y(self%motion%n)
-      real(wp), dimension(self%motion%n_events) :: gap, rate
+      real(wp) :: y(self%motion%n), gap
+      type(contact_motion_type) :: now
       type(bisection_type) :: search
       integer :: i
 
       t_dip = huge(t_dip)
-      do i = 1, size(self%suspect)
-         if (.not. self%suspect(i)) cycle
-         call search%begin(self%t_before, self%memory%t, steps=60)
-         do while (search%goes_on)
-            call self%integrator%interpolate(search%middle, y)
-            call self%motion%system%gaps(y, gap)
-            if (gap(i) < -self%resolution) then
-               t_dip = min(t_dip, search%middle)
-               exit
-            end if
-            call self%motion%system%gap_rates(y, rate)
-            call search%narrow(rate(i) >= 0.0_wp)
+      ! What the interpolation feels is judged whether a contact is looked at or not.
+      call self%integrator%interpolate(0.5_wp*(self%t_before + self%memory%t), y)
+      associate (system => self%motion%system)
+         do i = 1, size(self%suspect)
+            if (.not. self%suspect(i)) cycle
+            if (out_of_reach(self, i)) cycle
+            call search%begin(self%t_before, self%memory%t, steps=60)
+            do while (search%goes_on)
+               call self%integrator%interpolate(search%middle, y)
+               call system%set_poses(y)
+               associate (contact => system%contacts(i))
+                  call contact%find_gap(system%pose(contact%a), system%pose(contact%b), gap)
+               end associate
+               if (gap < -self%resolution) then
+                  t_dip = min(t_dip, search%middle)
+                  exit
+               end if
+               call system%observe(i, now)
+               call search%narrow(dot_product(now%velocity, now%at%normal) >= 0.0_wp)
+            end do
          end do
-      end do
+      end associate
    end subroutine find_dip
+
+   !> Whether a gap that is open at both ends of the step is wider than its bodies can have moved.
+   pure logical function out_of_reach(self, index)
+      type(march_type), intent(in) :: self
+      !> Contact.
+      integer, intent(in) :: index
+      real(wp) :: fastest
+
+      ! Between the ends they may be faster, though not by much.
+      fastest = 2.0_wp*max(self%motion%system%fastest(index, self%y_before), &
+         self%motion%system%fastest(index, self%memory%y))
+      out_of_reach = min(self%gap_before(index)%value, self%gap(index)%value) &
+         > fastest*(self%memory%t - self%t_before)
+   end function out_of_reach
 
 end module contensou_integrate_gaps

@@ -26,6 +26,9 @@ module test_explicit
    !> y_1' = t^power, y_2' = 1, y_1(0) = y_2(0) = 0.
    integer, parameter :: quadrature = 4
 
+   !> y' = 1 with many events, of which one occurs.
+   integer, parameter :: crowd = 5
+
    !> A problem.
    type, extends(problem_type) :: problem_of_test_type
       !> Which one, one of the codes above.
@@ -37,6 +40,8 @@ module test_explicit
       !> Latest time of an evaluation.
       real(wp) :: latest = 0.0_wp
       integer :: evaluations = 0
+      !> Evaluations of the event functions.
+      integer :: looks = 0
       !> Power of time.
       integer :: power = 0
       !> Largest difference of the second unknown from time.
@@ -57,6 +62,7 @@ contains
       call test_order()
       call test_tolerance()
       call test_first_events()
+      call test_crowd()
       call test_return()
       call test_end_of_time()
       call test_wall()
@@ -84,7 +90,7 @@ contains
          rate(2) = 10.0_wp*t*exp(5.0_wp*(y(3) - 1.0_wp))*y(4)
          rate(3) = 2.0_wp*t*y(4)
          rate(4) = -2.0_wp*t*log(y(1))
-      case (ramp)
+      case (ramp, crowd)
          rate = 1.0_wp
       case (quadrature)
          self%apart = max(self%apart, abs(y(2) - t))
@@ -105,6 +111,12 @@ contains
       real(wp), intent(out) :: g(:)
       integer :: i
 
+      self%looks = self%looks + 1
+      if (self%kind == crowd) then
+         g = 1.0_wp
+         g(size(g)/2) = 0.3_wp - y(1)
+         return
+      end if
       ! The last one has a double root at 0.9.
       g = [y(1), y(1) - 0.6_wp, y(1) - 0.3_wp, 0.3_wp - y(1), y(1) - 0.300001_wp, &
          (y(1) - 0.9_wp)**2]
@@ -305,6 +317,31 @@ contains
       call check(.not. allocated(error) .and. n == 3, "explicit8: each event once")
       call integrator%free()
    end subroutine test_first_events
+
+   !> Where nothing happens costs nothing when an event is located, however much of it there is.
+   subroutine test_crowd()
+      type(problem_of_test_type), target :: problem
+      type(explicit8_type) :: integrator
+      type(error_type), allocatable :: error
+      real(wp) :: t, y(1)
+      integer :: found(1000)
+
+      problem%n = 1
+      problem%n_events = 1000
+      problem%kind = crowd
+      t = 0.0_wp
+      y = 0.0_wp
+      call integrator%start(problem, "explicit8", t, y, 2.0_wp, 0.0_wp, error)
+      found = 0
+      do while (all(found == 0) .and. t < 2.0_wp .and. .not. allocated(error))
+         problem%looks = 0
+         call integrator%step(t, y, found, error)
+      end do
+      call check(.not. allocated(error) .and. found(500) == -1, "explicit8: an event of many")
+      call check_close(t, 0.3_wp, 8.0_wp*epsilon(t), "explicit8: time of an event of many")
+      call check(problem%looks < 100, "explicit8: looks for an event of many")
+      call integrator%free()
+   end subroutine test_crowd
 
    !> An event in each direction within one step after another, as in a short contact.
    subroutine test_return()

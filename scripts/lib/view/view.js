@@ -311,7 +311,8 @@
       if (kind === "fit") {
         kind = "orbit";
         orbit.target.copy(middle);
-        orbit.distance = (asked ? 1.9 : 1.5) * Math.max(head.scale, travel) * Math.max(1, 1 / camera.aspect);
+        // Many bodies lie flat, one may fill its box.
+        orbit.distance = (asked ? 1.9 : crowds.length ? 1.1 : 1.5) * Math.max(head.scale, travel) * Math.max(1, 1 / camera.aspect);
       } else if (kind === "orbit" && state.camera !== "orbit" && motions.length) {
         motions[state.body].place(state.t, orbit.target);
       }

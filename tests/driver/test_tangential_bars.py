@@ -428,3 +428,25 @@ def test_a_resumed_run_has_what_was_remembered_bit_for_bit(run, executable, tmp_
     force = np.abs(rows[0]["friction_force"][:, 0, 0])
     beats = force[: 250 * (len(force) // 250)].reshape(-1, 250).max(axis=1)
     assert beats.min() > 0.9 * beats.max()
+
+
+@pytest.mark.parametrize("method", ["explicit8", "cvode_bdf"])
+def test_a_bearing_at_rest_sticks(simulate, method):
+    text = (INPUTS / "bearing_6205.nml").read_text()
+    for old, new in (
+        ("regularization_velocity = 1.0e-4", "tangential = 'elastic'"),
+        ("inner_speed = 188.5", "inner_speed = 0.0"),
+        ("initial_state = 'rolling'", "initial_state = 'rest'"),
+        ("t_end = 0.05", "t_end = 2e-4"),
+        ("interval = 1.0e-4", "interval = 2e-6"),
+        ("method = 'cvode_bdf'", f"method = '{method}'"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    rows = simulate(text).columns
+    loaded = rows["normal_force"].min(axis=0) > 1
+    assert loaded.sum() == 18
+    force = np.linalg.norm(rows["friction_force"], axis=2)[:, loaded]
+    assert (force < 0.5 * 0.05 * rows["normal_force"][:, loaded]).all()
+    assert rows["stuck_share"][1:, loaded].min() > 0.85
+    assert closed_to(rows, 1e-6)

@@ -227,23 +227,22 @@ EXPORTED fmi2Status fmi2FreeFMUstate(void *c, void **state)
    return fmi2OK;
 }
 
-/* States are not serialized, as the description says. */
 EXPORTED fmi2Status fmi2SerializedFMUstateSize(void *c, void *state, size_t *size)
 {
-   (void)c, (void)state, (void)size;
-   return fmi2Error;
+   SELF;
+   return status_of(fmu_place_size(self->own, state, size));
 }
 
 EXPORTED fmi2Status fmi2SerializeFMUstate(void *c, void *state, char bytes[], size_t size)
 {
-   (void)c, (void)state, (void)bytes, (void)size;
-   return fmi2Error;
+   SELF;
+   return status_of(fmu_write_place(self->own, state, bytes, size));
 }
 
 EXPORTED fmi2Status fmi2DeSerializeFMUstate(void *c, const char bytes[], size_t size, void **state)
 {
-   (void)c, (void)bytes, (void)size, (void)state;
-   return fmi2Error;
+   SELF;
+   return status_of(fmu_read_place(self->own, bytes, size, (fmu_place **)state));
 }
 
 EXPORTED fmi2Status fmi2GetDirectionalDerivative(void *c, const fmi2Reference unknown[],

@@ -208,9 +208,6 @@ REFUSED(fmi3SetClock, void *c, const fmi3Reference r[], size_t n, const bool v[]
 REFUSED(fmi3GetNumberOfVariableDependencies, void *c, fmi3Reference r, size_t *n)
 REFUSED(fmi3GetVariableDependencies, void *c, fmi3Reference r, size_t elements[],
         fmi3Reference independents[], size_t other[], int kinds[], size_t n)
-REFUSED(fmi3SerializedFMUStateSize, void *c, void *state, size_t *size)
-REFUSED(fmi3SerializeFMUState, void *c, void *state, uint8_t bytes[], size_t size)
-REFUSED(fmi3DeserializeFMUState, void *c, const uint8_t bytes[], size_t size, void **state)
 REFUSED(fmi3GetDirectionalDerivative, void *c, const fmi3Reference u[], size_t nu,
         const fmi3Reference k[], size_t nk, const double seed[], size_t ns, double product[],
         size_t np)
@@ -253,6 +250,25 @@ EXPORTED fmi3Status fmi3FreeFMUState(void *c, void **state)
    fmu_forget(*state);
    *state = NULL;
    return fmi3OK;
+}
+
+EXPORTED fmi3Status fmi3SerializedFMUStateSize(void *c, void *state, size_t *size)
+{
+   SELF;
+   return status_of(fmu_place_size(self->own, state, size));
+}
+
+EXPORTED fmi3Status fmi3SerializeFMUState(void *c, void *state, uint8_t bytes[], size_t size)
+{
+   SELF;
+   return status_of(fmu_write_place(self->own, state, (char *)bytes, size));
+}
+
+EXPORTED fmi3Status fmi3DeserializeFMUState(void *c, const uint8_t bytes[], size_t size,
+                                            void **state)
+{
+   SELF;
+   return status_of(fmu_read_place(self->own, (const char *)bytes, size, (fmu_place **)state));
 }
 
 EXPORTED fmi3Status fmi3UpdateDiscreteStates(void *c, bool *more, bool *terminate, bool *nominals,

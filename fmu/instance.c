@@ -39,15 +39,15 @@ static char *read_text(const char *folder, const char *name)
    return text;
 }
 
-static void say(fmu_instance *self, int failed, const char *message)
+void fmu_say(fmu_instance *self, int failed, const char *message)
 {
    if (self->log) self->log(self->log_to, failed, message);
 }
 
 /* Tell of an error and release it. */
-static int told(fmu_instance *self, int status, contensou_error *error)
+int fmu_told(fmu_instance *self, int status, contensou_error *error)
 {
-   if (status) say(self, 1, contensou_error_message(error));
+   if (status) fmu_say(self, 1, contensou_error_message(error));
    contensou_error_free(error);
    return status;
 }
@@ -107,7 +107,7 @@ fmu_instance *fmu_new(const char *resources, int exchange, fmu_log *log, void *l
    self->log_to = log_to;
    self->exchange = exchange;
    if (!scene) {
-      say(self, 1, "the resource scene.nml cannot be read");
+      fmu_say(self, 1, "the resource scene.nml cannot be read");
       goto failed;
    }
    for (line = settings; line && *line && n < 1024;) {
@@ -117,10 +117,10 @@ fmu_instance *fmu_new(const char *resources, int exchange, fmu_log *log, void *l
       line = end ? end + 1 : NULL;
    }
    self->simulation = contensou_simulation_from_text("scene.nml", scene, list, n, &error);
-   if (told(self, self->simulation == NULL, error)) goto failed;
+   if (fmu_told(self, self->simulation == NULL, error)) goto failed;
    self->contact = contact ? fmu_contact_of(self->simulation, contact) : -1;
    if (contact && self->contact < 0) {
-      say(self, 1, "the scene has no contact of the name in contact.txt");
+      fmu_say(self, 1, "the scene has no contact of the name in contact.txt");
       goto failed;
    }
    if (fmu_list(self->simulation, self->contact, &self->variables)) goto failed;
@@ -168,7 +168,7 @@ int fmu_reset(fmu_instance *self)
    const fmu_variables *list = &self->variables;
    int i, n = 0, status = contensou_simulation_reset(self->simulation, &error);
 
-   if (told(self, status, error)) return status;
+   if (fmu_told(self, status, error)) return status;
    /* Parameters that were set before have their start again. */
    for (i = 0; i < list->count[FMU_PARAMETER]; i++) n += self->changed[i];
    for (i = 0; n > 0 && i < list->count[FMU_PARAMETER]; i++) {
@@ -176,7 +176,7 @@ int fmu_reset(fmu_instance *self)
       const char *name = item->name;
       if (!self->changed[i]) continue;
       status = contensou_simulation_set(self->simulation, &name, &item->start, 1, &error);
-      if (told(self, status, error)) return status;
+      if (fmu_told(self, status, error)) return status;
    }
    start(self);
    return 0;
@@ -207,7 +207,7 @@ static int put_inputs(fmu_instance *self)
       } else {
          status = contensou_simulation_set_drive(self->simulation, name, six, six + 3, &error);
       }
-      if (told(self, status, error)) return status;
+      if (fmu_told(self, status, error)) return status;
    }
    return 0;
 }
@@ -237,10 +237,10 @@ int fmu_begin(fmu_instance *self)
    if (n) status = contensou_simulation_set(self->simulation, names, values, n, &error);
    free(names);
    free(values);
-   if (told(self, status, error)) return status;
+   if (fmu_told(self, status, error)) return status;
    shape_of(self->simulation, shape);
    if (memcmp(shape, self->shape, sizeof shape)) {
-      say(self, 1, "parameters change how many bodies, contacts, states or quantities there are, "
+      fmu_say(self, 1, "parameters change how many bodies, contacts, states or quantities there are, "
                    "for which another FMU has to be written, with --set");
       return 1;
    }
@@ -251,9 +251,9 @@ int fmu_begin(fmu_instance *self)
    }
    if (self->exchange) {
       status = fmu_take_loads(self->simulation, &error);
-      if (told(self, status, error)) return status;
+      if (fmu_told(self, status, error)) return status;
       status = contensou_simulation_update_host(self->simulation, NULL, &error);
-      if (told(self, status, error)) return status;
+      if (fmu_told(self, status, error)) return status;
    }
    self->begun = 1;
    status = put_inputs(self);
@@ -271,7 +271,7 @@ static int follow(fmu_instance *self)
    status = contensou_simulation_put_host(self->simulation, self->time, self->state, self->states,
                                           &error);
    if (!status) self->fresh = 0;
-   return told(self, status, error);
+   return fmu_told(self, status, error);
 }
 
 int fmu_rates(fmu_instance *self, double *rates, size_t n)
@@ -285,7 +285,7 @@ int fmu_rates(fmu_instance *self, double *rates, size_t n)
    if (finite) {
       status = contensou_simulation_derivative(self->simulation, self->time, self->state,
                                                self->states, rates, &error);
-      if (status != 1) return told(self, status, error);
+      if (status != 1) return fmu_told(self, status, error);
       contensou_error_free(error);
    }
    /* A step that is too long has gone out of the domain of the model. Rates that are no numbers let
@@ -325,7 +325,7 @@ static int find_wrenches(fmu_instance *self)
    status = contensou_simulation_contact_load(self->simulation, self->contact, self->poses,
                                               contensou_simulation_size(self->simulation), on_b,
                                               on_a + 3, on_b + 3, &error);
-   if (status > 1) return told(self, status, error);
+   if (status > 1) return fmu_told(self, status, error);
    contensou_error_free(error);
    for (k = 0; k < 3; k++) on_a[k] = -on_b[k];
    for (k = 0; k < 6 && status; k++) on_a[k] = on_b[k] = NAN;
@@ -341,7 +341,7 @@ static int follow_poses(fmu_instance *self)
    if (!status)
       status = contensou_simulation_put_host(self->simulation, self->time, self->poses,
                                              contensou_simulation_size(self->simulation), &error);
-   return told(self, status, error);
+   return fmu_told(self, status, error);
 }
 
 int fmu_indicators(fmu_instance *self, double *values, size_t n)
@@ -356,11 +356,11 @@ int fmu_indicators(fmu_instance *self, double *values, size_t n)
                                                contensou_simulation_size(self->simulation),
                                                self->values, &error);
       *values = self->values[self->contact];
-      return told(self, status, error);
+      return fmu_told(self, status, error);
    }
    status = contensou_simulation_indicators(self->simulation, self->time, self->state,
                                             self->states, values, &error);
-   return told(self, status, error);
+   return fmu_told(self, status, error);
 }
 
 int fmu_get(fmu_instance *self, unsigned reference, double *value)
@@ -409,7 +409,7 @@ int fmu_get(fmu_instance *self, unsigned reference, double *value)
       status = contensou_simulation_values(self->simulation, quantity.name, self->values,
                                            quantity.size, &error);
       *value = self->values[item->place];
-      return told(self, status, error);
+      return fmu_told(self, status, error);
    }
 }
 
@@ -420,14 +420,14 @@ int fmu_set(fmu_instance *self, unsigned reference, double value)
 
    if (reference >= (unsigned)list->n) return 1;
    if (!isfinite(value)) {
-      say(self, 1, "a value is infinite or not a number");
+      fmu_say(self, 1, "a value is infinite or not a number");
       return 1;
    }
    item = &list->items[reference];
    if (item->kind == FMU_PARAMETER) {
       if (self->parameters[item->place] == value) return 0;
       if (self->begun) {
-         say(self, 1, "parameters can be set before the simulation has begun");
+         fmu_say(self, 1, "parameters can be set before the simulation has begun");
          return 1;
       }
       self->parameters[item->place] = value;
@@ -444,7 +444,7 @@ int fmu_set(fmu_instance *self, unsigned reference, double value)
       if (follow(self)) return 1;
       return put_inputs(self);
    }
-   say(self, 1, "only parameters and inputs can be set");
+   fmu_say(self, 1, "only parameters and inputs can be set");
    return 1;
 }
 
@@ -462,7 +462,7 @@ int fmu_step(fmu_instance *self, double time, int to_event, double *reached, int
    if (status) return status;
    status = to_event ? contensou_simulation_advance_to_event(self->simulation, time, &error)
                      : contensou_simulation_advance(self->simulation, time, &error);
-   if (told(self, status, error)) return status;
+   if (fmu_told(self, status, error)) return status;
    read_state(self);
    *reached = self->time;
    *event = self->time < time;
@@ -485,7 +485,7 @@ int fmu_complete(fmu_instance *self)
    if (self->contact >= 0) return fmu_begin(self);
    status = follow(self);
    if (!status) status = contensou_simulation_complete_host_step(self->simulation, &error);
-   return told(self, status, error);
+   return fmu_told(self, status, error);
 }
 
 int fmu_update(fmu_instance *self, int *changed, double *next)
@@ -498,79 +498,9 @@ int fmu_update(fmu_instance *self, int *changed, double *next)
    if (self->contact >= 0) return fmu_begin(self);
    status = follow(self);
    if (!status) status = contensou_simulation_update_host(self->simulation, &is_new, &error);
-   if (told(self, status, error)) return status;
+   if (fmu_told(self, status, error)) return status;
    read_state(self);
    *changed = is_new;
    *next = contensou_simulation_next_corner(self->simulation, self->time);
    return 0;
-}
-
-static double *doubles(const double *from, int n)
-{
-   double *copy = malloc(((size_t)n + 1) * sizeof *copy);
-   if (copy) memcpy(copy, from, (size_t)n * sizeof *copy);
-   return copy;
-}
-
-int fmu_keep(fmu_instance *self, fmu_place **place)
-{
-   const fmu_variables *list = &self->variables;
-   contensou_error *error = NULL;
-   fmu_place *to = calloc(1, sizeof *to);
-
-   if (!to) return 1;
-   to->snapshot = contensou_simulation_save(self->simulation, &error);
-   if (told(self, to->snapshot == NULL, error)) {
-      free(to);
-      return 1;
-   }
-   to->begun = self->begun;
-   to->fresh = self->fresh;
-   to->time = self->time;
-   to->state = doubles(self->state, list->count[FMU_STATE]);
-   to->inputs = doubles(self->inputs, list->count[FMU_INPUT]);
-   to->parameters = doubles(self->parameters, list->count[FMU_PARAMETER]);
-   to->changed = malloc(((size_t)list->count[FMU_PARAMETER] + 1) * sizeof *to->changed);
-   if (!to->state || !to->inputs || !to->parameters || !to->changed) {
-      fmu_forget(to);
-      return 1;
-   }
-   memcpy(to->changed, self->changed, (size_t)list->count[FMU_PARAMETER] * sizeof *to->changed);
-   fmu_forget(*place);
-   *place = to;
-   return 0;
-}
-
-int fmu_go_back(fmu_instance *self, const fmu_place *place)
-{
-   const fmu_variables *list = &self->variables;
-   contensou_error *error = NULL;
-   int status;
-
-   if (!place) return 1;
-   status = contensou_simulation_restore(self->simulation, place->snapshot, &error);
-   if (told(self, status, error)) return status;
-   self->begun = place->begun;
-   self->known = 0;
-   if (self->contact < 0) self->states = contensou_simulation_size(self->simulation);
-   self->fresh = place->fresh;
-   self->time = place->time;
-   memcpy(self->state, place->state, (size_t)list->count[FMU_STATE] * sizeof *self->state);
-   memcpy(self->inputs, place->inputs, (size_t)list->count[FMU_INPUT] * sizeof *self->inputs);
-   memcpy(self->parameters, place->parameters,
-          (size_t)list->count[FMU_PARAMETER] * sizeof *self->parameters);
-   memcpy(self->changed, place->changed,
-          (size_t)list->count[FMU_PARAMETER] * sizeof *self->changed);
-   return 0;
-}
-
-void fmu_forget(fmu_place *place)
-{
-   if (!place) return;
-   contensou_snapshot_free(place->snapshot);
-   free(place->state);
-   free(place->inputs);
-   free(place->parameters);
-   free(place->changed);
-   free(place);
 }

@@ -52,4 +52,13 @@ int fmu_keep(fmu_instance *self, fmu_place **place);
 int fmu_go_back(fmu_instance *self, const fmu_place *place);
 void fmu_forget(fmu_place *place);
 
+/* A place as bytes: their number, writing and reading them. */
+int fmu_place_size(const fmu_instance *self, const fmu_place *place, size_t *size);
+int fmu_write_place(const fmu_instance *self, const fmu_place *place, char *bytes, size_t size);
+int fmu_read_place(fmu_instance *self, const char *bytes, size_t size, fmu_place **place);
+
+/* Tell the host something, or of an error, which is released. */
+void fmu_say(fmu_instance *self, int failed, const char *message);
+int fmu_told(fmu_instance *self, int status, contensou_error *error);
+
 #endif

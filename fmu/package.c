@@ -181,13 +181,15 @@ static void list_unknowns(buffer *to, const fmu_variables *list, int kind, int f
    }
 }
 
-static const char *const sources[] = {"variables.c", "instance.c", "variables.h", "instance.h",
-                                      "contensou.h"};
+/* Files of C, then their headers. */
+#define SOURCES 6
+static const char *const sources[SOURCES] = {"variables.c", "instance.c", "places.c",
+                                             "variables.h", "instance.h", "contensou.h"};
 
 static void name_sources(buffer *to, int fmi)
 {
    int i;
-   for (i = 0; i < 2; i++) say(to, "      <File name=\"%s\"/>\n", sources[i]);
+   for (i = 0; i < 3; i++) say(to, "      <File name=\"%s\"/>\n", sources[i]);
    say(to, "      <File name=\"fmu%d.c\"/>\n", fmi);
 }
 
@@ -197,11 +199,12 @@ static void describe_interface(buffer *to, const char *word, const char *model, 
    say(to, "  <%s", word);
    attribute(to, "modelIdentifier", model);
    if (fmi == 2) {
-      say(to, " canGetAndSetFMUstate=\"true\"%s>\n    <SourceFiles>\n", more);
+      say(to, " canGetAndSetFMUstate=\"true\" canSerializeFMUstate=\"true\"%s>\n", more);
+      say(to, "    <SourceFiles>\n");
       name_sources(to, fmi);
       say(to, "    </SourceFiles>\n  </%s>\n", word);
    } else {
-      say(to, " canGetAndSetFMUState=\"true\"%s/>\n", more);
+      say(to, " canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\"%s/>\n", more);
    }
 }
 
@@ -383,16 +386,16 @@ int contensou_fmu_write(const char *name, const char *scene, const char *const s
    snprintf(entry, sizeof entry, "binaries/%s/%s.so", fmi == 2 ? "linux64" : "x86_64-linux", model);
    add_file(&zip, entry, own.bytes, own.size);
    free(own.bytes);
-   for (i = 0; i < 6; i++) {
+   for (i = 0; i <= SOURCES; i++) {
       char source[16];
       snprintf(source, sizeof source, "fmu%d.c", fmi);
-      if (!read_own(i < 5 ? sources[i] : source, &own)) {
+      if (!read_own(i < SOURCES ? sources[i] : source, &own)) {
          free(own.bytes);
          snprintf(message, room, "%s is not beside the program, nor where it is installed",
-                  i < 5 ? sources[i] : source);
+                  i < SOURCES ? sources[i] : source);
          goto end;
       }
-      snprintf(entry, sizeof entry, "sources/%s", i < 5 ? sources[i] : source);
+      snprintf(entry, sizeof entry, "sources/%s", i < SOURCES ? sources[i] : source);
       add_file(&zip, entry, own.bytes, own.size);
       free(own.bytes);
    }
@@ -401,7 +404,7 @@ int contensou_fmu_write(const char *name, const char *scene, const char *const s
       say(&text, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiBuildDescription fmiVersion=\"3.0\">\n"
                  "  <BuildConfiguration modelIdentifier=\"%s\">\n    <SourceFileSet language=\"C11\">\n",
           model);
-      for (i = 0; i < 2; i++) say(&text, "      <SourceFile name=\"%s\"/>\n", sources[i]);
+      for (i = 0; i < 3; i++) say(&text, "      <SourceFile name=\"%s\"/>\n", sources[i]);
       say(&text, "      <SourceFile name=\"fmu3.c\"/>\n    </SourceFileSet>\n"
                  "    <Library name=\"contensou\" external=\"true\"/>\n"
                  "  </BuildConfiguration>\n</fmiBuildDescription>\n");

@@ -38,9 +38,14 @@ if TYPE_CHECKING:
     from contensou._kernels import Elliptic as Elliptic
     from contensou._kernels import Friction as Friction
     from contensou._kernels import Hertz as Hertz
+    from contensou._kernels import Slopes as Slopes
+    from contensou._kernels import Steps as Steps
+    from contensou._kernels import Stiffness as Stiffness
+    from contensou._kernels import Tangential as Tangential
     from contensou._kernels import Wrench as Wrench
     from contensou._kernels import elliptic as elliptic
     from contensou._kernels import hertz as hertz
+    from contensou._kernels import tangential_stiffness as tangential_stiffness
     from contensou._runs import run as run
     from contensou._runs import run_tree as run_tree
     from contensou._scenes import Expression as Expression
@@ -73,6 +78,10 @@ _HOMES = {
     "Quantity": "_simulation",
     "Simulation": "_simulation",
     "Snapshot": "_simulation",
+    "Slopes": "_kernels",
+    "Steps": "_kernels",
+    "Stiffness": "_kernels",
+    "Tangential": "_kernels",
     "Wrench": "_kernels",
     "elliptic": "_kernels",
     "hertz": "_kernels",
@@ -81,6 +90,7 @@ _HOMES = {
     "run_tree": "_runs",
     "scene_text": "_scenes",
     "sweep": "_sweeps",
+    "tangential_stiffness": "_kernels",
     "view": "_drawing",
 }
 __all__ = ["__version__", *_HOMES]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import threading
 import weakref
 from typing import NamedTuple
 
@@ -97,6 +98,39 @@ def hertz(
     return Hertz(*_columns("hertz_array", 4, curvature_a, curvature_b, modulus, approach))
 
 
+class Slopes(NamedTuple):
+    """Friction on the body that slips, and its derivatives."""
+
+    #: Force along x and y [N], torque about the normal [N m].
+    wrench: Wrench
+    #: Derivatives of the three (second last index) by load, a at constant b/a, vx, vy and spin
+    #: (last index), SI.
+    slopes: np.ndarray
+
+
+class Stiffness(NamedTuple):
+    """Stiffness of spots on which nothing slips."""
+
+    #: Along x and y [N/m].
+    kx: np.ndarray
+    ky: np.ndarray
+    #: About the normal [N m/rad].
+    kt: np.ndarray
+
+
+class Steps(NamedTuple):
+    """Steps of a spot with local slip and memory."""
+
+    #: Force along x and y [N] and torque about the normal [N m] on body 1, after the step.
+    fx: np.ndarray
+    fy: np.ndarray
+    tz: np.ndarray
+    #: Elastic energy after the step [J].
+    energy: np.ndarray
+    #: What was lost in the step [J].
+    lost: np.ndarray
+
+
 class Friction:
     """A friction model with its parameters.
 
@@ -167,17 +201,157 @@ class Friction:
             of the domain.
         """
         inputs, shape, places, strides = _inputs(load, a, b, vx, vy, spin)
-        found = np.empty((int(np.prod(shape)), 3))
+        found = np.empty((*shape, 3))
         lib.plain(
             "friction_wrench_array",
             self._handle,
-            len(found),
+            found.size // 3,
             places,
             strides,
             found.ctypes.data,
         )
         del inputs
-        return Wrench(*(found[:, i].reshape(shape) for i in range(3)))
+        return Wrench(*(found[..., i] for i in range(3)))
+
+    def jacobian(
+        self,
+        load: ArrayLike,
+        a: ArrayLike,
+        b: ArrayLike,
+        vx: ArrayLike,
+        vy: ArrayLike,
+        spin: ArrayLike,
+    ) -> Slopes:
+        """Friction on the body that slips, and its derivatives.
+
+        Parameters
+        ----------
+        load, a, b, vx, vy, spin
+            As of `wrench`.
+
+        Returns
+        -------
+        Slopes
+            `wrench`, of the shape to which the arguments broadcast, and `slopes`, with two more
+            dimensions, 3 and 5; NaN outside of the domain.
+
+        Examples
+        --------
+        >>> found = Friction("contensou_exact", 0.3).jacobian(10.0, 1e-3, 1e-3, 0.1, 0.0, 100.0)
+        >>> found.slopes.shape, float(found.slopes[0, 0].round(6))
+        ((3, 5), -0.265072)
+        """
+        inputs, shape, places, strides = _inputs(load, a, b, vx, vy, spin)
+        found, slopes = np.empty((*shape, 3)), np.empty((*shape, 3, 5))
+        lib.plain(
+            "friction_jacobian_array",
+            self._handle,
+            found.size // 3,
+            places,
+            strides,
+            found.ctypes.data,
+            slopes.ctypes.data,
+        )
+        del inputs
+        return Slopes(Wrench(*(found[..., i] for i in range(3))), slopes)
+
+
+def tangential_stiffness(
+    a: ArrayLike, b: ArrayLike, shear_modulus: ArrayLike, poisson: ArrayLike
+) -> Stiffness:
+    """Stiffness of spots on which nothing slips.
+
+    Parameters
+    ----------
+    a, b
+        Semi-axes of the spot along x and y [m], 0 < b <= a.
+    shear_modulus
+        G of both bodies together [Pa], 1/G = (1/G1 + 1/G2)/2.
+    poisson
+        nu of both together [1], nu/G = (nu1/G1 + nu2/G2)/2.
+
+    Returns
+    -------
+    Stiffness
+        `kx`, `ky` [N/m], `kt` [N m/rad], of the shape to which the arguments broadcast; NaN outside
+        of the domain.
+
+    Examples
+    --------
+    >>> found = tangential_stiffness(1e-3, 1e-3, 8e10, 0.3)  # 4 G a/(2 - nu), 8/3 G a^3
+    >>> float(found.kx.round(-2)), float(found.kt.round(4))
+    (188235300.0, 213.3333)
+    """
+    return Stiffness(*_columns("tangential_stiffness_array", 3, a, b, shear_modulus, poisson))
+
+
+class Tangential:
+    """A spot with local slip, which remembers.
+
+    Parameters
+    ----------
+    shear_modulus
+        G of both bodies together [Pa], > 0, as of `tangential_stiffness`.
+    poisson
+        nu of both together [1], from -1 to 1/2.
+    layers
+        From 1 to 128; 0 for one spring without local slip.
+
+    Examples
+    --------
+    >>> spot = Tangential(8e10, 0.3)
+    >>> found = spot.advance(0.6, 1e-4, 1e-4, [1e-8, 0.0, -1e-8], 0.0, 0.0)
+    >>> found.fx.round(4).tolist()
+    [-0.1802, -0.1802, 0.0074]
+    """
+
+    def __init__(self, shear_modulus: float, poisson: float, layers: int = 12) -> None:
+        handle = lib.plain("tangential_new", float(shear_modulus), float(poisson), int(layers))
+        if handle is None:
+            raise SceneError(
+                f"there is no spot with the shear modulus {shear_modulus} Pa, Poisson's ratio "
+                f"{poisson} and {layers} layers",
+                2,
+            )
+        self._handle = handle
+        self._lock = threading.Lock()
+        weakref.finalize(self, lib.library.contensou_tangential_free, handle)
+        self._words = f"{shear_modulus}, {poisson}, {layers}"
+
+    def __repr__(self) -> str:
+        return f"contensou.Tangential({self._words})"
+
+    def advance(
+        self,
+        limit: ArrayLike,
+        a: ArrayLike,
+        b: ArrayLike,
+        x: ArrayLike,
+        y: ArrayLike,
+        twist: ArrayLike,
+    ) -> Steps:
+        """Steps one after the other, in the order of the elements.
+
+        Parameters
+        ----------
+        limit
+            Limit f N of the friction force [N], >= 0; without one the spot is open and forgets.
+        a, b
+            Semi-axes of the spot along x and y [m], 0 < b <= a.
+        x, y
+            Shift of body 1 against body 2 since the step before [m].
+        twist
+            Twist about the normal since the step before [rad].
+
+        Returns
+        -------
+        Steps
+            `fx`, `fy` [N], `tz` [N m], `energy`, `lost` [J], of the shape to which the arguments
+            broadcast. A step outside of the domain gives NaN and is not remembered.
+        """
+        words = (limit, a, b, x, y, twist)
+        with self._lock:
+            return Steps(*_columns("tangential_advance_array", 5, *words, handle=self._handle))
 
 
 def _inputs(
@@ -195,12 +369,14 @@ def _inputs(
     return columns, shape, places, strides
 
 
-def _columns(name: str, outputs: int, *arguments: ArrayLike) -> list[np.ndarray]:
-    """The outputs of a kernel, a column each."""
+def _columns(
+    name: str, outputs: int, *arguments: ArrayLike, handle: int | None = None
+) -> list[np.ndarray]:
+    """The outputs of a kernel, or of a handle's, a column each."""
     inputs, shape, places, strides = _inputs(*arguments)
     found = np.empty((outputs, *shape))
     size = int(np.prod(shape))
     to = (ctypes.c_void_p * outputs)(*(found[i, ...].ctypes.data for i in range(outputs)))
-    lib.plain(name, size, places, strides, to)
+    lib.plain(name, *([] if handle is None else [handle]), size, places, strides, to)
     del inputs
     return [found[i, ...] for i in range(outputs)]

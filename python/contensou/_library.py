@@ -10,7 +10,7 @@ import numpy as np
 from contensou._errors import SceneError, error_of
 from contensou._prefix import LIBRARY
 
-INTERFACE = 2
+INTERFACE = 3
 
 Pointer = ctypes.c_void_p
 Doubles = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
@@ -88,6 +88,11 @@ PLAIN = {
     "elliptic_array": (_int, _size, _columns, _sizes, _columns),
     "hertz_array": (_int, _size, _columns, _sizes, _columns),
     "friction_wrench_array": (_int, Pointer, _size, _columns, _sizes, Pointer),
+    "friction_jacobian_array": (_int, Pointer, _size, _columns, _sizes, Pointer, Pointer),
+    "tangential_stiffness_array": (_int, _size, _columns, _sizes, _columns),
+    "tangential_new": (Pointer, _double, _double, _int),
+    "tangential_free": (None, Pointer),
+    "tangential_advance_array": (_int, Pointer, _size, _columns, _sizes, _columns),
     "snapshot_bytes": (Pointer, Pointer, ctypes.POINTER(ctypes.c_size_t)),
     "snapshot_free": (None, Pointer),
 }

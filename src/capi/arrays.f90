@@ -4,8 +4,9 @@ module contensou_capi_arrays
    use, intrinsic :: iso_c_binding, only : c_associated, c_double, c_f_pointer, c_int, c_intptr_t, &
       c_null_ptr, c_ptr, c_ptrdiff_t
    use contensou_base_kinds, only : wp
-   use contensou_capi_kernels, only : bad_argument, friction_handle_type, hertz, law_of, ok, &
-      rub, vary_rub
+   use contensou_capi_kernels, only : bad_argument, friction_handle_type, law_of, ok, rub, &
+      vary_rub
+   use contensou_contact_hertz, only : hertz_contact, hertz_spot_type
    use contensou_contact_spot, only : elliptic_shape
    use contensou_contact_tangential_stiffness, only : tangential_stiffness
    use contensou_special_elliptic, only : complete_elliptic
@@ -17,8 +18,11 @@ module contensou_capi_arrays
    public :: column_type, take_inputs, take_columns, row_of, put_at
 
    !> Numbers of an array of C.
+   !>
+   !> Where an element costs little, a loop takes them as explicit-shape arrays: from here their
+   !> descriptors are loaded anew for each element.
    type :: column_type
-      real(c_double), pointer :: x(:) => null()
+      real(c_double), pointer, contiguous :: x(:) => null()
       !> Place of the first one in `x`.
       integer(c_ptrdiff_t) :: first = 1
       !> Numbers from one element to the next.
@@ -38,15 +42,31 @@ contains
       type(c_ptr), intent(in), value :: outputs
       integer(c_int) :: status
       type(column_type) :: from(1), to(2)
-      integer(c_ptrdiff_t) :: i
 
       call take_inputs(n, inputs, strides, from, status)
       if (status == ok) call take_columns(n, outputs, c_null_ptr, to, status)
-      if (status /= ok) return
-      do i = 0, n - 1
-         call complete_elliptic(at(from(1), i), to(1)%x(i + 1), to(2)%x(i + 1))
-      end do
+      if (status /= ok .or. n == 0) return
+      call integrate_all(n, from, from(1)%x, to(1)%x, to(2)%x)
    end function contensou_elliptic_array
+
+   !> Complete elliptic integrals, one after the other.
+   pure subroutine integrate_all(n, from, complements, k, e)
+      integer(c_ptrdiff_t), intent(in) :: n
+      !> Where the input lies.
+      type(column_type), intent(in) :: from(1)
+      real(c_double), intent(in) :: complements(*)
+      real(c_double), intent(out) :: k(n), e(n)
+      real(wp) :: complement
+      integer(c_ptrdiff_t) :: first, stride, i
+
+      first = from(1)%first
+      stride = from(1)%stride
+      do i = 0, n - 1
+         ! A copy: the output may be where the input is.
+         complement = complements(first + i*stride)
+         call complete_elliptic(complement, k(i + 1), e(i + 1))
+      end do
+   end subroutine integrate_all
 
    !> Hertz contacts.
    function contensou_hertz_array(n, inputs, strides, outputs) result(status) bind(c)
@@ -57,20 +77,39 @@ contains
       type(c_ptr), intent(in), value :: strides
       !> a [m], b [m], N [N], p0 [Pa], side by side; NaN outside of the domain.
       type(c_ptr), intent(in), value :: outputs
-      integer(c_int) :: status, is_there
+      integer(c_int) :: status
       type(column_type) :: from(4), to(4)
-      real(wp) :: spot(4)
-      integer(c_ptrdiff_t) :: i
 
       call take_inputs(n, inputs, strides, from, status)
       if (status == ok) call take_columns(n, outputs, c_null_ptr, to, status)
-      if (status /= ok) return
-      do i = 0, n - 1
-         call hertz(at(from(1), i), at(from(2), i), at(from(3), i), at(from(4), i), spot, is_there)
-         if (is_there /= ok) spot = ieee_value(1.0_wp, ieee_quiet_nan)
-         call put_at(to, i, spot)
-      end do
+      if (status /= ok .or. n == 0) return
+      call touch_all(n, from, from(1)%x, from(2)%x, from(3)%x, from(4)%x, &
+         to(1)%x, to(2)%x, to(3)%x, to(4)%x)
    end function contensou_hertz_array
+
+   !> Hertz contacts, one after the other.
+   pure subroutine touch_all(n, from, curvature_a, curvature_b, modulus, approach, &
+      a, b, force, pressure)
+      integer(c_ptrdiff_t), intent(in) :: n
+      !> Where the inputs lie.
+      type(column_type), intent(in) :: from(4)
+      real(c_double), intent(in) :: curvature_a(*), curvature_b(*), modulus(*), approach(*)
+      real(c_double), intent(out) :: a(n), b(n), force(n), pressure(n)
+      type(hertz_spot_type) :: spot
+      integer(c_ptrdiff_t) :: first(4), stride(4), i
+
+      first = from%first
+      stride = from%stride
+      do i = 0, n - 1
+         call hertz_contact(curvature_a(first(1) + i*stride(1)), &
+            curvature_b(first(2) + i*stride(2)), modulus(first(3) + i*stride(3)), &
+            approach(first(4) + i*stride(4)), spot)
+         a(i + 1) = spot%a
+         b(i + 1) = spot%b
+         force(i + 1) = spot%force
+         pressure(i + 1) = spot%pressure
+      end do
+   end subroutine touch_all
 
    !> Friction wrenches of elliptic spots.
    function contensou_friction_wrench_array(handle, n, inputs, strides, wrenches) &
@@ -84,11 +123,10 @@ contains
       type(c_ptr), intent(in), value :: strides
       !> Of each spot Fx [N], Fy [N], Tz [N m]; NaN outside of the domain.
       type(c_ptr), intent(in), value :: wrenches
-      integer(c_int) :: status, is_there
+      integer(c_int) :: status
       type(friction_handle_type), pointer :: friction
       type(column_type) :: from(6)
-      real(c_double), pointer :: wrench(:, :)
-      integer(c_ptrdiff_t) :: i
+      real(c_double), pointer, contiguous :: wrench(:, :)
 
       status = bad_argument
       friction => law_of(handle)
@@ -97,11 +135,30 @@ contains
       call take_inputs(n, inputs, strides, from, status)
       if (status /= ok .or. n == 0) return
       call c_f_pointer(wrenches, wrench, [3_c_ptrdiff_t, n])
-      do i = 0, n - 1
-         call rub(friction, row_of(from, i), wrench(:, i + 1), is_there)
-         if (is_there /= ok) wrench(:, i + 1) = ieee_value(1.0_c_double, ieee_quiet_nan)
-      end do
+      call rub_all(friction, n, from, from(1)%x, from(2)%x, from(3)%x, &
+         from(4)%x, from(5)%x, from(6)%x, wrench)
    end function contensou_friction_wrench_array
+
+   !> Friction wrenches, one after the other.
+   subroutine rub_all(friction, n, from, load, a, b, vx, vy, spin, wrench)
+      type(friction_handle_type), intent(in) :: friction
+      integer(c_ptrdiff_t), intent(in) :: n
+      !> Where the inputs lie.
+      type(column_type), intent(in) :: from(6)
+      real(c_double), intent(in) :: load(*), a(*), b(*), vx(*), vy(*), spin(*)
+      real(c_double), intent(out) :: wrench(3, n)
+      integer(c_int) :: is_there
+      integer(c_ptrdiff_t) :: at(6), stride(6), i
+
+      at = from%first
+      stride = from%stride
+      do i = 1, n
+         call rub(friction, [load(at(1)), a(at(2)), b(at(3)), vx(at(4)), vy(at(5)), spin(at(6))], &
+            wrench(:, i), is_there)
+         if (is_there /= ok) wrench(:, i) = ieee_value(1.0_c_double, ieee_quiet_nan)
+         at = at + stride
+      end do
+   end subroutine rub_all
 
    !> Friction wrenches of elliptic spots, and their derivatives.
    function contensou_friction_jacobian_array(handle, n, inputs, strides, wrenches, slopes) &
@@ -151,21 +208,40 @@ contains
       type(c_ptr), intent(in), value :: outputs
       integer(c_int) :: status
       type(column_type) :: from(4), to(3)
-      real(wp) :: stiffness(3), a, b
-      integer(c_ptrdiff_t) :: i
 
       call take_inputs(n, inputs, strides, from, status)
       if (status == ok) call take_columns(n, outputs, c_null_ptr, to, status)
-      if (status /= ok) return
-      do i = 0, n - 1
-         a = at(from(1), i)
-         b = at(from(2), i)
-         stiffness = ieee_value(1.0_wp, ieee_quiet_nan)
-         if (b > 0.0_wp .and. b <= a) call tangential_stiffness(elliptic_shape(b/a), a, &
-            at(from(3), i), at(from(4), i), stiffness)
-         call put_at(to, i, stiffness)
-      end do
+      if (status /= ok .or. n == 0) return
+      call stiffen_all(n, from, from(1)%x, from(2)%x, from(3)%x, from(4)%x, &
+         to(1)%x, to(2)%x, to(3)%x)
    end function contensou_tangential_stiffness_array
+
+   !> Stiffness of spots, one after the other.
+   pure subroutine stiffen_all(n, from, major, minor, modulus, poisson, kx, ky, kt)
+      integer(c_ptrdiff_t), intent(in) :: n
+      !> Where the inputs lie.
+      type(column_type), intent(in) :: from(4)
+      real(c_double), intent(in) :: major(*), minor(*), modulus(*), poisson(*)
+      real(c_double), intent(out) :: kx(n), ky(n), kt(n)
+      real(wp) :: stiffness(3), a, b
+      integer(c_ptrdiff_t) :: first(4), stride(4), i
+
+      first = from%first
+      stride = from%stride
+      do i = 0, n - 1
+         a = major(first(1) + i*stride(1))
+         b = minor(first(2) + i*stride(2))
+         if (b > 0.0_wp .and. b <= a) then
+            call tangential_stiffness(elliptic_shape(b/a), a, modulus(first(3) + i*stride(3)), &
+               poisson(first(4) + i*stride(4)), stiffness)
+         else
+            stiffness = ieee_value(1.0_wp, ieee_quiet_nan)
+         end if
+         kx(i + 1) = stiffness(1)
+         ky(i + 1) = stiffness(2)
+         kt(i + 1) = stiffness(3)
+      end do
+   end subroutine stiffen_all
 
    !> Take arrays of n numbers that are there, with their strides.
    subroutine take_inputs(n, places, strides, columns, status)

@@ -16,7 +16,7 @@ module contensou_capi_kernels
    implicit none(type, external)
    private
 
-   public :: friction_handle_type, ok, bad_argument, put, hertz, law_of, rub, vary_rub
+   public :: friction_handle_type, ok, bad_argument, put, law_of, rub, vary_rub
    public :: contensou_version, contensou_hertz
    public :: contensou_friction_new, contensou_friction_wrench, contensou_friction_jacobian
    public :: contensou_friction_free
@@ -167,8 +167,12 @@ contains
       type(c_ptr), intent(in), value :: wrench
       integer(c_int) :: status
       real(c_double) :: found(3)
+      type(friction_handle_type), pointer :: friction
 
-      call rub(law_of(handle), [load, a, b, vx, vy, spin], found, status)
+      friction => law_of(handle)
+      found = 0.0_c_double
+      status = bad_argument
+      if (associated(friction)) call rub(friction, [load, a, b, vx, vy, spin], found, status)
       if (.not. c_associated(wrench)) status = bad_argument
       call put(found, wrench)
    end function contensou_friction_wrench
@@ -189,8 +193,14 @@ contains
       type(c_ptr), intent(in), value :: slopes
       integer(c_int) :: status
       real(c_double) :: found(3), by_column(3, 5)
+      type(friction_handle_type), pointer :: friction
 
-      call vary_rub(law_of(handle), [load, a, b, vx, vy, spin], found, by_column, status)
+      friction => law_of(handle)
+      found = 0.0_c_double
+      by_column = 0.0_c_double
+      status = bad_argument
+      if (associated(friction)) call vary_rub(friction, [load, a, b, vx, vy, spin], found, &
+         by_column, status)
       if (.not. (c_associated(wrench) .and. c_associated(slopes))) status = bad_argument
       call put(found, wrench)
       call put([transpose(by_column)], slopes)
@@ -198,8 +208,7 @@ contains
 
    !> Friction wrench; zero outside of the domain.
    subroutine rub(friction, x, wrench, status)
-      !> From `law_of`; null for none.
-      type(friction_handle_type), pointer, intent(in) :: friction
+      type(friction_handle_type), intent(in) :: friction
       !> N, a, b, vx, vy, spin.
       real(wp), intent(in) :: x(6)
       real(wp), intent(out) :: wrench(3)
@@ -207,15 +216,17 @@ contains
       type(spot_shape_type) :: shape
       type(sliding_type) :: slides
 
-      wrench = 0.0_wp
-      call take_spot(friction, x, shape, slides, status)
-      if (status == ok) call friction%law%wrench(shape, slides, wrench)
+      call take_spot(x, shape, slides, status)
+      if (status == ok) then
+         call friction%law%wrench(shape, slides, wrench)
+      else
+         wrench = 0.0_wp
+      end if
    end subroutine rub
 
    !> Friction wrench and its derivatives; zero outside of the domain.
    subroutine vary_rub(friction, x, wrench, slopes, status)
-      !> From `law_of`; null for none.
-      type(friction_handle_type), pointer, intent(in) :: friction
+      type(friction_handle_type), intent(in) :: friction
       !> N, a, b, vx, vy, spin.
       real(wp), intent(in) :: x(6)
       real(wp), intent(out) :: wrench(3)
@@ -227,7 +238,7 @@ contains
 
       wrench = 0.0_wp
       slopes = 0.0_wp
-      call take_spot(friction, x, shape, slides, status)
+      call take_spot(x, shape, slides, status)
       if (status == ok) call friction%law%linearize(shape, slides, wrench, slopes)
    end subroutine vary_rub
 
@@ -241,22 +252,23 @@ contains
    end function law_of
 
    !> Take the spot on which a friction model acts.
-   subroutine take_spot(friction, x, shape, slides, status)
-      type(friction_handle_type), pointer, intent(in) :: friction
+   pure subroutine take_spot(x, shape, slides, status)
       !> N, a, b, vx, vy, spin.
       real(wp), intent(in) :: x(6)
       type(spot_shape_type), intent(out) :: shape
       type(sliding_type), intent(out) :: slides
-      !> `bad_argument` if there is no model, or a number is out of its domain.
+      !> `bad_argument` if a number is out of its domain.
       integer(c_int), intent(out) :: status
 
       status = bad_argument
-      if (.not. associated(friction)) return
       if (.not. all(ieee_is_finite(x))) return
       if (x(1) < 0.0_wp .or. x(3) <= 0.0_wp .or. x(3) > x(2)) return
-      shape = circular_shape
-      if (x(3) < x(2)) shape = elliptic_shape(x(3)/x(2))
-      if (.not. ieee_is_finite(shape%k)) return
+      if (x(3) < x(2)) then
+         shape = elliptic_shape(x(3)/x(2))
+         if (.not. ieee_is_finite(shape%k)) return
+      else
+         shape = circular_shape
+      end if
       slides = sliding_type(x(1), x(2), x(4), x(5), x(6))
       status = ok
    end subroutine take_spot

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from python_package import unpacked, wheel  # noqa: F401
+from python_package import contensou, unpacked, wheel  # noqa: F401
 from result import read
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -6,7 +6,9 @@ It is built by scripts/wheel without optimization across files, unless CONTENSOU
 from __future__ import annotations
 
 import fcntl
+import importlib
 import os
+import sys
 import zipfile
 from pathlib import Path
 
@@ -54,3 +56,13 @@ def unpacked(wheel, tmp_path_factory):
     for path in (folder / "contensou/bin").iterdir():
         path.chmod(0o755)
     return folder / "contensou"
+
+
+@pytest.fixture(scope="session")
+def contensou(unpacked):
+    """The package."""
+    sys.path.insert(0, str(unpacked.parent))
+    yield importlib.import_module("contensou")
+    sys.path.remove(str(unpacked.parent))
+    for name in [name for name in sys.modules if name.split(".")[0] == "contensou"]:
+        del sys.modules[name]

@@ -72,16 +72,6 @@ pytestmark = [
 ]
 
 
-@pytest.fixture(scope="session")
-def contensou(unpacked):
-    """The package."""
-    sys.path.insert(0, str(unpacked.parent))
-    yield importlib.import_module("contensou")
-    sys.path.remove(str(unpacked.parent))
-    for name in [name for name in sys.modules if name.split(".")[0] == "contensou"]:
-        del sys.modules[name]
-
-
 @pytest.fixture
 def in_inputs(monkeypatch):
     """Work in the folder of the shipped scenes."""
@@ -571,69 +561,6 @@ def test_threads_with_different_scenes(contensou, in_inputs):
     alone = [last(scene) for scene in scenes]
     with ThreadPoolExecutor(4) as pool:
         assert list(pool.map(last, scenes * 3)) == alone * 3
-
-
-# ---- Kernels ------------------------------------------------------------------------------------
-
-
-def test_kernels_broadcast(contensou):
-    radius, modulus = 0.01, np.array([1e9, 1e11])[:, None]
-    approach = np.linspace(0, 1e-5, 7)
-    found = contensou.hertz(1 / (2 * radius), 1 / (2 * radius), modulus, approach)
-    assert found.force.shape == (2, 7)
-    expected = 4 / 3 * modulus * np.sqrt(radius) * approach**1.5
-    np.testing.assert_allclose(found.force, expected, rtol=1e-14)
-    np.testing.assert_allclose(found.a, np.sqrt(radius * approach) * np.ones((2, 1)), rtol=1e-14)
-    assert contensou.hertz(50, 50, 1e11, 1e-6).force.shape == ()
-    assert np.isnan(contensou.hertz(50, [49, 50], 1e11, 1e-6).force).tolist() == [True, False]
-    assert contensou.hertz(50, 50, 1e11, np.zeros((0, 3))).a.shape == (0, 3)
-    k, e = contensou.elliptic(np.array([1.0, 0.0, 2.0]))
-    assert (k[0], e[0]) == pytest.approx((np.pi / 2, np.pi / 2))
-    assert np.isinf(k[1])
-    assert np.isnan(k[2])
-    back = approach[::-2]
-    np.testing.assert_array_equal(
-        contensou.hertz(50, 50, 1e11, back).force,
-        contensou.hertz(50, 50, 1e11, approach).force[::-2],
-    )
-    with pytest.raises(ValueError, match="shape"):
-        contensou.hertz([1, 2], [1, 2, 3], 1, 1)
-
-
-def test_friction_of_arrays(contensou, unpacked):
-    """The numbers of `contensou eval wrench`, to the last bit that it prints."""
-    friction = contensou.Friction("pade22", 0.3)
-    speed, spin = np.meshgrid([0.0, 1e-3, 0.1], [0.0, 50.0, -1e3], indexing="ij")
-    found = friction.wrench(10.0, 2e-3, 1e-3, speed, 0.02, spin)
-    rows = [f"10,2e-3,1e-3,0.3,{x!r},0.02,{w!r}" for x, w in np.c_[speed.flat, spin.flat].tolist()]
-    done = subprocess.run(
-        [unpacked / "bin/contensou", "eval", "wrench", "--model", "pade22"],
-        input="\n".join(["N,a,b,f,vx,vy,w", *rows, ""]),
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    names, *lines = done.stdout.splitlines()
-    table = np.array([[float(x) for x in line.split(",")] for line in lines])
-    for name, column in (("Fx", found.fx), ("Fy", found.fy), ("Tz", found.tz)):
-        expected = table[:, names.split(",").index(name)]
-        np.testing.assert_allclose(column.ravel(), expected, rtol=1e-15)
-    assert np.isnan(friction.wrench(1, 1e-3, 2e-3, 1, 0, 0).fx)
-    for words in (("bronze", 0.3), ("pade22", -1), ("coulomb", 0.3, 0.0), ("pade22", np.nan)):
-        with pytest.raises(contensou.SceneError, match="there is no friction"):
-            contensou.Friction(*words)
-
-
-def test_kernels_let_other_threads_run(contensou):
-    """While a kernel works on an array, Python counts on."""
-    approach = np.full(2_000_000, 1e-6)
-    with ThreadPoolExecutor(1) as pool:
-        work = pool.submit(contensou.hertz, 50.0, 70.0, 1e11, approach)
-        counted = 0
-        while not work.done():
-            counted += 1
-    assert work.result().force[-1] > 0
-    assert counted > 1000
 
 
 # ---- Sweeps and pictures ------------------------------------------------------------------------

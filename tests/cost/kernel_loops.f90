@@ -44,6 +44,8 @@ contains
             call stiffen(x, y)
          case ("tangential")
             call shift(shells, x, y)
+         case default
+            error stop "kernel_loops: there is no such kernel"
          end select
       end do
       write (error_unit, "(es24.16)") sum(y(1, :))

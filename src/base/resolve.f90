@@ -19,13 +19,38 @@ module contensou_base_resolve
    implicit none(type, external)
    private
 
-   public :: resolve, take_value, expected_of, largest_number
+   public :: resolve, refuse_other_kind, take_value, expected_of, largest_number
 
    !> Bound of the magnitudes of numbers and of the inverses of those that are not zero, so that
    !> products of a few of them neither overflow nor vanish: SI values of this world are far within.
    real(wp), parameter :: largest_number = 1.0e40_wp
 
 contains
+
+   !> Refuse a scene where a sweep is wanted, and a sweep in place of a scene: one mistake, and not one
+   !> for each of its groups.
+   subroutine refuse_other_kind(document, wanted, other, message, expected, diagnostics, refused)
+      type(document_type), intent(in) :: document
+      !> Group that what is wanted has.
+      character(len=*), intent(in) :: wanted
+      !> Group that the other kind has.
+      character(len=*), intent(in) :: other
+      character(len=*), intent(in) :: message
+      !> What would be right.
+      character(len=*), intent(in) :: expected
+      type(diagnostics_type), intent(inout) :: diagnostics
+      logical, intent(out) :: refused
+      integer :: i, found
+
+      found = 0
+      refused = .false.
+      do i = 1, document%n_groups
+         if (document%groups(i)%name == wanted) return
+         if (found == 0 .and. document%groups(i)%name == other) found = i
+      end do
+      refused = found > 0
+      if (refused) call diagnostics%add(document%groups(found)%origin, message, expected)
+   end subroutine refuse_other_kind
 
    !> Check all groups and keys of a document against a schema.
    subroutine resolve(document, schema, settings, diagnostics)

@@ -7,7 +7,7 @@ module contensou_scene_reader
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_numbers, only : to_text
    use contensou_base_kinds, only : wp
-   use contensou_base_resolve, only : resolve
+   use contensou_base_resolve, only : refuse_other_kind, resolve
    use contensou_base_rotations, only : rotation_matrix
    use contensou_base_schema, only : schema_type
    use contensou_base_settings, only : group_settings_type, settings_type
@@ -166,11 +166,15 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(schema_type), target :: schema
       type(settings_type), target :: settings
+      logical :: refused
 
-      call scene_schema(schema)
-      call resolve_scene(document, schema, overrides, settings, diagnostics)
-      call build(settings, schema, path, output_file, file%scene, file%cost, file%system, &
-         diagnostics)
+      call refuse_sweep(document, path, diagnostics, refused)
+      if (.not. refused) then
+         call scene_schema(schema)
+         call resolve_scene(document, schema, overrides, settings, diagnostics)
+         call build(settings, schema, path, output_file, file%scene, file%cost, file%system, &
+            diagnostics)
+      end if
       if (diagnostics%count() > 0) then
          call fatal(error, mistakes_text(diagnostics, document, path), status_usage)
          return
@@ -179,6 +183,19 @@ contains
       file%resolved = constants_text(document%constants) // settings%text(schema)
       call keep_warnings(settings, schema, document, file)
    end subroutine read_parsed
+
+   !> Refuse the file of a sweep.
+   subroutine refuse_sweep(document, path, diagnostics, refused)
+      type(document_type), intent(in) :: document
+      !> Its name.
+      character(len=*), intent(in) :: path
+      type(diagnostics_type), intent(inout) :: diagnostics
+      logical, intent(out) :: refused
+
+      call refuse_other_kind(document, "scene", "sweep", "this is a sweep, not a scene", &
+         "contensou sweep " // path // ", or the scene that its key 'scene' names", &
+         diagnostics, refused)
+   end subroutine refuse_sweep
 
    !> All mistakes of a scene in words.
    function mistakes_text(diagnostics, document, path) result(text)
@@ -210,6 +227,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> The text, in place of a file.
       character(len=*), intent(in), optional :: text
+      logical :: refused
 
       loaded%path = path
       if (present(text)) then
@@ -220,6 +238,8 @@ contains
          if (allocated(error)) return
          loaded%file%text = loaded%document%bytes
       end if
+      call refuse_sweep(loaded%document, path, diagnostics, refused)
+      if (refused) return
       if (has_templates(loaded%document, overrides)) loaded%raw = loaded%document
       call scene_schema(loaded%schema)
       call resolve_scene(loaded%document, loaded%schema, overrides, loaded%settings, diagnostics)

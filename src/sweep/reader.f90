@@ -11,11 +11,11 @@ module contensou_sweep_reader
    use contensou_base_expressions, only : constants_type
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : to_text
-   use contensou_base_resolve, only : expected_of, resolve
+   use contensou_base_resolve, only : expected_of, refuse_other_kind, resolve
    use contensou_base_schema, only : key_type, schema_type
    use contensou_base_settings, only : group_settings_type, settings_type
    use contensou_base_text, only : join, lower, quote, starts_with, string_type
-   use contensou_scene_reader, only : load_scene, loaded_scene_type
+   use contensou_scene_reader, only : load_scene, loaded_scene_type, mistakes_text
    use contensou_scene_overrides, only : apply_override, index_groups, index_type
    use contensou_sweep_plan, only : parameter_column_type, sweep_type
    use contensou_sweep_points, only : logical_of, points_column_type
@@ -100,11 +100,18 @@ contains
       type(settings_type), target :: settings
       type(index_type) :: index_of
       character(len=:), allocatable :: text, count_text
-      logical :: scene_good
+      logical :: refused, scene_good
       integer :: i, head, n
 
       call read_document(path, document, diagnostics, error)
       if (allocated(error)) return
+      call refuse_other_kind(document, "sweep", "scene", "this is a scene, not a sweep", &
+         "contensou run " // path // ", or a file with a group &sweep whose key 'scene' names it", &
+         diagnostics, refused)
+      if (refused) then
+         call fatal(error, mistakes_text(diagnostics, document, path), status_usage)
+         return
+      end if
       sweep%path = path
       sweep%text = document%bytes
       call sweep_schema(schema)

@@ -36,6 +36,21 @@ def check(run, tmp_path):
     return check_it
 
 
+def test_a_scene_is_no_sweep(check, run, mistakes, inputs):
+    """One mistake, and not one for each group."""
+    done = check(command="sweep")
+    assert done.status == 2
+    (mistake,) = mistakes(done.err)
+    assert mistake.message == "this is a scene, not a sweep"
+    assert "contensou run ball.nml" in done.err
+    sweep = inputs / "sweeps" / "impact_angle.nml"
+    done = run("run", sweep, "-o", "out.h5")
+    assert done.status == 2
+    (mistake,) = mistakes(done.err)
+    assert mistake.message == "this is a sweep, not a scene"
+    assert f"contensou sweep {sweep}" in done.err
+
+
 # --- 9: the nearest real key --------------------------------------------------------------------
 
 

@@ -27,8 +27,8 @@ module contensou_base_resolve
 
 contains
 
-   !> Refuse a scene where a sweep is wanted, and a sweep in place of a scene: one mistake, and not one
-   !> for each of its groups.
+   !> Refuse a scene where a sweep is wanted, and a sweep in place of a scene: one mistake, and not
+   !> one for each of its groups.
    subroutine refuse_other_kind(document, wanted, other, message, expected, diagnostics, refused)
       type(document_type), intent(in) :: document
       !> Group that what is wanted has.

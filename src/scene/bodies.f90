@@ -147,8 +147,23 @@ contains
 
          if (group%lacks(name)) call diagnostics%add(group%origin, "'" // name // &
             "' is missing in group &body" // group%named(), name // " = " // &
-            domain_text(group%key(name)))
+            domain_text(group%key(name)) // alternative(name))
       end subroutine need
+
+      !> What can stand in place of a key.
+      pure function alternative(name) result(words)
+         character(len=*), intent(in) :: name
+         character(len=:), allocatable :: words
+
+         select case (name)
+         case ("mass")
+            words = "; or density, for mass and inertia of a solid with the surface of the body"
+         case ("inertia")
+            words = "; or radius_of_gyration, or density in place of mass and inertia"
+         case default
+            words = ""
+         end select
+      end function alternative
 
    end subroutine check_motion
 

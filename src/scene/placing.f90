@@ -234,8 +234,8 @@ contains
          character(len=*), intent(in) :: why
 
          call diagnostics%add(places(body), "body " // quote(scene%bodies(body)%name) // &
-            " cannot be put down: " // why, "a position above what it is to touch, on the side that " // &
-            "its normal points to, or no place")
+            " cannot be put down: " // why, &
+            "a position above what it is to touch, where its normal points, or no place")
       end subroutine fail_for
 
       !> Rounding of the height of a place [m].

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from folders import SWEEP
 from python_package import contensou, unpacked, wheel  # noqa: F401
 from result import read
 
@@ -306,3 +308,11 @@ def scene(tmp_path, scene_text) -> Path:
     path = tmp_path / "top.nml"
     path.write_text(scene_text)
     return path
+
+
+@pytest.fixture
+def files(scene, tmp_path):
+    """That scene as scene.nml and a sweep of it, sweep.nml; the folder."""
+    shutil.copy(scene, tmp_path / "scene.nml")
+    (tmp_path / "sweep.nml").write_text(SWEEP)
+    return tmp_path

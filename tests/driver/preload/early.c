@@ -1,4 +1,4 @@
-/* Loaded into the program by test_safe_files.py: a signal comes before anything else in it runs
+/* Loaded into the program by test_signals.py: a signal comes before anything else in it runs
    (EARLY=library) or as its main program has just begun (EARLY=main). SIGNAL is its number. */
 #define _GNU_SOURCE
 #include <dlfcn.h>

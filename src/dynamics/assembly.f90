@@ -13,7 +13,7 @@ module contensou_dynamics_assembly
    use contensou_contact_pairs, only : new_geometry
    use contensou_contact_parameters, only : parameters_type, surroundings_type
    use contensou_contact_rolling, only : rolling_model_type, rolling_models
-   use contensou_contact_shapes_shape, only : shape_info_type
+   use contensou_contact_shapes_shape, only : shape_info_type, shape_type
    use contensou_contact_states, only : state_list_type
    use contensou_contact_tangential, only : tangential_model_type, tangential_models
    use contensou_dynamics_equations, only : system_type
@@ -50,7 +50,7 @@ contains
       type(scene_type), intent(in) :: scene
       type(system_type), intent(out) :: system
       type(tables_type) :: tables
-      integer :: i, index, trouble
+      integer :: i, j, index, trouble
 
       tables%normal = normal_models()
       tables%damping = damping_models()
@@ -70,8 +70,13 @@ contains
             contact%spots = spec%spots
             call set_law(scene, spec, tables, contact)
             contact%largest_position = largest_position(scene, contact)
-            contact%reach = [reach_of(scene%surfaces(spec%surfaces(1))), &
-               reach_of(scene%surfaces(spec%surfaces(2)))]
+            do j = 1, 2
+               associate (owner => scene%surfaces(spec%surfaces(j)))
+                  contact%reach(j) = reach_of(owner)
+                  contact%centre(:, j) = owner%surface%centre
+                  contact%lever(j) = lever_of(owner%surface%shape)
+               end associate
+            end do
          end associate
       end do
       allocate(system%springs(0))
@@ -330,6 +335,20 @@ contains
          end if
       end associate
    end function usual_overlap
+
+   !> Distance from the centre of a shape within which all its normals pass [m]; the largest number
+   !> where it has no end. What is convex is swept by a sphere of the smallest radius of curvature,
+   !> whose centre its normals pass through (W. Blaschke, Kreis und Kugel (1916)).
+   pure function lever_of(shape) result(lever)
+      class(shape_type), intent(in) :: shape
+      real(wp) :: lever
+      type(shape_info_type) :: info
+
+      lever = huge(lever)
+      info = shape%info()
+      if (info%bounded .and. shape%smallest_radius() <= shape%extent()) &
+         lever = shape%extent() - shape%smallest_radius()
+   end function lever_of
 
    !> Radius about the centre of mass of a body that holds a surface of it [m]; the largest number
    !> where the surface has no end.

@@ -60,11 +60,11 @@ module contensou_dynamics_equations
       type(constraints_type) :: constraints
       !> Whether contacts remember what is not part of the state.
       logical :: remembers = .false.
-      !> What acts on the bodies.
+      !> What acts on the bodies, and their weights.
       type(body_load_type), allocatable :: load(:)
+      type(body_load_type), allocatable, private :: weight(:)
       !> Room for a right-hand side that is evaluated for the sake of the normal forces.
       real(wp), allocatable, private :: scratch(:)
-      logical, private :: has_gravity = .false.
       logical, private :: has_springs = .false.
       !> Whether there are rigid contacts or states of parts.
       logical, private :: has_more = .false.
@@ -89,7 +89,6 @@ contains
       integer :: i, nb, states
 
       nb = size(self%bodies)
-      self%has_gravity = norm2(self%gravity) > 0.0_wp
       rubs = .false.
       damps = any(self%contacts%rigid)
       do i = 1, size(self%contacts)
@@ -111,10 +110,18 @@ contains
       do i = 1, size(self%contacts)
          self%contacts(i)%states%first = body_size*nb + states + 1
          states = states + self%contacts(i)%states%n
+         self%contacts(i)%evolves = self%contacts(i)%states%n > 0 &
+            .or. allocated(self%contacts(i)%law%steady)
       end do
       call self%layout%lay_out(nb, states, rubs, damps, supplied)
-      if (allocated(self%pose)) deallocate(self%pose, self%load, self%scratch)
-      allocate(self%pose(0:nb), self%load(nb), self%scratch(self%layout%n))
+      if (allocated(self%pose)) deallocate(self%pose, self%load, self%weight, self%scratch)
+      allocate(self%pose(0:nb), self%load(nb), self%weight(nb), self%scratch(self%layout%n))
+      if (norm2(self%gravity) > 0.0_wp) then
+         do i = 1, nb
+            if (moves_freely(self%bodies(i)%motion)) self%weight(i)%force = &
+               self%bodies(i)%mass*self%gravity
+         end do
+      end if
       self%pose(0)%ground = .true.
       call self%constraints%prepare(self%mechanism_type)
       self%remembers = any([(allocated(self%contacts(i)%tangential), i=1, &
@@ -171,15 +178,8 @@ contains
       integer :: i
 
       do i = 1, size(self%bodies)
-         self%load(i) = body_load_type()
+         self%load(i) = self%weight(i)
       end do
-      if (self%has_gravity) then
-         do i = 1, size(self%bodies)
-            if (moves_freely(self%bodies(i)%motion)) then
-               self%load(i)%force = self%bodies(i)%mass*self%gravity
-            end if
-         end do
-      end if
       applied_power = 0.0_wp
       call add_contacts(self, friction_power, damping_power)
       if (self%outside) return
@@ -495,7 +495,7 @@ contains
          if (allocated(contact%law%curved)) call contact%bend(a, b, at)
          call relative_motion(a, b, at%point, velocity, spin)
          resolution = self%resolution%of(a, b, at%point)
-         if (contact%evolves()) then
+         if (contact%evolves) then
             call contact%evolve(a, b, at, velocity, spin, resolution, load)
          else
             call contact%law%evaluate(at, velocity, spin, resolution, load)

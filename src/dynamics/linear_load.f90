@@ -293,7 +293,7 @@ contains
       touch%rate = -dot_product(touch%velocity, touch%at%normal)
       touch%shape = 0.0_wp
       if (touch%rigid) touch%approach = approach_of(contact%law, touch%values(1))
-      if (contact%evolves()) then
+      if (contact%evolves) then
          call evaluate_states(contact, touch)
       else
          call evaluate(contact%law, touch, touch%values, touch%slopes, touch%elastic)
@@ -799,7 +799,7 @@ contains
             if (varied(1) > varied(2)) varied = curvatures
             ends(k) = varied(i)
             call contact%law%normal%follow(varied(1), varied(2))
-            if (contact%evolves()) then
+            if (contact%evolves) then
                there = touch
                call evaluate_states(contact, there)
                results(:5, k) = [there%values, there%elastic]

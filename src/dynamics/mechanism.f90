@@ -73,6 +73,8 @@ module contensou_dynamics_mechanism
       real(wp) :: felt = 0.0_wp
       !> States of its parts.
       type(contact_states_type) :: states
+      !> Whether its load needs more than `evaluate` of the law: states of parts, or what rolls.
+      logical :: evolves = .false.
       !> Tangential elasticity; unallocated for none.
       type(tangential_type), allocatable :: tangential
       !> Where the surfaces were closest last.
@@ -98,6 +100,11 @@ module contensou_dynamics_mechanism
       !> Radii about the centres of mass of A and B that hold their surfaces [m]; the largest number
       !> where a surface has no end.
       real(wp) :: reach(2) = huge(1.0_wp)
+      !> Centres of the surfaces in the frames of their bodies [m].
+      real(wp) :: centre(3, 2) = 0.0_wp
+      !> Distances from these within which all normals of the surfaces pass [m], zero for spheres;
+      !> the largest number where a surface has no end.
+      real(wp) :: lever(2) = huge(1.0_wp)
    contains
       procedure :: find_gap
       procedure :: locate
@@ -109,7 +116,6 @@ module contensou_dynamics_mechanism
       procedure :: own
       procedure :: local_states
       procedure :: evolve
-      procedure :: evolves
       procedure :: set_rates
       procedure :: frame_spin
       procedure :: stored_energies
@@ -325,13 +331,6 @@ contains
       end if
       call self%states%gather(self%states%values, at%major, cross(at%normal, at%major), local)
    end function local_states
-
-   !> Whether the load needs more than `evaluate` of the law: states of parts, or what rolls.
-   pure logical function evolves(self)
-      class(contact_type), intent(in) :: self
-
-      evolves = self%states%n > 0 .or. allocated(self%law%steady)
-   end function evolves
 
    !> Load of a closed contact at the states of its parts, and the rates of these.
    subroutine evolve(self, a, b, at, velocity, spin, resolution, load)
@@ -690,13 +689,18 @@ contains
 
    end subroutine gap_motion
 
-   !> Bound of how fast the gap of a contact changes, wherever its surfaces are nearest [m/s];
-   !> far too large where a surface without an end turns.
-   pure real(wp) function fastest(self, index, y)
+   !> Bound of how fast the gap of a contact changes, wherever its surfaces are nearest, up to a
+   !> time away from a state [m/s]; far too large where a surface without an end turns.
+   !>
+   !> A surface turns about its centre, which moves with its body. Euler's equations let the angular
+   !> velocity change by its square times the time at most; forces are for the caller to mind.
+   pure real(wp) function fastest(self, index, y, time)
       class(mechanism_type), intent(in) :: self
       integer, intent(in) :: index
       !> State, that of a body in a column.
       real(wp), intent(in) :: y(body_size, self%layout%bodies)
+      !> The time [s], >= 0.
+      real(wp), intent(in) :: time
       real(wp) :: velocity(3)
 
       associate (contact => self%contacts(index))
@@ -704,22 +708,33 @@ contains
          fastest = 0.0_wp
          if (contact%a > 0) then
             velocity = y(at_velocity:at_velocity + 2, contact%a)
-            fastest = turning(y(at_spin:at_spin + 2, contact%a), contact%reach(1))
+            fastest = turning(y(at_spin:at_spin + 2, contact%a), 1)
          end if
          if (contact%b > 0) then
             velocity = velocity - y(at_velocity:at_velocity + 2, contact%b)
-            fastest = fastest + turning(y(at_spin:at_spin + 2, contact%b), contact%reach(2))
+            fastest = fastest + turning(y(at_spin:at_spin + 2, contact%b), 2)
          end if
       end associate
       fastest = fastest + sqrt(dot_product(velocity, velocity))
 
    contains
 
-      !> Fastest point of a body that turns [m/s].
-      pure real(wp) function turning(spin, reach)
-         real(wp), intent(in) :: spin(3), reach
+      !> What the turning of a body makes of it [m/s].
+      pure real(wp) function turning(spin, side)
+         !> Its angular velocity, body frame [rad/s].
+         real(wp), intent(in) :: spin(3)
+         !> 1 for body A, 2 for body B.
+         integer, intent(in) :: side
+         real(wp) :: square, x, y, z
 
-         turning = min(reach, unbounded)*sqrt(dot_product(spin, spin))
+         associate (c => self%contacts(index)%centre(:, side))
+            square = dot_product(spin, spin)
+            x = spin(2)*c(3) - spin(3)*c(2)
+            y = spin(3)*c(1) - spin(1)*c(3)
+            z = spin(1)*c(2) - spin(2)*c(1)
+            turning = min(self%contacts(index)%lever(side), unbounded)*sqrt(square) &
+               + sqrt(x*x + y*y + z*z) + square*time*sqrt(dot_product(c, c))
+         end associate
       end function turning
 
    end function fastest

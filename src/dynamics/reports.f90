@@ -155,7 +155,7 @@ contains
             system%pose(contact%b), row%at)
          resolution = system%resolution%of(system%pose(contact%a), system%pose(contact%b), &
             row%at%point)
-         if (contact%evolves()) then
+         if (contact%evolves) then
             call contact%evolve(system%pose(contact%a), system%pose(contact%b), row%at, &
                now%velocity, now%spin, resolution, row%load)
             call contact%stored_energies(row%at, -row%at%gap, [dot_product(now%velocity, &

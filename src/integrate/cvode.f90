@@ -488,15 +488,26 @@ contains
       type(c_ptr), intent(in), value :: user_data
       integer(c_int) :: flag
       type(handle_type), pointer :: handle
-      real(c_double), pointer :: y(:), rate(:)
+      real(c_double), pointer, contiguous :: y(:), rate(:)
       logical :: outside
 
       call c_f_pointer(user_data, handle)
-      y => FN_VGetArrayPointer(vector_y)
-      rate => FN_VGetArrayPointer(vector_rate)
+      call take_values(vector_y, handle%problem%n, y)
+      call take_values(vector_rate, handle%problem%n, rate)
       call handle%problem%derivative(t, y, rate, outside)
       flag = merge(1_c_int, 0_c_int, outside)
    end function derivative_callback
+
+   !> Values of a vector, which are known to be contiguous.
+   subroutine take_values(vector, n, values)
+      type(N_Vector), intent(inout) :: vector
+      integer, intent(in) :: n
+      real(c_double), pointer, contiguous, intent(out) :: values(:)
+      real(c_double), pointer :: found(:)
+
+      found => FN_VGetArrayPointer(vector)
+      call c_f_pointer(c_loc(found(1)), values, [n])
+   end subroutine take_values
 
    !> Jacobian for CVODE.
    function jacobian_callback(t, vector_y, vector_rate, matrix, user_data, work_1, work_2, work_3) &

@@ -5,7 +5,7 @@ module contensou_integrate_gaps
    use contensou_contact_geometry, only : trouble_sudden, trouble_unseen
    use contensou_dynamics_mechanism, only : contact_motion_type, gap_type
    use contensou_dynamics_spots, only : change_spots, take_back_spots
-   use contensou_integrate_step, only : kept_type, look_at_gaps, march_type, open_step, &
+   use contensou_integrate_step, only : kept_type, look_at_gap, look_at_gaps, march_type, open_step, &
       restore_workspace
    use contensou_special_bisection, only : bisection_type
    implicit none(type, external)
@@ -40,18 +40,29 @@ module contensou_integrate_gaps
 
 contains
 
-   !> Gaps and their motion at the beginning of the step.
-   subroutine look_before(self)
+   !> Gaps of the near contacts and their motion at both ends of the step.
+   subroutine look_at_near(self)
       type(march_type), intent(inout) :: self
+      logical :: posed
       integer :: i
 
       associate (system => self%motion%system)
-         call system%set_poses(self%y_before)
+         posed = .false.
          do i = 1, size(self%gap)
-            call system%gap_motion(i, self%gap_before(i))
+            if (self%seen(i) .or. .not. self%near(i)) cycle
+            if (.not. posed) call system%set_poses(self%y_before)
+            posed = .true.
+            call system%gap_motion(i, self%gap(i))
+         end do
+         call system%set_poses(self%memory%y)
+         do i = 1, size(self%gap)
+            self%seen(i) = self%near(i)
+            if (.not. self%near(i)) cycle
+            self%gap_before(i) = self%gap(i)
+            call look_at_gap(self, i)
          end do
       end associate
-   end subroutine look_before
+   end subroutine look_at_near
 
    !> If a contact closed and opened again within the step, go back to take it in smaller ones.
    subroutine avoid_dip(self, again, error)
@@ -62,22 +73,19 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: t_dip
       integer :: index
-      logical :: looked, near
+      logical :: looked, near, any_near
 
       again = .false.
       associate (memory => self%memory, t => self%memory%t)
-         if (far_away(self)) then
+         call find_near(self, any_near)
+         if (.not. any_near) then
             self%seen = .false.
             if (memory%bounded_until > 0.0_wp) call lift_bound(self)
             return
          end if
-         if (.not. self%seen) call look_before(self)
-         call look_at_gaps(self)
-         self%suspect = .not. memory%closed .and. self%events == 0 .and. &
-            self%gap_before%rate < 0.0_wp .and. self%gap%rate > 0.0_wp .and. &
-            .not. self%motion%system%contacts%leaving
+         call look_at_near(self)
+         call suspect_dips(self, index)
          t_dip = huge(t_dip)
-         index = findloc(self%suspect, .true., dim=1)
          looked = index > 0
          if (looked) then
             self%motion%system%contacts%felt = 0.0_wp
@@ -102,7 +110,7 @@ contains
          else if (again) then
             t = self%t_before
             memory%y = self%y_before
-            self%gap = self%gap_before
+            where (self%seen) self%gap = self%gap_before
             self%clearance = 0.0_wp
             memory%bounded_until = t_dip
             call self%integrator%bound_step((t_dip - t)/4.0_wp)
@@ -243,26 +251,55 @@ contains
          height/bounds%speed)
    end function reach
 
-   !> Whether all open contacts are so far away that none can have touched in the step.
-   logical function far_away(self)
+   !> Find the contacts at whose gaps to look: those that are open and not so far away that they
+   !> cannot have touched in the step.
+   subroutine find_near(self, any_near)
       type(march_type), intent(inout) :: self
-      real(wp) :: fastest
+      !> Whether there is one.
+      logical, intent(out) :: any_near
+      real(wp) :: fastest, time
+      logical :: may_pass
       integer :: i
 
+      any_near = .true.
+      if (.not. self%may_skip) then
+         self%near = .true.
+         return
+      end if
       ! Looks within a step are part of the counts that others compare: a method that pays for them
       ! looks at each step.
-      far_away = self%may_skip .and. self%integrator%free_interpolation
-      if (.not. far_away) return
-      do i = 1, size(self%clearance)
-         fastest = self%motion%system%fastest(i, self%memory%y)
+      may_pass = self%may_pass .and. self%integrator%free_interpolation
+      time = self%memory%t - self%t_before
+      any_near = .false.
+      do i = 1, size(self%near)
+         self%near(i) = self%events(i) /= 0 .or. .not. (may_pass .or. self%memory%closed(i))
+         any_near = any_near .or. self%near(i)
+         if (self%near(i) .or. self%memory%closed(i)) cycle
+         fastest = self%motion%system%fastest(i, self%memory%y, time)
          ! Between the ends it may be faster, though not by much.
-         self%clearance(i) = self%clearance(i) &
-            - 2.0_wp*max(fastest, self%fastest(i))*(self%memory%t - self%t_before)
+         self%clearance(i) = self%clearance(i) - 2.0_wp*max(fastest, self%fastest(i))*time
          self%fastest(i) = fastest
-         if (self%memory%closed(i) .and. self%events(i) == 0) cycle
-         far_away = far_away .and. self%clearance(i) > 0.0_wp .and. self%events(i) == 0
+         self%near(i) = self%clearance(i) <= 0.0_wp
+         any_near = any_near .or. self%near(i)
       end do
-   end function far_away
+   end subroutine find_near
+
+   !> Suspect the open contacts whose gaps fall at the beginning of the step and rise at its end.
+   pure subroutine suspect_dips(self, first)
+      type(march_type), intent(inout) :: self
+      !> The first of them; 0 for none.
+      integer, intent(out) :: first
+      integer :: i
+
+      first = 0
+      do i = 1, size(self%suspect)
+         self%suspect(i) = .false.
+         if (self%memory%closed(i) .or. self%events(i) /= 0 .or. .not. self%near(i)) cycle
+         self%suspect(i) = self%gap_before(i)%rate < 0.0_wp .and. self%gap(i)%rate > 0.0_wp &
+            .and. .not. self%motion%system%contacts(i)%leaving
+         if (self%suspect(i) .and. first == 0) first = i
+      end do
+   end subroutine suspect_dips
 
    !> Suspect the open contacts whose gaps may fall below zero as seen from the ends of the step.
    pure subroutine suspect_near(self)
@@ -271,10 +308,16 @@ contains
       integer :: i
 
       do i = 1, size(self%suspect)
-         self%suspect(i) = .not. self%memory%closed(i)
+         self%suspect(i) = self%near(i) .and. .not. self%memory%closed(i)
          if (.not. self%suspect(i)) cycle
          bounds = bounds_of(self, i)
-         associate (now => self%gap(i), before => self%gap_before(i))
+         associate (now => self%gap(i), before => self%gap_before(i), &
+            time => self%memory%t - self%t_before)
+            if (.not. now%speed > 0.0_wp) then
+               ! Most are far above what they can fall.
+               self%suspect(i) = now%value <= time*(max(now%rate, 0.0_wp) + bounds%bend*time)
+               if (.not. self%suspect(i)) cycle
+            end if
             self%suspect(i) = reach(before, before%rate, bounds) + reach(now, -now%rate, bounds) &
                < self%memory%t - self%t_before
          end associate
@@ -407,13 +450,14 @@ contains
       type(march_type), intent(in) :: self
       !> Contact.
       integer, intent(in) :: index
-      real(wp) :: fastest
+      real(wp) :: fastest, time
 
+      time = self%memory%t - self%t_before
       ! Between the ends they may be faster, though not by much.
-      fastest = 2.0_wp*max(self%motion%system%fastest(index, self%y_before), &
-         self%motion%system%fastest(index, self%memory%y))
+      fastest = 2.0_wp*max(self%motion%system%fastest(index, self%y_before, time), &
+         self%motion%system%fastest(index, self%memory%y, time))
       out_of_reach = min(self%gap_before(index)%value, self%gap(index)%value) &
-         > fastest*(self%memory%t - self%t_before)
+         > fastest*time
    end function out_of_reach
 
 end module contensou_integrate_gaps

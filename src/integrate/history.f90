@@ -48,7 +48,7 @@ contains
          self%bounded = .true.
          t = self%t_before
          memory%y = self%y_before
-         if (self%seen) self%gap = self%gap_before
+         where (self%seen) self%gap = self%gap_before
          self%clearance = 0.0_wp
          call self%integrator%restart(t, memory%y, error)
       end associate

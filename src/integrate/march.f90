@@ -27,6 +27,10 @@ module contensou_integrate_march
 
    public :: begin_march, march, open_march, go_on, close_march, settle
 
+   !> Relative tolerance with which a step is no more than 1.7 rad of an oscillation, with any
+   !> method: in the middle nothing is twice as fast as at both ends.
+   real(wp), parameter :: short_steps = 1.0e-5_wp
+
 contains
 
    !> Make ready for a march: resolve impacts of rigid contacts that touch at once, choose a method.
@@ -227,7 +231,6 @@ contains
          if (allocated(error)) return
          self%t_before = t
          self%y_before = memory%y
-         if (self%seen) self%gap_before = self%gap
          ! Trouble of a trial of the last step is over.
          system%trouble = 0
          call self%integrator%step(t, memory%y, self%events, error)
@@ -242,7 +245,9 @@ contains
             call fatal(error, "the forces of the rigid contacts are not found")
             return
          end if
-         if (.not. all(memory%closed)) then
+         if (all(memory%closed)) then
+            self%seen = .false.
+         else
             call avoid_dip(self, again, error)
             if (allocated(error) .or. again) return
          end if
@@ -311,11 +316,14 @@ contains
       integer :: i, n
 
       n = self%motion%n_events
-      allocate(self%events(n), self%gap(n), self%suspect(n), self%missed(n), self%pulls(n), &
+      allocate(self%events(n), self%gap(n), self%gap_before(n), self%suspect(n), self%missed(n), &
+         self%pulls(n), self%clearance(n), self%fastest(n), self%seen(n), self%near(n), &
          self%y_row(self%motion%n))
       associate (system => self%motion%system, memory => self%memory, y => self%memory%y)
          self%may_skip = system%constraints%n_rigid == 0 .and. .not. system%several_spots
-         allocate(self%clearance(n), self%fastest(n))
+         self%may_pass = self%may_skip .and. self%motion%scales%rtol <= short_steps
+         self%t_before = memory%t
+         self%clearance = 0.0_wp
          call look_at_gaps(self)
          if (allocated(self%plan%stops)) self%has_stops = size(self%plan%stops) > 0
          if (self%has_stops) call memory%stops%begin(self%plan%stops, &

@@ -11,7 +11,7 @@ module contensou_integrate_motion
    use contensou_dynamics_reports, only : energies
    use contensou_dynamics_rests, only : sunk
    use contensou_dynamics_scene, only : scene_type
-   use contensou_dynamics_state, only : body_size, position_of, put_body, spin_of, velocity_of
+   use contensou_dynamics_state, only : at_position, at_quaternion, at_spin, at_velocity, body_size
    use contensou_integrate_problem, only : problem_type
    use contensou_integrate_profile, only : profile_period, profile_type
    implicit none(type, external)
@@ -177,9 +177,9 @@ contains
       class(motion_type), intent(inout) :: self
       !> Time [s] .
       real(wp), intent(in) :: t
-      real(wp), intent(in) :: y(:)
+      real(wp), intent(in) :: y(self%n)
       !> Its time derivative.
-      real(wp), intent(out) :: rate(:)
+      real(wp), intent(out) :: rate(self%n)
       !> Whether an approach is far outside the domain of the contact model.
       logical, intent(out) :: outside
 
@@ -287,23 +287,39 @@ contains
       real(wp), intent(in) :: y(:)
       !> Admissible error.
       real(wp), intent(out) :: size_of_error(:)
-      real(wp) :: position(3), rotation(4), velocity(3), spin(3)
       integer :: i, k
 
       associate (s => self%scales)
          do i = 1, size(self%system%bodies)
-            ! No finer than the rounding of the position itself.
-            position = max(s%rtol*s%length, 64.0_wp*epsilon(s%rtol)*abs(position_of(y, i)))
-            rotation = s%rtol*s%rotation
-            velocity = s%rtol*max(s%velocity, norm2(velocity_of(y, i)))
-            spin = s%rtol*max(s%angular_velocity, norm2(spin_of(y, i)))
-            call put_body(size_of_error, i, position, rotation, velocity, spin)
+            k = body_size*(i - 1)
+            call admit(y(k + 1:k + body_size), size_of_error(k + 1:k + body_size))
          end do
          if (self%system%layout%states > 0) call self%admit_states(y, size_of_error)
          do k = body_size*self%system%layout%bodies + self%system%layout%states + 1, self%n
             size_of_error(k) = s%rtol*max(s%energy, abs(y(k)))
          end do
       end associate
+
+   contains
+
+      !> Admissible errors of a body.
+      subroutine admit(y, size_of_error)
+         !> Its state.
+         real(wp), intent(in) :: y(body_size)
+         real(wp), intent(out) :: size_of_error(body_size)
+
+         associate (s => self%scales)
+            ! No finer than the rounding of the position itself.
+            size_of_error(at_position:at_position + 2) = max(s%rtol*s%length, &
+               64.0_wp*epsilon(s%rtol)*abs(y(at_position:at_position + 2)))
+            size_of_error(at_quaternion:at_quaternion + 3) = s%rtol*s%rotation
+            size_of_error(at_velocity:at_velocity + 2) = s%rtol*max(s%velocity, &
+               norm2(y(at_velocity:at_velocity + 2)))
+            size_of_error(at_spin:at_spin + 2) = s%rtol*max(s%angular_velocity, &
+               norm2(y(at_spin:at_spin + 2)))
+         end associate
+      end subroutine admit
+
    end subroutine admissible_error
 
    !> Admissible local errors of the states of parts: those of a vector against its length.

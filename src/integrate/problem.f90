@@ -42,9 +42,9 @@ module contensou_integrate_problem
          !> Time [s].
          real(wp), intent(in) :: t
          !> Unknowns.
-         real(wp), intent(in) :: y(:)
+         real(wp), intent(in) :: y(self%n)
          !> Their time derivative.
-         real(wp), intent(out) :: rate(:)
+         real(wp), intent(out) :: rate(self%n)
          !> Whether the state is outside the domain of the model: a smaller step may help.
          logical, intent(out) :: outside
       end subroutine derivative_interface

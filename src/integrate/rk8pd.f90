@@ -173,7 +173,7 @@ contains
       integer, intent(in) :: stage
       !> Time [s].
       real(wp), intent(in) :: t
-      real(wp), intent(in) :: y(:)
+      real(wp), intent(in), contiguous :: y(:)
       !> Whether the state is outside the domain of the model.
       logical, intent(out) :: outside
 

@@ -11,7 +11,7 @@ module contensou_integrate_step
    implicit none(type, external)
    private
 
-   public :: march_type, kept_type, look_at_gaps, view_spots, open_step, keep_workspace, &
+   public :: march_type, kept_type, look_at_gap, look_at_gaps, view_spots, open_step, keep_workspace, &
       restore_workspace, zero_gap
 
    !> A march under way: what takes part in it. Where it is stands in its memory.
@@ -29,14 +29,17 @@ module contensou_integrate_step
       real(wp) :: resolution = 0.0_wp
       !> For each contact 1, -1 or 0 as its gap opens, closes, or neither at the end of the step.
       integer, allocatable :: events(:)
-      !> Gaps and their motion where they were looked at last: not while all contacts are closed,
-      !> nor while those that are open are so far away that none can have touched.
+      !> Gaps and their motion where they were looked at last: not while a contact is closed, nor
+      !> while it is so far away that it cannot have touched.
       type(gap_type), allocatable :: gap(:)
       !> Part of each gap that cannot have been passed since then [m], and the bound of its rate at
       !> the end of the last step [m/s].
       real(wp), allocatable :: clearance(:), fastest(:)
-      !> Whether looks may be left out, and whether the last one was at the end of the last step.
-      logical :: may_skip = .false., seen = .false.
+      !> Whether closed contacts need no look, and far ones neither.
+      logical :: may_skip = .false., may_pass = .false.
+      !> Whether the last look at a gap was at the end of the last step, and whether one is needed
+      !> in this one.
+      logical, allocatable :: seen(:), near(:)
       !> Time, state and gaps at the beginning of the step.
       real(wp) :: t_before = 0.0_wp
       real(wp), allocatable :: y_before(:)
@@ -86,20 +89,26 @@ contains
       type(march_type), intent(inout) :: self
       integer :: i
 
-      associate (system => self%motion%system)
-         call system%set_poses(self%memory%y)
-         do i = 1, size(self%gap)
-            call system%gap_motion(i, self%gap(i))
-         end do
-         self%seen = .true.
-         self%clearance = 0.0_wp
-         if (.not. (self%may_skip .and. self%integrator%free_interpolation)) return
-         self%clearance = self%gap%value
-         do i = 1, size(self%gap)
-            self%fastest(i) = system%fastest(i, self%memory%y)
-         end do
-      end associate
+      call self%motion%system%set_poses(self%memory%y)
+      do i = 1, size(self%gap)
+         call look_at_gap(self, i)
+      end do
    end subroutine look_at_gaps
+
+   !> A gap and its motion at the state that is reached, whose poses are set.
+   subroutine look_at_gap(self, index)
+      type(march_type), intent(inout) :: self
+      integer, intent(in) :: index
+
+      associate (system => self%motion%system)
+         call system%gap_motion(index, self%gap(index))
+         self%seen(index) = .true.
+         self%clearance(index) = 0.0_wp
+         if (.not. (self%may_pass .and. self%integrator%free_interpolation)) return
+         self%clearance(index) = self%gap(index)%value
+         self%fastest(index) = system%fastest(index, self%memory%y, self%memory%t - self%t_before)
+      end associate
+   end subroutine look_at_gap
 
    !> See the spots as they are at a state within the step, with what touches in it.
    subroutine view_spots(self, y)

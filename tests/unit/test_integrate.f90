@@ -124,9 +124,9 @@ contains
       !> Time.
       real(wp), intent(in) :: t
       !> Unknowns.
-      real(wp), intent(in) :: y(:)
+      real(wp), intent(in) :: y(self%n)
       !> Their rates.
-      real(wp), intent(out) :: rate(:)
+      real(wp), intent(out) :: rate(self%n)
       !> Whether the state is outside the domain.
       logical, intent(out) :: outside
 

@@ -346,8 +346,9 @@ contains
 
       lever = huge(lever)
       info = shape%info()
-      if (info%bounded .and. shape%smallest_radius() <= shape%extent()) &
+      if (info%bounded .and. shape%smallest_radius() <= shape%extent()) then
          lever = shape%extent() - shape%smallest_radius()
+      end if
    end function lever_of
 
    !> Radius about the centre of mass of a body that holds a surface of it [m]; the largest number

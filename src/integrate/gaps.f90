@@ -5,8 +5,8 @@ module contensou_integrate_gaps
    use contensou_contact_geometry, only : trouble_sudden, trouble_unseen
    use contensou_dynamics_mechanism, only : contact_motion_type, gap_type
    use contensou_dynamics_spots, only : change_spots, take_back_spots
-   use contensou_integrate_step, only : kept_type, look_at_gap, look_at_gaps, march_type, open_step, &
-      restore_workspace
+   use contensou_integrate_step, only : kept_type, look_at_gap, look_at_gaps, march_type, &
+      open_step, restore_workspace
    use contensou_special_bisection, only : bisection_type
    implicit none(type, external)
    private

@@ -11,8 +11,8 @@ module contensou_integrate_step
    implicit none(type, external)
    private
 
-   public :: march_type, kept_type, look_at_gap, look_at_gaps, view_spots, open_step, keep_workspace, &
-      restore_workspace, zero_gap
+   public :: march_type, kept_type, look_at_gap, look_at_gaps, view_spots, open_step, &
+      keep_workspace, restore_workspace, zero_gap
 
    !> A march under way: what takes part in it. Where it is stands in its memory.
    type :: march_type

@@ -16,10 +16,10 @@
 module contensou_contact_creep_brush
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_catalogue, only : model_info_type
+   use contensou_contact_creep_bounds, only : confine
    use contensou_contact_creep_law, only : creep_model_type, creep_motion_type, creep_spot_type, &
       creep_type
-   use contensou_contact_creep_strips, only : flow_type, new_flow, strip_at, strip_type, to_axes, &
-      without_drive
+   use contensou_contact_creep_strips, only : flow_type, new_flow, strip_at, strip_type, to_axes
    use contensou_contact_parameters, only : parameters_type
    use contensou_contact_wrench, only : slip_type, wrench_exact
    use contensou_special_quadrature, only : w_6, x_6
@@ -138,7 +138,7 @@ contains
          wrench(3) = wrench(3) + missing*rolls*(rolls/(rolls**2 + fade*(moves2 + turns2 &
             + 4.0_wp*missing**2/k)))**2
       end associate
-      wrench = without_drive(motion, wrench)
+      call confine(spot, motion, wrench)
    end subroutine kernel
 
    !> Add the tractions of a strip, and those of full sliding.

@@ -12,10 +12,10 @@
 module contensou_contact_creep_fastsim
    use contensou_base_kinds, only : wp
    use contensou_contact_catalogue, only : model_info_type
+   use contensou_contact_creep_bounds, only : confine
    use contensou_contact_creep_law, only : creep_model_type, creep_motion_type, creep_spot_type, &
       creep_type
-   use contensou_contact_creep_strips, only : flow_type, new_flow, strip_at, strip_type, to_axes, &
-      without_drive
+   use contensou_contact_creep_strips, only : flow_type, new_flow, strip_at, strip_type, to_axes
    use contensou_contact_parameters, only : parameters_type
    use contensou_contact_wrench, only : slip_type, wrench_exact
    implicit none(type, external)
@@ -110,7 +110,8 @@ contains
       end do
       sums = (4.0_wp*spot%shape%k/(real(n, wp)**2*flow%rolls))*sums
       share = slides**2/(slides**2 + rolls**2)
-      wrench = without_drive(motion, share*exact - (1.0_wp - share)*to_axes(flow, sums))
+      wrench = share*exact - (1.0_wp - share)*to_axes(flow, sums)
+      call confine(spot, motion, wrench)
    end subroutine kernel
 
 end module contensou_contact_creep_fastsim

@@ -13,7 +13,7 @@ module contensou_contact_creep_strips
    implicit none(type, external)
    private
 
-   public :: flow_type, strip_type, new_flow, strip_at, to_axes, without_drive
+   public :: flow_type, strip_type, new_flow, strip_at, to_axes
 
    !> How material flows through a spot, and the flexibilities of its bristles.
    type :: flow_type
@@ -94,19 +94,5 @@ contains
       turned = [wrench(1)*flow%ex - wrench(2)*flow%ey, wrench(2)*flow%ex + wrench(1)*flow%ey, &
          wrench(3)]
    end function to_axes
-
-   !> A wrench without what would drive: several flexibilities may, on needles.
-   pure function without_drive(motion, wrench) result(passive)
-      type(creep_motion_type), intent(in) :: motion
-      real(wp), intent(in) :: wrench(3)
-      real(wp) :: passive(3)
-      real(wp) :: velocity(3), power
-
-      velocity = [motion%x, motion%y, motion%spin]
-      power = dot_product(wrench, velocity)
-      passive = wrench
-      if (power > 0.0_wp) passive = wrench - (power*(1.0_wp + 1.0e-10_wp) &
-         /dot_product(velocity, velocity))*velocity
-   end function without_drive
 
 end module contensou_contact_creep_strips

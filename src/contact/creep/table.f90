@@ -15,9 +15,9 @@ module contensou_contact_creep_table
    use, intrinsic :: iso_fortran_env, only : int16
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_catalogue, only : model_info_type
+   use contensou_contact_creep_bounds, only : confine
    use contensou_contact_creep_law, only : creep_model_type, creep_motion_type, creep_spot_type, &
       creep_type, n_velocities
-   use contensou_contact_creep_strips, only : without_drive
    use contensou_contact_creep_table_values, only : ball, correction, first_ratio, n_ratios, &
       nodes, ratio_step, unit
    use contensou_contact_kalker, only : kalker_matrix
@@ -94,8 +94,7 @@ contains
       velocity = in_frame(frame, [motion%x, motion%y, root*motion%spin])
       call evaluate(frame, velocity, rolling, .false., share, remainder, share_slope, unused)
       wrench = share*wrench + from_frame(frame, [remainder(1), remainder(2), root*remainder(3)])
-      ! The splines would, in one of 50,000 random states.
-      wrench = without_drive(motion, wrench)
+      call confine(spot, motion, wrench)
    end subroutine kernel
 
    !> The wrench and its derivatives by the velocities.
@@ -110,7 +109,7 @@ contains
       real(wp), intent(out) :: jacobian(3, n_velocities)
       type(frame_type) :: frame
       real(wp) :: rolling, velocity(3), remainder(3), share, slopes(3, 5), share_slope(5), root
-      real(wp) :: sliding(3), turning(3), slides(3), by(n_velocities), drive
+      real(wp) :: sliding(3), turning(3)
       integer :: i
 
       jacobian = 0.0_wp
@@ -141,20 +140,7 @@ contains
       turning = slopes(:, 5)/rolling
       jacobian(:, 4) = -frame%e(1)*slopes(:, 4) + frame%e(2)*turning
       jacobian(:, 5) = -frame%e(2)*slopes(:, 4) - frame%e(1)*turning
-      slides = [motion%x, motion%y, motion%spin]
-      drive = dot_product(wrench, slides)
-      if (.not. drive > 0.0_wp) return
-      by = matmul(slides, jacobian)
-      by(:3) = by(:3) + wrench
-      drive = drive/dot_product(slides, slides)
-      by(:3) = by(:3) - 2.0_wp*drive*slides
-      do i = 1, n_velocities
-         jacobian(:, i) = jacobian(:, i) - (by(i)/dot_product(slides, slides))*slides
-      end do
-      do i = 1, 3
-         jacobian(i, i) = jacobian(i, i) - drive
-      end do
-      wrench = without_drive(motion, wrench)
+      call confine(spot, motion, wrench, jacobian)
    end subroutine kernel_slopes
 
    !> A vector of the plane and a third component, turned from the axes into the rolling frame.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -86,3 +87,17 @@ def gravity_of(run: Run) -> np.ndarray:
     except ValueError:
         return np.zeros(3)
     return gravity if len(gravity) == 3 else np.zeros(3)
+
+
+def columns_of_bodies(run: Run, rows: slice) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Position, attitude and angular velocity of each body, some read at a time."""
+    for part in run.parts(len(run.bodies), 10):
+        columns = [
+            np.asarray(run.column(name)[rows, part])
+            for name in ("position", "quaternion", "angular_velocity")
+        ]
+        for column in columns:
+            if not np.isfinite(column).all():
+                raise ResultError(f"{run.path} has positions or attitudes that are no numbers")
+        for i in range(part.stop - part.start):
+            yield tuple(column[:, i] for column in columns)

@@ -7,13 +7,12 @@ the shorter way and evenly, so that keys are close enough that this is the way i
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from . import meshes, springing, thinning
-from .drawable import Run, gravity_of
+from .drawable import Run, columns_of_bodies, gravity_of
 from .results import ResultError, as_text
 from .viewing import DRAWN_ANGLE, DRAWN_LENGTH
 
@@ -115,20 +114,6 @@ def write(run: Run, rows: slice, file: object, *, every_row: bool) -> None:
             flat = array.reshape(-1)
             for start in range(0, len(flat), CHUNK):
                 file.write(flat[start : start + CHUNK].tobytes())
-
-
-def columns_of_bodies(run: Run, rows: slice) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Position, attitude and angular velocity of each body, some read at a time."""
-    for part in run.parts(len(run.bodies), 10):
-        columns = [
-            np.asarray(run.column(name)[rows, part])
-            for name in ("position", "quaternion", "angular_velocity")
-        ]
-        for column in columns:
-            if not np.isfinite(column).all():
-                raise ResultError(f"{run.path} has positions or attitudes that are no numbers")
-        for i in range(part.stop - part.start):
-            yield tuple(column[:, i] for column in columns)
 
 
 # ---- The motion --------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import memory, springing, thinning
 from .charting import pack_charts
-from .drawable import Run, open_run, up_of
+from .drawable import Run, columns_of_bodies, open_run, up_of
 from .pages import Package, library, page
 from .results import as_text, open_file, read_events
 from .surfaces import touched_of
@@ -59,17 +59,9 @@ class Contact:
 
 def thin_bodies(run: Run, loose: float) -> list[Body]:
     """Keys of the motions of all bodies; tolerances are `loose` times the usual ones."""
-    found = []
-    for part in run.parts(len(run.bodies), 10):
-        columns = [
-            np.asarray(run.column(name)[: run.rows, part])
-            for name in ("position", "quaternion", "angular_velocity")
-        ]
-        found += [
-            thin_body(run, *(column[:, i] for column in columns), loose)
-            for i in range(part.stop - part.start)
-        ]
-    return found
+    return [
+        thin_body(run, *columns, loose) for columns in columns_of_bodies(run, slice(0, run.rows))
+    ]
 
 
 def thin_body(

@@ -116,6 +116,8 @@ module contensou_integrate_cvode
       logical :: bdf = .false.
       !> Whether the order is limited to `stable_order`.
       logical :: limited = .false.
+      !> Whether the Jacobian is renewed in each step.
+      logical :: renews = .false.
       !> Whether the limit is to be changed before the next step.
       logical :: change = .false.
       !> Steps since the last event or change of the limit.
@@ -228,11 +230,7 @@ contains
             allocate(self%handle%entries(size(problem%row)))
             flag = min(flag, FCVodeSetJacFn(self%memory, c_funloc(jacobian_callback)))
          end if
-         ! The Jacobian is renewed at factorizations only.
-         flag = min(flag, FCVodeSetJacEvalFrequency(self%memory, &
-            int(problem%jacobian_steps, c_long)))
-         flag = min(flag, FCVodeSetLSetupFrequency(self%memory, &
-            int(min(problem%jacobian_steps, factorization_steps), c_long)))
+         flag = min(flag, renew_jacobian(self, problem%jacobian_steps))
       end if
       if (problem%n_events > 0) flag = min(flag, FCVodeRootInit(self%memory, &
          int(problem%n_events, c_int), c_funloc(events_callback)))
@@ -247,6 +245,17 @@ contains
       call self%bound_step(max_step)
       if (flag < 0) call fatal(error, "CVODE could not be set up", status_failed)
    end subroutine start
+
+   !> Let a Jacobian last for some steps.
+   integer(c_int) function renew_jacobian(self, steps) result(flag)
+      class(cvode_type), intent(in) :: self
+      integer, intent(in) :: steps
+
+      ! It is renewed at factorizations only.
+      flag = FCVodeSetJacEvalFrequency(self%memory, int(steps, c_long))
+      flag = min(flag, FCVodeSetLSetupFrequency(self%memory, &
+         int(min(steps, factorization_steps), c_long)))
+   end function renew_jacobian
 
    !> Advance by one step, or to the next event within it.
    subroutine step(self, t, y, events, error)
@@ -268,6 +277,10 @@ contains
          y = self%y
          call self%restart(t, y, error)
          if (allocated(error)) return
+      end if
+      if (associated(self%matrix) .and. (self%steep .neqv. self%renews)) then
+         self%renews = self%steep
+         flag = renew_jacobian(self, merge(1, self%handle%problem%jacobian_steps, self%renews))
       end if
       reached = t
       flag = FCVode(self%memory, self%t_end, self%vector, reached, CV_ONE_STEP)
@@ -451,6 +464,7 @@ contains
       self%before = statistics_type()
       self%standstill = 0
       self%limited = .false.
+      self%renews = .false.
       self%change = .false.
       self%since = 0
       self%patience = first_patience

@@ -42,6 +42,8 @@ module contensou_integrate_integrator
       integer :: steps_of_trial = 0
       !> Whether a state within a step costs no right-hand side.
       logical :: free_interpolation = .false.
+      !> Whether the right-hand side changes more within a step than a Jacobian tells.
+      logical :: steep = .false.
       !> Time at which a step must end, as the right-hand side is not smooth there [s]; taken note
       !> of at a start and a restart.
       real(wp) :: t_stop = huge(1.0_wp)

@@ -19,7 +19,7 @@ module contensou_integrate_march
    use contensou_integrate_observer, only : observer_type
    use contensou_integrate_pace, only : change_method_to, counters, set_stop, start, sticks, &
       switch_if_due, watch_pace
-   use contensou_integrate_sticking, only : balance_forces
+   use contensou_integrate_sticking, only : balance_forces, look_at_sliding
    use contensou_integrate_step, only : keep_workspace, kept_type, look_at_gaps, march_type, &
       restore_workspace, view_spots, zero_gap
    implicit none(type, external)
@@ -229,6 +229,9 @@ contains
       associate (system => self%motion%system, memory => self%memory, t => self%memory%t)
          call watch_pace(self, error)
          if (allocated(error)) return
+         self%integrator%steep = .false.
+         if (system%constraints%n_links > 0) call look_at_sliding(self%motion, &
+            t - self%t_before, self%sliding, self%integrator%steep)
          self%t_before = t
          self%y_before = memory%y
          ! Trouble of a trial of the last step is over.
@@ -319,6 +322,7 @@ contains
       allocate(self%events(n), self%gap(n), self%gap_before(n), self%suspect(n), self%missed(n), &
          self%pulls(n), self%clearance(n), self%fastest(n), self%seen(n), self%near(n), &
          self%y_row(self%motion%n))
+      allocate(self%sliding(n), source=0.0_wp)
       associate (system => self%motion%system, memory => self%memory, y => self%memory%y)
          self%may_skip = system%constraints%n_rigid == 0 .and. .not. system%several_spots
          self%may_pass = self%may_skip .and. self%motion%scales%rtol <= short_steps

@@ -60,6 +60,8 @@ module contensou_integrate_step
       logical :: deep = .false.
       !> Whether the step is taken, and the march has come to a time within it.
       logical :: inside = .false.
+      !> How fast rigid contacts slide and drill [m/s].
+      real(wp), allocatable :: sliding(:)
       !> How often the step was taken again because its spots were others.
       integer :: retaken = 0
       !> Whether steps are bounded for the sake of what contacts remember.

@@ -1,4 +1,6 @@
-!> Velocities of a row whose friction agrees with its accelerations.
+!> Friction that sticks at rigid contacts, to an implicit method.
+!>
+!> Velocities of a row whose friction agrees with its accelerations:
 !>
 !> Friction that sticks is a steep function of velocities far below any tolerance, which an implicit
 !> method knows to a share of its tolerance only, while the accelerations of the motion, the
@@ -10,6 +12,11 @@
 !>
 !> a the accelerations of the motion, f those by the forces, A = df/dv and h the step: what changes
 !> slowly (|A| h << 1) stays.
+!>
+!> A with the slope of friction, f N over the sliding velocity, decays as this grows. An iteration
+!> with an A of earlier steps, at a smaller velocity, hardly moves from where it begins and takes
+!> this for convergence: so bodies were kicked from 1e-10 to 1e-5 m/s. Where friction is steep the
+!> Jacobian is that of the step.
 module contensou_integrate_sticking
    use contensou_base_kinds, only : wp
    use contensou_dynamics_scene, only : motion_free
@@ -19,7 +26,7 @@ module contensou_integrate_sticking
    implicit none(type, external)
    private
 
-   public :: balance_forces
+   public :: balance_forces, look_at_sliding
 
    !> Velocities of a body.
    integer, parameter :: velocities = 6
@@ -35,6 +42,12 @@ module contensou_integrate_sticking
 
    !> Errors that add up over the steps since sliding ended, over those of a step.
    real(wp), parameter :: accumulated = 100.0_wp
+
+   !> Velocity of sliding over that which friction may give or take in a step, where it sticks.
+   real(wp), parameter :: stuck = 1.0e-3_wp
+
+   !> Ratio of velocities of sliding between which friction has another slope.
+   real(wp), parameter :: changed = 1.2_wp
 
 contains
 
@@ -112,6 +125,35 @@ contains
       end function lack
 
    end subroutine balance_forces
+
+   !> Whether the slope of friction at a rigid contact may be another one in the next step: where it
+   !> sticks, and where it may end sliding, or begin as much, within a step, and sliding has changed.
+   subroutine look_at_sliding(motion, step, speed, steep)
+      !> The motion, as its last right-hand side left it.
+      type(motion_type), intent(in) :: motion
+      !> The last step [s].
+      real(wp), intent(in) :: step
+      !> How fast each contact slides and drills, a step before and now [m/s].
+      real(wp), intent(inout) :: speed(:)
+      logical, intent(out) :: steep
+      real(wp) :: now, gain
+      integer :: i
+
+      steep = .false.
+      do i = 1, motion%system%constraints%n_links
+         associate (link => motion%system%constraints%links(i), &
+            law => motion%system%contacts(motion%system%constraints%links(i)%contact)%law, &
+            before => speed(motion%system%constraints%links(i)%contact))
+            if (.not. allocated(law%friction) .or. .not. link%normal_force > 0.0_wp) cycle
+            now = norm2(link%motion(1:2)) + law%normal%axis_a &
+               *sqrt(law%normal%approach(link%normal_force))*abs(link%motion(3))
+            gain = step*link%normal_force*sum(link%inverse_mass)
+            steep = steep .or. now < stuck*gain .or. (min(before, now) < gain .and. &
+               max(before, now) > changed*min(before, now))
+            before = now
+         end associate
+      end do
+   end subroutine look_at_sliding
 
    !> Velocities of the free bodies that rigid contacts with friction hold.
    subroutine list_velocities(motion, place, number)

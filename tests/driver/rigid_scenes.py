@@ -243,9 +243,14 @@ def loads(text, rows):
     return force, torque
 
 
-# Formula of Newton and Cotes with nine places, and that with five, twice: over the interval.
+# Formula of Newton and Cotes with nine places, that with five, twice, and Simpson's, four times:
+# over the interval.
 NINE = np.array([989, 5888, -928, 10496, -4540, 10496, -928, 5888, 989]) / 28350
 FIVE_TWICE = np.array([7, 32, 12, 32, 14, 32, 12, 32, 7]) / 180
+SIMPSON = np.array([1, 4, 2, 4, 2, 4, 2, 4, 1]) / 24
+# By one jump of a load between two rows the first errs at most 8.4 times what it differs by from the
+# other two together; where several contacts stop one after the other by three times that.
+FORMULAE = 25
 
 
 def imbalances(text, rows, events):
@@ -259,7 +264,7 @@ def imbalances(text, rows, events):
     """
     rtol = float(re.search(r"rtol = ([-\d.e]+)", text)[1])
     slip = np.linalg.norm(rows["slip_velocity"], axis=2) + RADIUS * np.abs(rows["spin"])
-    stuck = ((rows["normal_force"] > 0) & (slip < 1e-5)).any(axis=1)
+    stuck = (rows["normal_force"] > 0) & (slip < 1e-5)
     if "friction_coefficient" not in text:
         stuck[:] = False
     force, torque = loads(text, rows)
@@ -270,7 +275,9 @@ def imbalances(text, rows, events):
     for moment in events:
         quiet &= (moment < time[steps]) | (moment > time[steps + 8])
     index = steps[:, None] + np.arange(9)
-    sticks = stuck[index].any(axis=1)
+    # Friction may peak within an interval in which sliding ends.
+    quiet &= (stuck[index] == stuck[steps, None]).all(axis=(1, 2))
+    sticks = stuck[index].any(axis=(1, 2))
     worst = np.zeros((2, 2))
     arm = max(math.hypot(*s["centre"]) for s in groups(text, "surface") if "centre" in s) + RADIUS
     for i, body in enumerate(groups(text, "body")):
@@ -288,19 +295,18 @@ def imbalances(text, rows, events):
             (force[:, i], body["mass"][0] * rows["velocity"][:, i], weight),
             (torque[:, i], spin, weight * arm),
         )
-        # What stops between two rows changes all loads of a body.
-        known = quiet.copy()
-        for load, _, scale in balances:
-            mean = np.einsum("k,wkx->wx", NINE, load[index])
-            other = np.einsum("k,wkx->wx", FIVE_TWICE, load[index])
-            known &= np.abs(mean - other).max(axis=1) < 1e-8 * scale
         for k, (load, momentum, scale) in enumerate(balances):
             explained = 10 * rtol * max(np.abs(momentum).max(), scale / GRAVITY) / span
             mean = np.einsum("k,wkx->wx", NINE, load[index])
+            unknown = sum(
+                FORMULAE
+                * np.linalg.norm(mean - np.einsum("k,wkx->wx", formula, load[index]), axis=1)
+                for formula in (FIVE_TWICE, SIMPSON)
+            )
             off = (momentum[steps + 8] - momentum[steps]) / span[:, None] - mean
-            off = (np.abs(off).max(axis=1) - explained) / scale
-            worst[k, 0] = max(worst[k, 0], off[known & ~sticks].max(initial=0.0))
-            worst[k, 1] = max(worst[k, 1], off[known & sticks].max(initial=0.0))
+            off = (np.linalg.norm(off, axis=1) - explained - unknown) / scale
+            worst[k, 0] = max(worst[k, 0], off[quiet & ~sticks].max(initial=0.0))
+            worst[k, 1] = max(worst[k, 1], off[quiet & sticks].max(initial=0.0))
     return worst
 
 

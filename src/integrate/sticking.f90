@@ -127,7 +127,7 @@ contains
    end subroutine balance_forces
 
    !> Whether the slope of friction at a rigid contact may be another one in the next step: where it
-   !> sticks, and where it may end sliding, or begin as much, within a step, and sliding has changed.
+   !> sticks, and where it may end sliding, or begin as much, within a step and sliding has changed.
    subroutine look_at_sliding(motion, step, speed, steep)
       !> The motion, as its last right-hand side left it.
       type(motion_type), intent(in) :: motion

@@ -248,8 +248,8 @@ def loads(text, rows):
 NINE = np.array([989, 5888, -928, 10496, -4540, 10496, -928, 5888, 989]) / 28350
 FIVE_TWICE = np.array([7, 32, 12, 32, 14, 32, 12, 32, 7]) / 180
 SIMPSON = np.array([1, 4, 2, 4, 2, 4, 2, 4, 1]) / 24
-# By one jump of a load between two rows the first errs at most 8.4 times what it differs by from the
-# other two together; where several contacts stop one after the other by three times that.
+# By one jump of a load between two rows the first errs at most 8.4 times what it differs by from
+# the other two together; where several contacts stop one after the other by three times that.
 FORMULAE = 25
 
 
@@ -275,8 +275,10 @@ def imbalances(text, rows, events):
     for moment in events:
         quiet &= (moment < time[steps]) | (moment > time[steps + 8])
     index = steps[:, None] + np.arange(9)
-    # Friction may peak within an interval in which sliding ends.
+    # Friction may peak within an interval in which sliding ends, or all but ends.
     quiet &= (stuck[index] == stuck[steps, None]).all(axis=(1, 2))
+    slow, fast = (f(slip[index[:, :-1]], slip[index[:, 1:]]) for f in (np.minimum, np.maximum))
+    quiet &= ((fast < 1e-4) | (fast < 10 * slow)).all(axis=(1, 2))
     sticks = stuck[index].any(axis=(1, 2))
     worst = np.zeros((2, 2))
     arm = max(math.hypot(*s["centre"]) for s in groups(text, "surface") if "centre" in s) + RADIUS

@@ -464,8 +464,8 @@ contains
       self%wrench = 0.0_wp
    end subroutine part
 
-   !> How far the wrench of the last state that was evaluated is from that of two steps in the place
-   !> of the one, over the limit of friction.
+   !> Error of the wrench of the last state that was evaluated, over the limit of friction: twice its
+   !> distance from that of two steps in the place of the one, as it grows with the square of a step.
    pure subroutine deviate(self, time_step, deviation)
       class(tangential_type), intent(inout) :: self
       !> Time since the last accepted step [s].
@@ -490,7 +490,7 @@ contains
       call self%strain(self%half, self%axis, self%spot, self%step - first, wrench, stored, lost)
       wrench = (1.0_wp - self%share)*(wrench - self%wrench)
       wrench(3) = wrench(3)/self%spot%a
-      deviation = sqrt(dot_product(wrench, wrench))/scale
+      deviation = 2.0_wp*sqrt(dot_product(wrench, wrench))/scale
    end subroutine deviate
 
    !> Accept the last state that was evaluated: it is remembered.

@@ -204,7 +204,7 @@ contains
       if (part > 0) text = to_text(max(1, nint(100.0_wp*part/whole))) // " %"
    end function percentage
 
-   !> A number for the table, to three digits.
+   !> A number for the table, to two digits or three.
    pure function cell(x, width) result(text)
       real(wp), intent(in) :: x
       !> Width of the column.
@@ -217,7 +217,7 @@ contains
          text = right(to_text(nint(x)), width)
       else if (x >= 9.995_wp .and. x < 99.95_wp) then
          text = right(fixed_text(x, 1), width)
-      else if ((x >= 0.005_wp .and. x < 9.995_wp) .or. x <= 0.0_wp) then
+      else if ((x >= 0.095_wp .and. x < 9.995_wp) .or. x <= 0.0_wp) then
          text = right(fixed_text(x, 2), width)
       else
          text = right(power_text(x, 2), width)

@@ -254,7 +254,7 @@ def test_bars(bench):
         for i, match in enumerate(shown):
             bar = bars.isel(name=i)
             measured, limit = bar["measured"].item(), bar["limit"].item()
-            assert float(match[2]) == pytest.approx(measured, rel=0.06, abs=0.005)
+            assert float(match[2]) == pytest.approx(measured, rel=0.06)
             assert float(match[4]) == pytest.approx(limit, rel=0.01)
             assert (match[3] == ">=") == bool(bar["at_least"])
             assert (match[5] == "met") == bool(bar["met"])

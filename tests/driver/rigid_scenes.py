@@ -260,7 +260,8 @@ def imbalances(text, rows, events):
     over the weight, the largest arm and the time, less what the tolerance of the velocities
     explains; where all that touches slides, and where something sticks: there friction follows from
     velocities far below the tolerance. Only where nothing happens and the integral of the loads is
-    known: two formulae differ by less than the hundredth of what is admitted.
+    known: two formulae differ by less than the hundredth of what is admitted, or nothing stops and
+    the imbalance is more than what three formulae leave open.
     """
     rtol = float(re.search(r"rtol = ([-\d.e]+)", text)[1])
     slip = np.linalg.norm(rows["slip_velocity"], axis=2) + RADIUS * np.abs(rows["spin"])

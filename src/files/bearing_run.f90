@@ -5,9 +5,10 @@
 !> and NAME_outer_I, or NAME_inner_upper_I ... with two arcs, and NAME_pocket_I. Which bodies carry
 !> the grooves follows from the surfaces of the contacts. Means are weighted by time.
 module contensou_files_bearing_run
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_diagnostics, only : diagnostics_type
    use contensou_base_document, only : document_type, parse_document, value_integer, value_real
-   use contensou_base_errors, only : error_type, fatal, status_usage
+   use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8, pi, wp
    use contensou_base_numbers, only : to_text
    use contensou_base_rotations, only : rotation_matrix
@@ -388,6 +389,11 @@ contains
                   max(extents(3), 1_i8)], columns(c)%values, error)
             end associate
             if (allocated(error)) exit
+            if (.not. all(ieee_is_finite(columns(c)%values))) then
+               call fatal(error, path // " is damaged: /trajectory/" // trim(names(c)) // &
+                  " has values that are no numbers", status_file)
+               exit
+            end if
          end do
          if (allocated(error)) exit
          do i = 1, size(bearings)

@@ -177,6 +177,13 @@ def test_what_is_no_bearing(executable, result, run, tmp_path):
         done = run("bearing", result, option, value)
         assert done.status == 2
         assert f"{option} needs" in done.err
+    lost = tmp_path / "lost.h5"
+    lost.write_bytes(result.read_bytes())
+    with h5py.File(lost, "a") as file:
+        file["trajectory/normal_force"][-1, 0] = np.nan
+    done = run("bearing", lost)
+    assert (done.status, done.out) == (74, "")
+    assert "/trajectory/normal_force has values that are no numbers" in done.err
     other = run_scene(executable, tmp_path / "o.h5", ROOT / "inputs" / "sliding_ball.nml")
     done = run("bearing", other)
     assert done.status == 2

@@ -15,8 +15,6 @@ import numpy as np
 
 from lib import drawable, gltf, seal, style, vtkhdf
 from lib.results import (
-    STATUS_FILE,
-    STATUS_USAGE,
     ResultError,
     as_text,
     check_output,
@@ -24,6 +22,9 @@ from lib.results import (
     open_file,
     whole_file,
 )
+
+# As those of the program: bad usage, and files that cannot be read or written.
+STATUS_USAGE, STATUS_FILE = 2, 74
 
 ENDINGS = {"gltf": ".glb", "vtk": ".vtkhdf"}
 

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from lib import limit_surface, seal, style, sweeping, sweeps, viewing
-from lib.results import STATUS_FILE, STATUS_USAGE, ResultError, check_output, whole_file
+from lib.results import ResultError, check_output, whole_file
 
 
 def main(name: str = "scripts/view") -> int:
@@ -43,13 +43,13 @@ def main(name: str = "scripts/view") -> int:
             place.write_text(text, encoding="utf-8")
     except ResultError as problem:
         print(f"error: {style.shown(str(problem))}", file=sys.stderr)
-        return STATUS_FILE if options.file else STATUS_USAGE
+        return 2
     except OSError as problem:
         print(
             f"error: {style.shown(str(page))} cannot be written: {problem.strerror}",
             file=sys.stderr,
         )
-        return STATUS_FILE
+        return 2
     print(style.shown(str(page)))
     return 0
 

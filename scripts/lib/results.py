@@ -13,10 +13,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-# As those of the program: bad usage, and files that cannot be read or written.
-STATUS_USAGE, STATUS_FILE = 2, 74
-
-
 class ResultError(Exception):
     """The file cannot be used; the text says why, for the user."""
 

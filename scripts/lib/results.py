@@ -13,6 +13,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+
 class ResultError(Exception):
     """The file cannot be used; the text says why, for the user."""
 

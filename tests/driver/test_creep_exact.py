@@ -42,20 +42,11 @@ def spot(ratio: float, poisson: float = 0.3) -> tuple[float, ...]:
     return 2 * math.pi / 3 * a * b * P0, a, b, F, G, poisson
 
 
-def rolling_slips(rows) -> bool:
-    """Whether a spot rolls and slips so little that the elements have something to solve."""
-    rows = np.array(rows)
-    slip = np.hypot(rows[:, 6], rows[:, 7]) + SIZE * np.abs(rows[:, 8])
-    return bool(((np.hypot(rows[:, 9], rows[:, 10]) > 0) & (slip > 0) & (slip < 100 * E0)).any())
-
-
 @pytest.fixture
-def wrenches(run, build_kind):
+def wrenches(run):
     """Function from a law and rows of inputs to Fx, Fy in f N and Tz in f N sqrt(a b)."""
 
     def evaluate(model, rows):
-        if model == "boundary_elements" and build_kind == "checked" and rolling_slips(rows):
-            pytest.skip("boundary elements take minutes in the checked build")
         text = "".join(",".join(map(str, row)) + "\n" for row in [INPUTS.split(","), *rows])
         result = run("eval", "creep", "--model", model, input=text)
         assert result.status == 0, result.err
@@ -72,9 +63,20 @@ def wrenches(run, build_kind):
     return evaluate
 
 
+@pytest.fixture
+def some(build_kind):
+    """Function from a law and rows to those that are tried: of the boundary elements in the checked
+    build, which takes seconds a row, each eighth."""
+
+    def choose(model, rows):
+        return rows[::8] if (model, build_kind) == ("boundary_elements", "checked") else rows
+
+    return choose
+
+
 @pytest.mark.parametrize("model", ["table", "boundary_elements"])
-def test_table_of_creep(wrenches, model):
-    table = reference("creep.csv")
+def test_table_of_creep(wrenches, some, model):
+    table = some(model, reference("creep.csv"))
     rows = [
         (
             *spot(row["a_over_b"], row["nu"]),
@@ -147,7 +149,7 @@ def test_directions(wrenches, model):
 
 
 @pytest.mark.parametrize("model", ["table", "boundary_elements"])
-def test_dissipates(wrenches, model):
+def test_dissipates(wrenches, some, model):
     draw = random.Random(5)
     rows = []
     for _ in range(40):
@@ -164,6 +166,7 @@ def test_dissipates(wrenches, model):
                 math.sin(turn),
             )
         )
+    rows = some(model, rows)
     found = wrenches(model, rows)
     velocity = np.array(rows)[:, 6:9] * (1, 1, SIZE)
     assert ((found * velocity).sum(axis=1) < 0).all()

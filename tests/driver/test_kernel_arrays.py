@@ -162,7 +162,8 @@ def test_arrays_cost_what_loops_in_fortran_cost(kernel, unpacked, tmp_path, buil
 
     def cost(words):
         """Of an element, without what makes the arguments."""
-        words = ["env", "PYTHONHASHSEED=0", *words, kernel, n]
+        # Threads of NumPy's algebra, of no use here, would spin while they wait.
+        words = ["env", "PYTHONHASHSEED=0", "OPENBLAS_NUM_THREADS=1", *words, kernel, n]
         spent = [instructions([*words, k], tmp_path, build_kind) for k in (few, many)]
         return (spent[1] - spent[0]) / (n * (many - few))
 

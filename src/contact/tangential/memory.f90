@@ -464,8 +464,8 @@ contains
       self%wrench = 0.0_wp
    end subroutine part
 
-   !> Error of the wrench of the last state that was evaluated, over the limit of friction: twice its
-   !> distance from that of two steps in the place of the one, as it grows with the square of a step.
+   !> Error of the wrench of the last state that was evaluated, over the limit of friction: twice
+   !> its distance from that of two steps in place of the one, as it grows with their square.
    pure subroutine deviate(self, time_step, deviation)
       class(tangential_type), intent(inout) :: self
       !> Time since the last accepted step [s].

@@ -111,7 +111,7 @@ def image(scene: Scene, settings: Settings = None) -> bytes:
 def folder_of_its_own() -> Iterator[Path]:
     """A folder for files of a moment, in memory if that can be had."""
     where = MEMORY if MEMORY.is_dir() and os.access(MEMORY, os.W_OK) else None
-    with tempfile.TemporaryDirectory(prefix="contensou-", dir=where) as name:
+    with tempfile.TemporaryDirectory(prefix=f"contensou-{os.getpid()}-", dir=where) as name:
         yield Path(name)
 
 

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import signal
 import sys
 from pathlib import Path
@@ -13,24 +14,20 @@ from typing import BinaryIO
 
 import numpy as np
 
-from lib import drawable, gltf, seal, style, vtkhdf
+from lib import drawable, gltf, style, vtkhdf
 from lib.results import (
+    STATUS_FILE,
     ResultError,
+    UsageError,
     as_text,
     check_output,
+    damage_told,
     default_output,
     open_file,
     whole_file,
 )
 
-# As those of the program: bad usage, and files that cannot be read or written.
-STATUS_USAGE, STATUS_FILE = 2, 74
-
 ENDINGS = {"gltf": ".glb", "vtk": ".vtkhdf"}
-
-
-class UsageError(ResultError):
-    """What was asked for cannot be."""
 
 
 def main(name: str = "scripts/export") -> int:
@@ -59,7 +56,7 @@ def main(name: str = "scripts/export") -> int:
         export(options, output)
     except ResultError as problem:
         print(f"error: {style.shown(str(problem))}", file=sys.stderr)
-        return STATUS_USAGE if isinstance(problem, UsageError) else STATUS_FILE
+        return problem.status
     except OSError as problem:
         reason = problem.strerror or problem
         print(f"error: {style.shown(str(output))} cannot be written: {reason}", file=sys.stderr)
@@ -70,26 +67,11 @@ def main(name: str = "scripts/export") -> int:
 
 def export(options: argparse.Namespace, output: Path) -> None:
     """Write the whole file under another name, and then rename it."""
-    problem = None
-    try:
-        sealed = options.file.is_file() and seal.check(options.file)
-    except seal.DamageError as damage:
-        raise ResultError(f"{options.file} is damaged: {damage}") from None
-    with open_file(options.file) as file:
-        try:
+    with contextlib.ExitStack() as opened:
+        with damage_told(options.file):
+            file = opened.enter_context(open_file(options.file))
             run = drawable.open_run(options.file, file)
             rows = rows_between(run, options.start, options.end)
-        except (ResultError, MemoryError):
-            raise
-        except Exception as found:
-            # What is known to be as it was written cannot be the reason.
-            if sealed:
-                raise
-            problem = found
-        if problem:
-            raise ResultError(
-                f"{options.file} is damaged, or no output file of contensou: {problem}"
-            )
         if run_is_short(run):
             print(
                 f"warning: {style.shown(str(options.file))} is not complete "

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from lib import style, sweeps
 from lib.drawing import figure_of
-from lib.results import ResultError, check_output
+from lib.results import STATUS_FILE, ResultError, check_output
 
 
 def main(name: str = "scripts/plot") -> int:
@@ -53,13 +53,13 @@ def main(name: str = "scripts/plot") -> int:
         style.save(figure, picture)
     except ResultError as problem:
         print(f"error: {style.shown(str(problem))}", file=sys.stderr)
-        return 2
+        return problem.status
     except OSError as problem:
         print(
             f"error: {style.shown(str(picture))} cannot be written: {problem.strerror}",
             file=sys.stderr,
         )
-        return 2
+        return STATUS_FILE
     print(style.shown(str(picture)))
     return 0
 

@@ -16,7 +16,7 @@ from matplotlib.patches import Ellipse
 
 from lib import bristles, style
 from lib.kernels import described, evaluated
-from lib.results import ResultError, check_output
+from lib.results import STATUS_FILE, ResultError, UsageError, check_output
 
 NEEDED = ("a", "f", "N")
 SLIP = ("vx", "vy", "w")
@@ -48,10 +48,10 @@ def main(name: str = "scripts/spot") -> int:
         draw(spot, wrench(spot), options.output)
     except ResultError as problem:
         print(f"error: {style.shown(str(problem))}", file=sys.stderr)
-        return 2
+        return problem.status
     except (OSError, ValueError) as problem:
         print(f"error: {options.output} cannot be written: {problem}", file=sys.stderr)
-        return 2
+        return STATUS_FILE
     print(style.shown(str(options.output)))
     return 0
 
@@ -61,26 +61,26 @@ def read(words: str) -> dict[str, float]:
     spot = described(words, (*NEEDED, "b", *SLIP, *SHIFT, *PASSING, *ELASTIC), POSITIVE)
     for key in NEEDED:
         if key not in spot:
-            raise ResultError(f"{key}= of the spot is missing")
+            raise UsageError(f"{key}= of the spot is missing")
     shifted, rolls = (any(key in spot for key in keys) for keys in (SHIFT, PASSING))
     if shifted or rolls or any(key in spot for key in ELASTIC):
         lacking = [key for key in ELASTIC if key not in spot]
         if lacking:
-            raise ResultError(f"{lacking[0]}= is missing, which a shift or a rolling spot needs")
+            raise UsageError(f"{lacking[0]}= is missing, which a shift or a rolling spot needs")
         if shifted and (rolls or any(key in spot for key in SLIP)):
-            raise ResultError("a spot slips by vx, vy, w or is shifted by dx, dy, not both")
+            raise UsageError("a spot slips by vx, vy, w or is shifted by dx, dy, not both")
         if not (shifted or rolls):
-            raise ResultError("G= and nu= are for a shift dx, dy or a rolling spot cx, cy")
+            raise UsageError("G= and nu= are for a shift dx, dy or a rolling spot cx, cy")
     motion = SHIFT if shifted else SLIP
     if rolls:
         for key in PASSING:
             spot.setdefault(key, 0.0)
         if not any(spot[key] for key in PASSING):
-            raise ResultError("nothing passes the spot: cx, cy are 0")
+            raise UsageError("nothing passes the spot: cx, cy are 0")
     for key in motion:
         spot.setdefault(key, 0.0)
     if not any(spot[key] for key in motion):
-        raise ResultError(f"the spot does not move: {', '.join(motion)} are 0")
+        raise UsageError(f"the spot does not move: {', '.join(motion)} are 0")
     return spot
 
 

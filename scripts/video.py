@@ -15,7 +15,14 @@ import tempfile
 from pathlib import Path
 
 from lib import browser, drawable, style, viewing
-from lib.results import ResultError, check_output, default_output, open_file
+from lib.results import (
+    ResultError,
+    UsageError,
+    check_output,
+    damage_told,
+    default_output,
+    open_file,
+)
 
 MOST_FRAMES = 20_000
 
@@ -44,7 +51,7 @@ def main(program: str = "scripts/video") -> int:
         film(options, output)
     except ResultError as problem:
         print(f"error: {style.shown(str(problem))}", file=sys.stderr)
-        return 2
+        return problem.status
     print(style.shown(str(output)))
     return 0
 
@@ -53,30 +60,30 @@ def film(options: argparse.Namespace, output: Path) -> None:
     """Draw the frames and put them together."""
     found = re.fullmatch(r"(\d{2,4})x(\d{2,4})", options.size)
     if not found or int(found[1]) % 2 or int(found[2]) % 2:
-        raise ResultError(f"--size {options.size}: expected even numbers of pixels, as 1280x720")
+        raise UsageError(f"--size {options.size}: expected even numbers of pixels, as 1280x720")
     if not (options.rate > 0 and options.speed > 0 and options.nearer > 0):
-        raise ResultError("--rate, --speed and --nearer need to be > 0")
+        raise UsageError("--rate, --speed and --nearer need to be > 0")
     moving = output.suffix == ".mp4"
     if moving:
         check_output(options.file, output, force=options.force)
     elif os.path.lexists(output):
         raise ResultError(f"{output} exists; frames need a new folder")
     if moving and not shutil.which("ffmpeg"):
-        raise ResultError("there is no ffmpeg; -o FOLDER writes the frames")
+        raise UsageError("there is no ffmpeg; -o FOLDER writes the frames")
     if browser.PROGRAM is None:
-        raise ResultError("there is no Chromium, which draws the frames")
-    with open_file(options.file) as file:
+        raise UsageError("there is no Chromium, which draws the frames")
+    with damage_told(options.file), open_file(options.file) as file:
         run = drawable.open_run(options.file, file)
         start = run.time[0] if options.start is None else options.start
         end = run.time[-1] if options.end is None else options.end
         if not run.time[0] <= start <= end <= run.time[-1]:
-            raise ResultError(
+            raise UsageError(
                 f"{options.file} has {run.time[0]:g} s to {run.time[-1]:g} s, not {start:g} s "
                 f"until {end:g} s"
             )
     count = int((end - start) / options.speed * options.rate + 1e-6) + 1
     if count > MOST_FRAMES:
-        raise ResultError(f"{count} frames are too many: --speed or --from and --until help")
+        raise UsageError(f"{count} frames are too many: --speed or --from and --until help")
     with tempfile.TemporaryDirectory(dir=output.parent, prefix=f"{output.name}.part-") as folder:
         frames = Path(folder) / "frames"
         frames.mkdir()

@@ -9,8 +9,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from lib import limit_surface, seal, style, sweeping, sweeps, viewing
-from lib.results import ResultError, check_output, whole_file
+from lib import limit_surface, style, sweeping, sweeps, viewing
+from lib.results import STATUS_FILE, ResultError, check_output, damage_told, whole_file
 
 
 def main(name: str = "scripts/view") -> int:
@@ -43,35 +43,21 @@ def main(name: str = "scripts/view") -> int:
             place.write_text(text, encoding="utf-8")
     except ResultError as problem:
         print(f"error: {style.shown(str(problem))}", file=sys.stderr)
-        return 2
+        return problem.status
     except OSError as problem:
         print(
             f"error: {style.shown(str(page))} cannot be written: {problem.strerror}",
             file=sys.stderr,
         )
-        return 2
+        return STATUS_FILE
     print(style.shown(str(page)))
     return 0
 
 
 def page_of(file: Path) -> str:
     """The page of a file; an error in words, however damaged it is."""
-    sealed = False
-    try:
-        if file.is_file():
-            sealed = seal.check(file)
+    with damage_told(file):
         return sweeping.view(file) if sweeps.is_sweep(file) else viewing.view(file)
-    except ResultError:
-        raise
-    except seal.DamageError as problem:
-        raise ResultError(f"{file} is damaged: {problem}") from None
-    except Exception as problem:
-        # What is known to be as it was written cannot be the reason.
-        if sealed:
-            raise
-        raise ResultError(
-            f"{file} is damaged, or no output file of contensou: {problem}"
-        ) from problem
 
 
 def default_page(file: Path) -> Path:

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from . import loads as bearing_loads
-from . import motion, seal, style, sweeps, work_precision
-from .results import Result, ResultError
+from . import motion, style, sweeps, work_precision
+from .results import Result, ResultError, UsageError, damage_told
 
 MAX_LANDMARKS = 4
 
@@ -193,22 +193,8 @@ def describe(result: Result) -> str:
 
 def figure_of(file: Path, wishes: sweeps.Wishes, *, loads: bool = False) -> Figure:
     """The picture of a file; an error in words, however damaged it is."""
-    sealed = False
-    try:
-        if file.is_file():
-            sealed = seal.check(file)
+    with damage_told(file):
         return bearing_loads.draw(Result(file)) if loads else draw_file(file, wishes)
-    except ResultError:
-        raise
-    except seal.DamageError as problem:
-        raise ResultError(f"{file} is damaged: {problem}") from None
-    except Exception as problem:
-        # What is known to be as it was written cannot be the reason.
-        if sealed:
-            raise
-        raise ResultError(
-            f"{file} is damaged, or no output file of contensou: {problem}"
-        ) from problem
 
 
 def draw_file(file: Path, wishes: sweeps.Wishes) -> Figure:
@@ -216,7 +202,7 @@ def draw_file(file: Path, wishes: sweeps.Wishes) -> Figure:
     if sweeps.is_sweep(file):
         return sweeps.draw(file, wishes)
     if wishes != sweeps.Wishes():
-        raise ResultError(f"{file} is no table of a sweep: no --result, --over, --kind, --where")
+        raise UsageError(f"{file} is no table of a sweep: no --result, --over, --kind, --where")
     if work_precision.is_study(file):
         return work_precision.draw(file)
     return draw(Result(file))

@@ -8,7 +8,7 @@ import io
 import numpy as np
 
 from . import program
-from .results import ResultError
+from .results import UsageError
 
 
 def described(
@@ -21,7 +21,7 @@ def described(
     for word in words.split(","):
         key, equals, value = (part.strip() for part in word.partition("="))
         if not equals or key not in known:
-            raise ResultError(f"'{word}': expected {', '.join(f'{name}=' for name in known)}")
+            raise UsageError(f"'{word}': expected {', '.join(f'{name}=' for name in known)}")
         if key in texts:
             found[key] = value
             continue
@@ -31,9 +31,9 @@ def described(
             found[key] = np.nan
         if not np.isfinite(found[key]) or (key in positive and found[key] <= 0):
             kind = "a positive number" if key in positive else "a number"
-            raise ResultError(f"'{word}': expected {kind}")
+            raise UsageError(f"'{word}': expected {kind}")
     if "a" not in found:
-        raise ResultError("the semi-axis a= [m] of the spot is missing")
+        raise UsageError("the semi-axis a= [m] of the spot is missing")
     found.setdefault("b", found["a"])
     return found
 

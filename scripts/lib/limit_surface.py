@@ -6,7 +6,7 @@ import numpy as np
 
 from .kernels import described, evaluated
 from .pages import Package, library, page
-from .results import ResultError
+from .results import UsageError
 
 MODELS = ("contensou_exact", "coulomb", "pade11", "pade22", "contensou_simplified")
 DEFAULTS = {"f": 1.0, "N": 1.0, "model": MODELS[0]}
@@ -18,7 +18,7 @@ def read(words: str) -> dict:
     numbers = ("a", "b", "f", "N")
     spot = {**DEFAULTS, **described(words, numbers, numbers, ("model",))}
     if spot["model"] not in MODELS:
-        raise ResultError(f"model '{spot['model']}': expected one of {', '.join(MODELS)}")
+        raise UsageError(f"model '{spot['model']}': expected one of {', '.join(MODELS)}")
     return spot
 
 

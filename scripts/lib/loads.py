@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from . import style
-from .results import Result, ResultError
+from .results import Result, UsageError
 
 RINGS = {"inner": style.BLUE, "outer": style.RED}
 ARCS = ("_upper", "_lower")
@@ -48,7 +48,7 @@ def draw(result: Result) -> Figure:
     bearings = bearings_of(result)
     forces = result.column("normal_force")
     if not bearings or forces is None or result.column("position") is None:
-        raise ResultError(f"{result.path} is no run of a scene with a group &bearing")
+        raise UsageError(f"{result.path} is no run of a scene with a group &bearing")
     rows = slice(len(result.time) // 2, None)
     figure, grid = plt.subplots(
         1,

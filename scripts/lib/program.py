@@ -28,5 +28,7 @@ def call(*words: object, text: str = "", executable: Path = PROGRAM) -> str:
     command = [str(executable), *map(str, words)]
     done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise ResultError(f"{' '.join(command)} ended with {done.returncode}:\n{done.stderr}")
+        problem = ResultError(f"{' '.join(command)} ended with {done.returncode}:\n{done.stderr}")
+        problem.status = done.returncode
+        raise problem
     return done.stdout

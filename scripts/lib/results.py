@@ -13,9 +13,22 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from . import seal
+
+# As those of the program: bad usage, and files that cannot be read or written.
+STATUS_USAGE, STATUS_FILE = 2, 74
+
 
 class ResultError(Exception):
     """The file cannot be used; the text says why, for the user."""
+
+    status = STATUS_FILE
+
+
+class UsageError(ResultError):
+    """What was asked for cannot be."""
+
+    status = STATUS_USAGE
 
 
 @dataclass(frozen=True)
@@ -143,6 +156,27 @@ class Result:
         return list(dict.fromkeys(value.lower() for value in keyword_values(self.namelist, key)))
 
 
+@contextlib.contextmanager
+def damage_told(path: Path) -> Iterator[None]:
+    """While a file is read: an error in words, however damaged it is."""
+    sealed = False
+    try:
+        if path.is_file():
+            sealed = seal.check(path)
+        yield
+    except (ResultError, MemoryError):
+        raise
+    except seal.DamageError as problem:
+        raise ResultError(f"{path} is damaged: {problem}") from None
+    except Exception as problem:
+        # What is known to be as it was written cannot be the reason.
+        if sealed:
+            raise
+        raise ResultError(
+            f"{path} is damaged, or no output file of contensou: {problem}"
+        ) from problem
+
+
 def open_file(path: Path) -> h5py.File:
     """Open for reading, also while a run is writing; say in plain words why not."""
     if not path.exists():
@@ -237,7 +271,7 @@ def check_output(
     if not os.path.lexists(output):
         return
     if file and file.exists() and output.exists() and output.samefile(file):
-        raise ResultError(f"the {what} {output} is the file that is read")
+        raise UsageError(f"the {what} {output} is the file that is read")
     if output.is_symlink() or not output.is_file():
         raise ResultError(f"the {what} {output} would replace what is no regular file")
     if not force:

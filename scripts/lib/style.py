@@ -14,7 +14,7 @@ from matplotlib.axis import XAxis, YAxis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatterSciNotation
 
-from .results import ResultError, whole_file
+from .results import UsageError, whole_file
 
 # Distinct also to the colour-blind (Okabe and Ito).
 BLUE, ORANGE, GREEN, PINK, SKY, RED = (
@@ -253,7 +253,7 @@ def save(figure: Figure, path: str | Path, **options: object) -> None:
     """Write the figure; the same data give the same file."""
     ending = Path(path).suffix[1:].lower() or "png"
     if ending not in (known := figure.canvas.get_supported_filetypes()):
-        raise ResultError(f"{path}: no picture has the ending .{ending}, only {', '.join(known)}")
+        raise UsageError(f"{path}: no picture has the ending .{ending}, only {', '.join(known)}")
     looks = {"format": ending, "bbox_inches": "tight", "pad_inches": 0.15}
     if ending == "png":
         looks["metadata"] = {"Software": None}

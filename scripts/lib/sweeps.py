@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from . import style
-from .results import ResultError, as_text, keyword_values, names, open_file
+from .results import ResultError, UsageError, as_text, keyword_values, names, open_file
 
 FILETYPE = "contensou-sweep"
 
@@ -209,7 +209,7 @@ def count(number: int, noun: str) -> str:
 def known(name: str, columns: dict[str, Column], what: str) -> Column:
     """A column by its name; an error with the possible names if there is none."""
     if name not in columns:
-        raise ResultError(f"there is no {what} '{name}'; possible are {', '.join(columns)}")
+        raise UsageError(f"there is no {what} '{name}'; possible are {', '.join(columns)}")
     return columns[name]
 
 
@@ -255,7 +255,7 @@ def axes_of(sweep: Sweep, wishes: Wishes) -> tuple[list[str], str]:
         if len(over) == 1 and few and is_grid(sweep, over + others):
             return over + others, wishes.kind or "lines"
         for name in set(over) & set(wishes.where):
-            raise ResultError(f"{name} is drawn over and cannot be held fixed at the same time")
+            raise UsageError(f"{name} is drawn over and cannot be held fixed at the same time")
     else:
         # Parameters with most values first; equal ones in the order of the sweep.
         over = sorted(free, key=lambda name: -len(sweep.parameters[name].levels()))[:2]
@@ -264,7 +264,7 @@ def axes_of(sweep: Sweep, wishes: Wishes) -> tuple[list[str], str]:
         over = [known(name, sweep.parameters, "parameter").name for name in sweep.parameters][:1]
     kind = wishes.kind or kind_of(sweep, over)
     if kind == "map" and len(over) != 2:
-        raise ResultError("a map needs two parameters; name them with --over")
+        raise UsageError("a map needs two parameters; name them with --over")
     if kind == "lines" and len(over) == 2 and not wishes.over:
         # The one with fewer values, or with words, tells the lines apart.
         first, second = (sweep.parameters[name] for name in over)
@@ -323,13 +323,13 @@ def nearest(column: Column, text: str) -> object:
         for level in levels:
             if str(level).lower() == text.lower():
                 return level
-        raise ResultError(
+        raise UsageError(
             f"{column.name} is never '{text}'; possible are {', '.join(map(str, levels))}"
         )
     try:
         return levels[np.argmin(np.abs(levels - float(text)))]
     except ValueError:
-        raise ResultError(f"{column.name} is a number, and '{text}' is none") from None
+        raise UsageError(f"{column.name} is a number, and '{text}' is none") from None
 
 
 # ---- Axes --------------------------------------------------------------------------------------

@@ -297,7 +297,7 @@ def test_view_is_a_command(run, executable, scene, tmp_path):
     done = run("view", "top.h5", "-o", "-x.html")
     assert (done.status, (tmp_path / "-x.html").exists()) == (0, True), done.err
     done = run("view", "missing.h5")
-    assert (done.status, "missing.h5 does not exist" in done.err) == (2, True)
+    assert (done.status, "missing.h5 does not exist" in done.err) == (74, True)
     for words in (["view"], ["view", "top.h5", "--limit-surface", "a=1e-3"]):
         done = run(*words)
         assert (done.status, "either FILE.h5 or --limit-surface" in done.err) == (2, True)
@@ -329,7 +329,7 @@ def test_page_is_whole_or_not_there(run, scene, tmp_path):
         text=True,
         check=False,
     )
-    assert (done.returncode, "top.html cannot be written" in done.stderr) == (2, True), done.stderr
+    assert (done.returncode, "top.html cannot be written" in done.stderr) == (74, True), done.stderr
     assert (tmp_path / "top.html").read_text() == "before"
     assert not [path for path in tmp_path.iterdir() if path.name.startswith("top.html.")]
 
@@ -358,7 +358,7 @@ def test_file_that_is_being_written(executable, scene, tmp_path):
 def test_files_that_cannot_be_shown(run, scene, tmp_path):
     def refused(name, words):
         done = view(name, cwd=tmp_path)
-        assert done.returncode == 2, done.stderr
+        assert done.returncode == 74, done.stderr
         assert done.stdout == ""
         assert done.stderr.startswith(f"error: {name} "), done.stderr
         assert words in done.stderr

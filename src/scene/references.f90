@@ -110,6 +110,9 @@ contains
             else if (at > 0) then
                right = quote(self%labels(at)%s)
             end if
+            if (group%group_name() == "contact" .and. scan(wanted, "*?") > 0) then
+               right = "the name of one surface; a group &contacts takes patterns"
+            end if
          end if
          call diagnostics%add(group%place(name, slot), "there is no " // target // " " // &
             quote(wanted), right)

@@ -547,6 +547,7 @@ def test_set_mends_a_scene(run, tmp_path, scene_text):
         ("ball_floor.friction=pade12", "unknown friction 'pade12'", "'pade11'"),
         ("ball_floor.friction=coulomb", "friction 'coulomb' needs", "regularization_velocity = "),
         ("ball_floor.surfaces=ball,flor", "there is no surface 'flor'", "'floor'"),
+        ("ball_floor.surfaces=ball,'fl*'", "there is no surface 'fl*'", "&contacts takes patterns"),
         ("scene.title='open", "text is not closed in its line", "a closing '"),
     ],
 )

@@ -356,6 +356,12 @@ def test_what_is_no_reason_for_a_warning(check):
         [("3*1.31e-6", "3*3.2e-6")],
         [("restitution = 0.8", "damping_coefficient = 1e3")],
         [("'contensou_exact'", "'coulomb', regularization_velocity = 0.3")],
+        # A load moves what is at rest: how fast is not known.
+        [
+            ("gravity = 0, 0, -9.81, ", ""),
+            ("spin = 0, 50.0, 0", "applied_force = 1, 0, 0"),
+            ("'contensou_exact'", "'coulomb', regularization_velocity = 0.3"),
+        ],
     ):
         done = check(*changes, words=("--strict",))
         assert (done.status, done.err) == (0, "")

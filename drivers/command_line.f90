@@ -18,6 +18,9 @@ module contensou_drivers_command_line
    public :: command_line_words, parse_command_line, usage_text, program_usage
    public :: takes_text, takes_number, takes_non_negative, takes_positive, takes_count
 
+   !> What is installed beside the program: `contensou-plot` and so on.
+   character(len=*), parameter :: tools(*) = [character(len=6) :: "plot", "spot", "submit"]
+
    !> Any text; an empty one only if the option does not say what it needs.
    integer, parameter :: takes_text = 0
 
@@ -203,7 +206,11 @@ contains
             findloc(commands%name == "version", .true., dim=1)
          if (line%command == 0 .or. word == "") then
             text = did_you_mean(word, commands%name, "")
-            if (text == "; ") text = nl // program_usage(commands)
+            if (any(tools == word)) then
+               text = "; contensou-" // word // " is a program of its own"
+            else if (text == "; ") then
+               text = nl // program_usage(commands)
+            end if
             call fatal(error, "unknown command " // quote(word) // text, status_usage)
             return
          end if
@@ -461,7 +468,11 @@ contains
          texts(i)%s = trim(commands(i)%summary)
       end do
       text = "usage: contensou COMMAND ..." // nl // table_text(headings, texts) // &
-         "contensou COMMAND --help tells more"
+         "contensou COMMAND --help tells more" // nl // &
+         "programs of their own: contensou-" // trim(tools(1))
+      do i = 2, size(tools)
+         text = text // ", contensou-" // trim(tools(i))
+      end do
    end function program_usage
 
    !> Usage of a command.

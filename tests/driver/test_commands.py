@@ -40,6 +40,16 @@ def test_unknown_command_with_a_near_one(word, meant, run):
     assert result.err == f"error: unknown command '{word}'; did you mean '{meant}'?\n"
 
 
+@pytest.mark.parametrize("word", ["plot", "spot", "submit"])
+def test_what_is_a_program_of_its_own(word, run):
+    result = run(word, "ball.h5")
+    assert (result.status, result.out) == (2, "")
+    assert result.err == (
+        f"error: unknown command '{word}'; contensou-{word} is a program of its own\n"
+    )
+    assert f"contensou-{word}" in run("--help").out
+
+
 @pytest.mark.parametrize("word", ["frobnicate", "-x", "--set", ""])
 def test_unknown_command(word, run):
     result = run(word)

@@ -208,7 +208,8 @@ contains
          "surfaces", "friction_coefficient of 0 to " // to_text(largest_friction), warnings)
       value = group%number("regularization_velocity")
       ! Of what begins at rest under loads, the speeds are not known.
-      if (speed > 0.0_wp .and. value > largest_share*speed) call warn(group%place("regularization_velocity", 1), &
+      if (speed > 0.0_wp .and. value > largest_share*speed) call warn( &
+         group%place("regularization_velocity", 1), &
          "a regularization_velocity of " // to_text(value) // " m/s is not small against the " // &
          "speeds of the scene, about " // number_text(speed, 3) // " m/s: friction is too weak" // &
          " where surfaces slide more slowly", "regularization_velocity of at most " // &

@@ -514,6 +514,8 @@ contains
          chi = 7.0_wp*(1.0_wp - values(i))/(2.0_wp*(2.0_wp - values(i)))
          call check_close(oblique_impact(shells_of(default_layers), values(i), 4.0_wp*chi), &
             0.0_wp, 1.0e-4_wp, "sliding throughout")
+         call check_close(oblique_impact(shells_of(default_layers), values(i), &
+            4.0_wp*chi - 0.75_wp), -0.75_wp, 2.0e-5_wp, "sliding throughout, slowly at last")
       end do
    end subroutine test_oblique_sliding
 

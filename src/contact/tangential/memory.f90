@@ -501,6 +501,7 @@ contains
       call self%now%turn_to(self%axis)
       call self%now%settle()
       call self%past%take(self%now, [1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp])
+      call self%past%foresee(self%spot%a - self%a)
       self%anchor = self%anchor + self%step
       self%step = 0.0_wp
       self%rates = self%step_rates

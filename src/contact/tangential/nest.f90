@@ -1,0 +1,457 @@
+!> The nested shells of a contact with tangential elasticity: which there are, what is within their
+!> edges, and how these and what the shells remember change with the size of the spot, its axes and
+!> the material that goes through it. What slips is the matter of
+!> `contensou_contact_tangential_shells`.
+module contensou_contact_tangential_nest
+   use contensou_base_checkpoint, only : checkpoint_type
+   use contensou_base_kinds, only : wp
+   use contensou_contact_tangential_edges, only : edge_at, edge_type, power_of
+   use contensou_contact_tangential_spot, only : spring_spot_type
+   implicit none(type, external)
+   private
+
+   public :: nest_type, make_room
+
+   !> Share of the shells, as an inverse, that a spot keeps at least while it shrinks.
+   integer, parameter :: fewest = 10
+
+   !> Shells of the area by which a spot has grown in a step, at most.
+   integer, parameter :: most_new = 6
+
+   !> The shells of a contact, from the centre to the rim, with what they remember.
+   type :: nest_type
+      !> Number of shells when the spot has a size.
+      integer :: most = 0
+      !> Number of shells now, zero without a contact.
+      integer :: n = 0
+      !> Major semi-axis [m].
+      real(wp) :: a = 0.0_wp
+      !> k_x, k_y and k_T of the spot.
+      real(wp) :: stiffness(3) = 0.0_wp
+      !> Shells of the area by which it may grow in the next step.
+      integer :: new = 1
+      !> Outer edges along the major axis [m], from 0 on, and what is within them.
+      real(wp), allocatable :: edge(:)
+      !> Their powers 2/3.
+      real(wp), allocatable, private :: power(:)
+      type(edge_type), allocatable :: within(:)
+      !> Elastic displacements along the axes [m] and about the normal [rad] of the shells.
+      real(wp), allocatable :: shift(:, :)
+      !> Directions of their last slips, or zero: where the next slip is sought first.
+      real(wp), allocatable :: direction(:, :)
+      !> Which slipped in the last step.
+      logical, allocatable :: slipped(:)
+      !> The axis along and across which the displacements have their components, seen from the
+      !> axes of the spot where `stiffness` was.
+      real(wp) :: axis(2) = [1.0_wp, 0.0_wp]
+      !> Room.
+      real(wp), allocatable, private :: room(:, :)
+   contains
+      procedure :: resize
+      procedure :: share_of_shell
+      procedure :: clear
+      procedure :: turn
+      procedure :: energy
+      procedure :: take
+      procedure :: turn_to
+      procedure :: settle
+      procedure :: foresee
+      procedure :: stuck_share
+      procedure :: exchange
+   end type nest_type
+
+contains
+
+   !> Make room for shells, and for those by which a spot has grown.
+   pure subroutine make_room(shells, number)
+      class(nest_type), intent(inout) :: shells
+      integer, intent(in) :: number
+      integer :: n
+
+      if (allocated(shells%edge)) deallocate(shells%edge, shells%power, shells%within, &
+         shells%shift, shells%direction, shells%slipped, shells%room)
+      shells%most = number
+      ! A step is also taken in two.
+      n = number + 2*most_new
+      allocate(shells%edge(0:n), source=0.0_wp)
+      allocate(shells%power(0:n), source=0.0_wp)
+      allocate(shells%within(0:n))
+      allocate(shells%shift(3, n), source=0.0_wp)
+      allocate(shells%direction(3, n), source=0.0_wp)
+      allocate(shells%slipped(n), source=.false.)
+      allocate(shells%room(3, n), source=0.0_wp)
+   end subroutine make_room
+
+   !> Forget all.
+   pure subroutine clear(self)
+      class(nest_type), intent(inout) :: self
+
+      self%n = 0
+      self%a = 0.0_wp
+      self%stiffness = 0.0_wp
+      self%new = most_new
+      if (allocated(self%direction)) self%direction = 0.0_wp
+   end subroutine clear
+
+   !> Name the axes anew where the major and the minor axis change their places: what is remembered
+   !> is turned by a right angle, forth or back.
+   pure subroutine turn(self, forth)
+      class(nest_type), intent(inout) :: self
+      !> Whether the new x axis is the old y axis, else the new y axis is the old x axis.
+      logical, intent(in) :: forth
+      real(wp) :: sense, x
+      integer :: j
+
+      sense = merge(1.0_wp, -1.0_wp, forth)
+      do j = 1, self%n
+         x = self%shift(1, j)
+         self%shift(1, j) = sense*self%shift(2, j)
+         self%shift(2, j) = -sense*x
+      end do
+      self%direction = 0.0_wp
+   end subroutine turn
+
+   !> Elastic energy [J].
+   pure function energy(self) result(stored)
+      class(nest_type), intent(in) :: self
+      real(wp) :: stored, stiffness(3)
+      integer :: j
+
+      stored = 0.0_wp
+      do j = 1, self%n
+         call self%share_of_shell(j, stiffness)
+         stored = stored + 0.5_wp*dot_product(stiffness, self%shift(:, j)**2)
+      end do
+   end function energy
+
+   !> Stiffness of a shell.
+   pure subroutine share_of_shell(self, j, stiffness)
+      class(nest_type), intent(in) :: self
+      !> The shell.
+      integer, intent(in) :: j
+      real(wp), intent(out) :: stiffness(3)
+
+      stiffness(1:2) = self%stiffness(1:2)*((self%edge(j) - self%edge(j - 1))/self%a)
+      ! Rounding errors are all there is where a shell is very narrow.
+      stiffness(3) = self%stiffness(3)*max(self%within(j)%torsion - self%within(j - 1)%torsion, &
+         0.0_wp)
+   end subroutine share_of_shell
+
+   !> Set what is within the edges.
+   pure subroutine set_within(self)
+      class(nest_type), intent(inout) :: self
+      real(wp) :: inverse, power
+      integer :: j
+
+      inverse = 1.0_wp/self%a
+      power = power_of(inverse)
+      self%within(0) = edge_type(0.0_wp, 0.0_wp, 0.0_wp)
+      do j = 1, self%n - 1
+         self%within(j) = edge_at(self%edge(j)*inverse, self%power(j)*power)
+      end do
+      self%within(self%n) = edge_at(1.0_wp, 1.0_wp)
+   end subroutine set_within
+
+   !> Bring the shells to the size and stiffness of a spot: new area is not strained, lost area lets
+   !> go what it held, and shells that become stiffer keep their force. None of it makes energy.
+   pure subroutine resize(self, spot, lost, settled, new)
+      class(nest_type), intent(inout) :: self
+      type(spring_spot_type), intent(in) :: spot
+      !> Energy that is let go [J].
+      real(wp), intent(out) :: lost
+      !> Whether the number of shells is kept, unless that is left to `settle`.
+      logical, intent(in), optional :: settled
+      !> Number of those at the rim that are new, if they are left to `settle`.
+      integer, intent(out), optional :: new
+      real(wp) :: before, now(3), whole(3)
+      logical :: settles
+      integer :: j, i, grown
+
+      settles = .true.
+      if (present(settled)) settles = settled
+      if (present(new)) new = 0
+      lost = 0.0_wp
+      if (.not. spot%a > 0.0_wp) then
+         lost = self%energy()
+         call self%clear()
+         return
+      end if
+      if (self%n == 0) then
+         self%n = self%most
+         self%a = spot%a
+         self%stiffness = spot%stiffness
+         do j = 0, self%n
+            self%edge(j) = spot%a*place(real(j, wp)/real(self%n, wp))
+         end do
+         self%power(:self%n) = power_of(self%edge(:self%n))
+         call set_within(self)
+         self%shift(:, :self%n) = 0.0_wp
+         self%slipped(:self%n) = .false.
+         return
+      end if
+      ! As it was: bits that agree.
+      if (abs(spot%a - self%a) <= 0.0_wp .and. &
+         all(abs(spot%stiffness - self%stiffness) <= 0.0_wp)) then
+         if (settles) then
+            do while (self%n < self%most)
+               call split_widest(self)
+            end do
+         end if
+         return
+      end if
+      before = self%energy()
+      if (spot%a < self%a) then
+         do while (self%n > 1 .and. self%edge(self%n - 1) >= spot%a)
+            self%n = self%n - 1
+         end do
+         call self%share_of_shell(self%n, whole)
+         self%edge(self%n) = spot%a
+         self%power(self%n) = power_of(spot%a)
+         self%within(self%n) = edge_at(spot%a/self%a, power_of(spot%a/self%a))
+         call self%share_of_shell(self%n, now)
+         ! At a rim that slips the area that is lost bears nothing at last.
+         if (self%slipped(self%n) .and. minval(now) > 0.0_wp) self%shift(:, self%n) = &
+            self%shift(:, self%n)*sqrt(whole/now)
+      end if
+      do j = 1, self%n
+         call self%share_of_shell(j, self%room(:, j))
+      end do
+      if (spot%a > self%a) then
+         grown = merge(1, self%new, settles)
+         if (present(new) .and. .not. settles) new = grown
+         do j = 1, grown
+            self%n = self%n + 1
+            self%edge(self%n) = self%a + (spot%a - self%a)*(real(j, wp)/real(grown, wp))
+            if (j == grown) self%edge(self%n) = spot%a
+            self%power(self%n) = power_of(self%edge(self%n))
+            self%shift(:, self%n) = 0.0_wp
+            self%direction(:, self%n) = 0.0_wp
+            self%slipped(self%n) = .false.
+            self%room(:, self%n) = 0.0_wp
+         end do
+      end if
+      self%a = spot%a
+      self%stiffness = spot%stiffness
+      call set_within(self)
+      do j = 1, self%n
+         call self%share_of_shell(j, now)
+         do i = 1, 3
+            if (now(i) > self%room(i, j)) self%shift(i, j) = self%shift(i, j) &
+               *(self%room(i, j)/now(i))
+         end do
+      end do
+      if (settles) call self%settle()
+      lost = max(before - self%energy(), 0.0_wp)
+   end subroutine resize
+
+   !> Merge or divide shells so that their number stays.
+   pure subroutine settle(self)
+      class(nest_type), intent(inout) :: self
+
+      if (self%n == 0) return
+      do while (self%n > self%most)
+         call merge_narrowest(self)
+      end do
+      ! The halves of a shell that slides are not both at their limits: as late as will do.
+      do while (fewest*self%n < self%most)
+         call split_widest(self)
+      end do
+   end subroutine settle
+
+   !> Be as others are, with components along the axes of a spot in the place of those along an
+   !> axis, and some of the displacements let go. Where the stiffness is not the same in all
+   !> directions turning it over what is strained makes no energy.
+   pure subroutine take(self, others, axis, left)
+      class(nest_type), intent(inout) :: self
+      class(nest_type), intent(in) :: others
+      !> The axis, seen from those of the spot.
+      real(wp), intent(in) :: axis(2)
+      !> What is left of the displacements along the axes and about the normal, from 0 to 1.
+      real(wp), intent(in) :: left(3)
+      real(wp) :: q(3), before, after
+      integer :: j
+
+      self%n = others%n
+      self%a = others%a
+      self%new = others%new
+      self%stiffness = others%stiffness
+      self%axis = [1.0_wp, 0.0_wp]
+      if (self%n == 0) return
+      self%edge(:self%n) = others%edge(:self%n)
+      self%edge(0) = 0.0_wp
+      do j = 0, self%n
+         self%power(j) = others%power(j)
+         self%within(j) = others%within(j)
+      end do
+      do j = 1, self%n
+         q = others%shift(:, j)*left
+         self%shift(1:2, j) = turned(axis, q(1:2))
+         self%shift(3, j) = q(3)
+         self%slipped(j) = others%slipped(j)
+      end do
+      do j = 1, self%n
+         self%direction(1:2, j) = turned(axis, others%direction(1:2, j))
+         self%direction(3, j) = others%direction(3, j)
+      end do
+      associate (k => self%stiffness)
+         if (.not. abs(k(1) - k(2)) > 0.0_wp) return
+         do j = 1, self%n
+            q(1:2) = turned(others%axis, others%shift(1:2, j))*left(1:2)
+            before = k(1)*q(1)**2 + k(2)*q(2)**2
+            after = k(1)*self%shift(1, j)**2 + k(2)*self%shift(2, j)**2
+            if (after > before) self%shift(1:2, j) = self%shift(1:2, j)*sqrt(before/after)
+         end do
+      end associate
+   end subroutine take
+
+   !> Components along the axes of a spot of a vector that has them along an axis and across it.
+   pure function turned(axis, q)
+      real(wp), intent(in) :: axis(2), q(2)
+      real(wp) :: turned(2)
+
+      turned = [axis(1)*q(1) - axis(2)*q(2), axis(2)*q(1) + axis(1)*q(2)]
+   end function turned
+
+   !> Have components along an axis and across it in the place of those along the axes of the spot.
+   pure subroutine turn_to(self, axis)
+      class(nest_type), intent(inout) :: self
+      !> The axis, seen from those of the spot.
+      real(wp), intent(in) :: axis(2)
+      integer :: j
+
+      do j = 1, self%n
+         self%shift(1:2, j) = turned([axis(1), -axis(2)], self%shift(1:2, j))
+         self%direction(1:2, j) = turned([axis(1), -axis(2)], self%direction(1:2, j))
+      end do
+      self%axis = axis
+   end subroutine turn_to
+
+   !> Share of the area whose shells have not slipped in the last step.
+   pure real(wp) function stuck_share(self) result(share)
+      class(nest_type), intent(in) :: self
+      integer :: j
+
+      share = 0.0_wp
+      do j = 1, self%n
+         if (.not. self%slipped(j)) share = share + self%edge(j)**2 - self%edge(j - 1)**2
+      end do
+      if (self%n > 0) share = min(share/self%edge(self%n)**2, 1.0_wp)
+   end function stuck_share
+
+   !> Write all to a checkpoint or read it back.
+   subroutine exchange(self, checkpoint)
+      class(nest_type), intent(inout) :: self
+      type(checkpoint_type), intent(inout) :: checkpoint
+      integer :: j
+
+      call checkpoint%exchange("shells", self%n)
+      call checkpoint%exchange("shells_new", self%new)
+      call checkpoint%exchange("shells_a", self%a)
+      call checkpoint%exchange("shells_stiffness", self%stiffness)
+      call checkpoint%exchange("shells_axis", self%axis)
+      call checkpoint%exchange("shells_edge", self%edge(0:self%n))
+      do j = 1, self%n
+         call checkpoint%exchange("shells_shift", self%shift(:, j))
+         call checkpoint%exchange("shells_direction", self%direction(:, j))
+      end do
+      call checkpoint%exchange("shells_slipped", self%slipped(:self%n))
+      if (self%n == 0) return
+      self%power(:self%n) = power_of(self%edge(:self%n))
+      call set_within(self)
+   end subroutine exchange
+
+   !> Foresee by how much the spot may grow in the next step: as it changed in the last one.
+   pure subroutine foresee(self, change)
+      class(nest_type), intent(inout) :: self
+      !> Change of the major semi-axis [m].
+      real(wp), intent(in) :: change
+
+      self%new = most_new
+      if (self%n == 0) return
+      ! In widths of a shell at the rim of a spot whose shells are all new.
+      self%new = min(1 + int(min(1.5_wp*self%most*abs(change)/self%a, real(most_new, wp))), &
+         most_new)
+   end subroutine foresee
+
+   !> Place x of a share of the shells: those at the rim, which slip first, are the narrowest. The
+   !> error of the force by shift is then the same everywhere.
+   elemental function place(share) result(x)
+      !> From 0 to 1.
+      real(wp), intent(in) :: share
+      real(wp) :: x
+
+      x = share**(2.0_wp/3.0_wp)
+   end function place
+
+   !> The inverse of `place`, in any unit.
+   elemental function share_of(x) result(share)
+      real(wp), intent(in) :: x
+      real(wp) :: share
+
+      share = x*sqrt(x)
+   end function share_of
+
+   !> Join the two neighbours that are the narrowest together; their forces are kept.
+   pure subroutine merge_narrowest(self)
+      class(nest_type), intent(inout) :: self
+      real(wp) :: width, least, first(3), second(3), total(3)
+      integer :: j, at
+
+      if (self%n < 2) return
+      at = 1
+      least = huge(least)
+      do j = 1, self%n - 1
+         width = share_of(self%edge(j + 1)) - share_of(self%edge(j - 1))
+         if (width < least) then
+            least = width
+            at = j
+         end if
+      end do
+      call self%share_of_shell(at, first)
+      call self%share_of_shell(at + 1, second)
+      total = max(first + second, tiny(total))
+      self%shift(:, at) = (first*self%shift(:, at) + second*self%shift(:, at + 1))/total
+      self%slipped(at) = self%slipped(at) .and. self%slipped(at + 1)
+      do j = at + 1, self%n - 1
+         self%shift(:, j) = self%shift(:, j + 1)
+         self%direction(:, j) = self%direction(:, j + 1)
+         self%slipped(j) = self%slipped(j + 1)
+      end do
+      do j = at, self%n - 1
+         self%edge(j) = self%edge(j + 1)
+         self%power(j) = self%power(j + 1)
+         self%within(j) = self%within(j + 1)
+      end do
+      self%n = self%n - 1
+   end subroutine merge_narrowest
+
+   !> Divide the widest shell into two that hold what it held.
+   pure subroutine split_widest(self)
+      class(nest_type), intent(inout) :: self
+      real(wp) :: width, most
+      integer :: j, at
+
+      at = 1
+      most = -1.0_wp
+      do j = 1, self%n
+         width = share_of(self%edge(j)) - share_of(self%edge(j - 1))
+         if (width > most) then
+            most = width
+            at = j
+         end if
+      end do
+      do j = self%n, at, -1
+         self%shift(:, j + 1) = self%shift(:, j)
+         self%direction(:, j + 1) = self%direction(:, j)
+         self%slipped(j + 1) = self%slipped(j)
+         self%edge(j + 1) = self%edge(j)
+         self%power(j + 1) = self%power(j)
+         self%within(j + 1) = self%within(j)
+      end do
+      self%edge(at) = place(0.5_wp*(share_of(self%edge(at - 1)) + share_of(self%edge(at + 1))))
+      self%power(at) = power_of(self%edge(at))
+      self%within(at) = edge_at(self%edge(at)/self%a, power_of(self%edge(at)/self%a))
+      self%n = self%n + 1
+   end subroutine split_widest
+
+end module contensou_contact_tangential_nest

@@ -8,10 +8,13 @@
 !>
 !>     G p = -u ,
 !>
-!> u the velocities at the contacts and G the inverse masses between them. So friction that sticks
-!> begins anew without a force, where an impact at one contact would make it slide at another. With
-!> more contacts than the bodies need G is singular; a small compliance makes it regular, and the
-!> same equations take what it leaves. Rolling and pivoting go on.
+!> u the velocities at the contacts and G the inverse masses between them. So what touches begins
+!> to stick without a force, where an impact at one contact would make it slide at another. What
+!> was closed and sticks keeps its velocities across the normal, and with them friction: without
+!> it the decision which contacts close would be that for another load, and bodies would lift off
+!> and touch again for ever, as fast as friction builds up. With more contacts than the bodies need
+!> G is singular; a small compliance makes it regular, and the same equations take what it leaves.
+!> Rolling and pivoting go on.
 module contensou_dynamics_halts
    use contensou_base_kinds, only : wp
    use contensou_contact_geometry, only : trouble_none
@@ -60,7 +63,7 @@ contains
       integer, intent(out) :: trouble
       type(link_type), allocatable :: links(:)
       logical :: slow_ones(size(candidate)), touches(size(candidate)), joined(size(candidate))
-      logical :: sticks(size(candidate))
+      logical :: sticks(size(candidate)), was_closed(size(candidate))
       real(wp) :: limit
       integer :: i, k
 
@@ -73,6 +76,7 @@ contains
       do i = 1, size(candidate)
          sticks(i) = rubs(system%contacts(i))
       end do
+      was_closed = system%contacts%closed
       if (.not. any(sticks .and. slow_ones)) return
       call find_links(system, t, y, slow_ones, links, index, trouble)
       if (trouble /= trouble_none) return
@@ -87,7 +91,7 @@ contains
          call join(system, slow_ones, i, joined)
          touches = touches .and. .not. joined
          if (count(joined) > 1 .and. any(joined .and. sticks)) call stop_contacts(system, &
-            pack(links, joined(links%contact)), sticks, y)
+            pack(links, joined(links%contact)), sticks, was_closed, y)
       end do
       call system%gap_rates(y, rate)
    end subroutine halt_slow
@@ -99,17 +103,20 @@ contains
       rubs = allocated(contact%law%friction) .and. contact%states%n == 0
    end function rubs
 
-   !> Impulses that take the velocities at contacts.
-   subroutine stop_contacts(system, links, sticks, y)
+   !> Impulses that take the velocities at contacts, or keep them.
+   subroutine stop_contacts(system, links, sticks, was_closed, y)
       type(system_type), intent(inout) :: system
       !> Kinematics of the contacts.
       type(link_type), intent(in) :: links(:)
       !> For each contact of the system whether it is stopped across the normal, too.
       logical, intent(in) :: sticks(:)
+      !> Whether it was closed: what sticks there goes on as it does.
+      logical, intent(in) :: was_closed(:)
       !> State; velocities and works change.
       real(wp), intent(inout) :: y(:)
       real(wp) :: matrix(3*size(links), 3*size(links)), factor(3*size(links), 3*size(links))
-      real(wp) :: right(3*size(links)), impulse(4, size(links)), mutual(4, 4), first
+      real(wp) :: right(3*size(links)), kept(3*size(links)), impulse(4, size(links))
+      real(wp) :: mutual(4, 4), first
       integer :: i, j, k, n
       logical :: stops(3*size(links)), singular
 
@@ -132,10 +139,15 @@ contains
          matrix(:, k) = 0.0_wp
          matrix(k, k) = 1.0_wp
       end do
+      call find_velocities(system, links, y, kept)
+      do i = 1, size(links)
+         if (.not. was_closed(links(i)%contact)) kept(3*i - 2:3*i - 1) = 0.0_wp
+         kept(3*i) = 0.0_wp
+      end do
       first = 0.0_wp
       do k = 1, most_turns
          call find_velocities(system, links, y, right)
-         where (.not. stops) right = 0.0_wp
+         right = merge(right - kept, 0.0_wp, stops)
          first = max(first, norm2(right))
          if (norm2(right) <= stopped*first) exit
          factor = matrix

@@ -11,7 +11,8 @@
 !>     (1/h - A) dv = f(v) - a ,
 !>
 !> a the accelerations of the motion, f those by the forces, A = df/dv and h the step: what changes
-!> slowly (|A| h << 1) stays.
+!> slowly (|A| h << 1) stays. Where that is so at all contacts, because they slide fast, nothing is
+!> done.
 !>
 !> A with the slope of friction, f N over the sliding velocity, decays as this grows. An iteration
 !> with an A of earlier steps, at a smaller velocity, hardly moves from where it begins and takes
@@ -19,6 +20,8 @@
 !> Jacobian is that of the step.
 module contensou_integrate_sticking
    use contensou_base_kinds, only : wp
+   use contensou_contact_law, only : contact_law_type
+   use contensou_dynamics_links, only : link_type
    use contensou_dynamics_scene, only : motion_free
    use contensou_dynamics_state, only : at_velocity, body_size
    use contensou_integrate_motion, only : motion_type
@@ -46,6 +49,10 @@ module contensou_integrate_sticking
    !> Velocity of sliding over that which friction may give or take in a step, where it sticks.
    real(wp), parameter :: stuck = 1.0e-3_wp
 
+   !> The same ratio above which friction is not steep: |A| h is its inverse at most, times the
+   !> coefficient of friction.
+   real(wp), parameter :: fast = 100.0_wp
+
    !> Ratio of velocities of sliding between which friction has another slope.
    real(wp), parameter :: changed = 1.2_wp
 
@@ -71,6 +78,7 @@ contains
       logical :: outside, singular
 
       if (.not. allocated(motion%row) .or. .not. step > 0.0_wp) return
+      if (slides_fast(motion, step)) return
       call list_velocities(motion, place, number)
       n = size(place)
       if (n == 0) return
@@ -145,8 +153,7 @@ contains
             law => motion%system%contacts(motion%system%constraints%links(i)%contact)%law, &
             before => speed(motion%system%constraints%links(i)%contact))
             if (.not. allocated(law%friction) .or. .not. link%normal_force > 0.0_wp) cycle
-            now = norm2(link%motion(1:2)) + law%normal%axis_a &
-               *sqrt(law%normal%approach(link%normal_force))*abs(link%motion(3))
+            now = sliding_of(link, law)
             gain = step*link%normal_force*sum(link%inverse_mass)
             steep = steep .or. now < stuck*gain .or. (min(before, now) < gain .and. &
                max(before, now) > changed*min(before, now))
@@ -154,6 +161,36 @@ contains
          end associate
       end do
    end subroutine look_at_sliding
+
+   !> Whether friction changes little with the velocities at all closed contacts, within a step.
+   pure logical function slides_fast(motion, step)
+      !> The motion, as its last right-hand side left it.
+      type(motion_type), intent(in) :: motion
+      !> The step [s].
+      real(wp), intent(in) :: step
+      integer :: i
+
+      slides_fast = .true.
+      do i = 1, motion%system%constraints%n_links
+         associate (link => motion%system%constraints%links(i), &
+            contact => motion%system%contacts(motion%system%constraints%links(i)%contact))
+            if (.not. allocated(contact%law%friction)) cycle
+            slides_fast = contact%states%n == 0 .and. link%normal_force > 0.0_wp
+            if (slides_fast) slides_fast = sliding_of(link, contact%law) &
+               > fast*step*link%normal_force*sum(link%inverse_mass)
+            if (.not. slides_fast) return
+         end associate
+      end do
+   end function slides_fast
+
+   !> How fast a contact slides and drills [m/s].
+   pure real(wp) function sliding_of(link, law)
+      type(link_type), intent(in) :: link
+      type(contact_law_type), intent(in) :: law
+
+      sliding_of = norm2(link%motion(1:2)) + law%normal%axis_a &
+         *sqrt(law%normal%approach(link%normal_force))*abs(link%motion(3))
+   end function sliding_of
 
    !> Velocities of the free bodies that rigid contacts with friction hold.
    subroutine list_velocities(motion, place, number)

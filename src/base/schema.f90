@@ -105,6 +105,7 @@ module contensou_base_schema
    contains
       procedure :: put
       procedure :: append
+      procedure :: has
    end type key_list_type
 
    !> A group.
@@ -152,6 +153,9 @@ module contensou_base_schema
       type(choices_type), allocatable :: choices(:)
       !> For each key, the position of the group that it refers to; 0 if it is no reference.
       integer, allocatable :: targets(:)
+      !> Position of the key at the place that `place_of` gives for its name or, where that is taken,
+      !> the next; 0 for none.
+      integer, allocatable :: places(:)
    contains
       procedure :: position
    end type group_schema_type
@@ -226,7 +230,7 @@ contains
       type(key_type), intent(in) :: key
       type(key_type), allocatable :: bigger(:)
 
-      if (.not. allocated(self%keys)) allocate(self%keys(32))
+      if (.not. allocated(self%keys)) allocate(self%keys(8))
       if (self%n == size(self%keys)) then
          allocate(bigger(2*self%n))
          bigger(:self%n) = self%keys
@@ -235,6 +239,18 @@ contains
       self%n = self%n + 1
       self%keys(self%n) = key
    end subroutine append
+
+   !> Whether a key is in a list.
+   pure logical function has(self, name)
+      class(key_list_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      integer :: i
+
+      has = .false.
+      do i = 1, self%n
+         has = has .or. self%keys(i)%name == name
+      end do
+   end function has
 
    !> Names that a key admits; none if it is no choice.
    function names_of_key(self) result(names)
@@ -331,6 +347,7 @@ contains
                group%defaults(k)%key = k
                call set_default(group%keys(k), group%choices(k)%names, group%defaults(k))
             end do
+            call set_places(group)
          end associate
       end do
    end subroutine new_schema
@@ -392,10 +409,56 @@ contains
       class(group_schema_type), intent(in) :: self
       character(len=*), intent(in) :: name
 
-      do position = 1, size(self%keys)
-         if (self%keys(position)%name == name) return
-      end do
+      integer :: n, place
+
       position = 0
+      n = len_trim(name)
+      if (n == 0 .or. n > len(self%keys%name)) return
+      place = place_of(name(:n), size(self%places))
+      do
+         position = self%places(place)
+         if (position == 0) return
+         associate (key => self%keys(position)%name)
+            if (key(:n) == name(:n)) then
+               if (n == len(key)) return
+               if (key(n + 1:n + 1) == " ") return
+            end if
+         end associate
+         place = 1 + modulo(place, size(self%places))
+      end do
    end function position
+
+   !> Set where to look for the keys of a group.
+   pure subroutine set_places(group)
+      type(group_schema_type), intent(inout) :: group
+      integer :: k, n, place
+
+      n = 1
+      do while (n < 4*size(group%keys))
+         n = 2*n
+      end do
+      allocate(group%places(n), source=0)
+      do k = 1, size(group%keys)
+         place = place_of(trim(group%keys(k)%name), n)
+         do while (group%places(place) > 0)
+            place = 1 + modulo(place, n)
+         end do
+         group%places(place) = k
+      end do
+   end subroutine set_places
+
+   !> Where to look first for a key. Every case of a sweep asks some two hundred times: three letters
+   !> and the length tell keys apart.
+   pure integer function place_of(name, places)
+      !> Its name, of at least one letter.
+      character(len=*), intent(in) :: name
+      !> Number of places, a power of two.
+      integer, intent(in) :: places
+      integer :: n
+
+      n = len(name)
+      place_of = 1 + iand(ichar(name(1:1)) + 5*ichar(name(n:n)) + 17*ichar(name(n/2 + 1:n/2 + 1)) &
+         + 3*n, places - 1)
+   end function place_of
 
 end module contensou_base_schema

@@ -241,9 +241,9 @@ contains
    !> Name of the group, as "body".
    pure function group_name(self) result(name)
       class(group_settings_type), intent(in) :: self
-      character(len=:), allocatable :: name
+      character(len=len(self%schema%spec%name)) :: name
 
-      name = trim(self%schema%spec%name)
+      name = self%schema%spec%name
    end function group_name
 
    !> Value of the key `name` of a group; blank if it has none.

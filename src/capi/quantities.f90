@@ -9,6 +9,7 @@ module contensou_capi_quantities
    use contensou_capi_kernels, only : bad_argument, ok, put
    use contensou_capi_table, only : address_of, lives, of_simulation
    use contensou_capi_texts, only : get_text
+   use contensou_study_quantity, only : of_none
    implicit none(type, external)
    private
 
@@ -61,12 +62,12 @@ contains
          out%units = texts%units%address()
          out%description = texts%description%address()
          out%dims = [texts%dims(1)%address(), texts%dims(2)%address()]
-         associate (width => row%width(texts%row), components => row%components(texts%row))
+         associate (width => row%width(texts%row), components => row%quantities(texts%row)%components)
             out%size = width
             out%shape = [width/components, components]
             out%rank = 2
             if (components == 1) out%rank = 1
-            if (row%quantities(texts%row)%owner() == "") out%rank = 0
+            if (row%quantities(texts%row)%of == of_none) out%rank = 0
          end associate
       end associate
       status = ok

@@ -6,7 +6,7 @@ module contensou_contact_pairs
    use contensou_contact_geometry, only : geometry_type
    use contensou_contact_search, only : carrier_rank
    use contensou_contact_shapes_shape, only : shape_info_type, shape_type
-   use contensou_contact_shapes_table, only : all_shapes, shape_list_type
+   use contensou_contact_shapes_table, only : shape_list_type, shared_shapes
    use contensou_contact_sphere_plane, only : new_sphere_plane
    use contensou_contact_surface, only : surface_type
    use contensou_contact_surface_pair, only : new_axes_pair, new_ball_pair, new_searched_pair, &
@@ -91,24 +91,24 @@ contains
       integer, intent(out) :: i
       !> Whether the first of the row is surface A.
       logical, intent(out) :: first_is_a
+      type(shape_info_type) :: one, other
 
+      one = a%shape%info()
+      other = b%shape%info()
       do i = 1, size(rows)
-         first_is_a = fits(a, b)
-         if (first_is_a .or. fits(b, a)) return
+         first_is_a = .not. a%inside .and. fits(one, other)
+         if (first_is_a .or. .not. b%inside .and. fits(other, one)) return
       end do
 
    contains
 
-      !> Whether a row is about two surfaces in this order.
+      !> Whether a row is about two shapes in this order.
       pure logical function fits(first, second)
-         type(surface_type), intent(in) :: first
-         type(surface_type), intent(in) :: second
-         type(shape_info_type) :: one, other
+         type(shape_info_type), intent(in) :: first
+         type(shape_info_type), intent(in) :: second
 
-         one = first%shape%info()
-         other = second%shape%info()
-         fits = .not. first%inside .and. (rows(i)%first == "" .or. rows(i)%first == one%name) &
-            .and. (rows(i)%second == "" .or. rows(i)%second == other%name)
+         fits = (rows(i)%first == "" .or. rows(i)%first == first%name) &
+            .and. (rows(i)%second == "" .or. rows(i)%second == second%name)
       end function fits
 
    end subroutine find_row
@@ -143,7 +143,7 @@ contains
    !> Pairs of shapes that can touch.
    function geometry_models() result(models)
       type(model_info_type), allocatable :: models(:)
-      type(shape_list_type) :: list
+      type(shape_list_type), pointer :: list
       type(surface_type), allocatable :: surfaces(:)
       type(pair_type) :: rows(6)
       type(shape_info_type) :: one, other
@@ -151,10 +151,10 @@ contains
       integer :: i, j, k, n, row
 
       rows = pair_table()
-      call all_shapes(list)
+      list => shared_shapes()
       allocate(surfaces(list%n), models(list%n**2))
       do i = 1, list%n
-         call move_alloc(list%items(i)%shape, surfaces(i)%shape)
+         allocate(surfaces(i)%shape, source=list%items(i)%shape)
       end do
       n = 0
       do k = 1, size(rows)

@@ -440,9 +440,9 @@ contains
          do j = 1, size(parts(i)%models)
             do k = 1, parts(i)%keys(j)%n
                associate (item => parts(i)%keys(j)%keys(k))
-                  if (parameters%has(trim(item%key%name))) cycle
-                  call take(trim(item%key%name), item%key%kind)
-                  if (settings%is_given(trim(item%key%name))) then
+                  if (parameters%has(item%key%name)) cycle
+                  call take(item%key%name, item%key%kind)
+                  if (settings%is_given(item%key%name)) then
                      call check_use(settings, parts, choice, trim(item%key%name), diagnostics)
                   end if
                end associate

@@ -9,11 +9,12 @@ module contensou_contact_surface
    use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote, string_type
    use contensou_contact_shapes_shape, only : shape_info_type, shape_type
-   use contensou_contact_shapes_table, only : all_shapes, shape_list_type
+   use contensou_contact_shapes_table, only : shape_item_type, shape_list_type, &
+      shared_shapes
    implicit none(type, external)
    private
 
-   public :: surface_type, size_type, read_surface, list_sizes
+   public :: surface_type, size_type, read_surface
    public :: closest_point, normal_at, form_at, cubic_at
 
    !> Keys of a surface that are not those of its shape.
@@ -51,34 +52,35 @@ module contensou_contact_surface
 contains
 
    !> Read a surface from the settings of its group.
-   subroutine read_surface(group, surface, diagnostics)
+   subroutine read_surface(group, surface, sizes, diagnostics)
       type(group_settings_type), intent(in) :: group
       !> The surface; without a shape if that is unknown.
       type(surface_type), intent(inout) :: surface
+      !> Sizes of its shape, and behind them some without name.
+      type(size_type), intent(out) :: sizes(:)
       type(diagnostics_type), intent(inout) :: diagnostics
-      type(shape_list_type) :: list
+      type(shape_list_type), pointer :: list
       integer :: chosen
 
       chosen = group%choice("shape")
       if (chosen < 1) return
-      call all_shapes(list)
-      call move_alloc(list%items(chosen)%shape, surface%shape)
+      list => shared_shapes()
+      allocate(surface%shape, source=list%items(chosen)%shape)
       surface%centre = group%numbers("centre")
       surface%inside = group%choice("side") == 2
       call surface%shape%read(group, surface%frame, diagnostics)
-      call check_keys(group, surface%shape, diagnostics)
+      call check_keys(group, list%items(chosen), diagnostics)
+      call list_sizes(group, list%items(chosen)%keys, sizes)
    end subroutine read_surface
 
-   !> Sizes of the shape of a surface: its keys of numbers above zero.
-   subroutine list_sizes(group, shape, sizes)
+   !> Sizes of a shape: its keys of numbers above zero.
+   subroutine list_sizes(group, own, sizes)
       type(group_settings_type), intent(in) :: group
-      class(shape_type), intent(in) :: shape
-      !> The sizes, and behind them some without name.
-      type(size_type), intent(out) :: sizes(:)
-      type(key_list_type) :: own
+      !> Keys of the shape.
+      type(key_list_type), intent(in) :: own
+      type(size_type), intent(inout) :: sizes(:)
       integer :: i, n
 
-      call shape%put_keys(own)
       n = 0
       do i = 1, own%n
          associate (key => own%keys(i))
@@ -87,7 +89,7 @@ contains
             sizes(n)%name = key%name
             sizes(n)%unit = key%unit
             sizes(n)%n = key%values
-            sizes(n)%values(:key%values) = group%numbers(trim(key%name))
+            sizes(n)%values(:key%values) = group%numbers(key%name)
          end associate
       end do
 
@@ -104,32 +106,33 @@ contains
    end subroutine list_sizes
 
    !> Keys that the shape of a surface does not have, and those that it needs.
-   subroutine check_keys(group, shape, diagnostics)
+   subroutine check_keys(group, item, diagnostics)
       type(group_settings_type), intent(in) :: group
-      class(shape_type), intent(in) :: shape
+      !> The shape with its keys.
+      type(shape_item_type), intent(in) :: item
       type(diagnostics_type), intent(inout) :: diagnostics
-      type(key_list_type) :: own
-      type(shape_info_type) :: info
       type(string_type), allocatable :: given(:)
       character(len=:), allocatable :: name
       integer :: i
 
-      info = shape%info()
-      call shape%put_keys(own)
       given = group%given_keys()
       do i = 1, size(given)
-         name = given(i)%s
-         if (any(common_keys == name) .or. any(own%keys(:own%n)%name == name)) cycle
-         if (name == "side" .and. info%hollow /= "") cycle
-         call group%refuse(name, shape%words() // " has no " // quote(name), trim(info%hint), &
-            diagnostics)
+         associate (key => given(i)%s)
+            if (any(common_keys == key) .or. item%keys%has(key)) cycle
+            if (key == "side" .and. item%info%hollow /= "") cycle
+            call group%refuse(key, item%shape%words() // " has no " // quote(key), &
+               trim(item%info%hint), diagnostics)
+         end associate
       end do
-      do i = 1, own%n
-         name = trim(own%keys(i)%name)
-         if (.not. (own%keys(i)%mandatory .and. group%lacks(name))) cycle
-         call diagnostics%add(group%origin, quote(name) // " is missing for the " // &
-            trim(info%name) // " " // quote(group%label()), name // " = " // &
-            domain_text(own%keys(i)))
+      do i = 1, item%keys%n
+         associate (key => item%keys%keys(i))
+            if (.not. key%mandatory) cycle
+            if (.not. group%lacks(key%name)) cycle
+            name = trim(key%name)
+            call diagnostics%add(group%origin, quote(name) // " is missing for the " // &
+               trim(item%info%name) // " " // quote(group%label()), name // " = " // &
+               domain_text(key))
+         end associate
       end do
    end subroutine check_keys
 

@@ -3,6 +3,7 @@ module contensou_dynamics_assembly
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_kinds, only : pi, wp
    use contensou_base_rotations, only : rotation_matrix
+   use contensou_base_text_lock, only : lock_texts, unlock_texts
    use contensou_contact_curvature, only : curvature_model_type, curvature_models
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
@@ -42,22 +43,40 @@ module contensou_dynamics_assembly
       type(curvature_model_type), allocatable :: curvature(:)
    end type tables_type
 
+   !> These tables, made when they are first asked for: each case of a sweep is assembled by them.
+   type(tables_type), allocatable, target :: shared
+
 contains
+
+   !> The tables of the parts, the same for all. Thread-safe.
+   function shared_tables() result(tables)
+      type(tables_type), pointer :: tables
+      type(tables_type), allocatable :: made
+
+      call lock_texts()
+      if (.not. allocated(shared)) then
+         allocate(made)
+         made%normal = normal_models()
+         made%damping = damping_models()
+         made%friction = friction_models()
+         made%rolling = rolling_models()
+         made%tangential = tangential_models()
+         made%curvature = curvature_models()
+         call move_alloc(made, shared)
+      end if
+      tables => shared
+      call unlock_texts()
+   end function shared_tables
 
    !> Equations of motion of a checked scene.
    subroutine assemble(scene, system)
       !> The scene; its pairs of surfaces are supported.
       type(scene_type), intent(in) :: scene
       type(system_type), intent(out) :: system
-      type(tables_type) :: tables
+      type(tables_type), pointer :: tables
       integer :: i, j, index, trouble
 
-      tables%normal = normal_models()
-      tables%damping = damping_models()
-      tables%friction = friction_models()
-      tables%rolling = rolling_models()
-      tables%tangential = tangential_models()
-      tables%curvature = curvature_models()
+      tables => shared_tables()
       system%gravity = scene%gravity
       system%together = scene%together
       allocate(system%bodies(size(scene%bodies)), system%contacts(size(scene%contacts)))

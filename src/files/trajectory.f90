@@ -467,7 +467,7 @@ contains
          column%first = start + 1
          column%last = start + width
          allocate(column%rows(width, self%chunk_rows))
-         extents = [width/q%components(), q%components()]
+         extents = [width/q%components, q%components]
          n = 0
          if (q%dims /= "") n = 1
          if (q%dims /= q%owner()) n = 2
@@ -920,7 +920,7 @@ contains
          do i = 1, size(finals)
             associate (q => finals(i))
                first = last + 1
-               last = last + q%components()
+               last = last + q%components
                call f%put_array(g // trim(q%name), state(first:last, :), &
                   [character(len=13) :: g // "body", g // q%dims(len("body ") + 1:)], &
                   trim(q%units), trim(q%long_name), error)

@@ -9,8 +9,7 @@ module contensou_scene_defaults
    use contensou_base_settings, only : settings_type
    use contensou_base_text, only : quote
    use contensou_contact_parts, only : n_parts, part_type, shared_parts
-   use contensou_contact_shapes_shape, only : shape_info_type
-   use contensou_contact_shapes_table, only : all_shapes, shape_list_type
+   use contensou_contact_shapes_table, only : shape_list_type, shared_shapes
    use contensou_scene_overrides, only : text_of
    implicit none(type, external)
    private
@@ -27,10 +26,9 @@ contains
       type(schema_type), intent(in), target :: schema
       type(diagnostics_type), intent(inout) :: diagnostics
       type(settings_type) :: ignored
-      type(shape_list_type) :: shapes
+      type(shape_list_type), pointer :: shapes
       type(part_type), pointer :: parts(:)
       type(group_type) :: defaults
-      type(key_list_type), allocatable :: shape_keys(:)
       logical, allocatable :: used(:)
       logical :: wrong
       integer :: before, d, g, i
@@ -45,11 +43,7 @@ contains
       defaults = document%groups(d)
       if (wrong) call keep_right_ones()
       call remove_groups(document, defaults_group)
-      call all_shapes(shapes)
-      allocate(shape_keys(shapes%n))
-      do i = 1, shapes%n
-         call shapes%items(i)%shape%put_keys(shape_keys(i))
-      end do
+      shapes => shared_shapes()
       parts => shared_parts()
       allocate(used(defaults%n_assignments), source=.false.)
       do g = 1, document%n_groups
@@ -97,14 +91,12 @@ contains
       !> Give a surface what its shape has a use for.
       subroutine give_surface(group)
          type(group_type), intent(inout) :: group
-         type(shape_info_type) :: info
          character(len=:), allocatable :: shape
          integer :: k, s
 
          shape = text_in(group, defaults, "shape")
          do s = 1, shapes%n
-            info = shapes%items(s)%shape%info()
-            if (info%name == shape) exit
+            if (shapes%items(s)%info%name == shape) exit
          end do
          do k = 1, defaults%n_assignments
             associate (key => defaults%assignments(k)%key)
@@ -116,10 +108,10 @@ contains
                   call give(group, k)
                case ("side")
                   if (s > shapes%n) cycle
-                  if (info%hollow /= "") call give(group, k)
+                  if (shapes%items(s)%info%hollow /= "") call give(group, k)
                case default
                   if (s > shapes%n) cycle
-                  if (any(shape_keys(s)%keys(:shape_keys(s)%n)%name == key)) call give(group, k)
+                  if (shapes%items(s)%keys%has(key)) call give(group, k)
                end select
             end associate
          end do

@@ -14,7 +14,7 @@ module contensou_scene_reader
    use contensou_base_text, only : string_type
    use contensou_base_text_lock, only : lock_texts, unlock_texts
    use contensou_contact_parts, only : part_type, shared_parts
-   use contensou_contact_surface, only : list_sizes, read_surface
+   use contensou_contact_surface, only : read_surface
    use contensou_dynamics_assembly, only : assemble
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_scene, only : scene_type
@@ -361,9 +361,7 @@ contains
                surface%name = group%label()
                call references%find(group, "body", 1, surface%body, diagnostics)
                call references%find(group, "material", 1, surface%material, diagnostics)
-               call read_surface(group, surface%surface, diagnostics)
-               if (allocated(surface%surface%shape)) call list_sizes(group, &
-                  surface%surface%shape, surface%sizes)
+               call read_surface(group, surface%surface, surface%sizes, diagnostics)
             end associate
          case ("contact")
             call build_contact(group, references, parts, scene%contacts(n), diagnostics)

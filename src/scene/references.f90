@@ -66,7 +66,7 @@ contains
                first = settings%group(known, schema)
                associate (place => first%place("name", 1))
                   call diagnostics%add(group%place("name", 1), "there are two groups &" // &
-                     group%group_name() // " with the name " // quote(name), &
+                     trim(group%group_name()) // " with the name " // quote(name), &
                      "another name; the first is in line " // to_text(place%line))
                end associate
             end if

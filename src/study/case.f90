@@ -7,7 +7,7 @@ module contensou_study_case
    use contensou_dynamics_scene, only : output_spec_type
    use contensou_integrate_observer, only : event_touch, observer_type
    use contensou_integrate_motion, only : motion_type
-   use contensou_study_quantities, only : row_quantities, row_type
+   use contensou_study_quantities, only : row_type, shared_quantities
    use contensou_study_quantity, only : if_rolling, quantity_type
    use contensou_study_simulation, only : simulation_type
    use contensou_study_summary, only : summary_type
@@ -87,12 +87,12 @@ contains
       class(witness_type), intent(inout) :: self
       type(outline_type), intent(in), target :: outline
       type(motion_type), intent(in) :: motion
-      type(quantity_type), allocatable :: quantities(:)
+      type(quantity_type), pointer :: quantities(:)
       type(output_spec_type) :: wanted
 
       self%outline => outline
       wanted%contact_geometry = .true.
-      quantities = row_quantities()
+      quantities => shared_quantities()
       wanted%rolling = any(quantities(outline%place(outline%timed))%there == if_rolling)
       call self%row%prepare(motion%system, wanted)
       allocate(self%events(e_lifts, motion%n_events))
@@ -182,7 +182,7 @@ contains
          place = self%outline%place(column)
          within = self%outline%component(column)
          if (self%outline%index(column) > 1) within = within + (self%outline%index(column) - 1) &
-            *self%row%quantities(place)%components()
+            *self%row%quantities(place)%components
          if (within <= self%row%width(place)) self%values(i) = &
             self%row%values(self%row%start(place) + within)
          self%taken(i) = .true.

@@ -5,29 +5,32 @@
 module contensou_study_quantities
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
    use contensou_base_kinds, only : wp
+   use contensou_base_text_lock, only : lock_texts, unlock_texts
    use contensou_contact_parts, only : part_states
    use contensou_contact_states, only : state_list_type
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_reports, only : creepages, rolling_of
    use contensou_dynamics_scene, only : output_spec_type, turns_by_drive
    use contensou_study_quantity, only : if_curvatures_vary, if_curved, if_driven, if_geometry, &
-      if_memory, if_rolling, if_springs, if_states, moment_type, quantity_type
+      if_memory, if_rolling, if_springs, if_states, moment_type, of_bodies, of_contacts, &
+      of_springs, quantity_type
    implicit none(type, external)
    private
 
-   public :: row_type, row_quantities, final_quantities
+   public :: row_type, row_quantities, shared_quantities, final_quantities
+
+   !> The quantities, made when they are first asked for: each case of a sweep has a row.
+   type(quantity_type), allocatable, target :: table(:)
 
    !> A row.
    type :: row_type
-      type(quantity_type), allocatable :: quantities(:)
+      type(quantity_type), pointer :: quantities(:) => null()
       !> Numbers, one quantity after the other, components first, then bodies or contacts.
       real(wp), allocatable :: values(:)
       !> Number before the first one of each quantity.
       integer, allocatable :: start(:)
       !> Numbers of each quantity.
       integer, allocatable :: width(:)
-      !> Numbers of each quantity per body or contact.
-      integer, allocatable :: components(:)
       !> Whether the scene has the quantity; it may have no numbers nevertheless.
       logical, allocatable :: has(:)
       !> What the values are taken from.
@@ -146,14 +149,29 @@ contains
             rows = [rows, row]
          end do
       end do
+      call rows%set_width()
    end function row_quantities
+
+   !> The same in one table for all. Thread-safe.
+   function shared_quantities() result(rows)
+      type(quantity_type), pointer :: rows(:)
+      type(quantity_type), allocatable :: made(:)
+
+      call lock_texts()
+      if (.not. allocated(table)) then
+         made = row_quantities()
+         call move_alloc(made, table)
+      end if
+      rows => table
+      call unlock_texts()
+   end function shared_quantities
 
    !> The quantities whose values at the end are in the summary, with their text there.
    function final_quantities() result(rows)
       type(quantity_type), allocatable :: rows(:)
 
       rows = row_quantities()
-      rows = pack(rows, rows%final /= "")
+      rows = pack(rows, rows%at_end)
       rows%long_name = rows%final
    end function final_quantities
 
@@ -165,19 +183,24 @@ contains
       type(output_spec_type), intent(in) :: output
       integer :: i, j, n, before
 
-      self%quantities = row_quantities()
-      if (allocated(self%values)) deallocate(self%values, self%start, self%width, &
-         self%components, self%has)
+      self%quantities => shared_quantities()
+      if (allocated(self%values)) deallocate(self%values, self%start, self%width, self%has)
       n = size(self%quantities)
-      allocate(self%start(n), self%width(n), self%components(n), self%has(n))
+      allocate(self%start(n), self%width(n), self%has(n))
       before = 0
       do i = 1, size(self%quantities)
          associate (q => self%quantities(i))
-            self%components(i) = q%components()
-            self%width(i) = self%components(i)
-            if (q%owner() == "body") self%width(i) = self%width(i)*size(system%bodies)
-            if (q%owner() == "contact") self%width(i) = self%width(i)*size(system%contacts)
-            if (q%owner() == "spring") self%width(i) = self%width(i)*size(system%springs)
+            self%width(i) = q%components
+            select case (q%of)
+            case (of_bodies)
+               self%width(i) = self%width(i)*size(system%bodies)
+            case (of_contacts)
+               self%width(i) = self%width(i)*size(system%contacts)
+            case (of_springs)
+               self%width(i) = self%width(i)*size(system%springs)
+            case default
+               continue
+            end select
             select case (q%there)
             case (if_driven)
                self%has(i) = any(turns_by_drive(system%bodies%motion))
@@ -222,7 +245,7 @@ contains
       integer :: i, j, n
 
       do i = 1, size(self%quantities)
-         n = self%components(i)
+         n = self%quantities(i)%components
          do j = 1, self%width(i)/n
             call self%quantities(i)%fill(self%at, j, &
                self%values(self%start(i) + n*(j - 1) + 1:self%start(i) + n*j))
@@ -246,13 +269,13 @@ contains
       associate (rows => self%quantities)
          last = 0
          do i = 1, size(rows)
-            if (rows(i)%final /= "") last = last + rows(i)%components()
+            if (rows(i)%at_end) last = last + rows(i)%components
          end do
          allocate(state(last, size(system%bodies)))
          last = 0
          do i = 1, size(rows)
-            if (rows(i)%final == "") cycle
-            n = rows(i)%components()
+            if (.not. rows(i)%at_end) cycle
+            n = rows(i)%components
             do j = 1, size(state, 2)
                call rows(i)%fill(self%at, j, state(last + 1:last + n, j))
             end do

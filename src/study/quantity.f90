@@ -13,6 +13,7 @@ module contensou_study_quantity
    private
 
    public :: quantity_type, moment_type
+   public :: of_none, of_bodies, of_contacts, of_springs
    public :: always, if_driven, if_geometry, if_memory, if_states, if_curvatures_vary, if_rolling, &
       if_springs, if_curved
 
@@ -22,6 +23,9 @@ module contensou_study_quantity
    !> spots are curved.
    integer, parameter :: always = 0, if_driven = 1, if_geometry = 2, if_memory = 3, if_states = 4, &
       if_curvatures_vary = 5, if_rolling = 6, if_springs = 7, if_curved = 8
+
+   !> What a quantity belongs to.
+   integer, parameter :: of_none = 0, of_bodies = 1, of_contacts = 2, of_springs = 3
 
    !> All that is known of a motion at a time; procedures of quantities take their values from it.
    type :: moment_type
@@ -67,9 +71,14 @@ module contensou_study_quantity
       character(len=64) :: final = ""
       !> When it is there.
       integer :: there = always
+      !> Number of components per body, contact or spring, from `dims`.
+      integer :: components = 1
+      !> What it belongs to, from `dims`: one of the `of_*` codes.
+      integer :: of = of_none
+      !> Whether it is in the summary.
+      logical :: at_end = .false.
    contains
-      !> Number of components per body, contact or spring.
-      procedure :: components
+      procedure :: set_width
       !> What it belongs to: `body`, `contact`, `spring` or nothing.
       procedure :: owner
    end type quantity_type
@@ -90,14 +99,32 @@ module contensou_study_quantity
 
 contains
 
-   elemental integer function components(self)
-      class(quantity_type), intent(in) :: self
+   !> Set what follows from the dimensions and the text at the end.
+   elemental subroutine set_width(self)
+      class(quantity_type), intent(inout) :: self
 
-      components = 1
-      if (index(self%dims, " xyz") > 0) components = 3
-      if (index(self%dims, " wxyz") > 0) components = 4
-      if (index(self%dims, " axis") > 0) components = 2
-   end function components
+      select case (self%owner())
+      case ("body")
+         self%of = of_bodies
+      case ("contact")
+         self%of = of_contacts
+      case ("spring")
+         self%of = of_springs
+      case default
+         self%of = of_none
+      end select
+      select case (self%dims(scan(self%dims, " ") + 1:))
+      case ("axis")
+         self%components = 2
+      case ("xyz")
+         self%components = 3
+      case ("wxyz")
+         self%components = 4
+      case default
+         self%components = 1
+      end select
+      self%at_end = self%final /= ""
+   end subroutine set_width
 
    pure function owner(self)
       class(quantity_type), intent(in) :: self

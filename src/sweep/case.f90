@@ -56,7 +56,7 @@ contains
             outline%component(i) = r%component
             outline%place(i) = r%quantity
             if (r%source == source_state) outline%place(i) = r%component + &
-               sum(finals(:r%quantity - 1)%components())
+               sum(finals(:r%quantity - 1)%components)
          end associate
       end do
       call order_times(sweep, outline)

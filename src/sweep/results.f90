@@ -46,7 +46,7 @@ contains
       n_values = count([(groups(i)%group_name() == "value", i=1, size(groups))])
       associate (nb => size(sweep%scene%bodies), nc => size(sweep%scene%contacts))
          allocate(columns(size(summary_quantities) + nc*size(event_names) + &
-            nb*sum(finals%components()) + n_values))
+            nb*sum(finals%components) + n_values))
          n = 0
          do k = 1, size(summary_quantities)
             if (.not. keep_summary(k)) cycle
@@ -74,7 +74,7 @@ contains
          do i = 1, nb
             do k = 1, size(finals)
                if (.not. keep_state(k)) cycle
-               m = finals(k)%components()
+               m = finals(k)%components
                do j = 1, m
                   associate (q => finals(k), body => sweep%scene%bodies(i)%name)
                      call put(trim(q%name) // "_" // column_word(body) // "_" // &
@@ -268,7 +268,7 @@ contains
       column%quantity = column%quantity + 1
       quantities = row_quantities()
       quantity = quantities(column%quantity)
-      components = quantity%components()
+      components = quantity%components
       column%units = trim(quantity%units)
       column%long_name = trim(quantity%name)
       if (quantity%there == if_driven .and. &

@@ -2,6 +2,7 @@
 module contensou_contact_shapes_table
    use contensou_base_schema, only : key_list_type, key_type, kind_choice
    use contensou_base_text, only : string_type, strings
+   use contensou_base_text_lock, only : lock_texts, unlock_texts
    use contensou_contact_shapes_cone, only : cone_type
    use contensou_contact_shapes_cylinder, only : cylinder_type
    use contensou_contact_shapes_ellipsoid, only : ellipsoid_type
@@ -13,7 +14,7 @@ module contensou_contact_shapes_table
    implicit none(type, external)
    private
 
-   public :: shape_list_type, all_shapes, shape_names, put_shape_keys
+   public :: shape_list_type, shape_item_type, shared_shapes, shape_names, put_shape_keys
 
    !> Sides of a surface that can be touched.
    character(len=*), parameter :: side_names(*) = [character(len=7) :: "outside", "inside"]
@@ -21,6 +22,10 @@ module contensou_contact_shapes_table
    !> A shape in a list.
    type :: shape_item_type
       class(shape_type), allocatable :: shape
+      !> What does not depend on its size.
+      type(shape_info_type) :: info
+      !> Its keys.
+      type(key_list_type) :: keys
    end type shape_item_type
 
    !> Shapes of no particular size.
@@ -44,7 +49,25 @@ module contensou_contact_shapes_table
       integer :: shapes = 0
    end type joined_key_type
 
+   !> The shapes, made when they are first asked for: each case of a sweep reads by them.
+   type(shape_list_type), allocatable, target :: table
+
 contains
+
+   !> All shapes, in one table for all. Thread-safe.
+   function shared_shapes() result(list)
+      type(shape_list_type), pointer :: list
+      type(shape_list_type), allocatable :: made
+
+      call lock_texts()
+      if (.not. allocated(table)) then
+         allocate(made)
+         call all_shapes(made)
+         call move_alloc(made, table)
+      end if
+      list => table
+      call unlock_texts()
+   end function shared_shapes
 
    !> All shapes, in the order of the documentation.
    subroutine all_shapes(list)
@@ -65,56 +88,55 @@ contains
       class(shape_type), intent(in) :: shape
 
       self%n = self%n + 1
-      allocate(self%items(self%n)%shape, source=shape)
+      associate (item => self%items(self%n))
+         allocate(item%shape, source=shape)
+         item%info = shape%info()
+         call shape%put_keys(item%keys)
+      end associate
    end subroutine put
 
    !> Names of the shapes.
    function shape_names() result(names)
       type(string_type), allocatable :: names(:)
-      type(shape_list_type) :: list
-      type(shape_info_type) :: info
+      type(shape_list_type), pointer :: list
       integer :: i
 
-      call all_shapes(list)
+      list => shared_shapes()
       allocate(names(list%n))
       do i = 1, list%n
-         info = list%items(i)%shape%info()
-         names(i)%s = trim(info%name)
+         names(i)%s = trim(list%items(i)%info%name)
       end do
    end function shape_names
 
    !> Add the keys of all shapes to those of a scene; a key of several shapes is one key.
    subroutine put_shape_keys(keys)
       type(key_list_type), intent(inout) :: keys
-      type(shape_list_type) :: list
-      type(key_list_type) :: own
+      type(shape_list_type), pointer :: list
       type(joined_key_type) :: joined(64)
-      type(shape_info_type) :: info
       character(len=:), allocatable :: hollows, without
       integer :: i, j, k, n
 
-      call all_shapes(list)
+      list => shared_shapes()
       n = 0
       hollows = ""
       without = ""
       do i = 1, list%n
-         own = key_list_type()
-         call list%items(i)%shape%put_keys(own)
-         do j = 1, own%n
-            k = findloc(joined(:n)%key%name == own%keys(j)%name, .true., dim=1)
-            if (k == 0) then
-               n = n + 1
-               k = n
-               joined(k)%key = own%keys(j)
+         associate (own => list%items(i)%keys, info => list%items(i)%info)
+            do j = 1, own%n
+               k = findloc(joined(:n)%key%name == own%keys(j)%name, .true., dim=1)
+               if (k == 0) then
+                  n = n + 1
+                  k = n
+                  joined(k)%key = own%keys(j)
+               end if
+               call join(joined(k), own%keys(j))
+            end do
+            if (info%hollow /= "") then
+               hollows = hollows // ", a " // trim(info%hollow) // " (" // trim(info%name) // ")"
+            else
+               without = without // ", not for " // list%items(i)%shape%words()
             end if
-            call join(joined(k), own%keys(j))
-         end do
-         info = list%items(i)%shape%info()
-         if (info%hollow /= "") then
-            hollows = hollows // ", a " // trim(info%hollow) // " (" // trim(info%name) // ")"
-         else
-            without = without // ", not for " // list%items(i)%shape%words()
-         end if
+         end associate
       end do
       do k = 1, n
          associate (key => joined(k)%key)

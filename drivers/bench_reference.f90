@@ -142,25 +142,14 @@ contains
       real(qp), intent(out) :: jacobian(3, 3)
       !> Integrals of U s/B, U s/A, s/B^2, s/(A B), s/A^2, and of the torque, each over D.
       real(qp) :: sums(6)
-      real(qp) :: w, k2, ux, uy, s, root, product, lower, upper, x, ra, rb, sa, sb
+      real(qp) :: w, k2, ux, uy, lower, upper, x, ra, rb, sa, sb
       integer :: i
 
       w = abs(real(spin, qp))
       k2 = real(k, qp)**2
       ux = real(vx, qp)/w
       uy = real(vy, qp)/w
-      ! The largest root l of uy^2/(1 + l) + ux^2/(k^2 + l) = 1, zero if the centre is inside.
-      s = ux*ux + uy*uy - 1.0_qp - k2
-      product = ux*ux + k2*uy*uy - k2
-      lower = 0.0_qp
-      if (product > 0.0_qp) then
-         root = sqrt(s*s + 4.0_qp*product)
-         if (s >= 0.0_qp) then
-            lower = sqrt(0.5_qp*(s + root))
-         else
-            lower = sqrt(2.0_qp*product/(root - s))
-         end if
-      end if
+      lower = begin_of(ux, uy, k2)
       sums = 0.0_qp
       ! Panels over x = sqrt(s) up to 1, none longer than its distance from 0 or from +-i k; then
       ! one panel over 1/x.
@@ -219,5 +208,26 @@ contains
       end subroutine add
 
    end subroutine reference_wrench
+
+   !> Root of the largest root l of uy^2/(1 + l) + ux^2/(k^2 + l) = 1, zero if the centre is inside.
+   pure function begin_of(ux, uy, k2) result(lower)
+      !> Centre about which the spot turns, in units of its major semi-axis.
+      real(qp), intent(in) :: ux, uy
+      !> Square of the axis ratio.
+      real(qp), intent(in) :: k2
+      real(qp) :: lower
+      real(qp) :: s, root, product
+
+      s = ux*ux + uy*uy - 1.0_qp - k2
+      product = ux*ux + k2*uy*uy - k2
+      lower = 0.0_qp
+      if (product <= 0.0_qp) return
+      root = sqrt(s*s + 4.0_qp*product)
+      if (s >= 0.0_qp) then
+         lower = sqrt(0.5_qp*(s + root))
+      else
+         lower = sqrt(2.0_qp*product/(root - s))
+      end if
+   end function begin_of
 
 end module contensou_drivers_bench_reference

@@ -445,19 +445,7 @@ contains
             rung%wrench => wrench_exact
             call add("flat", way_wrench)
          case (kernel_creep, kernel_creep_jacobian)
-            allocate(suite%cases(place)%laws(size(creep)))
-            do i = 1, size(creep)
-               call creep(i)%create(creep(i)%completed(parameters_type()), &
-                  suite%cases(place)%laws(i)%creep)
-               rung%law = i
-               if (suite%cases(place)%kernel == kernel_creep) then
-                  ! The last one is the reference.
-                  if (i < size(creep)) call add(creep(i)%info%name, way_creep)
-               else if (creep(i)%info%name == "sliding" .or. creep(i)%info%name == &
-                  default_creep) then
-                  call add(creep(i)%info%name, way_creep_jacobian)
-               end if
-            end do
+            call add_laws(suite%cases(place)%kernel == kernel_creep)
          case (kernel_tangential)
             do i = 1, size(layers_of_rungs)
                rung%layers = layers_of_rungs(i)
@@ -472,6 +460,27 @@ contains
       end do
 
    contains
+
+      !> Add the laws of creep.
+      subroutine add_laws(steady)
+         !> Whether their wrenches are wanted, not the derivatives.
+         logical, intent(in) :: steady
+         integer :: i
+
+         allocate(suite%cases(place)%laws(size(creep)))
+         do i = 1, size(creep)
+            call creep(i)%create(creep(i)%completed(parameters_type()), &
+               suite%cases(place)%laws(i)%creep)
+            rung%law = i
+            if (steady) then
+               ! The last one is the reference.
+               if (i < size(creep)) call add(creep(i)%info%name, way_creep)
+            else if (creep(i)%info%name == "sliding" .or. creep(i)%info%name == &
+               default_creep) then
+               call add(creep(i)%info%name, way_creep_jacobian)
+            end if
+         end do
+      end subroutine add_laws
 
       !> Add a rung.
       subroutine add(name, way)

@@ -15,7 +15,7 @@ module contensou_drivers_command_line
 
    public :: option_type, command_type, command_line_type, set_option, quiet_option, &
       strict_option
-   public :: command_line_words, parse_command_line, usage_text, program_usage
+   public :: command_line_words, parse_command_line, usage_text
    public :: takes_text, takes_number, takes_non_negative, takes_positive, takes_count
 
    !> What is installed beside the program: `contensou-plot` and so on.

@@ -233,7 +233,18 @@ contains
          text = text // "  " // left(study%models(i)%name, longest) // "  " // &
             reference_words(study, i) // nl
       end do
-      text = text // nl // "runs" // nl // "  " // left("model", longest) // "  " // &
+      text = text // nl // runs_text(study, longest) // nl // errors_text(study, longest)
+   end function report_text
+
+   !> The table of the runs.
+   function runs_text(study, longest) result(text)
+      type(study_type), intent(in) :: study
+      !> Width of the column of models.
+      integer, intent(in) :: longest
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = "runs" // nl // "  " // left("model", longest) // "  " // &
          left("method", 11) // right("rtol", 8) // right("CPU/s", 9) // right("rhs", 10) // &
          right("steps", 9) // right("numerical", 10) // right("error", 9) // right("events", 8) // &
          nl
@@ -257,7 +268,37 @@ contains
       end do
       text = text // "*: Pareto front; ~: no larger than the references resolve; !: other " // &
          "events than the reference" // nl
-      text = text // nl // "errors against the exact model, " // &
+
+   contains
+
+      !> Sign of a run on the Pareto front.
+      pure function mark(run) result(sign)
+         type(run_type), intent(in) :: run
+         character(len=2) :: sign
+
+         sign = merge("* ", "  ", run%pareto)
+      end function mark
+
+      !> Sign of an error that is not resolved.
+      pure function less(unresolved) result(sign)
+         !> Whether it is not.
+         logical, intent(in) :: unresolved
+         character(len=:), allocatable :: sign
+
+         sign = trim(merge("~", " ", unresolved))
+      end function less
+
+   end function runs_text
+
+   !> The table of the errors against the exact model, by kind.
+   function errors_text(study, longest) result(text)
+      type(study_type), intent(in) :: study
+      !> Width of the column of models.
+      integer, intent(in) :: longest
+      character(len=:), allocatable :: text
+      integer :: i, k
+
+      text = "errors against the exact model, " // &
          trim(cost_measures(study%cost%measure)) // nl // "  " // left("model", longest) // &
          "  " // left("method", 11) // right("rtol", 8)
       do k = 1, kinds
@@ -281,27 +322,7 @@ contains
             text = text // right(short_number(run%trial%energy), 8) // nl
          end associate
       end do
-
-   contains
-
-      !> Sign of a run on the Pareto front.
-      pure function mark(run) result(sign)
-         type(run_type), intent(in) :: run
-         character(len=2) :: sign
-
-         sign = merge("* ", "  ", run%pareto)
-      end function mark
-
-      !> Sign of an error that is not resolved.
-      pure function less(unresolved) result(sign)
-         !> Whether it is not.
-         logical, intent(in) :: unresolved
-         character(len=:), allocatable :: sign
-
-         sign = trim(merge("~", " ", unresolved))
-      end function less
-
-   end function report_text
+   end function errors_text
 
    !> Names of the kinds of errors, as headings.
    pure function short_kinds(k) result(name)

@@ -198,36 +198,8 @@ contains
       character(len=28), allocatable :: inputs(:)
       integer :: i, k
 
-      config%kernel = line%text("KERNEL")
-      config%file = line%text("FILE")
-      config%model = line%text("--model")
-      config%delta = line%number("--delta", config%delta)
-      config%jacobian = line%has("--jacobian")
-      config%error = line%number("--error", config%error)
-      config%layers = nint(line%number("--layers", 0.0_wp))
-
-      i = findloc(kernels == lower(config%kernel), .true., dim=1)
-      if (i == 0) then
-         call fatal(error, "unknown kernel " // quote(config%kernel) // did_you_mean( &
-            config%kernel, kernels, "possible are " // join(strings(kernels), ", ")), &
-            status_usage)
-         return
-      end if
-      if (all(kernels(i) /= ["wrench       ", "curved_wrench"]) .and. &
-         (config%delta > 0.0_wp .or. config%jacobian)) then
-         call fatal(error, "--delta and --jacobian go with the kernels wrench and curved_wrench", &
-            status_usage)
-         return
-      end if
-      if (config%error > 0.0_wp .and. kernels(i) /= "curved_wrench") then
-         call fatal(error, "--error goes with the kernel curved_wrench", status_usage)
-         return
-      end if
-      if (config%layers > 0 .and. all(kernels(i) /= ["tangential    ", "oblique_impact"])) then
-         call fatal(error, "--layers goes with the kernels tangential and oblique_impact", &
-            status_usage)
-         return
-      end if
+      call read_config(line, config, i, error)
+      if (allocated(error)) return
       select case (kernels(i))
       case ("elliptic")
          call choose_elliptic(config, evaluation, error)
@@ -288,6 +260,46 @@ contains
          end if
       end select
    end subroutine evaluate_kernel
+
+   !> What the command line says; options that do not go with the kernel are refused.
+   subroutine read_config(line, config, kernel, error)
+      type(command_line_type), intent(in) :: line
+      type(eval_config_type), intent(inout) :: config
+      !> Position of the kernel among `kernels`.
+      integer, intent(out) :: kernel
+      !> Set when there is a mistake in it.
+      type(error_type), allocatable, intent(out) :: error
+
+      config%kernel = line%text("KERNEL")
+      config%file = line%text("FILE")
+      config%model = line%text("--model")
+      config%delta = line%number("--delta", config%delta)
+      config%jacobian = line%has("--jacobian")
+      config%error = line%number("--error", config%error)
+      config%layers = nint(line%number("--layers", 0.0_wp))
+
+      kernel = findloc(kernels == lower(config%kernel), .true., dim=1)
+      if (kernel == 0) then
+         call fatal(error, "unknown kernel " // quote(config%kernel) // did_you_mean( &
+            config%kernel, kernels, "possible are " // join(strings(kernels), ", ")), &
+            status_usage)
+         return
+      end if
+      if (all(kernels(kernel) /= ["wrench       ", "curved_wrench"]) .and. &
+         (config%delta > 0.0_wp .or. config%jacobian)) then
+         call fatal(error, "--delta and --jacobian go with the kernels wrench and curved_wrench", &
+            status_usage)
+         return
+      end if
+      if (config%error > 0.0_wp .and. kernels(kernel) /= "curved_wrench") then
+         call fatal(error, "--error goes with the kernel curved_wrench", status_usage)
+         return
+      end if
+      if (config%layers > 0 .and. all(kernels(kernel) /= ["tangential    ", "oblique_impact"])) then
+         call fatal(error, "--layers goes with the kernels tangential and oblique_impact", &
+            status_usage)
+      end if
+   end subroutine read_config
 
    !> Choose a way to compute the elliptic integrals.
    subroutine choose_elliptic(config, evaluation, error)

@@ -16,7 +16,7 @@ module contensou_drivers_report
    implicit none(type, external)
    private
 
-   public :: bodies_text, bodies_of, contacts_of, springs_of, put_together, names_in_short, &
+   public :: bodies_text, bodies_of, contacts_of, springs_of, names_in_short, &
       in_series, stop_words, &
       heed_warnings
 

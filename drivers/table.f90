@@ -106,12 +106,11 @@ contains
       integer, allocatable, intent(out) :: lines(:)
       type(diagnostics_type), intent(inout) :: diagnostics
       integer, allocatable :: starts(:), header(:)
-      integer :: column(size(names)), i, c, n, near
+      integer :: column(size(names)), i, c, n
       logical :: valid
       type(origin_type) :: place
-      character(len=:), allocatable :: missing, message, expected
+      character(len=:), allocatable :: message, expected
 
-      missing = ""
       allocate(values(size(names), 0), lines(0))
       if (all([(len_trim(table%lines(i)%s) == 0, i=1, size(table%lines))])) then
          call diagnostics%add(origin_type(1, 0, 0, 1), "the table is empty", &
@@ -119,28 +118,7 @@ contains
          return
       end if
       header = field_starts(table%lines(1)%s)
-      place = origin_type(1, 1, 1, max(len(table%lines(1)%s), 1))
-      do i = 1, size(names)
-         column(i) = 0
-         near = 0
-         do c = 1, size(header) - 1
-            if (field(1, header, c) == names(i)) then
-               if (column(i) > 0) then
-                  call diagnostics%add(place_of(c), "the header has the column " // &
-                     trim(names(i)) // " twice", "a header with " // &
-                     join(strings(names), ",") // ", each once")
-               end if
-               column(i) = c
-            else if (lower(field(1, header, c)) == lower(trim(names(i)))) then
-               near = c
-            end if
-         end do
-         if (column(i) > 0) cycle
-         if (near > 0 .and. missing == "") place = place_of(near)
-         missing = missing // ", " // trim(names(i))
-      end do
-      if (missing /= "") call diagnostics%add(place, "the header has no column " // missing(3:), &
-         "a header with " // join(strings(names), ","))
+      call find_columns(table%lines(1)%s, header, names, column, diagnostics)
       if (diagnostics%count() > 0) return
       deallocate(values, lines)
       allocate(values(size(names), size(table%lines)), lines(size(table%lines)))
@@ -157,24 +135,63 @@ contains
          n = n + 1
          lines(n) = i
          do c = 1, size(names)
-            call read_real(field(i, starts, column(c)), values(c, n), valid)
+            call read_real(field(table%lines(i)%s, starts, column(c)), values(c, n), valid)
             place = origin_type(1, i, starts(column(c)), &
                max(starts(column(c) + 1) - starts(column(c)) - 1, 1))
             if (.not. valid) then
-               call explain_misprint(field(i, starts, column(c)), message, expected)
+               call explain_misprint(field(table%lines(i)%s, starts, column(c)), message, expected)
                if (.not. allocated(message)) then
-                  message = quote(field(i, starts, column(c))) // " is not a number"
+                  message = quote(field(table%lines(i)%s, starts, column(c))) // " is not a number"
                   expected = "a number"
                end if
                call diagnostics%add(place, message, trim(names(c)) // " = " // expected)
             else if (.not. (ieee_is_finite(values(c, n)) .or. ieee_is_nan(values(c, n)))) then
-               call diagnostics%add(place, quote(field(i, starts, column(c))) // &
+               call diagnostics%add(place, quote(field(table%lines(i)%s, starts, column(c))) // &
                   " is too large", trim(names(c)) // " = a finite number, below 1.8e308")
             end if
          end do
       end do
       values = values(:, :n)
       lines = lines(:n)
+   end subroutine read_table
+
+   !> The columns of a header that have given names.
+   subroutine find_columns(line, header, names, column, diagnostics)
+      !> The header.
+      character(len=*), intent(in) :: line
+      !> Starts of its fields.
+      integer, intent(in) :: header(:)
+      character(len=*), intent(in) :: names(:)
+      !> Number of the column of each name.
+      integer, intent(out) :: column(:)
+      type(diagnostics_type), intent(inout) :: diagnostics
+      type(origin_type) :: place
+      character(len=:), allocatable :: missing
+      integer :: c, i, near
+
+      missing = ""
+      place = origin_type(1, 1, 1, max(len(line), 1))
+      do i = 1, size(names)
+         column(i) = 0
+         near = 0
+         do c = 1, size(header) - 1
+            if (field(line, header, c) == names(i)) then
+               if (column(i) > 0) then
+                  call diagnostics%add(place_of(c), "the header has the column " // &
+                     trim(names(i)) // " twice", "a header with " // &
+                     join(strings(names), ",") // ", each once")
+               end if
+               column(i) = c
+            else if (lower(field(line, header, c)) == lower(trim(names(i)))) then
+               near = c
+            end if
+         end do
+         if (column(i) > 0) cycle
+         if (near > 0 .and. missing == "") place = place_of(near)
+         missing = missing // ", " // trim(names(i))
+      end do
+      if (missing /= "") call diagnostics%add(place, "the header has no column " // missing(3:), &
+         "a header with " // join(strings(names), ","))
 
    contains
 
@@ -187,20 +204,19 @@ contains
          place = origin_type(1, 1, header(number), header(number + 1) - header(number) - 1)
       end function place_of
 
-      !> A field without blanks around it.
-      pure function field(line, starts, number) result(text)
-         !> Line of the table.
-         integer, intent(in) :: line
-         !> Starts of its fields.
-         integer, intent(in) :: starts(:)
-         !> Number of the field.
-         integer, intent(in) :: number
-         character(len=:), allocatable :: text
+   end subroutine find_columns
 
-         text = trim(adjustl(table%lines(line)%s(starts(number):starts(number + 1) - 2)))
-      end function field
+   !> A field without blanks around it.
+   pure function field(line, starts, number) result(text)
+      character(len=*), intent(in) :: line
+      !> Starts of its fields.
+      integer, intent(in) :: starts(:)
+      !> Number of the field.
+      integer, intent(in) :: number
+      character(len=:), allocatable :: text
 
-   end subroutine read_table
+      text = trim(adjustl(line(starts(number):starts(number + 1) - 2)))
+   end function field
 
    !> Columns where the fields of a line start, and where one after the last would.
    pure function field_starts(line) result(starts)

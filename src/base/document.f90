@@ -392,7 +392,6 @@ contains
       type(document_type), intent(inout) :: document
       type(group_type) :: group
       type(value_type), allocatable :: buffer(:)
-      character(len=:), allocatable :: before
       integer :: column, last, line
       logical :: closed, found
 
@@ -451,15 +450,7 @@ contains
          parser%last_group = name
          parser%last_line = parser%line
       else if (len(name) > 0 .and. .not. parser%lost_end) then
-         if (at_end(parser)) then
-            before = "the end of the file"
-         else
-            last = word_end(parser, parser%column + 1)
-            before = shorten(parser%lines(parser%line)%s(parser%column:last), word_width) // &
-               " in line " // to_text(parser%line)
-         end if
-         call mistake(parser, origin, "group &" // shorten(name, word_width) // &
-            " is not closed", "'/' before " // before)
+         call report_open_group(parser, name, origin)
       end if
       if (len(name) == 0 .or. parser%stopped) return
 
@@ -468,6 +459,25 @@ contains
       group%complete = parser%n_mistakes == n_before
       call append_group(parser, group, document)
    end subroutine parse_group
+
+   !> Report a group that is not closed where the parser is.
+   pure subroutine report_open_group(parser, name, origin)
+      type(parser_type), intent(inout) :: parser
+      character(len=*), intent(in) :: name
+      type(origin_type), intent(in) :: origin
+      character(len=:), allocatable :: before
+      integer :: last
+
+      if (at_end(parser)) then
+         before = "the end of the file"
+      else
+         last = word_end(parser, parser%column + 1)
+         before = shorten(parser%lines(parser%line)%s(parser%column:last), word_width) // &
+            " in line " // to_text(parser%line)
+      end if
+      call mistake(parser, origin, "group &" // shorten(name, word_width) // &
+         " is not closed", "'/' before " // before)
+   end subroutine report_open_group
 
    !> Read a key, its equals sign and its values.
    pure subroutine parse_assignment(parser, group, buffer)

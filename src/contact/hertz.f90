@@ -26,7 +26,7 @@ module contensou_contact_hertz
    public :: hertz_contact, hertz_shape, hertz_approach, in_hertz_domain
    public :: hertz_type, hertz_spot_type, no_spot, new_hertz
    public :: hertz_kernel, hertz_model_type, hertz_models
-   public :: hertz_newton, hertz_newton_with, hertz_brewe_hamrock, hertz_greenwood
+   public :: hertz_newton_with
 
    !> Spot and force of a contact; NaN outside the domain.
    type :: hertz_spot_type

@@ -159,7 +159,7 @@ contains
       !> Set when the run must not begin.
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: message
-      character(len=64) :: version, commit
+      character(len=64) :: commit
       type(error_type), allocatable :: unremoved
       integer :: found
 
@@ -197,14 +197,7 @@ contains
          call without_checkpoint()
          return
       end if
-      call earlier%checkpoint%load(name // checkpoint_suffix, error)
-      call exchange_program(earlier%checkpoint, version, commit)
-      if (.not. allocated(error)) call earlier%checkpoint%result(error)
-      if (.not. allocated(error)) then
-         if (version /= program_version) call fatal(error, earlier%source // &
-            " was written by version " // trim(version) // ", this is " // program_version, &
-            status_file)
-      end if
+      call load_checkpoint(name // checkpoint_suffix, earlier, commit, error)
       if (allocated(error)) then
          error%message = error%message // what_helps
          return
@@ -252,6 +245,24 @@ contains
       end subroutine without_checkpoint
 
    end subroutine find_earlier
+
+   !> Load the checkpoint of an earlier run, of this version.
+   subroutine load_checkpoint(path, earlier, commit, error)
+      character(len=*), intent(in) :: path
+      type(earlier_type), intent(inout) :: earlier
+      !> Commit of the program that wrote it.
+      character(len=*), intent(out) :: commit
+      type(error_type), allocatable, intent(out) :: error
+      character(len=64) :: version
+
+      call earlier%checkpoint%load(path, error)
+      call exchange_program(earlier%checkpoint, version, commit)
+      if (.not. allocated(error)) call earlier%checkpoint%result(error)
+      if (allocated(error)) return
+      if (version /= program_version) call fatal(error, earlier%source // &
+         " was written by version " // trim(version) // ", this is " // program_version, &
+         status_file)
+   end subroutine load_checkpoint
 
    !> See whether a file belongs to this scene and holds what it should, in a process of its own:
    !> the HDF5 library may crash over a file whose writer was killed.

@@ -165,7 +165,7 @@ contains
       type(repeat_type), intent(out) :: repeat
       type(diagnostics_type), intent(inout) :: diagnostics
       real(wp) :: spacing(3), numbers(3), radius
-      integer :: counts(3), arrangement, before, i, k, n, row
+      integer :: counts(3), arrangement, before, k, n
       integer(i8) :: all_of_them
       logical :: good
 
@@ -230,10 +230,27 @@ contains
       radius = group%number("ring_radius")
       if (arrangement == in_ring .and. .not. group%is_set("ring_radius")) radius = &
          spacing(1)/(2.0_wp*sin(pi/max(counts(1), 2)))
+      call set_offsets(arrangement, counts, spacing, radius, repeat%offsets)
+   end subroutine read_repeat
+
+   !> Where the bodies of an arrangement are.
+   pure subroutine set_offsets(arrangement, counts, spacing, radius, offsets)
+      integer, intent(in) :: arrangement
+      !> Number of bodies along each axis.
+      integer, intent(in) :: counts(3)
+      !> Distance along each axis [m].
+      real(wp), intent(in) :: spacing(3)
+      !> Radius of a ring [m].
+      real(wp), intent(in) :: radius
+      !> Offset of each body from the first or from the centre of the ring [m], (3, bodies); zero
+      !> before.
+      real(wp), intent(inout) :: offsets(:, :)
+      integer :: i, k, row
+
       k = 1
       row = 0
-      do i = 0, int(all_of_them) - 1
-         associate (offset => repeat%offsets(:, i + 1))
+      do i = 0, size(offsets, 2) - 1
+         associate (offset => offsets(:, i + 1))
             select case (arrangement)
             case (in_row)
                offset = i*spacing
@@ -254,7 +271,7 @@ contains
             end select
          end associate
       end do
-   end subroutine read_repeat
+   end subroutine set_offsets
 
    !> What `spacing` has to be.
    pure function spacing_words(arrangement) result(text)

@@ -20,7 +20,7 @@ module contensou_scene_schema
    private
 
    public :: scene_schema, schema_groups, schema_keys, constants_group_spec, put_constant_keys
-   public :: start_names, ring_names, ring_motions
+   public :: ring_motions
 
    !> How a bearing can begin.
    character(len=*), parameter :: start_names(*) = [character(len=7) :: "rest", "rolling"]

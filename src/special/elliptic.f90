@@ -25,7 +25,7 @@ module contensou_special_elliptic
    public :: elliptic_k_of_c, elliptic_e_of_c, elliptic_b_of_c, elliptic_d_of_c, &
       elliptic_dk_dc_of_c, elliptic_de_dc_of_c
    public :: elliptic_kernel, elliptic_model_type, elliptic_models
-   public :: elliptic_tables, elliptic_theta, elliptic_agm, elliptic_gsl
+   public :: elliptic_tables, elliptic_agm, elliptic_gsl
 
    abstract interface
       !> A way to compute all six integrals.

@@ -128,7 +128,6 @@ contains
       type(friction_model_type), allocatable :: table(:)
       type(model_type), allocatable :: models(:)
       integer, allocatable :: friction(:), normal(:)
-      character(len=:), allocatable :: problem
       logical :: remembering
       integer :: i, j, n, exact, exact_normal
 
@@ -136,13 +135,65 @@ contains
       exact = findloc(table%info%name, exact_friction, dim=1)
       associate (scene => study%scene, cost => study%cost)
          scene%output%interval = scene%t_end/cost%samples
-         friction = cost%friction
          remembering = any([(remembers(scene%contacts(i)%tangential), i=1, size(scene%contacts))])
          if (cost%layers_given .and. .not. remembering) then
             call fatal(error, "cost.layers: no contact of the scene has tangential elasticity " // &
                "with memory", status_usage)
             return
          end if
+         call plan_friction(study, table, exact, friction, error)
+         if (allocated(error)) return
+         normal = cost%normal
+         exact_normal = normal_hertz
+         if (size(normal) == 0) then
+            normal = [0]
+            exact_normal = 0
+         end if
+         if (remembering) then
+            call plan_layers(study, exact, exact_normal, normal)
+            return
+         end if
+         allocate(models(size(friction)*size(normal) + 2))
+         models(1) = new_model(scene, exact, exact_normal)
+         models(1)%runs = .false.
+         n = 1
+         do j = 1, size(normal)
+            do i = 1, size(friction)
+               if (friction(i) == exact .and. normal(j) == exact_normal) then
+                  models(1)%runs = .true.
+               else
+                  n = n + 1
+                  models(n) = new_model(scene, friction(i), normal(j), friction(i) /= exact)
+               end if
+            end do
+         end do
+         if (any(scene%contacts%curvature > 1) .and. size(cost%friction) == 0) then
+            ! What the curvature of the spots costs and changes.
+            n = n + 1
+            models(n) = new_model(scene, exact, exact_normal, .true.)
+         end if
+      end associate
+      allocate(study%models(n))
+      do i = 1, n
+         study%models(i) = models(i)
+      end do
+   end subroutine plan_models
+
+   !> Friction of the models: those that the scene asks for, or all that fit.
+   subroutine plan_friction(study, table, exact, friction, error)
+      type(study_type), intent(in) :: study
+      type(friction_model_type), intent(in) :: table(:)
+      !> Position of the exact one in the table; 0 where no contact has friction.
+      integer, intent(inout) :: exact
+      !> Positions in the table; 0 for none.
+      integer, allocatable, intent(out) :: friction(:)
+      !> Set when one does not fit the scene.
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: problem
+      integer :: i, j
+
+      associate (scene => study%scene)
+         friction = study%cost%friction
          if (all([(.not. table(scene%contacts(i)%friction)%acts, &
             i=1, size(scene%contacts))])) then
             if (size(friction) > 0) then
@@ -179,41 +230,8 @@ contains
                return
             end do
          end do
-         normal = cost%normal
-         exact_normal = normal_hertz
-         if (size(normal) == 0) then
-            normal = [0]
-            exact_normal = 0
-         end if
-         if (remembering) then
-            call plan_layers(study, exact, exact_normal, normal)
-            return
-         end if
-         allocate(models(size(friction)*size(normal) + 2))
-         models(1) = new_model(scene, exact, exact_normal)
-         models(1)%runs = .false.
-         n = 1
-         do j = 1, size(normal)
-            do i = 1, size(friction)
-               if (friction(i) == exact .and. normal(j) == exact_normal) then
-                  models(1)%runs = .true.
-               else
-                  n = n + 1
-                  models(n) = new_model(scene, friction(i), normal(j), friction(i) /= exact)
-               end if
-            end do
-         end do
-         if (any(scene%contacts%curvature > 1) .and. size(cost%friction) == 0) then
-            ! What the curvature of the spots costs and changes.
-            n = n + 1
-            models(n) = new_model(scene, exact, exact_normal, .true.)
-         end if
       end associate
-      allocate(study%models(n))
-      do i = 1, n
-         study%models(i) = models(i)
-      end do
-   end subroutine plan_models
+   end subroutine plan_friction
 
    !> Models of a scene whose contacts remember: numbers of layers, the most of them first.
    subroutine plan_layers(study, friction, exact_normal, normal)

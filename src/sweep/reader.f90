@@ -99,9 +99,8 @@ contains
       type(schema_type), target :: schema
       type(settings_type), target :: settings
       type(index_type) :: index_of
-      character(len=:), allocatable :: text, count_text
       logical :: refused, scene_good
-      integer :: i, head, n
+      integer :: i, head
 
       call read_document(path, document, diagnostics, error)
       if (allocated(error)) return
@@ -151,18 +150,29 @@ contains
             if (main%number("time_limit") > 0.0_wp) sweep%time_limit = main%number("time_limit")
          end associate
       end if
-      n = diagnostics%count() + in_scene%count()
-      if (n > 0) then
+      call report_all(error)
+      if (allocated(error)) return
+      sweep%settings = decisive(settings%text(schema))
+      call set_fingerprint(sweep)
+
+   contains
+
+      !> Make an error of the mistakes in the sweep and in its scene, if there are some.
+      subroutine report_all(error)
+         type(error_type), allocatable, intent(out) :: error
+         character(len=:), allocatable :: text, count_text
+         integer :: n
+
+         n = diagnostics%count() + in_scene%count()
+         if (n == 0) return
          text = diagnostics%render(document%sources)
          if (in_scene%count() > 0) text = text // in_scene%render(scene_sources)
          count_text = to_text(n) // " errors"
          if (n == 1) count_text = "1 error"
          call fatal(error, text // count_text // " in " // path // "; nothing was run", &
             status_usage)
-         return
-      end if
-      sweep%settings = decisive(settings%text(schema))
-      call set_fingerprint(sweep)
+      end subroutine report_all
+
    end subroutine read_sweep
 
    !> Name of the table.

@@ -38,7 +38,7 @@ contains
       logical :: keep_summary(size(summary_quantities)), keep_events(size(event_names))
       logical, allocatable :: keep_state(:)
       type(quantity_type), allocatable :: finals(:)
-      integer :: i, j, k, m, n, n_values
+      integer :: i, k, n, n_values
 
       finals = final_quantities()
       allocate(keep_state(size(finals)))
@@ -72,21 +72,7 @@ contains
             end do
          end do
          do i = 1, nb
-            do k = 1, size(finals)
-               if (.not. keep_state(k)) cycle
-               m = finals(k)%components
-               do j = 1, m
-                  associate (q => finals(k), body => sweep%scene%bodies(i)%name)
-                     call put(trim(q%name) // "_" // column_word(body) // "_" // &
-                        component_word(m, j), q%units, trim(q%long_name) // " of " // body // &
-                        ", " // component_word(m, j), .false.)
-                  end associate
-                  columns(n)%source = source_state
-                  columns(n)%quantity = k
-                  columns(n)%index = i
-                  columns(n)%component = j
-               end do
-            end do
+            call put_states(i)
          end do
       end associate
       call check_names(columns(:n))
@@ -97,19 +83,10 @@ contains
       end do
       deallocate(sweep%results)
       allocate(sweep%results(n))
-      k = 0
       do i = 1, n
          sweep%results(i) = columns(i)
-         if (columns(i)%source == source_value) then
-            do k = k + 1, size(groups)
-               if (groups(k)%group_name() == "value") exit
-            end do
-            if (.not. groups(k)%is_set("name")) cycle
-            if (any([(columns(j)%name == columns(i)%name, j=1, i - 1)])) call diagnostics%add( &
-               groups(k)%place("name", 1), &
-               "two results have the name " // quote(columns(i)%name), "another name")
-         end if
       end do
+      call check_value_names(groups, sweep%results, diagnostics)
       if (n == 0 .and. diagnostics%count() == 0) call diagnostics%add( &
          main%place("keep"), "nothing is kept of the cases", &
          "keep = 'summary', or a group &value")
@@ -155,6 +132,29 @@ contains
          end do
       end function names_of_stops
 
+      !> Columns of the final state of a body.
+      subroutine put_states(body)
+         !> Its number.
+         integer, intent(in) :: body
+         integer :: j, k, m
+
+         do k = 1, size(finals)
+            if (.not. keep_state(k)) cycle
+            m = finals(k)%components
+            do j = 1, m
+               associate (q => finals(k), name => sweep%scene%bodies(body)%name)
+                  call put(trim(q%name) // "_" // column_word(name) // "_" // &
+                     component_word(m, j), q%units, trim(q%long_name) // " of " // name // &
+                     ", " // component_word(m, j), .false.)
+               end associate
+               columns(n)%source = source_state
+               columns(n)%quantity = k
+               columns(n)%index = body
+               columns(n)%component = j
+            end do
+         end do
+      end subroutine put_states
+
       !> Begin the next column. (A structure constructor would leak its texts.)
       subroutine put(name, units, long_name, is_integer)
          character(len=*), intent(in) :: name
@@ -171,6 +171,26 @@ contains
       end subroutine put
 
    end subroutine read_results
+
+   !> See that values at a time that have a name of their own have it alone.
+   subroutine check_value_names(groups, columns, diagnostics)
+      type(group_settings_type), intent(in) :: groups(:)
+      type(result_column_type), intent(in) :: columns(:)
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: i, j, k
+
+      k = 0
+      do i = 1, size(columns)
+         if (columns(i)%source /= source_value) cycle
+         do k = k + 1, size(groups)
+            if (groups(k)%group_name() == "value") exit
+         end do
+         if (.not. groups(k)%is_set("name")) cycle
+         if (any([(columns(j)%name == columns(i)%name, j=1, i - 1)])) call diagnostics%add( &
+            groups(k)%place("name", 1), &
+            "two results have the name " // quote(columns(i)%name), "another name")
+      end do
+   end subroutine check_value_names
 
    !> Which results are kept, beside values at a time.
    subroutine read_keep(main, keep_summary, keep_events, keep_state, diagnostics)

@@ -900,6 +900,8 @@ def test_pace_does_not_depend_on_the_number_of_cases(executable, build_kind, tmp
         for counts, number in (((20, 120), 100), ((120, 620), 500))
     )
     assert many < 1.1 * few
+    # Before the redesign of the sources a case took 435,000.
+    assert many < 4.35e5
 
 
 def test_memory_does_not_depend_on_the_number_of_cases(executable, tmp_path, build_kind):

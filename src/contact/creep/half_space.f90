@@ -22,7 +22,7 @@ module contensou_contact_creep_half_space
    private
 
    public :: lattice_type, influence_type, spot_lattice, rolling_influence
-   public :: solve_tractions, displace, resultant, refine
+   public :: solve_tractions, resultant, refine
 
    !> Elements of a spot.
    type :: lattice_type

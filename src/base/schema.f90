@@ -153,8 +153,8 @@ module contensou_base_schema
       type(choices_type), allocatable :: choices(:)
       !> For each key, the position of the group that it refers to; 0 if it is no reference.
       integer, allocatable :: targets(:)
-      !> Position of the key at the place that `place_of` gives for its name or, where that is taken,
-      !> the next; 0 for none.
+      !> Position of the key at the place that `place_of` gives for its name or, where that is
+      !> taken, the next; 0 for none.
       integer, allocatable :: places(:)
    contains
       procedure :: position
@@ -447,8 +447,8 @@ contains
       end do
    end subroutine set_places
 
-   !> Where to look first for a key. Every case of a sweep asks some two hundred times: three letters
-   !> and the length tell keys apart.
+   !> Where to look first for a key. Every case of a sweep asks some two hundred times: three
+   !> letters and the length tell keys apart.
    pure integer function place_of(name, places)
       !> Its name, of at least one letter.
       character(len=*), intent(in) :: name

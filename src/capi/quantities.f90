@@ -62,7 +62,8 @@ contains
          out%units = texts%units%address()
          out%description = texts%description%address()
          out%dims = [texts%dims(1)%address(), texts%dims(2)%address()]
-         associate (width => row%width(texts%row), components => row%quantities(texts%row)%components)
+         associate (width => row%width(texts%row), &
+            components => row%quantities(texts%row)%components)
             out%size = width
             out%shape = [width/components, components]
             out%rank = 2

@@ -15,8 +15,8 @@ module contensou_drivers_bench_suite
       wrench_jacobian_kernel, wrench_kernel, wrench_simplified_jacobian
    use contensou_drivers_bench_baselines, only : boost_version, elliptic_boost, newton_agm, &
       newton_gsl
-   use contensou_drivers_bench_curved, only : curved_10, curved_4, curved_6, curved_product, &
-      slip_by_rolling
+   use contensou_drivers_bench_curved, only : curved_10, curved_4, curved_6, curved_mapped, &
+      curved_product, slip_by_rolling
    use contensou_drivers_bench_reference, only : qp
    use contensou_drivers_bench_tangential, only : layers_of_rungs, rung_name
    use contensou_special_elliptic, only : elliptic_kernel, elliptic_model_type, elliptic_models
@@ -440,6 +440,8 @@ contains
             call add("within_1e-6", way_wrench)
             rung%wrench => curved_4
             call add("within_1e-4", way_wrench)
+            rung%wrench => curved_mapped
+            call add("mapped", way_wrench)
             rung%wrench => curved_product
             call add("product", way_wrench)
             rung%wrench => wrench_exact

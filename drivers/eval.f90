@@ -28,7 +28,7 @@ module contensou_drivers_eval
       shells_type, single_spring, spring_spot_type
    use contensou_contact_tangential_stiffness, only : tangential_stiffness
    use contensou_contact_vilke, only : vilke_models
-   use contensou_contact_wrench_curved, only : coarsest
+   use contensou_contact_wrench_curved, only : coarsest, mapped_only
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
       takes_count, takes_non_negative
    use contensou_drivers_table, only : digits17, has_column, printer_type, read_lines, read_table
@@ -172,7 +172,7 @@ contains
          nl // "                                                  pade22, contensou_simplified" // &
          nl // &
          "curved_wrench  N,a,b,f,Lxx,Lxy,Lyy,vx,vy,w,wx,wy  to Fx,Fy,Tz,Mx,My   adaptive, " // &
-         "product" // nl // &
+         "mapped, product" // nl // &
          "creep     N,a,b,f,G,nu,vx,vy,w,cx,cy  to Fx,Fy,Tz   table, sliding," // nl // &
          "                                                  linear, strip, polach," // nl // &
          "                                                  fastsim, brush," // nl // &
@@ -430,18 +430,18 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer :: i
 
-      call choose("rule", config%model, "adaptive", ["adaptive", "product "], i, error)
+      call choose("rule", config%model, "adaptive", ["adaptive", "mapped  ", "product "], i, error)
       if (allocated(error)) return
       evaluation%curved = .true.
       evaluation%jacobian = config%jacobian
       evaluation%delta = config%delta
       evaluation%magnitudes = wrench_magnitudes
       evaluation%magnitude_names = "N, a, b and f"
-      if (i == 2) then
-         evaluation%error = coarsest
+      if (i > 1) then
+         evaluation%error = merge(mapped_only, coarsest, i == 2)
          if (config%error > 0.0_wp) call fatal(error, "--error goes with the model adaptive", &
             status_usage)
-      else if (config%error >= coarsest) then
+      else if (config%error >= mapped_only) then
          call fatal(error, "--error needs a number below 1e-3", status_usage)
       else if (config%error > 0.0_wp) then
          evaluation%error = config%error

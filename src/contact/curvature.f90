@@ -50,7 +50,7 @@ contains
       type(law_keys_type), intent(inout) :: list
 
       call list%put("spot_error", kind_real, "bound of the error of friction over f N", unit="1", &
-         least=1.0e-13_wp, most=1.0e-4_wp, default="1.0e-10")
+         least=1.0e-13_wp, most=1.0e-3_wp, default="1.0e-10")
    end subroutine put_curved_keys
 
    !> A curved spot with the values of its keys.

@@ -15,7 +15,7 @@
 !> On a chord the integrand is analytic but for the zeros of a quadratic polynomial with complex
 !> coefficients, which are known: a map of the chord keeps them away from the nodes. Across the
 !> chords there is a weak singularity where a point does not slip; on both sides of it Kronrod
-!> rules are halved until their error is below the bound.
+!> rules, with more nodes for a smaller bound, are halved until their error is below it.
 !>
 !> All nodes have positive weights and the same for all components: the power that is lost,
 !> -(F.v + T w + G.q), is a sum of positive terms, whatever the error.
@@ -24,15 +24,18 @@
 !> Phi, which is even in W.
 module contensou_contact_wrench_curved
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_quiet_nan, ieee_value
-   use contensou_base_kinds, only : pi, wp
+   use contensou_base_kinds, only : wp
    use contensou_contact_spot, only : spot_shape_type
+   use contensou_contact_wrench_curved_chord, only : add_chord, add_chord_of_eight, field_type, &
+      n_all, n_wrench, set_panel, solve
    use contensou_contact_wrench_exact, only : wrench_exact, wrench_exact_jacobian
    use contensou_contact_wrench_scaling, only : slip_type
-   use contensou_special_quadrature, only : w_12, w_8, x_12, x_8
+   use contensou_special_kronrod, only : kronrod_15, kronrod_21, kronrod_31, kronrod_type
+   use contensou_special_quadrature, only : w_12, w_4, x_12, x_4
    implicit none(type, external)
    private
 
-   public :: coarsest, bend_type, wrench_curved, wrench_curved_jacobian
+   public :: coarsest, mapped_only, bend_type, wrench_curved, wrench_curved_jacobian
 
    !> How a spot is bent, and how fast that makes it slip.
    type :: bend_type
@@ -43,116 +46,32 @@ module contensou_contact_wrench_curved
       real(wp) :: turning(2) = 0.0_wp
    end type bend_type
 
-   !> Components along q and across it, drilling torque, moments by q along and across it; then the
-   !> upper triangle of the derivatives, row by row.
-   integer, parameter :: n_wrench = 5, n_all = 20
-
-   !> Nodes on a panel of a chord.
-   integer, parameter :: n_chord = 16
-
-   !> Nodes and weights of the rule with 16 nodes on (-1, 1).
-   real(wp), parameter :: x_chord(n_chord) = [-x_8, x_8], w_chord(n_chord) = [w_8, w_8]
-
-   !> Nodes of the Kronrod rule with 15 nodes on (-1, 1), their weights, and those of the Gauss rule
-   !> with 7 nodes, which are every other one. R. Piessens et al., QUADPACK (1983).
-   integer, parameter :: n_outer = 15
-   real(wp), parameter :: x_k(7) = [ &
-      0.991455371120812639206854697526329_wp, 0.949107912342758524526189684047851_wp, &
-      0.864864423359769072789712788640926_wp, 0.741531185599394439863864773280788_wp, &
-      0.586087235467691130294144691693_wp, 0.405845151377397166906606412076961_wp, &
-      0.207784955007898467600689403773245_wp]
-   real(wp), parameter :: w_k(7) = [ &
-      0.022935322010529224963732008058970_wp, 0.063092092629978553290700663189204_wp, &
-      0.104790010322250183839876322541518_wp, 0.140653259715525918745189590510238_wp, &
-      0.169004726639267902826583426598550_wp, 0.190350578064785409913256402421014_wp, &
-      0.204432940075298892414161999234649_wp]
-   real(wp), parameter :: w_g(3) = [ &
-      0.129484966168869693270611432679082_wp, 0.279705391489276667901467771423780_wp, &
-      0.381830050505118944950369775488975_wp]
-   real(wp), parameter :: x_outer(n_outer) = [-x_k, 0.0_wp, x_k(7:1:-1)]
-   real(wp), parameter :: w_outer(n_outer) = [w_k, 0.209482141084727828012999174891714_wp, &
-      w_k(7:1:-1)]
-   real(wp), parameter :: w_inner(n_outer) = [0.0_wp, w_g(1), 0.0_wp, w_g(2), 0.0_wp, w_g(3), &
-      0.0_wp, 0.417959183673469387755102040816327_wp, 0.0_wp, w_g(3), 0.0_wp, w_g(2), 0.0_wp, &
-      w_g(1), 0.0_wp]
-
-   !> Smallest such distance.
-   real(wp), parameter :: least_width = 1.0e-3_wp
+   !> Smallest distance over which the integrand across the chords is steep, and smallest slope
+   !> that it is taken from.
+   real(wp), parameter :: least_width = 1.0e-4_wp
 
    !> Halvings of a panel of chords at most.
    integer, parameter :: most_halvings = 24
 
-   !> Ratio of the error of half a panel to that of the whole above which halving hardly helps.
-   real(wp), parameter :: slow = 0.001_wp
+   !> Ratio of the null rules of high degree to that of half the degree above which the integrand
+   !> over a panel is not smooth.
+   real(wp), parameter :: slow = 0.007_wp
 
    !> Ratio of the slip by curvature to the other one below which the spot is flat.
    real(wp), parameter :: flat = 1.0e-14_wp
 
-   !> Distance of a zero from a chord, over half of its length, below which the slip is a jump.
-   real(wp), parameter :: sharp = 1.0e-9_wp
+   !> Bounds of the error from which on nothing is refined: eight chords a part, placed as for the
+   !> smaller bounds, and a product rule that takes no account of where the slip vanishes.
+   real(wp), parameter :: mapped_only = 1.0e-3_wp, coarsest = 1.0e-2_wp
 
-   !> Distance from which on nothing is done for it.
-   real(wp), parameter :: distant = 0.8_wp
-
-   !> Distance of a zero from the middle of a chord from which on its other half has its own nodes.
-   real(wp), parameter :: off_centre = 0.5_wp
-
-   !> Ratio of the ends of a panel in the mapped variable.
-   real(wp), parameter :: span = 16.0_wp
-
-   !> Constant of the pressure: sigma dA = factor N sqrt(1 - u^2 - x^2) du dx.
-   real(wp), parameter :: factor = 1.5_wp/pi
-
-   integer :: j_
-   !> Gauss-Chebyshev rules of the second kind, their weights halved.
-   real(wp), parameter :: x_whole_4(4) = [(cos(pi*j_/5), j_=1, 4)]
-   real(wp), parameter :: w_whole_4(4) = [(0.5_wp*pi/5*sin(pi*j_/5)**2, j_=1, 4)]
-   real(wp), parameter :: x_whole_8(8) = [(cos(pi*j_/9), j_=1, 8)]
-   real(wp), parameter :: w_whole_8(8) = [(0.5_wp*pi/9*sin(pi*j_/9)**2, j_=1, 8)]
-   real(wp), parameter :: x_whole_12(12) = [(cos(pi*j_/13), j_=1, 12)]
-   real(wp), parameter :: w_whole_12(12) = [(0.5_wp*pi/13*sin(pi*j_/13)**2, j_=1, 12)]
-   real(wp), parameter :: x_whole_16(16) = [(cos(pi*j_/17), j_=1, 16)]
-   real(wp), parameter :: w_whole_16(16) = [(0.5_wp*pi/17*sin(pi*j_/17)**2, j_=1, 16)]
-
-   !> Bound of the error from which on a product rule without refinement is taken.
-   real(wp), parameter :: coarsest = 1.0e-3_wp
+   !> Bound of the error on the chords of the former.
+   real(wp), parameter :: mapped_chord = 1.0e-4_wp
 
    !> Its nodes across the chords.
    real(wp), parameter :: x_product(24) = [-x_12, x_12], w_product(24) = [w_12, w_12]
 
-   !> A chord in units of half of its length.
-   type :: chord_type
-      !> Square of half of its length, and its weight.
-      real(wp) :: r2, weight
-      !> Slip along q: g(1) + g(2) x + g(3) x^2, across it: p(1) + p(2) x.
-      real(wp) :: g(3), p(2)
-      !> Rise: z(1) + z(2) x^2.
-      real(wp) :: z(2)
-      !> Coordinates t(1) + t(2) x along q and s(1) + s(2) x across it.
-      real(wp) :: t(2), s(2)
-   end type chord_type
-
-   !> Slip in coordinates of the unit disc, x along the chords and u across them; the rise has no
-   !> term x u, and changes least along the chords.
-   type :: field_type
-      !> Slip across q: p(1) + p(2) u + p(3) x.
-      real(wp) :: p(3)
-      !> Slip along q: g(1) + g(2) u + g(3) x + g(4) u^2 + g(5) x^2.
-      real(wp) :: g(5)
-      !> Rise: z(1) u^2 + z(2) x^2.
-      real(wp) :: z(2)
-      !> Coordinates t = t(1) u + t(2) x along q and s = s(1) u + s(2) x across it, in units of the
-      !> major semi-axis.
-      real(wp) :: t(2), s(2)
-      !> Bound of the error.
-      real(wp) :: tolerance
-      !> Squares of the distance of singularities, as the sum of the semi-axes of the ellipse around
-      !> a chord, from which on 4, 8, 12 and 16 nodes do.
-      real(wp) :: far(4)
-      !> Whether the error is controlled.
-      logical :: adaptive
-      logical :: with_jacobian
-   end type field_type
+   !> The nodes across the chords of a part where nothing is refined.
+   real(wp), parameter :: x_mapped(8) = [-x_4, x_4], w_mapped(8) = [w_4, w_4]
 
 contains
 
@@ -237,11 +156,21 @@ contains
          axis = [0.0_wp, 1.0_wp]
          if (q_length > 0.0_wp) axis = q/q_length
          field%tolerance = tolerance
-         field%adaptive = tolerance < coarsest
+         field%smallest = merge(tolerance**0.3_wp, 0.1_wp, tolerance < 1.0e-9_wp)
+         field%mapped = tolerance < coarsest
+         field%adaptive = tolerance < mapped_only
          field%with_jacobian = with_jacobian
-         field%far = (10.0_wp/tolerance)**(1.0_wp/[4, 8, 12, 16])
+         field%far = (10.0_wp/merge(tolerance, mapped_chord, field%adaptive)) &
+            **(1.0_wp/[4, 8, 12, 16])
+         call set_panel(tolerance, field)
          call set_field(shape, v, we, q_length, axis, bend%rise/rise, field)
-         call integrate(field, sums)
+         if (tolerance < 1.0e-7_wp) then
+            call integrate(field, kronrod_31, sums)
+         else if (tolerance < 1.0e-5_wp) then
+            call integrate(field, kronrod_21, sums)
+         else
+            call integrate(field, kronrod_15, sums)
+         end if
          ! From the axes along q and across it to those of the spot.
          wrench(1:2) = from_axis(sums(1:2))
          wrench(3) = sums(3)
@@ -339,34 +268,33 @@ contains
    end subroutine set_field
 
    !> Wrench along q and across it, and derivatives, over the disc.
-   pure subroutine integrate(field, sums)
+   pure subroutine integrate(field, rule, sums)
       type(field_type), intent(in) :: field
+      !> Across the chords.
+      type(kronrod_type), intent(in) :: rule
       real(wp), intent(out) :: sums(n_all)
-      type(chord_type) :: chord
       real(wp) :: found(2), width(2), middle
       integer :: n
 
       sums = 0.0_wp
-      if (.not. field%adaptive) then
+      if (.not. field%mapped) then
          do n = 1, size(x_product)
-            call set_chord(field, x_product(n), chord)
-            chord%weight = 2.0_wp*factor*chord%r2*w_product(n)
-            call add_whole(field, chord, 8, x_whole_8, w_whole_8, sums)
+            call add_chord_of_eight(field, x_product(n), w_product(n), sums)
          end do
          return
       end if
       call find_points(field, found, width, n)
       if (n == 0) then
-         call add_chords(field, -1.0_wp, 1.0_wp, 0.0_wp, sums)
+         call add_chords(field, rule, -1.0_wp, 1.0_wp, 0.0_wp, sums)
          return
       end if
-      call add_chords(field, found(1), -1.0_wp, width(1), sums)
+      call add_chords(field, rule, found(1), -1.0_wp, width(1), sums)
       if (n == 2) then
          middle = 0.5_wp*(found(1) + found(2))
-         call add_chords(field, found(1), middle, width(1), sums)
-         call add_chords(field, found(2), middle, width(2), sums)
+         call add_chords(field, rule, found(1), middle, width(1), sums)
+         call add_chords(field, rule, found(2), middle, width(2), sums)
       end if
-      call add_chords(field, found(n), 1.0_wp, width(n), sums)
+      call add_chords(field, rule, found(n), 1.0_wp, width(n), sums)
    end subroutine integrate
 
    !> Coordinates u where the integrand over the chords has a singularity or is close to one, in
@@ -424,7 +352,7 @@ contains
          associate (p => field%p, g => field%g)
             slope = max(abs(g(2) + 2.0_wp*g(4)*found(i)), least_width)
             width(i) = sqrt((1.0_wp - found(i))*(1.0_wp + found(i)))*(abs(p(3)) + abs(g(3)) &
-               + abs(g(5)))/slope
+               + 0.1_wp*abs(g(5)))/slope
          end associate
          width(i) = min(max(5.0_wp*width(i), least_width), 1.0_wp)
       end do
@@ -434,43 +362,15 @@ contains
       end if
    end subroutine find_points
 
-   !> Zeros of a + b x + c x^2 for complex a and b.
-   pure subroutine solve(a, b, c, x, n)
-      !> Real and imaginary parts.
-      real(wp), intent(in) :: a(2), b(2)
-      real(wp), intent(in) :: c
-      !> Real and imaginary parts of each.
-      real(wp), intent(out) :: x(2, 2)
-      !> Their number; those far away do not count.
-      integer, intent(out) :: n
-      real(wp) :: re, im, norm
-
-      call complex_root(b(1)*b(1) - b(2)*b(2) - 4.0_wp*a(1)*c, 2.0_wp*b(1)*b(2) - 4.0_wp*a(2)*c, &
-         re, im)
-      if (re*b(1) + im*b(2) < 0.0_wp) then
-         re = -re
-         im = -im
-      end if
-      re = -0.5_wp*(b(1) + re)
-      im = -0.5_wp*(b(2) + im)
-      norm = re*re + im*im
-      n = 0
-      if (.not. norm > 1.0e-200_wp) return
-      n = 1
-      x(:, 1) = [a(1)*re + a(2)*im, a(2)*re - a(1)*im]/norm
-      if (.not. norm < 1.0e6_wp*c*c) return
-      n = 2
-      x(:, 2) = [re, im]/c
-   end subroutine solve
-
-   !> Add the integral over chords from u = low to high, with nodes that are dense at the ends.
-   pure subroutine add_chords(field, low, high, width, sums)
+   !> Add the integral over chords from u = low to high, with nodes that are dense at `low`.
+   pure subroutine add_chords(field, rule, low, high, width, sums)
       type(field_type), intent(in) :: field
+      type(kronrod_type), intent(in) :: rule
       real(wp), intent(in) :: low, high, width
       real(wp), intent(inout) :: sums(n_all)
-      real(wp) :: ends(most_halvings + 1), parents(most_halvings + 1), from, half, s, c, u
+      real(wp) :: ends(most_halvings + 1), from, half, u
       real(wp) :: stretch, weight, error, length
-      real(wp) :: fine(n_all), coarse(n_wrench), before(n_wrench)
+      real(wp) :: fine(n_all), one(n_all), null(3, n_wrench)
       integer :: n, i, k, last
 
       last = merge(n_all, n_wrench, field%with_jacobian)
@@ -478,35 +378,39 @@ contains
       if (.not. abs(length) > 0.0_wp) return
       stretch = 0.0_wp
       if (width > 0.0_wp) stretch = asinh(abs(length)/width)
+      if (.not. field%adaptive) then
+         do i = 1, size(x_mapped)
+            call place(0.5_wp*(1.0_wp + x_mapped(i)), 0.5_wp, u, weight)
+            call add_chord(field, u, weight*w_mapped(i), sums)
+         end do
+         return
+      end if
       n = 1
       from = 0.0_wp
       ends(1) = 1.0_wp
-      parents(1) = huge(error)
       do while (n > 0)
          half = 0.5_wp*(ends(n) - from)
          fine(:last) = 0.0_wp
-         coarse = 0.0_wp
-         do i = 1, n_outer
-            s = from + half*(1.0_wp + x_outer(i))
-            u = low + length*s
-            weight = abs(length)*half
-            if (width > 0.0_wp) then
-               c = exp(stretch*s*s)
-               u = low + sign(0.5_wp*width*(c - 1.0_wp/c), length)
-               weight = half*stretch*s*width*(c + 1.0_wp/c)
-            end if
-            before = fine(:n_wrench)
-            call add_chord(field, u, weight*w_outer(i), fine)
-            coarse = coarse + (w_inner(i)/w_outer(i))*(fine(:n_wrench) - before)
+         null = 0.0_wp
+         do i = 1, rule%n
+            call place(from + half*(1.0_wp + rule%x(i)), half, u, weight)
+            one(:last) = 0.0_wp
+            call add_chord(field, u, weight, one)
+            do k = 1, last
+               fine(k) = fine(k) + rule%w(i)*one(k)
+            end do
+            do k = 1, n_wrench
+               null(:, k) = null(:, k) + rule%null(:, i)*one(k)
+            end do
          end do
-         error = maxval(abs(fine(:n_wrench) - coarse))
-         ! The rule with more nodes is better by far, but where halving does not help.
-         if (error < slow*parents(n)) error = error*sqrt(error)
+         ! Two null rules: one alone is small by chance now and then.
+         error = sqrt(maxval(null(1, :)**2 + null(2, :)**2))
+         ! Where the integrand is smooth the rule is better by far, but a small part need not be.
+         if (error < slow*maxval(abs(null(3, :)))) &
+            error = error*max(sqrt(error), field%smallest)
          if (error > 0.2_wp*field%tolerance .and. n <= most_halvings) then
-            parents(n) = maxval(abs(fine(:n_wrench) - coarse))
             n = n + 1
             ends(n) = from + half
-            parents(n) = parents(n - 1)
          else
             do k = 1, last
                sums(k) = sums(k) + fine(k)
@@ -515,300 +419,26 @@ contains
             n = n - 1
          end if
       end do
+
+   contains
+
+      !> A chord, by where it is between `low` (0) and `high` (1).
+      pure subroutine place(s, step, u, weight)
+         !> Its place and the weight of that.
+         real(wp), intent(in) :: s, step
+         !> Its coordinate and weight.
+         real(wp), intent(out) :: u, weight
+         real(wp) :: c
+
+         u = low + length*s
+         weight = abs(length)*step
+         if (width > 0.0_wp) then
+            c = exp(stretch*s*s)
+            u = low + sign(0.5_wp*width*(c - 1.0_wp/c), length)
+            weight = step*stretch*s*width*(c + 1.0_wp/c)
+         end if
+      end subroutine place
+
    end subroutine add_chords
-
-   !> A chord.
-   pure subroutine set_chord(field, u, chord)
-      type(field_type), intent(in) :: field
-      real(wp), intent(in) :: u
-      type(chord_type), intent(out) :: chord
-      real(wp) :: r
-
-      chord%r2 = (1.0_wp - u)*(1.0_wp + u)
-      r = sqrt(chord%r2)
-      chord%g = [field%g(1) + (field%g(2) + field%g(4)*u)*u, field%g(3)*r, field%g(5)*chord%r2]
-      chord%p = [field%p(1) + field%p(2)*u, field%p(3)*r]
-      chord%z = [field%z(1)*u*u, field%z(2)*chord%r2]
-      chord%t = [field%t(1)*u, field%t(2)*r]
-      chord%s = [field%s(1)*u, field%s(2)*r]
-   end subroutine set_chord
-
-   !> Add a chord.
-   pure subroutine add_chord(field, u, weight, sums)
-      type(field_type), intent(in) :: field
-      real(wp), intent(in) :: u
-      !> Weight of the chord, du.
-      real(wp), intent(in) :: weight
-      real(wp), intent(inout) :: sums(n_all)
-      type(chord_type) :: chord
-      real(wp) :: a(2), b(2), c, zero(2, 2), tau(2, 2), far, middle
-      integer :: n, k
-
-      call set_chord(field, u, chord)
-      if (.not. chord%r2 > 0.0_wp) return
-      chord%weight = 2.0_wp*factor*chord%r2*weight
-      ! Zeros of a + b x + c x^2, the slip along q and i times that across it.
-      a = [chord%g(1), chord%p(1)]
-      b = [chord%g(2), chord%p(2)]
-      c = chord%g(3)
-      call solve(a, b, c, zero, n)
-      do k = 1, n
-         call to_tau(zero(1, k), zero(2, k), tau(:, k))
-      end do
-      far = huge(far)
-      do k = 1, n
-         far = min(far, ((1.0_wp + tau(2, k))**2 + tau(1, k)**2) &
-            /max((1.0_wp - tau(2, k))**2 + tau(1, k)**2, 1.0e-30_wp))
-      end do
-      if (far >= field%far(4)) then
-         if (far >= field%far(1)) then
-            call add_whole(field, chord, 4, x_whole_4, w_whole_4, sums)
-         else if (far >= field%far(2)) then
-            call add_whole(field, chord, 8, x_whole_8, w_whole_8, sums)
-         else if (far >= field%far(3)) then
-            call add_whole(field, chord, 12, x_whole_12, w_whole_12, sums)
-         else
-            call add_whole(field, chord, 16, x_whole_16, w_whole_16, sums)
-         end if
-      else if (n == 2) then
-         if (tau(1, 1) > tau(1, 2)) tau = tau(:, [2, 1])
-         if (tau(1, 2) - tau(1, 1) < 0.5_wp*max(tau(2, 1), tau(2, 2))) then
-            ! The lower one also keeps away what is above it.
-            if (tau(2, 2) < tau(2, 1)) tau(:, 1) = tau(:, 2)
-            call add_wing(field, chord, -1.0_wp, 1.0_wp, tau(:, 1), sums)
-         else
-            middle = 0.5_wp*(tau(1, 1) + tau(1, 2))
-            call add_wing(field, chord, -1.0_wp, middle, tau(:, 1), sums)
-            call add_wing(field, chord, middle, 1.0_wp, tau(:, 2), sums)
-         end if
-      else
-         call add_wing(field, chord, -1.0_wp, 1.0_wp, tau(:, 1), sums)
-      end if
-   end subroutine add_chord
-
-   !> Square root of a complex number, its real part >= 0.
-   pure subroutine complex_root(x, y, re, im)
-      real(wp), intent(in) :: x, y
-      real(wp), intent(out) :: re, im
-      real(wp) :: s
-
-      s = sqrt(0.5_wp*(sqrt(x*x + y*y) + abs(x)))
-      re = s
-      im = 0.0_wp
-      if (s > 0.0_wp) im = 0.5_wp*y/s
-      if (x < 0.0_wp) then
-         re = abs(im)
-         im = sign(s, y)
-      end if
-   end subroutine complex_root
-
-   !> tan(phi/2) where sin(phi) = re + i im: the one in the unit circle, above the axis.
-   pure subroutine to_tau(re, im, tau)
-      real(wp), intent(in) :: re, im
-      real(wp), intent(out) :: tau(2)
-      real(wp) :: c, s, norm
-
-      call complex_root((1.0_wp - re)*(1.0_wp + re) + im*im, -2.0_wp*re*im, c, s)
-      c = 1.0_wp + c
-      norm = 1.0_wp/(c*c + s*s)
-      tau(1) = (re*c + im*s)*norm
-      tau(2) = abs((im*c - re*s)*norm)
-   end subroutine to_tau
-
-   !> Add a whole chord where the slip is smooth.
-   pure subroutine add_whole(field, chord, n, x, w, sums)
-      type(field_type), intent(in) :: field
-      type(chord_type), intent(in) :: chord
-      integer, intent(in) :: n
-      !> Nodes and weights.
-      real(wp), intent(in) :: x(n), w(n)
-      real(wp), intent(inout) :: sums(n_all)
-      real(wp) :: nodes(n_chord), weights(n_chord)
-
-      nodes(:n) = x
-      weights(:n) = w
-      call add_nodes(field, chord, n, nodes, weights, sums)
-   end subroutine add_whole
-
-   !> Add a part of a chord, from tau = low to high, with zeros of the slip at zero(1) +- i zero(2).
-   pure subroutine add_wing(field, chord, low, high, zero, sums)
-      type(field_type), intent(in) :: field
-      type(chord_type), intent(in) :: chord
-      real(wp), intent(in) :: low, high
-      real(wp), intent(in) :: zero(2)
-      real(wp), intent(inout) :: sums(n_all)
-
-      if (.not. high > low) return
-      ! The map would bring the poles of x at tau = +-i closer to what is far from the zeros.
-      if (zero(1) > off_centre .and. low < 0.0_wp .and. high > 0.0_wp) then
-         call add_plain(field, chord, low, 0.0_wp, sums)
-         call add_mapped_wing(field, chord, 0.0_wp, high, zero, sums)
-      else if (zero(1) < -off_centre .and. low < 0.0_wp .and. high > 0.0_wp) then
-         call add_mapped_wing(field, chord, low, 0.0_wp, zero, sums)
-         call add_plain(field, chord, 0.0_wp, high, sums)
-      else
-         call add_mapped_wing(field, chord, low, high, zero, sums)
-      end if
-   end subroutine add_wing
-
-   !> Add a part of a chord with nodes that are dense near the zeros; x = 2 tau/(1 + tau^2).
-   pure subroutine add_mapped_wing(field, chord, low, high, zero, sums)
-      type(field_type), intent(in) :: field
-      type(chord_type), intent(in) :: chord
-      real(wp), intent(in) :: low, high
-      real(wp), intent(in) :: zero(2)
-      real(wp), intent(inout) :: sums(n_all)
-      real(wp) :: z, y(2), ratio, root, slope, centre, middle
-      real(wp) :: top(n_chord), bottom(n_chord), measure(n_chord), u, v
-      integer :: panels, i, k
-
-      if (zero(2) >= distant) then
-         call add_plain(field, chord, low, high, sums)
-         return
-      end if
-      if (zero(2) < sharp) then
-         middle = max(low, min(high, zero(1)))
-         call add_plain(field, chord, low, middle, sums)
-         call add_plain(field, chord, middle, high, sums)
-         return
-      end if
-      ! tau = zero(1) + zero(2) (y - 1/y)/2.
-      do k = 1, 2
-         z = (merge(low, high, k == 1) - zero(1))/zero(2)
-         y(k) = abs(z) + sqrt(z*z + 1.0_wp)
-         if (z < 0.0_wp) y(k) = 1.0_wp/y(k)
-      end do
-      ratio = y(2)/y(1)
-      panels = 1
-      root = span
-      do while (ratio > root)
-         panels = panels + 1
-         root = root*span
-      end do
-      if (panels > 1) ratio = ratio**(1.0_wp/panels)
-      root = sqrt(ratio)
-      slope = (root - 1.0_wp)/(root + 1.0_wp)
-      centre = y(1)*root
-      do k = 1, panels
-         ! tau = top/bottom at y = centre (1 + v)/(1 - v), v = slope x.
-         do i = 1, n_chord
-            v = slope*x_chord(i)
-            bottom(i) = (1.0_wp - v)*(1.0_wp + v)
-            u = centre*(1.0_wp + v)**2
-            z = (1.0_wp - v)**2/centre
-            top(i) = zero(1)*bottom(i) + 0.5_wp*zero(2)*(u - z)
-            measure(i) = zero(2)*slope*w_chord(i)*(u + z)
-         end do
-         call add_mapped(field, chord, top, bottom, measure, sums)
-         centre = centre*ratio
-      end do
-   end subroutine add_mapped_wing
-
-   !> Add a part of a chord where the slip is smooth.
-   pure subroutine add_plain(field, chord, low, high, sums)
-      type(field_type), intent(in) :: field
-      type(chord_type), intent(in) :: chord
-      real(wp), intent(in) :: low, high
-      real(wp), intent(inout) :: sums(n_all)
-      real(wp) :: half, top(n_chord), bottom(n_chord), measure(n_chord)
-      integer :: i
-
-      half = 0.5_wp*(high - low)
-      if (.not. half > 0.0_wp) return
-      do i = 1, n_chord
-         top(i) = low + half*(1.0_wp + x_chord(i))
-         bottom(i) = 1.0_wp
-         measure(i) = half*w_chord(i)
-      end do
-      call add_mapped(field, chord, top, bottom, measure, sums)
-   end subroutine add_plain
-
-   !> Add nodes tau = top/bottom of a chord.
-   pure subroutine add_mapped(field, chord, top, bottom, measure, sums)
-      type(field_type), intent(in) :: field
-      type(chord_type), intent(in) :: chord
-      !> Numerators and denominators, and dtau times the squares of these.
-      real(wp), dimension(n_chord), intent(in) :: top, bottom, measure
-      real(wp), intent(inout) :: sums(n_all)
-      real(wp), dimension(n_chord) :: x, weight
-      real(wp) :: inverse
-      integer :: i
-
-      do i = 1, n_chord
-         inverse = 1.0_wp/(bottom(i)*bottom(i) + top(i)*top(i))
-         x(i) = 2.0_wp*top(i)*bottom(i)*inverse
-         weight(i) = measure(i)*((bottom(i) - top(i))*(bottom(i) + top(i)))**2*inverse**3
-      end do
-      call add_nodes(field, chord, n_chord, x, weight, sums)
-   end subroutine add_mapped
-
-   !> Add nodes of a chord.
-   pure subroutine add_nodes(field, chord, n, x, weights, sums)
-      type(field_type), intent(in) :: field
-      type(chord_type), intent(in) :: chord
-      !> Number of nodes, even.
-      integer, intent(in) :: n
-      !> Nodes and weights; there is room for more.
-      real(wp), intent(in) :: x(n_chord), weights(n_chord)
-      real(wp), intent(inout) :: sums(n_all)
-      real(wp), dimension(n_chord) :: along, across, s, t, z, inverse
-      real(wp) :: pair(2, n_wrench), w
-      integer :: i, j, k
-
-      do i = 1, n
-         along(i) = chord%g(1) + (chord%g(2) + chord%g(3)*x(i))*x(i)
-         across(i) = chord%p(1) + chord%p(2)*x(i)
-         s(i) = chord%s(1) + chord%s(2)*x(i)
-         t(i) = chord%t(1) + chord%t(2)*x(i)
-         z(i) = chord%z(1) + chord%z(2)*x(i)*x(i)
-         ! Nothing acts where nothing slips.
-         inverse(i) = -1.0_wp/sqrt(along(i)*along(i) + across(i)*across(i) + tiny(along))
-      end do
-      if (field%with_jacobian) then
-         do i = 1, n
-            call add_slopes(chord%weight*weights(i)*inverse(i)**3, along(i), across(i), s(i), &
-               t(i), z(i), sums)
-         end do
-      end if
-      pair = 0.0_wp
-      do i = 1, n, 2
-         do k = 1, 2
-            j = i + k - 1
-            w = inverse(j)*weights(j)
-            along(j) = along(j)*w
-            across(j) = across(j)*w
-            pair(k, 1) = pair(k, 1) + along(j)
-            pair(k, 2) = pair(k, 2) + across(j)
-            pair(k, 3) = pair(k, 3) + (t(j)*across(j) - s(j)*along(j))
-            pair(k, 4) = pair(k, 4) + z(j)*along(j)
-            pair(k, 5) = pair(k, 5) + z(j)*across(j)
-         end do
-      end do
-      do k = 1, n_wrench
-         sums(k) = sums(k) + chord%weight*(pair(1, k) + pair(2, k))
-      end do
-   end subroutine add_nodes
-
-   !> Add the derivatives at a node.
-   pure subroutine add_slopes(weight, along, across, s, t, z, sums)
-      !> Minus the weight over the cube of the slip.
-      real(wp), intent(in) :: weight
-      !> Slip along q and across it, coordinates, rise.
-      real(wp), intent(in) :: along, across, s, t, z
-      real(wp), intent(inout) :: sums(n_all)
-      real(wp) :: d(5), f
-      integer :: j, k, m
-
-      ! The change of the slip across itself by that of each velocity.
-      d = [across, -along, -s*across - t*along, z*across, -z*along]
-      m = n_wrench
-      do j = 1, 5
-         f = weight*d(j)
-         do k = j, 5
-            m = m + 1
-            sums(m) = sums(m) + f*d(k)
-         end do
-      end do
-   end subroutine add_slopes
 
 end module contensou_contact_wrench_curved

@@ -93,6 +93,16 @@ def draw(i, random):
     return k, v, spin, h, q
 
 
+def draw_in_groove(i, random):
+    """A ball in a groove that rolls, spins, slides along it and, with even numbers, across it."""
+    k = random.uniform(0.08, 0.15)
+    spin = random.uniform(-0.6, 0.6) if i % 4 else random.normal() * 10 ** random.uniform(-5, -1)
+    v = np.array([0.0, -random.uniform(0.0, 0.4)])
+    if i % 2 == 0:
+        v[0] = random.normal() * 10 ** random.uniform(-4, -1)
+    return k, v, spin, np.array([1, 0, 0.45]), np.array([0.0, 1.0])
+
+
 if __name__ == "__main__":
     random = np.random.default_rng(1)
     out = csv.writer(sys.stdout)

@@ -8,7 +8,8 @@ module contensou_drivers_bench_curved
    implicit none(type, external)
    private
 
-   public :: curved_10, curved_6, curved_4, curved_mapped, curved_product, curved_reference, slip_by_rolling
+   public :: curved_10, curved_6, curved_4, curved_mapped, curved_product, curved_reference, &
+      slip_by_rolling
 
    !> Slip by rolling between the centre and the ends of the spot [m/s], the unit of the others.
    real(wp), parameter :: slip_by_rolling = 1.0_wp

@@ -370,7 +370,7 @@ contains
       real(wp), intent(inout) :: sums(n_all)
       real(wp) :: ends(most_halvings + 1), from, half, u
       real(wp) :: stretch, weight, error, length
-      real(wp) :: fine(n_all), one(n_all), null(3, n_wrench)
+      real(wp) :: fine(n_all), one(n_all), faults(3, n_wrench)
       integer :: n, i, k, last
 
       last = merge(n_all, n_wrench, field%with_jacobian)
@@ -391,7 +391,7 @@ contains
       do while (n > 0)
          half = 0.5_wp*(ends(n) - from)
          fine(:last) = 0.0_wp
-         null = 0.0_wp
+         faults = 0.0_wp
          do i = 1, rule%n
             call place(from + half*(1.0_wp + rule%x(i)), half, u, weight)
             one(:last) = 0.0_wp
@@ -400,14 +400,15 @@ contains
                fine(k) = fine(k) + rule%w(i)*one(k)
             end do
             do k = 1, n_wrench
-               null(:, k) = null(:, k) + rule%null(:, i)*one(k)
+               faults(:, k) = faults(:, k) + rule%faults(:, i)*one(k)
             end do
          end do
          ! Two null rules: one alone is small by chance now and then.
-         error = sqrt(maxval(null(1, :)**2 + null(2, :)**2))
+         error = sqrt(maxval(faults(1, :)**2 + faults(2, :)**2))
          ! Where the integrand is smooth the rule is better by far, but a small part need not be.
-         if (error < slow*maxval(abs(null(3, :)))) &
+         if (error < slow*maxval(abs(faults(3, :)))) then
             error = error*max(sqrt(error), field%smallest)
+         end if
          if (error > 0.2_wp*field%tolerance .and. n <= most_halvings) then
             n = n + 1
             ends(n) = from + half

@@ -23,7 +23,7 @@ module contensou_special_kronrod
       !> Nodes and weights.
       real(wp) :: x(most_nodes) = 0.0_wp, w(most_nodes) = 0.0_wp
       !> Weights of the null rules: of the two highest even degrees, and of half of that.
-      real(wp) :: null(3, most_nodes) = 0.0_wp
+      real(wp) :: faults(3, most_nodes) = 0.0_wp
    end type kronrod_type
 
    real(wp), parameter :: zeros(16) = 0.0_wp
@@ -140,22 +140,22 @@ module contensou_special_kronrod
    type(kronrod_type), parameter :: kronrod_15 = kronrod_type(n=15, &
       x=[-x_15, x_15(7:1:-1), zeros(:16)], &
       w=[w_15, w_15(7:1:-1), zeros(:16)], &
-      null=reshape([high_15, high_15(7:1:-1), zeros(:16), &
-         next_15, next_15(7:1:-1), zeros(:16), &
-         half_15, half_15(7:1:-1), zeros(:16)], [3, most_nodes], order=[2, 1]))
+      faults=reshape([high_15, high_15(7:1:-1), zeros(:16), &
+      next_15, next_15(7:1:-1), zeros(:16), &
+      half_15, half_15(7:1:-1), zeros(:16)], [3, most_nodes], order=[2, 1]))
 
    type(kronrod_type), parameter :: kronrod_21 = kronrod_type(n=21, &
       x=[-x_21, x_21(10:1:-1), zeros(:10)], &
       w=[w_21, w_21(10:1:-1), zeros(:10)], &
-      null=reshape([high_21, high_21(10:1:-1), zeros(:10), &
-         next_21, next_21(10:1:-1), zeros(:10), &
-         half_21, half_21(10:1:-1), zeros(:10)], [3, most_nodes], order=[2, 1]))
+      faults=reshape([high_21, high_21(10:1:-1), zeros(:10), &
+      next_21, next_21(10:1:-1), zeros(:10), &
+      half_21, half_21(10:1:-1), zeros(:10)], [3, most_nodes], order=[2, 1]))
 
    type(kronrod_type), parameter :: kronrod_31 = kronrod_type(n=31, &
       x=[-x_31, x_31(15:1:-1)], &
       w=[w_31, w_31(15:1:-1)], &
-      null=reshape([high_31, high_31(15:1:-1), &
-         next_31, next_31(15:1:-1), &
-         half_31, half_31(15:1:-1)], [3, most_nodes], order=[2, 1]))
+      faults=reshape([high_31, high_31(15:1:-1), &
+      next_31, next_31(15:1:-1), &
+      half_31, half_31(15:1:-1)], [3, most_nodes], order=[2, 1]))
 
 end module contensou_special_kronrod

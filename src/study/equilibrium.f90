@@ -286,9 +286,9 @@ contains
             statics%coordinates(m + k) = coordinate_type(body=i, &
                direction=found(n)%frame(:, modulo(k - 1, 3) + 1), turns=k > 3)
          end do
-         call find_stiffness(system, statics, good, exactly=.true.)
          yielding(:m) = coordinates%body /= i
          if (scene%bodies(i)%motion == motion_free) call let_turn(i)
+         call find_stiffness(system, statics, good, exactly=.true.)
          yielding(m + 1:m + 5) = .false.
          call reduced(statics, [(m + k, k=1, 5)], yielding(:m + 5), found(n)%stiffness)
       end do
@@ -325,8 +325,8 @@ contains
          end associate
       end subroutine look_at
 
-      !> A free ring turns about its axis: of its own rotations one may yield, which is that one as
-      !> the others are kept.
+      !> A free ring may turn about its axis: that takes the place of the rotation next to it, as
+      !> one about another direction would yield together with the tilts that are kept.
       subroutine let_turn(body)
          integer, intent(in) :: body
          integer :: j, best
@@ -338,7 +338,9 @@ contains
             if (abs(dot_product(coordinates(j)%direction, axis)) > &
                abs(dot_product(coordinates(best)%direction, axis))) best = j
          end do
-         if (best > 0) yielding(best) = .true.
+         if (best == 0) return
+         yielding(best) = .true.
+         statics%coordinates(best)%direction = axis
       end subroutine let_turn
 
    end subroutine find_rings

@@ -496,3 +496,25 @@ def test_the_freshness_of_the_jacobian_can_be_chosen(executable, inputs, tmp_pat
     # After each factorization the rate of convergence is learnt anew.
     assert derivatives[0] < 1.6 * min(derivatives)
     assert max(derivatives[1:]) < 1.3 * min(derivatives)
+
+
+def test_a_ball_costs_the_same_among_many(count, inputs, table):
+    # Pitch circle, loads and mass in proportion, so that the balls carry the same.
+    plain = (inputs / "bearing_6205.nml").read_text()
+    costs = {}
+    for balls in (9, 30, 90):
+        ratio = balls / 9
+        text = plain.replace("ball_count = 9", f"ball_count = {balls}")
+        for key, value in (
+            ("pitch_diameter", 39.04e-3 * ratio),
+            ("inner_speed", 188.5 / ratio),
+            ("axial_load", 300.0 * ratio),
+            ("radial_load", 500.0 * ratio),
+            ("ring_mass", 0.5 * ratio),
+        ):
+            text, found = re.subn(rf"(?m)^   {key} = \S+", f"   {key} = {value!r}", text)
+            assert found == 1, key
+        costs[balls] = count(text=text, evaluations=20).instructions / balls
+    table("instructions per right-hand side and ball", {str(n): c for n, c in costs.items()})
+    assert costs[30] == pytest.approx(costs[9], rel=0.05)
+    assert costs[90] == pytest.approx(costs[9], rel=0.05)

@@ -515,6 +515,16 @@ def test_the_stiffness_of_a_ring(moment, run, tmp_path):
     assert np.abs((by_differences - matrix) / scale).max() < 1e-6
 
 
+def test_a_ring_that_turns_freely_has_the_stiffness_of_one_that_does_not(run, tmp_path):
+    # Its own axis is tilted against the axis of the bearing, and it may turn about that alone.
+    text = PUBLISHED.format(clearance=1e-5, radial=600, axial=1000, moment="")
+    rotor = settle(run, tmp_path, text)["ring/stiffness"][0]
+    free = settle(run, tmp_path, text, "--set", "b.ring_motion=free")["ring/stiffness"][0]
+    scale = np.sqrt(np.outer(np.diag(rotor), np.diag(rotor)))
+    assert np.abs((free - free.T) / scale).max() < 1e-10
+    assert np.abs((free - rotor) / scale).max() < 1e-8
+
+
 def test_a_ball_on_a_plane_and_on_a_spring(run, tmp_path):
     text = """\
 &scene gravity = 0, 0, -9.81, t_end = 1 /

@@ -35,6 +35,8 @@ module contensou_contact_tangential_nest
       !> Their powers 2/3.
       real(wp), allocatable, private :: power(:)
       type(edge_type), allocatable :: within(:)
+      !> Stiffness of each shell.
+      real(wp), allocatable :: share(:, :)
       !> Elastic displacements along the axes [m] and about the normal [rad] of the shells.
       real(wp), allocatable :: shift(:, :)
       !> Directions of their last slips, or zero: where the next slip is sought first.
@@ -44,11 +46,8 @@ module contensou_contact_tangential_nest
       !> The axis along and across which the displacements have their components, seen from the
       !> axes of the spot where `stiffness` was.
       real(wp) :: axis(2) = [1.0_wp, 0.0_wp]
-      !> Room.
-      real(wp), allocatable, private :: room(:, :)
    contains
       procedure :: resize
-      procedure :: share_of_shell
       procedure :: clear
       procedure :: turn
       procedure :: energy
@@ -69,7 +68,7 @@ contains
       integer :: n
 
       if (allocated(shells%edge)) deallocate(shells%edge, shells%power, shells%within, &
-         shells%shift, shells%direction, shells%slipped, shells%room)
+         shells%shift, shells%direction, shells%slipped, shells%share)
       shells%most = number
       ! A step is also taken in two.
       n = number + 2*most_new
@@ -79,7 +78,7 @@ contains
       allocate(shells%shift(3, n), source=0.0_wp)
       allocate(shells%direction(3, n), source=0.0_wp)
       allocate(shells%slipped(n), source=.false.)
-      allocate(shells%room(3, n), source=0.0_wp)
+      allocate(shells%share(3, n), source=0.0_wp)
    end subroutine make_room
 
    !> Forget all.
@@ -114,14 +113,15 @@ contains
    !> Elastic energy [J].
    pure function energy(self) result(stored)
       class(nest_type), intent(in) :: self
-      real(wp) :: stored, stiffness(3)
+      real(wp) :: stored
       integer :: j
 
       stored = 0.0_wp
       do j = 1, self%n
-         call self%share_of_shell(j, stiffness)
-         stored = stored + 0.5_wp*dot_product(stiffness, self%shift(:, j)**2)
+         stored = stored + (self%share(1, j)*self%shift(1, j)**2 &
+            + self%share(2, j)*self%shift(2, j)**2 + self%share(3, j)*self%shift(3, j)**2)
       end do
+      stored = 0.5_wp*stored
    end function energy
 
    !> Stiffness of a shell.
@@ -151,6 +151,16 @@ contains
       end do
       self%within(self%n) = edge_at(1.0_wp, 1.0_wp)
    end subroutine set_within
+
+   !> Set the stiffness of all shells.
+   pure subroutine set_shares(self)
+      class(nest_type), intent(inout) :: self
+      integer :: j
+
+      do j = 1, self%n
+         call share_of_shell(self, j, self%share(:, j))
+      end do
+   end subroutine set_shares
 
    !> Bring the shells to the size and stiffness of a spot: new area is not strained, lost area lets
    !> go what it held, and shells that become stiffer keep their force. None of it makes energy.
@@ -185,6 +195,7 @@ contains
          end do
          self%power(:self%n) = power_of(self%edge(:self%n))
          call set_within(self)
+         call set_shares(self)
          self%shift(:, :self%n) = 0.0_wp
          self%slipped(:self%n) = .false.
          return
@@ -204,18 +215,16 @@ contains
          do while (self%n > 1 .and. self%edge(self%n - 1) >= spot%a)
             self%n = self%n - 1
          end do
-         call self%share_of_shell(self%n, whole)
+         whole = self%share(:, self%n)
          self%edge(self%n) = spot%a
          self%power(self%n) = power_of(spot%a)
          self%within(self%n) = edge_at(spot%a/self%a, power_of(spot%a/self%a))
-         call self%share_of_shell(self%n, now)
+         call share_of_shell(self, self%n, now)
          ! At a rim that slips the area that is lost bears nothing at last.
          if (self%slipped(self%n) .and. minval(now) > 0.0_wp) self%shift(:, self%n) = &
             self%shift(:, self%n)*sqrt(whole/now)
+         self%share(:, self%n) = now
       end if
-      do j = 1, self%n
-         call self%share_of_shell(j, self%room(:, j))
-      end do
       if (spot%a > self%a) then
          grown = merge(1, self%new, settles)
          if (present(new) .and. .not. settles) new = grown
@@ -227,17 +236,18 @@ contains
             self%shift(:, self%n) = 0.0_wp
             self%direction(:, self%n) = 0.0_wp
             self%slipped(self%n) = .false.
-            self%room(:, self%n) = 0.0_wp
+            self%share(:, self%n) = 0.0_wp
          end do
       end if
       self%a = spot%a
       self%stiffness = spot%stiffness
       call set_within(self)
       do j = 1, self%n
-         call self%share_of_shell(j, now)
+         call share_of_shell(self, j, now)
          do i = 1, 3
-            if (now(i) > self%room(i, j)) self%shift(i, j) = self%shift(i, j) &
-               *(self%room(i, j)/now(i))
+            if (now(i) > self%share(i, j)) self%shift(i, j) = self%shift(i, j) &
+               *(self%share(i, j)/now(i))
+            self%share(i, j) = now(i)
          end do
       end do
       if (settles) call self%settle()
@@ -284,6 +294,7 @@ contains
          self%within(j) = others%within(j)
       end do
       do j = 1, self%n
+         self%share(:, j) = others%share(:, j)
          q = others%shift(:, j)*left
          self%shift(1:2, j) = turned(axis, q(1:2))
          self%shift(3, j) = q(3)
@@ -342,6 +353,7 @@ contains
    subroutine exchange(self, checkpoint)
       class(nest_type), intent(inout) :: self
       type(checkpoint_type), intent(inout) :: checkpoint
+      real(wp) :: within(3)
       integer :: j
 
       call checkpoint%exchange("shells", self%n)
@@ -349,15 +361,19 @@ contains
       call checkpoint%exchange("shells_a", self%a)
       call checkpoint%exchange("shells_stiffness", self%stiffness)
       call checkpoint%exchange("shells_axis", self%axis)
-      call checkpoint%exchange("shells_edge", self%edge(0:self%n))
-      do j = 1, self%n
+      call checkpoint%exchange("shells_slipped", self%slipped(:self%n))
+      ! All, as what follows from the edges had its rounding errors when these were set.
+      do j = 0, self%n
+         call checkpoint%exchange("shells_edge", self%edge(j:j))
+         call checkpoint%exchange("shells_power", self%power(j:j))
+         within = [self%within(j)%load, self%within(j)%size, self%within(j)%torsion]
+         call checkpoint%exchange("shells_within", within)
+         self%within(j) = edge_type(within(1), within(2), within(3))
+         if (j == 0) cycle
          call checkpoint%exchange("shells_shift", self%shift(:, j))
          call checkpoint%exchange("shells_direction", self%direction(:, j))
+         call checkpoint%exchange("shells_share", self%share(:, j))
       end do
-      call checkpoint%exchange("shells_slipped", self%slipped(:self%n))
-      if (self%n == 0) return
-      self%power(:self%n) = power_of(self%edge(:self%n))
-      call set_within(self)
    end subroutine exchange
 
    !> Foresee by how much the spot may grow in the next step: as it changed in the last one.
@@ -394,7 +410,7 @@ contains
    !> Join the two neighbours that are the narrowest together; their forces are kept.
    pure subroutine merge_narrowest(self)
       class(nest_type), intent(inout) :: self
-      real(wp) :: width, least, first(3), second(3), total(3)
+      real(wp) :: width, least, total(3)
       integer :: j, at
 
       if (self%n < 2) return
@@ -407,15 +423,15 @@ contains
             at = j
          end if
       end do
-      call self%share_of_shell(at, first)
-      call self%share_of_shell(at + 1, second)
-      total = max(first + second, tiny(total))
-      self%shift(:, at) = (first*self%shift(:, at) + second*self%shift(:, at + 1))/total
+      total = max(self%share(:, at) + self%share(:, at + 1), tiny(total))
+      self%shift(:, at) = (self%share(:, at)*self%shift(:, at) &
+         + self%share(:, at + 1)*self%shift(:, at + 1))/total
       self%slipped(at) = self%slipped(at) .and. self%slipped(at + 1)
       do j = at + 1, self%n - 1
          self%shift(:, j) = self%shift(:, j + 1)
          self%direction(:, j) = self%direction(:, j + 1)
          self%slipped(j) = self%slipped(j + 1)
+         self%share(:, j) = self%share(:, j + 1)
       end do
       do j = at, self%n - 1
          self%edge(j) = self%edge(j + 1)
@@ -423,6 +439,7 @@ contains
          self%within(j) = self%within(j + 1)
       end do
       self%n = self%n - 1
+      call share_of_shell(self, at, self%share(:, at))
    end subroutine merge_narrowest
 
    !> Divide the widest shell into two that hold what it held.
@@ -444,6 +461,7 @@ contains
          self%shift(:, j + 1) = self%shift(:, j)
          self%direction(:, j + 1) = self%direction(:, j)
          self%slipped(j + 1) = self%slipped(j)
+         self%share(:, j + 1) = self%share(:, j)
          self%edge(j + 1) = self%edge(j)
          self%power(j + 1) = self%power(j)
          self%within(j + 1) = self%within(j)
@@ -452,6 +470,8 @@ contains
       self%power(at) = power_of(self%edge(at))
       self%within(at) = edge_at(self%edge(at)/self%a, power_of(self%edge(at)/self%a))
       self%n = self%n + 1
+      call share_of_shell(self, at, self%share(:, at))
+      call share_of_shell(self, at + 1, self%share(:, at + 1))
    end subroutine split_widest
 
 end module contensou_contact_tangential_nest

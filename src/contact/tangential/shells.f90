@@ -83,7 +83,8 @@ contains
       logical, intent(in), optional :: settled
       !> Derivatives of the wrench by the step, and by the limit at constant size.
       real(wp), intent(out), optional :: slopes(3, 4)
-      real(wp) :: stiffness(3), trial(3), force(3), bearing(3), work, units(3), part
+      real(wp) :: stiffness(3), trial(3), force(3), bearing(3), work, units(3), part, &
+         per_unit(3), lengths(3), springs(3)
       logical :: slips
       integer :: j, new
 
@@ -100,19 +101,21 @@ contains
       end if
       ! Units of f N and of lengths.
       units = spot%limit*[1.0_wp, 1.0_wp, spot%a]
+      per_unit = 1.0_wp/units
+      lengths = units/spot%limit
+      springs = spot%limit*per_unit**2
       do j = self%n, 1, -1
-         call self%share_of_shell(j, stiffness)
+         stiffness = self%share(:, j)
          ! Area that is new has come one by one.
          part = 1.0_wp
          if (j > self%n - new) part = (real(self%n - j, wp) + 0.5_wp)/real(new, wp)
          trial = self%shift(:, j) + part*step
          force = stiffness*trial
-         bearing = force/units
+         bearing = force*per_unit
          if (j < self%n .and. all(abs(self%direction(:, j)) <= 0.0_wp)) self%direction(:, j) = &
             self%direction(:, j + 1)
          call slip_of_shell(spot%shape, self%within(j - 1), self%within(j), spot%rung, &
-            stiffness*(spot%limit/units**2), trial*(units/spot%limit), bearing, &
-            self%direction(:, j), slips, work)
+            stiffness*springs, trial*lengths, bearing, self%direction(:, j), slips, work)
          self%slipped(j) = slips
          if (present(slopes)) call add_slopes(self, j, spot, stiffness, units, trial, bearing, &
             part, slopes)
@@ -181,7 +184,7 @@ contains
       if (.not. size > 0.0_wp) return
       u = u/size
       do j = 1, self%n
-         call self%share_of_shell(j, stiffness)
+         stiffness = self%share(:, j)
          call sliding_force(spot%shape, self%within(j - 1), self%within(j), spot%rung, u, force, &
             hessian)
          force = force*spot%limit*[1.0_wp, 1.0_wp, spot%a]

@@ -341,8 +341,14 @@ contains
          if (scene%integrator%method /= "cvode_bdf") text = text // new_line("a") // &
             "  friction that sticks and strong damping are stiff: integrator.method = " // &
             "'cvode_bdf' takes them in large steps"
-         text = text // new_line("a") // "  a larger integrator.rtol or a larger " // &
-            "regularization_velocity may help"
+         if (system%remembers) then
+            text = text // new_line("a") // "  a larger integrator.rtol may help"
+            if (scene%integrator%method /= "explicit8") text = text // &
+               ", and so may integrator.method = 'explicit8'"
+         else
+            text = text // new_line("a") // "  a larger integrator.rtol or a larger " // &
+               "regularization_velocity may help"
+         end if
       end if
    end function failure_text
 

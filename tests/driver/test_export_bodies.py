@@ -439,7 +439,7 @@ def test_bad_input(run, output, tmp_path):
         (["text.h5"], 74, "text.h5"),
         (["cut.h5"], 74, "cut.h5"),
         (["out.h5", "-o", "old.glb"], 74, "--force"),
-        (["out.h5", "-o", "out.h5", "--force"], 74, "out.h5"),
+        (["out.h5", "-o", "out.h5", "--force"], 2, "out.h5"),
         (["out.h5", "-o", "none/out.glb"], 74, "none/out.glb"),
         (["out.h5", "--columns", "time"], 2, "--columns"),
         (["out.h5", "--from", "x"], 2, "--from"),

@@ -123,14 +123,14 @@ FAULTS = {
         "force(3) = force(3)*edge%load",
     ),
     "stiffening that makes energy": (
-        "contact/tangential/shells.f90",
-        "if (now(i) > self%room(i, j)) self%shift(i, j)",
-        "if (now(i) < self%room(i, j)) self%shift(i, j)",
+        "contact/tangential/nest.f90",
+        "if (now(i) > self%share(i, j)) self%shift(i, j)",
+        "if (now(i) < self%share(i, j)) self%shift(i, j)",
     ),
     "shells that are merged without their forces": (
-        "contact/tangential/shells.f90",
-        "self%shift(:, at) = (first*self%shift(:, at) + second*self%shift(:, at + 1))/total",
-        "self%shift(:, at) = 0.5_wp*(self%shift(:, at) + self%shift(:, at + 1))",
+        "contact/tangential/nest.f90",
+        "total = max(self%share(:, at) + self%share(:, at + 1), tiny(total))",
+        "total = 2.0_wp*max(self%share(:, at) + self%share(:, at + 1), tiny(total))",
     ),
     "work of the slip of a shell": (
         "contact/tangential/slip.f90",

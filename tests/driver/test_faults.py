@@ -129,8 +129,9 @@ FAULTS = {
     ),
     "shells that are merged without their forces": (
         "contact/tangential/nest.f90",
-        "total = max(self%share(:, at) + self%share(:, at + 1), tiny(total))",
-        "total = 2.0_wp*max(self%share(:, at) + self%share(:, at + 1), tiny(total))",
+        "self%shift(:, at) = (self%share(:, at)*self%shift(:, at) &\n"
+        "         + self%share(:, at + 1)*self%shift(:, at + 1))/total",
+        "self%shift(:, at) = 0.5_wp*(self%shift(:, at) + self%shift(:, at + 1))",
     ),
     "work of the slip of a shell": (
         "contact/tangential/slip.f90",

@@ -132,7 +132,7 @@ contains
       end do
    end subroutine add_balls
 
-   !> Speeds.
+   !> Speeds of the rings, the balls and the cage [rad/s].
    subroutine add_speeds(bearing, buffer)
       type(bearing_run_type), intent(in) :: bearing
       type(text_buffer_type), intent(inout) :: buffer
@@ -175,7 +175,7 @@ contains
          ! Works are of the whole scene.
          rest = losses%friction - whole
          call add_moment("rolling resistance, rest of the balance", rest)
-         call add_moment("damping", losses%damping)
+         if (.not. losses%dashpots) call add_moment("damping", losses%damping)
       end if
       call buffer%add(row("whole", whole))
 
@@ -190,7 +190,7 @@ contains
          call buffer%add(row(cause, loss))
       end subroutine add_moment
 
-      !> The row.
+      !> A cause of friction by the moment that its loss [W] is at this speed.
       function row(cause, loss) result(text)
          character(len=*), intent(in) :: cause
          real(wp), intent(in) :: loss

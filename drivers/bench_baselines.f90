@@ -18,7 +18,6 @@ module contensou_drivers_bench_baselines
          integer(c_int) :: version
       end function boost_version
 
-      !> K and E of Boost.
       pure subroutine boost_ke(c1, k, e) bind(c, name="contensou_boost_ke")
          import :: c_double
          implicit none(type, external)
@@ -30,7 +29,6 @@ module contensou_drivers_bench_baselines
          real(c_double), intent(out) :: e
       end subroutine boost_ke
 
-      !> K, E and D of Boost.
       pure subroutine boost_ked(c1, k, e, d) bind(c, name="contensou_boost_ked")
          import :: c_double
          implicit none(type, external)

@@ -3,13 +3,14 @@
 module contensou_drivers_bench_curved
    use contensou_base_kinds, only : wp
    use contensou_contact_spot, only : spot_shape_type
-   use contensou_contact_wrench_curved, only : bend_type, coarsest, mapped_only, wrench_curved
+   use contensou_contact_wrench_curved, only : bend_type, coarsest, mapped_only, &
+      slender_only, wrench_curved
    use contensou_contact_wrench_scaling, only : slip_type
    implicit none(type, external)
    private
 
-   public :: curved_10, curved_6, curved_4, curved_mapped, curved_product, curved_reference, &
-      slip_by_rolling
+   public :: curved_10, curved_6, curved_4, curved_mapped, curved_slender, curved_product, &
+      curved_reference, slip_by_rolling
 
    !> Slip by rolling between the centre and the ends of the spot [m/s], the unit of the others.
    real(wp), parameter :: slip_by_rolling = 1.0_wp
@@ -60,6 +61,16 @@ contains
 
       call bounded(shape, slip, with_torque, mapped_only, wrench)
    end subroutine curved_mapped
+
+   !> Flat chords that follow the slip, without a bound.
+   pure subroutine curved_slender(shape, slip, with_torque, wrench)
+      type(spot_shape_type), intent(in) :: shape
+      type(slip_type), intent(in) :: slip
+      logical, intent(in) :: with_torque
+      real(wp), intent(out) :: wrench(3)
+
+      call bounded(shape, slip, with_torque, slender_only, wrench)
+   end subroutine curved_slender
 
    !> The product rule, without a bound.
    pure subroutine curved_product(shape, slip, with_torque, wrench)

@@ -120,7 +120,7 @@ contains
       end do
    end function checked_text
 
-   !> The table.
+   !> Times and errors of all rungs, in columns.
    function table_text(suite) result(text)
       type(suite_type), intent(in) :: suite
       character(len=:), allocatable :: text
@@ -224,7 +224,7 @@ contains
       end if
    end function cell
 
-   !> The bars.
+   !> What rungs are held to, with what was measured.
    function bars_text(suite) result(text)
       type(suite_type), intent(in) :: suite
       character(len=:), allocatable :: text
@@ -415,7 +415,6 @@ contains
 
    end subroutine put_kernel
 
-   !> The bars.
    subroutine put_bars(suite, file, error)
       type(suite_type), intent(in) :: suite
       type(hdf5_file_type), intent(inout) :: file

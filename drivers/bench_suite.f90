@@ -8,7 +8,6 @@ module contensou_drivers_bench_suite
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_models, hertz_type, &
       new_hertz
-   use contensou_contact_parameters, only : parameters_type
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
    use contensou_contact_vilke, only : vilke_models
    use contensou_contact_wrench, only : wrench_exact, wrench_exact_jacobian, &
@@ -16,7 +15,7 @@ module contensou_drivers_bench_suite
    use contensou_drivers_bench_baselines, only : boost_version, elliptic_boost, newton_agm, &
       newton_gsl
    use contensou_drivers_bench_curved, only : curved_10, curved_4, curved_6, curved_mapped, &
-      curved_product, slip_by_rolling
+      curved_product, curved_slender, slip_by_rolling
    use contensou_drivers_bench_reference, only : qp
    use contensou_drivers_bench_tangential, only : layers_of_rungs, rung_name
    use contensou_special_elliptic, only : elliptic_kernel, elliptic_model_type, elliptic_models
@@ -30,7 +29,6 @@ module contensou_drivers_bench_suite
    public :: way_log, way_elliptic, way_tables_ke, way_boost_ke, way_gsl_ke, way_hertz, &
       way_fixed_hertz, way_wrench, way_jacobian, way_creep, way_creep_jacobian, way_tangential
 
-   !> Length of names.
    integer, parameter :: name_length = 20
 
    integer, parameter :: kernel_log = 1, kernel_elliptic = 2, kernel_ke = 3, kernel_hertz = 4, &
@@ -145,7 +143,6 @@ contains
       call add_rungs(suite)
    end subroutine new_suite
 
-   !> Add a case.
    subroutine add_case(suite, kernel, name, title)
       type(suite_type), intent(inout) :: suite
       integer, intent(in) :: kernel
@@ -442,6 +439,8 @@ contains
             call add("within_1e-4", way_wrench)
             rung%wrench => curved_mapped
             call add("mapped", way_wrench)
+            rung%wrench => curved_slender
+            call add("slender", way_wrench)
             rung%wrench => curved_product
             call add("product", way_wrench)
             rung%wrench => wrench_exact
@@ -471,8 +470,7 @@ contains
 
          allocate(suite%cases(place)%laws(size(creep)))
          do i = 1, size(creep)
-            call creep(i)%create(creep(i)%completed(parameters_type()), &
-               suite%cases(place)%laws(i)%creep)
+            call creep(i)%make(suite%cases(place)%laws(i)%creep)
             rung%law = i
             if (steady) then
                ! The last one is the reference.

@@ -16,7 +16,7 @@ module contensou_drivers_bench_tangential
    !> Stands for the single spring among numbers of layers.
    integer, parameter :: one_spring = 0
 
-   !> Layers of the rungs.
+   !> Layers of shells, `one_spring` for the model `spring`.
    integer, parameter :: layers_of_rungs(*) = [one_spring, 1, 5, default_layers, 20]
 
    !> Poisson's ratio of both bodies.
@@ -24,7 +24,6 @@ module contensou_drivers_bench_tangential
 
 contains
 
-   !> Name of a rung.
    pure function rung_name(layers) result(name)
       !> Number of layers.
       integer, intent(in) :: layers

@@ -76,7 +76,7 @@ contains
       end do
    end subroutine measure_times
 
-   !> Time a batch.
+   !> Mean wall time of a pass over the arguments of a case.
    subroutine time_batch(rung, c, mode, pass_time)
       type(rung_type), intent(in) :: rung
       type(case_type), intent(in) :: c

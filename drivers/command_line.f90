@@ -72,7 +72,7 @@ module contensou_drivers_command_line
    type(option_type), parameter :: strict_option = option_type("--strict", "", &
       "warnings are errors")
 
-   !> A command.
+   !> What the parser, usage and completion know of a command.
    type :: command_type
       character(len=16) :: name = ""
       !> What it does, in a line.
@@ -451,7 +451,7 @@ contains
       if (text /= "") read(text, *) count_of
    end function count_of
 
-   !> Usage of the program.
+   !> What `contensou --help` prints.
    function program_usage(commands) result(text)
       type(command_type), intent(in) :: commands(:)
       character(len=:), allocatable :: text
@@ -475,7 +475,7 @@ contains
       end do
    end function program_usage
 
-   !> Usage of a command.
+   !> What `contensou COMMAND --help` prints.
    function usage_text(command) result(text)
       type(command_type), intent(in) :: command
       character(len=:), allocatable :: text

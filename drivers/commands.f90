@@ -49,7 +49,6 @@ contains
       call add(commands, version_command())
    end subroutine all_commands
 
-   !> Add a command.
    subroutine add(commands, command)
       type(command_type), allocatable, intent(inout) :: commands(:)
       type(command_type), intent(in) :: command

@@ -166,7 +166,6 @@ contains
       text = script%text()
    end function for_zsh
 
-   !> For fish.
    function for_fish(commands, groups) result(text)
       type(command_type), intent(in) :: commands(:)
       character(len=*), intent(in) :: groups(:)

@@ -451,7 +451,6 @@ contains
       if (ieee_is_finite(x)) text = power_text(x, 2)
    end function short_number
 
-   !> First line of a text.
    pure function first_line(text) result(line)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: line

@@ -78,7 +78,7 @@ contains
 
    contains
 
-      !> Write the scene.
+      !> The scene with its bodies at rest, as a file.
       subroutine write_scene()
          type(output_type) :: target_file
 

@@ -28,7 +28,7 @@ module contensou_drivers_eval
       shells_type, single_spring, spring_spot_type
    use contensou_contact_tangential_stiffness, only : tangential_stiffness
    use contensou_contact_vilke, only : vilke_models
-   use contensou_contact_wrench_curved, only : coarsest, mapped_only
+   use contensou_contact_wrench_curved, only : coarsest, mapped_only, slender_only
    use contensou_drivers_command_line, only : command_line_type, command_type, option_type, &
       takes_count, takes_non_negative
    use contensou_drivers_table, only : digits17, has_column, printer_type, read_lines, read_table
@@ -172,7 +172,7 @@ contains
          nl // "                                                  pade22, contensou_simplified" // &
          nl // &
          "curved_wrench  N,a,b,f,Lxx,Lxy,Lyy,vx,vy,w,wx,wy  to Fx,Fy,Tz,Mx,My   adaptive, " // &
-         "mapped, product" // nl // &
+         "mapped, slender, product" // nl // &
          "creep     N,a,b,f,G,nu,vx,vy,w,cx,cy  to Fx,Fy,Tz   table, sliding," // nl // &
          "                                                  linear, strip, polach," // nl // &
          "                                                  fastsim, brush," // nl // &
@@ -187,7 +187,7 @@ contains
          execute=evaluate_kernel)
    end function eval_command
 
-   !> Evaluate a kernel.
+   !> Evaluate a kernel for each row of a table of its inputs.
    subroutine evaluate_kernel(line, error)
       type(command_line_type), intent(in) :: line
       !> Set when there is a mistake in the input.
@@ -428,9 +428,12 @@ contains
       type(evaluation_type), intent(inout) :: evaluation
       !> Set when there is no such rule.
       type(error_type), allocatable, intent(out) :: error
+      !> Bounds that stand for the rules without one.
+      real(wp), parameter :: bounds(2:4) = [mapped_only, slender_only, coarsest]
       integer :: i
 
-      call choose("rule", config%model, "adaptive", ["adaptive", "mapped  ", "product "], i, error)
+      call choose("rule", config%model, "adaptive", [character(len=8) :: "adaptive", &
+         "mapped", "slender", "product"], i, error)
       if (allocated(error)) return
       evaluation%curved = .true.
       evaluation%jacobian = config%jacobian
@@ -438,7 +441,7 @@ contains
       evaluation%magnitudes = wrench_magnitudes
       evaluation%magnitude_names = "N, a, b and f"
       if (i > 1) then
-         evaluation%error = merge(mapped_only, coarsest, i == 2)
+         evaluation%error = bounds(i)
          if (config%error > 0.0_wp) call fatal(error, "--error goes with the model adaptive", &
             status_usage)
       else if (config%error >= mapped_only) then
@@ -548,7 +551,6 @@ contains
       if (.not. allocated(error)) call printer%flush(error)
    end subroutine evaluate
 
-   !> Evaluate a row.
    subroutine evaluate_row(evaluation, names, x, y)
       type(evaluation_type), intent(inout) :: evaluation
       !> Names of the inputs.

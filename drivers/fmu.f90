@@ -50,7 +50,7 @@ module contensou_drivers_fmu
          !> Where the file waits for its name.
          character(len=1, kind=c_char), intent(in) :: place(*)
          character(len=1, kind=c_char), intent(out) :: message(*)
-         !> Its size.
+         !> Bytes of the buffer.
          integer(c_size_t), intent(in), value :: room
          integer(c_int) :: status
       end function contensou_fmu_write

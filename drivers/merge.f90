@@ -55,6 +55,19 @@ contains
          heeds_signals=.true., execute=merge_tables)
    end function merge_command
 
+   !> What a command line asks for.
+   subroutine configure(line, config)
+      type(command_line_type), intent(in) :: line
+      type(merge_config_type), intent(out) :: config
+
+      config%files = line%texts("FILE")
+      config%overrides = line%texts("--set")
+      config%output = line%text("--output")
+      config%force = line%has("--force")
+      config%partial = line%has("--partial")
+      config%quiet = line%has("--quiet")
+   end subroutine configure
+
    !> Join the tables of shards into one.
    subroutine merge_tables(line, error)
       type(command_line_type), intent(in) :: line
@@ -67,12 +80,7 @@ contains
       integer(i8) :: counts(0:last_status)
       logical :: complete, taken
 
-      config%files = line%texts("FILE")
-      config%overrides = line%texts("--set")
-      config%output = line%text("--output")
-      config%force = line%has("--force")
-      config%partial = line%has("--partial")
-      config%quiet = line%has("--quiet")
+      call configure(line, config)
       call catch_signals()
       complete = .false.
       output = config%output
@@ -99,7 +107,8 @@ contains
       lack = to_text(plan%missing%count()) // " of " // to_text(plan%header%n_cases) // &
          " cases are missing"
       if (plan%missing%count() > 0 .and. .not. (config%partial .and. plan%present%count() > 0)) then
-         call fatal(error, lack // how_to_run() // "; --partial joins what there is", status_failed)
+         call fatal(error, lack // how_to_run(sweep_name, plan%missing%text()) // &
+            "; --partial joins what there is", status_failed)
          return
       end if
       call lock%take(output, patience, taken, error)
@@ -128,19 +137,20 @@ contains
       if (.not. (allocated(error) .or. complete .or. config%quiet)) call print_summary(output, &
          size(plan%files), counts, error)
       if (.not. allocated(error) .and. plan%missing%count() > 0) call fatal(error, lack // &
-         " in " // output // how_to_run(), status_failed)
-
-   contains
-
-      !> What runs the cases that are missing.
-      function how_to_run() result(text)
-         character(len=:), allocatable :: text
-
-         text = nl // "  contensou sweep " // sweep_name // " --cases " // &
-            shorten(plan%missing%text(), longest_list) // nl // "runs them"
-      end function how_to_run
-
+         " in " // output // how_to_run(sweep_name, plan%missing%text()), status_failed)
    end subroutine merge_tables
+
+   !> What runs the cases that are missing.
+   function how_to_run(sweep_name, cases) result(text)
+      !> Name of the sweep file.
+      character(len=*), intent(in) :: sweep_name
+      !> Those that are missing.
+      character(len=*), intent(in) :: cases
+      character(len=:), allocatable :: text
+
+      text = nl // "  contensou sweep " // sweep_name // " --cases " // &
+         shorten(cases, longest_list) // nl // "runs them"
+   end function how_to_run
 
    !> Say so if one of the files is a scene, or is not there.
    subroutine name_scene(files, error)

@@ -29,7 +29,6 @@ contains
          execute=list_models)
    end function models_command
 
-   !> List the models.
    subroutine list_models(line, error)
       type(command_line_type), intent(in) :: line
       !> Set when there is no such model.

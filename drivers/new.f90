@@ -80,7 +80,6 @@ contains
       end do
    end function template_list
 
-   !> Write a template.
    subroutine write_template(line, error)
       type(command_line_type), intent(in) :: line
       !> Set when there is no such template, or it cannot be written.

@@ -18,7 +18,7 @@ module contensou_drivers_progress
    !> What a terminal takes for: back to the beginning of the line, and clear it.
    character(len=*), parameter :: clear_line = achar(13) // achar(27) // "[K"
 
-   !> Progress.
+   !> How far a command is: a bar on a terminal, tenths elsewhere.
    type :: progress_type
       private
       logical :: shown = .false.

@@ -111,7 +111,6 @@ contains
          quote(text), status_usage)
    end subroutine read_shard
 
-   !> Run a sweep.
    subroutine run_sweep(line, error)
       type(command_line_type), intent(in) :: line
       !> Set when it did not come to its end.

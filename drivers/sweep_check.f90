@@ -207,7 +207,7 @@ contains
          /(trial%n - 1))
    end subroutine time_cases
 
-   !> Time a case.
+   !> Run a case, or as much of it as tells its CPU time.
    subroutine time_case(sweep, number, seconds, trial)
       type(sweep_type), intent(in) :: sweep
       !> Number of the case.

@@ -123,7 +123,6 @@ contains
 
    contains
 
-      !> A status in words.
       pure function words_of(status) result(name_of_it)
          integer, intent(in) :: status
          character(len=:), allocatable :: name_of_it

@@ -50,6 +50,22 @@ static void to_logger(void *to, int failed, const char *message)
                              "%s", message);
 }
 
+#define SELF                                                                                       \
+   component *self = contensou_handle_address(c, FMU_INSTANCE);                                    \
+   if (!self) return fmi2Error
+
+/* What the host gives, or has room for; no numbers need no room. */
+#define GIVEN(place)                                                                               \
+   if (!(place)) return missing(self, #place)
+#define GIVEN_N(n, place)                                                                          \
+   if ((n) > 0 && !(place)) return missing(self, #place)
+
+static fmi2Status missing(component *self, const char *what)
+{
+   fmu_missing(self->own, what);
+   return fmi2Error;
+}
+
 /* The folder of a URI "file:///...". */
 static char *folder_of(const char *uri)
 {
@@ -79,6 +95,13 @@ static char *folder_of(const char *uri)
    return folder;
 }
 
+EXPORTED fmi2Status fmi2SetDebugLogging(void *c, fmi2Boolean on, size_t n, const fmi2String names[])
+{
+   SELF;
+   (void)self, (void)on, (void)n, (void)names;
+   return fmi2OK;
+}
+
 EXPORTED const char *fmi2GetTypesPlatform(void)
 {
    return "default";
@@ -89,19 +112,19 @@ EXPORTED const char *fmi2GetVersion(void)
    return "2.0";
 }
 
-EXPORTED fmi2Status fmi2SetDebugLogging(void *c, fmi2Boolean on, size_t n, const fmi2String names[])
+static void release(component *self)
 {
-   (void)on, (void)n, (void)names;
-   return c ? fmi2OK : fmi2Error;
-}
-
-EXPORTED void fmi2FreeInstance(void *c)
-{
-   component *self = c;
    if (!self) return;
    fmu_free(self->own);
    free(self->name);
    free(self);
+}
+
+EXPORTED void fmi2FreeInstance(void *c)
+{
+   component *self = contensou_handle_address(c, FMU_INSTANCE);
+   contensou_handle_drop(c, FMU_INSTANCE);
+   release(self);
 }
 
 EXPORTED void *fmi2Instantiate(fmi2String name, int type, fmi2String token, fmi2String resources,
@@ -110,23 +133,22 @@ EXPORTED void *fmi2Instantiate(fmi2String name, int type, fmi2String token, fmi2
 {
    component *self = calloc(1, sizeof *self);
    char *folder = folder_of(resources);
+   void *handle;
    (void)token, (void)visible, (void)logging;
 
    if (self && callbacks) self->callbacks = *callbacks;
    if (self) {
       self->name = malloc(strlen(name ? name : "") + 1);
       if (self->name) strcpy(self->name, name ? name : "");
+      if (self->name && !folder)
+         to_logger(self, 1, "the place of the resources is no URI such as file:///folder");
       if (self->name && folder) self->own = fmu_new(folder, type == 0, to_logger, self);
    }
    free(folder);
-   if (self && self->own) return self;
-   fmi2FreeInstance(self);
-   return NULL;
+   handle = self && self->own ? contensou_handle_new(self, FMU_INSTANCE) : NULL;
+   if (!handle) release(self);
+   return handle;
 }
-
-#define SELF                                                                                       \
-   component *self = c;                                                                            \
-   if (!self) return fmi2Error
 
 EXPORTED fmi2Status fmi2SetupExperiment(void *c, fmi2Boolean has_tolerance, double tolerance,
                                         double start, fmi2Boolean has_stop, double stop)
@@ -170,6 +192,8 @@ EXPORTED fmi2Status fmi2GetReal(void *c, const fmi2Reference references[], size_
    size_t i;
    int failed = 0;
    SELF;
+   GIVEN_N(n, references);
+   GIVEN_N(n, values);
    for (i = 0; i < n && !failed; i++) failed = fmu_get(self->own, references[i], &values[i]);
    return status_of(failed);
 }
@@ -180,6 +204,8 @@ EXPORTED fmi2Status fmi2SetReal(void *c, const fmi2Reference references[], size_
    size_t i;
    int failed = 0;
    SELF;
+   GIVEN_N(n, references);
+   GIVEN_N(n, values);
    for (i = 0; i < n && !failed; i++) failed = fmu_set(self->own, references[i], values[i]);
    return status_of(failed);
 }
@@ -208,12 +234,14 @@ NONE_OF(fmi2String, String)
 EXPORTED fmi2Status fmi2GetFMUstate(void *c, void **state)
 {
    SELF;
-   return status_of(!state || fmu_keep(self->own, (fmu_place **)state));
+   GIVEN(state);
+   return status_of(fmu_keep(self->own, state));
 }
 
 EXPORTED fmi2Status fmi2SetFMUstate(void *c, void *state)
 {
    SELF;
+   GIVEN(state);
    return status_of(fmu_go_back(self->own, state));
 }
 
@@ -222,27 +250,32 @@ EXPORTED fmi2Status fmi2FreeFMUstate(void *c, void **state)
    SELF;
    (void)self;
    if (!state) return fmi2OK;
-   fmu_forget(*state);
-   *state = NULL;
+   fmu_forget(state);
    return fmi2OK;
 }
 
 EXPORTED fmi2Status fmi2SerializedFMUstateSize(void *c, void *state, size_t *size)
 {
    SELF;
+   GIVEN(state);
+   GIVEN(size);
    return status_of(fmu_place_size(self->own, state, size));
 }
 
 EXPORTED fmi2Status fmi2SerializeFMUstate(void *c, void *state, char bytes[], size_t size)
 {
    SELF;
+   GIVEN(state);
+   GIVEN(bytes);
    return status_of(fmu_write_place(self->own, state, bytes, size));
 }
 
 EXPORTED fmi2Status fmi2DeSerializeFMUstate(void *c, const char bytes[], size_t size, void **state)
 {
    SELF;
-   return status_of(fmu_read_place(self->own, bytes, size, (fmu_place **)state));
+   GIVEN(bytes);
+   GIVEN(state);
+   return status_of(fmu_read_place(self->own, bytes, size, state));
 }
 
 EXPORTED fmi2Status fmi2GetDirectionalDerivative(void *c, const fmi2Reference unknown[],
@@ -268,6 +301,7 @@ EXPORTED fmi2Status fmi2NewDiscreteStates(void *c, fmi2EventInfo *info)
    double next = INFINITY;
    int changed = 0, failed;
    SELF;
+   GIVEN(info);
    failed = fmu_update(self->own, &changed, &next);
    memset(info, 0, sizeof *info);
    info->valuesOfContinuousStatesChanged = changed;
@@ -286,54 +320,54 @@ EXPORTED fmi2Status fmi2EnterContinuousTimeMode(void *c)
 EXPORTED fmi2Status fmi2CompletedIntegratorStep(void *c, fmi2Boolean no_going_back,
                                                 fmi2Boolean *event_mode, fmi2Boolean *terminate)
 {
+   int events, failed;
    SELF;
    (void)no_going_back;
-   *event_mode = 0;
-   *terminate = 0;
-   return status_of(fmu_complete(self->own));
+   failed = fmu_complete(self->own, &events);
+   if (event_mode) *event_mode = events;
+   if (terminate) *terminate = 0;
+   return status_of(failed);
 }
 
 EXPORTED fmi2Status fmi2SetTime(void *c, double time)
 {
    SELF;
-   self->own->time = time;
-   self->own->fresh = 1;
-   return fmi2OK;
+   return status_of(fmu_set_time(self->own, time));
 }
 
 EXPORTED fmi2Status fmi2SetContinuousStates(void *c, const double state[], size_t n)
 {
    SELF;
+   GIVEN_N(n, state);
    return status_of(fmu_set_state(self->own, state, n));
 }
 
 EXPORTED fmi2Status fmi2GetDerivatives(void *c, double rates[], size_t n)
 {
    SELF;
+   GIVEN_N(n, rates);
    return status_of(fmu_rates(self->own, rates, n));
 }
 
 EXPORTED fmi2Status fmi2GetEventIndicators(void *c, double values[], size_t n)
 {
    SELF;
+   GIVEN_N(n, values);
    return status_of(fmu_indicators(self->own, values, n));
 }
 
 EXPORTED fmi2Status fmi2GetContinuousStates(void *c, double state[], size_t n)
 {
    SELF;
-   if (fmu_begin(self->own) || n != (size_t)self->own->states) return fmi2Error;
-   memcpy(state, self->own->state, n * sizeof *state);
-   return fmi2OK;
+   GIVEN_N(n, state);
+   return status_of(fmu_get_state(self->own, state, n));
 }
 
 EXPORTED fmi2Status fmi2GetNominalsOfContinuousStates(void *c, double nominals[], size_t n)
 {
-   size_t i;
    SELF;
-   (void)self;
-   for (i = 0; i < n; i++) nominals[i] = 1.0;
-   return fmi2OK;
+   GIVEN_N(n, nominals);
+   return status_of(fmu_nominals(self->own, nominals, n));
 }
 
 /* ---- Co-simulation --------------------------------------------------------------------------- */
@@ -370,7 +404,9 @@ EXPORTED fmi2Status fmi2CancelStep(void *c)
 
 EXPORTED fmi2Status fmi2GetStatus(void *c, int kind, fmi2Status *value)
 {
-   (void)c, (void)kind;
+   SELF;
+   (void)kind;
+   GIVEN(value);
    *value = fmi2OK;
    return fmi2OK;
 }
@@ -379,13 +415,16 @@ EXPORTED fmi2Status fmi2GetRealStatus(void *c, int kind, double *value)
 {
    SELF;
    (void)kind;
+   GIVEN(value);
    *value = self->own->time;
    return fmi2OK;
 }
 
 EXPORTED fmi2Status fmi2GetIntegerStatus(void *c, int kind, int *value)
 {
-   (void)c, (void)kind, (void)value;
+   SELF;
+   (void)kind;
+   GIVEN(value);
    return fmi2Discard;
 }
 
@@ -393,13 +432,16 @@ EXPORTED fmi2Status fmi2GetBooleanStatus(void *c, int kind, fmi2Boolean *value)
 {
    SELF;
    (void)kind;
+   GIVEN(value);
    *value = contensou_simulation_stop(self->own->simulation) > 0;
    return fmi2OK;
 }
 
 EXPORTED fmi2Status fmi2GetStringStatus(void *c, int kind, fmi2String *value)
 {
-   (void)c, (void)kind;
+   SELF;
+   (void)kind;
+   GIVEN(value);
    *value = "";
    return fmi2Discard;
 }

@@ -36,8 +36,20 @@ static void to_logger(void *to, int failed, const char *message)
 }
 
 #define SELF                                                                                       \
-   component *self = c;                                                                            \
+   component *self = contensou_handle_address(c, FMU_INSTANCE);                                    \
    if (!self) return fmi3Error
+
+/* What the host gives, or has room for; no numbers need no room. */
+#define GIVEN(place)                                                                               \
+   if (!(place)) return missing(self, #place)
+#define GIVEN_N(n, place)                                                                          \
+   if ((n) > 0 && !(place)) return missing(self, #place)
+
+static fmi3Status missing(component *self, const char *what)
+{
+   fmu_missing(self->own, what);
+   return fmi3Error;
+}
 
 EXPORTED const char *fmi3GetVersion(void)
 {
@@ -46,28 +58,38 @@ EXPORTED const char *fmi3GetVersion(void)
 
 EXPORTED fmi3Status fmi3SetDebugLogging(void *c, bool on, size_t n, const char *const names[])
 {
-   (void)on, (void)n, (void)names;
-   return c ? fmi3OK : fmi3Error;
+   SELF;
+   (void)self, (void)on, (void)n, (void)names;
+   return fmi3OK;
+}
+
+static void *release(component *self)
+{
+   if (self) fmu_free(self->own);
+   free(self);
+   return NULL;
 }
 
 EXPORTED void fmi3FreeInstance(void *c)
 {
-   component *self = c;
-   if (!self) return;
-   fmu_free(self->own);
-   free(self);
+   component *self = contensou_handle_address(c, FMU_INSTANCE);
+   contensou_handle_drop(c, FMU_INSTANCE);
+   release(self);
 }
 
-static void *instantiate(const char *resources, int exchange, void *environment, fmi3Logger logger)
+/* An instance; returns its handle. */
+static void *instantiate(component how, const char *resources, int exchange)
 {
-   component *self = calloc(1, sizeof *self);
+   component *self = malloc(sizeof *self);
+   void *handle;
    if (!self) return NULL;
-   self->logger = logger;
-   self->environment = environment;
-   if (resources) self->own = fmu_new(resources, exchange, to_logger, self);
-   if (self->own) return self;
-   fmi3FreeInstance(self);
-   return NULL;
+   *self = how;
+   if (!resources)
+      to_logger(self, 1, "the path of the resources is NULL");
+   else
+      self->own = fmu_new(resources, exchange, to_logger, self);
+   handle = self->own ? contensou_handle_new(self, FMU_INSTANCE) : NULL;
+   return handle ? handle : release(self);
 }
 
 EXPORTED void *fmi3InstantiateModelExchange(const char *name, const char *token,
@@ -75,7 +97,7 @@ EXPORTED void *fmi3InstantiateModelExchange(const char *name, const char *token,
                                             void *environment, fmi3Logger logger)
 {
    (void)name, (void)token, (void)visible, (void)logging;
-   return instantiate(resources, 1, environment, logger);
+   return instantiate((component){.environment = environment, .logger = logger}, resources, 1);
 }
 
 EXPORTED void *fmi3InstantiateCoSimulation(const char *name, const char *token,
@@ -85,13 +107,11 @@ EXPORTED void *fmi3InstantiateCoSimulation(const char *name, const char *token,
                                            void *environment, fmi3Logger logger,
                                            void *intermediate)
 {
-   component *self = instantiate(resources, 0, environment, logger);
+   component how = {.environment = environment, .logger = logger, .event_mode = event_mode,
+                    .returns_early = returns_early};
    (void)name, (void)token, (void)visible, (void)logging, (void)required, (void)n;
    (void)intermediate;
-   if (!self) return NULL;
-   self->event_mode = event_mode;
-   self->returns_early = returns_early;
-   return self;
+   return instantiate(how, resources, 0);
 }
 
 EXPORTED void *fmi3InstantiateScheduledExecution(const char *name, const char *token,
@@ -123,7 +143,9 @@ EXPORTED fmi3Status fmi3ExitInitializationMode(void *c)
 #define NOTHING(name)                                                                              \
    EXPORTED fmi3Status name(void *c)                                                               \
    {                                                                                               \
-      return c ? fmi3OK : fmi3Error;                                                               \
+      SELF;                                                                                        \
+      (void)self;                                                                                  \
+      return fmi3OK;                                                                               \
    }
 
 NOTHING(fmi3EnterEventMode)
@@ -146,6 +168,8 @@ EXPORTED fmi3Status fmi3GetFloat64(void *c, const fmi3Reference references[], si
    size_t i;
    int failed = n != n_values;
    SELF;
+   GIVEN_N(n, references);
+   GIVEN_N(n, values);
    for (i = 0; i < n && !failed; i++) failed = fmu_get(self->own, references[i], &values[i]);
    return status_of(failed);
 }
@@ -156,6 +180,8 @@ EXPORTED fmi3Status fmi3SetFloat64(void *c, const fmi3Reference references[], si
    size_t i;
    int failed = n != n_values;
    SELF;
+   GIVEN_N(n, references);
+   GIVEN_N(n, values);
    for (i = 0; i < n && !failed; i++) failed = fmu_set(self->own, references[i], values[i]);
    return status_of(failed);
 }
@@ -233,12 +259,14 @@ REFUSED(fmi3ActivateModelPartition, void *c, fmi3Reference clock, double time)
 EXPORTED fmi3Status fmi3GetFMUState(void *c, void **state)
 {
    SELF;
-   return status_of(!state || fmu_keep(self->own, (fmu_place **)state));
+   GIVEN(state);
+   return status_of(fmu_keep(self->own, state));
 }
 
 EXPORTED fmi3Status fmi3SetFMUState(void *c, void *state)
 {
    SELF;
+   GIVEN(state);
    return status_of(fmu_go_back(self->own, state));
 }
 
@@ -247,20 +275,23 @@ EXPORTED fmi3Status fmi3FreeFMUState(void *c, void **state)
    SELF;
    (void)self;
    if (!state) return fmi3OK;
-   fmu_forget(*state);
-   *state = NULL;
+   fmu_forget(state);
    return fmi3OK;
 }
 
 EXPORTED fmi3Status fmi3SerializedFMUStateSize(void *c, void *state, size_t *size)
 {
    SELF;
+   GIVEN(state);
+   GIVEN(size);
    return status_of(fmu_place_size(self->own, state, size));
 }
 
 EXPORTED fmi3Status fmi3SerializeFMUState(void *c, void *state, uint8_t bytes[], size_t size)
 {
    SELF;
+   GIVEN(state);
+   GIVEN(bytes);
    return status_of(fmu_write_place(self->own, state, (char *)bytes, size));
 }
 
@@ -268,7 +299,9 @@ EXPORTED fmi3Status fmi3DeserializeFMUState(void *c, const uint8_t bytes[], size
                                             void **state)
 {
    SELF;
-   return status_of(fmu_read_place(self->own, (const char *)bytes, size, (fmu_place **)state));
+   GIVEN(bytes);
+   GIVEN(state);
+   return status_of(fmu_read_place(self->own, (const char *)bytes, size, state));
 }
 
 EXPORTED fmi3Status fmi3UpdateDiscreteStates(void *c, bool *more, bool *terminate, bool *nominals,
@@ -291,66 +324,68 @@ EXPORTED fmi3Status fmi3UpdateDiscreteStates(void *c, bool *more, bool *terminat
 EXPORTED fmi3Status fmi3CompletedIntegratorStep(void *c, bool no_going_back, bool *event_mode,
                                                 bool *terminate)
 {
+   int events, failed;
    SELF;
    (void)no_going_back;
-   *event_mode = false;
-   *terminate = false;
-   return status_of(fmu_complete(self->own));
+   failed = fmu_complete(self->own, &events);
+   if (event_mode) *event_mode = events;
+   if (terminate) *terminate = false;
+   return status_of(failed);
 }
 
 EXPORTED fmi3Status fmi3SetTime(void *c, double time)
 {
    SELF;
-   self->own->time = time;
-   self->own->fresh = 1;
-   return fmi3OK;
+   return status_of(fmu_set_time(self->own, time));
 }
 
 EXPORTED fmi3Status fmi3SetContinuousStates(void *c, const double state[], size_t n)
 {
    SELF;
+   GIVEN_N(n, state);
    return status_of(fmu_set_state(self->own, state, n));
 }
 
 EXPORTED fmi3Status fmi3GetContinuousStateDerivatives(void *c, double rates[], size_t n)
 {
    SELF;
+   GIVEN_N(n, rates);
    return status_of(fmu_rates(self->own, rates, n));
 }
 
 EXPORTED fmi3Status fmi3GetEventIndicators(void *c, double values[], size_t n)
 {
    SELF;
+   GIVEN_N(n, values);
    return status_of(fmu_indicators(self->own, values, n));
 }
 
 EXPORTED fmi3Status fmi3GetContinuousStates(void *c, double state[], size_t n)
 {
    SELF;
-   if (fmu_begin(self->own) || n != (size_t)self->own->states) return fmi3Error;
-   memcpy(state, self->own->state, n * sizeof *state);
-   return fmi3OK;
+   GIVEN_N(n, state);
+   return status_of(fmu_get_state(self->own, state, n));
 }
 
 EXPORTED fmi3Status fmi3GetNominalsOfContinuousStates(void *c, double nominals[], size_t n)
 {
-   size_t i;
    SELF;
-   (void)self;
-   for (i = 0; i < n; i++) nominals[i] = 1.0;
-   return fmi3OK;
+   GIVEN_N(n, nominals);
+   return status_of(fmu_nominals(self->own, nominals, n));
 }
 
 EXPORTED fmi3Status fmi3GetNumberOfEventIndicators(void *c, size_t *n)
 {
    SELF;
-   *n = (size_t)self->own->contacts;
+   GIVEN(n);
+   *n = (size_t)(self->own->contacts + self->own->remembers);
    return fmi3OK;
 }
 
 EXPORTED fmi3Status fmi3GetNumberOfContinuousStates(void *c, size_t *n)
 {
    SELF;
+   GIVEN(n);
    *n = (size_t)self->own->variables.count[FMU_STATE];
    return fmi3OK;
 }
@@ -358,12 +393,16 @@ EXPORTED fmi3Status fmi3GetNumberOfContinuousStates(void *c, size_t *n)
 EXPORTED fmi3Status fmi3DoStep(void *c, double now, double step, bool no_going_back,
                                bool *event_needed, bool *terminate, bool *early, double *last)
 {
+   double reached;
    int event;
+   bool stopped;
    SELF;
    (void)no_going_back;
-   if (fmu_step(self->own, now + step, self->returns_early, last, &event)) return fmi3Error;
-   *terminate = contensou_simulation_stop(self->own->simulation) > 0;
-   *early = event;
-   *event_needed = event && self->event_mode && !*terminate;
+   if (fmu_step(self->own, now + step, self->returns_early, &reached, &event)) return fmi3Error;
+   stopped = contensou_simulation_stop(self->own->simulation) > 0;
+   if (last) *last = reached;
+   if (terminate) *terminate = stopped;
+   if (early) *early = event;
+   if (event_needed) *event_needed = event && self->event_mode && !stopped;
    return fmi3OK;
 }

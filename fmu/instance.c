@@ -52,6 +52,35 @@ int fmu_told(fmu_instance *self, int status, contensou_error *error)
    return status;
 }
 
+int fmu_refuse(fmu_instance *self, const char *why)
+{
+   fmu_say(self, 1, why);
+   return 1;
+}
+
+int fmu_missing(fmu_instance *self, const char *what)
+{
+   char message[80];
+   snprintf(message, sizeof message, "the argument '%s' is NULL", what);
+   return fmu_refuse(self, message);
+}
+
+/* Whether the host has room for as many numbers as there are. */
+static int wrong_count(fmu_instance *self, const char *what, size_t n, int wanted)
+{
+   char message[100];
+   if (n == (size_t)wanted) return 0;
+   snprintf(message, sizeof message, "%zu %s, of which there are %d", n, what, wanted);
+   return fmu_refuse(self, message);
+}
+
+static int no_variable(fmu_instance *self, unsigned reference)
+{
+   char message[80];
+   snprintf(message, sizeof message, "there is no variable of the value reference %u", reference);
+   return fmu_refuse(self, message);
+}
+
 static void read_state(fmu_instance *self)
 {
    self->known = 0;
@@ -62,8 +91,11 @@ static void read_state(fmu_instance *self)
    self->fresh = 0;
 }
 
-static void shape_of(contensou_simulation *simulation, int shape[4])
+/* How many bodies, contacts, states and numbers of quantities there are. Returns the largest number
+ * that one call gives. */
+static int shape_of(contensou_simulation *simulation, int shape[4])
 {
+   int most;
    contensou_quantity quantity;
    int i;
 
@@ -71,8 +103,12 @@ static void shape_of(contensou_simulation *simulation, int shape[4])
    shape[1] = contensou_simulation_contacts(simulation);
    shape[2] = contensou_simulation_size(simulation);
    shape[3] = 0;
-   for (i = 0; contensou_simulation_quantity(simulation, i, &quantity) == CONTENSOU_OK; i++)
+   most = shape[1] > shape[2] ? shape[1] : shape[2];
+   for (i = 0; contensou_simulation_quantity(simulation, i, &quantity) == CONTENSOU_OK; i++) {
       shape[3] += quantity.size;
+      if (quantity.size > most) most = quantity.size;
+   }
+   return most;
 }
 
 /* Values at the beginning. */
@@ -87,6 +123,7 @@ static void start(fmu_instance *self)
    for (i = 0; i < list->count[FMU_INPUT]; i++)
       self->inputs[i] = list->items[list->first[FMU_INPUT] + i].start;
    self->begun = 0;
+   self->next = INFINITY;
    self->time = 0.0;
    read_state(self);
 }
@@ -125,13 +162,14 @@ fmu_instance *fmu_new(const char *resources, int exchange, fmu_log *log, void *l
    }
    if (fmu_list(self->simulation, self->contact, &self->variables)) goto failed;
    self->contacts = self->contact < 0 ? contensou_simulation_contacts(self->simulation) : 1;
+   self->remembers = self->contact < 0 && contensou_simulation_remembers(self->simulation);
    self->poses = calloc((size_t)contensou_simulation_size(self->simulation), sizeof(double));
    /* The list has put the work of loads into the state, which co-simulation does without. */
    self->state = calloc((size_t)self->variables.count[FMU_STATE] + 1, sizeof(double));
    self->inputs = calloc((size_t)self->variables.count[FMU_INPUT] + 1, sizeof(double));
    self->parameters = calloc((size_t)self->variables.count[FMU_PARAMETER] + 1, sizeof(double));
    self->changed = calloc((size_t)self->variables.count[FMU_PARAMETER] + 1, sizeof(int));
-   self->values = calloc((size_t)self->variables.n + 1, sizeof(double));
+   self->values = calloc((size_t)shape_of(self->simulation, self->shape) + 1, sizeof(double));
    if (!self->state || !self->inputs || !self->parameters || !self->changed || !self->values ||
        !self->poses || fmu_reset(self))
       goto failed;
@@ -239,11 +277,9 @@ int fmu_begin(fmu_instance *self)
    free(values);
    if (fmu_told(self, status, error)) return status;
    shape_of(self->simulation, shape);
-   if (memcmp(shape, self->shape, sizeof shape)) {
-      fmu_say(self, 1, "parameters change how many bodies, contacts, states or quantities there are, "
-                   "for which another FMU has to be written, with --set");
-      return 1;
-   }
+   if (memcmp(shape, self->shape, sizeof shape))
+      return fmu_refuse(self, "parameters change how many bodies, contacts, states or quantities "
+                              "there are, for which another FMU has to be written, with --set");
    if (self->contact >= 0) {
       contensou_simulation_state(self->simulation, self->poses);
       self->begun = 1;
@@ -280,7 +316,7 @@ int fmu_rates(fmu_instance *self, double *rates, size_t n)
    int status = fmu_begin(self), finite = 1;
    size_t i;
 
-   if (status || n != (size_t)self->states) return 1;
+   if (status || wrong_count(self, "rates", n, self->states)) return 1;
    for (i = 0; i < n; i++) finite = finite && isfinite(self->state[i]);
    if (finite) {
       status = contensou_simulation_derivative(self->simulation, self->time, self->state,
@@ -349,7 +385,8 @@ int fmu_indicators(fmu_instance *self, double *values, size_t n)
    contensou_error *error = NULL;
    int status = fmu_begin(self);
 
-   if (status || n != (size_t)self->contacts) return 1;
+   if (status || wrong_count(self, "event indicators", n, self->contacts + self->remembers))
+      return 1;
    if (self->contact >= 0) {
       if (pose(self)) return 1;
       status = contensou_simulation_indicators(self->simulation, self->time, self->poses,
@@ -360,6 +397,9 @@ int fmu_indicators(fmu_instance *self, double *values, size_t n)
    }
    status = contensou_simulation_indicators(self->simulation, self->time, self->state,
                                             self->states, values, &error);
+   if (!status && self->remembers)
+      status = contensou_simulation_memory_indicator(self->simulation, self->time, self->state,
+                                                     self->states, values + self->contacts, &error);
    return fmu_told(self, status, error);
 }
 
@@ -371,7 +411,7 @@ int fmu_get(fmu_instance *self, unsigned reference, double *value)
    contensou_quantity quantity;
    int status;
 
-   if (reference >= (unsigned)list->n) return 1;
+   if (reference >= (unsigned)list->n) return no_variable(self, reference);
    item = &list->items[reference];
    switch (item->kind) {
    case FMU_TIME:
@@ -394,7 +434,7 @@ int fmu_get(fmu_instance *self, unsigned reference, double *value)
       if (!status && item->place < self->states) *value = self->values[item->place];
       return status;
    case FMU_INDICATOR:
-      status = fmu_indicators(self, self->values, (size_t)self->contacts);
+      status = fmu_indicators(self, self->values, (size_t)(self->contacts + self->remembers));
       *value = self->values[item->place];
       return status;
    default:
@@ -418,18 +458,13 @@ int fmu_set(fmu_instance *self, unsigned reference, double value)
    const fmu_variables *list = &self->variables;
    const fmu_variable *item;
 
-   if (reference >= (unsigned)list->n) return 1;
-   if (!isfinite(value)) {
-      fmu_say(self, 1, "a value is infinite or not a number");
-      return 1;
-   }
+   if (reference >= (unsigned)list->n) return no_variable(self, reference);
+   if (!isfinite(value)) return fmu_refuse(self, "a value is infinite or not a number");
    item = &list->items[reference];
    if (item->kind == FMU_PARAMETER) {
       if (self->parameters[item->place] == value) return 0;
-      if (self->begun) {
-         fmu_say(self, 1, "parameters can be set before the simulation has begun");
-         return 1;
-      }
+      if (self->begun)
+         return fmu_refuse(self, "parameters can be set before the simulation has begun");
       self->parameters[item->place] = value;
       self->changed[item->place] = 1;
       return 0;
@@ -444,8 +479,7 @@ int fmu_set(fmu_instance *self, unsigned reference, double value)
       if (follow(self)) return 1;
       return put_inputs(self);
    }
-   fmu_say(self, 1, "only parameters and inputs can be set");
-   return 1;
+   return fmu_refuse(self, "only parameters and inputs can be set");
 }
 
 int fmu_step(fmu_instance *self, double time, int to_event, double *reached, int *event)
@@ -453,6 +487,7 @@ int fmu_step(fmu_instance *self, double time, int to_event, double *reached, int
    contensou_error *error = NULL;
    int status = fmu_begin(self);
 
+   if (!isfinite(time)) return fmu_refuse(self, "the end of the step is no time");
    if (self->contact >= 0) {
       self->time = *reached = time;
       *event = 0;
@@ -469,22 +504,50 @@ int fmu_step(fmu_instance *self, double time, int to_event, double *reached, int
    return 0;
 }
 
-int fmu_set_state(fmu_instance *self, const double *state, size_t n)
+int fmu_set_time(fmu_instance *self, double time)
 {
-   if (fmu_begin(self) || n != (size_t)self->states) return 1;
-   memcpy(self->state, state, n * sizeof *state);
+   if (!isfinite(time)) return fmu_refuse(self, "the time is infinite or not a number");
+   self->time = time;
    self->fresh = 1;
    return 0;
 }
 
-int fmu_complete(fmu_instance *self)
+int fmu_set_state(fmu_instance *self, const double *state, size_t n)
+{
+   if (fmu_begin(self) || wrong_count(self, "states", n, self->states)) return 1;
+   if (n > 0) memcpy(self->state, state, n * sizeof *state);
+   self->fresh = 1;
+   return 0;
+}
+
+int fmu_get_state(fmu_instance *self, double *state, size_t n)
+{
+   if (fmu_begin(self) || wrong_count(self, "states", n, self->states)) return 1;
+   if (n > 0) memcpy(state, self->state, n * sizeof *state);
+   return 0;
+}
+
+int fmu_nominals(fmu_instance *self, double *nominals, size_t n)
+{
+   contensou_error *error = NULL;
+   if (fmu_begin(self) || wrong_count(self, "states", n, self->states)) return 1;
+   if (n == 0) return 0;
+   return fmu_told(self, contensou_simulation_nominals(self->simulation, nominals, self->states,
+                                                       &error), error);
+}
+
+/* A step is accepted; whether the host has to hear of a time event before the one it knows. */
+int fmu_complete(fmu_instance *self, int *events)
 {
    contensou_error *error = NULL;
    int status;
 
+   *events = 0;
    if (self->contact >= 0) return fmu_begin(self);
    status = follow(self);
    if (!status) status = contensou_simulation_complete_host_step(self->simulation, &error);
+   if (!status)
+      *events = contensou_simulation_next_corner(self->simulation, self->time) < self->next;
    return fmu_told(self, status, error);
 }
 
@@ -501,6 +564,6 @@ int fmu_update(fmu_instance *self, int *changed, double *next)
    if (fmu_told(self, status, error)) return status;
    read_state(self);
    *changed = is_new;
-   *next = contensou_simulation_next_corner(self->simulation, self->time);
+   self->next = *next = contensou_simulation_next_corner(self->simulation, self->time);
    return 0;
 }

@@ -3,6 +3,7 @@
 #define _GNU_SOURCE
 #include "variables.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <stdarg.h>
 #include <stdint.h>
@@ -182,14 +183,15 @@ static void list_unknowns(buffer *to, const fmu_variables *list, int kind, int f
 }
 
 /* Files of C, then their headers. */
-#define SOURCES 6
+enum { SOURCES = 7, COMPILED = 4 };
 static const char *const sources[SOURCES] = {"variables.c", "instance.c", "places.c",
-                                             "variables.h", "instance.h", "contensou.h"};
+                                             "handle_table.c", "variables.h", "instance.h",
+                                             "contensou.h"};
 
 static void name_sources(buffer *to, int fmi)
 {
    int i;
-   for (i = 0; i < 3; i++) say(to, "      <File name=\"%s\"/>\n", sources[i]);
+   for (i = 0; i < COMPILED; i++) say(to, "      <File name=\"%s\"/>\n", sources[i]);
    say(to, "      <File name=\"fmu%d.c\"/>\n", fmi);
 }
 
@@ -259,29 +261,79 @@ static void describe(buffer *to, const fmu_variables *list, int fmi, const char 
 
 /* ---- The package ----------------------------------------------------------------------------- */
 
-/* Read a file that belongs to the program: from where it was built, or is installed. */
+/* The path of a file in a folder that is told from where the program lies; "" where that is not
+ * known. */
+static void own_path(char *path, size_t room, const char *folder, const char *name)
+{
+   char here[4096];
+   ssize_t length = readlink("/proc/self/exe", here, sizeof here - 1);
+
+   *path = 0;
+   if (length <= 0) return;
+   here[length] = 0;
+   *strrchr(here, '/') = 0;
+   snprintf(path, room, "%s/%s/%s", here, folder, name);
+}
+
+/* Read a file that belongs to the program. */
+static int read_in(const char *folder, const char *name, buffer *to)
+{
+   char path[8192], bytes[65536];
+   size_t n;
+   FILE *file;
+
+   memset(to, 0, sizeof *to);
+   own_path(path, sizeof path, folder, name);
+   file = fopen(path, "rb");
+   if (!file) return 0;
+   while ((n = fread(bytes, 1, sizeof bytes, file)) > 0) put(to, bytes, n);
+   if (ferror(file)) to->failed = 1;
+   fclose(file);
+   return !to->failed;
+}
+
+/* Read one from where it was built, or is installed. */
 static int read_own(const char *name, buffer *to)
 {
    static const char *const folders[] = {"../fmu", FMU_FOLDER};
-   char here[4096], path[8192], bytes[65536];
-   ssize_t length = readlink("/proc/self/exe", here, sizeof here - 1);
-   size_t n;
    int i;
 
-   memset(to, 0, sizeof *to);
-   if (length <= 0) return 0;
-   here[length] = 0;
-   *strrchr(here, '/') = 0;
    for (i = 0; i < 2; i++) {
-      FILE *file;
-      snprintf(path, sizeof path, "%s/%s/%s", here, folders[i], name);
-      file = fopen(path, "rb");
-      if (!file) continue;
-      while ((n = fread(bytes, 1, sizeof bytes, file)) > 0) put(to, bytes, n);
-      fclose(file);
-      return !to->failed;
+      if (read_in(folders[i], name, to)) return 1;
+      if (i == 0) free(to->bytes);
    }
    return 0;
+}
+
+/* Put the libraries that the binary needs of those that the program brings along beside it: all.
+ * Returns whether each was read. */
+static int add_libraries(archive *zip, const char *binaries)
+{
+#ifdef FMU_LIBRARIES
+   char path[8192], entry[512];
+   const struct dirent *item;
+   int whole = 1;
+   DIR *folder;
+
+   own_path(path, sizeof path, FMU_LIBRARIES, "");
+   folder = opendir(path);
+   /* Before libraries are brought along, those of the machine are used. */
+   if (!folder) return 1;
+   while (whole && (item = readdir(folder))) {
+      buffer own;
+      if (*item->d_name == '.') continue;
+      whole = read_in(FMU_LIBRARIES, item->d_name, &own);
+      snprintf(entry, sizeof entry, "binaries/%s/%s", binaries, item->d_name);
+      if (whole) add_file(zip, entry, own.bytes, own.size);
+      free(own.bytes);
+   }
+   closedir(folder);
+   return whole;
+#else
+   (void)zip;
+   (void)binaries;
+   return 1;
+#endif
 }
 
 static void model_of(const char *output, char model[64])
@@ -341,6 +393,7 @@ int contensou_fmu_write(const char *name, const char *scene, const char *const s
    archive zip = {{0}, {0}, 0};
    buffer text = {0}, own;
    char model[64], entry[256], token[64];
+   const char *binaries = fmi == 2 ? "linux64" : "x86_64-linux";
    double rtol = 1e-8;
    FILE *file;
    int i, number = -1, whole, reason, status = 74;
@@ -383,9 +436,13 @@ int contensou_fmu_write(const char *name, const char *scene, const char *const s
       snprintf(message, room, "%s is not beside the program, nor where it is installed", entry);
       goto end;
    }
-   snprintf(entry, sizeof entry, "binaries/%s/%s.so", fmi == 2 ? "linux64" : "x86_64-linux", model);
+   snprintf(entry, sizeof entry, "binaries/%s/%s.so", binaries, model);
    add_file(&zip, entry, own.bytes, own.size);
    free(own.bytes);
+   if (!add_libraries(&zip, binaries)) {
+      snprintf(message, room, "the libraries of the program cannot be read");
+      goto end;
+   }
    for (i = 0; i <= SOURCES; i++) {
       char source[16];
       snprintf(source, sizeof source, "fmu%d.c", fmi);
@@ -404,7 +461,7 @@ int contensou_fmu_write(const char *name, const char *scene, const char *const s
       say(&text, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiBuildDescription fmiVersion=\"3.0\">\n"
                  "  <BuildConfiguration modelIdentifier=\"%s\">\n    <SourceFileSet language=\"C11\">\n",
           model);
-      for (i = 0; i < 3; i++) say(&text, "      <SourceFile name=\"%s\"/>\n", sources[i]);
+      for (i = 0; i < COMPILED; i++) say(&text, "      <SourceFile name=\"%s\"/>\n", sources[i]);
       say(&text, "      <SourceFile name=\"fmu3.c\"/>\n    </SourceFileSet>\n"
                  "    <Library name=\"contensou\" external=\"true\"/>\n"
                  "  </BuildConfiguration>\n</fmiBuildDescription>\n");

@@ -249,6 +249,13 @@ int fmu_list(contensou_simulation *simulation, int contact, fmu_variables *list)
    for (i = 0; i < n; i++) {
       if (add_indicator(simulation, i, list)) return -1;
    }
+   if (contensou_simulation_remembers(simulation)) {
+      fmu_variable *item = add(list, FMU_INDICATOR, "",
+                               "zero where contacts have to remember an accepted step",
+                               "memory_indicator");
+      if (!item) return -1;
+      item->place = list->count[FMU_INDICATOR] - 1;
+   }
    return 0;
 }
 

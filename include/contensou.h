@@ -246,6 +246,20 @@ int contensou_simulation_indicators(contensou_simulation *simulation, double tim
                                     const double *state, int n, double *values,
                                     contensou_error **error);
 
+/* What is usual of each of the n numbers of the state, > 0: for methods that measure the error of a
+ * number against its size and that. */
+int contensou_simulation_nominals(contensou_simulation *simulation, double *nominals, int n,
+                                  contensou_error **error);
+
+/* Whether there are contacts with tangential elasticity, which remember accepted steps; and a
+ * function of a state that passes through zero where they have to: within a step they take the way
+ * of the spot as straight, and their error there is that function, plus 1, in units of the root of
+ * the relative tolerance. It is -1 after a step was accepted, and where nothing is remembered. */
+bool contensou_simulation_remembers(const contensou_simulation *simulation);
+int contensou_simulation_memory_indicator(contensou_simulation *simulation, double time,
+                                          const double *state, int n, double *value,
+                                          contensou_error **error);
+
 /* What a contact alone does to its bodies in a state: a force element for programs with bodies of
  * their own, a function of poses and velocities. Those with tangential elasticity, which remember,
  * and rigid ones have none. An output may be NULL.
@@ -265,8 +279,10 @@ int contensou_simulation_contact_body(const contensou_simulation *simulation, in
 
 /* A host is a program that integrates the motion with a method of its own, from rates and
  * indicators. It tells of its time and state, of each step that it has accepted, and of events:
- * where an indicator has passed through zero, and once at the beginning. What follows from an event
- * (impacts, states of the laws of contacts) may change the state, as *changed tells. */
+ * where an indicator has passed through zero, and once at the beginning. Where contacts remember, a
+ * step has to end where the indicator of memory passes through zero, and to be accepted. What
+ * follows from an event (impacts, states of the laws of contacts) may change the state, as *changed
+ * tells. */
 int contensou_simulation_put_host(contensou_simulation *simulation, double time,
                                   const double *state, int n, contensou_error **error);
 int contensou_simulation_complete_host_step(contensou_simulation *simulation,

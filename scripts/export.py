@@ -14,7 +14,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from lib import drawable, gltf, style, vtkhdf
+from lib import drawable, gltf, labels, vtkhdf
 from lib.results import (
     STATUS_FILE,
     ResultError,
@@ -55,13 +55,13 @@ def main(name: str = "scripts/export") -> int:
         check_output(options.file, output, force=options.force)
         export(options, output)
     except ResultError as problem:
-        print(f"error: {style.shown(str(problem))}", file=sys.stderr)
+        print(f"error: {labels.shown(str(problem))}", file=sys.stderr)
         return problem.status
     except OSError as problem:
         reason = problem.strerror or problem
-        print(f"error: {style.shown(str(output))} cannot be written: {reason}", file=sys.stderr)
+        print(f"error: {labels.shown(str(output))} cannot be written: {reason}", file=sys.stderr)
         return STATUS_FILE
-    print(style.shown(str(output)))
+    print(labels.shown(str(output)))
     return 0
 
 
@@ -74,7 +74,7 @@ def export(options: argparse.Namespace, output: Path) -> None:
             rows = rows_between(run, options.start, options.end)
         if run_is_short(run):
             print(
-                f"warning: {style.shown(str(options.file))} is not complete "
+                f"warning: {labels.shown(str(options.file))} is not complete "
                 f"({status_of(run)}); {run.rows} rows",
                 file=sys.stderr,
             )

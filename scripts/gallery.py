@@ -17,7 +17,7 @@ import h5py
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from lib import browser, program, style, thinning, viewing
+from lib import browser, labels, program, thinning, viewing
 from lib.browser import frame, show
 from lib.results import ResultError
 
@@ -147,7 +147,7 @@ def main() -> int:
     paths = {Path(scene).name: scene for scene in SCENES}
     unknown = [name for name in options.scenes if name not in paths]
     if unknown:
-        print(f"error: no scene {style.shown(unknown[0])} in the gallery", file=sys.stderr)
+        print(f"error: no scene {labels.shown(unknown[0])} in the gallery", file=sys.stderr)
         return 2
     for folder in (PAGES, STILLS):
         folder.mkdir(parents=True, exist_ok=True)

@@ -11,7 +11,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from lib import style, sweeps
+from lib import labels, style, sweeps
 from lib.drawing import figure_of
 from lib.results import STATUS_FILE, ResultError, check_output
 
@@ -52,15 +52,15 @@ def main(name: str = "scripts/plot") -> int:
         figure = figure_of(options.file, wishes, loads=options.loads)
         style.save(figure, picture)
     except ResultError as problem:
-        print(f"error: {style.shown(str(problem))}", file=sys.stderr)
+        print(f"error: {labels.shown(str(problem))}", file=sys.stderr)
         return problem.status
     except OSError as problem:
         print(
-            f"error: {style.shown(str(picture))} cannot be written: {problem.strerror}",
+            f"error: {labels.shown(str(picture))} cannot be written: {problem.strerror}",
             file=sys.stderr,
         )
         return STATUS_FILE
-    print(style.shown(str(picture)))
+    print(labels.shown(str(picture)))
     return 0
 
 

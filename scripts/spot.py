@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import Ellipse
 
-from lib import bristles, style
+from lib import bristles, labels, style
 from lib.kernels import described, evaluated
 from lib.results import STATUS_FILE, ResultError, UsageError, check_output
 
@@ -47,12 +47,12 @@ def main(name: str = "scripts/spot") -> int:
         check_output(None, options.output, force=True, what="picture")
         draw(spot, wrench(spot), options.output)
     except ResultError as problem:
-        print(f"error: {style.shown(str(problem))}", file=sys.stderr)
+        print(f"error: {labels.shown(str(problem))}", file=sys.stderr)
         return problem.status
     except (OSError, ValueError) as problem:
         print(f"error: {options.output} cannot be written: {problem}", file=sys.stderr)
         return STATUS_FILE
-    print(style.shown(str(options.output)))
+    print(labels.shown(str(options.output)))
     return 0
 
 

@@ -14,7 +14,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from lib import browser, drawable, style, viewing
+from lib import browser, drawable, labels, viewing
 from lib.results import (
     ResultError,
     UsageError,
@@ -50,9 +50,9 @@ def main(program: str = "scripts/video") -> int:
     try:
         film(options, output)
     except ResultError as problem:
-        print(f"error: {style.shown(str(problem))}", file=sys.stderr)
+        print(f"error: {labels.shown(str(problem))}", file=sys.stderr)
         return problem.status
-    print(style.shown(str(output)))
+    print(labels.shown(str(output)))
     return 0
 
 

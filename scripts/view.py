@@ -9,7 +9,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from lib import limit_surface, style, sweeping, sweeps, viewing
+from lib import labels, limit_surface, sweeping, tables, viewing
 from lib.results import STATUS_FILE, ResultError, check_output, damage_told, whole_file
 
 
@@ -42,22 +42,22 @@ def main(name: str = "scripts/view") -> int:
         with whole_file(page) as place:
             place.write_text(text, encoding="utf-8")
     except ResultError as problem:
-        print(f"error: {style.shown(str(problem))}", file=sys.stderr)
+        print(f"error: {labels.shown(str(problem))}", file=sys.stderr)
         return problem.status
     except OSError as problem:
         print(
-            f"error: {style.shown(str(page))} cannot be written: {problem.strerror}",
+            f"error: {labels.shown(str(page))} cannot be written: {problem.strerror}",
             file=sys.stderr,
         )
         return STATUS_FILE
-    print(style.shown(str(page)))
+    print(labels.shown(str(page)))
     return 0
 
 
 def page_of(file: Path) -> str:
     """The page of a file; an error in words, however damaged it is."""
     with damage_told(file):
-        return sweeping.view(file) if sweeps.is_sweep(file) else viewing.view(file)
+        return sweeping.view(file) if tables.is_sweep(file) else viewing.view(file)
 
 
 def default_page(file: Path) -> Path:

@@ -18,19 +18,20 @@ module contensou
    use contensou_integrate_observer, only : event_lift, event_touch, observer_type
    use contensou_integrate_motion, only : motion_type
 
-   ! Kernels; approximations of them stand in the tables.
+   ! Kernels, with the types of their arguments; approximations of them stand in the tables.
+   use contensou_contact_creep_law, only : creep_spot_type, creep_type, passing_type
    use contensou_contact_hertz, only : effective_modulus, hertz_contact, hertz_spot_type, &
-      hertz_type, new_hertz
-   use contensou_contact_spot, only : elliptic_shape, spot_shape_type
+      hertz_type
+   use contensou_contact_kalker, only : kalker_coefficients
+   use contensou_contact_spot, only : spot_shape_type
    use contensou_contact_tangential_shells, only : shells_type, spring_spot_type
-   use contensou_contact_vilke, only : vilke_force
-   use contensou_contact_wrench, only : slip_type, wrench_exact, wrench_exact_jacobian, &
-      wrench_exact_potential
-   use contensou_special_elliptic, only : complete_elliptic, complete_elliptic_all, &
-      complete_elliptic_bd
+   use contensou_contact_wrench, only : slip_type, wrench_exact_potential
+   use contensou_contact_wrench_curved, only : bend_type, friction_wrench
+   use contensou_special_elliptic, only : complete_elliptic
 
    ! Tables: models with their kernels, and the parts of a contact and the pairs of surfaces with
    ! all that a scene can name.
+   use contensou_contact_creep, only : creep_models
    use contensou_contact_friction, only : friction_models
    use contensou_contact_hertz, only : hertz_models
    use contensou_contact_pairs, only : geometry_models

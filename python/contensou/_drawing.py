@@ -5,15 +5,17 @@ from __future__ import annotations
 import contextlib
 import html
 import os
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import xarray
 
+from contensou import _arguments as arguments
 from contensou._errors import FileError, SceneError
 from contensou._runs import IMAGE, folder_of_its_own, image
-from contensou._scenes import Scene, Settings, is_text
+from contensou._scenes import Scene, Settings, file_name, is_text
 from contensou._tools import tool
 
 if TYPE_CHECKING:
@@ -36,7 +38,11 @@ class Page:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the page to a file, which a browser opens."""
-        Path(path).write_text(self.html, encoding="utf-8")
+        name = file_name(path, "path")
+        try:
+            Path(name).write_text(self.html, encoding="utf-8")
+        except OSError as problem:
+            raise FileError(f"{name} cannot be written: {problem.strerror}", 74) from None
 
     def _repr_html_(self) -> str:
         """The page in a frame of its own."""
@@ -95,16 +101,27 @@ def plot(
         import matplotlib as mpl
         import matplotlib.pyplot as plt
     except ImportError:
-        raise ImportError("contensou.plot needs matplotlib: pip install contensou[plot]") from None
+        raise ImportError(
+            f"contensou.plot needs matplotlib: {sys.executable} -m pip install matplotlib"
+        ) from None
+    kinds = tool("sweeps").KINDS
+    if kind is not None and kind not in kinds:
+        raise SceneError(f"kind: expected one of {', '.join(kinds)}, not {kind!r}", 2)
+    if where is not None and not isinstance(where, Mapping):
+        shown = arguments.shown(where)
+        raise SceneError(f"where: expected a dictionary of values by parameter, not {shown}", 2)
+    parameters = arguments.names(over, "over") if over is not None else None
+    if parameters and (len(parameters) > 2 or len(set(parameters)) < len(parameters)):
+        raise SceneError(f"over: expected one or two different parameters, not {over!r}", 2)
     chosen = tool("sweeps").Wishes(
-        list(result) if result is not None else None,
-        list(over) if over is not None else None,
+        arguments.names(result, "result") if result is not None else None,
+        parameters,
         kind,
         {name: str(value) for name, value in (where or {}).items()},
     )
     with file_of(what, settings) as (path, _), mpl.rc_context():
         try:
-            figure = tool("drawing").draw_file(path, chosen)
+            figure: Figure = tool("drawing").draw_file(path, chosen)
         except tool("results").ResultError as problem:
             raise SceneError(str(problem).replace(f"{path} ", "the data "), 2) from None
         # A notebook would show it twice.
@@ -124,7 +141,7 @@ def file_of(what: Drawable, settings: Settings) -> Iterator[tuple[Path, bool]]:
             )
     elif isinstance(what, (str, os.PathLike)) and not (isinstance(what, str) and is_text(what)):
         try:
-            data = Path(what).read_bytes()
+            data = Path(file_name(what, "file")).read_bytes()
         except OSError as problem:
             raise FileError(f"{what} cannot be read: {problem.strerror}", 74) from None
     else:
@@ -136,4 +153,4 @@ def file_of(what: Drawable, settings: Settings) -> Iterator[tuple[Path, bool]]:
     with folder_of_its_own() as folder:
         path = folder / "run.h5"
         path.write_bytes(data)
-        yield path, bool(tool("sweeps").is_sweep(path))
+        yield path, bool(tool("tables").is_sweep(path))

@@ -10,7 +10,7 @@ class ContensouError(Exception):
         super().__init__(message)
         self.status = status
 
-    def __reduce__(self) -> tuple:
+    def __reduce__(self) -> tuple[type, tuple[str, int]]:
         return type(self), (str(self), self.status)
 
 

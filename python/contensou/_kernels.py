@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import threading
 import weakref
 from typing import NamedTuple
@@ -10,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contensou import _arguments as arguments
 from contensou import _library as lib
 from contensou._errors import SceneError
 
@@ -66,7 +68,7 @@ def elliptic(complement: ArrayLike) -> Elliptic:
     >>> k.round(12).tolist()
     [1.570796326795, 1.854074677301]
     """
-    return Elliptic(*_columns("elliptic_array", 2, complement))
+    return Elliptic(*_columns("elliptic_array", 2, {"complement": complement}))
 
 
 def hertz(
@@ -95,7 +97,13 @@ def hertz(
     >>> found.force.round(3).tolist()
     [14.667, 41.484]
     """
-    return Hertz(*_columns("hertz_array", 4, curvature_a, curvature_b, modulus, approach))
+    named: dict[str, ArrayLike] = {
+        "curvature_a": curvature_a,
+        "curvature_b": curvature_b,
+        "modulus": modulus,
+        "approach": approach,
+    }
+    return Hertz(*_columns("hertz_array", 4, named))
 
 
 class Slopes(NamedTuple):
@@ -156,9 +164,10 @@ class Friction:
     def __init__(
         self, model: str, coefficient: float, delta: float = 0.0, drilling: bool = True
     ) -> None:
-        handle = lib.plain(
-            "friction_new", lib.encoded(model), float(coefficient), float(delta), bool(drilling)
-        )
+        coefficient = arguments.number(coefficient, "coefficient")
+        delta = arguments.number(delta, "delta")
+        encoded = lib.encoded(model, "model")
+        handle = lib.plain("friction_new", encoded, coefficient, delta, bool(drilling))
         if handle is None:
             raise SceneError(
                 f"there is no friction {model!r} with the coefficient {coefficient} and delta "
@@ -200,7 +209,7 @@ class Friction:
             `fx`, `fy` [N], `tz` [N m], of the shape to which the arguments broadcast; NaN outside
             of the domain.
         """
-        inputs, shape, places, strides = _inputs(load, a, b, vx, vy, spin)
+        inputs, shape, places, strides = _inputs(load=load, a=a, b=b, vx=vx, vy=vy, spin=spin)
         found = np.empty((*shape, 3))
         lib.plain(
             "friction_wrench_array",
@@ -241,7 +250,7 @@ class Friction:
         >>> found.slopes.shape, float(found.slopes[0, 0].round(6))
         ((3, 5), -0.265072)
         """
-        inputs, shape, places, strides = _inputs(load, a, b, vx, vy, spin)
+        inputs, shape, places, strides = _inputs(load=load, a=a, b=b, vx=vx, vy=vy, spin=spin)
         found, slopes = np.empty((*shape, 3)), np.empty((*shape, 3, 5))
         lib.plain(
             "friction_jacobian_array",
@@ -282,7 +291,8 @@ def tangential_stiffness(
     >>> float(found.kx.round(-2)), float(found.kt.round(4))
     (188235300.0, 213.3333)
     """
-    return Stiffness(*_columns("tangential_stiffness_array", 3, a, b, shear_modulus, poisson))
+    named = {"a": a, "b": b, "shear_modulus": shear_modulus, "poisson": poisson}
+    return Stiffness(*_columns("tangential_stiffness_array", 3, named))
 
 
 class Tangential:
@@ -306,7 +316,11 @@ class Tangential:
     """
 
     def __init__(self, shear_modulus: float, poisson: float, layers: int = 10) -> None:
-        handle = lib.plain("tangential_new", float(shear_modulus), float(poisson), int(layers))
+        shear_modulus = arguments.number(shear_modulus, "shear_modulus")
+        poisson = arguments.number(poisson, "poisson")
+        # More than there can be are as many as C can have.
+        layers = max(-1, min(arguments.whole(layers, "layers"), 2**31 - 1))
+        handle = lib.plain("tangential_new", shear_modulus, poisson, layers)
         if handle is None:
             raise SceneError(
                 f"there is no spot with the shear modulus {shear_modulus} Pa, Poisson's ratio "
@@ -349,19 +363,30 @@ class Tangential:
             `fx`, `fy` [N], `tz` [N m], `energy`, `lost` [J], of the shape to which the arguments
             broadcast. A step outside of the domain gives NaN and is not remembered.
         """
-        words = (limit, a, b, x, y, twist)
+        named = {"limit": limit, "a": a, "b": b, "x": x, "y": y, "twist": twist}
         with self._lock:
-            return Steps(*_columns("tangential_advance_array", 5, *words, handle=self._handle))
+            return Steps(*_columns("tangential_advance_array", 5, named, self._handle))
 
 
 def _inputs(
-    *arguments: ArrayLike,
-) -> tuple[list[np.ndarray], tuple[int, ...], ctypes.Array, ctypes.Array]:
+    **named: ArrayLike,
+) -> tuple[
+    list[np.ndarray],
+    tuple[int, ...],
+    ctypes.Array[ctypes.c_void_p],
+    ctypes.Array[ctypes.c_ssize_t],
+]:
     """Arrays that live as long as they are used, their common shape, and where they are."""
-    columns = [np.asarray(argument, dtype=np.float64) for argument in arguments]
-    shape = np.broadcast_shapes(*(column.shape for column in columns))
+    columns = [arguments.numbers(values, name) for name, values in named.items()]
+    try:
+        shape = np.broadcast_shapes(*(column.shape for column in columns))
+    except ValueError:
+        shapes = ", ".join(
+            f"{name} {column.shape}" for name, column in zip(named, columns, strict=True)
+        )
+        raise SceneError(f"these shapes do not go together: {shapes}", 2) from None
     columns = [
-        column if column.size == 1 else np.ascontiguousarray(np.broadcast_to(column, shape))
+        np.require(column if column.size == 1 else np.broadcast_to(column, shape), None, ["C", "A"])
         for column in columns
     ]
     places = (ctypes.c_void_p * len(columns))(*(column.ctypes.data for column in columns))
@@ -370,13 +395,13 @@ def _inputs(
 
 
 def _columns(
-    name: str, outputs: int, *arguments: ArrayLike, handle: int | None = None
+    function: str, outputs: int, named: dict[str, ArrayLike], handle: int | None = None
 ) -> list[np.ndarray]:
     """The outputs of a kernel, or of a handle's, a column each."""
-    inputs, shape, places, strides = _inputs(*arguments)
+    inputs, shape, places, strides = _inputs(**named)
     found = np.empty((outputs, *shape))
-    size = int(np.prod(shape))
+    size = math.prod(shape)
     to = (ctypes.c_void_p * outputs)(*(found[i, ...].ctypes.data for i in range(outputs)))
-    lib.plain(name, *([] if handle is None else [handle]), size, places, strides, to)
+    lib.plain(function, *([] if handle is None else [handle]), size, places, strides, to)
     del inputs
     return [found[i, ...] for i in range(outputs)]

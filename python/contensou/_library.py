@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
-from contensou._errors import SceneError, error_of
+from contensou import _arguments as arguments
+from contensou._errors import error_of
 from contensou._prefix import LIBRARY
 
 INTERFACE = 3
@@ -139,21 +141,17 @@ def call(name: str, *words: object) -> int:
     raise error_of(status, message)
 
 
-def plain(name: str, *words: object) -> object:
+def plain(name: str, *words: object) -> Any:
     """Call a function that cannot fail."""
     return getattr(library, f"contensou_{name}")(*words)
 
 
-def encoded(text: object) -> bytes:
+def encoded(text: object, what: str = "name") -> bytes:
     """A text as C has it."""
-    if not isinstance(text, str):
-        raise SceneError(f"expected a text, not {text!r}", 2)
-    if "\0" in text:
-        raise SceneError(f"a zero byte in {text!r}", 2)
-    return text.encode()
+    return arguments.text(text, what).encode()
 
 
-def texts(found: Iterable[str]) -> tuple[ctypes.Array, int]:
+def texts(found: Iterable[str]) -> tuple[ctypes.Array[ctypes.c_char_p], int]:
     """Texts as an array of C strings, and how many they are."""
     words = [encoded(text) for text in found]
     return (ctypes.c_char_p * max(len(words), 1))(*words), len(words)
@@ -161,7 +159,4 @@ def texts(found: Iterable[str]) -> tuple[ctypes.Array, int]:
 
 def numbers(values: object, what: str) -> np.ndarray:
     """Numbers in a row, as C has them."""
-    try:
-        return np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise SceneError(f"{what}: expected numbers, not {values!r}", 2) from None
+    return np.require(arguments.numbers(values, what), None, ["C", "A"])

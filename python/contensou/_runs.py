@@ -163,7 +163,7 @@ def is_progress(line: str, watch: Callable[[float, str], object] | None) -> bool
     return bool(found)
 
 
-def end(process: subprocess.Popen) -> None:
+def end(process: subprocess.Popen[str]) -> None:
     """End the program, gently at first."""
     process.send_signal(signal.SIGINT)
     try:

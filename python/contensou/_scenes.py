@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from contensou import _arguments as arguments
 from contensou._errors import SceneError
 
 NAME = re.compile(r"[A-Za-z]\w*")
@@ -63,13 +64,16 @@ def scene_text(groups: Mapping[str, Any]) -> str:
     for group, found in groups.items():
         if not isinstance(group, str) or not NAME.fullmatch(group):
             raise SceneError(f"{group!r} is no name of a group", 2)
-        for keys in [found] if isinstance(found, Mapping) else found:
+        what = f"group &{group}"
+        expected = "a dictionary of keys and values, or a list of such"
+        several = [found] if isinstance(found, Mapping) else arguments.items(found, what, expected)
+        for keys in several:
             if not isinstance(keys, Mapping):
-                raise SceneError(f"group &{group}: expected a dictionary or a list of such", 2)
+                raise SceneError(f"{what}: expected {expected}, not {arguments.shown(keys)}", 2)
             lines.append(f"&{group}")
             for key, value in keys.items():
                 if not isinstance(key, str) or not KEY.fullmatch(key):
-                    raise SceneError(f"group &{group}: {key!r} is no name of a key", 2)
+                    raise SceneError(f"{what}: {key!r} is no name of a key", 2)
                 lines.append(f"   {key} = {value_text(value, f'{group}.{key}')}")
             lines.append("/")
     return "\n".join([*lines, ""])
@@ -81,10 +85,9 @@ def value_text(value: Any, place: str = "") -> str:
     >>> value_text([True, "a", 0.1])
     ".true., 'a', 0.1"
     """
-    if isinstance(value, Expression):
-        return str(value)
     if isinstance(value, str):
-        return "'" + value.replace("'", "''") + "'"
+        found = arguments.text(value, place or "a text")
+        return str(found) if isinstance(value, Expression) else "'" + found.replace("'", "''") + "'"
     if isinstance(value, (bool, np.bool_)):
         return ".true." if value else ".false."
     if isinstance(value, (int, np.integer)):
@@ -93,13 +96,15 @@ def value_text(value: Any, place: str = "") -> str:
         if not np.isfinite(value):
             raise SceneError(f"{place}: {value} is no number".removeprefix(": "), 2)
         return repr(float(value))
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
+    if hasattr(value, "__array__"):
+        value = np.asarray(value).tolist()
         if not isinstance(value, list):
             return value_text(value, place)
-    if isinstance(value, (Mapping, bytes)) or not isinstance(value, Iterable):
+    if isinstance(value, (Mapping, bytes, bytearray)) or not isinstance(value, Iterable):
         kind = type(value).__name__
-        raise SceneError(f"{place}: a {kind} cannot stand in a scene".removeprefix(": "), 2)
+        expected = "expected numbers, texts, logicals, or sequences of them"
+        said = f"{place}: a {kind} cannot stand in a scene; {expected}"
+        raise SceneError(said.removeprefix(": "), 2)
     return ", ".join(value_text(item, place) for item in value)
 
 
@@ -111,19 +116,23 @@ def settings_texts(settings: Settings) -> list[str]:
     """
     if settings is None:
         return []
-    if isinstance(settings, str):
-        raise SceneError("settings: expected a dictionary or a list of texts, not a text", 2)
     if not isinstance(settings, Mapping):
-        texts = list(settings)
+        texts = arguments.items(
+            settings, "settings", "a dictionary of values by path, or a list of texts PATH=VALUE"
+        )
         if not all(isinstance(text, str) for text in texts):
-            raise SceneError("settings: expected texts PATH=VALUE", 2)
-        return texts
+            raise SceneError("settings: expected texts PATH=VALUE in the list", 2)
+        return [arguments.text(text, "settings") for text in texts]
     found = []
     for path, value in settings.items():
         if not isinstance(path, str):
             raise SceneError(f"settings: {path!r} is no path such as 'body.mass'", 2)
-        text = value if isinstance(value, str) else value_text(value, path)
-        found.append(f"{path}={text}")
+        if isinstance(value, Mapping):
+            key = next(iter(value), "key")
+            said = f"a dict cannot stand in a scene; write '{path}.{key}' for a value of it"
+            raise SceneError(f"settings: {path}: {said}", 2)
+        text = arguments.text(value, path) if isinstance(value, str) else value_text(value, path)
+        found.append(f"{arguments.text(path, 'settings')}={text}")
     return found
 
 
@@ -132,16 +141,36 @@ def is_text(scene: str) -> bool:
     return "\n" in scene or scene.lstrip().startswith(("&", "!"))
 
 
+def text_or_name(scene: Scene) -> tuple[str | None, str]:
+    """The text of a scene, None if it is in a file, and the name under which it is told of."""
+    if isinstance(scene, Mapping):
+        return scene_text(scene), "scene.nml"
+    if isinstance(scene, str) and is_text(scene):
+        return arguments.text(scene, "scene"), "scene.nml"
+    if not isinstance(scene, (str, os.PathLike)):
+        raise SceneError(
+            "scene: expected the name of a file, the text of a scene or a dictionary of its "
+            f"groups, not {arguments.shown(scene)}",
+            2,
+        )
+    return None, file_name(scene, "scene")
+
+
+def file_name(path: str | os.PathLike[str], what: str) -> str:
+    """The name of a file, which is UTF-8 as all names are."""
+    name = os.fsdecode(path)
+    if "\0" in name or arguments.surrogate(name):
+        raise SceneError(f"{what}: {name!a} is no name of a file in UTF-8", 2)
+    return name
+
+
 def scene_file(scene: Scene, folder: Path) -> tuple[str, Path]:
     """The name of a file with the scene and the folder to see it from.
 
     What is no file as yet is written into the folder that is given.
     """
-    if isinstance(scene, Mapping):
-        text = scene_text(scene)
-    elif isinstance(scene, str) and is_text(scene):
-        text = scene
-    else:
-        return os.fspath(scene), Path.cwd()
-    (folder / "scene.nml").write_text(text, encoding="utf-8")
-    return "scene.nml", folder
+    text, name = text_or_name(scene)
+    if text is None:
+        return name, Path.cwd()
+    (folder / name).write_text(text, encoding="utf-8")
+    return name, folder

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import os
 import signal
 import threading
 import time as clock
 import warnings
 import weakref
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from types import FrameType
 from typing import Any, NamedTuple
 
@@ -18,9 +17,10 @@ import numpy as np
 import xarray
 from numpy.typing import ArrayLike
 
+from contensou import _arguments as arguments
 from contensou import _library as lib
 from contensou._errors import SceneError, SceneWarning
-from contensou._scenes import Scene, Settings, is_text, scene_text, settings_texts
+from contensou._scenes import Scene, Settings, settings_texts, text_or_name
 
 KINDS = {1: "touch", 2: "lift"}
 
@@ -127,15 +127,9 @@ class Simulation:
     """
 
     def __init__(self, scene: Scene, settings: Settings = None) -> None:
-        name, text = "scene.nml", None
-        if isinstance(scene, Mapping):
-            text = scene_text(scene)
-        elif isinstance(scene, str) and is_text(scene):
-            text = scene
-        else:
-            name = os.fspath(scene)
+        text, name = text_or_name(scene)
         words, n = lib.texts(settings_texts(settings))
-        encoded = None if text is None else lib.encoded(text)
+        encoded = None if text is None else lib.encoded(text, "scene")
         self._own(lib.call("simulation_make", lib.INTERFACE, lib.encoded(name), encoded, words, n))
         if said := self._text("simulation_warnings").strip():
             warnings.warn(said, SceneWarning, stacklevel=2)
@@ -287,9 +281,7 @@ class Simulation:
 
     def values(self, name: str) -> np.ndarray:
         """A quantity at the present, in its shape and unit: see `quantities`."""
-        found = self.quantities.get(name)
-        if found is None:
-            raise SceneError(f"there is no quantity {name!r}", 2)
+        found = self._known([name])[name]
         values = np.empty(found.shape)
         with self._held() as handle:
             flat = values.reshape(-1)
@@ -330,13 +322,24 @@ class Simulation:
 
     def step(self, duration: float) -> float:
         """Go on for a while [s]; the time reached."""
-        return self.advance(self.time + duration)
+        return self.advance(self.time + arguments.number(duration, "duration"))
 
     def advance_to_event(self, time: float | None = None) -> Event | None:
         """Go on to the next touch or lift, or to a time [s]; the event, if there is one."""
         before = len(self.events)
         self._advance("simulation_advance_to_event", time, None)
         return self.events[-1] if len(self.events) > before else None
+
+    def _known(self, names: Sequence[str] | None) -> dict[str, Quantity]:
+        """The quantities of some names, or of all; an error if there are none of a name."""
+        known = self.quantities
+        if names is None:
+            return known
+        wanted = arguments.names(names, "quantities")
+        if missing := [name for name in wanted if name not in known]:
+            there = ", ".join(known)
+            raise SceneError(f"there is no quantity {missing[0]!r}; there are: {there}", 2)
+        return {name: known[name] for name in wanted}
 
     def rows(self, names: Sequence[str] | None = None, time: float | None = None) -> xarray.Dataset:
         """Go on to a time [s], and keep the rows on the way.
@@ -353,10 +356,8 @@ class Simulation:
         xarray.Dataset
             As of `contensou.run`, with the same bits.
         """
-        known = self.quantities
-        wanted = list(known) if names is None else list(names)
-        if missing := [name for name in wanted if name not in known]:
-            raise SceneError(f"there is no quantity {missing[0]!r}", 2)
+        known = self._known(names)
+        wanted = list(known)
         times: list[float] = []
         columns: dict[str, list[np.ndarray]] = {name: [] for name in wanted}
 
@@ -443,7 +444,7 @@ class Simulation:
         self, name: str, time: float | None, state: Any, shape: Callable[[int], tuple[int, ...]]
     ) -> np.ndarray:
         y = self.state if state is None else lib.numbers(state, "state").ravel()
-        t = self.time if time is None else float(time)
+        t = self.time if time is None else arguments.number(time, "time")
         size = int(self._plain("simulation_size"))
         values = np.empty(shape(size))
         with self._held() as handle:
@@ -468,8 +469,9 @@ class Simulation:
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go where a simulation of the same scene with the same settings has been."""
-        if not isinstance(snapshot, Snapshot):
-            raise SceneError(f"expected a snapshot, not {snapshot!r}", 2)
+        if not isinstance(snapshot, Snapshot) or not isinstance(snapshot.data, bytes):
+            shown = arguments.shown(getattr(snapshot, "data", snapshot))
+            raise SceneError(f"snapshot: expected what save() has given, not {shown}", 2)
         with self._alone() as handle:
             taken = lib.call("snapshot_new", snapshot.data, len(snapshot.data))
             try:
@@ -531,7 +533,7 @@ class Simulation:
             return lib.plain(name, handle, *words)
 
     def _text(self, name: str) -> str:
-        return self._plain(name).decode()
+        return str(self._plain(name).decode())
 
     def _names(self, one: str, all_of_them: str) -> list[str]:
         count = self._plain(f"simulation_{all_of_them}")
@@ -541,8 +543,11 @@ class Simulation:
         self, how: str, time: float | None, on_row: Callable[[Simulation], object] | None
     ) -> float:
         """Go on in slices, between which Python hears interrupts."""
+        target = self.end if time is None else arguments.number(time, "time")
+        if on_row is not None and not callable(on_row):
+            shown = arguments.shown(on_row)
+            raise SceneError(f"on_row: expected a function of a simulation, not {shown}", 2)
         with self._alone() as handle, self._interrupts():
-            target = self.end if time is None else float(time)
             events = len(self.events)
             self._busy, self._problem, self._on_row, self._ended = True, None, on_row, False
             try:

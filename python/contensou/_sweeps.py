@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import xarray
 
+from contensou import _arguments as arguments
+from contensou._errors import SceneError
 from contensou._runs import IMAGE, call, folder_of_its_own
 from contensou._scenes import Scene, Settings, scene_file, scene_text, settings_texts
 
@@ -71,10 +73,9 @@ def sweep(
     >>> int(table.status.max())
     0
     """
-    groups: list[dict[str, Any]] = []
-    for path, found in parameters.items():
-        keys = dict(found) if isinstance(found, Mapping) else {"values": list(found)}
-        groups.append({"name": path, **keys})
+    groups = groups_of(parameters)
+    counts = [count_of(group) for group in groups] if sampling == "grid" else []
+    wanted = arguments.items(values, "values", "a list of dictionaries of keys of the group &value")
     with folder_of_its_own() as folder:
         name, place = scene_file(scene, folder)
         head: dict[str, Any] = {
@@ -82,22 +83,42 @@ def sweep(
             "output": "sweep.h5",
             "sampling": sampling,
         }
-        head |= {"keep": list(keep), **options}
+        head |= {"keep": arguments.names(keep, "keep"), **options}
         if texts := settings_texts(settings):
             head["set"] = texts
-        text = scene_text({"sweep": head, "parameter": groups, "value": list(values)})
+        text = scene_text({"sweep": head, "parameter": groups, "value": wanted})
         (folder / "sweep.nml").write_text(text, encoding="utf-8")
-        words = ["-j", str(jobs)] if jobs is not None else []
+        words = ["-j", str(arguments.whole(jobs, "jobs"))] if jobs is not None else []
         watcher = watcher_of(progress)
         call("sweep", "sweep.nml", *words, folder=folder, watch=watcher)
         data = (folder / "sweep.h5").read_bytes()
-    counts = [count_of(group) for group in groups] if sampling == "grid" else []
     return table_of(data, counts)
+
+
+def groups_of(parameters: Mapping[str | tuple[str, ...], Any]) -> list[dict[str, Any]]:
+    """The groups &parameter."""
+    if not isinstance(parameters, Mapping):
+        shown = arguments.shown(parameters)
+        raise SceneError(f"parameters: expected a dictionary of values by path, not {shown}", 2)
+    groups = []
+    for path, found in parameters.items():
+        if isinstance(found, Mapping):
+            keys = dict(found)
+        else:
+            expected = (
+                "a list of values, or a dictionary such as {'first': 0, 'last': 1, 'count': 3}"
+            )
+            keys = {"values": arguments.items(found, f"parameter {path!r}", expected)}
+        groups.append({"name": path, **keys})
+    return groups
 
 
 def count_of(group: Mapping[str, Any]) -> int:
     """How many values a parameter has."""
-    return int(np.size(group["values"]) if "values" in group else group["count"])
+    if "values" in group:
+        return arguments.size(group["values"])
+    # Without a count the program says that it is missing.
+    return arguments.whole(group.get("count", 0), f"count of parameter {group['name']!r}")
 
 
 def table_of(data: bytes, counts: list[int]) -> xarray.Dataset:

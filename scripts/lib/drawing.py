@@ -10,9 +10,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from . import labels, motion, style, sweeps, work_precision
 from . import loads as bearing_loads
-from . import motion, style, sweeps, work_precision
 from .results import Result, ResultError, UsageError, damage_told
+from .tables import is_sweep
 
 MAX_LANDMARKS = 4
 
@@ -152,9 +153,9 @@ def draw_landmarks(panels: list[Axes], result: Result) -> None:
 def draw(result: Result) -> Figure:
     """The whole picture."""
     style.apply()
-    result.bodies = list(map(style.drawn, result.bodies))
-    result.contacts = list(map(style.drawn, result.contacts))
-    result.events = [replace(e, contact=style.drawn(e.contact)) for e in result.events]
+    result.bodies = list(map(labels.drawn, result.bodies))
+    result.contacts = list(map(labels.drawn, result.contacts))
+    result.events = [replace(e, contact=labels.drawn(e.contact)) for e in result.events]
     panels = panels_of(result)
     if not panels:
         raise ResultError(f"{result.path} holds nothing that could be drawn")
@@ -199,7 +200,7 @@ def figure_of(file: Path, wishes: sweeps.Wishes, *, loads: bool = False) -> Figu
 
 def draw_file(file: Path, wishes: sweeps.Wishes) -> Figure:
     """The picture of a file of one of the three kinds."""
-    if sweeps.is_sweep(file):
+    if is_sweep(file):
         return sweeps.draw(file, wishes)
     if wishes != sweeps.Wishes():
         raise UsageError(f"{file} is no table of a sweep: no --result, --over, --kind, --where")

@@ -14,6 +14,7 @@ from matplotlib.axis import XAxis, YAxis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatterSciNotation
 
+from . import labels
 from .results import UsageError, whole_file
 
 # Distinct also to the colour-blind (Okabe and Ito).
@@ -25,7 +26,6 @@ BLUE, ORANGE, GREEN, PINK, SKY, RED = (
     "#56B4E9",
     "#D55E00",
 )
-LONGEST = 60  # characters of a name in a label
 DARK, GREY, LIGHT = "#222222", "#8A8A8A", "#E3E3E3"
 CYCLE = [BLUE, RED, GREEN, PINK, ORANGE, SKY, DARK, GREY]
 
@@ -131,7 +131,7 @@ def headline(figure: Figure, title: str, line: str, alert: bool = False) -> None
     figure.text(
         0.2 / figure.get_figwidth(),
         1 - 0.12 / height,
-        shown(title),
+        labels.shown(title),
         va="top",
         fontsize=14,
         fontweight="bold",
@@ -231,22 +231,6 @@ def gap_axis(axes: Axes, gaps: np.ndarray) -> None:
     low = -1.5 * max(deepest, threshold * 0.8)
     axes.set_ylim(low, max(widest, threshold) * 3)
     axes.axhspan(low, 0, color=LIGHT, alpha=0.55, linewidth=0, zorder=0)
-
-
-def shown(text: str) -> str:
-    """A text with control characters, and what is no character, as escapes."""
-    return "".join(
-        c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text
-    )
-
-
-def drawn(name: str, longest: int = LONGEST) -> str:
-    """A name as a label: without formulas and what commands a terminal, never left out, short."""
-    if len(name) > longest:
-        name = f"{name[: longest // 2 - 1]}\N{HORIZONTAL ELLIPSIS}{name[-longest // 2 :]}"
-    name = shown(name).replace("$", r"\$")
-    # A legend leaves out what begins with an underscore.
-    return f"\N{ZERO WIDTH SPACE}{name}" if name.startswith("_") else name
 
 
 def save(figure: Figure, path: str | Path, **options: object) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from . import charting, drawable, sweeps
+from . import charting, drawable, tables
 from .pages import Package, page
 from .results import ResultError, as_text, keyword_values, names, open_file
 
@@ -25,12 +25,12 @@ def view(path: Path) -> str:
         for name in ("parameters", "results", "status", "case"):
             if name not in file:
                 raise ResultError(f"{path} says that it is a contensou-sweep, but has no /{name}")
-    sweep = sweeps.read(path)
+    sweep = tables.read(path)
     with open_file(path) as file:
         return page("sweep", data_of(path, sweep, file))
 
 
-def data_of(path: Path, sweep: sweeps.Sweep, file: h5py.File) -> str:
+def data_of(path: Path, sweep: tables.Sweep, file: h5py.File) -> str:
     """What the page gets."""
     package = Package()
     total = len(sweep.status)
@@ -61,7 +61,7 @@ def data_of(path: Path, sweep: sweeps.Sweep, file: h5py.File) -> str:
     return package.text(head)
 
 
-def put(package: Package, column: sweeps.Column, kept: np.ndarray, exact: bool) -> dict:
+def put(package: Package, column: tables.Column, kept: np.ndarray, exact: bool) -> dict:
     """A column: numbers, or the places of words in a list; parameters to their last bit."""
     values = column.values[kept]
     said = {"name": column.name, "unit": column.unit, "meaning": column.meaning}
@@ -71,12 +71,12 @@ def put(package: Package, column: sweeps.Column, kept: np.ndarray, exact: bool) 
         places = np.array([index[value] for value in values], dtype=float)
         return {**said, "words": words, "values": package.put(places, "f4")}
     values = values.astype(float)
-    logarithmic = bool(sweeps.is_logarithmic(values))
+    logarithmic = bool(tables.is_logarithmic(values))
     kind = "f8" if exact or column.values.dtype.kind in "iu" else "f4"
     return {**said, "log": logarithmic, "values": package.put(values, kind)}
 
 
-def first_result(sweep: sweeps.Sweep, text: str) -> int:
+def first_result(sweep: tables.Sweep, text: str) -> int:
     """The result that is drawn first, of those that differ between cases: a first touch that few
     cases have tells most, then what the sweep asks for by name."""
     asked = set(keyword_values(text, "name"))

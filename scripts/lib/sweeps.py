@@ -1,4 +1,4 @@
-"""Read the table of `contensou sweep` and draw results over one or two of its parameters."""
+"""Draw the table of `contensou sweep`: results over one or two of its parameters."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,10 +15,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from . import style
-from .results import ResultError, UsageError, as_text, keyword_values, names, open_file
-
-FILETYPE = "contensou-sweep"
+from . import labels, style
+from .results import ResultError, UsageError
+from .tables import Column, Sweep, is_logarithmic, read
 
 # Kinds of picture.
 KINDS = ("lines", "map", "scatter")
@@ -48,71 +46,6 @@ COLOURS = "viridis"
 
 
 @dataclass(frozen=True)
-class Column:
-    """One parameter or result: values over the cases, text values as words."""
-
-    name: str
-    unit: str
-    meaning: str
-    values: np.ndarray
-
-    @property
-    def is_text(self) -> bool:
-        """Whether the values are words."""
-        return self.values.dtype.kind in "OUS"
-
-    @property
-    def label(self) -> str:
-        """Name and unit for an axis."""
-        name = style.drawn(self.name.replace("_", " "))
-        return name if self.unit in ("", "1") else f"{name} [{self.unit}]"
-
-    def levels(self) -> np.ndarray:
-        """The distinct values, words in the order in which they come."""
-        if not self.is_text:
-            return np.unique(self.values)
-        return np.array(list(dict.fromkeys(self.values)), dtype=object)
-
-    def text_of(self, value: object) -> str:
-        """One value as text, with its unit."""
-        if self.is_text:
-            return str(value)
-        return f"{value:.4g}" if self.unit in ("", "1") else f"{value:.4g} {self.unit}"
-
-
-@dataclass
-class Sweep:
-    """The table of a sweep; every array goes over its cases."""
-
-    path: Path
-    title: str
-    version: str
-    total: int
-    parameters: dict[str, Column]
-    results: dict[str, Column]
-    status: np.ndarray
-    meanings: dict[int, str] = field(default_factory=dict)
-
-    def select(self, where: np.ndarray) -> Sweep:
-        """The same for some of the cases."""
-        few = {}
-        for kind in ("parameters", "results"):
-            columns = getattr(self, kind)
-            few[kind] = {
-                name: Column(c.name, c.unit, c.meaning, c.values[where])
-                for name, c in columns.items()
-            }
-        return Sweep(
-            self.path, self.title, self.version, self.total, **few, status=self.status[where],
-            meanings=self.meanings,
-        )  # fmt: skip
-
-    def varied(self) -> list[str]:
-        """The parameters that have more than one value here."""
-        return [name for name, column in self.parameters.items() if len(column.levels()) > 1]
-
-
-@dataclass(frozen=True)
 class Wishes:
     """What the command line asks for; what is None is chosen by the data."""
 
@@ -120,57 +53,6 @@ class Wishes:
     over: list[str] | None = None
     kind: str | None = None
     where: dict[str, str] = field(default_factory=dict)
-
-
-def is_sweep(path: Path) -> bool:
-    """Whether a file is the table of a sweep."""
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            return as_text(file.attrs.get("filetype", "")) == FILETYPE
-    except OSError:
-        return False
-
-
-def read(path: Path) -> Sweep:
-    """The table in a file."""
-    with open_file(path) as file:
-        parameters = {name: column(name, data) for name, data in file["parameters"].items()}
-        status = file["status"]
-        attributes = {name: as_text(value) for name, value in file.attrs.items()}
-        title = attributes.get("title", "")
-        if not title and "input/scene" in file:
-            title = next(iter(keyword_values(as_text(file["input/scene"][()]), "title")), "")
-        sweep = Sweep(
-            path=path,
-            title=title or path.stem,
-            version=attributes.get("program_version", ""),
-            total=int(np.ravel(file.attrs.get("case_count", len(status)))[0]),
-            parameters=parameters,
-            results={name: column(name, data) for name, data in file["results"].items()},
-            status=np.asarray(status[()]),
-            meanings=meanings_of(status),
-        )
-    if not len(sweep.status):
-        raise ResultError(f"{path} holds no cases")
-    return sweep
-
-
-def meanings_of(status: h5py.Dataset) -> dict[int, str]:
-    """The word for each status, from the CF attributes of the data set."""
-    words = as_text(status.attrs["flag_meanings"]).split()
-    numbers = np.atleast_1d(status.attrs["flag_values"]).tolist()
-    return dict(zip(numbers, words, strict=True))
-
-
-def column(name: str, data: h5py.Dataset) -> Column:
-    """One column of the table."""
-    values = np.array(names(data), dtype=object) if data.dtype.kind in "OS" else data[()]
-    return Column(
-        name,
-        as_text(data.attrs.get("units", "")),
-        as_text(data.attrs.get("long_name", "")),
-        values,
-    )
 
 
 def draw(path: Path, wishes: Wishes) -> Figure:
@@ -335,20 +217,6 @@ def nearest(column: Column, text: str) -> object:
 # ---- Axes --------------------------------------------------------------------------------------
 
 
-def is_logarithmic(values: np.ndarray) -> bool:
-    """Whether values are spread more evenly in their logarithm, by more than a little."""
-    values = np.unique(values[np.isfinite(values)].astype(float))
-    if len(values) < 4 or values[0] <= 0 or values[-1] < 8 * values[0]:
-        return False
-    even = np.linspace(0, 1, len(values))
-    logs = np.log(values)
-
-    def distance(v: np.ndarray) -> float:
-        return np.abs((v - v[0]) / (v[-1] - v[0]) - even).max()
-
-    return distance(logs) < distance(values)
-
-
 def coordinates(parameter: Column) -> np.ndarray:
     """Where the cases stand on the axis of a parameter; words stand at 0, 1, ..."""
     if not parameter.is_text:
@@ -420,7 +288,7 @@ def legend_below(axes: Axes, handles: list) -> None:
 
 def heading(axes: Axes, result: Column) -> None:
     """The meaning of a result above its panel."""
-    meaning = style.drawn(result.meaning or result.name.replace("_", " "), 120)
+    meaning = labels.drawn(result.meaning or result.name.replace("_", " "), 120)
     axes.set_title(meaning[0].upper() + meaning[1:])
 
 

@@ -87,7 +87,7 @@ contains
                values(2)%text, .true., message, expected)
             if (.not. allocated(message)) then
                message = "constant " // quote(name) // " has " // to_text(size(values)) // " values"
-               expected = one_value()
+               expected = one_value(values)
             end if
             call diagnostics%add(values(2)%origin, message, expected)
          end associate
@@ -95,7 +95,7 @@ contains
          associate (value => assignment%values(1))
             select case (value%kind)
             case (value_real, value_integer)
-               text = written(value%origin, value%real)
+               text = written(document, value%origin, value%real)
                if (scan(text, "eEdD") == 0 .and. scan(text(2:), "+-") > 0) call diagnostics%add( &
                   value%origin, text // " is a number with an exponent in a namelist: " // &
                   to_text(value%real), to_text(value%real) // ", or the sum in quotes: " // &
@@ -119,34 +119,35 @@ contains
       end if
       if (diagnostics%count() > before) document%constants%items(document%constants%n)%state = &
          constant_bad
-
-   contains
-
-      !> What would be right; a repeat count is told from a product.
-      function one_value() result(expected)
-         character(len=:), allocatable :: expected
-
-         expected = "one value"
-         associate (first => assignment%values(1)%origin, second => assignment%values(2)%origin)
-            if (first%line == second%line .and. first%column == second%column) expected = &
-               "a product of two numbers in quotes: without them 2*3 stands for 3, 3"
-         end associate
-      end function one_value
-
-      !> A number as it is written.
-      function written(origin, x) result(shown)
-         type(origin_type), intent(in) :: origin
-         real(wp), intent(in) :: x
-         character(len=:), allocatable :: shown
-
-         shown = to_text(x)
-         if (origin%source < 1 .or. origin%source > document%n_sources) return
-         if (origin%line < 1) return
-         shown = document%sources(origin%source)%lines(origin%line)%s(origin%column: &
-            origin%column + origin%length - 1)
-      end function written
-
    end subroutine take_constant
+
+   !> What would be right; a repeat count is told from a product.
+   function one_value(values) result(expected)
+      type(value_type), intent(in) :: values(:)
+      character(len=:), allocatable :: expected
+
+      expected = "one value"
+      associate (first => values(1)%origin, second => values(2)%origin)
+         if (first%line == second%line .and. first%column == second%column) expected = &
+            "a product of two numbers in quotes: without them 2*3 stands for 3, 3"
+      end associate
+   end function one_value
+
+   !> A number as it is written.
+   function written(document, origin, x) result(shown)
+      type(document_type), intent(in) :: document
+      !> Where it is.
+      type(origin_type), intent(in) :: origin
+      !> Its value.
+      real(wp), intent(in) :: x
+      character(len=:), allocatable :: shown
+
+      shown = to_text(x)
+      if (origin%source < 1 .or. origin%source > document%n_sources) return
+      if (origin%line < 1) return
+      shown = document%sources(origin%source)%lines(origin%line)%s(origin%column: &
+         origin%column + origin%length - 1)
+   end function written
 
    !> Compute a constant, and before it those that it needs.
    subroutine compute(constants, first, diagnostics)

@@ -637,7 +637,6 @@ contains
       bound = read_count(number)
    end subroutine read_subscript
 
-   !> Append an assignment.
    pure subroutine append_assignment(parser, group, assignment)
       type(parser_type), intent(inout) :: parser
       !> Group to append to; its list of assignments may be larger than their number.
@@ -658,7 +657,6 @@ contains
       call move_assignment(assignment, group%assignments(group%n_assignments))
    end subroutine append_assignment
 
-   !> Append a group.
    pure subroutine append_group(parser, group, document)
       type(parser_type), intent(inout) :: parser
       !> The group; its assignments are moved.

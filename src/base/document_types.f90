@@ -30,7 +30,7 @@ module contensou_base_document_types
    !> An expression without quotes, whose text is that of the expression.
    integer, parameter :: value_expression = 5
 
-   !> One value.
+   !> One of the values of a key, as it was written.
    type :: value_type
       !> What it is, one of the `value_*` parameters.
       integer :: kind = value_null
@@ -56,7 +56,7 @@ module contensou_base_document_types
       type(origin_type) :: origin
    end type assignment_type
 
-   !> A group.
+   !> A group as it is written: its assignments in order, nothing checked.
    type :: group_type
       !> Name in lower case.
       character(len=:), allocatable :: name
@@ -105,7 +105,6 @@ contains
       end do
    end function gives
 
-   !> Copy the values of a buffer.
    pure subroutine copy_values(buffer, n, values)
       type(value_type), intent(in) :: buffer(:)
       !> Number of values in it.

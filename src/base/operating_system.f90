@@ -145,7 +145,6 @@ module contensou_base_operating_system
          type(c_ptr) :: names
       end function c_list
 
-      !> Free memory of C.
       subroutine c_free(memory) bind(c, name="contensou_system_free")
          import :: c_ptr
          implicit none(type, external)

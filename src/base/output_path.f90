@@ -62,65 +62,71 @@ contains
          end if
          return
       end do
-      call check_name("", replace)
+      call check_name(path, "", what, inputs, replace, error)
       do i = 1, size(suffixes)
          if (allocated(error)) return
-         call check_name(trim(suffixes(i)), .true.)
+         call check_name(path, trim(suffixes(i)), what, inputs, .true., error)
       end do
-
-   contains
-
-      !> Check the name with a suffix.
-      subroutine check_name(suffix, may_replace)
-         character(len=*), intent(in) :: suffix
-         !> Whether what has this name is replaced.
-         logical, intent(in) :: may_replace
-         character(len=:), allocatable :: name, kind
-         integer :: node, k
-
-         name = path // suffix
-         node = node_kind(name)
-         if (node == node_none) return
-         do k = 1, size(inputs)
-            if (.not. same_file(name, inputs(k)%s)) cycle
-            kind = " is a file that is read"
-            if (name /= inputs(k)%s) kind = " is " // inputs(k)%s // ", which is read"
-            if (suffix == "") then
-               call fatal(error, "the " // what // " " // name // kind // &
-                  "; -o FILE writes another one", status_usage)
-            else
-               call fatal(error, name // ", which is written beside the " // what // "," // &
-                  kind // "; -o FILE writes another one", status_usage)
-            end if
-            return
-         end do
-         if (node == node_file .or. (node == node_link .and. .not. may_replace)) return
-         select case (node)
-         case (node_folder)
-            call fatal(error, "the " // what // " " // name // " is a folder", status_file)
-            return
-         case (node_link, node_loose_link)
-            kind = "symbolic link"
-         case (node_device)
-            kind = "device"
-         case (node_pipe)
-            kind = "pipe"
-         case (node_socket)
-            kind = "socket"
-         case default
-            kind = "special file"
-         end select
-         if (suffix == "") then
-            call fatal(error, "the " // what // " " // name // " is a " // kind // &
-               ", only regular files are replaced; -o FILE writes another one", status_file)
-         else
-            call fatal(error, name // ", which is written beside the " // what // ", is a " // &
-               kind // ", only regular files are replaced; remove it, or -o FILE writes " // &
-               "another one", status_file)
-         end if
-      end subroutine check_name
-
    end subroutine check_output_path
+
+   !> Check the name of a file, or of one beside it.
+   subroutine check_name(path, suffix, what, inputs, may_replace, error)
+      !> Name of the file.
+      character(len=*), intent(in) :: path
+      !> What the name of that beside it has in addition; blank for the file itself.
+      character(len=*), intent(in) :: suffix
+      !> What the file is, for the message.
+      character(len=*), intent(in) :: what
+      !> Names of the files that the command reads.
+      type(string_type), intent(in) :: inputs(:)
+      !> Whether what has this name is replaced.
+      logical, intent(in) :: may_replace
+      !> Set when it must not be written.
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: name, kind
+      integer :: node, k
+
+      name = path // suffix
+      node = node_kind(name)
+      if (node == node_none) return
+      do k = 1, size(inputs)
+         if (.not. same_file(name, inputs(k)%s)) cycle
+         kind = " is a file that is read"
+         if (name /= inputs(k)%s) kind = " is " // inputs(k)%s // ", which is read"
+         if (suffix == "") then
+            call fatal(error, "the " // what // " " // name // kind // &
+               "; -o FILE writes another one", status_usage)
+         else
+            call fatal(error, name // ", which is written beside the " // what // "," // &
+               kind // "; -o FILE writes another one", status_usage)
+         end if
+         return
+      end do
+      if (node == node_file .or. (node == node_link .and. .not. may_replace)) return
+      select case (node)
+      case (node_folder)
+         call fatal(error, "the " // what // " " // name // " is a folder", status_file)
+         return
+      case (node_link, node_loose_link)
+         kind = "symbolic link"
+      case (node_device)
+         kind = "device"
+      case (node_pipe)
+         kind = "pipe"
+      case (node_socket)
+         kind = "socket"
+      case default
+         kind = "special file"
+      end select
+      if (suffix == "") then
+         call fatal(error, "the " // what // " " // name // " is a " // kind // &
+            ", only regular files are replaced; -o FILE writes another one", status_file)
+      else
+         call fatal(error, name // ", which is written beside the " // what // ", is a " // &
+            kind // ", only regular files are replaced; remove it, or -o FILE writes " // &
+            "another one", status_file)
+      end if
+   end subroutine check_name
 
    !> What helps where a file exists: the end of a message.
    function what_helps(path) result(text)

@@ -307,6 +307,7 @@ contains
       !> Whether the group was read without a mistake of syntax.
       logical, intent(in) :: complete
       type(diagnostics_type), intent(inout) :: diagnostics
+      character(len=:), allocatable :: message, right
       integer :: low, high, i, slot
       logical :: good
 
@@ -327,7 +328,9 @@ contains
          return
       end if
       if (size(assignment%values) > high - low + 1) then
-         call report_too_many()
+         call explain_too_many(assignment, key, message, right)
+         call diagnostics%add(assignment%values(high - low + 2)%origin, message, right)
+         call lose()
          return
       end if
       if (size(assignment%values) == 0) then
@@ -361,52 +364,6 @@ contains
 
    contains
 
-      !> Report too many values: often a comma is meant for a decimal point, or a unit stands in
-      !> quotes.
-      subroutine report_too_many()
-         character(len=:), allocatable :: message, right, words, plain
-         integer :: k, first_pair, pair
-
-         words = "too many values for '" // trim(key%name) // "' in group &" // trim(key%group)
-         right = expected_of(key)
-         first_pair = 0
-         pair = 0
-         associate (values => assignment%values)
-            do k = 1, merge(size(values) - 1, 0, is_number(key))
-               if (values(k)%kind == value_real .or. values(k)%kind == value_integer) then
-                  if (values(k + 1)%kind == value_text) then
-                     call explain_unit(to_text(values(k)%real), values(k + 1)%text, .true., &
-                        message, plain)
-                     if (.not. allocated(message)) cycle
-                     words = words // ": " // message
-                     right = plain
-                     pair = 0
-                     first_pair = 0
-                     exit
-                  end if
-               end if
-               if (values(k)%kind /= value_integer .or. .not. any(values(k + 1)%kind == &
-                  [value_integer, value_real])) cycle
-               associate (a => values(k)%origin, b => values(k + 1)%origin)
-                  if (a%line /= b%line .or. b%column /= a%column + a%length + 1) cycle
-               end associate
-               if (first_pair == 0) first_pair = k
-               ! 0,0 is less likely meant for one number than 9,81.
-               if (pair == 0 .and. values(k + 1)%real > 0.0_wp) pair = k
-            end do
-            if (pair == 0) pair = first_pair
-            if (pair > 0) then
-               message = "its place"
-               if (values(pair + 1)%kind == value_integer) call explain_comma(values(pair)%real, &
-                  values(pair + 1)%real, values(pair + 1)%origin%length, message)
-               words = words // ": a comma separates values"
-               right = right // "; a decimal point in " // message // ", if that is meant"
-            end if
-            call diagnostics%add(values(high - low + 2)%origin, words, right)
-         end associate
-         call lose()
-      end subroutine report_too_many
-
       !> Report a mistake that leaves the key without values.
       subroutine wrong(origin, message)
          type(origin_type), intent(in) :: origin
@@ -425,7 +382,55 @@ contains
 
    end subroutine take_assignment
 
-   !> Take a value of a key.
+   !> Say of too many values what is wrong: often a comma is meant for a decimal point, or a unit
+   !> stands in quotes.
+   subroutine explain_too_many(assignment, key, words, right)
+      type(assignment_type), intent(in) :: assignment
+      type(key_type), intent(in) :: key
+      !> What is wrong, and what would be right.
+      character(len=:), allocatable, intent(out) :: words, right
+      character(len=:), allocatable :: message, plain
+      integer :: k, first_pair, pair
+
+      words = "too many values for '" // trim(key%name) // "' in group &" // trim(key%group)
+      right = expected_of(key)
+      first_pair = 0
+      pair = 0
+      associate (values => assignment%values)
+         do k = 1, merge(size(values) - 1, 0, is_number(key))
+            if (values(k)%kind == value_real .or. values(k)%kind == value_integer) then
+               if (values(k + 1)%kind == value_text) then
+                  call explain_unit(to_text(values(k)%real), values(k + 1)%text, .true., &
+                     message, plain)
+                  if (.not. allocated(message)) cycle
+                  words = words // ": " // message
+                  right = plain
+                  pair = 0
+                  first_pair = 0
+                  exit
+               end if
+            end if
+            if (values(k)%kind /= value_integer .or. .not. any(values(k + 1)%kind == &
+               [value_integer, value_real])) cycle
+            associate (a => values(k)%origin, b => values(k + 1)%origin)
+               if (a%line /= b%line .or. b%column /= a%column + a%length + 1) cycle
+            end associate
+            if (first_pair == 0) first_pair = k
+            ! 0,0 is less likely meant for one number than 9,81.
+            if (pair == 0 .and. values(k + 1)%real > 0.0_wp) pair = k
+         end do
+         if (pair == 0) pair = first_pair
+         if (pair > 0) then
+            message = "its place"
+            if (values(pair + 1)%kind == value_integer) call explain_comma(values(pair)%real, &
+               values(pair + 1)%real, values(pair + 1)%origin%length, message)
+            words = words // ": a comma separates values"
+            right = right // "; a decimal point in " // message // ", if that is meant"
+         end if
+      end associate
+   end subroutine explain_too_many
+
+   !> Check a value against the kind and the domain of its key.
    subroutine take_value(value, key, names, taken, diagnostics, good, constants)
       type(value_type), intent(in) :: value
       type(key_type), intent(in) :: key
@@ -444,35 +449,35 @@ contains
       good = .false.
       taken%origin = value%origin
       if (value%kind == value_null) then
-         call wrong("a value of '" // trim(key%name) // "' is missing in group &" // &
-            trim(key%group))
+         call wrong(value, key, "a value of '" // trim(key%name) // "' is missing in group &" // &
+            trim(key%group), diagnostics)
          return
       end if
       select case (key%kind)
       case (kind_real, kind_integer)
          if (value%kind == value_text .or. value%kind == value_expression) then
-            call compute(is_number_now)
-            if (is_number_now .and. good) call take_number(number)
+            call compute(value, key, number, is_number_now, diagnostics, good, constants)
+            if (is_number_now .and. good) call take_number(number, key, taken, diagnostics, good)
          else
-            call take_number(value)
+            call take_number(value, key, taken, diagnostics, good)
          end if
       case (kind_logical)
          if (value%kind /= value_logical) then
-            call wrong("'" // trim(key%name) // "' needs a logical, this is a " // &
-               kind_word(value))
+            call wrong(value, key, "'" // trim(key%name) // "' needs a logical, this is a " // &
+               kind_word(value), diagnostics)
             return
          end if
          taken = value
          good = .true.
       case (kind_any)
          if (value%kind == value_expression) then
-            call compute(is_number_now)
+            call compute(value, key, number, is_number_now, diagnostics, good, constants)
             taken = number
             return
          end if
          if (value%kind == value_real .or. value%kind == value_integer) then
             if (.not. ieee_is_finite(value%real)) then
-               call wrong("'" // trim(key%name) // "' must be finite")
+               call wrong(value, key, "'" // trim(key%name) // "' must be finite", diagnostics)
                return
             end if
          end if
@@ -481,99 +486,126 @@ contains
          if (value%kind == value_text) taken%text = trim(adjustl(value%text))
          good = .true.
       case default
-         call take_text()
+         call take_text(value, key, names, taken, diagnostics, good)
       end select
-
-   contains
-
-      !> Report a mistake in this value.
-      subroutine wrong(message)
-         character(len=*), intent(in) :: message
-
-         call diagnostics%add(value%origin, message, expected_of(key))
-      end subroutine wrong
-
-      !> Compute an expression.
-      subroutine compute(is_one)
-         !> Whether it is one; what is not is reported as what it is.
-         logical, intent(out) :: is_one
-         character(len=:), allocatable :: message, right
-
-         is_one = .false.
-         number%kind = value_real
-         number%origin = value%origin
-         if (present(constants)) call expression_value(value, constants, number%real, is_one, &
-            diagnostics, good)
-         if (is_one .and. good .and. key%unit /= "" .and. key%unit /= "model" .and. &
-            index(key%unit, "rad") == 0) then
-            if (is_in_degrees(value%text)) then
-               good = .false.
-               call wrong("'deg' behind a number: '" // trim(key%name) // "' is no angle")
-            end if
-         end if
-         if (is_one) return
-         good = .false.
-         call explain_misprint(value%text, message, right)
-         if (allocated(message)) then
-            call diagnostics%add(value%origin, "'" // trim(key%name) // "' needs a number: " // &
-               message, right)
-         else
-            call wrong("'" // trim(key%name) // "' needs a number, this is a " // kind_word(value))
-         end if
-      end subroutine compute
-
-      !> Take a number.
-      subroutine take_number(value)
-         type(value_type), intent(in) :: value
-
-         good = .false.
-         if (value%kind /= value_integer .and. value%kind /= value_real) then
-            call wrong("'" // trim(key%name) // "' needs a number, this is a " // kind_word(value))
-         else if (.not. ieee_is_finite(value%real)) then
-            call wrong("'" // trim(key%name) // "' must be finite")
-         else if (abs(value%real) > largest_number .or. (abs(value%real) > 0.0_wp .and. &
-            abs(value%real) < 1.0_wp/largest_number)) then
-            call wrong("'" // trim(key%name) // "' is beyond what can be computed with, " // &
-               "magnitudes from " // power_text(1.0_wp/largest_number, 2) // " to " // &
-               power_text(largest_number, 2))
-         else if (.not. admits(key, value%real)) then
-            call wrong("'" // trim(key%name) // "' is out of range")
-         else if (key%kind == kind_integer .and. abs(value%real - anint(value%real)) > 0.0_wp) then
-            call wrong("'" // trim(key%name) // "' must be whole")
-         else
-            taken%kind = value_real
-            taken%real = value%real
-            good = .true.
-         end if
-      end subroutine take_number
-
-      !> Take a text, or find a choice among the names of its key.
-      subroutine take_text()
-         integer :: choice
-
-         if (value%kind /= value_text) then
-            call wrong("'" // trim(key%name) // "' needs a text in quotes, this is a " // &
-               kind_word(value))
-            return
-         end if
-         taken%kind = value_text
-         taken%text = trim(adjustl(value%text))
-         taken%integer = 0
-         ! A text may be empty where that is what it is by default.
-         if (taken%text == "" .and. .not. (key%kind == kind_text .and. key%default == "''")) then
-            call wrong("'" // trim(key%name) // "' is empty")
-            return
-         end if
-         if (key%kind == kind_choice) then
-            call find_choice(taken%text, names, trim(key%name), value%origin, choice, diagnostics)
-            if (choice == 0) return
-            taken%integer = choice
-            taken%text = names(choice)%s
-         end if
-         good = .true.
-      end subroutine take_text
-
    end subroutine take_value
+
+   !> Report a mistake in a value.
+   subroutine wrong(value, key, message, diagnostics)
+      type(value_type), intent(in) :: value
+      type(key_type), intent(in) :: key
+      character(len=*), intent(in) :: message
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      call diagnostics%add(value%origin, message, expected_of(key))
+   end subroutine wrong
+
+   !> Compute an expression.
+   subroutine compute(value, key, number, is_one, diagnostics, good, constants)
+      type(value_type), intent(in) :: value
+      type(key_type), intent(in) :: key
+      !> What it comes to, as a real.
+      type(value_type), intent(out) :: number
+      !> Whether it is one; what is not is reported as what it is.
+      logical, intent(out) :: is_one
+      type(diagnostics_type), intent(inout) :: diagnostics
+      !> Whether it is one without a mistake.
+      logical, intent(out) :: good
+      !> Constants that it may name; without them nothing is an expression.
+      type(constants_type), intent(in), optional :: constants
+      character(len=:), allocatable :: message, right
+
+      is_one = .false.
+      good = .false.
+      number%kind = value_real
+      number%origin = value%origin
+      if (present(constants)) call expression_value(value, constants, number%real, is_one, &
+         diagnostics, good)
+      if (is_one .and. good .and. key%unit /= "" .and. key%unit /= "model" .and. &
+         index(key%unit, "rad") == 0) then
+         if (is_in_degrees(value%text)) then
+            good = .false.
+            call wrong(value, key, "'deg' behind a number: '" // trim(key%name) // &
+               "' is no angle", diagnostics)
+         end if
+      end if
+      if (is_one) return
+      good = .false.
+      call explain_misprint(value%text, message, right)
+      if (allocated(message)) then
+         call diagnostics%add(value%origin, "'" // trim(key%name) // "' needs a number: " // &
+            message, right)
+      else
+         call wrong(value, key, "'" // trim(key%name) // "' needs a number, this is a " // &
+            kind_word(value), diagnostics)
+      end if
+   end subroutine compute
+
+   !> A number: finite, in the domain of its key, whole if that is so.
+   subroutine take_number(value, key, taken, diagnostics, good)
+      type(value_type), intent(in) :: value
+      type(key_type), intent(in) :: key
+      !> The number in order; what it was before after a mistake.
+      type(value_type), intent(inout) :: taken
+      type(diagnostics_type), intent(inout) :: diagnostics
+      logical, intent(out) :: good
+
+      good = .false.
+      if (value%kind /= value_integer .and. value%kind /= value_real) then
+         call wrong(value, key, "'" // trim(key%name) // "' needs a number, this is a " // &
+            kind_word(value), diagnostics)
+      else if (.not. ieee_is_finite(value%real)) then
+         call wrong(value, key, "'" // trim(key%name) // "' must be finite", diagnostics)
+      else if (abs(value%real) > largest_number .or. (abs(value%real) > 0.0_wp .and. &
+         abs(value%real) < 1.0_wp/largest_number)) then
+         call wrong(value, key, "'" // trim(key%name) // "' is beyond what can be computed " // &
+            "with, magnitudes from " // power_text(1.0_wp/largest_number, 2) // " to " // &
+            power_text(largest_number, 2), diagnostics)
+      else if (.not. admits(key, value%real)) then
+         call wrong(value, key, "'" // trim(key%name) // "' is out of range", diagnostics)
+      else if (key%kind == kind_integer .and. abs(value%real - anint(value%real)) > 0.0_wp) then
+         call wrong(value, key, "'" // trim(key%name) // "' must be whole", diagnostics)
+      else
+         taken%kind = value_real
+         taken%real = value%real
+         good = .true.
+      end if
+   end subroutine take_number
+
+   !> Take a text, or find a choice among the names of its key.
+   subroutine take_text(value, key, names, taken, diagnostics, good)
+      type(value_type), intent(in) :: value
+      type(key_type), intent(in) :: key
+      !> Names that the key admits, if it is a choice.
+      type(string_type), intent(in) :: names(:)
+      !> The text, or the choice with its number.
+      type(value_type), intent(inout) :: taken
+      type(diagnostics_type), intent(inout) :: diagnostics
+      logical, intent(out) :: good
+      integer :: choice
+
+      good = .false.
+      if (value%kind /= value_text) then
+         call wrong(value, key, "'" // trim(key%name) // "' needs a text in quotes, this is a " // &
+            kind_word(value), diagnostics)
+         return
+      end if
+      taken%kind = value_text
+      taken%text = trim(adjustl(value%text))
+      taken%integer = 0
+      ! A text may be empty where that is what it is by default.
+      if (taken%text == "" .and. .not. (key%kind == kind_text .and. key%default == "''")) then
+         call wrong(value, key, "'" // trim(key%name) // "' is empty", diagnostics)
+         return
+      end if
+      if (key%kind == kind_choice) then
+         call find_choice(taken%text, names, trim(key%name), value%origin, choice, diagnostics)
+         if (choice == 0) return
+         taken%integer = choice
+         taken%text = names(choice)%s
+      end if
+      good = .true.
+   end subroutine take_text
 
    !> Whether an expression is a number with the unit of an angle.
    pure logical function is_in_degrees(text)

@@ -63,7 +63,7 @@ module contensou_base_schema
       end function choice_names
    end interface
 
-   !> A key.
+   !> What a scene may say of one thing: kind, unit, domain, default, text.
    type :: key_type
       !> Group it belongs to.
       character(len=12) :: group = ""
@@ -108,7 +108,7 @@ module contensou_base_schema
       procedure :: has
    end type key_list_type
 
-   !> A group.
+   !> A group that a file may have, with its keys.
    type :: group_spec_type
       character(len=12) :: name = ""
       !> Whether it may stand more than once.

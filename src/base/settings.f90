@@ -271,7 +271,7 @@ contains
       if (text /= "") text = " " // quote(text)
    end function named
 
-   !> A key.
+   !> What the schema says of a key.
    function key(self, name)
       class(group_settings_type), intent(in) :: self
       character(len=*), intent(in) :: name

@@ -646,7 +646,7 @@ contains
       end do
    end function read_count
 
-   !> Append a value.
+   !> Put a value behind those that were read, as often as its repeat count says.
    pure subroutine append_value(parser, value, count, buffer, n)
       type(parser_type), intent(inout) :: parser
       type(value_type), intent(in) :: value

@@ -20,7 +20,7 @@ module contensou_capi_errors
       type(c_text_type) :: source, message, expected
    end type placed_type
 
-   !> An error.
+   !> What a handle of an error points to: its texts end with a null.
    type :: error_handle_type
       type(c_text_type) :: text
       !> Exit status that belongs to it.

@@ -63,21 +63,20 @@ module contensou_capi_handles
       procedure :: hear_event
    end type caller_type
 
-   !> Texts of a quantity.
+   !> What callers are told of a quantity.
    type :: quantity_texts_type
       type(c_text_type) :: name, units, description, dims(2)
       !> Its position among the quantities of a row.
       integer :: row = 0
    end type quantity_texts_type
 
-   !> Texts of a parameter.
+   !> What callers are told of a parameter.
    type :: parameter_texts_type
       type(c_text_type) :: name, unit, description
    end type parameter_texts_type
 
    !> What a handle of a simulation stands for.
    type :: handle_type
-      !> Its scene.
       type(loaded_scene_type), allocatable :: loaded
       !> Name of the file or text, and the text if there is no file.
       character(len=:), allocatable :: name, text
@@ -124,7 +123,7 @@ contains
       end associate
    end subroutine describe
 
-   !> Texts of a quantity.
+   !> Fill in what callers are told of a quantity.
    subroutine describe_quantity(quantity, texts)
       type(quantity_type), intent(in) :: quantity
       type(quantity_texts_type), intent(inout) :: texts

@@ -32,7 +32,7 @@ module contensou_capi_kernels
       class(friction_type), allocatable :: law
    end type friction_handle_type
 
-   !> Version for C programs.
+   !> Ends with a null.
    character(len=len(program_version) + 1, kind=c_char), target :: version_text = &
       program_version // c_null_char
 

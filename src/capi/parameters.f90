@@ -66,7 +66,7 @@ contains
       n = size(self%parameters)
    end function contensou_simulation_parameters
 
-   !> A parameter.
+   !> Name, unit, domain and value of a parameter.
    function contensou_simulation_parameter(handle, i, parameter) result(status) bind(c)
       type(c_ptr), intent(in), value :: handle
       !> Its number, from 0.
@@ -132,7 +132,6 @@ contains
    !> Value of a parameter.
    function contensou_simulation_get(handle, name, value, error_out) result(status) bind(c)
       type(c_ptr), intent(in), value :: handle
-      !> Its name.
       type(c_ptr), intent(in), value :: name
       !> Where to put it.
       type(c_ptr), intent(in), value :: value

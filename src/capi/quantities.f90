@@ -41,7 +41,7 @@ contains
       n = size(self%quantities)
    end function contensou_simulation_quantities
 
-   !> A quantity.
+   !> Name, unit and extents of a quantity.
    function contensou_simulation_quantity(handle, i, quantity) result(status) bind(c)
       type(c_ptr), intent(in), value :: handle
       !> Its number, from 0.
@@ -77,7 +77,6 @@ contains
    !> Values of a quantity at the present.
    function contensou_simulation_values(handle, name, values, n, error_out) result(status) bind(c)
       type(c_ptr), intent(in), value :: handle
-      !> Its name.
       type(c_ptr), intent(in), value :: name
       !> Where to put them.
       type(c_ptr), intent(in), value :: values

@@ -15,7 +15,7 @@ module contensou_capi_snapshots
    public :: contensou_simulation_save, contensou_simulation_restore, contensou_simulation_copy
    public :: contensou_snapshot_bytes, contensou_snapshot_new, contensou_snapshot_free
 
-   !> A snapshot.
+   !> Where a simulation was, as the bytes of a checkpoint.
    type :: snapshot_type
       type(c_text_type) :: bytes
       character(len=:), allocatable :: text

@@ -17,6 +17,8 @@ module contensou_capi_states
    public :: contensou_simulation_size, contensou_simulation_state, contensou_simulation_set_state
    public :: contensou_simulation_body, contensou_simulation_derivative
    public :: contensou_simulation_jacobian, contensou_simulation_indicators
+   public :: contensou_simulation_nominals
+   public :: contensou_simulation_remembers, contensou_simulation_memory_indicator
    public :: contensou_simulation_put_host, contensou_simulation_complete_host_step
    public :: contensou_simulation_update_host, contensou_simulation_contact_load
    public :: contensou_simulation_contact_body
@@ -232,6 +234,67 @@ contains
       end if
       status = status_of(error, error_out)
    end function contensou_simulation_indicators
+
+   !> What is usual of each number of the state.
+   function contensou_simulation_nominals(handle, nominals, n, error_out) result(status) bind(c)
+      type(c_ptr), intent(in), value :: handle
+      !> Where to put them.
+      type(c_ptr), intent(in), value :: nominals
+      !> Size of the state.
+      integer(c_int), intent(in), value :: n
+      !> Where to put an error; null if it is not wanted.
+      type(c_ptr), intent(in), value :: error_out
+      integer(c_int) :: status
+      type(handle_type), pointer :: self
+      type(error_type), allocatable :: error
+      real(c_double), pointer :: values(:)
+
+      call take(handle, self, error)
+      if (.not. allocated(error)) call view(nominals, n, values, error)
+      if (.not. allocated(error)) then
+         if (n == self%course%simulation%motion%n) then
+            call self%course%nominals(values)
+         else
+            call fatal(error, "the state has another number of numbers", status_usage)
+         end if
+      end if
+      status = status_of(error, error_out)
+   end function contensou_simulation_nominals
+
+   !> Whether contacts remember accepted steps.
+   function contensou_simulation_remembers(handle) result(is_so) bind(c)
+      type(c_ptr), intent(in), value :: handle
+      logical(c_bool) :: is_so
+      type(handle_type), pointer :: self
+
+      is_so = .false._c_bool
+      if (.not. lives(handle, of_simulation)) return
+      call c_f_pointer(address_of(handle, of_simulation), self)
+      is_so = logical(self%course%remembers(), c_bool)
+   end function contensou_simulation_remembers
+
+   !> A function that is zero where contacts have to remember an accepted step.
+   function contensou_simulation_memory_indicator(handle, time, state, n, indicator, error_out) &
+      result(status) bind(c)
+      type(c_ptr), intent(in), value :: handle
+      !> Time [s].
+      real(c_double), intent(in), value :: time
+      type(c_ptr), intent(in), value :: state
+      !> Size of the state.
+      integer(c_int), intent(in), value :: n
+      !> Where to put it.
+      type(c_ptr), intent(in), value :: indicator
+      !> Where to put an error; null if it is not wanted.
+      type(c_ptr), intent(in), value :: error_out
+      integer(c_int) :: status
+      type(handle_type), pointer :: self
+      type(error_type), allocatable :: error
+      real(c_double), pointer :: y(:), out(:)
+
+      call take_at(handle, time, state, n, indicator, 1, self, y, out, error)
+      if (.not. allocated(error)) call self%course%memory_indicator(time, y, out(1), error)
+      status = status_of(error, error_out)
+   end function contensou_simulation_memory_indicator
 
    !> What a contact alone does to its bodies at a state.
    function contensou_simulation_contact_load(handle, contact, state, n, force, torque_a, &

@@ -75,7 +75,7 @@ module contensou_compare_rules
 
 contains
 
-   !> The built-in rules.
+   !> Rules that hold where the user gives none.
    subroutine built_in_rules(part_of_run, rules)
       !> Whether only a part of the run is compared.
       logical, intent(in) :: part_of_run
@@ -303,7 +303,6 @@ contains
       end do
    end function set_end
 
-   !> Append a rule.
    subroutine append(rules, rule)
       type(rules_type), intent(inout) :: rules
       type(rule_type), intent(in) :: rule

@@ -91,11 +91,12 @@ contains
       !> Set when the values cannot be read.
       type(error_type), allocatable, intent(out) :: error
       type(block_type) :: blocks(2)
-      integer(i8) :: tile(max_rank), start(max_rank), count(max_rank), at(3)
+      integer(i8) :: tile(max_rank), start(max_rank), count(max_rank), place(max_rank), at(3)
       integer :: rank, kind, d, n, side
-      logical :: had_first
+      logical :: had_first, unsigned
 
       rank = items(1)%rank
+      unsigned = items(1)%class == class_unsigned
       if (any(extents(:rank) == 0_i8)) return
       kind = kind_of(items)
       call choose_tile(items(1), extents, rank, values_in_block(items(1), kind), tile)
@@ -127,15 +128,28 @@ contains
             call compare_reals(blocks(1)%reals, blocks(2)%reals, n, subject%verdict, found, at)
          case (as_integer)
             call compare_integers(blocks(1)%integers, blocks(2)%integers, n, &
-               items(1)%class == class_unsigned, subject%verdict, found, at)
+               unsigned, subject%verdict, found, at)
          case (as_text)
             call compare_texts(blocks(1)%texts, blocks(2)%texts, n, subject%path, found, at)
          case default
             call compare_bytes(blocks(1)%bytes, blocks(2)%bytes, n, int(items(1)%size), found, at)
          end select
-         if (at(1) > 0_i8) call note(at(1), found%at_largest, found%values_largest)
-         if (at(2) > 0_i8) call note(at(2), found%at_relative, found%values_relative)
-         if (at(3) > 0_i8) call note_first()
+         if (at(1) > 0_i8) then
+            found%at_largest = place_of(at(1), start, count, rank)
+            call show_values(blocks, kind, unsigned, at(1), found%values_largest)
+         end if
+         if (at(2) > 0_i8) then
+            found%at_relative = place_of(at(2), start, count, rank)
+            call show_values(blocks, kind, unsigned, at(2), found%values_relative)
+         end if
+         if (at(3) > 0_i8) then
+            ! Blocks may come in any order of indices.
+            place = place_of(at(3), start, count, rank)
+            if (.not. had_first .or. .not. precedes(found%at_first(:rank), place(:rank))) then
+               found%at_first = place
+               call show_values(blocks, kind, unsigned, at(3), found%values_first)
+            end if
+         end if
          ! Next block, the last dimension first.
          do d = rank, 1, -1
             start(d) = start(d) + tile(d)
@@ -144,61 +158,65 @@ contains
          end do
          if (d < 1) exit
       end do
-
-   contains
-
-      !> Note a place and the values there.
-      subroutine note(i, place, values)
-         !> Number of the value in the block.
-         integer(i8), intent(in) :: i
-         !> Its indices.
-         integer(i8), intent(out) :: place(max_rank)
-         !> The two values.
-         type(string_type), intent(inout) :: values(2)
-         integer(i8) :: rest
-         integer :: m
-
-         rest = i - 1
-         place = 0
-         do m = rank, 1, -1
-            place(m) = start(m) + mod(rest, count(m))
-            rest = rest/count(m)
-         end do
-         m = int(i)
-         do side = 1, 2
-            select case (kind)
-            case (as_real)
-               values(side)%s = to_text(blocks(side)%reals(m))
-            case (as_integer)
-               values(side)%s = integer_text(blocks(side)%integers(m), &
-                  items(1)%class == class_unsigned)
-            case (as_text)
-               values(side)%s = blocks(side)%texts(m)%s
-            case default
-               ! Bytes are not shown.
-               continue
-            end select
-         end do
-      end subroutine note
-
-      !> Note the first difference beyond the tolerance; blocks may come in any order of indices.
-      subroutine note_first()
-         type(string_type) :: values(2)
-         integer(i8) :: place(max_rank)
-         integer :: m
-
-         call note(at(3), place, values)
-         if (had_first) then
-            do m = 1, rank
-               if (place(m) > found%at_first(m)) return
-               if (place(m) < found%at_first(m)) exit
-            end do
-         end if
-         found%at_first = place
-         found%values_first = values
-      end subroutine note_first
-
    end subroutine compare_values
+
+   !> Indices of a value of a block, from 0.
+   pure function place_of(i, start, count, rank) result(place)
+      !> Number of the value in the block.
+      integer(i8), intent(in) :: i
+      !> Where the block begins, and its extents.
+      integer(i8), intent(in) :: start(max_rank), count(max_rank)
+      integer, intent(in) :: rank
+      integer(i8) :: place(max_rank)
+      integer(i8) :: rest
+      integer :: m
+
+      rest = i - 1
+      place = 0
+      do m = rank, 1, -1
+         place(m) = start(m) + mod(rest, count(m))
+         rest = rest/count(m)
+      end do
+   end function place_of
+
+   !> The two values at a place, as texts; bytes are not shown.
+   subroutine show_values(blocks, kind, unsigned, i, values)
+      type(block_type), intent(in) :: blocks(2)
+      !> One of the `as_*` codes.
+      integer, intent(in) :: kind
+      !> Whether integers have no sign.
+      logical, intent(in) :: unsigned
+      !> Number of the value in the block.
+      integer(i8), intent(in) :: i
+      type(string_type), intent(inout) :: values(2)
+      integer :: side
+
+      do side = 1, 2
+         select case (kind)
+         case (as_real)
+            values(side)%s = to_text(blocks(side)%reals(i))
+         case (as_integer)
+            values(side)%s = integer_text(blocks(side)%integers(i), unsigned)
+         case (as_text)
+            values(side)%s = blocks(side)%texts(i)%s
+         case default
+            continue
+         end select
+      end do
+   end subroutine show_values
+
+   !> Whether a place comes before another one in the order of the indices.
+   pure logical function precedes(place, other)
+      integer(i8), intent(in) :: place(:), other(:)
+      integer :: m
+
+      precedes = .false.
+      do m = 1, size(place)
+         if (place(m) == other(m)) cycle
+         precedes = place(m) < other(m)
+         return
+      end do
+   end function precedes
 
    !> How the values of two items are compared, one of the `as_*` codes.
    pure integer function kind_of(items)
@@ -298,7 +316,7 @@ contains
       text = to_text(half/5_i8) // to_text(2*mod(half, 5_i8) + iand(k, 1_i8))
    end function integer_text
 
-   !> Compare reals.
+   !> Two NaN are equal; one NaN differs beyond any tolerance.
    subroutine compare_reals(a, b, n, verdict, found, at)
       !> Values of the two files.
       real(wp), intent(in) :: a(:), b(:)
@@ -365,7 +383,7 @@ contains
       end do
    end subroutine compare_reals
 
-   !> Compare integers.
+   !> Numbers of one sign are subtracted as integers, so that neighbours differ.
    subroutine compare_integers(a, b, n, is_unsigned, verdict, found, at)
       !> Values of the two files.
       integer(i8), intent(in) :: a(:), b(:)

@@ -25,7 +25,7 @@ module contensou_contact_catalogue
       !> Where the formula comes from.
       character(len=120) :: reference = ""
       !> Names and units of its states, separated by commas.
-      character(len=120) :: states = ""
+      character(len=160) :: states = ""
    end type model_info_type
 
    !> A key of the group `contact` as a model has it.
@@ -69,6 +69,9 @@ module contensou_contact_catalogue
       procedure(key_writer), pointer, nopass :: put_keys => null()
       !> Adds its states; not associated if it has none.
       procedure(state_writer), pointer, nopass :: put_states => null()
+      !> Adds those that it has only where a key is given, and that key.
+      procedure(state_writer), pointer, nopass :: put_more_states => null()
+      character(len=12) :: more_with = ""
    contains
       procedure :: keys => keys_of
       procedure :: states => states_of
@@ -175,11 +178,18 @@ contains
    end function keys_of
 
    !> The states of a model.
-   function states_of(self) result(list)
+   function states_of(self, parameters) result(list)
       class(model_type), intent(in) :: self
+      !> Values of its keys; without them, all states that it can have.
+      type(parameters_type), intent(in), optional :: parameters
       type(state_list_type) :: list
 
       if (associated(self%put_states)) call self%put_states(list)
+      if (.not. associated(self%put_more_states)) return
+      if (present(parameters)) then
+         if (.not. parameters%has(trim(self%more_with))) return
+      end if
+      call self%put_more_states(list)
    end function states_of
 
    !> Whether a model has a key, and with an effect.
@@ -228,15 +238,17 @@ contains
    end function keys_text
 
    !> What a user reads of the states of a model: names and units, separated by commas.
-   function states_text(self) result(text)
+   function states_text(self, parameters) result(text)
       class(model_type), intent(in) :: self
+      !> Values of its keys; without them, of all states that it can have.
+      type(parameters_type), intent(in), optional :: parameters
       character(len=:), allocatable :: text
       type(state_list_type) :: list
       integer :: i
 
       text = ""
       if (.not. associated(self%put_states)) return
-      list = self%states()
+      list = self%states(parameters)
       do i = 1, list%n
          associate (item => list%items(i))
             if (i > 1) text = text // ", "

@@ -6,13 +6,19 @@ module contensou_contact_curvature
    use contensou_contact_curved_spot, only : curved_spot_type
    use contensou_contact_friction_law, only : friction_type
    use contensou_contact_parameters, only : parameters_type
+   use contensou_contact_wrench_curved, only : slender_only
    implicit none(type, external)
    private
 
-   public :: curvature_model_type, curvature_models
+   public :: curvature_model_type, curvature_models, spot_flat, spot_curved, spot_slender
+
+   !> Models of the shape of a spot, in the order of `curvature_models`.
+   integer, parameter :: spot_flat = 1, spot_curved = 2, spot_slender = 3
 
    !> A row of the table.
    type, extends(model_type) :: curvature_model_type
+      !> Whether the error of friction has a bound.
+      logical :: bounded = .true.
    contains
       procedure :: create
    end type curvature_model_type
@@ -24,7 +30,8 @@ contains
       type(curvature_model_type), allocatable :: models(:)
 
       models = [flat(), &
-         curved()]
+         curved(), &
+         slender()]
    end function curvature_models
 
    !> A flat spot.
@@ -45,6 +52,16 @@ contains
       model%put_keys => put_curved_keys
    end function curved
 
+   !> A curved spot that is slender.
+   function slender() result(model)
+      type(curvature_model_type) :: model
+
+      model%info = model_info_type("slender", &
+         "the same with the mean of r.L r along each chord: without a bound of the error", "", &
+         "docs/curved_spot.md")
+      model%bounded = .false.
+   end function slender
+
    !> The keys of a curved spot.
    subroutine put_curved_keys(list)
       type(law_keys_type), intent(inout) :: list
@@ -62,7 +79,8 @@ contains
       class(friction_type), intent(in) :: friction
       type(curved_spot_type), intent(out) :: spot
 
-      spot%error = parameters%number("spot_error")
+      spot%error = slender_only
+      if (self%bounded) spot%error = parameters%number("spot_error")
       spot%coefficient = friction%coefficient
       spot%delta = friction%delta
    end subroutine create

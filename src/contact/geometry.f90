@@ -12,7 +12,7 @@ module contensou_contact_geometry
    private
 
    public :: pose_type, contact_point_type, contact_variation_type, track_type, geometry_type
-   public :: rolling_velocity
+   public :: contact_motion_type, rolling_velocity, unbounded
    public :: place_closest, place_own, place_none, same_place
    public :: contact_trouble, search_trouble, trouble_text
    public :: trouble_none, trouble_lost, trouble_conforming, trouble_no_spot, &
@@ -43,6 +43,10 @@ module contensou_contact_geometry
 
    !> Ratio A/B below which a spot counts as a line.
    real(wp), parameter :: conforming_ratio = 1.0e-8_wp
+
+   !> As good as infinite, for products with it: the curvature of a tip [1/m], the reach of a
+   !> surface without an end [m], the sharpness of a gap where surfaces conform, over the curvature.
+   real(wp), parameter :: unbounded = 1.0e100_wp
 
    !> Position and motion of a body, inertial frame.
    type :: pose_type
@@ -75,6 +79,17 @@ module contensou_contact_geometry
       !> Half of the larger relative principal curvature [1/m].
       real(wp) :: curvature_b
    end type contact_point_type
+
+   !> Where a contact is and how it moves, inertial frame.
+   type :: contact_motion_type
+      type(contact_point_type) :: at
+      !> Velocity of B against A at the contact point [m/s].
+      real(wp) :: velocity(3)
+      !> Angular velocity of B against A [rad/s].
+      real(wp) :: spin(3)
+   contains
+      procedure :: gap_rate
+   end type contact_motion_type
 
    !> How a contact point changes when B moves against A, A at rest, to first order in a twist of B:
    !> the translation (1:3) [m] of the point of B at the contact point and the rotation (4:6) [rad],
@@ -250,6 +265,13 @@ contains
       n = 0
       gaps = limit
    end subroutine find_places
+
+   !> Rate of the gap, negative for approach [m/s].
+   pure real(wp) function gap_rate(self)
+      class(contact_motion_type), intent(in) :: self
+
+      gap_rate = dot_product(self%velocity, self%at%normal)
+   end function gap_rate
 
    !> Velocity at which the material of both bodies passes the spot, the mean of the two [m/s]; what
    !> is of it in the tangent plane counts. What rolls does so in the opposite direction.

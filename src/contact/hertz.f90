@@ -85,6 +85,11 @@ module contensou_contact_hertz
       procedure :: scale_from
    end type hertz_type
 
+   !> Makes a contact from its curvatures A <= B [1/m] and the effective modulus [Pa].
+   interface hertz_type
+      procedure :: new_hertz
+   end interface hertz_type
+
    !> Bits of a double below its exponent.
    integer, parameter :: exponent_bits = 52
 

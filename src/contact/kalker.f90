@@ -19,7 +19,10 @@ module contensou_contact_kalker
    implicit none(type, external)
    private
 
-   public :: kalker_matrix, kalker_coefficients
+   public :: kalker_matrix, kalker_coefficients, least_ratio
+
+   !> Ratio of the minor to the major axis where the table ends.
+   real(wp), parameter :: least_ratio = exp(-ratio_step*real(n_ratios - 1, wp))
 
    integer :: index
 
@@ -35,7 +38,7 @@ module contensou_contact_kalker
 
 contains
 
-   !> The coefficients.
+   !> Coefficients for any ratio of the axes, rolling in any direction.
    pure function kalker_coefficients(ratio, poisson, chi) result(c)
       !> a/b, a along the axis from where chi is counted; > 0.
       real(wp), intent(in) :: ratio
@@ -78,7 +81,7 @@ contains
       real(wp) :: column(6), place, x, ratio, along, across, root, mirror, per_angle
       integer :: i, j, m, cell, sector
 
-      ratio = max(k, exp(-ratio_step*real(n_ratios - 1, wp)))
+      ratio = max(k, least_ratio)
       root = sqrt(sqrt(ratio))
       along = abs(e(1))*root
       across = abs(e(2))/root

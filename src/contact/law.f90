@@ -10,15 +10,16 @@ module contensou_contact_law
    use contensou_contact_curved_spot, only : curved_spot_type
    use contensou_contact_damping_law, only : damping_type
    use contensou_contact_friction_law, only : friction_type, sliding_type
-   use contensou_contact_geometry, only : contact_point_type, geometry_type
+   use contensou_contact_geometry, only : contact_motion_type, contact_point_type, &
+      geometry_type
    use contensou_contact_normal_law, only : normal_type
    use contensou_contact_rolling_law, only : rolling_type
    use contensou_contact_states, only : most_states
-   use contensou_contact_tangential_memory, only : n_states, tangential_type
+   use contensou_contact_tangential_memory, only : tangential_type
    implicit none(type, external)
    private
 
-   public :: contact_law_type, contact_load_type
+   public :: contact_law_type, contact_load_type, spot_motion_type, along_axes
 
    !> The parts.
    type :: contact_law_type
@@ -51,9 +52,24 @@ module contensou_contact_law
       procedure :: vary_roll
       procedure :: bend
       procedure, private :: press
+      procedure, private :: passing
       procedure, private :: vary_press
       procedure :: sliding
    end type contact_law_type
+
+   !> How a spot is pressed and moved along its axes: what a law is linearized about.
+   type :: spot_motion_type
+      !> Approach d [m], > 0.
+      real(wp) :: approach = 0.0_wp
+      !> Its rate [m/s].
+      real(wp) :: rate = 0.0_wp
+      !> Sliding velocity along the axes [m/s], spin [rad/s].
+      real(wp) :: sliding(3) = 0.0_wp
+      !> Velocity of the material through the spot along the axes [m/s].
+      real(wp) :: carried(2) = 0.0_wp
+      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
+      real(wp) :: resolution = 0.0_wp
+   end type spot_motion_type
 
    !> What a closed contact does to body B (and, reversed, to body A).
    type :: contact_load_type
@@ -76,41 +92,37 @@ module contensou_contact_law
 contains
 
    !> Load of a closed contact.
-   pure subroutine evaluate(self, at, velocity, spin, resolution, load)
+   pure subroutine evaluate(self, now, resolution, load)
       class(contact_law_type), intent(in) :: self
-      !> Geometry of the contact, its gap < 0.
-      type(contact_point_type), intent(in) :: at
-      !> Velocity of B against A at the contact point [m/s].
-      real(wp), intent(in) :: velocity(3)
-      !> Angular velocity of B against A [rad/s].
-      real(wp), intent(in) :: spin(3)
+      !> Where the contact is, its gap < 0, and how it moves.
+      type(contact_motion_type), intent(in) :: now
       !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
       real(wp), intent(in) :: resolution
       type(contact_load_type), intent(out) :: load
       type(sliding_type) :: slides
       real(wp) :: approach, rate, elastic, minor(3), wrench(3)
 
-      approach = -at%gap
+      approach = -now%at%gap
       elastic = self%normal%force(approach)
       load%normal_force = elastic
       if (allocated(self%damping)) then
-         rate = -dot_product(velocity, at%normal)
+         rate = -now%gap_rate()
          load%normal_force = self%damping%total(elastic, approach, rate)
          load%damping_power = (load%normal_force - elastic)*rate
       end if
       if (allocated(self%friction)) then
-         minor = cross(at%normal, at%major)
+         minor = cross(now%at%normal, now%at%major)
          slides = sliding_type(load%normal_force, self%normal%major_axis(approach), &
-            dot_product(velocity, at%major), dot_product(velocity, minor), &
-            dot_product(spin, at%normal), resolution)
+            dot_product(now%velocity, now%at%major), dot_product(now%velocity, minor), &
+            dot_product(now%spin, now%at%normal), resolution)
          if (allocated(self%curved)) then
-            call rub_curved(self, at, minor, slides, spin, load)
+            call rub_curved(self, now, minor, slides, load)
          else
             call self%friction%wrench(self%normal%shape, slides, wrench)
-            call take_friction(at, minor, slides, wrench, load)
+            call take_friction(now%at, minor, slides, wrench, load)
          end if
       end if
-      if (allocated(self%rolling)) call add_rolling(self, at, spin, load)
+      if (allocated(self%rolling)) call add_rolling(self, now, load)
    end subroutine evaluate
 
    !> Put the wrench of friction into a load.
@@ -129,49 +141,42 @@ contains
    end subroutine take_friction
 
    !> Put friction over a curved spot into a load.
-   pure subroutine rub_curved(self, at, minor, slides, spin, load)
+   pure subroutine rub_curved(self, now, minor, slides, load)
       class(contact_law_type), intent(in) :: self
-      type(contact_point_type), intent(in) :: at
+      type(contact_motion_type), intent(in) :: now
       !> Unit tangent along the minor axis of the spot.
       real(wp), intent(in) :: minor(3)
       type(sliding_type), intent(in) :: slides
-      !> Angular velocity of B against A [rad/s].
-      real(wp), intent(in) :: spin(3)
       type(contact_load_type), intent(inout) :: load
       real(wp) :: wrench(3), moment(2)
 
-      call self%curved%wrench(self%normal%shape, slides, [dot_product(spin, at%major), &
-         dot_product(spin, minor)], wrench, moment)
-      call take_friction(at, minor, slides, wrench, load)
-      load%curvature_moment = moment(1)*at%major + moment(2)*minor
-      load%friction_power = load%friction_power - dot_product(load%curvature_moment, spin)
+      associate (at => now%at, spin => now%spin)
+         call self%curved%wrench(self%normal%shape, slides, [dot_product(spin, at%major), &
+            dot_product(spin, minor)], wrench, moment)
+         call take_friction(at, minor, slides, wrench, load)
+         load%curvature_moment = moment(1)*at%major + moment(2)*minor
+         load%friction_power = load%friction_power - dot_product(load%curvature_moment, spin)
+      end associate
    end subroutine rub_curved
 
    !> Add rolling resistance to a load.
-   pure subroutine add_rolling(self, at, spin, load)
+   pure subroutine add_rolling(self, now, load)
       type(contact_law_type), intent(in) :: self
-      !> Geometry of the contact, its gap < 0.
-      type(contact_point_type), intent(in) :: at
-      !> Angular velocity of B against A [rad/s].
-      real(wp), intent(in) :: spin(3)
+      type(contact_motion_type), intent(in) :: now
       type(contact_load_type), intent(inout) :: load
       real(wp) :: root
 
-      root = sqrt(-at%gap)
-      load%rolling_torque = self%rolling%torque(load%normal_force, at%normal, at%major, &
-         self%normal%axis_a*root, self%normal%axis_b*root, spin)
-      load%friction_power = load%friction_power - dot_product(load%rolling_torque, spin)
+      root = sqrt(-now%at%gap)
+      load%rolling_torque = self%rolling%torque(load%normal_force, now%at%normal, now%at%major, &
+         self%normal%axis_a*root, self%normal%axis_b*root, now%spin)
+      load%friction_power = load%friction_power - dot_product(load%rolling_torque, now%spin)
    end subroutine add_rolling
 
    !> Load of a closed contact at given states, and the rates of these.
-   pure subroutine evolve(self, at, velocity, spin, resolution, states, load, rates)
+   pure subroutine evolve(self, now, resolution, states, load, rates)
       class(contact_law_type), intent(in) :: self
-      !> Geometry of the contact, its gap < 0.
-      type(contact_point_type), intent(in) :: at
-      !> Velocity of B against A at the contact point [m/s].
-      real(wp), intent(in) :: velocity(3)
-      !> Angular velocity of B against A [rad/s].
-      real(wp), intent(in) :: spin(3)
+      !> Where the contact is, its gap < 0, and how it moves.
+      type(contact_motion_type), intent(in) :: now
       !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
       real(wp), intent(in) :: resolution
       !> States of damping, then of friction.
@@ -182,29 +187,25 @@ contains
       type(sliding_type) :: slides
       real(wp) :: minor(3), wrench(3)
 
-      call self%press(at, velocity, states(:self%n_damping), load, rates(:self%n_damping))
+      call self%press(now, states(:self%n_damping), load, rates(:self%n_damping))
       if (allocated(self%friction)) then
-         minor = cross(at%normal, at%major)
-         slides = self%sliding(load%normal_force, -at%gap, [dot_product(velocity, at%major), &
-            dot_product(velocity, minor), dot_product(spin, at%normal)], resolution)
+         minor = cross(now%at%normal, now%at%major)
+         slides = self%sliding(load%normal_force, -now%at%gap, along_axes(now, minor), resolution)
          if (allocated(self%curved)) then
-            call rub_curved(self, at, minor, slides, spin, load)
+            call rub_curved(self, now, minor, slides, load)
          else
             call self%friction%evolve(self%normal%shape, slides, states(self%n_damping + 1:), &
                wrench, rates(self%n_damping + 1:))
-            call take_friction(at, minor, slides, wrench, load)
+            call take_friction(now%at, minor, slides, wrench, load)
          end if
       end if
-      if (allocated(self%rolling)) call add_rolling(self, at, spin, load)
+      if (allocated(self%rolling)) call add_rolling(self, now, load)
    end subroutine evolve
 
    !> Normal force of a closed contact at given states, and the rates of these.
-   pure subroutine press(self, at, velocity, states, load, rates)
+   pure subroutine press(self, now, states, load, rates)
       class(contact_law_type), intent(in) :: self
-      !> Geometry of the contact, its gap < 0.
-      type(contact_point_type), intent(in) :: at
-      !> Velocity of B against A at the contact point [m/s].
-      real(wp), intent(in) :: velocity(3)
+      type(contact_motion_type), intent(in) :: now
       !> States of damping.
       real(wp), intent(in) :: states(:)
       type(contact_load_type), intent(inout) :: load
@@ -212,25 +213,21 @@ contains
       real(wp), intent(out) :: rates(:)
       real(wp) :: approach, rate, elastic, force
 
-      approach = -at%gap
+      approach = -now%at%gap
       elastic = self%normal%force(approach)
       load%normal_force = elastic
       if (.not. allocated(self%damping)) return
-      rate = -dot_product(velocity, at%normal)
+      rate = -now%gap_rate()
       call self%damping%evolve(elastic, approach, rate, states, force, rates)
       load%normal_force = max(elastic + force, 0.0_wp)
       load%damping_power = (load%normal_force - elastic)*rate
    end subroutine press
 
    !> Load of a closed contact with tangential elasticity, and the rates of its states.
-   pure subroutine hold(self, at, velocity, spin, carried, states, tangential, load, rates)
+   pure subroutine hold(self, now, carried, states, tangential, load, rates)
       class(contact_law_type), intent(in) :: self
-      !> Geometry of the contact, its gap < 0.
-      type(contact_point_type), intent(in) :: at
-      !> Velocity of B against A at the contact point [m/s].
-      real(wp), intent(in) :: velocity(3)
-      !> Angular velocity of B against A [rad/s].
-      real(wp), intent(in) :: spin(3)
+      !> Where the contact is, its gap < 0, and how it moves.
+      type(contact_motion_type), intent(in) :: now
       !> Velocity of the material through the spot [m/s].
       real(wp), intent(in) :: carried(3)
       !> States of damping, then of tangential elasticity.
@@ -239,29 +236,23 @@ contains
       type(contact_load_type), intent(out) :: load
       !> Time derivatives of the states.
       real(wp), intent(out) :: rates(:)
-      type(sliding_type) :: slides
+      type(passing_type) :: rolls
       real(wp) :: minor(3), wrench(3)
 
-      call self%press(at, velocity, states(:self%n_damping), load, rates(:self%n_damping))
-      minor = cross(at%normal, at%major)
-      slides = self%sliding(load%normal_force, -at%gap, [dot_product(velocity, at%major), &
-         dot_product(velocity, minor), dot_product(spin, at%normal)], 0.0_wp)
-      call tangential%evolve(self%friction, self%normal%shape, slides, [dot_product(carried, &
-         at%major), dot_product(carried, minor)], states(self%n_damping + 1:), wrench, &
-         rates(self%n_damping + 1:))
-      call take_friction(at, minor, slides, wrench, load)
-      if (allocated(self%rolling)) call add_rolling(self, at, spin, load)
+      call self%press(now, states(:self%n_damping), load, rates(:self%n_damping))
+      minor = cross(now%at%normal, now%at%major)
+      rolls = self%passing(load%normal_force, now, minor, carried, 0.0_wp)
+      call tangential%evolve(self%friction, self%normal%shape, rolls, &
+         states(self%n_damping + 1:), wrench, rates(self%n_damping + 1:))
+      call take_friction(now%at, minor, rolls%sliding_type, wrench, load)
+      if (allocated(self%rolling)) call add_rolling(self, now, load)
    end subroutine hold
 
    !> Load of a closed contact in steady rolling, and the rates of the states of damping.
-   pure subroutine roll(self, at, velocity, spin, carried, resolution, states, load, rates)
+   pure subroutine roll(self, now, carried, resolution, states, load, rates)
       class(contact_law_type), intent(in) :: self
-      !> Geometry of the contact, its gap < 0.
-      type(contact_point_type), intent(in) :: at
-      !> Velocity of B against A at the contact point [m/s].
-      real(wp), intent(in) :: velocity(3)
-      !> Angular velocity of B against A [rad/s].
-      real(wp), intent(in) :: spin(3)
+      !> Where the contact is, its gap < 0, and how it moves.
+      type(contact_motion_type), intent(in) :: now
       !> Velocity of the material through the spot [m/s].
       real(wp), intent(in) :: carried(3)
       !> Square of the velocity below which motion is not resolved [m2/s2], 0 if all is.
@@ -274,16 +265,44 @@ contains
       type(passing_type) :: rolls
       real(wp) :: minor(3), wrench(3)
 
-      call self%press(at, velocity, states, load, rates)
-      minor = cross(at%normal, at%major)
-      rolls%sliding_type = self%sliding(load%normal_force, -at%gap, [dot_product(velocity, &
-         at%major), dot_product(velocity, minor), dot_product(spin, at%normal)], resolution)
-      rolls%cx = dot_product(carried, at%major)
-      rolls%cy = dot_product(carried, minor)
+      call self%press(now, states, load, rates)
+      minor = cross(now%at%normal, now%at%major)
+      rolls = self%passing(load%normal_force, now, minor, carried, resolution)
       call self%steady%wrench(self%normal%shape, rolls, wrench)
-      call take_friction(at, minor, rolls%sliding_type, wrench, load)
-      if (allocated(self%rolling)) call add_rolling(self, at, spin, load)
+      call take_friction(now%at, minor, rolls%sliding_type, wrench, load)
+      if (allocated(self%rolling)) call add_rolling(self, now, load)
    end subroutine roll
+
+   !> Sliding velocity along the axes of the spot [m/s], and spin about the normal [rad/s].
+   pure function along_axes(now, minor) result(motion)
+      type(contact_motion_type), intent(in) :: now
+      !> Unit tangent along the minor axis of the spot.
+      real(wp), intent(in) :: minor(3)
+      real(wp) :: motion(3)
+
+      motion(1) = dot_product(now%velocity, now%at%major)
+      motion(2) = dot_product(now%velocity, minor)
+      motion(3) = dot_product(now%spin, now%at%normal)
+   end function along_axes
+
+   !> What slides, and what rolls through the spot, at a normal force.
+   pure function passing(self, load, now, minor, carried, resolution) result(rolls)
+      class(contact_law_type), intent(in) :: self
+      !> Normal force [N], >= 0.
+      real(wp), intent(in) :: load
+      type(contact_motion_type), intent(in) :: now
+      !> Unit tangent along the minor axis of the spot.
+      real(wp), intent(in) :: minor(3)
+      !> Velocity of the material through the spot [m/s].
+      real(wp), intent(in) :: carried(3)
+      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
+      real(wp), intent(in) :: resolution
+      type(passing_type) :: rolls
+
+      rolls%sliding_type = self%sliding(load, -now%at%gap, along_axes(now, minor), resolution)
+      rolls%cx = dot_product(carried, now%at%major)
+      rolls%cy = dot_product(carried, minor)
+   end function passing
 
    !> What slides at a normal force.
    pure function sliding(self, load, approach, motion, resolution) result(slides)
@@ -305,16 +324,9 @@ contains
    !> Normal force, friction force along the major and the minor axis, and friction torque about the
    !> normal, with their derivatives by the approach [m], its rate [m/s], the sliding velocities
    !> along the two axes [m/s] and the spin [rad/s], at constant curvatures.
-   pure subroutine linearize(self, approach, rate, motion, resolution, values, slopes)
+   pure subroutine linearize(self, at, values, slopes)
       class(contact_law_type), intent(in) :: self
-      !> Approach d [m], > 0.
-      real(wp), intent(in) :: approach
-      !> Its rate [m/s].
-      real(wp), intent(in) :: rate
-      !> Sliding velocity along the axes [m/s], spin [rad/s].
-      real(wp), intent(in) :: motion(3)
-      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
-      real(wp), intent(in) :: resolution
+      type(spot_motion_type), intent(in) :: at
       !> N, F_x, F_y [N], T [N m].
       real(wp), intent(out) :: values(4)
       !> Derivative of value i by d, d', v_x, v_y, w.
@@ -324,13 +336,13 @@ contains
 
       values = 0.0_wp
       slopes = 0.0_wp
-      elastic = self%normal%force(approach)
+      elastic = self%normal%force(at%approach)
       values(1) = elastic
-      slopes(1, 1) = 1.5_wp*elastic/approach
+      slopes(1, 1) = 1.5_wp*elastic/at%approach
       if (allocated(self%damping)) then
-         values(1) = self%damping%total(elastic, approach, rate)
+         values(1) = self%damping%total(elastic, at%approach, at%rate)
          if (values(1) > 0.0_wp) then
-            by_elastic = self%damping%slopes(elastic, approach, rate)
+            by_elastic = self%damping%slopes(elastic, at%approach, at%rate)
             slopes(1, 1) = slopes(1, 1)*(1.0_wp + by_elastic(1)) + by_elastic(2)
             slopes(1, 2) = by_elastic(3)
          else
@@ -338,26 +350,20 @@ contains
          end if
       end if
       if (.not. allocated(self%friction)) return
-      slides = self%sliding(values(1), approach, motion, resolution)
+      slides = self%sliding(values(1), at%approach, at%sliding, at%resolution)
       call self%friction%linearize(self%normal%shape, slides, values(2:4), by_motion)
-      slopes(2:4, 1) = by_motion(:, 1)*slopes(1, 1) + by_motion(:, 2)*(0.5_wp*slides%a/approach)
+      slopes(2:4, 1) = by_motion(:, 1)*slopes(1, 1) + by_motion(:, 2)*(0.5_wp*slides%a/at%approach)
       slopes(2:4, 2) = by_motion(:, 1)*slopes(1, 2)
       slopes(2:4, 3:5) = by_motion(:, 3:5)
    end subroutine linearize
 
    !> Friction over a curved spot at a normal force whose derivatives are known: replaces that of a
    !> flat one in values and derivatives, and gives what is more.
-   pure subroutine bend(self, approach, motion, rolling, resolution, values, slopes, moment, &
-      moment_slopes, by_rolling)
+   pure subroutine bend(self, at, rolling, values, slopes, moment, moment_slopes, by_rolling)
       class(contact_law_type), intent(in) :: self
-      !> Approach d [m], > 0.
-      real(wp), intent(in) :: approach
-      !> Sliding velocity along the axes [m/s], spin [rad/s].
-      real(wp), intent(in) :: motion(3)
+      type(spot_motion_type), intent(in) :: at
       !> Angular velocity of B against A along the axes of the spot [rad/s].
       real(wp), intent(in) :: rolling(2)
-      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
-      real(wp), intent(in) :: resolution
       !> N, F_x, F_y [N], T [N m].
       real(wp), intent(inout) :: values(4)
       !> Derivative of value i by d, d', v_x, v_y, w.
@@ -369,9 +375,10 @@ contains
       type(sliding_type) :: slides
       real(wp) :: friction(5), by_motion(5, 7), all_slopes(5, 5)
 
-      slides = self%sliding(values(1), approach, motion, resolution)
+      slides = self%sliding(values(1), at%approach, at%sliding, at%resolution)
       call self%curved%linearize(self%normal%shape, slides, rolling, friction, by_motion)
-      all_slopes(:, 1) = by_motion(:, 1)*slopes(1, 1) + by_motion(:, 2)*(0.5_wp*slides%a/approach)
+      all_slopes(:, 1) = by_motion(:, 1)*slopes(1, 1) &
+         + by_motion(:, 2)*(0.5_wp*slides%a/at%approach)
       all_slopes(:, 2) = by_motion(:, 1)*slopes(1, 2)
       all_slopes(:, 3:5) = by_motion(:, 3:5)
       values(2:4) = friction(1:3)
@@ -385,16 +392,9 @@ contains
    !> normal and rates of the states, with their derivatives by the approach [m], its rate [m/s],
    !> the sliding velocities along the two axes [m/s], the spin [rad/s] and the states, at constant
    !> curvatures.
-   pure subroutine vary(self, approach, rate, motion, resolution, states, scales, values, slopes)
+   pure subroutine vary(self, at, states, scales, values, slopes)
       class(contact_law_type), intent(in) :: self
-      !> Approach d [m], > 0.
-      real(wp), intent(in) :: approach
-      !> Its rate [m/s].
-      real(wp), intent(in) :: rate
-      !> Sliding velocity along the axes [m/s], spin [rad/s].
-      real(wp), intent(in) :: motion(3)
-      !> Square of the velocity below which sliding is not resolved [m2/s2], 0 if all is.
-      real(wp), intent(in) :: resolution
+      type(spot_motion_type), intent(in) :: at
       !> States of damping, then of friction.
       real(wp), intent(in) :: states(:)
       !> Values against which they count as small.
@@ -409,26 +409,18 @@ contains
 
       nd = self%n_damping
       nf = size(states) - nd
-      call self%vary_press(approach, rate, states(:nd), scales(:nd), values, slopes)
+      call self%vary_press(at, states(:nd), scales(:nd), values, slopes)
       if (.not. allocated(self%friction)) return
-      slides = self%sliding(values(1), approach, motion, resolution)
+      slides = self%sliding(values(1), at%approach, at%sliding, at%resolution)
       call self%friction%vary(self%normal%shape, slides, states(nd + 1:), scales(nd + 1:), &
          values(2:4), values(5 + nd:), by_motion(:3 + nf, :5 + nf))
-      call chain(nd, nf, slides%a, approach, by_motion, slopes)
+      call chain(nd, nf, slides%a, at%approach, by_motion, slopes)
    end subroutine vary
 
    !> The same with tangential elasticity.
-   pure subroutine vary_hold(self, approach, rate, motion, carried, states, scales, tangential, &
-      values, slopes)
+   pure subroutine vary_hold(self, at, states, scales, tangential, values, slopes)
       class(contact_law_type), intent(in) :: self
-      !> Approach d [m], > 0.
-      real(wp), intent(in) :: approach
-      !> Its rate [m/s].
-      real(wp), intent(in) :: rate
-      !> Sliding velocity along the axes [m/s], spin [rad/s].
-      real(wp), intent(in) :: motion(3)
-      !> Velocity of the material through the spot along the axes [m/s].
-      real(wp), intent(in) :: carried(2)
+      type(spot_motion_type), intent(in) :: at
       !> States of damping, then of tangential elasticity.
       real(wp), intent(in) :: states(:)
       !> Values against which they count as small.
@@ -438,32 +430,24 @@ contains
       real(wp), intent(out) :: values(:)
       !> Derivative of value i by d, d', v_x, v_y, w, then by the states.
       real(wp), intent(out) :: slopes(:, :)
-      type(sliding_type) :: slides
-      real(wp) :: by_motion(3 + n_states, 5 + n_states)
-      integer :: nd
+      type(passing_type) :: rolls
+      real(wp) :: by_motion(3 + most_states, 5 + most_states)
+      integer :: nd, nf
 
       nd = self%n_damping
-      call self%vary_press(approach, rate, states(:nd), scales(:nd), values, slopes)
-      slides = self%sliding(values(1), approach, motion, 0.0_wp)
-      call tangential%vary(self%friction, self%normal%shape, slides, carried, states(nd + 1:), &
-         values(2:4), values(5 + nd:), by_motion)
-      call chain(nd, n_states, slides%a, approach, by_motion, slopes)
+      nf = size(states) - nd
+      call self%vary_press(at, states(:nd), scales(:nd), values, slopes)
+      rolls = passing_type(self%sliding(values(1), at%approach, at%sliding, 0.0_wp), &
+         at%carried(1), at%carried(2))
+      call tangential%vary(self%friction, self%normal%shape, rolls, states(nd + 1:), &
+         values(2:4), values(5 + nd:), by_motion(:3 + nf, :5 + nf))
+      call chain(nd, nf, rolls%a, at%approach, by_motion, slopes)
    end subroutine vary_hold
 
    !> The same in steady rolling, and the derivatives of the wrench by the velocity of the material.
-   pure subroutine vary_roll(self, approach, rate, motion, carried, resolution, states, scales, &
-      values, slopes, by_carried)
+   pure subroutine vary_roll(self, at, states, scales, values, slopes, by_carried)
       class(contact_law_type), intent(in) :: self
-      !> Approach d [m], > 0.
-      real(wp), intent(in) :: approach
-      !> Its rate [m/s].
-      real(wp), intent(in) :: rate
-      !> Sliding velocity along the axes [m/s], spin [rad/s].
-      real(wp), intent(in) :: motion(3)
-      !> Velocity of the material through the spot along the axes [m/s].
-      real(wp), intent(in) :: carried(2)
-      !> Square of the velocity below which motion is not resolved [m2/s2], 0 if all is.
-      real(wp), intent(in) :: resolution
+      type(spot_motion_type), intent(in) :: at
       !> States of damping.
       real(wp), intent(in) :: states(:)
       !> Values against which they count as small.
@@ -477,12 +461,11 @@ contains
       type(passing_type) :: rolls
       real(wp) :: by_motion(3, n_arguments)
 
-      call self%vary_press(approach, rate, states, scales, values, slopes)
-      rolls%sliding_type = self%sliding(values(1), approach, motion, resolution)
-      rolls%cx = carried(1)
-      rolls%cy = carried(2)
+      call self%vary_press(at, states, scales, values, slopes)
+      rolls = passing_type(self%sliding(values(1), at%approach, at%sliding, at%resolution), &
+         at%carried(1), at%carried(2))
       call self%steady%linearize(self%friction, self%normal%shape, rolls, values(2:4), by_motion)
-      call chain(size(states), 0, rolls%a, approach, by_motion(:, :5), slopes)
+      call chain(size(states), 0, rolls%a, at%approach, by_motion(:, :5), slopes)
       by_carried = by_motion(:, 6:7)
    end subroutine vary_roll
 
@@ -507,12 +490,9 @@ contains
    end subroutine chain
 
    !> Normal force and the rates of the states of damping, with their derivatives; zeros else.
-   pure subroutine vary_press(self, approach, rate, states, scales, values, slopes)
+   pure subroutine vary_press(self, at, states, scales, values, slopes)
       class(contact_law_type), intent(in) :: self
-      !> Approach d [m], > 0.
-      real(wp), intent(in) :: approach
-      !> Its rate [m/s].
-      real(wp), intent(in) :: rate
+      type(spot_motion_type), intent(in) :: at
       !> States of damping.
       real(wp), intent(in) :: states(:)
       !> Values against which they count as small.
@@ -526,12 +506,12 @@ contains
       nd = self%n_damping
       values = 0.0_wp
       slopes = 0.0_wp
-      elastic = self%normal%force(approach)
-      stiffness = 1.5_wp*elastic/approach
+      elastic = self%normal%force(at%approach)
+      stiffness = 1.5_wp*elastic/at%approach
       values(1) = elastic
       slopes(1, 1) = stiffness
       if (allocated(self%damping)) then
-         call self%damping%vary(elastic, approach, rate, states, scales, force, &
+         call self%damping%vary(elastic, at%approach, at%rate, states, scales, force, &
             values(5:4 + nd), by_normal(:1 + nd, :3 + nd))
          values(1) = max(elastic + force, 0.0_wp)
          do i = 0, nd

@@ -107,9 +107,11 @@ contains
    end function part_states
 
    !> Whether a contact has a state of some name. Thread-safe.
-   logical function owns_state(choice, name)
+   logical function owns_state(choice, parameters, name)
       !> Position of the model of each part in its table.
       integer, intent(in) :: choice(n_parts)
+      !> Values of the keys of the contact.
+      type(parameters_type), intent(in) :: parameters
       character(len=*), intent(in) :: name
       type(part_type), pointer :: parts(:)
       type(state_list_type) :: list
@@ -118,7 +120,7 @@ contains
       parts => shared_parts()
       owns_state = .false.
       do i = 1, n_parts
-         list = parts(i)%models(choice(i))%states()
+         list = parts(i)%models(choice(i))%states(parameters)
          owns_state = owns_state .or. any(list%items(:list%n)%name == name)
       end do
    end function owns_state
@@ -167,6 +169,7 @@ contains
                   " drilling torque"
             case default
                if (item%key%kind /= kind_choice) cycle
+               if (item%otherwise == "" .and. .not. parameters%has(trim(item%key%name))) cycle
                text = text // " with the "
                if (parameters%has(trim(item%key%name))) then
                   names = item%key%names()
@@ -181,7 +184,7 @@ contains
       if (self%name == "friction" .and. parameters%number("regularization_velocity") > 0.0_wp) then
          text = text // ", regularised"
       end if
-      states = self%models(choice)%states_text()
+      states = self%models(choice)%states_text(parameters)
       if (states /= "") text = text // ", integrating " // states
    end function words
 
@@ -444,6 +447,8 @@ contains
                   call take(item%key%name, item%key%kind)
                   if (settings%is_given(item%key%name)) then
                      call check_use(settings, parts, choice, trim(item%key%name), diagnostics)
+                  else
+                     call drop_default(item%key%name)
                   end if
                end associate
             end do
@@ -470,6 +475,22 @@ contains
             call parameters%set(name, settings%numbers(name))
          end select
       end subroutine take
+
+      !> Drop the default of a key that no model of an acting part has: in the resolved text it
+      !> would be refused.
+      subroutine drop_default(name)
+         character(len=*), intent(in) :: name
+         integer, allocatable :: places(:)
+         integer :: n
+
+         if (.not. settings%is_set(name)) return
+         do n = 1, n_parts
+            places = places_of(parts(n:n), name)
+            if (all(places == 0)) cycle
+            if (places(choice(n)) > 0 .or. .not. parts(n)%models(choice(n))%acts) return
+         end do
+         call settings%unset(name)
+      end subroutine drop_default
 
    end subroutine read_models
 

@@ -114,7 +114,7 @@ module contensou_contact_search
    real(wp), parameter :: turns(samples_area) = &
       [(real(counter, wp)*pi*(3.0_wp - sqrt(5.0_wp)), counter=1, samples_area)]
 
-   !> The sampled directions.
+   !> Unit vectors, spread evenly over the sphere.
    real(wp), parameter :: directions(samples_area, 3) = reshape([ &
       sqrt(1.0_wp - heights**2)*cos(turns), sqrt(1.0_wp - heights**2)*sin(turns), heights], &
       [samples_area, 3])
@@ -1084,7 +1084,7 @@ contains
       second(3) = quadratic(m, v(:, 2), v(:, 2))
    end subroutine slopes
 
-   !> Value of a form.
+   !> a.L b, L a symmetric form.
    pure function quadratic(form, a, b) result(value_of)
       !> Components 11, 12, 22.
       real(wp), intent(in) :: form(3)

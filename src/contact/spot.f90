@@ -45,6 +45,11 @@ module contensou_contact_spot
       real(wp) :: j02
    end type spot_shape_type
 
+   !> Makes a shape from the ratio of its axes.
+   interface spot_shape_type
+      procedure :: elliptic_shape
+   end interface spot_shape_type
+
    !> The circle.
    type(spot_shape_type), parameter :: circular_shape = spot_shape_type( &
       k=1.0_wp, k2=1.0_wp, inverse_k2=1.0_wp, c=0.0_wp, &

@@ -20,10 +20,10 @@ module contensou_contact_states
       against_energy
 
    !> Numbers of state that the parts of a contact may own, a vector counted as two.
-   integer, parameter :: most_states = 8
+   integer, parameter :: most_states = 11
 
    !> Numbers that these are in the state of a scene.
-   integer, parameter :: most_numbers = 12
+   integer, parameter :: most_numbers = 16
 
    !> What the admissible error of a state is measured against beside the state itself: a value in
    !> its own unit, or so much of one of the scales of the integration.
@@ -64,7 +64,7 @@ module contensou_contact_states
       procedure :: after_lift
    end type owner_type
 
-   !> The states of a contact.
+   !> Which numbers of the state vector the parts of a contact own.
    type :: contact_states_type
       !> Numbers in the state of the scene; all of the rest is only set where there are any.
       integer :: n = 0

@@ -7,7 +7,7 @@ module contensou_contact_surface_pair
    use contensou_base_kinds, only : wp
    use contensou_base_vectors, only : cross
    use contensou_contact_geometry, only : contact_point_type, contact_variation_type, &
-      geometry_type, pose_type, track_type
+      geometry_type, pose_type, track_type, unbounded
    use contensou_contact_relative, only : contact_frame_type, set_curvatures, set_variation
    use contensou_contact_search, only : placing_type, search_type, set_search
    use contensou_contact_shapes_shape, only : shape_info_type
@@ -22,9 +22,6 @@ module contensou_contact_surface_pair
 
    !> Smallest part of its radius that a convex surface keeps as a scale in a concave one.
    real(wp), parameter :: least_part = 0.01_wp
-
-   !> Curvature of a tip [1/m].
-   real(wp), parameter :: unbounded = 1.0e100_wp
 
    !> Spots where no smaller number is known: more than that have to be told from a line.
    integer, parameter :: most_spots = 4
@@ -478,7 +475,7 @@ contains
       type(contact_point_type), intent(out) :: at
       type(meeting_type) :: met
 
-      call meet(self, a, b, track, gap, .not. self%constant_curvatures, met)
+      call find_meeting(self, a, b, track, gap, .not. self%constant_curvatures, met)
       at%gap = gap
       at%point = met%spot%point
       at%normal = met%spot%normal
@@ -501,7 +498,7 @@ contains
       type(meeting_type) :: met
       real(wp) :: c, s, l(3)
 
-      call meet(self, a, b, track, at%gap, .true., met)
+      call find_meeting(self, a, b, track, at%gap, .true., met)
       l = 0.5_wp*(met%spot%second - met%spot%first)
       c = dot_product(at%major, met%spot%tangent(:, 1))
       s = dot_product(at%major, met%spot%tangent(:, 2))
@@ -511,7 +508,7 @@ contains
    end subroutine pair_mean_form
 
    !> The two surfaces at their closest points.
-   pure subroutine meet(self, a, b, track, gap, curved, met)
+   pure subroutine find_meeting(self, a, b, track, gap, curved, met)
       class(surface_pair_type), intent(in) :: self
       !> Pose of body A.
       type(pose_type), intent(in) :: a
@@ -537,7 +534,7 @@ contains
          met%y = track%first
          call set_frame(self, self%search%surfaces(2), self%search%surfaces(1), b, a, curved, met)
       end if
-   end subroutine meet
+   end subroutine find_meeting
 
    !> The two surfaces at their closest points, seen from the base.
    pure subroutine set_frame(self, base, other, pose, pose_of_other, curved, met)
@@ -601,7 +598,7 @@ contains
       type(meeting_type) :: met
       real(wp) :: cubic_base(4), cubic_other(4), normal(3)
 
-      call meet(self, a, b, track, at%gap, .true., met)
+      call find_meeting(self, a, b, track, at%gap, .true., met)
       associate (base => self%search%surfaces(merge(1, 2, self%base_first)), &
          other => self%search%surfaces(merge(2, 1, self%base_first)))
          call cubic_at(base, met%x, met%normal, met%tangents, cubic_base)

@@ -30,12 +30,14 @@ module contensou_contact_wrench_curved
       n_all, n_wrench, set_panel, solve
    use contensou_contact_wrench_exact, only : wrench_exact, wrench_exact_jacobian
    use contensou_contact_wrench_scaling, only : slip_type
+   use contensou_contact_wrench_slender, only : wrench_slender
    use contensou_special_kronrod, only : kronrod_15, kronrod_21, kronrod_31, kronrod_type
    use contensou_special_quadrature, only : w_12, w_4, x_12, x_4
    implicit none(type, external)
    private
 
-   public :: coarsest, mapped_only, bend_type, wrench_curved, wrench_curved_jacobian
+   public :: coarsest, mapped_only, slender_only, bend_type, wrench_curved, wrench_curved_jacobian
+   public :: friction_wrench
 
    !> How a spot is bent, and how fast that makes it slip.
    type :: bend_type
@@ -45,6 +47,12 @@ module contensou_contact_wrench_curved
       !> q = w_t x n along the major and the minor axis [rad/s].
       real(wp) :: turning(2) = 0.0_wp
    end type bend_type
+
+   !> Exact wrench of a flat or a curved spot, and with its derivatives.
+   interface friction_wrench
+      procedure :: wrench_exact, wrench_exact_jacobian
+      procedure :: wrench_curved, wrench_curved_jacobian
+   end interface friction_wrench
 
    !> Smallest distance over which the integrand across the chords is steep, and smallest slope
    !> that it is taken from.
@@ -61,8 +69,9 @@ module contensou_contact_wrench_curved
    real(wp), parameter :: flat = 1.0e-14_wp
 
    !> Bounds of the error from which on nothing is refined: eight chords a part, placed as for the
-   !> smaller bounds, and a product rule that takes no account of where the slip vanishes.
-   real(wp), parameter :: mapped_only = 1.0e-3_wp, coarsest = 1.0e-2_wp
+   !> smaller bounds; eight that are flat, for slender spots; and a product rule that takes no
+   !> account of where the slip vanishes.
+   real(wp), parameter :: mapped_only = 1.0e-3_wp, slender_only = 3.0e-3_wp, coarsest = 1.0e-2_wp
 
    !> Bound of the error on the chords of the former.
    real(wp), parameter :: mapped_chord = 1.0e-4_wp
@@ -158,19 +167,22 @@ contains
          field%tolerance = tolerance
          field%smallest = merge(tolerance**0.3_wp, 0.1_wp, tolerance < 1.0e-9_wp)
          field%mapped = tolerance < coarsest
+         field%slender = field%mapped .and. tolerance >= slender_only
          field%adaptive = tolerance < mapped_only
          field%with_jacobian = with_jacobian
-         field%far = (10.0_wp/merge(tolerance, mapped_chord, field%adaptive)) &
-            **(1.0_wp/[4, 8, 12, 16])
+         if (with_jacobian .or. .not. field%slender) field%far = (10.0_wp/merge(tolerance, &
+            mapped_chord, field%adaptive))**(1.0_wp/[4, 8, 12, 16])
          call set_panel(tolerance, field)
          call set_field(shape, v, we, q_length, axis, bend%rise/rise, field)
          if (tolerance < 1.0e-7_wp) then
             call integrate(field, kronrod_31, sums)
          else if (tolerance < 1.0e-5_wp) then
             call integrate(field, kronrod_21, sums)
-         else
+         else if (with_jacobian .or. .not. field%slender) then
             call integrate(field, kronrod_15, sums)
          end if
+         ! The derivatives are steeper: flat chords have none that fit.
+         if (field%slender) call wrench_slender(field, sums(:n_wrench))
          ! From the axes along q and across it to those of the spot.
          wrench(1:2) = from_axis(sums(1:2))
          wrench(3) = sums(3)

@@ -82,9 +82,9 @@ module contensou_contact_wrench_curved_chord
       real(wp) :: x_panel(n_chord), w_panel(n_chord)
       !> Largest ratio of the ends of a panel in the mapped variable.
       real(wp) :: span
-      !> Whether the chords follow the slip, and whether there are more of them until the error is
-      !> below its bound.
-      logical :: mapped, adaptive
+      !> Whether the chords follow the slip, whether there are more of them until the error is below
+      !> its bound, and whether they are flat.
+      logical :: mapped, adaptive, slender
       logical :: with_jacobian
    end type field_type
 
@@ -142,7 +142,7 @@ contains
       x(:, 2) = [re, im]/c
    end subroutine solve
 
-   !> A chord.
+   !> Where a chord lies, and the slip along it.
    pure subroutine set_chord(field, u, chord)
       type(field_type), intent(in) :: field
       real(wp), intent(in) :: u
@@ -158,7 +158,7 @@ contains
       chord%s = [field%s(1)*u, field%s(2)*r]
    end subroutine set_chord
 
-   !> Add a chord.
+   !> Add the integrals along a chord to the sums.
    pure subroutine add_chord(field, u, weight, sums)
       type(field_type), intent(in) :: field
       real(wp), intent(in) :: u
@@ -381,7 +381,7 @@ contains
       call add_nodes(field, chord, field%n_panel, x, weight, sums)
    end subroutine add_mapped
 
-   !> Add nodes of a chord.
+   !> Add what the nodes of a chord contribute to the sums.
    pure subroutine add_nodes(field, chord, n, x, weights, sums)
       type(field_type), intent(in) :: field
       type(chord_type), intent(in) :: chord

@@ -589,7 +589,7 @@ contains
       end do
    end subroutine add_terms
 
-   !> Wrench from the sums.
+   !> The sums over the nodes, brought to the units of the wrench.
    pure subroutine finish_wrench(sums, px, py, scale, wrench)
       real(wp), intent(in) :: sums(wrench_sums)
       !> Scaled sliding velocity along the major axis.

@@ -121,7 +121,7 @@ contains
       call assign_spots(system, spread(.false., 1, size(system%contacts)), index, trouble)
    end subroutine place_spots
 
-   !> A body.
+   !> Mass, inertia and motion of a body of the scene.
    pure subroutine set_body(spec, body)
       type(body_spec_type), intent(in) :: spec
       type(body_type), intent(inout) :: body
@@ -205,7 +205,7 @@ contains
             allocate(contact%tangential)
             call tangential%create(tangential%completed(spec%parameters), around, law%friction, &
                contact%tangential)
-            call own_states(damping, tangential%states(), contact)
+            call own_states(damping, tangential%states(spec%parameters), contact)
          else if (associated(damping%put_states) .or. associated(friction%put_states)) then
             call own_states(damping, friction%states(), contact)
          end if

@@ -13,11 +13,11 @@ module contensou_dynamics_equations
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : quaternion_rate, to_body, to_inertial
    use contensou_base_vectors, only : cross
-   use contensou_contact_geometry, only : contact_point_type, search_trouble, trouble_none
+   use contensou_contact_geometry, only : contact_motion_type, search_trouble, trouble_none
    use contensou_contact_law, only : contact_load_type
    use contensou_dynamics_constraints, only : constraints_type
-   use contensou_dynamics_mechanism, only : body_type, contact_motion_type, &
-      contact_type, mechanism_type, relative_motion
+   use contensou_dynamics_mechanism, only : body_type, contact_type, mechanism_type, &
+      relative_motion
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
       motion_rotor, motion_spindle, moves_freely, turns_by_drive
    use contensou_dynamics_springs, only : spring_load_type
@@ -294,7 +294,7 @@ contains
             trouble = trouble_none
             if (now%at%gap < 0.0_wp) call contact%follow(now%at, trouble)
             if (now%at%gap < 0.0_wp .and. trouble == trouble_none) then
-               call contact%evolve(a, b, now%at, now%velocity, now%spin, 0.0_wp, load)
+               call contact%evolve(a, b, now, 0.0_wp, load)
             else
                call contact%tangential%part()
             end if
@@ -462,13 +462,13 @@ contains
       real(wp), intent(inout) :: friction_power
       !> Power lost in damping so far [W].
       real(wp), intent(inout) :: damping_power
-      type(contact_point_type) :: at
+      type(contact_motion_type) :: now
       type(contact_load_type) :: load
-      real(wp) :: gap, deepest, force(3), torque(3), velocity(3), spin(3), resolution
+      real(wp) :: gap, deepest, force(3), torque(3), resolution
       real(wp) :: shape_force(6)
       integer :: trouble
 
-      associate (a => self%pose(contact%a), b => self%pose(contact%b))
+      associate (a => self%pose(contact%a), b => self%pose(contact%b), at => now%at)
          call contact%find_gap(a, b, gap)
          if (contact%track%lost) then
             self%outside = .true.
@@ -493,12 +493,12 @@ contains
             return
          end if
          if (allocated(contact%law%curved)) call contact%bend(a, b, at)
-         call relative_motion(a, b, at%point, velocity, spin)
+         call relative_motion(a, b, at%point, now%velocity, now%spin)
          resolution = self%resolution%of(a, b, at%point)
          if (contact%evolves) then
-            call contact%evolve(a, b, at, velocity, spin, resolution, load)
+            call contact%evolve(a, b, now, resolution, load)
          else
-            call contact%law%evaluate(at, velocity, spin, resolution, load)
+            call contact%law%evaluate(now, resolution, load)
          end if
          force = load%normal_force*at%normal
          torque = 0.0_wp

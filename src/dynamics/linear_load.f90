@@ -15,13 +15,14 @@ module contensou_dynamics_linear_load
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : quaternion_from_axis_angle, rotation_matrix
    use contensou_base_vectors, only : cross
-   use contensou_contact_geometry, only : contact_point_type, contact_variation_type, pose_type, &
-      rolling_velocity, track_type, trouble_none
-   use contensou_contact_law, only : contact_law_type
+   use contensou_contact_geometry, only : contact_motion_type, contact_point_type, &
+      contact_variation_type, pose_type, rolling_velocity, track_type, trouble_none
+   use contensou_contact_law, only : along_axes, contact_law_type, spot_motion_type
    use contensou_contact_normal, only : normal_type
    use contensou_contact_states, only : most_numbers, most_states
    use contensou_dynamics_links, only : link_type, set_kinematics
-   use contensou_dynamics_mechanism, only : contact_type, relative_motion, resolution_type
+   use contensou_dynamics_mechanism, only : contact_type, frame_spin, relative_motion, &
+      resolution_type
    implicit none(type, external)
    private
 
@@ -64,9 +65,8 @@ module contensou_dynamics_linear_load
    end type linear_load_type
 
    !> A closed contact at a state: all that its load follows from.
-   type :: touch_type
-      type(contact_point_type) :: at
-      !> How that varies.
+   type, extends(contact_motion_type) :: touch_type
+      !> How the contact point varies.
       type(contact_variation_type) :: variation
       !> Whether the contact is rigid, its normal force given.
       logical :: rigid
@@ -74,16 +74,17 @@ module contensou_dynamics_linear_load
       logical :: varies
       !> Whether differences are to be as fine as the rest.
       logical :: exactly = .false.
-      !> Approach [m]; of a rigid contact that by which Hertz's theory has its normal force.
-      real(wp) :: approach
-      !> Rate of the approach [m/s].
-      real(wp) :: rate
-      !> Velocity and angular velocity of B against A there [m/s, rad/s].
-      real(wp) :: velocity(3), spin(3)
-      !> Square of the velocity below which sliding is not resolved [m2/s2].
-      real(wp) :: resolution
+      !> Whether the contact rolls steadily.
+      logical :: rolls = .false.
+      !> Motion along the axes; the approach of a rigid contact is that by which Hertz's theory has
+      !> its normal force.
+      type(spot_motion_type) :: spot
       !> Unit tangent along the minor axis of the spot.
       real(wp) :: minor(3)
+      !> Arms of the contact point about the centres of mass [m].
+      real(wp) :: arm_a(3), arm_b(3)
+      !> Force on B [N], and torque about the contact point [N m].
+      real(wp) :: force(3), torque(3)
       !> N, the forces along the major and the minor axis [N], torque about the normal [N m].
       real(wp) :: values(4)
       !> Their derivatives by approach, its rate, sliding along the axes and spin.
@@ -126,6 +127,36 @@ module contensou_dynamics_linear_load
       real(wp) :: stabilisation(2)
    end type touch_type
 
+   !> A small motion of the two bodies, inertial frame.
+   type :: displacement_type
+      !> Translation and rotation of B against A at the contact point.
+      real(wp) :: shift(3) = 0.0_wp, turn(3) = 0.0_wp
+      !> Translation at the contact point and rotation of A, which carry both.
+      real(wp) :: carry(3) = 0.0_wp, carry_turn(3) = 0.0_wp
+      !> Translations of the centres of mass of A and B.
+      real(wp) :: shift_a(3) = 0.0_wp, shift_b(3) = 0.0_wp
+   end type displacement_type
+
+   !> How a contact varies with a degree of freedom.
+   type :: change_type
+      real(wp) :: gap = 0.0_wp
+      !> Of the curvatures A and B.
+      real(wp) :: curvatures(2) = 0.0_wp
+      !> Of force and torque of the elastic energy through the curvatures.
+      real(wp) :: shape(6) = 0.0_wp
+      !> Of the normal and the axes of the spot.
+      real(wp) :: normal(3) = 0.0_wp, major(3) = 0.0_wp, minor(3) = 0.0_wp
+      !> Of velocity and angular velocity of B against A at the contact point.
+      real(wp) :: velocity(3) = 0.0_wp, spin(3) = 0.0_wp
+      !> Of the velocity of the material through the spot.
+      real(wp) :: carried(3) = 0.0_wp
+      real(wp) :: arm_a(3) = 0.0_wp, arm_b(3) = 0.0_wp
+      !> Of the acceleration of B against A at the contact point, but for what velocities make.
+      real(wp) :: acceleration(3) = 0.0_wp
+      !> Of approach, its rate, sliding and spin.
+      real(wp) :: motion(5) = 0.0_wp
+   end type change_type
+
 contains
 
    !> Load of a contact with compliance, and its derivatives.
@@ -154,9 +185,9 @@ contains
       call contact%follow(touch%at, trouble)
       closed = trouble == trouble_none
       if (.not. closed) return
-      touch%approach = -gap
+      touch%spot%approach = -gap
       if (allocated(contact%law%curved)) call contact%bend(a, b, touch%at)
-      touch%resolution = resolution%of(a, b, touch%at%point)
+      touch%spot%resolution = resolution%of(a, b, touch%at%point)
       if (present(exactly)) touch%exactly = exactly
       call vary_touch(touch, contact, a, b, load)
    end subroutine linearize
@@ -180,7 +211,7 @@ contains
       touch%at = link%at
       touch%rigid = .true.
       touch%varies = .not. contact%law%geometry%constant_curvatures
-      touch%resolution = link%resolution
+      touch%spot%resolution = link%resolution
       touch%values(1) = link%normal_force
       touch%turning = acceleration(4:6, :)
       touch%acceleration = acceleration(1:3, 2) + cross(acceleration(4:6, 2), link%arm(:, 2)) &
@@ -205,13 +236,11 @@ contains
       real(wp), intent(out) :: slopes(4, 5)
       !> The elastic force [N].
       real(wp), intent(out) :: elastic
-      real(wp) :: motion(3), by_motion(3, 5)
+      real(wp) :: by_motion(3, 5)
 
-      motion = [dot_product(touch%velocity, touch%at%major), &
-         dot_product(touch%velocity, touch%minor), dot_product(touch%spin, touch%at%normal)]
       if (.not. touch%rigid) then
-         elastic = law%normal%force(touch%approach)
-         call law%linearize(touch%approach, touch%rate, motion, touch%resolution, values, slopes)
+         elastic = law%normal%force(touch%spot%approach)
+         call law%linearize(touch%spot, values, slopes)
          return
       end if
       elastic = 0.0_wp
@@ -220,7 +249,8 @@ contains
       values(2:4) = 0.0_wp
       if (.not. allocated(law%friction)) return
       call law%friction%linearize(law%normal%shape, law%sliding(values(1), &
-         approach_of(law, values(1)), motion, touch%resolution), values(2:4), by_motion)
+         approach_of(law, values(1)), touch%spot%sliding, touch%spot%resolution), values(2:4), &
+         by_motion)
       slopes(2:4, 3:5) = by_motion(:, 3:5)
    end subroutine evaluate
 
@@ -230,29 +260,22 @@ contains
       type(contact_type), intent(inout) :: contact
       !> The contact at its state: the rest is set.
       type(touch_type), intent(inout) :: touch
-      real(wp) :: values(4 + most_states), slopes(4 + most_states, 5 + most_states), motion(3), &
-         carried(2), scales(most_states)
+      real(wp) :: values(4 + most_states), slopes(4 + most_states, 5 + most_states)
+      real(wp) :: scales(most_states)
 
       associate (law => contact%law, states => contact%states, n => contact%states%n_local)
          if (n > 0) scales(:n) = states%scales
-         touch%elastic = law%normal%force(touch%approach)
+         touch%elastic = law%normal%force(touch%spot%approach)
          touch%states = contact%local_states(touch%at)
-         motion = [dot_product(touch%velocity, touch%at%major), dot_product(touch%velocity, &
-            touch%minor), dot_product(touch%spin, touch%at%normal)]
-         touch%carried = rolling_velocity(touch%variation, merge(0.0_wp, touch%velocity, &
-            allocated(contact%tangential)), touch%spin)
-         carried = [dot_product(touch%carried, touch%at%major), dot_product(touch%carried, &
-            touch%minor)]
          if (allocated(contact%tangential)) then
-            call law%vary_hold(touch%approach, touch%rate, motion, carried, touch%states(:n), &
-               states%scales, contact%tangential, values(:4 + n), slopes(:4 + n, :5 + n))
+            call law%vary_hold(touch%spot, touch%states(:n), states%scales, contact%tangential, &
+               values(:4 + n), slopes(:4 + n, :5 + n))
          else if (allocated(law%steady)) then
-            call law%vary_roll(touch%approach, touch%rate, motion, carried, touch%resolution, &
-               touch%states(:n), scales(:n), values(:4 + n), slopes(:4 + n, :5 + n), &
-               touch%by_carried)
+            call law%vary_roll(touch%spot, touch%states(:n), scales(:n), values(:4 + n), &
+               slopes(:4 + n, :5 + n), touch%by_carried)
          else
-            call law%vary(touch%approach, touch%rate, motion, touch%resolution, &
-               touch%states(:n), states%scales, values(:4 + n), slopes(:4 + n, :5 + n))
+            call law%vary(touch%spot, touch%states(:n), states%scales, values(:4 + n), &
+               slopes(:4 + n, :5 + n))
          end if
          touch%values = values(:4)
          touch%slopes = slopes(:4, :5)
@@ -275,7 +298,7 @@ contains
 
    !> Load of a closed contact and its derivatives.
    subroutine vary_touch(touch, contact, a, b, load)
-      !> The contact at its state: `at`, `rigid`, `varies`, `resolution` and the approach, or the
+      !> The contact at its state: `at`, `rigid`, `varies`, the resolution and the approach, or the
       !> normal force and the accelerations, are set.
       type(touch_type), intent(inout) :: touch
       !> The contact; it is left as it was.
@@ -284,21 +307,93 @@ contains
       type(pose_type), intent(in) :: b
       type(linear_load_type), intent(inout) :: load
       real(wp), parameter :: none(3) = 0.0_wp
-      real(wp) :: force(3), torque(3), arm_a(3), arm_b(3), e(3)
+      type(change_type) :: unchanged
+      real(wp) :: e(3)
       integer :: k
+
+      call set_touch(touch, contact, a, b)
+      associate (arm_a => touch%arm_a, arm_b => touch%arm_b)
+         load%force = touch%force
+         load%torque_a = -touch%torque - cross(arm_a, touch%force)
+         load%torque_b = touch%torque + cross(arm_b, touch%force)
+         do k = 1, 3
+            e = 0.0_wp
+            e(k) = 1.0_wp
+            call move(k, displacement_type(shift=-e, carry=e, shift_a=e))
+            call move(3 + k, displacement_type(shift=-cross(e, arm_a), turn=-e, &
+               carry=cross(e, arm_a), carry_turn=e))
+            call speed_up(6 + k, -e, none)
+            call speed_up(9 + k, -cross(e, arm_a), -e)
+            call move(12 + k, displacement_type(shift=e, shift_b=e))
+            call move(15 + k, displacement_type(shift=cross(e, arm_b), turn=e))
+            call speed_up(18 + k, e, none)
+            call speed_up(21 + k, cross(e, arm_b), e)
+         end do
+      end associate
+      do k = 1, contact%states%n
+         call vary_load(touch, contact, a, freedoms + k, unchanged, load)
+      end do
+
+   contains
+
+      !> Variation with the poses.
+      subroutine move(freedom, by)
+         !> Which degree of freedom.
+         integer, intent(in) :: freedom
+         type(displacement_type), intent(in) :: by
+         type(change_type) :: change
+
+         call displace(touch, a, b, by, change)
+         call vary_load(touch, contact, a, freedom, change, load)
+      end subroutine move
+
+      !> Variation with the velocities.
+      subroutine speed_up(freedom, faster, faster_spin)
+         !> Which degree of freedom.
+         integer, intent(in) :: freedom
+         !> Velocity of B against A at the contact point.
+         real(wp), intent(in) :: faster(3)
+         !> Angular velocity of B against A.
+         real(wp), intent(in) :: faster_spin(3)
+         type(change_type) :: change
+
+         change%velocity = faster
+         change%spin = faster_spin
+         if (touch%rolls) change%carried = rolling_velocity(touch%variation, faster, faster_spin)
+         call vary_load(touch, contact, a, freedom, change, load)
+      end subroutine speed_up
+
+   end subroutine vary_touch
+
+   !> Values of a closed contact and their derivatives by what they depend on at once.
+   subroutine set_touch(touch, contact, a, b)
+      !> As for `vary_touch`; the rest is set.
+      type(touch_type), intent(inout) :: touch
+      !> The contact; it is left as it was.
+      type(contact_type), intent(inout) :: contact
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
 
       call contact%law%geometry%vary(a, b, contact%track, touch%at, touch%variation)
       call relative_motion(a, b, touch%at%point, touch%velocity, touch%spin)
       touch%minor = cross(touch%at%normal, touch%at%major)
-      touch%rate = -dot_product(touch%velocity, touch%at%normal)
+      touch%arm_a = touch%at%point - a%position
+      touch%arm_b = touch%at%point - b%position
+      touch%rolls = allocated(contact%law%steady)
+      touch%spot%rate = -touch%gap_rate()
+      touch%spot%sliding = along_axes(touch%contact_motion_type, touch%minor)
       touch%shape = 0.0_wp
-      if (touch%rigid) touch%approach = approach_of(contact%law, touch%values(1))
+      if (touch%rigid) touch%spot%approach = approach_of(contact%law, touch%values(1))
       if (contact%evolves) then
+         touch%carried = rolling_velocity(touch%variation, merge(0.0_wp, touch%velocity, &
+            allocated(contact%tangential)), touch%spin)
+         touch%spot%carried = [dot_product(touch%carried, touch%at%major), &
+            dot_product(touch%carried, touch%minor)]
          call evaluate_states(contact, touch)
       else
          call evaluate(contact%law, touch, touch%values, touch%slopes, touch%elastic)
       end if
-      if (allocated(contact%law%steady)) call differ_carried(contact, a, b, touch)
+      if (touch%rolls) call differ_carried(contact, a, b, touch)
       if (touch%varies) then
          call differ_curvatures(contact, touch)
          if (.not. touch%rigid) then
@@ -310,303 +405,218 @@ contains
             end if
          end if
       end if
-      if (contact%states%n > 0) touch%frame_spin = contact%frame_spin(a, b, touch%at, &
-         touch%velocity, touch%spin)
+      if (contact%states%n > 0) touch%frame_spin = frame_spin(a, b, &
+         touch%contact_motion_type, touch%variation)
       if (allocated(contact%law%curved)) then
          touch%along = [dot_product(touch%spin, touch%at%major), dot_product(touch%spin, &
             touch%minor)]
-         call contact%law%bend(touch%approach, [dot_product(touch%velocity, touch%at%major), &
-            dot_product(touch%velocity, touch%minor), dot_product(touch%spin, touch%at%normal)], &
-            touch%along, touch%resolution, touch%values, touch%slopes, touch%moment, &
+         call contact%law%bend(touch%spot, touch%along, touch%values, touch%slopes, touch%moment, &
             touch%moment_slopes, touch%by_rolling)
       end if
       touch%rolling = 0.0_wp
       if (allocated(contact%law%rolling)) touch%rolling = rolling_torque(contact%law, &
-         touch%approach, touch%values(1), touch%at%normal, touch%at%major, touch%spin)
+         touch%spot%approach, touch%values(1), touch%at%normal, touch%at%major, touch%spin)
       associate (at => touch%at, values => touch%values)
-         force = values(1)*at%normal + values(2)*at%major + values(3)*touch%minor + touch%shape(1:3)
-         torque = values(4)*at%normal + touch%rolling + touch%shape(4:6)
-         if (allocated(contact%law%curved)) torque = torque + touch%moment(1)*at%major &
-            + touch%moment(2)*touch%minor
-         arm_a = at%point - a%position
-         arm_b = at%point - b%position
+         touch%force = values(1)*at%normal + values(2)*at%major + values(3)*touch%minor &
+            + touch%shape(1:3)
+         touch%torque = values(4)*at%normal + touch%rolling + touch%shape(4:6)
+         if (allocated(contact%law%curved)) touch%torque = touch%torque &
+            + touch%moment(1)*at%major + touch%moment(2)*touch%minor
       end associate
-      load%force = force
-      load%torque_a = -torque - cross(arm_a, force)
-      load%torque_b = torque + cross(arm_b, force)
-      do k = 1, 3
-         e = 0.0_wp
-         e(k) = 1.0_wp
-         call move(k, -e, none, e, none, e, none)
-         call move(3 + k, -cross(e, arm_a), -e, cross(e, arm_a), e, none, none)
-         call speed_up(6 + k, -e, none)
-         call speed_up(9 + k, -cross(e, arm_a), -e)
-         call move(12 + k, e, none, none, none, none, e)
-         call move(15 + k, cross(e, arm_b), e, none, none, none, none)
-         call speed_up(18 + k, e, none)
-         call speed_up(21 + k, cross(e, arm_b), e)
-      end do
-      do k = 1, contact%states%n
-         call vary_load(freedoms + k, 0.0_wp, [0.0_wp, 0.0_wp], [none, none], none, none, none, &
-            none, none, none, none, none)
-      end do
+   end subroutine set_touch
 
-   contains
+   !> Change of a contact with the poses of its bodies.
+   pure subroutine displace(touch, a, b, by, change)
+      type(touch_type), intent(in) :: touch
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      type(displacement_type), intent(in) :: by
+      type(change_type), intent(out) :: change
+      real(wp) :: twist(6), point(3)
 
-      !> Variation with the poses: a twist of B against A at the contact point, and a motion of both
-      !> with A.
-      subroutine move(freedom, shift, turn, carry, carry_turn, shift_a, shift_b)
-         !> Which degree of freedom.
-         integer, intent(in) :: freedom
-         !> Translation of B against A at the contact point.
-         real(wp), intent(in) :: shift(3)
-         !> Rotation of B against A.
-         real(wp), intent(in) :: turn(3)
-         !> Translation of A at the contact point.
-         real(wp), intent(in) :: carry(3)
-         !> Rotation of A.
-         real(wp), intent(in) :: carry_turn(3)
-         !> Translation of the centre of mass of A.
-         real(wp), intent(in) :: shift_a(3)
-         !> Translation of the centre of mass of B.
-         real(wp), intent(in) :: shift_b(3)
-         real(wp) :: twist(6), point(3), normal(3), major(3), d_shape(6), d_acceleration(3)
-         real(wp) :: d_velocity(3), d_carried(3)
+      twist = [by%shift, by%turn]
+      if (touch%varies .and. .not. touch%rigid) then
+         change%shape = matmul(touch%shape_by_twist, twist)
+         change%shape(1:3) = change%shape(1:3) + cross(by%carry_turn, touch%shape(1:3))
+         change%shape(4:6) = change%shape(4:6) + cross(by%carry_turn, touch%shape(4:6))
+      end if
+      associate (at => touch%at, variation => touch%variation, turning => touch%turning)
+         point = matmul(variation%point, twist) + by%carry
+         change%arm_a = point - by%shift_a
+         change%arm_b = point - by%shift_b
+         change%gap = dot_product(at%normal, by%shift)
+         change%curvatures = [dot_product(variation%curvature_a, twist), &
+            dot_product(variation%curvature_b, twist)]
+         change%normal = matmul(variation%normal, twist)
+         change%major = dot_product(variation%turn, twist)*touch%minor &
+            - dot_product(at%major, change%normal)*at%normal + cross(by%carry_turn, at%major)
+         change%normal = change%normal + cross(by%carry_turn, at%normal)
+         ! The state has angular accelerations in the frames of the bodies, which turn.
+         if (touch%rigid) change%acceleration = cross(turning(:, 2), change%arm_b) &
+            + cross(cross(by%turn + by%carry_turn, turning(:, 2)), touch%arm_b) &
+            - cross(turning(:, 1), change%arm_a) &
+            - cross(cross(by%carry_turn, turning(:, 1)), touch%arm_a)
+         change%velocity = cross(b%spin, change%arm_b) - cross(a%spin, change%arm_a)
+         ! The pair as it was, turned with A, has the velocity turned back.
+         if (touch%rolls) change%carried = matmul(touch%carried_by_twist, twist) &
+            + cross(by%carry_turn, touch%carried) + rolling_velocity(variation, change%velocity &
+            - cross(by%carry_turn, touch%velocity), -cross(by%carry_turn, touch%spin))
+      end associate
+   end subroutine displace
 
-         twist = [shift, turn]
-         d_shape = 0.0_wp
-         if (touch%varies .and. .not. touch%rigid) then
-            d_shape = matmul(touch%shape_by_twist, twist)
-            d_shape(1:3) = d_shape(1:3) + cross(carry_turn, touch%shape(1:3))
-            d_shape(4:6) = d_shape(4:6) + cross(carry_turn, touch%shape(4:6))
+   !> Variation of the load.
+   subroutine vary_load(touch, contact, a, freedom, d, load)
+      type(touch_type), intent(in) :: touch
+      type(contact_type), intent(in) :: contact
+      type(pose_type), intent(in) :: a
+      !> Which degree of freedom, or which state behind these.
+      integer, intent(in) :: freedom
+      !> That of the contact; `minor` and `motion` follow from the rest, and are set.
+      type(change_type), intent(inout) :: d
+      type(linear_load_type), intent(inout) :: load
+      real(wp) :: d_values(4), d_force(3), d_torque(3), d_elastic, d_rolling(3), d_along(2)
+      real(wp) :: d_moment(2)
+
+      associate (at => touch%at, minor => touch%minor, velocity => touch%velocity, &
+         spin => touch%spin, values => touch%values, outcome => load%slopes(:, freedom))
+         d%minor = cross(d%normal, at%major) + cross(at%normal, d%major)
+         d%motion(1) = -d%gap
+         d%motion(2) = -dot_product(d%velocity, at%normal) - dot_product(velocity, d%normal)
+         d%motion(3) = dot_product(d%velocity, at%major) + dot_product(velocity, d%major)
+         d%motion(4) = dot_product(d%velocity, minor) + dot_product(velocity, d%minor)
+         d%motion(5) = dot_product(d%spin, at%normal) + dot_product(spin, d%normal)
+         d_values = matmul(touch%slopes, d%motion)
+         if (allocated(contact%law%curved)) then
+            d_along = [dot_product(d%spin, at%major) + dot_product(spin, d%major), &
+               dot_product(d%spin, minor) + dot_product(spin, d%minor)]
+            d_values(2:4) = d_values(2:4) + matmul(touch%by_rolling(1:3, :), d_along)
+            d_moment = matmul(touch%moment_slopes, d%motion) &
+               + matmul(touch%by_rolling(4:5, :), d_along)
          end if
-         associate (at => touch%at, variation => touch%variation)
-            point = matmul(variation%point, twist) + carry
-            normal = matmul(variation%normal, twist)
-            major = dot_product(variation%turn, twist)*touch%minor &
-               - dot_product(at%major, normal)*at%normal + cross(carry_turn, at%major)
-            normal = normal + cross(carry_turn, at%normal)
-            d_acceleration = 0.0_wp
-            if (touch%rigid) then
-               ! The state has angular accelerations in the frames of the bodies, which turn.
-               d_acceleration = cross(touch%turning(:, 2), point - shift_b) &
-                  + cross(cross(turn + carry_turn, touch%turning(:, 2)), arm_b) &
-                  - cross(touch%turning(:, 1), point - shift_a) &
-                  - cross(cross(carry_turn, touch%turning(:, 1)), arm_a)
-            end if
-            d_velocity = cross(b%spin, point - shift_b) - cross(a%spin, point - shift_a)
-            d_carried = 0.0_wp
-            if (allocated(contact%law%steady)) then
-               ! The pair as it was, turned with A, has the velocity turned back.
-               d_carried = matmul(touch%carried_by_twist, twist) &
-                  + cross(carry_turn, touch%carried) + rolling_velocity(variation, d_velocity &
-                  - cross(carry_turn, touch%velocity), -cross(carry_turn, touch%spin))
-            end if
-            call vary_load(freedom, dot_product(at%normal, shift), &
-               [dot_product(variation%curvature_a, twist), dot_product(variation%curvature_b, &
-               twist)], d_shape, normal, major, d_velocity, none, d_carried, &
-               point - shift_a, point - shift_b, d_acceleration)
-         end associate
-      end subroutine move
+         if (touch%rolls) d_values(2:4) = d_values(2:4) &
+            + matmul(touch%by_carried, [dot_product(d%carried, at%major) &
+            + dot_product(touch%carried, d%major), dot_product(d%carried, minor) &
+            + dot_product(touch%carried, d%minor)])
+         if (contact%states%n > 0) call vary_states(touch, contact, a, freedom, d, d_values, load)
+         d_elastic = 0.0_wp
+         if (.not. touch%rigid) d_elastic = -1.5_wp*touch%elastic/touch%spot%approach*d%gap
+         if (touch%varies) then
+            d_values = d_values + matmul(touch%by_curvature(1:4, :), d%curvatures)
+            d_elastic = d_elastic + dot_product(touch%by_curvature(5, :), d%curvatures)
+         end if
+         d_force = d_values(1)*at%normal + values(1)*d%normal + d_values(2)*at%major &
+            + values(2)*d%major + d_values(3)*minor + values(3)*d%minor
+         d_torque = d_values(4)*at%normal + values(4)*d%normal
+         if (touch%varies) then
+            d_force = d_force + d%shape(1:3)
+            d_torque = d_torque + d%shape(4:6)
+         end if
+         if (allocated(contact%law%curved)) d_torque = d_torque + d_moment(1)*at%major &
+            + touch%moment(1)*d%major + d_moment(2)*minor + touch%moment(2)*d%minor
+         d_rolling = 0.0_wp
+         if (allocated(contact%law%rolling)) then
+            d_rolling = vary_rolling(touch, contact%law, d, d_values(1))
+            if (touch%varies) d_rolling = d_rolling + matmul(touch%rolling_by_curvature, &
+               d%curvatures)
+            d_torque = d_torque + d_rolling
+         end if
+         outcome(1:3) = d_force
+         outcome(4:6) = -d_torque - cross(d%arm_a, touch%force) - cross(touch%arm_a, d_force)
+         outcome(7:9) = d_torque + cross(d%arm_b, touch%force) + cross(touch%arm_b, d_force)
+         outcome(10) = -(d_values(2)*dot_product(velocity, at%major) + values(2)*d%motion(3) &
+            + d_values(3)*dot_product(velocity, minor) + values(3)*d%motion(4) &
+            + d_values(4)*dot_product(spin, at%normal) + values(4)*d%motion(5)) &
+            - dot_product(d_rolling, spin) - dot_product(touch%rolling, d%spin)
+         if (allocated(contact%law%curved)) outcome(10) = outcome(10) &
+            - dot_product(d_moment, touch%along) - dot_product(touch%moment, d_along)
+         if (touch%rigid) then
+            outcome(11) = 0.0_wp
+            load%gap_slopes(1, freedom) = dot_product(d%normal, touch%acceleration) &
+               + dot_product(at%normal, d%acceleration) &
+               - touch%stabilisation(1)*d%motion(2) + touch%stabilisation(2)*d%gap
+         else
+            outcome(11) = (d_values(1) - d_elastic)*touch%spot%rate &
+               + (values(1) - touch%elastic)*d%motion(2)
+         end if
+      end associate
+   end subroutine vary_load
 
-      !> Variation with the velocities.
-      subroutine speed_up(freedom, faster, faster_spin)
-         !> Which degree of freedom.
-         integer, intent(in) :: freedom
-         !> Velocity of B against A at the contact point.
-         real(wp), intent(in) :: faster(3)
-         !> Angular velocity of B against A.
-         real(wp), intent(in) :: faster_spin(3)
+   !> Variation of the rates of the states of parts, and what the states add to that of the load.
+   subroutine vary_states(touch, contact, a, freedom, d, d_values, load)
+      type(touch_type), intent(in) :: touch
+      type(contact_type), intent(in) :: contact
+      type(pose_type), intent(in) :: a
+      !> Which degree of freedom, or which state behind these.
+      integer, intent(in) :: freedom
+      type(change_type), intent(in) :: d
+      !> Of N, F_x, F_y and T; added to.
+      real(wp), intent(inout) :: d_values(4)
+      type(linear_load_type), intent(inout) :: load
+      real(wp) :: d_states(contact%states%n), d_local(contact%states%n_local)
+      real(wp) :: along(contact%states%n_local), d_rates(contact%states%n_local)
+      real(wp) :: twist(6), turning(3), of_a(3), of_b(3)
 
-         real(wp) :: d_carried(3)
+      associate (states => contact%states, n => contact%states%n_local, at => touch%at, &
+         slopes => load%rate_slopes(:contact%states%n, freedom))
+         d_states = 0.0_wp
+         if (freedom > freedoms) d_states(freedom - freedoms) = 1.0_wp
+         call states%gather(d_states, at%major, touch%minor, d_local)
+         ! A number has no axes, and none of its variation: what is left is that of vectors.
+         call states%gather(states%values, d%major, d%minor, along)
+         where (states%vectors()) d_local = d_local + along
+         d_values = d_values + matmul(touch%by_states(:, :n), d_local)
+         d_rates = matmul(touch%rate_slopes(:n, :5), d%motion) &
+            + matmul(touch%rate_slopes(:n, 6:5 + n), d_local)
+         if (touch%varies) d_rates = d_rates &
+            + matmul(touch%rates_by_curvature(:n, :), d%curvatures)
+         slopes = 0.0_wp
+         call states%scatter(d_rates, at%major, touch%minor, slopes)
+         if (.not. states%tangent) return
+         d_rates = touch%rates(:n)
+         where (.not. states%vectors()) d_rates = 0.0_wp
+         call states%scatter(d_rates, d%major, d%minor, slopes)
+         call states%turn(d_states, touch%frame_spin, slopes)
+         of_a = 0.0_wp
+         of_b = 0.0_wp
+         if (freedom > 9 .and. freedom <= 12) of_a(freedom - 9) = 1.0_wp
+         if (freedom > 21 .and. freedom <= 24) of_b(freedom - 21) = 1.0_wp
+         twist = [d%velocity, d%spin]
+         turning = matmul(touch%variation%normal, twist)
+         turning = turning + cross(of_a, at%normal) + cross(a%spin, d%normal)
+         turning = cross(at%normal, turning) &
+            + 0.5_wp*dot_product(of_a + of_b, at%normal)*at%normal
+         call states%turn(states%values, turning, slopes)
+      end associate
+   end subroutine vary_states
 
-         d_carried = 0.0_wp
-         if (allocated(contact%law%steady)) d_carried = rolling_velocity(touch%variation, faster, &
-            faster_spin)
-         call vary_load(freedom, 0.0_wp, [0.0_wp, 0.0_wp], [none, none], none, none, faster, &
-            faster_spin, d_carried, none, none, none)
-      end subroutine speed_up
+   !> Variation of the torque of rolling resistance, by differences: it has no sharp scale but its
+   !> regularisation.
+   pure function vary_rolling(touch, law, d, d_load) result(d_moment)
+      type(touch_type), intent(in) :: touch
+      type(contact_law_type), intent(in) :: law
+      type(change_type), intent(in) :: d
+      !> Of the normal force.
+      real(wp), intent(in) :: d_load
+      real(wp) :: d_moment(3)
+      real(wp) :: h, scale
 
-      !> Variation of the load.
-      subroutine vary_load(freedom, d_gap, d_curvatures, d_shape, d_normal, d_major, d_velocity, &
-         d_spin, d_carried, d_arm_a, d_arm_b, d_acceleration)
-         !> Which degree of freedom.
-         integer, intent(in) :: freedom
-         real(wp), intent(in) :: d_gap
-         !> Of the curvatures A and B.
-         real(wp), intent(in) :: d_curvatures(2)
-         !> Of force and torque of the elastic energy through the curvatures.
-         real(wp), intent(in) :: d_shape(6)
-         real(wp), intent(in) :: d_normal(3)
-         !> Of the major axis.
-         real(wp), intent(in) :: d_major(3)
-         !> Of the velocity of B against A at the contact point.
-         real(wp), intent(in) :: d_velocity(3)
-         !> Of the angular velocity of B against A.
-         real(wp), intent(in) :: d_spin(3)
-         !> Of the velocity of the material through the spot.
-         real(wp), intent(in) :: d_carried(3)
-         real(wp), intent(in) :: d_arm_a(3)
-         real(wp), intent(in) :: d_arm_b(3)
-         !> Of the acceleration of B against A at the contact point, but for what velocities make.
-         real(wp), intent(in) :: d_acceleration(3)
-         real(wp) :: d_minor(3), d_motion(5), d_values(4), d_force(3), d_torque(3), d_elastic
-         real(wp) :: d_rolling(3), d_along(2), d_moment(2)
-
-         associate (at => touch%at, minor => touch%minor, velocity => touch%velocity, &
-            spin => touch%spin, values => touch%values, outcome => load%slopes(:, freedom))
-            d_minor = cross(d_normal, at%major) + cross(at%normal, d_major)
-            d_motion(1) = -d_gap
-            d_motion(2) = -dot_product(d_velocity, at%normal) - dot_product(velocity, d_normal)
-            d_motion(3) = dot_product(d_velocity, at%major) + dot_product(velocity, d_major)
-            d_motion(4) = dot_product(d_velocity, minor) + dot_product(velocity, d_minor)
-            d_motion(5) = dot_product(d_spin, at%normal) + dot_product(spin, d_normal)
-            d_values = matmul(touch%slopes, d_motion)
-            if (allocated(contact%law%curved)) then
-               d_along = [dot_product(d_spin, at%major) + dot_product(spin, d_major), &
-                  dot_product(d_spin, minor) + dot_product(spin, d_minor)]
-               d_values(2:4) = d_values(2:4) + matmul(touch%by_rolling(1:3, :), d_along)
-               d_moment = matmul(touch%moment_slopes, d_motion) &
-                  + matmul(touch%by_rolling(4:5, :), d_along)
-            end if
-            if (allocated(contact%law%steady)) d_values(2:4) = d_values(2:4) &
-               + matmul(touch%by_carried, [dot_product(d_carried, at%major) &
-               + dot_product(touch%carried, d_major), dot_product(d_carried, minor) &
-               + dot_product(touch%carried, d_minor)])
-            if (contact%states%n > 0) call vary_states(freedom, d_motion, d_curvatures, d_normal, &
-               d_major, d_minor, d_velocity, d_spin, d_values)
-            d_elastic = 0.0_wp
-            if (.not. touch%rigid) d_elastic = -1.5_wp*touch%elastic/touch%approach*d_gap
-            if (touch%varies) then
-               d_values = d_values + matmul(touch%by_curvature(1:4, :), d_curvatures)
-               d_elastic = d_elastic + dot_product(touch%by_curvature(5, :), d_curvatures)
-            end if
-            d_force = d_values(1)*at%normal + values(1)*d_normal + d_values(2)*at%major &
-               + values(2)*d_major + d_values(3)*minor + values(3)*d_minor
-            d_torque = d_values(4)*at%normal + values(4)*d_normal
-            if (touch%varies) then
-               d_force = d_force + d_shape(1:3)
-               d_torque = d_torque + d_shape(4:6)
-            end if
-            if (allocated(contact%law%curved)) d_torque = d_torque + d_moment(1)*at%major &
-               + touch%moment(1)*d_major + d_moment(2)*minor + touch%moment(2)*d_minor
-            d_rolling = 0.0_wp
-            if (allocated(contact%law%rolling)) then
-               d_rolling = vary_rolling(d_gap, d_values(1), d_normal, d_major, d_spin)
-               if (touch%varies) d_rolling = d_rolling + matmul(touch%rolling_by_curvature, &
-                  d_curvatures)
-               d_torque = d_torque + d_rolling
-            end if
-            outcome(1:3) = d_force
-            outcome(4:6) = -d_torque - cross(d_arm_a, force) - cross(arm_a, d_force)
-            outcome(7:9) = d_torque + cross(d_arm_b, force) + cross(arm_b, d_force)
-            outcome(10) = -(d_values(2)*dot_product(velocity, at%major) + values(2)*d_motion(3) &
-               + d_values(3)*dot_product(velocity, minor) + values(3)*d_motion(4) &
-               + d_values(4)*dot_product(spin, at%normal) + values(4)*d_motion(5)) &
-               - dot_product(d_rolling, spin) - dot_product(touch%rolling, d_spin)
-            if (allocated(contact%law%curved)) outcome(10) = outcome(10) &
-               - dot_product(d_moment, touch%along) - dot_product(touch%moment, d_along)
-            if (touch%rigid) then
-               outcome(11) = 0.0_wp
-               load%gap_slopes(1, freedom) = dot_product(d_normal, touch%acceleration) &
-                  + dot_product(at%normal, d_acceleration) &
-                  - touch%stabilisation(1)*d_motion(2) + touch%stabilisation(2)*d_gap
-            else
-               outcome(11) = (d_values(1) - d_elastic)*touch%rate &
-                  + (values(1) - touch%elastic)*d_motion(2)
-            end if
-         end associate
-      end subroutine vary_load
-
-      !> Variation of the rates of the states of parts, and what the states add to that of the load.
-      subroutine vary_states(freedom, d_motion, d_curvatures, d_normal, d_major, d_minor, &
-         d_velocity, d_spin, d_values)
-         !> Which degree of freedom, or which state behind these.
-         integer, intent(in) :: freedom
-         !> Of approach, its rate, sliding and spin.
-         real(wp), intent(in) :: d_motion(5)
-         !> Of the curvatures A and B.
-         real(wp), intent(in) :: d_curvatures(2)
-         real(wp), intent(in) :: d_normal(3)
-         !> Of the major axis.
-         real(wp), intent(in) :: d_major(3)
-         !> Of the minor axis.
-         real(wp), intent(in) :: d_minor(3)
-         !> Of the velocity of B against A at the contact point.
-         real(wp), intent(in) :: d_velocity(3)
-         !> Of the angular velocity of B against A.
-         real(wp), intent(in) :: d_spin(3)
-         !> Of N, F_x, F_y and T; added to.
-         real(wp), intent(inout) :: d_values(4)
-         real(wp) :: d_states(contact%states%n), d_local(contact%states%n_local)
-         real(wp) :: along(contact%states%n_local), d_rates(contact%states%n_local)
-         real(wp) :: twist(6), turning(3), of_a(3), of_b(3)
-
-         associate (states => contact%states, n => contact%states%n_local, at => touch%at, &
-            slopes => load%rate_slopes(:contact%states%n, freedom))
-            d_states = 0.0_wp
-            if (freedom > freedoms) d_states(freedom - freedoms) = 1.0_wp
-            call states%gather(d_states, at%major, touch%minor, d_local)
-            ! A number has no axes, and none of its variation: what is left is that of vectors.
-            call states%gather(states%values, d_major, d_minor, along)
-            where (states%vectors()) d_local = d_local + along
-            d_values = d_values + matmul(touch%by_states(:, :n), d_local)
-            d_rates = matmul(touch%rate_slopes(:n, :5), d_motion) &
-               + matmul(touch%rate_slopes(:n, 6:5 + n), d_local)
-            if (touch%varies) d_rates = d_rates &
-               + matmul(touch%rates_by_curvature(:n, :), d_curvatures)
-            slopes = 0.0_wp
-            call states%scatter(d_rates, at%major, touch%minor, slopes)
-            if (.not. states%tangent) return
-            d_rates = touch%rates(:n)
-            where (.not. states%vectors()) d_rates = 0.0_wp
-            call states%scatter(d_rates, d_major, d_minor, slopes)
-            call states%turn(d_states, touch%frame_spin, slopes)
-            of_a = 0.0_wp
-            of_b = 0.0_wp
-            if (freedom > 9 .and. freedom <= 12) of_a(freedom - 9) = 1.0_wp
-            if (freedom > 21 .and. freedom <= 24) of_b(freedom - 21) = 1.0_wp
-            twist = [d_velocity, d_spin]
-            turning = matmul(touch%variation%normal, twist)
-            turning = turning + cross(of_a, at%normal) + cross(a%spin, d_normal)
-            turning = cross(at%normal, turning) &
-               + 0.5_wp*dot_product(of_a + of_b, at%normal)*at%normal
-            call states%turn(states%values, turning, slopes)
-         end associate
-      end subroutine vary_states
-
-      !> Variation of the torque of rolling resistance, by differences: it has no sharp scale but
-      !> its regularisation.
-      pure function vary_rolling(d_gap, d_load, d_normal, d_major, d_spin) result(d_moment)
-         real(wp), intent(in) :: d_gap
-         !> Of the normal force.
-         real(wp), intent(in) :: d_load
-         real(wp), intent(in) :: d_normal(3)
-         !> Of the major axis.
-         real(wp), intent(in) :: d_major(3)
-         !> Of the angular velocity of B against A.
-         real(wp), intent(in) :: d_spin(3)
-         real(wp) :: d_moment(3)
-         real(wp) :: h, scale
-
-         d_moment = 0.0_wp
-         if (touch%values(1) > 0.0_wp) d_moment = touch%rolling*(d_load/touch%values(1))
-         associate (law => contact%law, at => touch%at, spin => touch%spin, load => touch%values(1))
-            if (law%rolling%follows_spot .and. .not. touch%rigid) then
-               d_moment = d_moment - touch%rolling*(0.5_wp*d_gap/touch%approach)
-            end if
-            scale = max(norm2(spin), law%rolling%regularization)
-            h = norm2(d_normal) + norm2(d_major) + norm2(d_spin)/scale
-            if (h <= 0.0_wp) return
-            h = step*min(law%rolling%regularization/scale, 1.0_wp)/h
-            d_moment = d_moment + (rolling_torque(law, touch%approach, load, at%normal &
-               + h*d_normal, at%major + h*d_major, spin + h*d_spin) - rolling_torque(law, &
-               touch%approach, load, at%normal - h*d_normal, at%major - h*d_major, spin &
-               - h*d_spin))/(2.0_wp*h)
-         end associate
-      end function vary_rolling
-
-   end subroutine vary_touch
+      d_moment = 0.0_wp
+      if (touch%values(1) > 0.0_wp) d_moment = touch%rolling*(d_load/touch%values(1))
+      associate (at => touch%at, spin => touch%spin, load => touch%values(1), &
+         approach => touch%spot%approach)
+         if (law%rolling%follows_spot .and. .not. touch%rigid) then
+            d_moment = d_moment - touch%rolling*(0.5_wp*d%gap/approach)
+         end if
+         scale = max(norm2(spin), law%rolling%regularization)
+         h = norm2(d%normal) + norm2(d%major) + norm2(d%spin)/scale
+         if (h <= 0.0_wp) return
+         h = step*min(law%rolling%regularization/scale, 1.0_wp)/h
+         d_moment = d_moment + (rolling_torque(law, approach, load, at%normal &
+            + h*d%normal, at%major + h*d%major, spin + h*d%spin) - rolling_torque(law, &
+            approach, load, at%normal - h*d%normal, at%major - h*d%major, spin &
+            - h*d%spin))/(2.0_wp*h)
+      end associate
+   end function vary_rolling
 
    !> Torque of rolling resistance [N m].
    pure function rolling_torque(law, approach, normal_force, normal, major, relative) &
@@ -808,7 +818,7 @@ contains
                call evaluate(contact%law, touch, results(1:4, k), unused, results(5, k))
             end if
             if (.not. allocated(contact%law%rolling)) cycle
-            approach = touch%approach
+            approach = touch%spot%approach
             if (touch%rigid) approach = approach_of(contact%law, touch%values(1))
             rolling(:, k) = rolling_torque(contact%law, approach, touch%values(1), &
                touch%at%normal, touch%at%major, touch%spin)

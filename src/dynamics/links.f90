@@ -9,9 +9,10 @@
 module contensou_dynamics_links
    use contensou_base_kinds, only : wp
    use contensou_base_vectors, only : cross
+   use contensou_contact_creep_law, only : passing_type
    use contensou_contact_friction_law, only : sliding_type
-   use contensou_contact_geometry, only : contact_point_type, contact_variation_type, pose_type, &
-      rolling_velocity, search_trouble, track_type, trouble_none
+   use contensou_contact_geometry, only : contact_motion_type, contact_point_type, &
+      contact_variation_type, pose_type, rolling_velocity, search_trouble, track_type, trouble_none
    use contensou_contact_law, only : contact_law_type
    use contensou_contact_states, only : most_states
    use contensou_dynamics_mechanism, only : contact_type, mechanism_type, relative_motion
@@ -310,10 +311,10 @@ contains
       if (.not. normal_force > 0.0_wp) return
       local = contact%local_states(self%at)
       associate (n => contact%states%n_local, law => contact%law)
-         call contact%tangential%evolve(law%friction, law%normal%shape, slides_of(self, contact, &
-            normal_force*(1.0_wp + step)), self%carried, local(:n), more, rates(:n))
-         call contact%tangential%evolve(law%friction, law%normal%shape, slides_of(self, contact, &
-            normal_force), self%carried, local(:n), wrench, rates(:n))
+         call contact%tangential%evolve(law%friction, law%normal%shape, rolls_of(self, contact, &
+            normal_force*(1.0_wp + step)), local(:n), more, rates(:n))
+         call contact%tangential%evolve(law%friction, law%normal%shape, rolls_of(self, contact, &
+            normal_force), local(:n), wrench, rates(:n))
       end associate
       slopes(:, 1) = (more - wrench)/(step*normal_force)
    end subroutine hold_at_states
@@ -343,26 +344,39 @@ contains
          self%resolution)
    end function slides_of
 
+   !> The same, and what rolls through the spot.
+   pure function rolls_of(self, contact, normal_force) result(rolls)
+      type(link_type), intent(in) :: self
+      type(contact_type), intent(in) :: contact
+      !> Normal force [N].
+      real(wp), intent(in) :: normal_force
+      type(passing_type) :: rolls
+
+      rolls = passing_type(slides_of(self, contact, normal_force), self%carried(1), self%carried(2))
+   end function rolls_of
+
    !> Rates of the states of the parts of a closed contact, its normal force known.
    subroutine set_state_rates(self, contact, a, b)
       type(link_type), intent(in) :: self
       type(contact_type), intent(inout) :: contact
       type(pose_type), intent(in) :: a
       type(pose_type), intent(in) :: b
+      type(contact_variation_type) :: variation
       real(wp) :: wrench(3), local(most_states), rates(most_states)
 
       local = contact%local_states(self%at)
       associate (n => contact%states%n_local)
          if (allocated(contact%tangential)) then
             call contact%tangential%evolve(contact%law%friction, contact%law%normal%shape, &
-               slides_of(self, contact, self%normal_force), self%carried, local(:n), wrench, &
-               rates(:n))
+               rolls_of(self, contact, self%normal_force), local(:n), wrench, rates(:n))
          else
             call contact%law%friction%evolve(contact%law%normal%shape, &
                slides_of(self, contact, self%normal_force), local(:n), wrench, rates(:n))
          end if
-         call contact%set_rates(a, b, self%at, self%slip() + self%rate*self%at%normal, self%spin, &
-            rates(:n))
+         if (contact%states%tangent) call contact%law%geometry%vary(a, b, contact%track, self%at, &
+            variation)
+         call contact%set_rates(a, b, contact_motion_type(self%at, self%slip() &
+            + self%rate*self%at%normal, self%spin), rates(:n), variation)
       end associate
    end subroutine set_state_rates
 

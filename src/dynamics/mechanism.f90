@@ -11,9 +11,9 @@ module contensou_dynamics_mechanism
    use contensou_base_rotations, only : rotation_matrix, set_rotation, to_inertial, &
       unit_quaternion
    use contensou_base_vectors, only : cross
-   use contensou_contact_geometry, only : contact_point_type, contact_trouble, &
-      contact_variation_type, pose_type, rolling_velocity, track_type, trouble_no_spot, &
-      trouble_none
+   use contensou_contact_geometry, only : contact_motion_type, contact_point_type, &
+      contact_trouble, contact_variation_type, pose_type, rolling_velocity, track_type, &
+      trouble_no_spot, trouble_none, unbounded
    use contensou_contact_law, only : contact_law_type, contact_load_type
    use contensou_contact_states, only : contact_states_type, most_states, state_list_type
    use contensou_contact_tangential_memory, only : tangential_type
@@ -24,12 +24,8 @@ module contensou_dynamics_mechanism
    implicit none(type, external)
    private
 
-   public :: mechanism_type, body_type, contact_type, contact_motion_type, gap_type, resolution_type
-   public :: relative_motion, slip_velocity
-
-   !> As good as infinite, for products with it: the reach of a surface without an end [m], the
-   !> sharpness of a gap where surfaces conform, over the curvature [-].
-   real(wp), parameter :: unbounded = 1.0e100_wp
+   public :: mechanism_type, body_type, contact_type, gap_type, resolution_type
+   public :: frame_spin, relative_motion, slip_velocity
 
    !> Inertia of a rigid body, and what drives it.
    type :: body_type
@@ -117,20 +113,10 @@ module contensou_dynamics_mechanism
       procedure :: local_states
       procedure :: evolve
       procedure :: set_rates
-      procedure :: frame_spin
       procedure :: stored_energies
       procedure :: renew
       procedure :: exchange => exchange_contact
    end type contact_type
-
-   !> Where a contact is and how it moves, inertial frame.
-   type :: contact_motion_type
-      type(contact_point_type) :: at
-      !> Velocity of B against A at the contact point [m/s].
-      real(wp) :: velocity(3)
-      !> Angular velocity of B against A [rad/s].
-      real(wp) :: spin(3)
-   end type contact_motion_type
 
    !> Gap of a contact at an instant, and bounds of how it can go on.
    type :: gap_type
@@ -333,17 +319,13 @@ contains
    end function local_states
 
    !> Load of a closed contact at the states of its parts, and the rates of these.
-   subroutine evolve(self, a, b, at, velocity, spin, resolution, load)
+   subroutine evolve(self, a, b, now, resolution, load)
       !> The contact; its normal part has followed, the rates are set.
       class(contact_type), intent(inout) :: self
       type(pose_type), intent(in) :: a
       type(pose_type), intent(in) :: b
-      !> Where it touches, its gap < 0.
-      type(contact_point_type), intent(in) :: at
-      !> Velocity of B against A there [m/s].
-      real(wp), intent(in) :: velocity(3)
-      !> Angular velocity of B against A [rad/s].
-      real(wp), intent(in) :: spin(3)
+      !> Where it touches, its gap < 0, and how it moves.
+      type(contact_motion_type), intent(in) :: now
       !> Square of the velocity below which sliding is not resolved [m2/s2].
       real(wp), intent(in) :: resolution
       type(contact_load_type), intent(out) :: load
@@ -351,68 +333,61 @@ contains
       real(wp), parameter :: still(3) = 0.0_wp
       real(wp) :: local(most_states), rates(most_states)
 
-      local = self%local_states(at)
+      local = self%local_states(now%at)
+      if (self%states%tangent .or. allocated(self%law%steady)) call self%law%geometry%vary(a, b, &
+         self%track, now%at, variation)
       associate (n => self%states%n_local)
          if (allocated(self%tangential)) then
-            call self%law%geometry%vary(a, b, self%track, at, variation)
             ! What only shears the spot, to and fro, carries nothing out of it.
-            call self%law%hold(at, velocity, spin, rolling_velocity(variation, still, spin), &
-               local(:n), self%tangential, load, rates(:n))
+            call self%law%hold(now, rolling_velocity(variation, still, now%spin), local(:n), &
+               self%tangential, load, rates(:n))
          else if (allocated(self%law%steady)) then
-            call self%law%geometry%vary(a, b, self%track, at, variation)
-            call self%law%roll(at, velocity, spin, rolling_velocity(variation, velocity, spin), &
+            call self%law%roll(now, rolling_velocity(variation, now%velocity, now%spin), &
                resolution, local(:n), load, rates(:n))
          else
-            call self%law%evolve(at, velocity, spin, resolution, local(:n), load, rates(:n))
+            call self%law%evolve(now, resolution, local(:n), load, rates(:n))
          end if
-         if (n > 0) call self%set_rates(a, b, at, velocity, spin, rates(:n))
+         if (n > 0) call self%set_rates(a, b, now, rates(:n), variation)
       end associate
    end subroutine evolve
 
    !> Rates of the states in the inertial frame, from those that the parts give.
-   subroutine set_rates(self, a, b, at, velocity, spin, rates)
+   subroutine set_rates(self, a, b, now, rates, variation)
       class(contact_type), intent(inout) :: self
       type(pose_type), intent(in) :: a
       type(pose_type), intent(in) :: b
-      !> Where it touches.
-      type(contact_point_type), intent(in) :: at
-      !> Velocity of B against A there [m/s].
-      real(wp), intent(in) :: velocity(3)
-      !> Angular velocity of B against A [rad/s].
-      real(wp), intent(in) :: spin(3)
+      !> Where it touches and how it moves.
+      type(contact_motion_type), intent(in) :: now
       !> Rates along the axes of the spot.
       real(wp), intent(in) :: rates(:)
+      !> Variation of where it touches; needed where there are vectors among the states.
+      type(contact_variation_type), intent(in) :: variation
 
-      associate (states => self%states)
+      associate (states => self%states, at => now%at)
          states%rates = 0.0_wp
          call states%scatter(rates, at%major, cross(at%normal, at%major), states%rates)
          if (states%tangent) call states%turn(states%values, &
-            self%frame_spin(a, b, at, velocity, spin), states%rates)
+            frame_spin(a, b, now, variation), states%rates)
       end associate
    end subroutine set_rates
 
    !> Angular velocity of the frame in which the vectors among the states are constant [rad/s]: it
    !> follows the normal, and turns about it by the mean of the two bodies.
-   function frame_spin(self, a, b, at, velocity, spin) result(rate)
-      class(contact_type), intent(in) :: self
+   pure function frame_spin(a, b, now, variation) result(rate)
       type(pose_type), intent(in) :: a
       type(pose_type), intent(in) :: b
-      !> Where it touches.
-      type(contact_point_type), intent(in) :: at
-      !> Velocity of B against A there [m/s].
-      real(wp), intent(in) :: velocity(3)
-      !> Angular velocity of B against A [rad/s].
-      real(wp), intent(in) :: spin(3)
+      !> Where it touches and how it moves.
+      type(contact_motion_type), intent(in) :: now
+      !> Variation of where it touches.
+      type(contact_variation_type), intent(in) :: variation
       real(wp) :: rate(3)
-      type(contact_variation_type) :: variation
-      real(wp) :: twist(6), normal_rate(3)
+      real(wp) :: normal_rate(3)
 
-      call self%law%geometry%vary(a, b, self%track, at, variation)
-      twist = [velocity, spin]
-      normal_rate = matmul(variation%normal, twist)
-      normal_rate = normal_rate + cross(a%spin, at%normal)
-      rate = cross(at%normal, normal_rate) &
-         + 0.5_wp*dot_product(a%spin + b%spin, at%normal)*at%normal
+      associate (normal => now%at%normal)
+         normal_rate = matmul(variation%normal, [now%velocity, now%spin])
+         normal_rate = normal_rate + cross(a%spin, normal)
+         rate = cross(normal, normal_rate) + 0.5_wp*dot_product(a%spin + b%spin, normal)*normal
+      end associate
    end function frame_spin
 
    !> Energies stored in the states of damping and of friction.
@@ -457,7 +432,7 @@ contains
       if (self%states%n == 0) return
       if (allocated(self%tangential)) call self%tangential%forget()
       local = 0.0_wp
-      speed = -dot_product(now%velocity, now%at%normal)
+      speed = -now%gap_rate()
       associate (states => self%states, law => self%law, nd => self%states%n_damping, &
          n => self%states%n_local, first => self%states%first)
          if (closed) then
@@ -644,7 +619,7 @@ contains
       call self%set_poses(y)
       do i = 1, size(self%contacts)
          call self%observe(i, now)
-         rate(i) = dot_product(now%velocity, now%at%normal)
+         rate(i) = now%gap_rate()
       end do
    end subroutine gap_rates
 
@@ -659,7 +634,7 @@ contains
 
       call self%observe(index, now)
       gap%value = now%at%gap
-      gap%rate = dot_product(now%velocity, now%at%normal)
+      gap%rate = now%gap_rate()
       k = self%contacts(index)%law%geometry%into_hollow
       associate (a => self%contacts(index)%a, b => self%contacts(index)%b)
          if (a > 0) call add_turning(self%pose(a))

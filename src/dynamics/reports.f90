@@ -8,13 +8,13 @@ module contensou_dynamics_reports
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : rotation_matrix
    use contensou_base_vectors, only : cross
-   use contensou_contact_geometry, only : contact_point_type, contact_variation_type, &
-      rolling_velocity, trouble_none
+   use contensou_contact_geometry, only : contact_motion_type, contact_point_type, &
+      contact_variation_type, rolling_velocity, trouble_none
    use contensou_contact_law, only : contact_load_type
    use contensou_contact_states, only : most_states
    use contensou_dynamics_equations, only : add_contacts, add_springs, system_type
-   use contensou_dynamics_mechanism, only : contact_motion_type, contact_type, mechanism_type, &
-      relative_motion, slip_velocity
+   use contensou_dynamics_mechanism, only : contact_type, mechanism_type, relative_motion, &
+      slip_velocity
    use contensou_dynamics_scene, only : motion_free, motion_prescribed, motion_rotor, &
       moves_freely, turns_by_drive
    use contensou_dynamics_springs, only : spring_load_type
@@ -156,15 +156,15 @@ contains
          resolution = system%resolution%of(system%pose(contact%a), system%pose(contact%b), &
             row%at%point)
          if (contact%evolves) then
-            call contact%evolve(system%pose(contact%a), system%pose(contact%b), row%at, &
-               now%velocity, now%spin, resolution, row%load)
+            call contact%evolve(system%pose(contact%a), system%pose(contact%b), now, resolution, &
+               row%load)
             call contact%stored_energies(row%at, -row%at%gap, [dot_product(now%velocity, &
                row%at%major), dot_product(now%velocity, cross(row%at%normal, row%at%major)), &
                dot_product(now%spin, row%at%normal)], row%load%normal_force, row%stored_damping, &
                row%stored_friction)
             if (allocated(contact%tangential)) call report_tangential(contact, row)
          else
-            call law%evaluate(row%at, now%velocity, now%spin, resolution, row%load)
+            call law%evaluate(now, resolution, row%load)
          end if
          row%slip = slip_velocity(now%velocity, row%at%normal)
          row%spin = dot_product(now%spin, row%at%normal)

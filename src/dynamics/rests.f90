@@ -18,8 +18,8 @@ module contensou_dynamics_rests
    implicit none(type, external)
    private
 
-   public :: resolve_contacts, open_contact, agree, check_contacts, touching_gap, set_thresholds, &
-      sunk
+   public :: resolve_contacts, open_contact, lower_threshold, agree, check_contacts, touching_gap, &
+      set_thresholds, sunk
 
    !> Gap of closed surfaces over the smallest radius: what a rigid contact does not distinguish
    !> from touching.
@@ -28,6 +28,9 @@ module contensou_dynamics_rests
    !> How much lower than where it opened a gap closes again, over that [-]: above rounding, so that
    !> no contact closes by the rounding of its opening.
    real(wp), parameter :: margin = 1.0e-3_wp
+
+   !> How far below a gap that only seemed to close the next threshold is at most, over the same.
+   real(wp), parameter :: lowered = 100.0_wp
 
    !> Times that contacts are brought to rest and others approach by that, at one instant.
    integer, parameter :: most_passes = 1000
@@ -199,6 +202,22 @@ contains
          contact%threshold = min(gap, 0.0_wp) - margin*touching_gap(contact)
       end associate
    end subroutine open_contact
+
+   !> Let the gap of a contact that has opened come lower before it closes again: what an
+   !> interpolant makes of it goes on within the step, so that it would be found below each
+   !> threshold anew.
+   subroutine lower_threshold(system, index)
+      !> The system, its poses set.
+      type(system_type), intent(inout) :: system
+      integer, intent(in) :: index
+      real(wp) :: gap
+
+      associate (contact => system%contacts(index))
+         call contact%find_gap(system%pose(contact%a), system%pose(contact%b), gap)
+         contact%threshold = min(gap, 0.0_wp) - min(max(-gap, margin*touching_gap(contact)), &
+            lowered*touching_gap(contact))
+      end associate
+   end subroutine lower_threshold
 
    !> Which of the contacts at rest are closed: those whose forces solve the complementarity problem
    !> of normal forces and second derivatives of the gaps, and those whose gap these hold.
@@ -462,8 +481,8 @@ contains
       if (.not. agree) return
       do i = 1, system%constraints%n_links
          associate (now => system%constraints%links(i))
-            agree = agree .and. now%normal_force > -system%constraints%pull &
-               - unfelt*largest_force(system, now)
+            agree = agree .and. now%normal_force >= min(-system%constraints%pull, &
+               -unfelt*largest_force(system, now))
          end associate
       end do
       do i = 1, size(near)

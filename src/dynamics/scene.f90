@@ -208,7 +208,7 @@ module contensou_dynamics_scene
       logical :: measured = .false., aligned = .false.
    end type spring_spec_type
 
-   !> A scene.
+   !> All that a scene file says, read and checked, before anything is assembled.
    type :: scene_type
       character(len=:), allocatable :: title
       !> Acceleration of gravity [m/s2], inertial frame.

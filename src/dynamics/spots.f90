@@ -91,7 +91,7 @@ contains
          do k = 1, size(held)
             if (.not. has_place(contacts(k)%track)) cycle
             if (gap(k) >= limit .and. .not. held(k)) cycle
-            j = place_of(contacts(k)%track)
+            j = place_of(contacts(k)%track, place(:n), contacts(1)%law%geometry%length)
             if (j == 0) then
                n = n + 1
                j = n
@@ -115,7 +115,8 @@ contains
                if (place(i)%owner == k) j = i
             end do
             if (j > 0) then
-               call keep(contacts(k), place(j)%track, place(j)%gap, held(k), leash_of(j))
+               call keep(contacts(k), place(j)%track, place(j)%gap, held(k), &
+                  leash_of(place(:n), j))
             else if (held(k)) then
                ! It is lost, which the right-hand side tells.
                cycle
@@ -127,35 +128,35 @@ contains
          end do
          if (contacts(1)%track%place == place_closest) call contacts(1)%find_gap(a, b, gap(1))
       end associate
-
-   contains
-
-      !> Number of the place that a track is at; 0 for none.
-      integer function place_of(track)
-         type(track_type), intent(in) :: track
-
-         do place_of = n, 1, -1
-            if (same_place(track, place(place_of)%track, &
-               mechanism%contacts(first)%law%geometry%length)) return
-         end do
-      end function place_of
-
-      !> Half the distance of a place from the next one [m].
-      real(wp) function leash_of(place_index)
-         integer, intent(in) :: place_index
-         integer :: other
-
-         leash_of = huge(leash_of)
-         do other = 1, n
-            if (other == place_index) cycle
-            associate (one => place(place_index)%track, next => place(other)%track)
-               leash_of = min(leash_of, 0.5_wp*norm2(one%first - next%first), &
-                  0.5_wp*norm2(one%second - next%second))
-            end associate
-         end do
-      end function leash_of
-
    end subroutine assign_group
+
+   !> Number of the place that a track is at; 0 for none.
+   pure integer function place_of(track, places, length)
+      type(track_type), intent(in) :: track
+      type(place_type), intent(in) :: places(:)
+      !> Length of the order of the surfaces [m].
+      real(wp), intent(in) :: length
+
+      do place_of = size(places), 1, -1
+         if (same_place(track, places(place_of)%track, length)) return
+      end do
+   end function place_of
+
+   !> Half the distance of a place from the next one [m].
+   pure real(wp) function leash_of(places, index)
+      type(place_type), intent(in) :: places(:)
+      integer, intent(in) :: index
+      integer :: other
+
+      leash_of = huge(leash_of)
+      do other = 1, size(places)
+         if (other == index) cycle
+         associate (one => places(index)%track, next => places(other)%track)
+            leash_of = min(leash_of, 0.5_wp*norm2(one%first - next%first), &
+               0.5_wp*norm2(one%second - next%second))
+         end associate
+      end do
+   end function leash_of
 
    !> Whether a track is at a place.
    pure logical function has_place(track)

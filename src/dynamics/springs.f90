@@ -36,7 +36,7 @@ module contensou_dynamics_springs
    type :: spring_type
       !> Bodies; 0 is the ground.
       integer :: a = 0, b = 0
-      !> One of the kinds.
+      !> One of the `spring_*` codes.
       integer :: kind = spring_bushing
       !> Points of A and of B, in their frames [m].
       real(wp) :: point(3, 2) = 0.0_wp
@@ -91,6 +91,17 @@ module contensou_dynamics_springs
       !> Distance of the points [m], and its direction.
       real(wp) :: distance = 0.0_wp, along(3) = 0.0_wp
    end type stretch_type
+
+   !> How a spring varies with a degree of freedom of its bodies.
+   type :: change_type
+      !> Of the way from the point of A to that of B.
+      real(wp) :: reach(3) = 0.0_wp
+      !> Rotation of A, and of B against A.
+      real(wp) :: turn_a(3) = 0.0_wp, turn(3) = 0.0_wp
+      real(wp) :: arm_a(3) = 0.0_wp, arm_b(3) = 0.0_wp
+      !> Of velocity and angular velocity of B against A.
+      real(wp) :: velocity(3) = 0.0_wp, spin(3) = 0.0_wp
+   end type change_type
 
 contains
 
@@ -171,102 +182,98 @@ contains
       type(spring_load_type), intent(out) :: found
       !> The derivatives (11, 24).
       real(wp), intent(out) :: slopes(:, :)
-      real(wp), parameter :: none(3) = 0.0_wp
       type(stretch_type) :: stretch
       real(wp) :: e(3)
       integer :: k
-      logical :: bushing
 
       call find(self, a, b, stretch, found)
       slopes = 0.0_wp
-      bushing = self%kind == spring_bushing
-      if (.not. bushing .and. .not. stretch%distance > 0.0_wp) return
+      if (self%kind == spring_axial .and. .not. stretch%distance > 0.0_wp) return
       do k = 1, 3
          e = 0.0_wp
          e(k) = 1.0_wp
          associate (arm_a => found%arm_a, arm_b => found%arm_b, own => stretch%own_arm)
-            if (bushing) then
-               call move(k, -e, none, none, none, -e, cross(a%spin, e))
-               call move(3 + k, -cross(e, own), e, -e, none, none, none)
-               call move(12 + k, e, none, none, none, e, -cross(a%spin, e))
-               call move(15 + k, cross(e, arm_b), none, e, cross(e, arm_b), cross(e, arm_b), &
-                  cross(b%spin - a%spin, cross(e, arm_b)))
-               call move(9 + k, none, none, none, none, none, -cross(e, arm_a), -e)
+            if (self%kind == spring_bushing) then
+               call move(k, change_type(reach=-e, arm_a=-e, velocity=cross(a%spin, e)))
+               call move(3 + k, change_type(reach=-cross(e, own), turn_a=e, turn=-e))
+               call move(12 + k, change_type(reach=e, arm_a=e, velocity=-cross(a%spin, e)))
+               call move(15 + k, change_type(reach=cross(e, arm_b), turn=e, &
+                  arm_b=cross(e, arm_b), arm_a=cross(e, arm_b), &
+                  velocity=cross(b%spin - a%spin, cross(e, arm_b))))
+               call move(9 + k, change_type(velocity=-cross(e, arm_a), spin=-e))
             else
-               call move(k, -e, none, none, none, -e, none)
-               call move(3 + k, -cross(e, own), e, -e, none, none, &
-                  -cross(a%spin, cross(e, own)))
-               call move(12 + k, e, none, none, none, e, none)
-               call move(15 + k, cross(e, arm_b), none, e, cross(e, arm_b), cross(e, arm_b), &
-                  cross(b%spin, cross(e, arm_b)))
-               call move(9 + k, none, none, none, none, none, -cross(e, own), -e)
+               call move(k, change_type(reach=-e, arm_a=-e))
+               call move(3 + k, change_type(reach=-cross(e, own), turn_a=e, turn=-e, &
+                  velocity=-cross(a%spin, cross(e, own))))
+               call move(12 + k, change_type(reach=e, arm_a=e))
+               call move(15 + k, change_type(reach=cross(e, arm_b), turn=e, &
+                  arm_b=cross(e, arm_b), arm_a=cross(e, arm_b), &
+                  velocity=cross(b%spin, cross(e, arm_b))))
+               call move(9 + k, change_type(velocity=-cross(e, own), spin=-e))
             end if
-            call move(6 + k, none, none, none, none, none, -e)
-            call move(18 + k, none, none, none, none, none, e)
-            call move(21 + k, none, none, none, none, none, cross(e, arm_b), e)
+            call move(6 + k, change_type(velocity=-e))
+            call move(18 + k, change_type(velocity=e))
+            call move(21 + k, change_type(velocity=cross(e, arm_b), spin=e))
          end associate
       end do
 
    contains
 
       !> Variation with one of the degrees of freedom.
-      subroutine move(freedom, d_reach, turn_a, turn, d_arm_b, d_arm_a, d_velocity, &
-         d_spin)
+      subroutine move(freedom, by)
          !> Which.
          integer, intent(in) :: freedom
-         !> Of the way from the point of A to that of B.
-         real(wp), intent(in) :: d_reach(3)
-         !> Rotation of A.
-         real(wp), intent(in) :: turn_a(3)
-         !> Rotation of B against A.
-         real(wp), intent(in) :: turn(3)
-         !> Of the arms.
-         real(wp), intent(in) :: d_arm_b(3)
-         real(wp), intent(in) :: d_arm_a(3)
-         !> Of the velocity of B against A.
-         real(wp), intent(in) :: d_velocity(3)
-         !> Of the angular velocity of B against A.
-         real(wp), intent(in), optional :: d_spin(3)
-         real(wp) :: d_shift(3), d_rate(3), d_angle(3), d_turning(3), d_force(3), d_torque(3)
-         real(wp) :: d_along(3), d_power, faster(3)
+         type(change_type), intent(in) :: by
 
-         faster = 0.0_wp
-         if (present(d_spin)) faster = d_spin
-         d_torque = 0.0_wp
-         if (bushing) then
-            d_shift = matmul(d_reach - cross(turn_a, stretch%reach), stretch%axes)
-            d_rate = matmul(d_velocity - cross(turn_a, stretch%velocity), stretch%axes)
-            d_turning = matmul(faster - cross(turn_a, stretch%spin), stretch%axes)
-            d_force = cross(turn_a, found%force) - matmul(stretch%axes, self%stiffness*d_shift &
-               + self%damping*d_rate)
-            d_power = 2.0_wp*(dot_product(d_rate, self%damping*stretch%rate) &
-               + dot_product(d_turning, self%turning_damping*stretch%turning))
-            d_torque = cross(turn_a, found%torque) - matmul(stretch%axes, &
-               self%turning_damping*d_turning)
-            if (any(self%turning_stiffness > 0.0_wp)) then
-               d_angle = unrolled(matmul(turn, stretch%axes), stretch%angle)
-               d_torque = d_torque - matmul(stretch%axes, varied(self%turning_stiffness &
-                  *stretch%angle, stretch%angle, self%turning_stiffness*d_angle, d_angle))
-            end if
-         else
-            d_along = (d_reach - dot_product(stretch%along, d_reach)*stretch%along) &
-               /stretch%distance
-            d_shift(1) = dot_product(stretch%along, d_reach)
-            d_rate(1) = dot_product(d_along, stretch%velocity) &
-               + dot_product(stretch%along, d_velocity)
-            d_force = -(self%stiffness(1)*d_shift(1) + self%damping(1)*d_rate(1))*stretch%along &
-               - (self%stiffness(1)*stretch%shift(1) + self%damping(1)*stretch%rate(1))*d_along
-            d_power = 2.0_wp*self%damping(1)*stretch%rate(1)*d_rate(1)
-         end if
-         slopes(1:3, freedom) = d_force
-         slopes(4:6, freedom) = -d_torque - cross(d_arm_a, found%force) &
-            - cross(found%arm_a, d_force)
-         slopes(7:9, freedom) = d_torque + cross(d_arm_b, found%force) &
-            + cross(found%arm_b, d_force)
-         slopes(11, freedom) = d_power
+         call vary_load(self, stretch, found, by, slopes(:, freedom))
       end subroutine move
 
    end subroutine vary
+
+   !> Variation of the load of a spring.
+   pure subroutine vary_load(self, stretch, found, by, slopes)
+      type(spring_type), intent(in) :: self
+      type(stretch_type), intent(in) :: stretch
+      type(spring_load_type), intent(in) :: found
+      type(change_type), intent(in) :: by
+      !> Of the force on B, the torques on A and B and the powers; that of friction is left.
+      real(wp), intent(inout) :: slopes(:)
+      real(wp) :: d_shift(3), d_rate(3), d_angle(3), d_turning(3), d_force(3), d_torque(3)
+      real(wp) :: d_along(3), d_power
+
+      d_torque = 0.0_wp
+      if (self%kind == spring_bushing) then
+         d_shift = matmul(by%reach - cross(by%turn_a, stretch%reach), stretch%axes)
+         d_rate = matmul(by%velocity - cross(by%turn_a, stretch%velocity), stretch%axes)
+         d_turning = matmul(by%spin - cross(by%turn_a, stretch%spin), stretch%axes)
+         d_force = cross(by%turn_a, found%force) - matmul(stretch%axes, self%stiffness*d_shift &
+            + self%damping*d_rate)
+         d_power = 2.0_wp*(dot_product(d_rate, self%damping*stretch%rate) &
+            + dot_product(d_turning, self%turning_damping*stretch%turning))
+         d_torque = cross(by%turn_a, found%torque) - matmul(stretch%axes, &
+            self%turning_damping*d_turning)
+         if (any(self%turning_stiffness > 0.0_wp)) then
+            d_angle = unrolled(matmul(by%turn, stretch%axes), stretch%angle)
+            d_torque = d_torque - matmul(stretch%axes, varied(self%turning_stiffness &
+               *stretch%angle, stretch%angle, self%turning_stiffness*d_angle, d_angle))
+         end if
+      else
+         d_along = (by%reach - dot_product(stretch%along, by%reach)*stretch%along) &
+            /stretch%distance
+         d_shift(1) = dot_product(stretch%along, by%reach)
+         d_rate(1) = dot_product(d_along, stretch%velocity) &
+            + dot_product(stretch%along, by%velocity)
+         d_force = -(self%stiffness(1)*d_shift(1) + self%damping(1)*d_rate(1))*stretch%along &
+            - (self%stiffness(1)*stretch%shift(1) + self%damping(1)*stretch%rate(1))*d_along
+         d_power = 2.0_wp*self%damping(1)*stretch%rate(1)*d_rate(1)
+      end if
+      slopes(1:3) = d_force
+      slopes(4:6) = -d_torque - cross(by%arm_a, found%force) &
+         - cross(found%arm_a, d_force)
+      slopes(7:9) = d_torque + cross(by%arm_b, found%force) &
+         + cross(found%arm_b, d_force)
+      slopes(11) = d_power
+   end subroutine vary_load
 
    !> c(s) and its derivative.
    pure subroutine coefficient(s, c, slope)

@@ -42,7 +42,7 @@ module contensou_dynamics_state
 
 contains
 
-   !> Lay out a state.
+   !> Give each number of a state its place: bodies, states of parts, works.
    pure subroutine lay_out(self, bodies, states, friction, damping, applied)
       class(layout_type), intent(inout) :: self
       integer, intent(in) :: bodies

@@ -20,7 +20,8 @@ module contensou_dynamics_statics
    implicit none(type, external)
    private
 
-   public :: coordinate_type, statics_type, assemble_statics, find_rest, find_stiffness, reduced
+   public :: coordinate_type, statics_type, assemble_statics, begin_statics, find_rest, &
+      find_stiffness, reduced
 
    !> A way in which a body can move.
    type :: coordinate_type
@@ -52,6 +53,11 @@ module contensou_dynamics_statics
       logical :: balanced = .false.
       !> Body on which they balance least.
       integer :: body = 0
+      !> Where the coordinates of each body begin among their numbers, and one beyond the last.
+      integer, allocatable, private :: first(:), members(:)
+      !> Sizes of the forces on each body [N], and its largest stiffness against a contact or a
+      !> spring [N/m].
+      real(wp), allocatable, private :: carried(:), firm(:)
    end type statics_type
 
    !> Stiffness, over that of the body, and load, over what it is made of, that are rounding.
@@ -310,54 +316,74 @@ contains
       logical, intent(in), optional :: exactly
       type(linear_load_type) :: load
       type(spring_load_type) :: found
-      real(wp) :: carried(size(system%bodies)), firm(size(system%bodies)), arm, left
-      integer :: first(size(system%bodies) + 1), members(size(statics%coordinates)), i, j, n
+      integer :: i, n
       logical :: closed
 
       n = size(statics%coordinates)
       if (.not. allocated(statics%load)) allocate(statics%load(n), statics%scale(n), &
-         statics%stiffness(n, n), statics%reference(n), statics%neutral(n))
-      call list_coordinates(statics%coordinates, first, members)
+         statics%stiffness(n, n), statics%reference(n), statics%neutral(n), statics%members(n), &
+         statics%first(size(system%bodies) + 1), statics%carried(size(system%bodies)), &
+         statics%firm(size(system%bodies)))
+      call list_coordinates(statics%coordinates, statics%first, statics%members)
       call find_loads(system, statics, good)
       if (.not. good) return
       statics%stiffness = 0.0_wp
-      carried = 0.0_wp
-      firm = 0.0_wp
+      statics%carried = 0.0_wp
+      statics%firm = 0.0_wp
       do i = 1, size(system%contacts)
          associate (contact => system%contacts(i))
             if (contact%rigid) cycle
             call linearize(contact, system%pose(contact%a), system%pose(contact%b), &
                system%resolution, load, closed, exactly)
-            if (closed) call add_pair(contact%a, contact%b, load%force, load%slopes)
+            if (closed) call add_pair(statics, contact%a, contact%b, load%force, load%slopes)
          end associate
       end do
       do i = 1, size(system%springs)
          associate (spring => system%springs(i))
             call spring%vary(system%pose(spring%a), system%pose(spring%b), found, &
                load%slopes(:, :24))
-            call add_pair(spring%a, spring%b, found%force, load%slopes)
+            call add_pair(statics, spring%a, spring%b, found%force, load%slopes)
          end associate
       end do
       do i = 1, size(system%bodies)
          associate (body => system%bodies(i))
-            carried(i) = carried(i) + norm2(body%mass*system%gravity)
+            statics%carried(i) = statics%carried(i) + norm2(body%mass*system%gravity)
             if (.not. body%loaded) cycle
-            carried(i) = carried(i) + norm2(body%force)
-            if (body%load_follows) call add_following(i)
+            statics%carried(i) = statics%carried(i) + norm2(body%force)
+            if (body%load_follows) call add_following(system, statics, i)
          end associate
       end do
+      call weigh_loads(system, statics)
+   end subroutine find_stiffness
+
+   !> Begin anew, with coordinates.
+   pure subroutine begin_statics(statics, coordinates)
+      type(statics_type), intent(out) :: statics
+      type(coordinate_type), intent(in) :: coordinates(:)
+
+      statics%coordinates = coordinates
+   end subroutine begin_statics
+
+   !> Sizes of loads and stiffness along the coordinates, and where the loads balance least.
+   subroutine weigh_loads(system, statics)
+      type(system_type), intent(in) :: system
+      type(statics_type), intent(inout) :: statics
+      real(wp) :: arm, left
+      integer :: i
+
       ! A body that nothing touches yields as far as the others let it.
-      firm = max(firm, 1.0e-6_wp*max(maxval(firm), maxval(carried)), tiny(1.0_wp))
+      statics%firm = max(statics%firm, 1.0e-6_wp*max(maxval(statics%firm), &
+         maxval(statics%carried)), tiny(1.0_wp))
       statics%residual = 0.0_wp
       statics%body = 0
-      do i = 1, n
+      do i = 1, size(statics%coordinates)
          associate (coordinate => statics%coordinates(i))
             arm = 1.0_wp
             if (coordinate%turns) arm = arm_of(system, coordinate%body)
-            statics%scale(i) = carried(coordinate%body)*arm
+            statics%scale(i) = statics%carried(coordinate%body)*arm
             if (coordinate%turns) statics%scale(i) = statics%scale(i) &
                + norm2(system%bodies(coordinate%body)%torque)
-            statics%reference(i) = firm(coordinate%body)*arm**2
+            statics%reference(i) = statics%firm(coordinate%body)*arm**2
             statics%neutral(i) = maxval(abs(statics%stiffness(i, :))) <= &
                nothing*statics%reference(i) .and. abs(statics%load(i)) <= nothing*statics%scale(i)
             left = 0.0_wp
@@ -367,84 +393,83 @@ contains
             statics%body = coordinate%body
          end associate
       end do
+   end subroutine weigh_loads
 
-   contains
+   !> Add what acts between two bodies.
+   subroutine add_pair(statics, a, b, force, slopes)
+      type(statics_type), intent(inout) :: statics
+      !> The bodies; 0 is the ground.
+      integer, intent(in) :: a
+      integer, intent(in) :: b
+      real(wp), intent(in) :: force(3)
+      !> Derivatives of force on B and torques on A and B by the motion of both.
+      real(wp), intent(in) :: slopes(:, :)
+      integer :: pair(2), row, column, k, m, before
+      real(wp) :: force_slope(3), torque_slope(3)
 
-      !> Add what acts between two bodies.
-      subroutine add_pair(a, b, force, slopes)
-         !> The bodies; 0 is the ground.
-         integer, intent(in) :: a
-         integer, intent(in) :: b
-         real(wp), intent(in) :: force(3)
-         !> Derivatives of force on B and torques on A and B by the motion of both.
-         real(wp), intent(in) :: slopes(:, :)
-         integer :: pair(2), row, column, k, m, before
-         real(wp) :: force_slope(3), torque_slope(3)
-
-         pair = [a, b]
-         do column = 1, 2
-            if (pair(column) == 0) cycle
-            carried(pair(column)) = carried(pair(column)) + norm2(force)
-            before = 12*(column - 1)
-            firm(pair(column)) = max(firm(pair(column)), maxval(abs(slopes(1:3, &
-               before + 1:before + 3))))
-            do m = first(pair(column)), first(pair(column) + 1) - 1
-               associate (by => statics%coordinates(members(m)))
+      pair = [a, b]
+      do column = 1, 2
+         if (pair(column) == 0) cycle
+         statics%carried(pair(column)) = statics%carried(pair(column)) + norm2(force)
+         before = 12*(column - 1)
+         statics%firm(pair(column)) = max(statics%firm(pair(column)), maxval(abs(slopes(1:3, &
+            before + 1:before + 3))))
+         do m = statics%first(pair(column)), statics%first(pair(column) + 1) - 1
+            associate (by => statics%coordinates(statics%members(m)))
+               if (by%turns) then
+                  force_slope = matmul(slopes(1:3, before + 4:before + 6), by%direction)
+               else
+                  force_slope = matmul(slopes(1:3, before + 1:before + 3), by%direction)
+               end if
+               do row = 1, 2
+                  if (pair(row) == 0) cycle
                   if (by%turns) then
-                     force_slope = matmul(slopes(1:3, before + 4:before + 6), by%direction)
+                     torque_slope = matmul(slopes(3*row + 1:3*row + 3, before + 4:before + 6), &
+                        by%direction)
                   else
-                     force_slope = matmul(slopes(1:3, before + 1:before + 3), by%direction)
+                     torque_slope = matmul(slopes(3*row + 1:3*row + 3, before + 1:before + 3), &
+                        by%direction)
                   end if
-                  do row = 1, 2
-                     if (pair(row) == 0) cycle
-                     if (by%turns) then
-                        torque_slope = matmul(slopes(3*row + 1:3*row + 3, before + 4:before + 6), &
-                           by%direction)
-                     else
-                        torque_slope = matmul(slopes(3*row + 1:3*row + 3, before + 1:before + 3), &
-                           by%direction)
-                     end if
-                     do k = first(pair(row)), first(pair(row) + 1) - 1
-                        associate (of => statics%coordinates(members(k)), &
-                           entry => statics%stiffness(members(k), members(m)))
-                           if (of%turns) then
-                              entry = entry - dot_product(of%direction, torque_slope)
-                           else if (row == 1) then
-                              entry = entry + dot_product(of%direction, force_slope)
-                           else
-                              entry = entry - dot_product(of%direction, force_slope)
-                           end if
-                        end associate
-                     end do
+                  do k = statics%first(pair(row)), statics%first(pair(row) + 1) - 1
+                     associate (of => statics%coordinates(statics%members(k)), &
+                        entry => statics%stiffness(statics%members(k), statics%members(m)))
+                        if (of%turns) then
+                           entry = entry - dot_product(of%direction, torque_slope)
+                        else if (row == 1) then
+                           entry = entry + dot_product(of%direction, force_slope)
+                        else
+                           entry = entry - dot_product(of%direction, force_slope)
+                        end if
+                     end associate
                   end do
-               end associate
-            end do
-         end do
-      end subroutine add_pair
-
-      !> Add a load that turns with its body.
-      subroutine add_following(index)
-         integer, intent(in) :: index
-         real(wp) :: change(3)
-         integer :: k, m
-
-         do m = first(index), first(index + 1) - 1
-            associate (by => statics%coordinates(members(m)))
-               if (.not. by%turns) cycle
-               do k = first(index), first(index + 1) - 1
-                  associate (of => statics%coordinates(members(k)))
-                     change = cross(by%direction, matmul(system%pose(index)%rotation, &
-                        merge(system%bodies(index)%torque, system%bodies(index)%force, of%turns)))
-                     j = members(m)
-                     statics%stiffness(members(k), j) = statics%stiffness(members(k), j) &
-                        - dot_product(of%direction, change)
-                  end associate
                end do
             end associate
          end do
-      end subroutine add_following
+      end do
+   end subroutine add_pair
 
-   end subroutine find_stiffness
+   !> Add a load that turns with its body.
+   subroutine add_following(system, statics, index)
+      type(system_type), intent(in) :: system
+      type(statics_type), intent(inout) :: statics
+      integer, intent(in) :: index
+      real(wp) :: change(3)
+      integer :: k, m
+
+      do m = statics%first(index), statics%first(index + 1) - 1
+         associate (by => statics%coordinates(statics%members(m)))
+            if (.not. by%turns) cycle
+            do k = statics%first(index), statics%first(index + 1) - 1
+               associate (of => statics%coordinates(statics%members(k)), &
+                  entry => statics%stiffness(statics%members(k), statics%members(m)))
+                  change = cross(by%direction, matmul(system%pose(index)%rotation, &
+                     merge(system%bodies(index)%torque, system%bodies(index)%force, of%turns)))
+                  entry = entry - dot_product(of%direction, change)
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine add_following
 
    !> The coordinates body by body.
    pure subroutine list_coordinates(coordinates, first, members)

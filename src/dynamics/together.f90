@@ -84,7 +84,7 @@ module contensou_dynamics_together
       procedure :: friction_loss
       procedure, private :: work
       procedure, private :: solve_phase
-      procedure, private :: push
+      procedure, private :: solve_frictionless
       procedure, private :: rub
       procedure, private :: velocities
    end type together_type
@@ -224,7 +224,7 @@ contains
          *self%inverse_mass(4, 4, i, i)
    end function effective_speed
 
-   !> Impulses of a phase.
+   !> Impulses of compression or of restitution, all contacts at once.
    subroutine solve_phase(self, contacts, links, start, least, impulse, velocity, trouble)
       class(together_type), intent(inout) :: self
       !> All contacts of the mechanism.
@@ -243,7 +243,7 @@ contains
       logical :: rubs(size(links)), solved
       integer :: i, j, k
 
-      call self%push(start, least, impulse, trouble)
+      call self%solve_frictionless(start, least, impulse, trouble)
       call self%velocities(start, impulse, velocity)
       if (trouble /= trouble_none) return
       do i = 1, size(links)
@@ -289,7 +289,7 @@ contains
 
    !> Normal impulses of a phase without friction. What is added to make the problem definite is
    !> taken out by the solution before: proximal points.
-   subroutine push(self, start, least, impulse, trouble)
+   subroutine solve_frictionless(self, start, least, impulse, trouble)
       class(together_type), intent(in) :: self
       !> Velocities at its beginning.
       real(wp), intent(in) :: start(:, :)
@@ -329,7 +329,7 @@ contains
       call self%velocities(start, impulse, velocity)
       ! Where bodies that do not yield press others together there is no solution.
       if (.not. solved .or. any(velocity(4, :) < -negligible*self%speed)) trouble = trouble_squeezed
-   end subroutine push
+   end subroutine solve_frictionless
 
    !> Impulse of one contact with friction at those of the others.
    subroutine rub(self, contact, i, start, least, impulse, solved)

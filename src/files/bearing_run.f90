@@ -46,7 +46,7 @@ module contensou_files_bearing_run
       real(wp), private :: centre(3) = 0.0_wp, axis(3) = 0.0_wp
    end type race_type
 
-   !> A bearing.
+   !> A bearing whose loads a run has written.
    type :: bearing_run_type
       character(len=:), allocatable :: name
       integer :: balls = 0
@@ -78,6 +78,8 @@ module contensou_files_bearing_run
       real(wp) :: from = 0.0_wp, until = 0.0_wp
       !> Number of contacts, and of those that belong to bearings.
       integer :: contacts = 0, of_bearings = 0
+      !> Whether springs of the scene have a share in the damping.
+      logical :: dashpots = .false.
    end type run_losses_type
 
    !> Columns of the trajectory, the values of a row beside each other.
@@ -118,7 +120,7 @@ contains
       if (.not. allocated(error)) call reader%open(path, error)
       if (allocated(error)) return
       call find_bearings(reader, path, bearings, losses, error)
-      if (.not. allocated(error)) call read_settings(reader, bearings, error)
+      if (.not. allocated(error)) call read_settings(reader, bearings, losses, error)
       if (.not. allocated(error)) call average(reader, path, part, bearings, losses, error)
       call reader%close()
    end subroutine read_bearings
@@ -236,9 +238,10 @@ contains
    end subroutine find_bearings
 
    !> Read what the texts of the scene say: friction coefficients, nominal contact angles.
-   subroutine read_settings(reader, bearings, error)
+   subroutine read_settings(reader, bearings, losses, error)
       type(hdf5_reader_type), intent(in) :: reader
       type(bearing_run_type), intent(inout) :: bearings(:)
+      type(run_losses_type), intent(inout) :: losses
       type(error_type), allocatable, intent(out) :: error
       type(string_type), allocatable :: contacts(:)
       type(document_type) :: document
@@ -256,6 +259,9 @@ contains
       friction = 0.0_wp
       m = 0
       do i = 1, document%n_groups
+         if (document%groups(i)%name == "spring") losses%dashpots = losses%dashpots .or. &
+            document%groups(i)%gives("damping") .or. &
+            document%groups(i)%gives("rotational_damping")
          if (document%groups(i)%name /= "contact") cycle
          m = m + 1
          if (m > size(friction)) exit

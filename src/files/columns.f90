@@ -27,7 +27,7 @@ module contensou_files_columns
       character(len=:), allocatable :: path
       character(len=:), allocatable :: units, long_name
       type(hdf5_item_type) :: item
-      !> Its table.
+      !> Index of its table.
       integer :: table = 0
       !> Its place among the data sets of its table, by size.
       integer :: order = 0
@@ -44,7 +44,7 @@ module contensou_files_columns
       type(string_type), allocatable :: texts(:)
    end type data_type
 
-   !> A column.
+   !> One column of a table: a data set, or a component of one.
    type :: column_type
       character(len=:), allocatable :: name
       !> Its data set.

@@ -257,7 +257,6 @@ contains
 
    end subroutine put_models
 
-   !> The runs.
    subroutine put_runs(study, file, error)
       type(study_type), intent(in) :: study
       type(hdf5_file_type), intent(inout) :: file

@@ -171,7 +171,7 @@ contains
          if (allocated(error)) return
          if (found == found_good) then
             earlier%complete = .true.
-            call notice(name // " is complete")
+            call notice(earlier, name // " is complete")
             ! A life that was killed after its last row can have left these.
             if (.not. file_exists(name // part_suffix)) call forget(name, .true., unremoved)
          else
@@ -189,12 +189,12 @@ contains
       if (.not. file_exists(earlier%source)) then
          earlier%source = name // part_suffix
          if (.not. file_exists(earlier%source)) then
-            call notice("there is nothing to resume; beginning from the start")
+            call notice(earlier, "there is nothing to resume; beginning from the start")
             return
          end if
       end if
       if (.not. file_exists(name // checkpoint_suffix)) then
-         call without_checkpoint()
+         call without_checkpoint(name, earlier, error)
          return
       end if
       call load_checkpoint(name // checkpoint_suffix, earlier, commit, error)
@@ -202,7 +202,8 @@ contains
          error%message = error%message // what_helps
          return
       end if
-      if (commit /= git_commit()) call notice("resuming a run of another build, " // trim(commit))
+      if (commit /= git_commit()) call notice(earlier, &
+         "resuming a run of another build, " // trim(commit))
       call look_into(earlier%source, "", resolved, earlier%checkpoint, .true., found, message, &
          error)
       if (allocated(error)) return
@@ -216,35 +217,38 @@ contains
       case default
          call fatal(error, message // what_helps, status_file)
       end select
-
-   contains
-
-      !> Tell the user.
-      subroutine notice(text)
-         !> What there is to say.
-         character(len=*), intent(in) :: text
-
-         earlier%notice = earlier%notice // text // new_line("a")
-      end subroutine notice
-
-      !> There are rows, but no checkpoint.
-      subroutine without_checkpoint()
-         character(len=:), allocatable :: status
-         type(error_type), allocatable :: unreadable
-
-         call guarded_status(earlier%source, status, unreadable)
-         if (allocated(unreadable)) status = "running"
-         if (status == "running") then
-            call notice(earlier%source // " was left by a run that was killed before its " // &
-               "first checkpoint; beginning from the start")
-         else
-            call fatal(error, earlier%source // " holds the rows of a run that " // &
-               fate(status) // ", without " // name // checkpoint_suffix // what_helps, &
-               merge(status_failed, status_file, status == "failed"))
-         end if
-      end subroutine without_checkpoint
-
    end subroutine find_earlier
+
+   !> Tell the user.
+   subroutine notice(earlier, text)
+      type(earlier_type), intent(inout) :: earlier
+      !> What there is to say.
+      character(len=*), intent(in) :: text
+
+      earlier%notice = earlier%notice // text // new_line("a")
+   end subroutine notice
+
+   !> There are rows, but no checkpoint.
+   subroutine without_checkpoint(name, earlier, error)
+      !> Name of the output file.
+      character(len=*), intent(in) :: name
+      type(earlier_type), intent(inout) :: earlier
+      !> Set when the run must not begin.
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: status
+      type(error_type), allocatable :: unreadable
+
+      call guarded_status(earlier%source, status, unreadable)
+      if (allocated(unreadable)) status = "running"
+      if (status == "running") then
+         call notice(earlier, earlier%source // " was left by a run that was killed before " // &
+            "its first checkpoint; beginning from the start")
+      else
+         call fatal(error, earlier%source // " holds the rows of a run that " // &
+            fate(status) // ", without " // name // checkpoint_suffix // what_helps, &
+            merge(status_failed, status_file, status == "failed"))
+      end if
+   end subroutine without_checkpoint
 
    !> Load the checkpoint of an earlier run, of this version.
    subroutine load_checkpoint(path, earlier, commit, error)

@@ -103,7 +103,6 @@ contains
          "semi-axes of the spot", error)
    end subroutine put_contacts
 
-   !> The rings.
    subroutine put_rings(found, file, error)
       type(equilibrium_type), intent(in) :: found
       type(hdf5_file_type), intent(inout) :: file

@@ -88,7 +88,6 @@ module contensou_files_hdf5_file
          character(kind=c_char), intent(in) :: path(*)
       end function c_create
 
-      !> Flush a file.
       integer(c_int) function c_flush(file) bind(c, name="contensou_hdf5_flush")
          import :: c_int, c_ptr
          implicit none(type, external)
@@ -135,7 +134,6 @@ module contensou_files_hdf5_file
          type(c_ptr), value :: file
       end subroutine c_abandon
 
-      !> Create a group.
       integer(c_int) function c_create_group(file, path) bind(c, name="contensou_hdf5_create_group")
          import :: c_char, c_int, c_ptr
          implicit none(type, external)
@@ -186,7 +184,7 @@ module contensou_files_hdf5_file
          type(c_ptr), value :: file
          !> Path of the data set, null-terminated.
          character(kind=c_char), intent(in) :: path(*)
-         !> Kind of the values.
+         !> One of the `series_*` parameters.
          integer(c_int), value :: kind
          !> Extents of the dimensions after the growing one, outermost first.
          integer(c_int), intent(in), contiguous :: extents(:)
@@ -205,7 +203,6 @@ module contensou_files_hdf5_file
          type(c_ptr) :: series
       end function c_create_series
 
-      !> Append rows to a series.
       integer(c_int) function c_append(series, rows, values, path) &
          bind(c, name="contensou_hdf5_append")
          import :: c_char, c_int, c_ptr

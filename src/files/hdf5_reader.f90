@@ -169,7 +169,6 @@ module contensou_files_hdf5_reader
          type(c_ptr), value :: names
       end function c_listed_count
 
-      !> A name of a list.
       function c_listed(names, i, link) result(text) bind(c, name="contensou_hdf5_listed")
          import :: c_int, c_ptr
          implicit none(type, external)
@@ -182,7 +181,6 @@ module contensou_files_hdf5_reader
          type(c_ptr) :: text
       end function c_listed
 
-      !> Free a list.
       subroutine c_free_list(names) bind(c, name="contensou_hdf5_free_list")
          import :: c_ptr
          implicit none(type, external)
@@ -226,7 +224,6 @@ module contensou_files_hdf5_reader
          character(kind=c_char), intent(in) :: attribute(*)
       end function c_open_item
 
-      !> Open the scale of a dimension.
       type(c_ptr) function c_open_scale(item, dimension) bind(c, name="contensou_hdf5_open_scale")
          import :: c_int, c_ptr
          implicit none(type, external)
@@ -247,7 +244,6 @@ module contensou_files_hdf5_reader
          integer(c_int), value :: dimension
       end function c_dimension_name
 
-      !> Close an item.
       subroutine c_close_item(item) bind(c, name="contensou_hdf5_close_item")
          import :: c_ptr
          implicit none(type, external)
@@ -326,7 +322,6 @@ module contensou_files_hdf5_reader
          integer(c_int64_t), value :: i
       end function c_text_of
 
-      !> Name of an item.
       type(c_ptr) function c_scale_name(item) bind(c, name="contensou_hdf5_item_name")
          import :: c_ptr
          implicit none(type, external)
@@ -656,7 +651,6 @@ contains
       item%is_null = is_null /= 0
    end subroutine describe
 
-   !> Close an item.
    subroutine close_item(self)
       !> Item to close; one that is not open stays so.
       class(hdf5_item_type), intent(inout) :: self

@@ -99,7 +99,6 @@ module contensou_files_trajectory
       character(len=:), allocatable, private :: contact_names(:)
       !> Names of the bodies, padded.
       character(len=:), allocatable, private :: body_names(:)
-      !> Names of the springs.
       character(len=:), allocatable, private :: spring_names(:)
       !> Methods that were used, in order.
       character(len=11), allocatable, private :: methods(:)
@@ -207,7 +206,7 @@ contains
       call pad(springs, self%spring_names)
    end subroutine collect_names
 
-   !> The bodies.
+   !> Names, masses and moments of inertia of the bodies.
    subroutine put_bodies(self, scene, error)
       type(trajectory_type), intent(inout) :: self
       type(scene_type), intent(in) :: scene
@@ -373,7 +372,6 @@ contains
       end associate
    end subroutine put_contacts
 
-   !> The springs.
    subroutine put_springs(self, scene, error)
       type(trajectory_type), intent(inout) :: self
       type(scene_type), intent(in) :: scene

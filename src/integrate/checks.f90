@@ -2,10 +2,12 @@
 module contensou_integrate_checks
    use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : wp
+   use contensou_base_numbers, only : power_text
    use contensou_contact_geometry, only : trouble_far, trouble_sudden
    use contensou_dynamics_reports, only : energy_type, find_energy
    use contensou_dynamics_rests, only : sunk
    use contensou_dynamics_state, only : position_of
+   use contensou_integrate_motion, only : motion_type
    use contensou_integrate_step, only : keep_workspace, kept_type, march_type, restore_workspace, &
       zero_gap
    implicit none(type, external)
@@ -133,7 +135,7 @@ contains
             if (memory%imbalance <= 0.0_wp .or. memory%row <= self%rows) return
             write(digits, "(es9.2)") memory%imbalance
             call self%observer%warn("the energy balance was off by" // trim(digits) // &
-               " of the energy that moved: a smaller integrator.rtol closes it")
+               " of the energy that moved: " // remedy(motion))
             return
          end if
          write(digits, "(es9.2, a, es9.2)") abs(off), " J of", memory%energy_moved
@@ -144,6 +146,22 @@ contains
             "needs two contacts")
       end associate
    end subroutine check_balance
+
+   !> What closes a balance.
+   function remedy(motion) result(text)
+      class(motion_type), intent(in) :: motion
+      character(len=:), allocatable :: text
+
+      if (motion%system%constraints%n_rigid == 0) then
+         text = "a smaller integrator.rtol closes it"
+      else
+         ! They take a finer tolerance than is asked for.
+         text = "an integrator.rtol below " // power_text(motion%scales%rtol, 2) // &
+            ", which the steps had as rigid contacts need it, closes it, except where " // &
+            "surfaces of rigid contacts all but conform, as a ball that just fits into a " // &
+            "ring: there other dimensions do"
+      end if
+   end function remedy
 
    !> See whether the rounding of positions is small against the overlaps where surfaces touch, or
    !> are as close as that.

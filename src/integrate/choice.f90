@@ -11,8 +11,8 @@ module contensou_integrate_choice
    use contensou_contact_geometry, only : contact_point_type, contact_variation_type, &
       rolling_velocity
    use contensou_dynamics_equations, only : system_type
-   use contensou_dynamics_mechanism, only : relative_motion, slip_velocity
-   use contensou_dynamics_scene, only : motion_free
+   use contensou_dynamics_mechanism, only : body_type, relative_motion, slip_velocity
+   use contensou_dynamics_scene, only : motion_free, motion_rotor, moves_freely
    use contensou_dynamics_state, only : spin_of
    use contensou_integrate_motion, only : motion_type
    implicit none(type, external)
@@ -49,7 +49,7 @@ module contensou_integrate_choice
 
 contains
 
-   !> Choose.
+   !> The method for a motion, by the rates of its contacts where it begins.
    subroutine choose_method(motion, y, choice)
       class(motion_type), intent(inout) :: motion
       real(wp), intent(in) :: y(:)
@@ -115,7 +115,7 @@ contains
       ratio = 0.0_wp
       friction = 0.0_wp
       associate (system => motion%system, c => motion%system%contacts(index))
-         yields = mobility(c%a) + mobility(c%b)
+         yields = mobility(system, c%a) + mobility(system, c%b)
          stiffness = c%law%normal%stiffness
          load = norm2(system%gravity)/yields
          if (load <= 0.0_wp) load = 0.5_wp*stiffness*(1.25_wp*motion%scales%velocity**2 &
@@ -144,43 +144,40 @@ contains
             turns = 0.0_wp
             if (c%a > 0) then
                arm = at%point - a%position
-               turns = turns + leverage(c%a, norm2(arm))
+               turns = turns + leverage(system%bodies(c%a), norm2(arm))
             end if
             if (c%b > 0) then
                arm = at%point - b%position
-               turns = turns + leverage(c%b, norm2(arm))
+               turns = turns + leverage(system%bodies(c%b), norm2(arm))
             end if
          end associate
          if (slip > 0.0_wp) friction = c%law%friction%coefficient*load*(yields + turns)/slip
       end associate
-
-   contains
-
-      !> Inverse mass of a body that yields [1/kg].
-      pure real(wp) function mobility(body)
-         !> Its index; 0 for the ground.
-         integer, intent(in) :: body
-
-         mobility = 0.0_wp
-         if (body == 0) return
-         associate (b => motion%system%bodies(body))
-            if (b%motion == motion_free) mobility = 1.0_wp/b%mass
-         end associate
-      end function mobility
-
-      !> What its rotation adds to the mobility of its surface [1/kg].
-      pure real(wp) function leverage(body, length)
-         integer, intent(in) :: body
-         !> Lever arm [m].
-         real(wp), intent(in) :: length
-
-         leverage = 0.0_wp
-         associate (b => motion%system%bodies(body))
-            if (b%motion == motion_free) leverage = length**2/minval(b%inertia)
-         end associate
-      end function leverage
-
    end subroutine figures_of
+
+   !> Inverse mass of a body that yields [1/kg].
+   pure real(wp) function mobility(system, body)
+      type(system_type), intent(in) :: system
+      !> Its index; 0 for the ground.
+      integer, intent(in) :: body
+
+      mobility = 0.0_wp
+      if (body == 0) return
+      associate (b => system%bodies(body))
+         if (moves_freely(b%motion)) mobility = 1.0_wp/b%mass
+      end associate
+   end function mobility
+
+   !> What its rotation adds to the mobility of the surface of a body [1/kg].
+   pure real(wp) function leverage(body, length)
+      type(body_type), intent(in) :: body
+      !> Lever arm [m].
+      real(wp), intent(in) :: length
+
+      leverage = 0.0_wp
+      if (body%motion == motion_free) leverage = length**2/minval(body%inertia)
+      if (body%motion == motion_rotor) leverage = length**2/minval(body%inertia(:2))
+   end function leverage
 
    !> Why a method was chosen, in words.
    function choice_text(choice, contact) result(text)

@@ -404,7 +404,6 @@ contains
       if (flag < 0) call fatal(error, "CVODE could not be started again", status_failed)
    end subroutine restart
 
-   !> Bound the step.
    subroutine bound_step(self, max_step)
       class(cvode_type), intent(inout) :: self
       !> Largest step [s]; 0 for no bound.
@@ -579,7 +578,7 @@ contains
       !> Time [s].
       real(c_double), intent(in), value :: t
       type(N_Vector), intent(inout) :: vector_y
-      !> Values.
+      !> Where to put the values of the event functions.
       type(c_ptr), intent(in), value :: g
       !> The handle.
       type(c_ptr), intent(in), value :: user_data

@@ -2,12 +2,11 @@
 module contensou_integrate_events
    use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : wp
-   use contensou_contact_geometry, only : trouble_pulls
+   use contensou_contact_geometry, only : contact_motion_type, trouble_pulls
    use contensou_dynamics_impact, only : rest, slow_rate, stop_closed_gaps
    use contensou_dynamics_links, only : link_type
-   use contensou_dynamics_mechanism, only : contact_motion_type
-   use contensou_dynamics_rests, only : agree, check_contacts, open_contact, resolve_contacts, &
-      set_thresholds, touching_gap
+   use contensou_dynamics_rests, only : agree, check_contacts, lower_threshold, open_contact, &
+      resolve_contacts, set_thresholds, touching_gap
    use contensou_integrate_ends, only : tell_event
    use contensou_integrate_motion, only : motion_type
    use contensou_integrate_observer, only : event_lift, event_touch
@@ -199,7 +198,7 @@ contains
             if (self%gap(i)%rate < 0.0_wp) cycle
             self%events(i) = 0
             call system%set_poses(self%memory%y)
-            call open_contact(system, i)
+            call lower_threshold(system, i)
          end do
       end associate
    end subroutine ignore_drift

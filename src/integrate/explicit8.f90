@@ -533,7 +533,6 @@ contains
       if (same) self%side = side
    end subroutine restart
 
-   !> Bound the step.
    subroutine bound_step(self, max_step)
       class(explicit8_type), intent(inout) :: self
       !> Largest step [s]; 0 for no bound.
@@ -601,7 +600,7 @@ contains
             "cvode_bdf would take longer ones"
       end if
       if (self%foretold < foretold_hopeless .or. steps_left < too_many_steps) return
-      self%hopeless = self%alert
+      self%hopeless = .true.
       if (self%alert) return
       call fatal(error, &
          "the problem is stiff: stability limits the steps of explicit8 to " // &

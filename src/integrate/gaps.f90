@@ -2,8 +2,8 @@
 module contensou_integrate_gaps
    use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : wp
-   use contensou_contact_geometry, only : trouble_sudden, trouble_unseen
-   use contensou_dynamics_mechanism, only : contact_motion_type, gap_type
+   use contensou_contact_geometry, only : contact_motion_type, trouble_sudden, trouble_unseen
+   use contensou_dynamics_mechanism, only : gap_type
    use contensou_dynamics_spots, only : change_spots, take_back_spots
    use contensou_integrate_step, only : kept_type, look_at_gap, look_at_gaps, march_type, &
       open_step, restore_workspace
@@ -11,7 +11,7 @@ module contensou_integrate_gaps
    implicit none(type, external)
    private
 
-   public :: avoid_dip, find_depth, follow_spots
+   public :: avoid_dip, find_depth, follow_spots, lift_bound
 
    !> Bounds of the gap of an open contact within a step.
    type :: bounds_type
@@ -80,7 +80,7 @@ contains
          call find_near(self, any_near)
          if (.not. any_near) then
             self%seen = .false.
-            if (memory%bounded_until > 0.0_wp) call lift_bound(self)
+            call pass_bound(self)
             return
          end if
          call look_at_near(self)
@@ -115,21 +115,26 @@ contains
             memory%bounded_until = t_dip
             call self%integrator%bound_step((t_dip - t)/4.0_wp)
             call self%integrator%restart(t, memory%y, error)
-         else if (memory%bounded_until > 0.0_wp) then
-            call lift_bound(self)
+         else
+            call pass_bound(self)
          end if
       end associate
    end subroutine avoid_dip
 
-   !> Let the steps be as long as they were before they were made smaller, once that is passed.
+   !> Lift the bound of the steps once what it was for is passed.
+   subroutine pass_bound(self)
+      type(march_type), intent(inout) :: self
+
+      if (self%memory%t > self%memory%bounded_until) call lift_bound(self)
+   end subroutine pass_bound
+
+   !> Let the steps be as long as they were before they were made smaller for the sake of gaps.
    subroutine lift_bound(self)
       type(march_type), intent(inout) :: self
 
-      associate (memory => self%memory)
-         if (memory%t <= memory%bounded_until) return
-         call self%integrator%bound_step(self%plan%max_step)
-         memory%bounded_until = 0.0_wp
-      end associate
+      if (self%memory%bounded_until <= 0.0_wp) return
+      call self%integrator%bound_step(self%plan%max_step)
+      self%memory%bounded_until = 0.0_wp
    end subroutine lift_bound
 
    !> Where the interpolant has felt the force of an open contact it is of no use: the step is
@@ -439,7 +444,7 @@ contains
                   exit
                end if
                call system%observe(i, now)
-               call search%narrow(dot_product(now%velocity, now%at%normal) >= 0.0_wp)
+               call search%narrow(now%gap_rate() >= 0.0_wp)
             end do
          end do
       end associate

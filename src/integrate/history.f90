@@ -1,16 +1,24 @@
 !> What contacts with tangential elasticity remember, which changes with an accepted step: the step
 !> is taken again, in smaller ones, where the memory would differ with it.
 module contensou_integrate_history
+   use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
+   use contensou_integrate_motion, only : motion_type
    use contensou_integrate_step, only : march_type
    implicit none(type, external)
    private
 
-   public :: doubt_memory, remember
+   public :: doubt_memory, remember, doubt_of_host
 
    !> Deviation of a step that is admitted, over the root of the relative tolerance.
    real(wp), parameter :: admitted = 1.0_wp
+
+   !> The same of the steps of another program, whose methods do not follow the ringing as closely.
+   real(wp), parameter :: admitted_of_host = 0.1_wp
+
+   !> How far its steps may bend away from straight ones, over an overlap.
+   real(wp), parameter :: admitted_bend = 1.0e-3_wp
 
    !> Part of the step that would just do, and the smallest and the largest change of a step.
    real(wp), parameter :: cautious = 0.7_wp, shrinking = 0.1_wp, growing = 4.0_wp
@@ -27,19 +35,13 @@ contains
       logical, intent(out) :: again
       !> Set when the integration cannot go on there.
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: time_step, deviation, largest, bound
-      integer :: i
+      real(wp) :: time_step, largest, bound
 
       again = .false.
-      associate (system => self%motion%system, memory => self%memory, t => self%memory%t)
+      associate (memory => self%memory, t => self%memory%t)
          time_step = t - self%t_before
-         call system%evaluate_memory(memory%t, memory%y)
-         largest = 0.0_wp
-         do i = 1, size(system%contacts)
-            if (.not. allocated(system%contacts(i)%tangential)) cycle
-            call system%contacts(i)%tangential%deviate(time_step, deviation)
-            largest = max(largest, deviation)
-         end do
+         call self%motion%system%evaluate_memory(memory%t, memory%y)
+         call deviate(self%motion, time_step, largest)
          bound = admitted*sqrt(self%motion%scales%rtol)
          self%next_step = time_step*cautious*sqrt(bound/max(largest, tiny(largest)))
          again = largest > bound .and. time_step > shortest*spacing(t)
@@ -53,6 +55,58 @@ contains
          call self%integrator%restart(t, memory%y, error)
       end associate
    end subroutine doubt_memory
+
+   !> Largest deviation of a step to the state that contacts have evaluated.
+   subroutine deviate(motion, time_step, largest)
+      class(motion_type), intent(inout) :: motion
+      !> Time since the last accepted step [s].
+      real(wp), intent(in) :: time_step
+      !> Error of a wrench over the limit of friction.
+      real(wp), intent(out) :: largest
+      real(wp) :: deviation
+      integer :: i
+
+      largest = 0.0_wp
+      do i = 1, size(motion%system%contacts)
+         if (.not. allocated(motion%system%contacts(i)%tangential)) cycle
+         call motion%system%contacts(i)%tangential%deviate(time_step, deviation)
+         largest = max(largest, deviation)
+      end do
+   end subroutine deviate
+
+   !> A function of a state that another program has integrated to, which passes through zero where
+   !> contacts have to remember it: the deviation over what is admitted, less 1. The loads of spots,
+   !> too, are taken as straight over time.
+   subroutine doubt_of_host(motion, before, rate_before, t, y, doubt)
+      class(motion_type), intent(inout) :: motion
+      !> Time of what the contacts remember [s].
+      real(wp), intent(in) :: before
+      !> Rates of the gaps at that time [m/s].
+      real(wp), intent(in) :: rate_before(:)
+      !> Time [s].
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: y(:)
+      !> Finite; below zero while no contact need remember.
+      real(wp), intent(out) :: doubt
+      real(wp), dimension(motion%n_events) :: gap, rate
+      real(wp) :: largest, bend
+      integer :: i
+
+      doubt = -1.0_wp
+      if (.not. t - before > shortest*spacing(t)) return
+      call motion%system%evaluate_memory(t, y)
+      call deviate(motion, t - before, largest)
+      doubt = largest/(admitted_of_host*sqrt(motion%scales%rtol)) - 1.0_wp
+      call motion%system%gaps(y, gap)
+      call motion%system%gap_rates(y, rate)
+      do i = 1, motion%n_events
+         if (.not. allocated(motion%system%contacts(i)%tangential)) cycle
+         bend = 0.125_wp*(t - before)*abs(rate(i) - rate_before(i))
+         doubt = max(doubt, bend/(admitted_bend*max(-gap(i), motion%scales%usual_overlap())) &
+            - 1.0_wp)
+      end do
+      if (.not. ieee_is_finite(doubt)) doubt = -1.0_wp
+   end subroutine doubt_of_host
 
    !> Let the contacts remember the step, and bound the next one.
    subroutine remember(self)
@@ -68,7 +122,8 @@ contains
          ! Bounds for the sake of gaps are lifted elsewhere.
          if (memory%bounded_until > 0.0_wp) return
          time_step = memory%t - self%t_before
-         bound = min(self%next_step, growing*time_step)
+         ! A step that an event cut short may be less than time resolves.
+         bound = max(min(self%next_step, growing*time_step), shortest*spacing(memory%t))
          if (self%plan%max_step > 0.0_wp) bound = min(bound, self%plan%max_step)
          if (self%next_step < growing*time_step) then
             call self%integrator%bound_step(bound)

@@ -2,7 +2,7 @@
 module contensou_integrate_host
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
-   use contensou_dynamics_rests, only : touching_gap
+   use contensou_dynamics_rests, only : lower_threshold, open_contact, touching_gap
    use contensou_dynamics_spots, only : assign_spots
    use contensou_integrate_events, only : begin_impact, note_separation, take_events
    use contensou_integrate_integrator, only : integrator_type, statistics_type
@@ -86,8 +86,7 @@ contains
                if (contact%rigid .and. contact%closed) then
                   if (indicator(i) > 0.0_wp) self%events(i) = 1
                else if (contact%rigid) then
-                  if (gap(i) <= touching_gap(contact) .and. rate(i) < 0.0_wp .and. &
-                     .not. contact%leaving) self%events(i) = -1
+                  call look_at_open(self, i, indicator(i), gap(i), rate(i))
                else if (closed .and. gap(i) > 0.0_wp) then
                   self%events(i) = 1
                else if (.not. closed .and. gap(i) <= 0.0_wp) then
@@ -99,6 +98,33 @@ contains
          changed = any(abs(memory%y - before) > 0.0_wp)
       end associate
    end subroutine host_events
+
+   !> See whether an open rigid contact touches. What has opened and is still within rounding of its
+   !> place touches where it comes lower; where it only seems to, it is waited for below.
+   subroutine look_at_open(self, i, indicator, gap, rate)
+      type(march_type), intent(inout) :: self
+      !> The contact.
+      integer, intent(in) :: i
+      !> What passes through zero where it touches [m].
+      real(wp), intent(in) :: indicator
+      !> Gap [m] and its rate [m/s].
+      real(wp), intent(in) :: gap, rate
+
+      associate (system => self%motion%system, contact => self%motion%system%contacts(i))
+         if (contact%leaving) then
+            if (indicator > 0.0_wp) return
+            if (rate < 0.0_wp) then
+               self%events(i) = -1
+            else
+               call lower_threshold(system, i)
+            end if
+         else if (gap <= touching_gap(contact) .and. rate < 0.0_wp) then
+            self%events(i) = -1
+         else if (gap <= 0.0_wp) then
+            call open_contact(system, i)
+         end if
+      end associate
+   end subroutine look_at_open
 
    !> Begin an integration: nothing to do.
    subroutine start(self, problem, method, t, y, t_end, max_step, error)

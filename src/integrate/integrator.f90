@@ -35,7 +35,7 @@ module contensou_integrate_integrator
       !> Whether it is to look out early for another method that suits better, as the march can
       !> change to it.
       logical :: alert = .false.
-      !> Whether it would hardly reach the end; only if `alert`, otherwise it fails.
+      !> Whether it would hardly reach the end; unless `alert`, it fails as well, the step taken.
       logical :: hopeless = .false.
       !> Steps for which the size of its steps tells nothing about the problem, as it tries
       !> something.

@@ -11,21 +11,21 @@ module contensou_integrate_march
    use contensou_integrate_ends, only : end_here, heed_conforming, watch_stops
    use contensou_integrate_events, only : begin_impact, begin_rigid, begin_states, decide, &
       note_separation, take_events, watch_contacts
-   use contensou_integrate_gaps, only : avoid_dip, find_depth, follow_spots
+   use contensou_integrate_gaps, only : avoid_dip, find_depth, follow_spots, lift_bound
    use contensou_integrate_history, only : doubt_memory, remember
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_memory, only : memory_type, plan_type, row_count
    use contensou_integrate_motion, only : motion_type
    use contensou_integrate_observer, only : observer_type
-   use contensou_integrate_pace, only : change_method_to, counters, set_stop, start, sticks, &
-      switch_if_due, watch_pace
+   use contensou_integrate_pace, only : change_method_to, counters, may_leave, set_stop, &
+      start, sticks, switch_if_due, watch_pace
    use contensou_integrate_sticking, only : balance_forces, look_at_sliding
    use contensou_integrate_step, only : keep_workspace, kept_type, look_at_gaps, march_type, &
       restore_workspace, view_spots, zero_gap
    implicit none(type, external)
    private
 
-   public :: begin_march, march, open_march, go_on, close_march, settle
+   public :: begin_march, march, open_march, go_on, close_march, adopt_state
 
    !> Relative tolerance with which a step is no more than 1.7 rad of an oscillation, with any
    !> method: in the middle nothing is twice as fast as at both ends.
@@ -194,13 +194,12 @@ contains
                call self%integrator%restart(t, memory%y, error)
                if (allocated(error)) return
             end if
-            if (memory%switch%may .and. memory%bounded_until <= 0.0_wp .and. &
-               memory%row <= self%rows) then
+            if (memory%switch%may .and. memory%row <= self%rows) then
                call switch_if_due(self, error)
                if (allocated(error)) return
             else if (sticks(self)) then
-               call change_method_to(self, "cvode_bdf", "friction that sticks at rigid contacts " &
-                  // "is too stiff for " // trim(self%plan%method), error)
+               call change_method_to(self, "cvode_bdf", &
+                  "friction that sticks is too stiff for " // trim(self%plan%method), error)
                if (allocated(error)) return
             else if (allocated(self%integrator%advice)) then
                call self%observer%advise(t, self%integrator%advice)
@@ -237,6 +236,10 @@ contains
          ! Trouble of a trial of the last step is over.
          system%trouble = 0
          call self%integrator%step(t, memory%y, self%events, error)
+         if (allocated(error) .and. self%integrator%hopeless .and. may_leave(self)) then
+            deallocate(error)
+            self%stuck = .true.
+         end if
          if (allocated(error)) return
          self%deep = system%too_deep > 0
          if (self%deep) call find_depth(self, self%deep)
@@ -250,6 +253,8 @@ contains
          end if
          if (all(memory%closed)) then
             self%seen = .false.
+            ! No gap is open that could be missed.
+            call lift_bound(self)
          else
             call avoid_dip(self, again, error)
             if (allocated(error) .or. again) return
@@ -264,7 +269,7 @@ contains
 
    !> Let a state that was set anew be one from which a march goes on: contacts are closed where
    !> surfaces overlap, and the energy there is what it is balanced against.
-   subroutine settle(motion, memory, error)
+   subroutine adopt_state(motion, memory, error)
       class(motion_type), intent(inout) :: motion
       !> Time and state are set; what was known of contacts and energy is renewed.
       type(memory_type), intent(inout) :: memory
@@ -308,7 +313,7 @@ contains
          memory%potential = energy%potential
          memory%energy_moved = max(energy%kinetic, energy%elastic)
       end associate
-   end subroutine settle
+   end subroutine adopt_state
 
    !> Begin with the first row, or go on where a march has stopped.
    subroutine set_out(self, error)

@@ -9,9 +9,9 @@ module contensou_integrate_memory
    implicit none(type, external)
    private
 
-   public :: memory_type, plan_type, row_count, switch_type
+   public :: first_patience, memory_type, plan_type, row_count, switch_type
 
-   !> Steps of `explicit8` after the first return to it before which it is not left again.
+   !> Steps of `explicit8` after a return to it before which it is not left again.
    integer(i8), parameter :: first_patience = 2000_i8
 
    !> Which methods `auto` has used, and when another one is due.
@@ -26,10 +26,11 @@ module contensou_integrate_memory
       real(wp) :: t_look = 0.0_wp
       !> Steps since then.
       integer :: steps = 0
-      !> Steps of `explicit8` before which it is not left again; doubled with each return to it, so
-      !> that two methods that are equally fast do not take turns for ever.
+      !> What it would be with each return to it twice as long. The next method keeps what that is
+      !> more, so that two methods that are equally fast do not take turns for ever, and what is the
+      !> wrong one after all takes no more steps each time.
       integer(i8) :: patience = first_patience
-      !> Steps of `explicit8` to go before it may be left.
+      !> Steps to go before the method may be left.
       integer(i8) :: to_go = 0
       !> Largest mean step of `explicit8` between two looks [s]; 0 if it has not been in use.
       real(wp) :: explicit_step = 0.0_wp
@@ -45,6 +46,8 @@ module contensou_integrate_memory
       real(wp) :: interval = 0.0_wp
       !> Largest step [s], 0 for no bound.
       real(wp) :: max_step = 0.0_wp
+      !> Whether compliant contacts are left to no other method, as this one is to be measured.
+      logical :: one_method = .false.
       !> Conditions that end the march before; not allocated for none.
       type(stop_spec_type), allocatable :: stops(:)
    end type plan_type

@@ -2,12 +2,12 @@
 module contensou_integrate_motion
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : wall_seconds
+   use contensou_contact_geometry, only : contact_motion_type
    use contensou_contact_states, only : against_angular_velocity, against_energy, against_length, &
       against_velocity, state_type
    use contensou_dynamics_assembly, only : contact_time
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_jacobian, only : is_available, jacobian_type
-   use contensou_dynamics_mechanism, only : contact_motion_type
    use contensou_dynamics_reports, only : energies
    use contensou_dynamics_rests, only : sunk
    use contensou_dynamics_scene, only : scene_type
@@ -41,6 +41,7 @@ module contensou_integrate_motion
       real(wp) :: energy = 1.0_wp
    contains
       procedure :: of_state
+      procedure :: usual_overlap
    end type scales_type
 
    !> Velocity below which sliding is not resolved, over the admissible error of a velocity alone
@@ -53,8 +54,8 @@ module contensou_integrate_motion
    !> Tolerance that is fine enough for any rigid contact.
    real(wp), parameter :: finest = 1.0e-9_wp
 
-   !> Overlap of a contact over the length scale of the integration.
-   real(wp), parameter :: usual = 10.0_wp
+   !> Usual overlap of a contact over the length scale of the integration.
+   real(wp), parameter :: overlap_over_length = 10.0_wp
 
    !> Motion of a system.
    type, extends(problem_type) :: motion_type
@@ -76,6 +77,7 @@ module contensou_integrate_motion
       procedure :: derivative
       procedure :: events
       procedure :: admissible_error
+      procedure :: nominals
       procedure :: set_tolerance
       procedure, private :: admit_states
    end type motion_type
@@ -114,7 +116,7 @@ contains
          do i = 1, size(motion%system%contacts)
             associate (contact => motion%system%contacts(i))
                if (allocated(contact%tangential)) contact%tangential%reference = &
-                  contact%tangential%coefficient*contact%law%normal%force(usual*s%length)
+                  contact%tangential%coefficient*contact%law%normal%force(s%usual_overlap())
             end associate
          end do
          s%energy = kinetic
@@ -322,6 +324,38 @@ contains
 
    end subroutine admissible_error
 
+   !> What is usual of each unknown: methods of other programs measure its error against its size
+   !> and that. Of a position it is the size of a body; the length scale, which is a part of an
+   !> overlap, would ask for more digits than such methods hold. Of an energy it is that of the
+   !> motion at the beginning, or what lifting the bodies by their size takes.
+   subroutine nominals(self, values)
+      class(motion_type), intent(inout) :: self
+      !> Larger than zero.
+      real(wp), intent(out) :: values(:)
+      type(scales_type) :: own
+      real(wp) :: at_rest(size(values)), radius, smallest, lift
+      integer :: i
+
+      smallest = huge(smallest)
+      lift = 0.0_wp
+      do i = 1, size(self%system%bodies)
+         associate (body => self%system%bodies(i))
+            if (.not. body%mass > 0.0_wp) cycle
+            radius = sqrt(maxval(body%inertia)/body%mass)
+            smallest = min(smallest, radius)
+            lift = lift + body%mass*norm2(self%system%gravity)*radius
+         end associate
+      end do
+      own = self%scales
+      self%scales%rtol = 1.0_wp
+      if (smallest < huge(smallest)) self%scales%length = max(smallest, own%length)
+      self%scales%energy = max(own%energy, lift)
+      at_rest = 0.0_wp
+      call self%admissible_error(at_rest, values)
+      self%scales = own
+      where (.not. values > 0.0_wp) values = 1.0_wp
+   end subroutine nominals
+
    !> Admissible local errors of the states of parts: those of a vector against its length.
    subroutine admit_states(self, y, size_of_error)
       class(motion_type), intent(in) :: self
@@ -345,6 +379,13 @@ contains
          end associate
       end do
    end subroutine admit_states
+
+   !> Overlap of a contact that is usual [m].
+   pure real(wp) function usual_overlap(self)
+      class(scales_type), intent(in) :: self
+
+      usual_overlap = overlap_over_length*self%length
+   end function usual_overlap
 
    !> Value of a state against which its error counts as soon as the state is smaller.
    pure function of_state(self, item) result(scale)

@@ -4,12 +4,14 @@ module contensou_integrate_pace
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : power_text
    use contensou_integrate_integrator, only : statistics_type
+   use contensou_integrate_memory, only : first_patience
    use contensou_integrate_methods, only : new_integrator
    use contensou_integrate_step, only : march_type
    implicit none(type, external)
    private
 
-   public :: start, refine, counters, set_stop, switch_if_due, change_method_to, sticks, watch_pace
+   public :: start, refine, counters, set_stop, switch_if_due, change_method_to, &
+      sticks, may_leave, watch_pace
 
    !> Steps between two looks of `auto` at their mean.
    integer, parameter :: steps_between_looks = 200
@@ -56,6 +58,7 @@ contains
          self%plan%t_end, self%plan%max_step, error)
       self%memory%switch%t_look = self%memory%t
       self%memory%switch%steps = 0
+      self%steps_at_look = 0_i8
    end subroutine start
 
    !> Set the tolerance that a method needs to hold rigid contacts.
@@ -91,6 +94,7 @@ contains
       type(march_type), intent(inout) :: self
       !> Set when the other method cannot be started.
       type(error_type), allocatable, intent(out) :: error
+      type(statistics_type) :: now
       real(wp) :: mean
 
       associate (switch => self%memory%switch)
@@ -98,21 +102,26 @@ contains
          switch%to_go = max(switch%to_go - 1_i8, 0_i8)
          if (self%integrator%steps_of_trial > 0) call look()
          if (any(self%events /= 0) .or. self%integrator%steps_of_trial > 0) return
-         mean = (self%memory%t - switch%t_look)/switch%steps
+         if (switch%steps < steps_between_looks .and. &
+            .not. allocated(self%integrator%advice)) return
+         ! An event within a step, and one that is none, ends none.
+         now = self%integrator%statistics()
+         now%steps = now%steps - self%steps_at_look
+         mean = (self%memory%t - switch%t_look)/max(now%steps, 1_i8)
          if (switch%method == "explicit8") then
-            if (switch%steps >= steps_between_looks .or. allocated(self%integrator%advice)) then
-               switch%explicit_step = max(switch%explicit_step, mean)
-               call look()
-            end if
+            switch%explicit_step = max(switch%explicit_step, mean)
+            call look()
             if (.not. allocated(self%integrator%advice)) return
             deallocate(self%integrator%advice)
             if (switch%to_go > 0 .and. .not. self%integrator%hopeless) return
+            switch%to_go = switch%patience - first_patience
             call change_method_to(self, "cvode_bdf", &
                "stability, not accuracy, bounds the steps of explicit8", error)
-         else if (switch%steps >= steps_between_looks) then
+         else if (now%steps >= steps_between_looks) then
             call look()
+            if (switch%to_go > 0) return
             if (switch%explicit_step <= 0.0_wp .or. mean >= switch%explicit_step) return
-            switch%to_go = switch%patience
+            switch%to_go = first_patience
             switch%patience = 2_i8*switch%patience
             call change_method_to(self, "explicit8", "the steps of cvode_bdf are " // &
                power_text(mean, 2) // " s, those of explicit8 were " // &
@@ -125,6 +134,8 @@ contains
 
       !> Begin to look anew.
       subroutine look()
+         now = self%integrator%statistics()
+         self%steps_at_look = now%steps
          self%memory%switch%t_look = self%memory%t
          self%memory%switch%steps = 0
       end subroutine look
@@ -147,14 +158,15 @@ contains
       call self%observer%change_method(self%memory%t, method, reason)
    end subroutine change_method_to
 
-   !> Whether friction that sticks at closed rigid contacts makes the steps of a method so short
-   !> that it would not come to the end.
+   !> Whether friction that sticks makes the steps of a method so short that it would not come to
+   !> the end.
    logical function sticks(self)
       type(march_type), intent(inout) :: self
       real(wp) :: left
-      integer :: i
 
-      sticks = .false.
+      sticks = self%stuck
+      self%stuck = .false.
+      if (sticks) return
       if (self%motion%system%constraints%n_links == 0 .or. self%memory%switch%may) return
       if (self%memory%switch%method == "cvode_bdf") return
       if (any(self%events /= 0)) self%quiet_steps = 0
@@ -163,15 +175,37 @@ contains
       if (self%quiet_steps <= quiet_enough) return
       left = self%plan%t_end - self%memory%t
       if (left > stuck_steps/self%quiet_steps*(self%memory%t - self%t_quiet)) then
-         do i = 1, self%motion%n_events
-            associate (contact => self%motion%system%contacts(i))
-               sticks = sticks .or. (contact%rigid .and. contact%closed .and. &
-                  allocated(contact%law%friction) .and. .not. allocated(contact%tangential))
-            end associate
-         end do
+         sticks = has_friction(self, .true.)
       end if
       self%quiet_steps = 0
    end function sticks
+
+   !> Whether a closed contact has friction that may stick.
+   pure logical function has_friction(self, rigid)
+      type(march_type), intent(in) :: self
+      !> Only among rigid contacts.
+      logical, intent(in) :: rigid
+      integer :: i
+
+      has_friction = .false.
+      do i = 1, self%motion%n_events
+         associate (contact => self%motion%system%contacts(i))
+            has_friction = has_friction .or. ((contact%rigid .or. .not. rigid) .and. &
+               merge(contact%closed, self%memory%closed(i), contact%rigid) .and. &
+               allocated(contact%law%friction) .and. .not. allocated(contact%tangential))
+         end associate
+      end do
+   end function has_friction
+
+   !> Whether a method that would not come to the end can leave the march to another one that takes
+   !> friction in longer steps.
+   pure logical function may_leave(self)
+      type(march_type), intent(in) :: self
+
+      may_leave = .not. (self%memory%switch%may .or. self%plan%one_method) .and. &
+         self%memory%switch%method /= "cvode_bdf"
+      if (may_leave) may_leave = has_friction(self, .false.)
+   end function may_leave
 
    !> End a march whose steps have become so small that it would not come to its end.
    subroutine watch_pace(self, error)
@@ -188,9 +222,13 @@ contains
       if (step >= poor*self%motion%contact_time .or. left <= poor_steps*step) self%looks = 0
       if (self%looks >= poor_looks .or. &
          (step < hopeless*self%motion%contact_time .and. left > hopeless_steps*step)) then
-         call fatal(error, "the steps have shrunk to " // power_text(step, 2) // " s, and " // &
-            power_text(left/step, 2) // " more would be needed")
-         return
+         self%stuck = may_leave(self)
+         if (.not. self%stuck) then
+            call fatal(error, "the steps have shrunk to " // power_text(step, 2) // " s, and " // &
+               power_text(left/step, 2) // " more would be needed")
+            return
+         end if
+         self%looks = 0
       end if
       self%t_watch = self%memory%t
       self%steps = 0

@@ -10,6 +10,7 @@ module contensou_integrate_profile
    use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_geometry, only : contact_point_type, contact_variation_type, pose_type, &
       rolling_velocity, trouble_none
+   use contensou_contact_states, only : most_states
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_mechanism, only : contact_type, relative_motion
    implicit none(type, external)
@@ -130,7 +131,8 @@ contains
       !> Time that the evaluation took [s].
       real(wp), intent(in) :: seconds
       type(contact_point_type) :: at
-      real(wp) :: gap, velocity(3), spin(3), x, elastic, rate, force(3), major, torque(3), start
+      real(wp) :: gap, velocity(3), spin(3), x, elastic, rate, force(3), major, torque(3), start, &
+         local(most_states), rates(most_states)
       type(sliding_type) :: slides
       integer :: i, r, trouble
 
@@ -188,6 +190,11 @@ contains
                      dot_product(spin, at%normal), system%resolution%of(a, b, at%point))
                   if (allocated(c%law%steady)) then
                      call roll(c, a, b, at, velocity, spin, slides, force)
+                  else if (allocated(c%tangential)) then
+                     local = c%local_states(at)
+                     call c%tangential%evolve(c%law%friction, c%law%normal%shape, &
+                        passing_type(slides), local(c%states%n_damping + 1:c%states%n_local), &
+                        force, rates(:c%states%n_local - c%states%n_damping))
                   else
                      call c%law%friction%wrench(c%law%normal%shape, slides, force)
                   end if

@@ -54,6 +54,10 @@ module contensou_integrate_step
       !> Time since which no event was, and steps since then, started anew from time to time.
       real(wp) :: t_quiet = 0.0_wp
       integer :: quiet_steps = 0
+      !> Whether the method would not come to the end, and another one may take over.
+      logical :: stuck = .false.
+      !> Steps of the method where `auto` began to look at their mean.
+      integer(i8) :: steps_at_look = 0_i8
       !> Steps since the last check of what a tolerance does not tell of.
       integer :: unchecked = 0
       !> Whether a contact is too deep at the end of the step.

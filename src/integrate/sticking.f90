@@ -40,6 +40,9 @@ module contensou_integrate_sticking
    !> Acceleration that forces may lack, over those of the motion.
    real(wp), parameter :: balanced = 1.0e-8_wp
 
+   !> The largest such lack that is told from another.
+   real(wp), parameter :: most_lack = 1.0e30_wp
+
    !> Least 1/h over the largest element of A that keeps the equations regular.
    real(wp), parameter :: regular = 1.0e-10_wp
 
@@ -123,12 +126,19 @@ contains
       pure real(wp) function lack(accelerations)
          !> Those by the forces.
          real(wp), intent(in) :: accelerations(:)
+         real(wp) :: apart, scale
          integer :: j
 
          lack = 0.0_wp
          do j = 1, n, 3
-            lack = max(lack, norm2(rate(place(j:j + 2)) - accelerations(place(j:j + 2))) &
-               /(norm2(rate(place(j:j + 2))) + norm2(motion%system%gravity)))
+            apart = norm2(rate(place(j:j + 2)) - accelerations(place(j:j + 2)))
+            scale = norm2(rate(place(j:j + 2))) + norm2(motion%system%gravity)
+            if (apart > scale*most_lack) then
+               ! A body at rest without gravity has no acceleration to compare with.
+               lack = most_lack
+            else if (scale > 0.0_wp) then
+               lack = max(lack, apart/scale)
+            end if
          end do
       end function lack
 

@@ -149,7 +149,7 @@ contains
 
    !> Read and check a bearing.
    subroutine read_bearing(instance, keys, materials, carriers, bearing, diagnostics, good)
-      !> The group.
+      !> Group `bearing`.
       type(group_settings_type), intent(in) :: instance
       !> The keys of the group.
       type(key_type), intent(in) :: keys(:)
@@ -283,7 +283,7 @@ contains
 
    !> Contact angle in place of the clearance.
    subroutine read_angle(instance, bearing, diagnostics)
-      !> The group.
+      !> Group `bearing`.
       type(group_settings_type), intent(in) :: instance
       !> The bearing, its grooves known; its clearance is set.
       type(bearing_type), intent(inout) :: bearing
@@ -311,11 +311,10 @@ contains
 
    !> Bodies of the scene that carry the grooves.
    subroutine read_carriers(instance, carriers, bearing, diagnostics)
-      !> The group.
+      !> Group `bearing`.
       type(group_settings_type), intent(in) :: instance
       !> The bodies of the scene.
       type(group_settings_type), intent(in) :: carriers(:)
-      !> The bearing.
       type(bearing_type), intent(inout) :: bearing
       !> Mistakes are appended here.
       type(diagnostics_type), intent(inout) :: diagnostics
@@ -351,7 +350,7 @@ contains
 
    !> Radii of the grooves.
    subroutine read_grooves(instance, bearing, diagnostics)
-      !> The group.
+      !> Group `bearing`.
       type(group_settings_type), intent(in) :: instance
       !> The bearing; the radii of its grooves are set.
       type(bearing_type), intent(inout) :: bearing
@@ -385,7 +384,7 @@ contains
 
    !> Axis and radial direction.
    subroutine read_axes(instance, bearing, diagnostics)
-      !> The group.
+      !> Group `bearing`.
       type(group_settings_type), intent(in) :: instance
       !> The bearing; its attitude is set.
       type(bearing_type), intent(inout) :: bearing
@@ -425,7 +424,7 @@ contains
 
    !> Whether the parts find room.
    subroutine check_room(instance, bearing, diagnostics)
-      !> The group.
+      !> Group `bearing`.
       type(group_settings_type), intent(in) :: instance
       type(bearing_type), intent(in) :: bearing
       !> Mistakes are appended here.
@@ -468,7 +467,7 @@ contains
    !> Contact angle and approaches at the beginning: in equilibrium with the axial load, no overlap
    !> beyond that.
    subroutine set_initial_state(instance, materials, bearing, diagnostics)
-      !> The group.
+      !> Group `bearing`.
       type(group_settings_type), intent(in) :: instance
       !> The materials of the scene.
       type(group_settings_type), intent(in) :: materials(:)
@@ -512,7 +511,7 @@ contains
 
    !> Effective modulus of a ball on a ring [Pa]; 0 if a material is not there.
    function contact_modulus(instance, materials) result(modulus)
-      !> The group.
+      !> Group `bearing`.
       type(group_settings_type), intent(in) :: instance
       !> The materials of the scene.
       type(group_settings_type), intent(in) :: materials(:)
@@ -543,7 +542,7 @@ contains
 
    !> Normal part of a ball on a ring, for curvatures to follow.
    function normal_of(instance, modulus, radius) result(normal)
-      !> The group.
+      !> Group `bearing`.
       type(group_settings_type), intent(in) :: instance
       !> Effective modulus [Pa].
       real(wp), intent(in) :: modulus
@@ -568,7 +567,7 @@ contains
 
    !> The bodies, surfaces and contacts.
    subroutine make_parts(instance, schema, bearing, parts, n)
-      !> The group.
+      !> Group `bearing`.
       type(group_settings_type), intent(in) :: instance
       type(schema_type), intent(in) :: schema
       type(bearing_type), intent(in) :: bearing
@@ -896,7 +895,7 @@ contains
 
    !> Material of a part: its own, or that of the rings.
    function material_of(instance, key) result(name)
-      !> The group.
+      !> Group `bearing`.
       type(group_settings_type), intent(in) :: instance
       !> Key of the material.
       character(len=*), intent(in) :: key
@@ -908,7 +907,7 @@ contains
 
    !> Where a key of a bearing has its value, or where the group begins.
    function place_of(instance, key) result(place)
-      !> The group.
+      !> Group `bearing`.
       type(group_settings_type), intent(in) :: instance
       character(len=*), intent(in) :: key
       type(origin_type) :: place

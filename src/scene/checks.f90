@@ -26,6 +26,17 @@ module contensou_scene_checks
 
    public :: check_contacts, check_impacts, check_positions, check_rows, check_overlaps, fill_in
 
+   !> Contacts by surface, as chains from the newest.
+   type :: chains_type
+      !> For each surface its newest contact, 0 for none, and how many it has.
+      integer, allocatable :: newest(:), length(:)
+      !> For both surfaces of each contact the one before it; 0 for none.
+      integer, allocatable :: older(:, :)
+   contains
+      procedure :: add
+      procedure :: twin_of
+   end type chains_type
+
    !> Largest number of output rows.
    real(wp), parameter :: max_rows = 1.0e9_wp
 
@@ -41,15 +52,14 @@ contains
       type(diagnostics_type), intent(inout) :: diagnostics
       class(geometry_type), allocatable :: geometry
       character(len=:), allocatable :: problem
-      ! Contacts seen of each surface, as chains from the newest.
-      integer :: newest(size(scene%surfaces)), length(size(scene%surfaces))
-      integer :: older(2, size(scene%contacts))
+      type(chains_type) :: seen
       integer :: i, twin
 
-      newest = 0
-      length = 0
+      allocate(seen%newest(size(scene%surfaces)), source=0)
+      allocate(seen%length(size(scene%surfaces)), source=0)
+      allocate(seen%older(2, size(scene%contacts)))
       do i = 1, size(scene%contacts)
-         if (i > 1) call chain(i - 1)
+         if (i > 1) call seen%add(i - 1, scene%contacts(i - 1)%surfaces)
          associate (a => scene%surfaces(scene%contacts(i)%surfaces(1)), &
             b => scene%surfaces(scene%contacts(i)%surfaces(2)), place => places(i))
             if (a%body == b%body) then
@@ -58,7 +68,7 @@ contains
                   " belong to the same body", "surfaces of two bodies")
                cycle
             end if
-            twin = earlier_of(i)
+            twin = seen%twin_of(scene%contacts, places, i)
             if (twin > 0) then
                call diagnostics%add(place, "surfaces " // quote(a%name) // " and " // &
                   quote(b%name) // " of contact " // quote(scene%contacts(i)%name) // &
@@ -66,13 +76,13 @@ contains
                   ", too: their forces would add up", "one contact for a pair of surfaces")
                cycle
             end if
-            if (.not. moves(a%body) .and. .not. moves(b%body)) then
+            if (.not. moves(scene, a%body) .and. .not. moves(scene, b%body)) then
                call diagnostics%add(place, "contact " // quote(scene%contacts(i)%name) // &
                   ": neither of its bodies is free", "a body whose motion is 'free'")
                cycle
             end if
-            if (scene%contacts(i)%normal == normal_rigid .and. (spins(a%body) .or. &
-               spins(b%body))) then
+            if (scene%contacts(i)%normal == normal_rigid .and. &
+               (spins(scene, a%body) .or. spins(scene, b%body))) then
                call diagnostics%add(place, "contact " // quote(scene%contacts(i)%name) // &
                   ": a rigid contact cannot carry a body whose motion is 'spindle' or 'rotor'", &
                   "normal = 'hertz' or 'vilke'")
@@ -85,80 +95,83 @@ contains
                "surfaces that touch in a point, of one of the pairs (" // pairs() // ")")
          end associate
       end do
-
-   contains
-
-      !> Put a contact before those of its surfaces.
-      subroutine chain(contact)
-         integer, intent(in) :: contact
-         integer :: side
-
-         associate (pair => scene%contacts(contact)%surfaces)
-            do side = 1, merge(1, 2, pair(1) == pair(2))
-               older(side, contact) = newest(pair(side))
-               newest(pair(side)) = contact
-               length(pair(side)) = length(pair(side)) + 1
-            end do
-         end associate
-      end subroutine chain
-
-      !> The first contact with the surfaces of another one that is written elsewhere; 0 for none.
-      pure integer function earlier_of(contact)
-         integer, intent(in) :: contact
-         integer :: k, side
-
-         earlier_of = 0
-         associate (pair => scene%contacts(contact)%surfaces)
-            ! The shorter chain: all bodies may touch one floor.
-            side = merge(1, 2, length(pair(1)) <= length(pair(2)))
-            k = newest(pair(side))
-            do while (k > 0)
-               associate (other => scene%contacts(k)%surfaces, p => places(contact), &
-                  q => places(k))
-                  ! One contact as written may stand for several.
-                  if (all(pair == other) .or. all(pair == other([2, 1]))) then
-                     if (p%source /= q%source .or. p%line /= q%line .or. p%column /= q%column) then
-                        earlier_of = k
-                     end if
-                  end if
-                  k = older(merge(1, 2, other(1) == pair(side)), k)
-               end associate
-            end do
-         end associate
-      end function earlier_of
-
-      !> Whether a body is a spindle.
-      pure logical function spins(body)
-         !> Index of the body; 0 for the ground.
-         integer, intent(in) :: body
-
-         spins = .false.
-         if (body > 0) spins = any(scene%bodies(body)%motion == [motion_spindle, motion_rotor])
-      end function spins
-
-      !> Whether a body yields to a contact.
-      pure logical function moves(body)
-         !> Index of the body; 0 for the ground.
-         integer, intent(in) :: body
-
-         moves = .false.
-         if (body > 0) moves = moves_freely(scene%bodies(body)%motion)
-      end function moves
-
-      !> Supported pairs.
-      function pairs() result(text)
-         character(len=:), allocatable :: text
-         integer :: k
-
-         associate (models => geometry_models())
-            text = trim(models(1)%name)
-            do k = 2, size(models)
-               text = text // "; " // trim(models(k)%name)
-            end do
-         end associate
-      end function pairs
-
    end subroutine check_contacts
+
+   !> Put a contact before those of its surfaces.
+   pure subroutine add(self, contact, pair)
+      class(chains_type), intent(inout) :: self
+      integer, intent(in) :: contact
+      !> Its surfaces.
+      integer, intent(in) :: pair(2)
+      integer :: side
+
+      do side = 1, merge(1, 2, pair(1) == pair(2))
+         self%older(side, contact) = self%newest(pair(side))
+         self%newest(pair(side)) = contact
+         self%length(pair(side)) = self%length(pair(side)) + 1
+      end do
+   end subroutine add
+
+   !> The first contact with the surfaces of another one that is written elsewhere; 0 for none.
+   pure integer function twin_of(self, contacts, places, contact)
+      class(chains_type), intent(in) :: self
+      type(contact_spec_type), intent(in) :: contacts(:)
+      !> Where the surfaces of each contact are named.
+      type(origin_type), intent(in) :: places(:)
+      integer, intent(in) :: contact
+      integer :: k, side
+
+      twin_of = 0
+      associate (pair => contacts(contact)%surfaces)
+         ! The shorter chain: all bodies may touch one floor.
+         side = merge(1, 2, self%length(pair(1)) <= self%length(pair(2)))
+         k = self%newest(pair(side))
+         do while (k > 0)
+            associate (other => contacts(k)%surfaces, p => places(contact), q => places(k))
+               ! One contact as written may stand for several.
+               if (all(pair == other) .or. all(pair == other([2, 1]))) then
+                  if (p%source /= q%source .or. p%line /= q%line .or. p%column /= q%column) then
+                     twin_of = k
+                  end if
+               end if
+               k = self%older(merge(1, 2, other(1) == pair(side)), k)
+            end associate
+         end do
+      end associate
+   end function twin_of
+
+   !> Whether a body is a spindle or a rotor.
+   pure logical function spins(scene, body)
+      type(scene_type), intent(in) :: scene
+      !> Index of the body; 0 for the ground.
+      integer, intent(in) :: body
+
+      spins = .false.
+      if (body > 0) spins = any(scene%bodies(body)%motion == [motion_spindle, motion_rotor])
+   end function spins
+
+   !> Whether a body yields to a contact.
+   pure logical function moves(scene, body)
+      type(scene_type), intent(in) :: scene
+      !> Index of the body; 0 for the ground.
+      integer, intent(in) :: body
+
+      moves = .false.
+      if (body > 0) moves = moves_freely(scene%bodies(body)%motion)
+   end function moves
+
+   !> Supported pairs, in words.
+   function pairs() result(text)
+      character(len=:), allocatable :: text
+      integer :: k
+
+      associate (models => geometry_models())
+         text = trim(models(1)%name)
+         do k = 2, size(models)
+            text = text // "; " // trim(models(k)%name)
+         end do
+      end associate
+   end function pairs
 
    !> Only rigid contacts have impacts that could be taken together.
    subroutine check_impacts(scene, place, diagnostics)
@@ -315,7 +328,7 @@ contains
       ! It never has one, so that this need not wait for the surfaces to touch.
       if (contact%law%geometry%constant_curvatures .and. &
          ieee_is_nan(contact%law%normal%axis_a)) then
-         call add_trouble(trouble_no_spot)
+         call add_trouble(scene, spec, trouble_no_spot, place, diagnostics)
          return
       end if
       call contact%find_gap(pose_a, pose_b, gap)
@@ -323,7 +336,8 @@ contains
          call diagnostics%add(place, "the surfaces of the rigid contact " // &
             quote(spec%name) // " overlap by " // short(-gap) // &
             " m at the beginning", "a position with a gap of zero, to " // &
-            short(touching_gap(contact)) // " m, or a positive one" // what_helps())
+            short(touching_gap(contact)) // " m, or a positive one" // &
+            what_helps(scene, spec, contact, pose_a, pose_b))
          return
       end if
       deepest = contact%deepest(pose_a, pose_b, gap)
@@ -331,7 +345,8 @@ contains
          call diagnostics%add(place, "the surfaces of contact " // quote(spec%name) // &
             " overlap by " // short(-gap) // " m at the beginning", "at most " // &
             short(deepest) // " m, " // short(largest_relative_approach) // &
-            " of the smallest radius of curvature" // less_in_hollow() // what_helps())
+            " of the smallest radius of curvature" // less_in_hollow(scene, spec) // &
+            what_helps(scene, spec, contact, pose_a, pose_b))
          return
       end if
       trouble = trouble_none
@@ -344,43 +359,53 @@ contains
             trouble = trouble_no_spot
          end if
       end if
-      if (trouble /= trouble_none) call add_trouble(trouble)
-
-   contains
-
-      !> Say why two surfaces cannot touch.
-      subroutine add_trouble(trouble)
-         !> One of the `trouble_*` codes.
-         integer, intent(in) :: trouble
-         character(len=:), allocatable :: right
-
-         right = "surfaces that are closest in one point"
-         if (trouble == trouble_no_spot) right = &
-            "one of these two, or curvatures that differ less"
-         call diagnostics%add(place, "surfaces " // &
-            quote(scene%surfaces(spec%surfaces(1))%name) // " and " // &
-            quote(scene%surfaces(spec%surfaces(2))%name) // " of contact " // &
-            quote(spec%name) // " at the beginning: " // trouble_text(trouble), right)
-      end subroutine add_trouble
-
-      !> What would make it right.
-      function what_helps() result(text)
-         character(len=:), allocatable :: text
-
-         text = remedy(scene, spec, contact, pose_a, pose_b)
-         if (text /= "") text = "; " // text
-      end function what_helps
-
-      !> What reduces that bound.
-      pure function less_in_hollow() result(text)
-         character(len=:), allocatable :: text
-
-         text = ""
-         if (any(scene%surfaces(spec%surfaces)%surface%inside)) text = &
-            ", less in a concave surface"
-      end function less_in_hollow
-
+      if (trouble /= trouble_none) call add_trouble(scene, spec, trouble, place, diagnostics)
    end subroutine check_overlap
+
+   !> Say why two surfaces cannot touch.
+   subroutine add_trouble(scene, spec, trouble, place, diagnostics)
+      type(scene_type), intent(in) :: scene
+      type(contact_spec_type), intent(in) :: spec
+      !> One of the `trouble_*` codes.
+      integer, intent(in) :: trouble
+      !> Where the surfaces are named.
+      type(origin_type), intent(in) :: place
+      type(diagnostics_type), intent(inout) :: diagnostics
+      character(len=:), allocatable :: right
+
+      right = "surfaces that are closest in one point"
+      if (trouble == trouble_no_spot) right = &
+         "one of these two, or curvatures that differ less"
+      call diagnostics%add(place, "surfaces " // &
+         quote(scene%surfaces(spec%surfaces(1))%name) // " and " // &
+         quote(scene%surfaces(spec%surfaces(2))%name) // " of contact " // &
+         quote(spec%name) // " at the beginning: " // trouble_text(trouble), right)
+   end subroutine add_trouble
+
+   !> What reduces the bound of an overlap; blank if nothing does.
+   pure function less_in_hollow(scene, spec) result(text)
+      type(scene_type), intent(in) :: scene
+      type(contact_spec_type), intent(in) :: spec
+      character(len=:), allocatable :: text
+
+      text = ""
+      if (any(scene%surfaces(spec%surfaces)%surface%inside)) text = &
+         ", less in a concave surface"
+   end function less_in_hollow
+
+   !> What would keep surfaces from overlapping, behind a semicolon; blank if nothing is known.
+   function what_helps(scene, spec, contact, pose_a, pose_b) result(text)
+      type(scene_type), intent(in) :: scene
+      type(contact_spec_type), intent(in) :: spec
+      !> The contact; its track is changed.
+      type(contact_type), intent(inout) :: contact
+      !> Poses of its bodies.
+      type(pose_type), intent(in) :: pose_a, pose_b
+      character(len=:), allocatable :: text
+
+      text = remedy(scene, spec, contact, pose_a, pose_b)
+      if (text /= "") text = "; " // text
+   end function what_helps
 
    !> A number with four digits.
    function short(x) result(text)

@@ -5,6 +5,7 @@ module contensou_scene_contacts
    use contensou_base_numbers, only : to_text
    use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote
+   use contensou_contact_creep, only : creep_model_type, creep_models, default_creep
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_geometry, only : geometry_type
@@ -12,18 +13,22 @@ module contensou_scene_contacts
    use contensou_contact_pairs, only : new_geometry
    use contensou_contact_parts, only : n_parts, part_type, read_models
    use contensou_contact_tangential, only : tangential_model_type, tangential_models
+   use contensou_contact_tangential_law, only : creep_key
    use contensou_dynamics_scene, only : contact_spec_type, scene_type
    use contensou_scene_references, only : references_type
    implicit none(type, external)
    private
 
-   public :: build_contact, add_spots, remembers, rolls_steadily
+   public :: build_contact, add_spots, remembers, creeps, without_stick
 
    !> Friction whose limit steady rolling has, and that of curved spots.
    character(len=*), parameter :: exact_friction = "contensou_exact"
 
    !> Friction without a torque, and friction at whose kinks the slip of a shell is not determined.
    character(len=*), parameter :: without_torque = "coulomb", with_kinks = "contensou_simplified"
+
+   !> Law of creep with which nothing sticks.
+   character(len=*), parameter :: without_stick = "sliding"
 
 contains
 
@@ -65,10 +70,13 @@ contains
       !> Report what tangential elasticity and steady rolling do not go with.
       subroutine check_tangential()
          type(friction_model_type), allocatable :: models(:)
+         type(creep_model_type), allocatable :: laws(:)
          character(len=:), allocatable :: what
-         logical :: fits
+         logical :: fits, transient
 
+         transient = remembers(contact%tangential) .and. contact%parameters%has(creep_key)
          what = "tangential elasticity"
+         if (transient) what = what // " with a law of creep"
          if (.not. remembers(contact%tangential)) what = "steady rolling"
          if (contact%normal == normal_rigid .and. .not. remembers(contact%tangential)) call &
             diagnostics%add(group%place("tangential", 1), what // &
@@ -77,13 +85,22 @@ contains
          models = friction_models()
          associate (model => models(contact%friction))
             fits = model%info%name == exact_friction
-            if (remembers(contact%tangential)) fits = associated(model%jacobian) .and. &
-               model%info%name /= with_kinks
+            if (remembers(contact%tangential) .and. .not. transient) fits = &
+               associated(model%jacobian) .and. model%info%name /= with_kinks
             if (.not. fits) call diagnostics%add(group%place("tangential", 1), &
                what // " is not available with friction = " // quote(trim(model%info%name)), &
                "friction = " // quote(exact_friction) // ", or tangential = 'none'")
             if (model%info%name == without_torque) return
          end associate
+         if (transient) then
+            laws = creep_models()
+            associate (law => laws(nint(contact%parameters%number(creep_key))))
+               if (law%info%name == without_stick) call diagnostics%add(group%place(creep_key, 1), &
+                  "nothing sticks with creep = " // quote(without_stick) // ", so that nothing " &
+                  // "is left to remember", "creep = " // quote(default_creep) // &
+                  ", or tangential = 'none'")
+            end associate
+         end if
          if (contact%parameters%number("regularization_velocity") > 0.0_wp) call diagnostics%add( &
             group%place("regularization_velocity", 1), "a regularization_velocity has no " // &
             "meaning with " // what // ", where friction does not jump", &
@@ -129,15 +146,17 @@ contains
       remembers = associated(models(model)%put_states)
    end function remembers
 
-   !> Whether a tangential model is steady rolling.
-   logical function rolls_steadily(model)
-      !> Its position in the table.
-      integer, intent(in) :: model
+   !> Whether a contact has a law of creep.
+   logical function creeps(contact)
+      type(contact_spec_type), intent(in) :: contact
       type(tangential_model_type), allocatable :: models(:)
 
       models = tangential_models()
-      rolls_steadily = models(model)%steady
-   end function rolls_steadily
+      associate (model => models(contact%tangential))
+         creeps = model%steady
+         if (.not. creeps) creeps = model%uses(creep_key) .and. contact%parameters%has(creep_key)
+      end associate
+   end function creeps
 
    !> Replace each contact that may have several spots by one for each of them, `name[1]`, `name[2]`
    !> and so on.

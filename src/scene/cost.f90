@@ -8,6 +8,7 @@ module contensou_scene_cost
    use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : quote
    use contensou_contact_parts, only : friction_names, normal_names
+   use contensou_contact_tangential_law, only : creep_names
    use contensou_contact_tangential_shells, only : most_layers
    use contensou_integrate_methods, only : integrator_methods
    implicit none(type, external)
@@ -30,7 +31,9 @@ module contensou_scene_cost
       integer, allocatable :: normal(:)
       !> Layers of tangential elasticity, 0 for one spring.
       integer, allocatable :: layers(:)
-      !> Whether these were given, and not the default.
+      !> Laws of creep, indices into `creep_models`; empty for that of each contact.
+      integer, allocatable :: creep(:)
+      !> Whether the layers were given, and not the default.
       logical :: layers_given = .false.
       character(len=11), allocatable :: methods(:)
       !> Relative tolerances [-].
@@ -67,6 +70,10 @@ contains
          default="0, 5, 10, 20", least=0.0_wp, most=real(most_layers, wp), &
          doc="layers of the contacts with memory that are compared, 0 for tangential = " // &
          "'spring'; the reference has the most")
+      call list%put("cost", "creep", kind_choice, choices=creep_names, values=most_values, &
+         fewer=.true., doc="laws of creep that are compared, in place of that of each contact " // &
+         "that has one, in place of numbers of layers; the reference has table, or " // &
+         "boundary_elements if it is among them; not given, that of each contact")
       call list%put("cost", "methods", kind_choice, words=integrator_methods, values=most_values, &
          fewer=.true., &
          default="'cvode_bdf', 'cvode_adams', 'explicit8', 'auto'", &
@@ -104,6 +111,7 @@ contains
 
       cost%friction = choices("friction")
       cost%normal = choices("normal")
+      cost%creep = choices("creep")
       cost%layers = nint(group%vector("layers", group%count("layers")))
       cost%layers_given = group%is_given("layers")
       allocate(cost%methods(group%count("methods")))
@@ -113,6 +121,7 @@ contains
       call refuse_doubles("methods", group%choices("methods"))
       call refuse_doubles("friction", cost%friction)
       call refuse_doubles("normal", cost%normal)
+      call refuse_doubles("creep", cost%creep)
       ! 0 is a number of layers, and stands for a mistake there.
       if (group%is_set("layers")) call refuse_doubles("layers", cost%layers + 1)
       cost%rtol = group%vector("rtol", group%count("rtol"))

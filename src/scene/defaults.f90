@@ -41,7 +41,7 @@ contains
       call resolve(selection(document, defaults_group), schema, ignored, diagnostics)
       wrong = diagnostics%count() > before
       defaults = document%groups(d)
-      if (wrong) call keep_right_ones()
+      if (wrong) call keep_right_ones(document, schema, defaults)
       call remove_groups(document, defaults_group)
       shapes => shared_shapes()
       parts => shared_parts()
@@ -49,9 +49,9 @@ contains
       do g = 1, document%n_groups
          select case (document%groups(g)%name)
          case ("surface")
-            call give_surface(document%groups(g))
+            call give_surface(document%groups(g), defaults, shapes, used)
          case ("contact", "contacts")
-            call give_contact(document%groups(g))
+            call give_contact(document%groups(g), defaults, parts, used)
          case default
             cycle
          end select
@@ -64,120 +64,133 @@ contains
             "no surface or contact takes " // quote(defaults%assignments(i)%key) // &
             " from &" // defaults_group, "a key that one of them has a use for and does not give")
       end do
-
-   contains
-
-      !> Leave out what has a mistake.
-      subroutine keep_right_ones()
-         type(document_type) :: part
-         type(diagnostics_type) :: found
-         integer :: k, n
-
-         part = selection(document, defaults_group)
-         part%n_groups = 1
-         part%groups(1)%n_assignments = 1
-         n = 0
-         do k = 1, defaults%n_assignments
-            part%groups(1)%assignments(1) = defaults%assignments(k)
-            found = diagnostics_type()
-            call resolve(part, schema, ignored, found)
-            if (found%count() > 0) cycle
-            n = n + 1
-            if (n < k) defaults%assignments(n) = defaults%assignments(k)
-         end do
-         defaults%n_assignments = n
-      end subroutine keep_right_ones
-
-      !> Give a surface what its shape has a use for.
-      subroutine give_surface(group)
-         type(group_type), intent(inout) :: group
-         character(len=:), allocatable :: shape
-         integer :: k, s
-
-         shape = text_in(group, defaults, "shape")
-         do s = 1, shapes%n
-            if (shapes%items(s)%info%name == shape) exit
-         end do
-         do k = 1, defaults%n_assignments
-            associate (key => defaults%assignments(k)%key)
-               select case (key)
-               case ("normal")
-                  ! That of a contact.
-                  continue
-               case ("shape", "material")
-                  call give(group, k)
-               case ("side")
-                  if (s > shapes%n) cycle
-                  if (shapes%items(s)%info%hollow /= "") call give(group, k)
-               case default
-                  if (s > shapes%n) cycle
-                  if (shapes%items(s)%keys%has(key)) call give(group, k)
-               end select
-            end associate
-         end do
-      end subroutine give_surface
-
-      !> Give a contact what its models have a use for.
-      subroutine give_contact(group)
-         type(group_type), intent(inout) :: group
-         character(len=:), allocatable :: with, instead
-         integer :: at, choice, i, k
-
-         do k = 1, defaults%n_assignments
-            associate (key => defaults%assignments(k)%key)
-               if (any(parts%name == key)) then
-                  call give(group, k)
-                  cycle
-               end if
-               do i = 1, n_parts
-                  choice = model_of(group, parts(i))
-                  at = parts(i)%keys(choice)%at(key)
-                  if (at == 0) cycle
-                  with = trim(parts(i)%keys(choice)%keys(at)%with)
-                  instead = trim(parts(i)%keys(choice)%keys(at)%instead)
-                  if (with /= "") then
-                     if (.not. (group%gives(with) .or. defaults%gives(with))) cycle
-                  end if
-                  used(k) = .true.
-                  if (instead /= "") then
-                     if (group%gives(instead)) cycle
-                  end if
-                  call give(group, k)
-                  exit
-               end do
-            end associate
-         end do
-      end subroutine give_contact
-
-      !> Position of the model of a part of a contact in its table.
-      integer function model_of(group, part)
-         type(group_type), intent(in) :: group
-         type(part_type), intent(in) :: part
-         character(len=:), allocatable :: name
-
-         name = text_in(group, defaults, trim(part%name))
-         do model_of = 1, size(part%models)
-            if (part%models(model_of)%info%name == name) return
-         end do
-         model_of = 1
-      end function model_of
-
-      !> Give a group one of the defaults, unless it has the key.
-      subroutine give(group, k)
-         type(group_type), intent(inout) :: group
-         !> Which default.
-         integer, intent(in) :: k
-         integer :: n
-
-         used(k) = .true.
-         if (group%gives(defaults%assignments(k)%key)) return
-         n = group%n_assignments + 1
-         call resize_assignments(group, n)
-         group%n_assignments = n
-         group%assignments(n) = defaults%assignments(k)
-      end subroutine give
-
    end subroutine apply_defaults
+
+   !> Leave out what has a mistake.
+   subroutine keep_right_ones(document, schema, defaults)
+      !> The document, of which `defaults` is a group.
+      type(document_type), intent(in) :: document
+      type(schema_type), intent(in), target :: schema
+      type(group_type), intent(inout) :: defaults
+      type(document_type) :: part
+      type(settings_type) :: ignored
+      type(diagnostics_type) :: found
+      integer :: k, n
+
+      part = selection(document, defaults_group)
+      part%n_groups = 1
+      part%groups(1)%n_assignments = 1
+      n = 0
+      do k = 1, defaults%n_assignments
+         part%groups(1)%assignments(1) = defaults%assignments(k)
+         found = diagnostics_type()
+         call resolve(part, schema, ignored, found)
+         if (found%count() > 0) cycle
+         n = n + 1
+         if (n < k) defaults%assignments(n) = defaults%assignments(k)
+      end do
+      defaults%n_assignments = n
+   end subroutine keep_right_ones
+
+   !> Give a surface what its shape has a use for.
+   subroutine give_surface(group, defaults, shapes, used)
+      type(group_type), intent(inout) :: group
+      type(group_type), intent(in) :: defaults
+      type(shape_list_type), intent(in) :: shapes
+      !> For each default, whether something has a use for it.
+      logical, intent(inout) :: used(:)
+      character(len=:), allocatable :: shape
+      integer :: k, s
+
+      shape = text_in(group, defaults, "shape")
+      do s = 1, shapes%n
+         if (shapes%items(s)%info%name == shape) exit
+      end do
+      do k = 1, defaults%n_assignments
+         associate (key => defaults%assignments(k)%key)
+            select case (key)
+            case ("normal")
+               ! That of a contact.
+               continue
+            case ("shape", "material")
+               call give(group, defaults, k, used)
+            case ("side")
+               if (s > shapes%n) cycle
+               if (shapes%items(s)%info%hollow /= "") call give(group, defaults, k, used)
+            case default
+               if (s > shapes%n) cycle
+               if (shapes%items(s)%keys%has(key)) call give(group, defaults, k, used)
+            end select
+         end associate
+      end do
+   end subroutine give_surface
+
+   !> Give a contact what its models have a use for.
+   subroutine give_contact(group, defaults, parts, used)
+      type(group_type), intent(inout) :: group
+      type(group_type), intent(in) :: defaults
+      type(part_type), intent(in) :: parts(:)
+      !> For each default, whether something has a use for it.
+      logical, intent(inout) :: used(:)
+      character(len=:), allocatable :: with, instead
+      integer :: at, choice, i, k
+
+      do k = 1, defaults%n_assignments
+         associate (key => defaults%assignments(k)%key)
+            if (any(parts%name == key)) then
+               call give(group, defaults, k, used)
+               cycle
+            end if
+            do i = 1, n_parts
+               choice = model_of(group, defaults, parts(i))
+               at = parts(i)%keys(choice)%at(key)
+               if (at == 0) cycle
+               with = trim(parts(i)%keys(choice)%keys(at)%with)
+               instead = trim(parts(i)%keys(choice)%keys(at)%instead)
+               if (with /= "") then
+                  if (.not. (group%gives(with) .or. defaults%gives(with))) cycle
+               end if
+               used(k) = .true.
+               if (instead /= "") then
+                  if (group%gives(instead)) cycle
+               end if
+               call give(group, defaults, k, used)
+               exit
+            end do
+         end associate
+      end do
+   end subroutine give_contact
+
+   !> Position of the model of a part of a contact in its table.
+   pure integer function model_of(group, defaults, part)
+      type(group_type), intent(in) :: group, defaults
+      type(part_type), intent(in) :: part
+      character(len=:), allocatable :: name
+
+      name = text_in(group, defaults, trim(part%name))
+      do model_of = 1, size(part%models)
+         if (part%models(model_of)%info%name == name) return
+      end do
+      model_of = 1
+   end function model_of
+
+   !> Give a group one of the defaults, unless it has the key.
+   subroutine give(group, defaults, k, used)
+      type(group_type), intent(inout) :: group
+      type(group_type), intent(in) :: defaults
+      !> Which default.
+      integer, intent(in) :: k
+      !> For each default, whether something has a use for it.
+      logical, intent(inout) :: used(:)
+      integer :: n
+
+      used(k) = .true.
+      if (group%gives(defaults%assignments(k)%key)) return
+      n = group%n_assignments + 1
+      call resize_assignments(group, n)
+      group%n_assignments = n
+      group%assignments(n) = defaults%assignments(k)
+   end subroutine give
 
    !> Text of a key in a group, or else in the defaults, in lower case; blank if there is none.
    pure function text_in(group, defaults, key) result(text)

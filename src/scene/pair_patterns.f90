@@ -158,7 +158,7 @@ contains
       end if
    end function pair_name
 
-   !> Find the pairs of a group.
+   !> Pairs of surfaces that a group `contacts` means, each once.
    subroutine find_pairs(group, surfaces, list, diagnostics)
       type(group_settings_type), intent(in) :: group
       type(surfaces_type), intent(inout) :: surfaces
@@ -264,7 +264,6 @@ contains
 
    end subroutine find_pairs
 
-   !> Append a pair to a list.
    subroutine append(list, pair)
       type(list_type), intent(inout) :: list
       integer, intent(in) :: pair(2)

@@ -133,7 +133,7 @@ contains
          settled(order(first:last)) = .true.
          first = last + 1
       end do
-      call settle()
+      call let_sink()
       if (diagnostics%count() > before) return
       do k = 1, size(order)
          if (place(order(k)) == place_rest .and. diagnostics%count() == before) call &
@@ -351,7 +351,7 @@ contains
       !> Let the bodies that are to rest sink along gravity until their contacts carry them, all
       !> together, as the weight of the upper ones compresses the contacts of the lower ones. What a
       !> rigid contact holds stays.
-      subroutine settle()
+      subroutine let_sink()
          type(system_type) :: bare
          type(statics_type) :: statics
          type(coordinate_type) :: coordinates(size(order))
@@ -378,7 +378,7 @@ contains
          else
             call fail_for(max(statics%body, 1), "its contacts cannot carry it")
          end if
-      end subroutine settle
+      end subroutine let_sink
 
       !> What is carried must not be pushed aside.
       subroutine check_sides(body)

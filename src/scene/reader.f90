@@ -21,7 +21,7 @@ module contensou_scene_reader
    use contensou_scene_bodies, only : build_body
    use contensou_scene_checks, only : check_contacts, check_impacts, check_overlaps, &
       check_positions, check_rows, fill_in
-   use contensou_scene_contacts, only : add_spots, build_contact, rolls_steadily
+   use contensou_scene_contacts, only : add_spots, build_contact, creeps
    use contensou_scene_controls, only : build_integrator, build_output, build_scene
    use contensou_scene_cost, only : build_cost, cost_spec_type
    use contensou_scene_defaults, only : defaults_group
@@ -139,6 +139,7 @@ contains
                if (group%is_set("angle")) call group%unset("angle")
                call group%derive_numbers("quaternion", body%quaternion)
                ! The same in the inertial frame, whatever the axes of the body.
+               if (group%is_set("angular_velocity")) cycle
                if (any(abs(body%spin) > 0.0_wp)) call group%derive_numbers("spin", matmul( &
                   matmul(rotation_matrix(before%quaternion), before%spin), &
                   rotation_matrix(body%quaternion)))
@@ -388,7 +389,7 @@ contains
       end do
       call weigh_bodies(settings, schema, references, scene, diagnostics)
       if (diagnostics%count() > 0) return
-      if (.not. told) scene%output%rolling = any([(rolls_steadily(scene%contacts(i)%tangential), &
+      if (.not. told) scene%output%rolling = any([(creeps(scene%contacts(i)), &
          i=1, size(scene%contacts))])
       call check_contacts(scene, places, diagnostics)
       call check_impacts(scene, impacts_place, diagnostics)

@@ -134,7 +134,7 @@ contains
          "forces and spots can be drawn; .true. if not given")
       call list%put("output", "rolling", kind_logical, doc="whether rows hold rolling " // &
          "velocities and creepages, 48 bytes a contact; not given, where a contact has " // &
-         "tangential = 'rolling'")
+         "tangential = 'rolling' or a law of creep")
 
       call put_bearing_keys(list)
       call put_constant_keys(list)
@@ -155,7 +155,6 @@ contains
          "sinh, cosh, tanh, abs, min, max; all numbers are reals, 4/3 is not 1")
    end subroutine put_constant_keys
 
-   !> The keys of a body.
    subroutine put_body_keys(list)
       type(key_list_type), intent(inout) :: list
 
@@ -242,7 +241,6 @@ contains
          "'inertial' if not given")
    end subroutine put_body_keys
 
-   !> The keys of the integrator.
    subroutine put_integrator_keys(list)
       type(key_list_type), intent(inout) :: list
 

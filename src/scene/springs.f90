@@ -24,7 +24,6 @@ module contensou_scene_springs
 
 contains
 
-   !> The keys of a spring.
    subroutine put_spring_keys(list)
       type(key_list_type), intent(inout) :: list
       character(len=*), parameter :: s = spring_group
@@ -152,7 +151,6 @@ contains
    !> Check the bodies of the springs, and let points, lengths and attitudes that are not given
    !> follow from where bodies begin; they are filled in.
    subroutine complete_springs(settings, schema, references, scene, diagnostics)
-      !> The settings.
       type(settings_type), intent(inout), target :: settings
       type(schema_type), intent(in), target :: schema
       !> Names of the scene.

@@ -75,7 +75,6 @@ contains
 
    !> The same for two unknowns, step by step what it does for more.
    pure subroutine solve_two(matrix, right, singular)
-      !> The matrix.
       real(wp), intent(in) :: matrix(:, :)
       !> Right-hand side; the solution on return.
       real(wp), intent(inout) :: right(:)

@@ -27,6 +27,11 @@ module contensou_special_elliptic
    public :: elliptic_kernel, elliptic_model_type, elliptic_models
    public :: elliptic_tables, elliptic_agm, elliptic_gsl
 
+   !> K and E, or all six: (c1, k, e) or (c1, k, e, b, d, dk_dc, de_dc).
+   interface complete_elliptic
+      procedure :: complete_elliptic, complete_elliptic_all
+   end interface complete_elliptic
+
    abstract interface
       !> A way to compute all six integrals.
       pure subroutine elliptic_kernel(c1, k, e, b, d, dk_dc, de_dc)

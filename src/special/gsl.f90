@@ -54,7 +54,6 @@ module contensou_special_gsl
          real(c_double), intent(out) :: point(*)
       end function qrng_get
 
-      !> Free a sequence.
       subroutine qrng_free(sequence) bind(c, name="gsl_qrng_free")
          import :: c_ptr
          implicit none(type, external)

@@ -6,12 +6,16 @@ module contensou_study_cost
    use contensou_base_kinds, only : wp
    use contensou_base_numbers, only : number_text, to_text
    use contensou_base_text, only : quote
+   use contensou_contact_creep, only : creep_model_type, creep_models, default_creep
+   use contensou_contact_curvature, only : curvature_model_type, curvature_models, spot_curved, &
+      spot_flat, spot_slender
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_normal, only : normal_hertz, normal_model_type, normal_models
    use contensou_contact_tangential, only : tangential_model_type, tangential_models
+   use contensou_contact_tangential_law, only : creep_key
    use contensou_contact_tangential_shells, only : most_layers
    use contensou_dynamics_scene, only : scene_type
-   use contensou_scene_contacts, only : remembers
+   use contensou_scene_contacts, only : creeps, remembers, without_stick
    use contensou_scene_cost, only : cost_quantities, cost_spec_type
    use contensou_study_work_precision, only : distance_type, kinds, onlooker_type, outcome_done, &
       outcome_failed, outcome_slow, outcome_stopped, reference_distance, reference_scales, &
@@ -61,7 +65,7 @@ module contensou_study_cost
       character(len=:), allocatable :: problem
    end type model_type
 
-   !> A run.
+   !> A model with a method and a tolerance: CPU time and errors.
    type :: run_type
       integer :: model = 0
       character(len=11) :: method = ""
@@ -117,6 +121,9 @@ module contensou_study_cost
    !> Name of the exact friction model.
    character(len=*), parameter :: exact_friction = "contensou_exact"
 
+   !> Law of creep that is the theory itself.
+   character(len=*), parameter :: exact_creep = "boundary_elements"
+
 contains
 
    !> The models that are compared, the exact one first.
@@ -141,6 +148,8 @@ contains
                "with memory", status_usage)
             return
          end if
+         if (size(cost%creep) > 0) call check_creep(study, error)
+         if (allocated(error)) return
          call plan_friction(study, table, exact, friction, error)
          if (allocated(error)) return
          normal = cost%normal
@@ -149,11 +158,15 @@ contains
             normal = [0]
             exact_normal = 0
          end if
+         if (size(cost%creep) > 0) then
+            call plan_creep(study, exact, exact_normal, normal)
+            return
+         end if
          if (remembering) then
             call plan_layers(study, exact, exact_normal, normal)
             return
          end if
-         allocate(models(size(friction)*size(normal) + 2))
+         allocate(models(size(friction)*size(normal) + 3))
          models(1) = new_model(scene, exact, exact_normal)
          models(1)%runs = .false.
          n = 1
@@ -163,14 +176,16 @@ contains
                   models(1)%runs = .true.
                else
                   n = n + 1
-                  models(n) = new_model(scene, friction(i), normal(j), friction(i) /= exact)
+                  models(n) = new_model(scene, friction(i), normal(j), &
+                     merge(spot_curved, spot_flat, friction(i) == exact))
                end if
             end do
          end do
-         if (any(scene%contacts%curvature > 1) .and. size(cost%friction) == 0) then
+         if (any(scene%contacts%curvature /= spot_flat) .and. size(cost%friction) == 0) then
             ! What the curvature of the spots costs and changes.
-            n = n + 1
-            models(n) = new_model(scene, exact, exact_normal, .true.)
+            models(n + 1) = new_model(scene, exact, exact_normal, spot_slender)
+            models(n + 2) = new_model(scene, exact, exact_normal, spot_flat)
+            n = n + 2
          end if
       end associate
       allocate(study%models(n))
@@ -264,6 +279,81 @@ contains
       end associate
    end subroutine plan_layers
 
+   !> Report laws of creep that the scene has no use for.
+   subroutine check_creep(study, error)
+      type(study_type), intent(in) :: study
+      type(error_type), allocatable, intent(out) :: error
+      type(creep_model_type), allocatable :: table(:)
+      integer :: i
+
+      table = creep_models()
+      associate (contacts => study%scene%contacts, cost => study%cost)
+         if (.not. any([(creeps(contacts(i)), i=1, size(contacts))])) then
+            call fatal(error, "cost.creep: no contact of the scene has a law of creep", &
+               status_usage)
+         else if (cost%layers_given) then
+            call fatal(error, "cost.layers: laws of creep are compared, not numbers of layers", &
+               status_usage)
+         else if (any(table(cost%creep)%info%name == without_stick) .and. &
+            any([(creeps(contacts(i)) .and. remembers(contacts(i)%tangential), &
+            i=1, size(contacts))])) then
+            call fatal(error, "cost.creep: nothing sticks with creep = " // quote(without_stick) &
+               // ", so that nothing is left to remember", status_usage)
+         end if
+      end associate
+   end subroutine check_creep
+
+   !> Models of a scene whose contacts roll: laws of creep, the most accurate one first.
+   subroutine plan_creep(study, friction, exact_normal, normal)
+      type(study_type), intent(inout) :: study
+      !> The exact friction model, and the exact model of the normal force.
+      integer, intent(in) :: friction, exact_normal
+      !> Those of the normal force.
+      integer, intent(in) :: normal(:)
+      type(creep_model_type), allocatable :: table(:)
+      integer :: i, j, n, exact
+
+      table = creep_models()
+      associate (scene => study%scene, creep => study%cost%creep)
+         exact = findloc(table%info%name == exact_creep, .true., dim=1)
+         if (all(creep /= exact)) exact = findloc(table%info%name == default_creep, .true., dim=1)
+         n = size(creep)*size(normal) + 1
+         if (any(creep == exact) .and. any(normal == exact_normal)) n = n - 1
+         allocate(study%models(n))
+         study%models(1) = new_model(scene, friction, exact_normal)
+         call set_creep(study%models(1), table, exact)
+         study%models(1)%runs = .false.
+         n = 1
+         do j = 1, size(normal)
+            do i = 1, size(creep)
+               if (creep(i) == exact .and. normal(j) == exact_normal) then
+                  study%models(1)%runs = .true.
+                  cycle
+               end if
+               n = n + 1
+               study%models(n) = new_model(scene, friction, normal(j))
+               call set_creep(study%models(n), table, creep(i))
+            end do
+         end do
+      end associate
+   end subroutine plan_creep
+
+   !> Give the contacts of a model that roll a law of creep.
+   subroutine set_creep(model, table, law)
+      type(model_type), intent(inout) :: model
+      type(creep_model_type), intent(in) :: table(:)
+      !> Its position in the table.
+      integer, intent(in) :: law
+      integer :: i
+
+      model%name = model%name // "+" // trim(table(law)%info%name)
+      do i = 1, size(model%scene%contacts)
+         associate (contact => model%scene%contacts(i))
+            if (creeps(contact)) call contact%parameters%set(creep_key, real(law, wp))
+         end associate
+      end do
+   end subroutine set_creep
+
    !> Give the contacts of a model that remember a number of layers.
    subroutine set_layers(model, layers)
       type(model_type), intent(inout) :: model
@@ -287,21 +377,24 @@ contains
    end subroutine set_layers
 
    !> A model: the scene with other parts.
-   function new_model(scene, friction, normal, flat) result(model)
+   function new_model(scene, friction, normal, spot) result(model)
       type(scene_type), intent(in) :: scene
       !> Friction, index into `friction_models`; 0 for that of each contact.
       integer, intent(in) :: friction
       !> Normal force, index into `normal_models`; 0 for that of each contact.
       integer, intent(in) :: normal
-      !> Whether curved spots become flat, as other laws of friction have them alone.
-      logical, intent(in), optional :: flat
+      !> What curved spots become, index into `curvature_models`; curved by default, within the
+      !> scene's bound or that of a scene without one. Other laws of friction have flat ones alone.
+      integer, intent(in), optional :: spot
       type(model_type) :: model
       type(friction_model_type), allocatable :: table(:)
       type(normal_model_type), allocatable :: normals(:)
-      integer :: i
+      type(curvature_model_type), allocatable :: spots(:)
+      integer :: i, curvature
 
       table = friction_models()
       normals = normal_models()
+      spots = curvature_models()
       model%scene = scene
       model%name = "scene"
       if (friction > 0) model%name = trim(table(friction)%info%name)
@@ -310,11 +403,10 @@ contains
       else if (normal > 0) then
          model%name = trim(normals(normal)%info%name)
       end if
-      if (present(flat)) then
-         if (flat .and. any(scene%contacts%curvature > 1)) then
-            model%name = model%name // "+flat"
-            model%scene%contacts%curvature = 1
-         end if
+      curvature = spot_curved
+      if (present(spot)) curvature = spot
+      if (curvature /= spot_curved .and. any(scene%contacts%curvature /= spot_flat)) then
+         model%name = model%name // "+" // trim(spots(curvature)%info%name)
       end if
       do i = 1, size(scene%contacts)
          associate (contact => model%scene%contacts(i))
@@ -322,6 +414,7 @@ contains
                contact%friction = friction
             end if
             if (normal > 0) contact%normal = normal
+            if (contact%curvature /= spot_flat) contact%curvature = curvature
          end associate
       end do
    end function new_model
@@ -458,7 +551,6 @@ contains
       end associate
    end subroutine compute_runs
 
-   !> One run of a round.
    subroutine one_run(run, model, cpu_limit, round, own, exact, onlooker)
       type(run_type), intent(inout) :: run
       type(model_type), intent(in) :: model

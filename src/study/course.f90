@@ -20,7 +20,8 @@ module contensou_study_course
    use contensou_dynamics_scene, only : motion_free, moves_freely, turns_by_drive
    use contensou_dynamics_spots, only : assign_spots
    use contensou_dynamics_state, only : quaternion_of
-   use contensou_integrate_march, only : close_march, go_on, open_march, settle
+   use contensou_integrate_march, only : adopt_state, close_march, go_on, open_march
+   use contensou_integrate_history, only : doubt_of_host
    use contensou_integrate_host, only : host_events, host_step
    use contensou_integrate_motion, only : motion_type
    use contensou_integrate_observer, only : event_touch, observer_type
@@ -86,6 +87,10 @@ module contensou_study_course
       type(error_type), allocatable, private :: failure
       type(jacobian_type), private :: differential
       logical, private :: laid_out = .false.
+      !> Time of the last step that another program has accepted [s].
+      real(wp), private :: t_host = 0.0_wp
+      !> Rates of the gaps then [m/s].
+      real(wp), allocatable, private :: rate_host(:)
    contains
       procedure :: begin
       procedure :: release
@@ -99,6 +104,9 @@ module contensou_study_course
       procedure :: check_state
       procedure :: derivative
       procedure :: indicators
+      procedure :: memory_indicator
+      procedure :: nominals
+      procedure :: remembers
       procedure :: jacobian
       procedure :: contact_load
       procedure :: put_host
@@ -150,6 +158,9 @@ contains
       if (allocated(self%failure)) deallocate(self%failure)
       call new_simulation(file, self%simulation, error, options)
       if (allocated(error)) return
+      self%t_host = 0.0_wp
+      if (allocated(self%rate_host)) deallocate(self%rate_host)
+      allocate(self%rate_host(self%simulation%motion%n_events), source=0.0_wp)
       self%scene_sum = checksum(0_i8, file%resolved)
       self%guide%summary = summary_type()
       call self%guide%row%prepare(self%simulation%motion%system, &
@@ -317,7 +328,7 @@ contains
       end if
       if (allocated(self%failure)) deallocate(self%failure)
       self%simulation%memory%y = y
-      call settle(self%simulation%motion, self%simulation%memory, error)
+      call adopt_state(self%simulation%motion, self%simulation%memory, error)
       call look_at_memory(self)
       if (allocated(error) .or. self%guide%summary%rows == 0) return
       call self%take_values(error)
@@ -474,6 +485,44 @@ contains
       end associate
    end subroutine indicators
 
+   !> What is usual of each number of the state.
+   subroutine nominals(self, values)
+      class(course_type), intent(inout) :: self
+      real(wp), intent(out) :: values(:)
+
+      call self%simulation%motion%nominals(values)
+   end subroutine nominals
+
+   !> Whether contacts have tangential elasticity.
+   pure logical function remembers(self)
+      class(course_type), intent(in) :: self
+
+      remembers = self%simulation%motion%system%remembers
+   end function remembers
+
+   !> A function of a state that another program integrates, which is zero where contacts with
+   !> tangential elasticity have to remember an accepted step.
+   subroutine memory_indicator(self, t, y, value, error)
+      class(course_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: y(:)
+      !> -1 where nothing is remembered.
+      real(wp), intent(out) :: value
+      !> Set when the state is none.
+      type(error_type), allocatable, intent(out) :: error
+      type(kept_type) :: kept
+
+      value = -1.0_wp
+      call check_state(self, y, error)
+      if (allocated(error) .or. .not. self%remembers()) return
+      associate (motion => self%simulation%motion)
+         call keep_workspace(motion, kept)
+         call doubt_of_host(motion, self%t_host, self%rate_host, t, y, value)
+         call restore_workspace(motion, kept)
+      end associate
+   end subroutine memory_indicator
+
    !> Derivatives of the right-hand side by the state.
    subroutine jacobian(self, t, y, slopes, error)
       class(course_type), intent(inout) :: self
@@ -583,7 +632,17 @@ contains
 
       call hold(self, march)
       call host_step(march)
+      call note_host_step(self)
    end subroutine complete_host_step
+
+   !> Note the time of a step that another program has accepted, and how gaps change there.
+   subroutine note_host_step(self)
+      class(course_type), intent(inout) :: self
+
+      self%t_host = self%simulation%memory%t
+      if (self%remembers()) call self%simulation%motion%system%gap_rates( &
+         self%simulation%memory%y, self%rate_host)
+   end subroutine note_host_step
 
    !> Take the events at the present for another program that integrates: which contacts are closed,
    !> impacts of rigid ones, states of parts.
@@ -599,8 +658,10 @@ contains
       call hold(self, march)
       associate (guide => self%guide, memory => self%simulation%memory)
          ! Energies are balanced against the beginning.
-         if (guide%summary%rows == 0) call guide%summary%add_row(guide%row, march%motion%system, &
-            memory%t, memory%y, error)
+         if (guide%summary%rows == 0) then
+            call guide%summary%add_row(guide%row, march%motion%system, memory%t, memory%y, error)
+            call note_host_step(self)
+         end if
       end associate
       if (allocated(error)) return
       call host_events(march, changed, error)
@@ -666,6 +727,8 @@ contains
          call guide%summary%exchange(checkpoint)
          call checkpoint%exchange("end", simulation%plan%t_end)
          call checkpoint%exchange("begun", self%begun)
+         call checkpoint%exchange("host", self%t_host)
+         call checkpoint%exchange("host_rate", self%rate_host)
       end associate
       call checkpoint%result(error)
       call look_at_memory(self)

@@ -8,14 +8,14 @@ module contensou_study_equilibrium
    use contensou_base_rotations, only : quaternion_of_matrix, rotation_vector
    use contensou_base_text, only : quote
    use contensou_base_vectors, only : cross, unit_vector
+   use contensou_contact_geometry, only : contact_motion_type
    use contensou_contact_shapes_sphere, only : sphere_type
    use contensou_contact_shapes_torus, only : torus_type
    use contensou_dynamics_equations, only : system_type
-   use contensou_dynamics_mechanism, only : contact_motion_type
    use contensou_dynamics_scene, only : motion_free, motion_rotor, motion_spindle, moves_freely, &
       scene_type
-   use contensou_dynamics_statics, only : assemble_statics, coordinate_type, find_rest, &
-      find_stiffness, reduced, statics_type
+   use contensou_dynamics_statics, only : assemble_statics, begin_statics, coordinate_type, &
+      find_rest, find_stiffness, reduced, statics_type
    implicit none(type, external)
    private
 
@@ -82,7 +82,8 @@ contains
          i = max(statics%body, 1)
          call fatal(error, "no rest position was found: the loads on body " // &
             quote(scene%bodies(i)%name) // " do not balance, " // number_text(statics%residual, 3) &
-            // " of them is left; a body that nothing carries has none", status_failed)
+            // " of them is left; a body that nothing carries has none" // turning(scene, i), &
+            status_failed)
          return
       end if
       found%scene = scene
@@ -121,6 +122,19 @@ contains
       end subroutine keep_poses
 
    end subroutine find_equilibrium
+
+   !> What else may keep a body from resting: a torque about an axis that nothing holds.
+   pure function turning(scene, body) result(text)
+      type(scene_type), intent(in) :: scene
+      integer, intent(in) :: body
+      character(len=:), allocatable :: text
+
+      text = ""
+      associate (loaded => scene%bodies(body))
+         if (loaded%motion == motion_free .and. any(abs(loaded%applied_torque) > 0.0_wp)) text = &
+            ", nor one whose torque turns it: motion = 'rotor', of a bearing ring_motion, holds it"
+      end associate
+   end function turning
 
    !> The ways in which the bodies of a scene are free to move.
    function free_coordinates(scene, system) result(coordinates)
@@ -190,7 +204,7 @@ contains
          end do
       end function is_ball
 
-      !> Add one.
+      !> Let the body move along a direction, or turn about it.
       subroutine add(direction, turns)
          real(wp), intent(in) :: direction(3)
          logical, intent(in) :: turns
@@ -272,20 +286,14 @@ contains
       n = 0
       coordinates = free_coordinates(scene, system)
       do i = 1, size(scene%bodies)
-         call look_at(i, is_ring, axis)
+         call look_at(scene, system, i, is_ring, axis)
          if (.not. is_ring) cycle
          n = n + 1
          found(n)%body = i
          found(n)%frame = frame_of_axis(axis)
-         if (allocated(statics%coordinates)) deallocate(statics%coordinates, statics%load, &
-            statics%scale, statics%stiffness, statics%reference, statics%neutral)
          m = size(coordinates)
-         allocate(statics%coordinates(m + 5))
-         statics%coordinates(:m) = coordinates
-         do k = 1, 5
-            statics%coordinates(m + k) = coordinate_type(body=i, &
-               direction=found(n)%frame(:, modulo(k - 1, 3) + 1), turns=k > 3)
-         end do
+         call begin_statics(statics, [coordinates, (coordinate_type(body=i, &
+            direction=found(n)%frame(:, modulo(k - 1, 3) + 1), turns=k > 3), k=1, 5)])
          yielding(:m) = coordinates%body /= i
          if (scene%bodies(i)%motion == motion_free) call let_turn(i)
          call find_stiffness(system, statics, good, exactly=.true.)
@@ -295,35 +303,6 @@ contains
       rings = found(:n)
 
    contains
-
-      !> Whether a body is a ring, and its axis.
-      subroutine look_at(body, ring, along)
-         integer, intent(in) :: body
-         logical, intent(out) :: ring
-         real(wp), intent(out) :: along(3)
-         integer :: s
-
-         ring = .false.
-         along = [0.0_wp, 0.0_wp, 1.0_wp]
-         associate (motion => scene%bodies(body)%motion, pose => system%pose(body))
-            if (.not. moves_freely(motion)) return
-            ring = motion == motion_spindle .or. motion == motion_rotor
-            if (motion == motion_rotor) along = pose%rotation(:, 3)
-            do s = 1, size(scene%surfaces)
-               associate (surface => scene%surfaces(s)%surface)
-                  if (scene%surfaces(s)%body /= body .or. .not. surface%inside) cycle
-                  select type (shape => surface%shape)
-                  class is (torus_type)
-                     ring = .true.
-                     along = matmul(pose%rotation, surface%frame(:, 3))
-                     return
-                  class default
-                     cycle
-                  end select
-               end associate
-            end do
-         end associate
-      end subroutine look_at
 
       !> A free ring may turn about its axis: that takes the place of the rotation next to it, as
       !> one about another direction would yield together with the tilts that are kept.
@@ -344,5 +323,36 @@ contains
       end subroutine let_turn
 
    end subroutine find_rings
+
+   !> Whether a body is a ring, and its axis.
+   subroutine look_at(scene, system, body, ring, along)
+      type(scene_type), intent(in) :: scene
+      type(system_type), intent(in) :: system
+      integer, intent(in) :: body
+      logical, intent(out) :: ring
+      real(wp), intent(out) :: along(3)
+      integer :: s
+
+      ring = .false.
+      along = [0.0_wp, 0.0_wp, 1.0_wp]
+      associate (motion => scene%bodies(body)%motion, pose => system%pose(body))
+         if (.not. moves_freely(motion)) return
+         ring = motion == motion_spindle .or. motion == motion_rotor
+         if (motion == motion_rotor) along = pose%rotation(:, 3)
+         do s = 1, size(scene%surfaces)
+            associate (surface => scene%surfaces(s)%surface)
+               if (scene%surfaces(s)%body /= body .or. .not. surface%inside) cycle
+               select type (shape => surface%shape)
+               class is (torus_type)
+                  ring = .true.
+                  along = matmul(pose%rotation, surface%frame(:, 3))
+                  return
+               class default
+                  cycle
+               end select
+            end associate
+         end do
+      end associate
+   end subroutine look_at
 
 end module contensou_study_equilibrium

@@ -22,7 +22,7 @@ module contensou_study_quantities
    !> The quantities, made when they are first asked for: each case of a sweep has a row.
    type(quantity_type), allocatable, target :: table(:)
 
-   !> A row.
+   !> Values of all quantities at one time, in one array.
    type :: row_type
       type(quantity_type), pointer :: quantities(:) => null()
       !> Numbers, one quantity after the other, components first, then bodies or contacts.

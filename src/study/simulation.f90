@@ -48,9 +48,11 @@ module contensou_study_simulation
       logical :: profile = .false.
       !> Whether it goes to the end of time, whatever the conditions to stop say.
       logical :: to_the_end = .false.
+      !> Whether compliant contacts are left to no other method that may take over.
+      logical :: one_method = .false.
    end type simulation_options_type
 
-   !> A simulation.
+   !> A scene, its equations of motion, and where they have come to.
    type :: simulation_type
       !> The scene, options applied.
       type(scene_type) :: scene
@@ -139,6 +141,7 @@ contains
             if (allocated(options%interval)) own%output%interval = options%interval
             if (allocated(options%max_step)) own%integrator%max_step = options%max_step
             simulation%profile = options%profile
+            plan%one_method = options%one_method
             if (options%to_the_end .and. allocated(own%stops)) deallocate(own%stops)
          end if
          if (own%output%interval <= 0.0_wp) own%output%interval = 1.0e-3_wp*own%t_end
@@ -211,7 +214,8 @@ contains
 
       simulation%failure = error%message
       if (error%status == status_failed) error%message = failure_text(simulation%scene, &
-         simulation%motion%system, simulation%memory%y, simulation%memory%t, error%message)
+         simulation%memory%switch%method, simulation%motion%system, simulation%memory%y, &
+         simulation%memory%t, error%message)
    end subroutine fail
 
    !> Write what is needed to go on to a checkpoint, or read it back: then the simulation is a new
@@ -288,8 +292,10 @@ contains
    end function surfaces_of
 
    !> What went wrong in an integration, where, and what may help.
-   function failure_text(scene, system, y, t, reason) result(text)
+   function failure_text(scene, method, system, y, t, reason) result(text)
       type(scene_type), intent(in) :: scene
+      !> That which failed: not that of the scene where another one has taken over.
+      character(len=*), intent(in) :: method
       type(system_type), intent(inout) :: system
       !> Last state.
       real(wp), intent(in) :: y(:)
@@ -338,12 +344,12 @@ contains
             if (gap(i) < 0.0_wp .and. .not. system%contacts(i)%rigid) call add_long_spot(system, &
                y, name_of(scene, i), i, text)
          end do
-         if (scene%integrator%method /= "cvode_bdf") text = text // new_line("a") // &
+         if (method /= "cvode_bdf") text = text // new_line("a") // &
             "  friction that sticks and strong damping are stiff: integrator.method = " // &
             "'cvode_bdf' takes them in large steps"
          if (system%remembers) then
             text = text // new_line("a") // "  a larger integrator.rtol may help"
-            if (scene%integrator%method /= "explicit8") text = text // &
+            if (method /= "explicit8") text = text // &
                ", and so may integrator.method = 'explicit8'"
          else
             text = text // new_line("a") // "  a larger integrator.rtol or a larger " // &

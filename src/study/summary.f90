@@ -140,7 +140,6 @@ contains
       call row%fill()
    end subroutine add_row
 
-   !> Add an event.
    pure subroutine add_event(self, is_touch)
       class(summary_type), intent(inout) :: self
       !> Whether a contact touched, not lifted off.

@@ -9,13 +9,12 @@ module contensou_study_work_precision
    use contensou_base_kinds, only : wp
    use contensou_base_rotations, only : unit_quaternion
    use contensou_base_operating_system, only : cpu_seconds
-   use contensou_dynamics_scene, only : motion_free, scene_type
-   use contensou_dynamics_reports, only : begin_report, contact_report_type, energies, &
-      report_contact
+   use contensou_dynamics_scene, only : motion_spindle, moves_freely, scene_type
    use contensou_dynamics_state, only : body_size, position_of, quaternion_of, spin_of, velocity_of
    use contensou_integrate_integrator, only : statistics_type
    use contensou_integrate_observer, only : event_touch, observer_type
    use contensou_integrate_motion, only : motion_type
+   use contensou_study_quantity, only : moment_type
    use contensou_study_simulation, only : new_simulation, simulate, simulation_options_type, &
       simulation_type
    implicit none(type, external)
@@ -112,6 +111,8 @@ module contensou_study_work_precision
       type(reference_type), pointer :: exact => null()
       !> Distances so far, with sums of squares in place of means.
       type(distance_type) :: distance(2)
+      !> What is known of the motion at a sample.
+      type(moment_type) :: moment
       !> Sum of energies and works at the beginning [J].
       real(wp) :: balance = 0.0_wp
       !> Largest residual [J].
@@ -231,10 +232,11 @@ contains
       options%method = method
       options%rtol = rtol
       options%to_the_end = .true.
+      options%one_method = .true.
       call new_simulation(scene, simulation, error, options)
       allocate(gauge%kept%event_time(64), gauge%kept%event_code(64))
       if (gauge%keep_states) allocate(gauge%kept%y(body_size*size(scene%bodies), 0:samples))
-      gauge%free = scene%bodies%motion == motion_free
+      gauge%free = moves_freely(scene%bodies%motion)
       if (simulation%choice%method == "explicit8") gauge%explicit_since = 0.0_wp
       gauge%deadline = cpu_seconds() + deadline
       if (.not. allocated(error)) call simulate(simulation, gauge, error)
@@ -291,7 +293,7 @@ contains
       integer :: j, samples
 
       samples = ubound(a%y, 2)
-      free = scene%bodies%motion == motion_free
+      free = moves_freely(scene%bodies%motion)
       do j = 0, samples
          call add_distance(free, a%y(:, j), b%y(:, j), j > 0, distance)
       end do
@@ -312,15 +314,17 @@ contains
       associate (least => scene%integrator)
          scales = [least%length_scale, 1.0_wp, least%velocity_scale, &
             least%angular_velocity_scale, scene%t_end, 0.5_wp*least%velocity_scale**2* &
-            sum(scene%bodies%mass, mask=scene%bodies%motion == motion_free)]
+            sum(scene%bodies%mass, mask=moves_freely(scene%bodies%motion))]
       end associate
       do i = 1, size(scene%bodies)
-         if (scene%bodies(i)%motion /= motion_free) cycle
+         if (.not. moves_freely(scene%bodies(i)%motion)) cycle
          do j = lbound(reference%y, 2), ubound(reference%y, 2)
             associate (y => reference%y(:, j), y0 => reference%y(:, 0))
                scales(1) = max(scales(1), norm2(position_of(y, i) - position_of(y0, i)))
                scales(3) = max(scales(3), norm2(velocity_of(y, i)))
-               scales(4) = max(scales(4), norm2(spin_of(y, i)))
+               ! A drive turns a spindle, without an error.
+               if (scene%bodies(i)%motion /= motion_spindle) scales(4) = max(scales(4), &
+                  norm2(spin_of(y, i)))
             end associate
          end do
       end do
@@ -339,7 +343,8 @@ contains
       integer :: n
 
       n = body_size*size(motion%system%bodies)
-      call take_energy(self, motion, y)
+      call take_energy(self, motion, t, y, error)
+      if (allocated(error)) return
       if (self%keep_states) self%kept%y(:, self%row) = y(:n)
       if (associated(self%own)) call add_distance(self%free, y, self%own%y(:, self%row), &
          self%row > 0, self%distance(1))
@@ -349,29 +354,21 @@ contains
    end subroutine sample
 
    !> Residual of the energy balance.
-   subroutine take_energy(self, motion, y)
+   subroutine take_energy(self, motion, t, y, error)
       type(gauge_type), intent(inout) :: self
       class(motion_type), intent(inout) :: motion
+      !> Time [s].
+      real(wp), intent(in) :: t
       real(wp), intent(in) :: y(:)
-      type(contact_report_type) :: row
-      real(wp) :: kinetic, potential, balance
-      integer :: i
+      type(error_type), allocatable, intent(out) :: error
 
-      call energies(motion%system, y, kinetic, potential)
-      balance = kinetic + potential
-      self%kept%largest_kinetic = max(self%kept%largest_kinetic, kinetic)
-      call begin_report(motion%system, 0.0_wp, y)
-      do i = 1, size(motion%system%contacts)
-         call report_contact(motion%system, i, row)
-         balance = balance + row%elastic_energy
-      end do
-      associate (s => motion%system)
-         if (s%layout%friction > 0) balance = balance + y(s%layout%friction)
-         if (s%layout%damping > 0) balance = balance + y(s%layout%damping)
-         if (s%layout%applied > 0) balance = balance - y(s%layout%applied)
+      associate (now => self%moment)
+         call now%look(motion%system, t, y, error)
+         if (allocated(error)) return
+         self%kept%largest_kinetic = max(self%kept%largest_kinetic, now%kinetic)
+         if (self%row == 0) self%balance = now%balance()
+         self%energy = max(self%energy, abs(now%balance() - self%balance))
       end associate
-      if (self%row == 0) self%balance = balance
-      self%energy = max(self%energy, abs(balance - self%balance))
    end subroutine take_energy
 
    !> Add a sample to a distance.

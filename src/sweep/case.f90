@@ -92,7 +92,7 @@ contains
       end do
    end subroutine order_times
 
-   !> Run a case.
+   !> Build and simulate a case; what goes wrong is its status and message.
    subroutine run_case(sweep, outline, number, thread, results, status, message, stopped)
       type(sweep_type), intent(in) :: sweep
       !> Where its columns come from.

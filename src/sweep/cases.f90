@@ -200,7 +200,7 @@ contains
       end if
    end subroutine write_table
 
-   !> Count a case.
+   !> Count a case by its status, and keep the message of the first with each.
    subroutine count_case(tally, number, status, message)
       type(tally_type), intent(inout) :: tally
       !> Number of the case.

@@ -67,7 +67,7 @@ module contensou_sweep_plan
       real(wp) :: time = 0.0_wp
    end type result_column_type
 
-   !> A sweep.
+   !> A sweep as read: base scene, parameters, how they vary, what is kept.
    type :: sweep_type
       !> Name of the sweep file.
       character(len=:), allocatable :: path

@@ -231,7 +231,6 @@ contains
          self%path // " has no rows: a sweep has at least one case", status_usage)
    end subroutine read_values
 
-   !> Read CSV.
    subroutine read_csv(self, columns, constants, source, lines, diagnostics, error)
       type(points_type), intent(inout) :: self
       type(points_column_type), intent(inout) :: columns(:)
@@ -300,7 +299,6 @@ contains
          to_text(number), status_file)
    end subroutine read_csv
 
-   !> Read HDF5.
    subroutine read_hdf5(self, columns, constants, source, diagnostics, error)
       type(points_type), intent(inout) :: self
       type(points_column_type), intent(inout) :: columns(:)

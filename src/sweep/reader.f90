@@ -150,30 +150,35 @@ contains
             if (main%number("time_limit") > 0.0_wp) sweep%time_limit = main%number("time_limit")
          end associate
       end if
-      call report_all(error)
+      if (.not. allocated(scene_sources)) allocate(scene_sources(0))
+      call report_all(path, diagnostics, in_scene, document%sources, scene_sources, error)
       if (allocated(error)) return
       sweep%settings = decisive(settings%text(schema))
       call set_fingerprint(sweep)
-
-   contains
-
-      !> Make an error of the mistakes in the sweep and in its scene, if there are some.
-      subroutine report_all(error)
-         type(error_type), allocatable, intent(out) :: error
-         character(len=:), allocatable :: text, count_text
-         integer :: n
-
-         n = diagnostics%count() + in_scene%count()
-         if (n == 0) return
-         text = diagnostics%render(document%sources)
-         if (in_scene%count() > 0) text = text // in_scene%render(scene_sources)
-         count_text = to_text(n) // " errors"
-         if (n == 1) count_text = "1 error"
-         call fatal(error, text // count_text // " in " // path // "; nothing was run", &
-            status_usage)
-      end subroutine report_all
-
    end subroutine read_sweep
+
+   !> Make an error of the mistakes in the sweep and in its scene, if there are some.
+   subroutine report_all(path, diagnostics, in_scene, sources, scene_sources, error)
+      !> Name of the sweep file.
+      character(len=*), intent(in) :: path
+      !> Mistakes in the sweep and in its scene.
+      type(diagnostics_type), intent(in) :: diagnostics, in_scene
+      !> Texts that these are in.
+      type(source_type), intent(in) :: sources(:)
+      type(source_type), intent(in) :: scene_sources(:)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text, count_text
+      integer :: n
+
+      n = diagnostics%count() + in_scene%count()
+      if (n == 0) return
+      text = diagnostics%render(sources)
+      if (in_scene%count() > 0) text = text // in_scene%render(scene_sources)
+      count_text = to_text(n) // " errors"
+      if (n == 1) count_text = "1 error"
+      call fatal(error, text // count_text // " in " // path // "; nothing was run", &
+         status_usage)
+   end subroutine report_all
 
    !> Name of the table.
    subroutine read_output(main, path, output, sweep, diagnostics)
@@ -404,7 +409,7 @@ contains
       call sweep%sampler%begin(n, shifted)
    end subroutine read_parameters
 
-   !> Name of the column of a parameter.
+   !> Name the column of a parameter in the table: as it is said, or else as what it sets.
    subroutine name_column(group, parameter, diagnostics)
       !> Group `parameter`.
       type(group_settings_type), intent(in) :: group
@@ -463,7 +468,6 @@ contains
       call take_targets(parameter, targets)
    end subroutine find_targets
 
-   !> Unit of a key in words.
    pure function unit_words(key) result(text)
       type(key_type), intent(in) :: key
       character(len=:), allocatable :: text
@@ -519,7 +523,8 @@ contains
             "'values' is missing for vary = 'list'", "values = V1, V2, ...", diagnostics)
          if (.not. group%is_set("values")) return
          parameter%list = group%values("values")
-         if (size(parameter%targets) > 0 .and. .not. parameter%is_text) call compute_values()
+         if (size(parameter%targets) > 0 .and. .not. parameter%is_text) call compute_values( &
+            parameter%list, constants, diagnostics)
          parameter%count = size(parameter%list)
          call check_values(parameter, parameter%list, diagnostics)
          return
@@ -536,15 +541,15 @@ contains
             "values = V1, V2, ...")
          return
       end if
-      call need("first")
-      call need("last")
-      if (sampling == sampling_grid) call need("count")
+      call need(group, "first", parameter, diagnostics)
+      call need(group, "last", parameter, diagnostics)
+      if (sampling == sampling_grid) call need(group, "count", parameter, diagnostics)
       if (group%is_set("count")) parameter%count = group%long_integer("count")
       if (.not. group%is_set("first") .or. .not. group%is_set("last")) return
       parameter%first = group%number("first")
       parameter%last = group%number("last")
-      call check_end("first")
-      call check_end("last")
+      call check_end(group, "first", parameter, diagnostics)
+      call check_end(group, "last", parameter, diagnostics)
       if (abs(parameter%last - parameter%first) <= 0.0_wp) then
          if (sampling /= sampling_grid .or. parameter%count > 1) call diagnostics%add( &
             group%place("last", 1), "'last' is the same as 'first'", "two numbers")
@@ -553,48 +558,57 @@ contains
          call diagnostics%add(group%place("count", 1), &
             "one value cannot be both 'first' and 'last'", "count >= 2, or values = V")
       end if
-
-   contains
-
-      !> Texts that stand for numbers are computed.
-      subroutine compute_values()
-         real(wp) :: x
-         logical :: good, is_one
-         integer :: k
-
-         do k = 1, size(parameter%list)
-            if (parameter%list(k)%kind /= value_text) cycle
-            call expression_value(parameter%list(k), constants, x, is_one, diagnostics, good)
-            if (.not. is_one) cycle
-            parameter%list(k)%kind = value_real
-            parameter%list(k)%real = x
-         end do
-      end subroutine compute_values
-
-      !> A key that has to be there.
-      subroutine need(name)
-         !> The key.
-         character(len=*), intent(in) :: name
-
-         call group%require(name, group%origin, "'" // name // &
-            "' is missing in group &parameter " // quote(parameter%name), &
-            name // " = " // expected_of(group%key(name)), diagnostics)
-      end subroutine need
-
-      !> Check an end of the range; what no key takes is not said to have no logarithm, too.
-      subroutine check_end(name)
-         !> Its key.
-         character(len=*), intent(in) :: name
-         integer :: before
-
-         before = diagnostics%count()
-         call check_values(parameter, group%values(name), diagnostics)
-         if (diagnostics%count() > before .or. parameter%vary /= vary_log) return
-         if (group%number(name) <= 0.0_wp) call diagnostics%add(group%place(name, 1), "'" // &
-            name // "' must be positive for vary = 'log'", "a number > 0")
-      end subroutine check_end
-
    end subroutine read_range
+
+   !> Texts that stand for numbers are computed.
+   subroutine compute_values(list, constants, diagnostics)
+      type(value_type), intent(inout) :: list(:)
+      !> Constants of the sweep file.
+      type(constants_type), intent(in) :: constants
+      type(diagnostics_type), intent(inout) :: diagnostics
+      real(wp) :: x
+      logical :: good, is_one
+      integer :: k
+
+      do k = 1, size(list)
+         if (list(k)%kind /= value_text) cycle
+         call expression_value(list(k), constants, x, is_one, diagnostics, good)
+         if (.not. is_one) cycle
+         list(k)%kind = value_real
+         list(k)%real = x
+      end do
+   end subroutine compute_values
+
+   !> A key that has to be there.
+   subroutine need(group, name, parameter, diagnostics)
+      !> Group `parameter`.
+      type(group_settings_type), intent(in) :: group
+      !> The key.
+      character(len=*), intent(in) :: name
+      type(parameter_column_type), intent(in) :: parameter
+      type(diagnostics_type), intent(inout) :: diagnostics
+
+      call group%require(name, group%origin, "'" // name // &
+         "' is missing in group &parameter " // quote(parameter%name), &
+         name // " = " // expected_of(group%key(name)), diagnostics)
+   end subroutine need
+
+   !> Check an end of the range; what no key takes is not said to have no logarithm, too.
+   subroutine check_end(group, name, parameter, diagnostics)
+      !> Group `parameter`.
+      type(group_settings_type), intent(in) :: group
+      !> Its key.
+      character(len=*), intent(in) :: name
+      type(parameter_column_type), intent(in) :: parameter
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: before
+
+      before = diagnostics%count()
+      call check_values(parameter, group%values(name), diagnostics)
+      if (diagnostics%count() > before .or. parameter%vary /= vary_log) return
+      if (group%number(name) <= 0.0_wp) call diagnostics%add(group%place(name, 1), "'" // &
+         name // "' must be positive for vary = 'log'", "a number > 0")
+   end subroutine check_end
 
    !> Check values against the domains of all keys that take them; texts become what the key wants.
    subroutine check_values(parameter, values, diagnostics)
@@ -649,7 +663,7 @@ contains
             parameter%name = name
             allocate(parameter%list(0), parameter%targets(0), parameter%paths(0))
             parameter%units = ""
-            g = group_of(name)
+            g = group_of(groups, name)
             if (g > 0) then
                used(g) = .true.
                deallocate(parameter%targets, parameter%paths, parameter%list)
@@ -685,48 +699,51 @@ contains
       end if
       sweep%n_cases = sweep%points%n
       do i = 1, n
-         associate (parameter => sweep%parameters(i))
-            parameter%count = sweep%n_cases
-            deallocate(parameter%list)
-            allocate(parameter%list(size(columns(i)%words)))
-            do g = 1, size(parameter%list)
-               parameter%list(g)%kind = value_text
-               parameter%list(g)%text = columns(i)%words(g)%s
-               if (starts_with(parameter%list(g)%text, ".")) call logical_of( &
-                  parameter%list(g)%text, parameter%list(g))
-            end do
-         end associate
+         sweep%parameters(i)%count = sweep%n_cases
+         call take_words(columns(i)%words, sweep%parameters(i)%list)
       end do
-
-   contains
-
-      !> Group `parameter` that names a column of the table; 0 for none.
-      integer function group_of(name)
-         !> Name of the column.
-         character(len=*), intent(in) :: name
-         integer :: k
-
-         do group_of = 1, size(groups)
-            if (groups(group_of)%group_name() /= "parameter") cycle
-            if (groups(group_of)%text("column") == name) return
-            if (.not. groups(group_of)%is_set("name")) cycle
-            do k = 1, groups(group_of)%count("name")
-               if (lower(groups(group_of)%text("name", k)) == lower(name)) return
-            end do
-         end do
-         group_of = 0
-      end function group_of
-
-      !> Name of the column that a group wants.
-      function group_name(group) result(name)
-         type(group_settings_type), intent(in) :: group
-         character(len=:), allocatable :: name
-
-         name = group%text("column")
-         if (name == "") name = group%text("name")
-      end function group_name
-
    end subroutine read_table
+
+   !> Values of a column from its words.
+   subroutine take_words(words, list)
+      type(string_type), intent(in) :: words(:)
+      type(value_type), allocatable, intent(out) :: list(:)
+      integer :: i
+
+      allocate(list(size(words)))
+      do i = 1, size(list)
+         list(i)%kind = value_text
+         list(i)%text = words(i)%s
+         if (starts_with(list(i)%text, ".")) call logical_of(list(i)%text, list(i))
+      end do
+   end subroutine take_words
+
+   !> Group `parameter` that names a column of the table; 0 for none.
+   integer function group_of(groups, name)
+      type(group_settings_type), intent(in) :: groups(:)
+      !> Name of the column.
+      character(len=*), intent(in) :: name
+      integer :: k
+
+      do group_of = 1, size(groups)
+         if (groups(group_of)%group_name() /= "parameter") cycle
+         if (groups(group_of)%text("column") == name) return
+         if (.not. groups(group_of)%is_set("name")) cycle
+         do k = 1, groups(group_of)%count("name")
+            if (lower(groups(group_of)%text("name", k)) == lower(name)) return
+         end do
+      end do
+      group_of = 0
+   end function group_of
+
+   !> Name of the column that a group wants.
+   function group_name(group) result(name)
+      type(group_settings_type), intent(in) :: group
+      character(len=:), allocatable :: name
+
+      name = group%text("column")
+      if (name == "") name = group%text("name")
+   end function group_name
 
    !> Parameters must not share a path or a column, nor vary what is set for all cases.
    subroutine check_parameters(main, groups, sweep, diagnostics)

@@ -5,7 +5,7 @@ module contensou_sweep_results
    use contensou_base_settings, only : group_settings_type
    use contensou_base_text, only : join, lower, nearest, quote, string_type, strings
    use contensou_contact_parts, only : owns_state
-   use contensou_dynamics_scene, only : turns_by_drive
+   use contensou_dynamics_scene, only : scene_type, turns_by_drive
    use contensou_scene_contacts, only : remembers
    use contensou_study_quantities, only : final_quantities, row_quantities
    use contensou_study_quantity, only : if_driven, if_memory, if_springs, if_states, &
@@ -38,44 +38,21 @@ contains
       logical :: keep_summary(size(summary_quantities)), keep_events(size(event_names))
       logical, allocatable :: keep_state(:)
       type(quantity_type), allocatable :: finals(:)
-      integer :: i, k, n, n_values
+      integer :: i, n, n_values
 
       finals = final_quantities()
       allocate(keep_state(size(finals)))
       call read_keep(main, keep_summary, keep_events, keep_state, diagnostics)
       n_values = count([(groups(i)%group_name() == "value", i=1, size(groups))])
-      associate (nb => size(sweep%scene%bodies), nc => size(sweep%scene%contacts))
-         allocate(columns(size(summary_quantities) + nc*size(event_names) + &
-            nb*sum(finals%components) + n_values))
-         n = 0
-         do k = 1, size(summary_quantities)
-            if (.not. keep_summary(k)) cycle
-            if (k == summary_stop .and. size(sweep%scene%stops) == 0) cycle
-            associate (q => summary_quantities(k))
-               call put(q%name, q%units, trim(q%long_name), q%is_integer)
-               if (k == summary_stop) columns(n)%long_name = columns(n)%long_name // &
-                  names_of_stops()
-            end associate
-            columns(n)%source = source_summary
-            columns(n)%quantity = k
-         end do
-         do i = 1, nc
-            do k = 1, size(event_names)
-               if (.not. keep_events(k)) cycle
-               associate (contact => sweep%scene%contacts(i)%name)
-                  call put(trim(event_names(k)) // "_" // column_word(contact), &
-                     merge("1", "s", k > 4), trim(event_docs(k)) // " of " // contact, k > 4)
-               end associate
-               columns(n)%source = source_event
-               columns(n)%quantity = k
-               columns(n)%index = i
-            end do
-         end do
-         do i = 1, nb
-            call put_states(i)
-         end do
-      end associate
-      call check_names(columns(:n))
+      allocate(columns(size(summary_quantities) + size(sweep%scene%contacts)*size(event_names) + &
+         size(sweep%scene%bodies)*sum(finals%components) + n_values))
+      n = 0
+      call put_summary(sweep%scene, keep_summary, columns, n)
+      call put_events(sweep%scene, keep_events, columns, n)
+      do i = 1, size(sweep%scene%bodies)
+         call put_states(sweep%scene%bodies(i)%name, i, finals, keep_state, columns, n)
+      end do
+      call check_names(columns(:n), sweep%scene, main, diagnostics)
       do i = 1, size(groups)
          if (groups(i)%group_name() /= "value") cycle
          n = n + 1
@@ -90,87 +67,146 @@ contains
       if (n == 0 .and. diagnostics%count() == 0) call diagnostics%add( &
          main%place("keep"), "nothing is kept of the cases", &
          "keep = 'summary', or a group &value")
-
-   contains
-
-      !> Contacts and bodies whose columns would have the same name; the first pair is told.
-      subroutine check_names(named)
-         type(result_column_type), intent(in) :: named(:)
-         integer :: a, b
-
-         do b = 2, size(named)
-            do a = 1, b - 1
-               if (named(a)%name /= named(b)%name) cycle
-               call diagnostics%add(main%place("keep"), owner(named(a)) // " and " // &
-                  owner(named(b)) // " would have the same column " // quote(named(b)%name), &
-                  "another name for one of them, which differs by more than '/' and '_'")
-               return
-            end do
-         end do
-      end subroutine check_names
-
-      !> What a column is of.
-      function owner(column) result(words)
-         type(result_column_type), intent(in) :: column
-         character(len=:), allocatable :: words
-
-         if (column%source == source_event) then
-            words = "contact " // quote(sweep%scene%contacts(column%index)%name)
-         else
-            words = "body " // quote(sweep%scene%bodies(column%index)%name)
-         end if
-      end function owner
-
-      !> Names of the conditions that end a run, with their numbers.
-      function names_of_stops() result(names)
-         character(len=:), allocatable :: names
-         integer :: stop
-
-         names = ""
-         do stop = 1, size(sweep%scene%stops)
-            names = names // ", " // to_text(stop) // " for " // sweep%scene%stops(stop)%name
-         end do
-      end function names_of_stops
-
-      !> Columns of the final state of a body.
-      subroutine put_states(body)
-         !> Its number.
-         integer, intent(in) :: body
-         integer :: j, k, m
-
-         do k = 1, size(finals)
-            if (.not. keep_state(k)) cycle
-            m = finals(k)%components
-            do j = 1, m
-               associate (q => finals(k), name => sweep%scene%bodies(body)%name)
-                  call put(trim(q%name) // "_" // column_word(name) // "_" // &
-                     component_word(m, j), q%units, trim(q%long_name) // " of " // name // &
-                     ", " // component_word(m, j), .false.)
-               end associate
-               columns(n)%source = source_state
-               columns(n)%quantity = k
-               columns(n)%index = body
-               columns(n)%component = j
-            end do
-         end do
-      end subroutine put_states
-
-      !> Begin the next column. (A structure constructor would leak its texts.)
-      subroutine put(name, units, long_name, is_integer)
-         character(len=*), intent(in) :: name
-         character(len=*), intent(in) :: units
-         character(len=*), intent(in) :: long_name
-         !> Whether it is a count.
-         logical, intent(in) :: is_integer
-
-         n = n + 1
-         columns(n)%name = trim(name)
-         columns(n)%units = trim(units)
-         columns(n)%long_name = long_name
-         columns(n)%is_integer = is_integer
-      end subroutine put
-
    end subroutine read_results
+
+   !> Columns of the summary of a run.
+   subroutine put_summary(scene, keep, columns, n)
+      type(scene_type), intent(in) :: scene
+      !> For each of `summary_quantities`, whether it is kept.
+      logical, intent(in) :: keep(:)
+      type(result_column_type), intent(inout) :: columns(:)
+      !> Number of columns so far.
+      integer, intent(inout) :: n
+      integer :: k
+
+      do k = 1, size(summary_quantities)
+         if (.not. keep(k)) cycle
+         if (k == summary_stop .and. size(scene%stops) == 0) cycle
+         associate (q => summary_quantities(k))
+            call put(columns, n, q%name, q%units, trim(q%long_name), q%is_integer)
+            if (k == summary_stop) columns(n)%long_name = columns(n)%long_name // &
+               names_of_stops(scene)
+         end associate
+         columns(n)%source = source_summary
+         columns(n)%quantity = k
+      end do
+   end subroutine put_summary
+
+   !> Columns of the events of all contacts.
+   subroutine put_events(scene, keep, columns, n)
+      type(scene_type), intent(in) :: scene
+      !> For each of `event_names`, whether it is kept.
+      logical, intent(in) :: keep(:)
+      type(result_column_type), intent(inout) :: columns(:)
+      !> Number of columns so far.
+      integer, intent(inout) :: n
+      integer :: i, k
+
+      do i = 1, size(scene%contacts)
+         do k = 1, size(event_names)
+            if (.not. keep(k)) cycle
+            associate (contact => scene%contacts(i)%name)
+               call put(columns, n, trim(event_names(k)) // "_" // column_word(contact), &
+                  merge("1", "s", k > 4), trim(event_docs(k)) // " of " // contact, k > 4)
+            end associate
+            columns(n)%source = source_event
+            columns(n)%quantity = k
+            columns(n)%index = i
+         end do
+      end do
+   end subroutine put_events
+
+   !> Columns of the final state of a body.
+   subroutine put_states(name, body, finals, keep, columns, n)
+      character(len=*), intent(in) :: name
+      !> Its number.
+      integer, intent(in) :: body
+      type(quantity_type), intent(in) :: finals(:)
+      !> For each of `finals`, whether it is kept.
+      logical, intent(in) :: keep(:)
+      type(result_column_type), intent(inout) :: columns(:)
+      !> Number of columns so far.
+      integer, intent(inout) :: n
+      character(len=1) :: letter
+      integer :: j, k
+
+      do k = 1, size(finals)
+         if (.not. keep(k)) cycle
+         do j = 1, finals(k)%components
+            letter = component_word(finals(k)%components, j)
+            call put(columns, n, trim(finals(k)%name) // "_" // column_word(name) // "_" // &
+               letter, finals(k)%units, trim(finals(k)%long_name) // " of " // name // ", " // &
+               letter, .false.)
+            columns(n)%source = source_state
+            columns(n)%quantity = k
+            columns(n)%index = body
+            columns(n)%component = j
+         end do
+      end do
+   end subroutine put_states
+
+   !> Begin the next column. (A structure constructor would leak its texts.)
+   subroutine put(columns, n, name, units, long_name, is_integer)
+      type(result_column_type), intent(inout) :: columns(:)
+      !> Number of columns so far.
+      integer, intent(inout) :: n
+      character(len=*), intent(in) :: name
+      character(len=*), intent(in) :: units
+      character(len=*), intent(in) :: long_name
+      !> Whether it is a count.
+      logical, intent(in) :: is_integer
+
+      n = n + 1
+      columns(n)%name = trim(name)
+      columns(n)%units = trim(units)
+      columns(n)%long_name = long_name
+      columns(n)%is_integer = is_integer
+   end subroutine put
+
+   !> Names of the conditions that end a run, with their numbers.
+   function names_of_stops(scene) result(names)
+      type(scene_type), intent(in) :: scene
+      character(len=:), allocatable :: names
+      integer :: stop
+
+      names = ""
+      do stop = 1, size(scene%stops)
+         names = names // ", " // to_text(stop) // " for " // scene%stops(stop)%name
+      end do
+   end function names_of_stops
+
+   !> Contacts and bodies whose columns would have the same name; the first pair is told.
+   subroutine check_names(named, scene, main, diagnostics)
+      type(result_column_type), intent(in) :: named(:)
+      type(scene_type), intent(in) :: scene
+      !> Group `sweep`.
+      type(group_settings_type), intent(in) :: main
+      type(diagnostics_type), intent(inout) :: diagnostics
+      integer :: a, b
+
+      do b = 2, size(named)
+         do a = 1, b - 1
+            if (named(a)%name /= named(b)%name) cycle
+            call diagnostics%add(main%place("keep"), owner(named(a), scene) // " and " // &
+               owner(named(b), scene) // " would have the same column " // quote(named(b)%name), &
+               "another name for one of them, which differs by more than '/' and '_'")
+            return
+         end do
+      end do
+   end subroutine check_names
+
+   !> What a column is of.
+   function owner(column, scene) result(words)
+      type(result_column_type), intent(in) :: column
+      type(scene_type), intent(in) :: scene
+      character(len=:), allocatable :: words
+
+      if (column%source == source_event) then
+         words = "contact " // quote(scene%contacts(column%index)%name)
+      else
+         words = "body " // quote(scene%bodies(column%index)%name)
+      end if
+   end function owner
 
    !> See that values at a time that have a name of their own have it alone.
    subroutine check_value_names(groups, columns, diagnostics)
@@ -305,7 +341,8 @@ contains
          if (.not. any([(owns_state([sweep%scene%contacts(i)%normal, &
             sweep%scene%contacts(i)%damping, sweep%scene%contacts(i)%friction, &
             sweep%scene%contacts(i)%rolling, sweep%scene%contacts(i)%tangential, &
-            sweep%scene%contacts(i)%curvature], quantity%name), &
+            sweep%scene%contacts(i)%curvature], sweep%scene%contacts(i)%parameters, &
+            quantity%name), &
             i=1, size(sweep%scene%contacts))])) call diagnostics%add( &
             group%place("dataset", 1), "no contact of the scene has such a state", &
             "a contact with a law that has it")

@@ -7,8 +7,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 enum { MOST = 3, ROOM = 4096 };
+
+/* CPU time that one call may take, under sanitizers too [s]. */
+enum { LONGEST = 60 };
 
 #define STEEL "&material name = 'steel', young = 2e11, poisson = 0.3 /\n"
 #define BALL                                                                                       \
@@ -283,7 +287,7 @@ static void call_simulation(void)
    wild = 0;
    if (n > 0) contensou_simulation_state(self, y);
    for (i = 0; i < n; i++) wild = wild || fabs(y[i]) > 1e3;
-   switch (below(34)) {
+   switch (below(37)) {
    case 0:
    case 1:
       make(place, asked);
@@ -414,6 +418,15 @@ static void call_simulation(void)
    case 32:
       look(contensou_simulation_restore(self, *kept, asked), asked);
       return;
+   case 33:
+      look(contensou_simulation_nominals(self, below(20) ? y : NULL, length(n), asked), asked);
+      return;
+   case 34:
+   case 35:
+      contensou_simulation_remembers(self);
+      look(contensou_simulation_memory_indicator(self, time, below(20) ? x : NULL, length(n),
+                                                 below(20) ? y : NULL, asked), asked);
+      return;
    default:
       place = &simulations[below(MOST)];
       if (*place == self || (n == 0 && below(20))) return;
@@ -460,9 +473,11 @@ int main(int argc, char **argv)
       int steps = 1 + below(12);
       for (k = 0; k < steps; k++) {
          int which = below(10);
+         clock_t begin = clock();
          if (which < 7) call_simulation();
          else if (which < 9) call_kernels();
          else call_snapshot();
+         if (clock() - begin > (clock_t)LONGEST * CLOCKS_PER_SEC) fail("a call that hangs");
       }
    }
    for (k = 0; k < MOST; k++) {

@@ -1,5 +1,6 @@
 /* Two simulations side by side do not wait for each other: nothing locks the texts in derivatives,
- * Jacobians, steps and rows, and their threads give up the processor for nothing.
+ * Jacobians, steps and rows, and their threads give up the processor for nothing. Their states have
+ * the bits that they have alone.
  *
  *   test_threads FOLDER [times]    with the shipped scenes; prints one line for each failed check,
  *                                  and with "times" the wall time of two threads over that of one
@@ -11,6 +12,7 @@
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/resource.h>
 #include <time.h>
 
@@ -91,6 +93,7 @@ static void *run(void *argument)
       of->status = contensou_simulation_advance(of->simulation, of->end * i / 20, NULL);
    getrusage(RUSAGE_THREAD, &after);
    of->waits = after.ru_nvcsw - before.ru_nvcsw;
+   contensou_simulation_state(of->simulation, of->state);
    return NULL;
 }
 
@@ -116,6 +119,7 @@ int main(int argc, char **argv)
    static const char *const long_ends[] = {"scene.t_end = 8", "scene.t_end = 8"};
    const char *const *settings = argc > 2 ? long_ends : ends;
    job jobs[2];
+   double *states[2];
    pthread_t threads[2];
    double start, alone = 0.0, together;
    long locked;
@@ -130,6 +134,8 @@ int main(int argc, char **argv)
       alone += now() - start;
       check(jobs[i].status == CONTENSOU_OK && jobs[i].rows > 2, "a simulation alone");
       check(locks == locked, "derivatives, steps and rows do not lock");
+      states[i] = jobs[i].state;
+      jobs[i].state = NULL;
       release(&jobs[i]);
    }
    check(locks > 0, "reading a scene does");
@@ -141,6 +147,9 @@ int main(int argc, char **argv)
    for (i = 0; i < 2; i++) {
       check(jobs[i].status == CONTENSOU_OK, "a simulation beside another one");
       check(jobs[i].waits <= 5, "a thread waits for nothing");
+      check(!memcmp(jobs[i].state, states[i], (size_t)jobs[i].size * sizeof(double)),
+            "beside another one it has the bits that it has alone");
+      free(states[i]);
       release(&jobs[i]);
    }
    if (argc > 2) printf("alone %.3f s, together %.3f s: %.3f\n", alone, together,

@@ -4,8 +4,8 @@
 !> tests/driver/test_kernel_arrays.py.
 program kernel_loops
    use, intrinsic :: iso_fortran_env, only : error_unit
-   use contensou, only : complete_elliptic, elliptic_shape, hertz_contact, hertz_spot_type, &
-      shells_type, slip_type, spring_spot_type, wp, wrench_exact, wrench_exact_jacobian
+   use contensou, only : complete_elliptic, friction_wrench, hertz_contact, hertz_spot_type, &
+      shells_type, slip_type, spot_shape_type, spring_spot_type, wp
    implicit none(type, external)
    !> f [-], N [N], a [m], G [Pa] and nu [-].
    real(wp), parameter :: coefficient = 0.3_wp, load = 2.0_wp, major = 1.0e-3_wp
@@ -86,7 +86,7 @@ contains
       integer :: i
 
       do i = 1, size(x)
-         call wrench_exact(elliptic_shape(0.7_wp*major/major), &
+         call friction_wrench(spot_shape_type(0.7_wp*major/major), &
             slip_type(0.05_wp, 0.01_wp, major*100.0_wp*x(i)), .true., wrench)
          y(:3, i) = coefficient*load*wrench*[1.0_wp, 1.0_wp, major]
       end do
@@ -100,7 +100,7 @@ contains
       integer :: i
 
       do i = 1, size(x)
-         call wrench_exact_jacobian(elliptic_shape(0.7_wp*major/major), &
+         call friction_wrench(spot_shape_type(0.7_wp*major/major), &
             slip_type(0.05_wp, 0.01_wp, major*100.0_wp*x(i)), wrench, jacobian)
          unit = coefficient*load*[1.0_wp, 1.0_wp, major]
          slopes(:, 1) = unit*wrench/load
@@ -122,7 +122,7 @@ contains
       integer :: i
 
       do i = 1, size(x)
-         spot%shape = elliptic_shape(0.7_wp*x(i)*major/(x(i)*major))
+         spot%shape = spot_shape_type(0.7_wp*x(i)*major/(x(i)*major))
          spot%a = x(i)*major
          call spot%stiffen(shear, poisson)
          y(:3, i) = spot%stiffness
@@ -138,7 +138,7 @@ contains
       integer :: i
 
       do i = 1, size(x)
-         spot%shape = elliptic_shape(0.7_wp*major/major)
+         spot%shape = spot_shape_type(0.7_wp*major/major)
          spot%a = major
          spot%limit = coefficient*load
          call spot%stiffen(shear, poisson)

@@ -481,6 +481,21 @@ def test_the_energy_balance_is_closed(name, ran):
         assert file["summary/energy_error_relative"][()] <= 1e-7
 
 
+@pytest.mark.parametrize(
+    "settings",
+    [("slender", "scene.t_end=0.02"), ("curved", "bearing.spot_error=1e-8", "scene.t_end=0.002")],
+    ids=["slender", "curved"],
+)
+def test_the_energy_balance_is_closed_with_curved_spots(settings, ran):
+    spot, *others = settings
+    path = ran("bearing_6205", f"bearing.spot={spot}", "integrator.rtol=1e-9", *others)
+    with h5py.File(path) as file:
+        assert file["summary/energy_error_relative"][()] <= 1e-8
+        lost = file["trajectory/work_friction"][()]
+        assert (np.diff(lost) > 0).all()
+        assert np.abs(file["trajectory/spot_moment"][()]).max() > 0
+
+
 def spots(path):
     """The parameter c of the first inner and outer contact at the beginning."""
     with h5py.File(path) as file:

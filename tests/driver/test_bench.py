@@ -75,7 +75,10 @@ RUNGS = {
     },
     "wrench": {"coulomb", "contensou_simplified", "pade11", "pade22", "contensou_exact"},
     "wrench_jacobian": {"contensou_simplified", "contensou_exact"},
-    "curved_wrench": {"within_1e-10", "within_1e-6", "within_1e-4", "mapped", "product", "flat"},
+    "curved_wrench": {
+        *("within_1e-10", "within_1e-6", "within_1e-4"),
+        *("mapped", "slender", "product", "flat"),
+    },
     "creep": {"sliding", "linear", "strip", "polach", "fastsim", "brush", "table"},
     "creep_jacobian": {"sliding", "table"},
     "tangential": {"spring", "layers_1", "layers_5", "layers_10", "layers_20"},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import itertools
+import re
 import signal
 import subprocess
 import time
@@ -142,6 +143,40 @@ def test_errors_of_event_times_are_those_of_runs(run, inputs, tmp_path):
         expected = np.abs(own - exact).max()
         assert float(row["error_events"]) == pytest.approx(expected, rel=1e-2, abs=1e-12)
         assert expected < 1e-4
+
+
+def test_bodies_that_a_drive_turns_and_springs_count(run, inputs, tmp_path):
+    """Spindles on springs: distances and the balance are those of the rows of the runs."""
+    scene = inputs / "examples/cattaneo.nml"
+
+    def rows(name, *words):
+        words = ("run", scene, "-q", "-o", name, *words, "--set", "integrator.method='explicit8'")
+        assert run(*words, "--set", "scene.t_end=0.02").status == 0
+        with h5py.File(tmp_path / name) as file:
+            return {key: data[()] for key, data in file["trajectory"].items()}
+
+    done = run(
+        "cost", scene, "--csv", "c.csv", "-q", "--set", "scene.t_end=0.02", "--set",
+        "cost.layers=10", "--set", "cost.methods='explicit8','auto'", "--set", "cost.rtol=1e-5",
+        "--set", "cost.repeats=1", "--set", "cost.samples=200",
+    )  # fmt: skip
+    assert done.status == 0, done.err
+    table = list(csv.DictReader((tmp_path / "c.csv").open()))
+    found = next(row for row in table if row["method"] == "explicit8")
+    own = rows("own.h5", "--set", "integrator.rtol=1e-5")
+    reference = rows("reference.h5", "--set", "integrator.rtol=1e-12")
+    for kind in ("position", "velocity"):
+        error = np.linalg.norm(own[kind] - reference[kind], axis=2).max()
+        assert error > 1e-12
+        assert float(found[f"numerical_{kind}_largest"]) == pytest.approx(error, rel=1e-2)
+    balance = np.abs(own["energy_error"]).max()
+    assert float(found["energy_residual"]) == pytest.approx(balance, rel=1e-3)
+    # What the spot rings with is known though both bodies turn with drives.
+    done = run("run", scene, "-o", "auto.h5", "--set", "integrator.method='auto'")
+    assert done.status == 0, done.err
+    chosen = re.search(r"frequency (\S+) rad/s, damping ratio (\S+), friction (\S+) 1/s", done.out)
+    assert 1e3 < float(chosen[1]) < 1e4
+    assert 0.01 < float(chosen[2]) < 1
 
 
 def test_scaled_error_and_pareto_front(study):

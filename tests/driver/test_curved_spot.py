@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 INPUTS = ["N", "a", "b", "f", "Lxx", "Lxy", "Lyy", "vx", "vy", "w", "wx", "wy"]
-RULES = [("--model", "mapped"), ("--model", "product")]
+RULES = [("--model", "mapped"), ("--model", "slender"), ("--model", "product")]
 OUTPUTS = ["Fx", "Fy", "Tz", "Mx", "My"]
 
 
@@ -96,6 +96,50 @@ def test_mapped_rule(spots, evaluate):
     assert np.median(deviations[400:]) <= 2e-5
     assert np.quantile(deviations[400:], 0.9) <= 5e-3
     assert deviations.max() <= 0.25
+
+
+def test_slender_rule(spots, evaluate):
+    grooves = spots[400:]
+    deviations = abs(evaluate(grooves, "--model", "slender") - evaluate(grooves)).max(axis=1)
+    assert np.median(deviations) <= 6e-5
+    assert np.quantile(deviations, 0.9) <= 5e-4
+    # Nearly no sliding but where the ball stands on the ends of its spot.
+    assert deviations.max() <= 5e-2
+    # What is left is the rise along the chords.
+    grooves[:, 6] = 0
+    deviations = abs(evaluate(grooves, "--model", "slender") - evaluate(grooves)).max(axis=1)
+    assert np.median(deviations) <= 4e-5
+    assert deviations.max() <= 3e-3
+
+
+def test_slender_rule_without_curvature_is_flat(cases, evaluate):
+    names = ["N", "a", "b", "f", "vx", "vy", "w"]
+    rows = cases[0][np.linalg.norm(cases[0][:, 7:10], axis=1) > 0].copy()
+    flat = evaluate(rows[:, [0, 1, 2, 3, 7, 8, 9]], kernel="wrench", inputs=names)
+    rows[:, 10:] *= 1e-9 * np.linalg.norm(rows[:, 7:10], axis=1)[:, None]
+    deviations = abs(evaluate(rows, "--model", "slender")[:, :3] - flat).max(axis=1)
+    assert np.median(deviations) <= 1e-4
+    assert deviations.max() <= 1e-2
+
+
+def test_slender_rule_has_the_derivatives_of_its_wrench(spots, evaluate):
+    rows = spots[400:][abs(spots[400:, 9]) > 0.02]
+    found = evaluate(rows, "--model", "slender", "--jacobian")
+    assert (found[:, :5] == evaluate(rows, "--model", "slender")).all()
+    found = found[:, 5:].reshape(-1, 5, 5)
+    exact = evaluate(rows, "--jacobian")[:, 5:].reshape(-1, 5, 5)
+    scale = abs(exact).max(axis=(1, 2))
+    assert np.median(abs(found - exact).max(axis=(1, 2)) / scale) <= 1e-3
+    for j in range(5):
+        step = 0.02 * abs(rows[:, 9])
+        ends = []
+        for sign in (1, -1):
+            moved = rows.copy()
+            moved[:, 7 + j] += sign * step
+            ends.append(evaluate(moved, "--model", "slender"))
+        slopes = (ends[0] - ends[1]) / (2 * step)[:, None]
+        assert np.median(abs(slopes - found[:, :, j]).max(axis=1) / scale) <= 5e-3
+    assert abs(found - found.transpose(0, 2, 1)).max() <= 1e-12 * abs(found).max()
 
 
 def test_product_rule(cases, evaluate):
@@ -300,6 +344,37 @@ def test_ball_in_a_groove_has_the_kernel_of_its_spot(simulate, evaluate, order):
     assert abs((moment * normal).sum(axis=1)).max() <= 1e-9 * scale
 
 
+@pytest.mark.parametrize(
+    ("scene", "word"),
+    [
+        (GROOVE.replace("spot_error = 1.0e-7", ""), "c.spot=slender"),
+        (GROOVE.replace("spot = 'curved' spot_error = 1.0e-7", ""), "c.tangential=spring"),
+    ],
+    ids=["slender", "spring"],
+)
+def test_the_resolved_scene_has_no_keys_of_other_models(run, tmp_path, scene, word):
+    (tmp_path / "scene.nml").write_text(scene, encoding="utf-8")
+    done = run("check", "scene.nml", "--expand", "--set", word)
+    assert done.status == 0, done.err
+    key, _, name = word.partition(".")[2].partition("=")
+    assert f"{key} = '{name}'" in done.out
+    (tmp_path / "expanded.nml").write_text(done.out, encoding="utf-8")
+    again = run("check", "expanded.nml", "--expand")
+    assert again.status == 0, again.err
+    assert again.out == done.out
+
+
+def test_slender_spots_in_a_scene(simulate):
+    scene = GROOVE.replace("spot_error = 1.0e-7", "")
+    rows = simulate(scene, "c.spot=slender").columns
+    assert abs(rows["energy_error"]).max() <= 1e-8 * rows["energy_kinetic"][0]
+    assert (np.diff(rows["work_friction"]) > 0).all()
+    other = simulate(GROOVE).columns
+    lost, wanted = rows["work_friction"][-1], other["work_friction"][-1]
+    assert lost == pytest.approx(wanted, rel=2e-3)
+    assert lost != wanted
+
+
 def test_rolling_in_a_groove_goes_on_but_loses(simulate):
     # A ball without spin that rolls: on a flat spot it loses nothing, on a curved one what Johnson
     # has, here of a spot that is not very slender.
@@ -341,7 +416,10 @@ def test_methods_agree(simulate, method):
         ("tangential", "elastic", "a curved spot is not available with tangential = 'elastic'"),
         ("drilling", ".false.", "a curved spot is not available without the drilling torque"),
         ("normal", "rigid", "a curved spot is not available for a rigid contact"),
+        ("tangential", "spring", "a curved spot is not available with tangential = 'spring'"),
+        ("tangential", "rolling", "a curved spot is not available with tangential = 'rolling'"),
         ("spot", "bent", "curved"),
+        ("spot", "slender", "spot_error"),
         ("spot_error", "0.1", "spot_error"),
     ],
 )
@@ -362,5 +440,6 @@ def test_cost_compares_curved_spots_with_flat_ones(run, tmp_path):
     assert done.status == 0, done.err
     rows = list(csv.DictReader((tmp_path / "c.csv").open()))
     models = {row["model"] for row in rows}
-    assert {"contensou_exact", "contensou_exact+flat", "contensou_simplified+flat"} <= models
-    assert all(model.endswith("+flat") for model in models - {"contensou_exact"})
+    curved = {"contensou_exact", "contensou_exact+slender"}
+    assert curved | {"contensou_exact+flat", "contensou_simplified+flat"} <= models
+    assert all(model.endswith("+flat") for model in models - curved)

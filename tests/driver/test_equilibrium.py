@@ -349,6 +349,18 @@ def test_the_published_combined_load_linearises_the_tilt():
     assert got == pytest.approx(wanted, rel=2e-4)
 
 
+def test_the_tilt_depends_on_where_the_load_acts_to_micrometres(run, tmp_path):
+    """7 um along the axis, of load and deflection, are what differs from linear formulas."""
+    away = 7e-3
+    example = {**EXAMPLES[4], "moment_Nmm": -1000 * away}
+    found = settle(run, tmp_path, published(example)[0])
+    got = np.array(deflection(found, run, tmp_path))
+    got[0] -= away * got[2]
+    wanted = [float(example[key]) for key in ("radial_um", "axial_um", "tilt_mrad")]
+    assert got[:2] == pytest.approx(wanted[:2], rel=2e-4)
+    assert got[2] == pytest.approx(wanted[2], rel=1.2e-3)
+
+
 @pytest.mark.parametrize(("radial", "moment"), [(1000, 5000), (1000, -5000), (0, 5000)])
 def test_moments_against_the_linear_formulas(radial, moment, run, tmp_path):
     """They differ by the square of the tilt, and by what it turns the groove."""
@@ -580,6 +592,26 @@ def test_the_scene_that_is_written_begins_at_rest(run, tmp_path):
     assert "exists" in result.err
 
 
+def test_the_scene_of_a_bearing_that_turns_begins_at_rest(run, tmp_path):
+    # The cage has an angular velocity in the inertial frame, which stays while the cage is moved.
+    text = PUBLISHED.format(clearance=0.0, radial=300, axial=500, moment=", moment_load = 1, 0, 0")
+    keys = "inner_speed = 300, initial_state = 'rolling', cage = .true., cage_mass = 0.02,"
+    text = text.replace("   ring_mass", f"   {keys} pocket_clearance = 2e-4,\n   ring_mass")
+    text = text.replace("t_end = 0.01", "t_end = 0.01, gravity = 0, 0, -9.81")
+    first = settle(run, tmp_path, text)
+    result = run("equilibrium", "e.nml", "--scene", "rest.nml", "-q")
+    assert result.status == 0, result.err
+    again = settle(run, tmp_path, (tmp_path / "rest.nml").read_text())
+    assert np.abs(again["body/displacement"]).max() < 1e-12
+    assert again["body/position"] == pytest.approx(first["body/position"], abs=1e-12)
+    assert run("run", "rest.nml", "-q", "-o", "run.h5", "--set", "scene.t_end=1e-6").status == 0
+    with h5py.File(tmp_path / "run.h5") as file:
+        spin = file["trajectory/angular_velocity"][0]
+        cage = [name.decode() for name in file["body/name"]].index("b_cage")
+    assert np.linalg.norm(spin[cage]) > 10
+    assert np.abs(first["body/rotation"][cage]).max() > 1e-6
+
+
 def test_what_has_no_rest_position(run, tmp_path):
     ball = "&body name = 'a', mass = 1, inertia = 3*1.0, position = 0, 0, 0.02 /"
     scene = "&scene gravity = 0, 0, -9.81, t_end = 1 /\n"
@@ -602,6 +634,18 @@ def test_what_has_no_rest_position(run, tmp_path):
     result = run("equilibrium", "e.nml")
     assert result.status == 2
     assert "contact.normal=hertz" in result.err
+
+
+def test_a_torque_turns_a_ring_that_turns_freely(run, tmp_path):
+    # A moment across a ring that tilts has a share about its axis, where nothing holds it.
+    text = PUBLISHED.format(clearance=0.0, radial=200, axial=500, moment=", moment_load = 1, 0, 0")
+    (tmp_path / "e.nml").write_text(text.replace("'rotor'", "'free'"))
+    result = run("equilibrium", "e.nml")
+    assert result.status == 1
+    assert "'b_inner'" in result.err
+    assert "ring_motion" in result.err
+    result = run("equilibrium", "e.nml", "-q", "--set", "bearing.ring_motion=rotor")
+    assert result.status == 0, result.err
 
 
 # --- rotors ------------------------------------------------------------------------------------

@@ -632,7 +632,7 @@ def test_words_wrong(words, message, run):
         ("wrench", WRENCH_MODELS),
         ("kalker", ["table"]),
         ("creep", CREEP_MODELS),
-        ("curved_wrench", ["adaptive", "mapped", "product"]),
+        ("curved_wrench", ["adaptive", "mapped", "slender", "product"]),
         ("tangential", ["shells", "spring"]),
         ("tangential_stiffness", ["mindlin"]),
         ("oblique_impact", ["shells", "spring"]),

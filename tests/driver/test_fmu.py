@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+import json
 import re
 import shutil
 import sys
@@ -142,18 +144,18 @@ def test_model_exchange(unit, run, tmp_path, inputs, name, version):
     assert np.abs(result["energy_error"]).max() < 1e-5 * np.abs(result["energy_kinetic"]).max()
 
 
+@pytest.mark.parametrize("version", VERSIONS)
 @pytest.mark.parametrize("scene", SCENES, ids=lambda path: path.stem)
-def test_model_exchange_of_every_scene(unit, run, tmp_path, scene):
-    """All bodies move and turn with FMPy's CVODE as in a run, within its tolerance.
+def test_model_exchange_of_every_scene(unit, run, tmp_path, scene, version):
+    """All bodies move and turn with FMPy's CVODE as in a run, at 20 outputs, within its tolerance.
 
-    Tangential elasticity remembers accepted steps, whose length the host bounds: there the spins of
-    the run itself are uncertain by 2.3e-4.
+    With tangential elasticity the spins of the run itself are uncertain by 2.3e-4.
     """
     end = 1e-3 if scene.stem.startswith("bearing") else 0.02
     end = {"oblique_impact": 3e-5, "bearing_pair": 2e-4}.get(scene.stem, end)
     remembers = "tangential = 'elastic'" in scene.read_text()
     settings = ["--set", f"scene.t_end = {end}", "--set", f"output.interval = {end / 20}"]
-    path = unit(scene, "3", *settings)
+    path = unit(scene, version, *settings)
     assert run("run", scene, "-q", "-o", "run.h5", *settings).status == 0
     with h5py.File(tmp_path / "run.h5") as file:
         bodies = [name.decode() for name in file["body/name"]]
@@ -163,7 +165,7 @@ def test_model_exchange_of_every_scene(unit, run, tmp_path, scene):
         str(path),
         fmi_type="ModelExchange",
         stop_time=end,
-        output_interval=end / (2000 if remembers else 200),
+        output_interval=end / 20,
         relative_tolerance=1e-9,
         output=[
             f"{body}.{kind}.{axis}"
@@ -172,12 +174,56 @@ def test_model_exchange_of_every_scene(unit, run, tmp_path, scene):
             for axis in "xyz"
         ],
     )
+    # With a row before and one after each event.
     rows = result[np.searchsorted(result["time"], np.linspace(0, end, 21) - 1e-12)]
     found = np.array([rows[name] for name in rows.dtype.names[1:]]).T
     count = position.shape[1]
     np.testing.assert_allclose(found[:, :count], position, rtol=0, atol=1e-8)
     limit = (3e-4 if remembers else 3e-6) * max(1.0, np.abs(spin).max())
     np.testing.assert_allclose(found[:, count:], spin, rtol=0, atol=limit)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_events_of_memory(unit, inputs, version):
+    """Contacts that remember have the host end its steps, and none where nothing is remembered."""
+    descriptions = {
+        name: fmpy.read_model_description(unit(inputs / name, version))
+        for name in ("tippe_top.nml", "examples/incline.nml")
+    }
+    has = {name: {v.name for v in found.modelVariables} for name, found in descriptions.items()}
+    assert "memory_indicator" in has["examples/incline.nml"]
+    assert "memory_indicator" not in has["tippe_top.nml"]
+    assert [d.numberOfEventIndicators for d in descriptions.values()] == [
+        sum(name.endswith("indicator") for name in names) for names in has.values()
+    ]
+    result = fmpy.simulate_fmu(
+        str(unit(inputs / "examples/incline.nml", version)),
+        fmi_type="ModelExchange",
+        stop_time=2e-3,
+        output_interval=1e-3,
+        relative_tolerance=1e-9,
+        output=["memory_indicator"],
+    )
+    indicator = result["memory_indicator"]
+    assert len(indicator) > 30
+    assert indicator.max() < 1e-6  # to the accuracy with which CVODE finds its zeros
+    assert np.all(indicator[1:][np.diff(result["time"]) == 0.0] == -1.0)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_rigid_top_stays_on_its_floor(unit, inputs, version):
+    """Also where its stem touches: what has just opened closes again where it comes lower."""
+    result = fmpy.simulate_fmu(
+        str(unit(inputs / "tippe_top_rigid.nml", version)),
+        fmi_type="ModelExchange",
+        stop_time=8.0,
+        output_interval=0.016,
+        relative_tolerance=1e-8,
+        output=["ball_floor.gap", "stem_floor.gap", "energy_error", "top.position.z"],
+    )
+    assert result["stem_floor.gap"].min() < 1e-9
+    assert min(result["ball_floor.gap"].min(), result["stem_floor.gap"].min()) > -1e-6
+    assert np.abs(result["energy_error"]).max() < 1e-6
 
 
 @pytest.mark.parametrize("version", VERSIONS)
@@ -277,6 +323,210 @@ def test_instances_leave_nothing(executable, inputs, tmp_path, sanitized):
     )
     assert count == 1000
     assert grown < 1024 or sanitized
+
+
+def refused(call, *words):
+    """Whether an instance refuses a call."""
+    with pytest.raises(FMICallException):
+        call(*words)
+
+
+def named(instance, name, version):
+    """A function of FMI as FMPy gives it."""
+    return getattr(instance, f"fmi{version}{name}")
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_wrong_use_is_refused(instantiate, inputs, version):
+    """Each mistake is an error with a message, and the instance goes on as one without them."""
+    (one, two), references = instantiate(inputs / "tippe_top.nml", version, count=2)
+    put = getattr(one, "setFloat64", None) or one.setReal
+    get = getattr(one, "getFloat64", None) or one.getReal
+    nobody = 10_000_000
+    one.doStep(0.0, 0.01)
+    two.doStep(0.0, 0.01)
+    for call, *words in (
+        (get, [nobody]),
+        (get, [references["time"], 0xFFFFFFFF]),
+        (put, [nobody], [1.0]),
+        (put, [references["top.mass"]], [np.nan]),
+        (put, [references["top.mass"]], [1.0]),
+        (put, [references["top.force.z"]], [np.inf]),
+        (put, [references["top.position.z"]], [1.0]),
+        (put, [references["time"]], [1.0]),
+        (one.doStep, 0.01, np.nan),
+        (one.doStep, 0.01, np.inf),
+        (one.doStep, 0.0, 0.001),
+        (one.deserializeFMUState, b""),
+        (one.deserializeFMUState, b"garbage" * 1000),
+        (one.getDirectionalDerivative, [references["energy_kinetic"]], [references["time"]], [1.0]),
+    ):
+        refused(call, *words)
+    two.freeFMUState(two.getFMUState())  # which ends the step under way
+    state = one.getFMUState()
+    kept = ctypes.c_void_p(state.value)
+    size = ctypes.c_size_t()
+    bytes_of = "SerializeFMUState" if version == "3" else "SerializeFMUstate"
+    size_of = "SerializedFMUStateSize" if version == "3" else "SerializedFMUstateSize"
+    named(one, size_of, version)(one.component, state, ctypes.byref(size))
+    small = ctypes.create_string_buffer(size.value - 1)
+    kind = ctypes.POINTER(ctypes.c_ubyte) if version == "3" else ctypes.c_char_p
+    write = named(one, bytes_of, version)
+    refused(write, one.component, state, ctypes.cast(small, kind), len(small))
+    one.freeFMUState(state)
+    assert not state.value
+    for gone in (state, kept, ctypes.c_void_p(12345)):
+        refused(one.setFMUState, gone)
+        refused(one.serializeFMUState, gone)
+        one.freeFMUState(gone)
+    one.terminate()
+    one.terminate()
+    for instance in (one, two):
+        instance.doStep(0.01, 0.01)
+    assert (
+        values_of(one, references, *PLACE).tolist() == values_of(two, references, *PLACE).tolist()
+    )
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_use_after_release(instantiate, inputs, version):
+    """An instance that was released, also twice, refuses all; another one does not mind."""
+    (one, two), references = instantiate(inputs / "tippe_top.nml", version, count=2)
+    state = one.getFMUState()
+    release = named(one, "FreeInstance", version)
+    component = one.component
+    release(component)
+    release(component)
+    for call, *words in (
+        (one.doStep, 0.0, 0.01),
+        (one.getFMUState,),
+        (one.setFMUState, state),
+        (one.reset,),
+        (one.terminate,),
+        (lambda: values_of(one, references, "time"),),
+    ):
+        refused(call, *words)
+    for wrong in (None, 12345, 1 << 40):
+        one.component = wrong
+        refused(one.doStep, 0.0, 0.01)
+        release(wrong)
+    one.component = component
+    # What was kept of it is a state of the other one, too.
+    two.setFMUState(state)
+    two.freeFMUState(state)
+    two.doStep(0.0, 0.01)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_arguments_that_are_null(unit, inputs, tmp_path, version):
+    """Each function of the binary answers an instance that is none, and each argument that is NULL,
+    by an error; names of variables are told in messages."""
+    path = unit(inputs / "tippe_top.nml", version)
+    fmpy.extract(path, tmp_path / "unpacked")
+    (library,) = (tmp_path / "unpacked/binaries").rglob("*.so")
+    program = NULLS.format(version=version, library=str(library), folder=str(tmp_path / "unpacked"))
+    done = captured([sys.executable, "-c", program])
+    assert (done.returncode, done.stderr) == (0, "")
+    tried = int(done.stdout)
+    assert tried > (60 if version == "3" else 35)
+
+
+# Calls all functions of a binary with nothing but NULL and numbers, without and with an instance.
+NULLS = """
+import ctypes, re, subprocess
+version, file, folder = {version}, {library!r}, {folder!r}
+library = ctypes.CDLL(file)
+listed = subprocess.run(["nm", "-D", "--defined-only", file], capture_output=True, text=True)
+names = re.findall(rf" T (fmi{{version}}\\w+)", listed.stdout)
+Pointer, Size = ctypes.c_void_p, ctypes.c_size_t
+if version == 3:
+    make = library.fmi3InstantiateCoSimulation
+    make.restype = Pointer
+    make.argtypes = [ctypes.c_char_p] * 3 + [ctypes.c_bool] * 4 + [Pointer, Size] + [Pointer] * 3
+    assert make(None, None, None, 0, 0, 0, 0, None, 0, None, None, None) is None
+    assert make(None, None, b"/nowhere", 0, 0, 0, 0, None, 0, None, None, None) is None
+    one = make(None, None, f"{{folder}}/resources/".encode(), 0, 0, 0, 0, None, 0, None, None, None)
+else:
+    make = library.fmi2Instantiate
+    make.restype = Pointer
+    make.argtypes = [ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p, Pointer,
+                     ctypes.c_int, ctypes.c_int]
+    for place in (None, b"", b"file:///nowhere", b"file://nowhere", b"file:%", b"%%%1"):
+        assert make(None, 1, None, place, None, 0, 0) is None
+    one = make(None, 1, None, f"file://{{folder}}/resources".encode(), None, 0, 0)
+assert one
+tried = 0
+for name in names:
+    if "Instantiate" in name or name.endswith(("GetVersion", "GetTypesPlatform")):
+        continue
+    function = getattr(library, name)
+    if name.endswith("FreeInstance"):
+        function.argtypes = [Pointer]
+        function(None)
+        continue
+    for component in (None, Pointer(77), Pointer(one)):
+        answers = [function(component, *[None] * 8)]
+        if re.match(r"fmi\\d(Get|Set|Serialize|De[sS]erialize)(?!.*Status)", name):
+            answers.append(function(component, None, Size(3), None, Size(3), None, Size(3)))
+        tried += 1
+        if component is None or component.value == 77:
+            assert set(answers) == {{3}}, (name, answers)
+        elif len(answers) > 1 and not name.endswith(("SetTime", "SetDebugLogging")):
+            assert answers[1] == 3, (name, answers)
+free = getattr(library, f"fmi{{version}}FreeInstance")
+free.argtypes = [Pointer]
+free(one)
+free(one)
+print(tried)
+"""
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_wrong_use_of_model_exchange(unit, inputs, tmp_path, version):
+    """States of the wrong length and times that are none are refused."""
+    path = unit(inputs / "tippe_top.nml", version)
+    description = fmpy.read_model_description(path)
+    assert not description.modelExchange.providesDirectionalDerivative
+    assert not description.coSimulation.providesDirectionalDerivative
+    folder = tmp_path / "unpacked"
+    fmpy.extract(path, folder)
+    one = (fmpy.fmi2.FMU2Model if version == "2" else fmpy.fmi3.FMU3Model)(
+        guid=description.guid,
+        modelIdentifier=description.modelExchange.modelIdentifier,
+        unzipDirectory=str(folder),
+        instanceName="one",
+    )
+    one.instantiate()
+    if version == "2":
+        one.setupExperiment(startTime=0.0)
+    one.enterInitializationMode()
+    one.exitInitializationMode()
+    n = description.numberOfContinuousStates
+    state = (ctypes.c_double * (n + 1))()
+    place = ctypes.cast(state, ctypes.POINTER(ctypes.c_double))
+    indicators = description.numberOfEventIndicators
+    rates = "GetContinuousStateDerivatives" if version == "3" else "GetDerivatives"
+    for name, right in (
+        ("GetContinuousStates", n),
+        (rates, n),
+        ("SetContinuousStates", n),
+        ("GetNominalsOfContinuousStates", n),
+        ("GetEventIndicators", indicators),
+    ):
+        for count in (0, right - 1, right + 1, 1 << 60):
+            refused(named(one, name, version), one.component, place, count)
+        named(one, name, version)(one.component, place, right)
+    refused(one.setTime, np.nan)
+    refused(one.setTime, np.inf)
+    one.freeInstance()
+
+
+def test_copies_of_headers_are_not_compiled(executable):
+    """What is beside the binaries is for FMUs: a header that is changed may not be there yet."""
+    commands = json.loads((executable.parents[1] / "compile_commands.json").read_text())
+    of_units = [one["command"] for one in commands if "contensou_fmu" in one["output"]]
+    assert len(of_units) >= 10
+    assert not any(re.search(r" -Ifmu ", command) for command in of_units)
 
 
 ELEMENT = ("--contact", "ball_floor")

@@ -58,6 +58,12 @@ def hertz(generator):
     return generator("scripts/generate_hertz.py", "src/contact/hertz_tables.f90")
 
 
+@pytest.fixture
+def slender(generator):
+    """The generator of the table of the chords of a slender spot."""
+    return generator("scripts/generate_slender.py", "src/contact/wrench_slender_values.f90")
+
+
 def change_digits(table: Path) -> None:
     """Change the last digit of some number in each line of the table."""
     text = table.read_text(encoding="utf-8")
@@ -84,6 +90,23 @@ def test_elliptic_tables_are_checked(elliptic):
     done = elliptic.run("--check")
     assert done.returncode == 1
     assert "differs" in done.stdout + done.stderr
+
+
+def test_table_of_slender_spots_is_what_is_generated(slender):
+    text = slender.table.read_text(encoding="utf-8")
+    for seed in (1, 2):
+        done = slender.run("--check", "--seed", seed)
+        assert done.returncode == 0, done.stdout + done.stderr
+    # The last digit is that of the linear algebra at hand.
+    done = slender.run()
+    assert done.returncode == 0, done.stderr
+    number = re.compile(r"-?\d+\.\d+(?=_wp)")
+    written = slender.table.read_text(encoding="utf-8")
+    assert number.sub("", written) == number.sub("", text)
+    slender.table.write_text(re.sub(r"\d(\d{4}_wp)", r"7\1", text, count=3), encoding="utf-8")
+    done = slender.run("--check")
+    assert done.returncode == 1
+    assert "differs" in done.stdout
 
 
 def test_hertz_tables_are_what_is_generated(hertz, build_kind):

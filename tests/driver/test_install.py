@@ -167,12 +167,14 @@ def test_plotting(run, scene, prefix, tmp_path):
 
 
 def test_plotting_says_what_it_needs(prefix, tmp_path):
-    """Without h5py or matplotlib it names them."""
-    command = [sys.executable, "-S", "-I", prefix / "bin/contensou-plot", "top.h5"]
-    done = captured(command, cwd=tmp_path)
-    assert done.returncode == 2
-    assert "contensou-plot needs h5py and matplotlib" in done.stderr
-    assert "Traceback" not in done.stderr
+    """Without h5py or matplotlib it names what is missing, and how to get it."""
+    for tool, wanted in (("plot", "h5py matplotlib"), ("view", "h5py"), ("video", "h5py pillow")):
+        command = [sys.executable, "-S", "-I", prefix / f"bin/contensou-{tool}", "top.h5"]
+        done = captured(command, cwd=tmp_path)
+        assert done.returncode == 2
+        assert f"has no {wanted.replace(' ', ' and no ')}, which contensou-{tool}" in done.stderr
+        assert f"{sys.executable} -m pip install {wanted} (" in done.stderr
+        assert "Traceback" not in done.stderr
 
 
 def test_viewing(run, scene, prefix, tmp_path):

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 import pytest
-from test_creep import TABLES
+import reference_tables
 
 NAMES = ("C11", "C12", "C22", "C13", "C23", "C33")
 
@@ -36,10 +36,7 @@ def spots():
 
 
 def test_references(kalker):
-    if not (TABLES / "kalker.csv").is_file():
-        pytest.skip(f"the references {TABLES} are not here")
-    with (TABLES / "kalker.csv").open(encoding="utf-8") as lines:
-        table = [{key: float(x) for key, x in row.items()} for row in csv.DictReader(lines)]
+    table = reference_tables.table("kalker.csv")
     expected = np.array([[row[name] for name in NAMES] for row in table])
     rows = [(row["a_over_b"], row["nu"], row["chi_deg"]) for row in table]
     # C12 and C13 vanish along the axes: against the largest of their kind.

@@ -297,6 +297,95 @@ end program count_touches
     assert int(done.stdout) >= 3
 
 
+KERNELS = """\
+program kernels
+   use contensou
+   use rolling, only : rolling_force
+   implicit none(type, external)
+   type(spot_shape_type) :: shape
+   real(wp) :: force(3), moment(2), jacobian(5, 5), flat(3), slopes(3, 3)
+   type(spring_spot_type) :: spring
+   type(hertz_type) :: contact
+   type(hertz_spot_type) :: spot
+   real(wp), dimension(2) :: k, e, b, d, dk, de
+   integer :: i
+   shape = spot_shape_type(0.5_wp)
+   print "(*(es25.16))", kalker_coefficients(0.5_wp, 0.3_wp, 0.0_wp)
+   spring = spring_spot_type(shape, 2.0e-3_wp, 0.0_wp, 8.0e10_wp, 0.3_wp)
+   print "(*(es25.16))", spring%stiffness
+   call friction_wrench(shape, slip_type(0.1_wp, 0.2_wp, 0.3_wp), &
+      bend_type([1.0e-4_wp, 0.0_wp, 0.0_wp], [10.0_wp, 20.0_wp]), 1.0e-10_wp, force, moment)
+   print "(*(es25.16))", force, moment
+   call friction_wrench(shape, slip_type(0.1_wp, 0.2_wp, 0.3_wp), &
+      bend_type([1.0e-4_wp, 0.0_wp, 0.0_wp], [10.0_wp, 20.0_wp]), 1.0e-10_wp, force, moment, &
+      jacobian)
+   print "(*(es25.16))", force, moment
+   call rolling_force("linear", creep_spot_type(shape, 0.3_wp, 8.0e10_wp, 0.3_wp), &
+      passing_type(load=1.0e3_wp, a=2.0e-3_wp, vx=1.0e-4_wp, vy=2.0e-4_wp, cx=1.0_wp), force)
+   print "(*(es25.16))", force
+   call friction_wrench(shape, slip_type(0.1_wp, 0.2_wp, 0.3_wp), .true., force)
+   call friction_wrench(shape, slip_type(0.1_wp, 0.2_wp, 0.3_wp), flat, slopes)
+   print "(*(es25.16))", force, flat
+   call complete_elliptic([0.25_wp, 0.5_wp], k, e, b, d, dk, de)
+   print "(*(es25.16))", k(1), e(1), b(1), d(1), dk(1), de(1)
+   call complete_elliptic(0.25_wp, k(1), e(1))
+   print "(*(es25.16))", k(1), e(1)
+   contact = hertz_type(50.0_wp, 120.0_wp, 1.15e11_wp)
+   print "(*(es25.16))", contact%force(1.0e-6_wp)
+   associate (formulas => vilke_models())
+      do i = 1, size(formulas)
+         call formulas(i)%kernel(50.0_wp, 120.0_wp, 1.15e11_wp, 1.0e-6_wp, spot)
+         print "(*(es25.16))", spot%force
+      end do
+   end associate
+end program kernels
+"""
+
+
+def test_the_kernels_of_the_module(installed, built, run, tmp_path):
+    """Coefficients, stiffness, curved spot and laws of creep, as `contensou eval` has them."""
+    (law,) = (text for kind, text in BLOCKS if "subroutine rolling_force" in text)
+    module = f"module rolling\nimplicit none(type, external)\ncontains\n{law}end module rolling\n"
+    done = called([built("fortran", module + KERNELS)], tmp_path, installed[1])
+    found = [[float(x) for x in line.split()] for line in done.stdout.splitlines()]
+
+    def evaluated(kernel, names, row, *more):
+        done = run("eval", kernel, *more, input=f"{names}\n{row}\n")
+        assert done.status == 0, done.err
+        values = dict(zip(*(line.split(",") for line in done.out.splitlines()), strict=True))
+        return [float(x) for name, x in values.items() if name not in names.split(",")]
+
+    close = {"rel": 1e-13, "abs": 1e-18}
+    assert found[0] == pytest.approx(evaluated("kalker", "a_over_b,nu,chi", "0.5,0.3,0"), **close)
+    stiffness = evaluated("tangential_stiffness", "a,b,G,nu", "2e-3,1e-3,8e10,0.3")
+    assert found[1] == pytest.approx(stiffness, **close)
+    assert found[2] == pytest.approx(found[3], rel=1e-8)
+    # In units of f N and f N a; the height a^2 L/2, the moment turned from q to the axes.
+    curved = evaluated(
+        "curved_wrench",
+        "N,a,b,f,Lxx,Lxy,Lyy,vx,vy,w,wx,wy",
+        "1,2e-3,1e-3,1,50,0,0,0.1,0.2,150,-20,10",
+    )
+    assert found[2][:2] == pytest.approx(curved[:2], rel=1e-8)
+    assert 2e-3 * found[2][2] == pytest.approx(curved[2], rel=1e-8)
+    names = "N,a,b,f,G,nu,vx,vy,w,cx,cy"
+    creep = evaluated(
+        "creep", names, "1e3,2e-3,1e-3,0.3,8e10,0.3,1e-4,2e-4,0,1,0", "--model", "linear"
+    )
+    assert found[4] == pytest.approx(creep, **close)
+    flat = evaluated("wrench", "N,a,b,f,vx,vy,w", "1,2e-3,1e-3,1,0.1,0.2,150")
+    assert found[5][:3] == pytest.approx(found[5][3:], rel=1e-13)
+    assert [*found[5][:2], 2e-3 * found[5][2]] == pytest.approx(flat[:3], rel=1e-13)
+    elliptic = evaluated("elliptic", "c1", "0.25")
+    assert found[6] == pytest.approx(elliptic, **close)
+    assert found[7] == pytest.approx(found[6][:2], rel=1e-15)
+    force = evaluated("hertz", "A,B,Estar,delta", "50,120,1.15e11,1e-6")[4]
+    assert found[8] == pytest.approx([force], **close)
+    stiffness = 4 / 3 * 1.15e11 * math.sqrt(0.5 / math.sqrt(50 * 120))
+    for vilke in found[9:12]:
+        assert vilke == pytest.approx([stiffness * 1e-9], rel=1e-14)
+
+
 def test_the_header_is_plain_c_and_c_plus_plus(installed, tmp_path):
     folder, _ = installed
     (header,) = folder.rglob("include/contensou/contensou.h")

@@ -189,6 +189,16 @@ def test_two_spots_in_a_bore(simulate, method):
     assert np.all(rows.normal_force[-1] > 0.1)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_two_spots_that_stick_in_a_bore(simulate, method):
+    """Where both stick, the friction is too stiff for two of the methods, which leave it to BDF."""
+    keys = RUBBING + ", friction_coefficient = 0.3"
+    rows = simulate(BORE.format(length=0.03, keys=keys, method=method))
+    assert rows.summary["energy_error_relative"] <= 1e-6
+    assert np.all(rows.normal_force[-1] > 0.1)
+    assert rows.position[-1, 0] == pytest.approx([8.6218e-4, -4.0884e-6, -0.0249311], abs=2e-7)
+
+
 @pytest.mark.parametrize("method", ["cvode_bdf", "auto"])
 def test_one_spot_in_a_bore(simulate, method):
     """A shorter ellipsoid touches the same bore in one place, and nothing is refused."""
@@ -241,3 +251,38 @@ def test_a_small_imbalance_of_energy_warns(run, tmp_path, rtol, stop, warns):
         assert 0.9 * error / moved < share < 1e-3
     else:
         assert "warning" not in done.out + done.err
+
+
+NARROW_RING = """
+&scene t_end = 0.3236 /
+&material name = 'm', young = 1e11, poisson = 0.3 /
+&body name = 'a', mass = 1.5923541387669954e-4, inertia = 3*4.5364245254263885e-10
+      position = -0.022885151924302443, -0.010368697373452413, -0.10560228321860056
+      velocity = 0.14144029800974692, 0.06408312369398343, 0.6526685003163363 /
+&surface name = 's', body = 'a', shape = 'sphere', radius = 0.0026687446311928695, material = 'm' /
+&surface name = 'p', body = 'ground', shape = 'torus', major_radius = 0.0029498205376296245
+         minor_radius = 2.8110413278644895e-4, material = 'm' /
+&contact name = 'k', surfaces = 's', 'p', normal = 'rigid', restitution = 0.0 /
+&integrator method = 'cvode_bdf', rtol = {rtol!r} /
+&output file = 'out.h5' /
+"""
+
+
+def test_the_advice_for_a_balance_of_rigid_contacts_helps(run, tmp_path):
+    # A ball meets a ring whose hole is 1e-5 narrower. Rigid contacts take 1e-10 where 1e-7 is
+    # asked for, so that 1e-8 changes nothing; what the warning names does.
+    def balance(rtol):
+        (tmp_path / "scene.nml").write_text(NARROW_RING.format(rtol=rtol))
+        done = run("run", "scene.nml", "--force")
+        assert done.status == 0, done.err
+        with h5py.File(tmp_path / "out.h5") as file:
+            told = str(file.attrs.get("warning", ""))
+            return told, float(file["summary/energy_error_relative"][()])
+
+    told, coarse = balance(1e-7)
+    assert coarse > 1e-4
+    assert "all but conform" in told
+    below = float(re.search(r"an integrator.rtol below (\S+),", told)[1])
+    told, fine = balance(below)
+    assert fine < 0.25 * coarse
+    assert told == ""

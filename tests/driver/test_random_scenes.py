@@ -387,9 +387,26 @@ STIFF = """\
 
 
 @pytest.mark.parametrize("method", ["explicit8", "cvode_adams"])
-def test_a_stiff_bead_ends_with_a_message(run, tmp_path, method):
+def test_a_bead_that_sticks_is_left_to_bdf(run, tmp_path, method):
     # Its rolling resistance at rest has a rate of 1e10 per second: tens of millions of steps.
     (tmp_path / "bead.nml").write_text(STIFF)
+    result = run("run", "bead.nml", "--set", f"integrator.method={method}", timeout=600)
+    assert result.status == 0, result.err
+    assert f"friction that sticks is too stiff for {method}" in result.out
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert [name.decode() for name in file["integrator/method"]] == [method, "cvode_bdf"]
+        assert file["integrator/steps"][()] < 1e6
+        assert file["trajectory/velocity"][-1, 0, 2] == pytest.approx(-0.00233805, rel=1e-5)
+        assert abs(file["trajectory/angular_velocity"][-1, 0, 0]) < 1e-9
+
+
+@pytest.mark.parametrize("method", ["explicit8", "cvode_adams"])
+def test_a_stiff_bead_ends_with_a_message(run, tmp_path, method):
+    # Without friction, with a damping of a million times the critical one.
+    text = STIFF.replace("damping_coefficient = 1,", "damping_coefficient = 1e9,")
+    text = text[: text.index(" friction = ")] + text[text.index("\n   rolling") :]
+    text = text[: text.index(",\n   rolling")] + " /\n" + text[text.index("&integrator") :]
+    (tmp_path / "bead.nml").write_text(text)
     result = run("run", "bead.nml", "-q", "--set", f"integrator.method={method}", timeout=600)
     assert result.status == 1
     assert "the steps have shrunk to" in result.err

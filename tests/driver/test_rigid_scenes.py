@@ -1,16 +1,20 @@
 """Random scenes of rigid contacts that act together: a few of each kind.
 
-CONTENSOU_RIGID_SCENES says how many are tried, CONTENSOU_RIGID_SEED with which number they begin;
+CONTENSOU_RIGID_SCENES says how many are tried, CONTENSOU_RIGID_SEED with which number they begin,
+CONTENSOU_RIGID_LIMITS how many are compared with compliant contacts;
 `tests/campaigns/rigid.py` tries as many as one likes and prints what it found.
 """
 
 from __future__ import annotations
 
 import os
+import re
 
 import h5py
+import numpy as np
 import pytest
-from rigid_scenes import SCENES, against_hertz, attempt, beyond_compliance, campaign
+from compliant_scenes import against_hertz, beyond_compliance, not_less
+from rigid_scenes import SCENES, attempt, campaign
 
 # How many of each kind: with the release build, and with the checked one.
 USUAL = {"random": (112, 28), "hostile": (60, 12), "impacts": (60, 12)}
@@ -29,22 +33,56 @@ def test_rigid_contacts_that_act_together_hold(executable, tmp_path, build_kind,
     assert len(messages) <= max(1, 0.01 * number), ends
 
 
-def test_rigid_scenes_are_the_limit_of_compliant_ones(executable, tmp_path, build_kind):
-    seeds = range(12 if build_kind == "release" else 2)
-    found = {seed: against_hertz(executable, tmp_path, seed) for seed in seeds}
+# How many of each kind are compared with compliant ones: with the release build, and the checked
+# one; and those that flutter by themselves unless more damping holds them.
+COMPARED = {"feet": (200, 2), "dumb-bell": (67, 2), "block": (67, 1), "stack": (66, 1)}
+RINGING = {"feet": {47}, "block": {2, 47}, "stack": {30, 34}}
+
+
+@pytest.mark.parametrize("kind", COMPARED)
+def test_rigid_scenes_are_the_limit_of_compliant_ones(executable, tmp_path, build_kind, kind):
+    usual = COMPARED[kind][build_kind != "release"]
+    number = int(os.environ.get("CONTENSOU_RIGID_LIMITS", usual))
+    seeds = set(range(number)) - RINGING.get(kind, set())
+    found = {seed: against_hertz(executable, tmp_path, seed, kind) for seed in seeds}
     found = {seed: apart for seed, apart in found.items() if apart}
-    assert len(found) >= 0.7 * len(seeds)
+    assert len(found) >= 0.95 * len(seeds)
     wrong = {seed: beyond_compliance(apart) for seed, apart in found.items()}
+    if kind == "feet":
+        # Where nothing stops or rolls these, too, shrink from one instant to the same one.
+        for seed, apart in found.items():
+            wrong[seed] += not_less(apart, ("velocities", "forces"), 1e-6)
     assert {seed: text for seed, text in wrong.items() if text} == {}
+    # The centre lies lower by the overlaps and by nothing else.
+    lower = np.array([apart[1].centres / apart[1].overlap for apart in found.values()])
+    assert lower.max() < 1.01
+    # A median of the checked build's one or two scenes would say nothing.
+    if len(lower) > 10:
+        assert np.median(lower) > 0.8
 
 
 def test_feet_that_ring_by_themselves_need_damping(executable, tmp_path):
     # Five feet below a centre of mass that is high slide with friction 0.39: the compliant ones
     # flutter, the more the stiffer they are, unless more damping holds them.
     soft, stiff = against_hertz(executable, tmp_path, 47, damping=1000.0)
-    assert stiff[0] < 0.5 * soft[0] < 5e-5
-    assert stiff[2] < 0.5 * soft[2] < 1e-3
-    assert stiff[3] < 0.5 * soft[3] < 2e-3
+    assert stiff.centres < 0.5 * soft.centres < 5e-5
+    assert stiff.velocities < 0.5 * soft.velocities < 1e-3
+    assert stiff.forces < 0.5 * soft.forces < 2e-3
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("block", 2), ("block", 47), ("stack", 30)])
+def test_what_rings_by_itself_obeys_with_damping(executable, tmp_path, kind, seed):
+    assert beyond_compliance(against_hertz(executable, tmp_path, seed, kind, damping=1000.0)) == []
+
+
+def test_a_stack_that_rings_has_the_same_limit(executable, tmp_path):
+    # Three plates that slide and turn: the places obey with any damping, the velocities follow.
+    soft, stiff = against_hertz(
+        executable, tmp_path, 34, "stack", youngs=(1e9, 6.4e10), damping=1000.0
+    )
+    assert soft.feet < 3 * soft.overlap
+    assert stiff.feet < 3 * stiff.overlap
+    assert stiff.feet_velocities < 0.1 * soft.feet_velocities < 1e-4
 
 
 @pytest.mark.parametrize(
@@ -60,6 +98,39 @@ def test_touches_do_not_pile_up(run, tmp_path, kind, seed):
     assert done.status == 0, done.err
     with h5py.File(tmp_path / "out.h5") as file:
         assert len(file["events/time"]) < 400
+
+
+@pytest.mark.parametrize("seed", [245, 4419, 5091])
+def test_what_seems_to_close_after_it_opened_is_no_step(run, tmp_path, seed):
+    # An interpolant let gaps that had just opened fall below their thresholds, 2500 times within a
+    # step, each of which `auto` took for a step, so that it went on with explicit8 where friction
+    # sticks: 30417 steps and more.
+    (tmp_path / "scene.nml").write_text(SCENES["random"](seed))
+    done = run("run", "scene.nml", "-q")
+    assert done.status == 0, done.err
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert file["integrator/steps"][()] < 3000
+
+
+def test_what_seems_to_close_after_it_opened_costs_little(run, tmp_path):
+    # To find the 5000 events within steps took 76 % of the time.
+    text = SCENES["random"](4419).replace("'auto'", "'cvode_bdf'")
+    (tmp_path / "scene.nml").write_text(text)
+    done = run("run", "scene.nml", "-q", "--profile")
+    assert done.status == 0, done.err
+    with h5py.File(tmp_path / "out.h5") as file:
+        names = list(file["integrator/effect"][()])
+        assert file["integrator/cpu_share"][names.index(b"events")] < 0.4
+
+
+def test_a_method_that_was_left_gets_no_more_steps_each_time(run, tmp_path):
+    # In bursts of touches `auto` went back to explicit8, for twice as many steps each time, though
+    # friction stuck: 125548 steps; cvode_bdf alone takes 9033.
+    (tmp_path / "scene.nml").write_text(SCENES["random"](7915))
+    done = run("run", "scene.nml", "-q")
+    assert done.status == 0, done.err
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert file["integrator/steps"][()] < 25000
 
 
 @pytest.mark.parametrize("seed", [245, 676, 2356, 4104, 5000, 6796])
@@ -103,5 +174,14 @@ def test_what_rocks_under_strong_friction_comes_to_rest(executable, tmp_path, se
 def test_scenes_that_did_not_end_well(executable, tmp_path, kind, seed):
     # Sanitizers are slow.
     end, wrong, figures = attempt(executable, tmp_path, SCENES[kind](seed), patience=100)
+    assert (end, wrong) == ("0", [])
+    assert figures["overlap over radius"] < 4e-7
+
+
+def test_a_force_that_is_decided_once_is_found_once(executable, tmp_path):
+    """A negative force was right for the decision and a pull for the check of the step."""
+    text = re.sub(r"method *= *'\w+'", "method = 'auto'", SCENES["random"](70777))
+    assert "method = 'auto'" in text
+    end, wrong, figures = attempt(executable, tmp_path, text, patience=100)
     assert (end, wrong) == ("0", [])
     assert figures["overlap over radius"] < 4e-7

@@ -29,21 +29,9 @@ ONE = """\
 """
 
 
-def rows(path):
-    with h5py.File(path) as file:
-        return {name: data[()] for name, data in file["trajectory"].items()}
-
-
-def simulate(run, tmp_path, text, *words):
-    (tmp_path / "s.nml").write_text(text)
-    result = run("run", "s.nml", "-q", "--force", *words)
-    assert result.status == 0, result.err
-    return rows(tmp_path / "s.h5")
-
-
 @pytest.mark.parametrize(("method", "bound"), [("explicit8", 1e-13), ("cvode_bdf", 1e-9)])
-def test_the_balance_closes(method, bound, run, tmp_path):
-    found = simulate(run, tmp_path, TWO, "--set", f"integrator.method={method}")
+def test_the_balance_closes(method, bound, simulate):
+    found = simulate(TWO, f"integrator.method={method}").columns
     energy = sum(found[f"energy_{kind}"] for kind in ("kinetic", "potential", "elastic"))
     assert found["work_damping"][-1] > 0.1
     assert np.abs(energy + found["work_damping"] - energy[0]).max() < bound * abs(energy[0])
@@ -55,12 +43,12 @@ def test_the_balance_closes(method, bound, run, tmp_path):
     assert np.abs(found["spring_torque"][:, 0]).max() == 0
 
 
-def test_methods_agree_and_momentum_is_conserved(run, tmp_path):
+def test_methods_agree_and_momentum_is_conserved(simulate):
     free = TWO.replace("gravity = 0, 0, -9.81, ", "").replace(
         "'ground', 'a', kind", "'b', 'a', kind"
     )
     runs = [
-        simulate(run, tmp_path, free, "--set", f"integrator.method={method}")
+        simulate(free, f"integrator.method={method}").columns
         for method in ("explicit8", "cvode_bdf")
     ]
     assert runs[0]["position"] == pytest.approx(runs[1]["position"], abs=1e-7)
@@ -88,10 +76,10 @@ def test_methods_agree_and_momentum_is_conserved(run, tmp_path):
     assert angular == pytest.approx(np.broadcast_to(angular[0], angular.shape), abs=1e-11)
 
 
-def test_a_damped_oscillator(run, tmp_path):
+def test_a_damped_oscillator(simulate):
     body = "velocity = 0, 0.3, 0"
     spring = "stiffness = 200.0, 300.0, 100.0, damping = 4.0"
-    found = simulate(run, tmp_path, ONE.format(body=body, spring=spring))
+    found = simulate(ONE.format(body=body, spring=spring)).columns
     decay, square = 4.0 / 4.0, 300.0 / 2.0
     w = math.sqrt(square - decay**2)
     t = found["time"]
@@ -101,47 +89,47 @@ def test_a_damped_oscillator(run, tmp_path):
     assert found["spring_force"][:, 0, 1] == pytest.approx(-300.0 * y - 4.0 * speed, abs=1e-7)
 
 
-def test_a_torsional_oscillator_and_a_drag(run, tmp_path):
+def test_a_torsional_oscillator_and_a_drag(simulate):
     body = "spin = 0, 0, 8.0"
-    found = simulate(run, tmp_path, ONE.format(body=body, spring="rotational_stiffness = 1, 2, 3"))
+    found = simulate(ONE.format(body=body, spring="rotational_stiffness = 1, 2, 3")).columns
     w = math.sqrt(3.0 / 0.04)
     angle = 8.0 / w * np.sin(w * found["time"])
     assert angle.max() > 0.9
     turned = 2 * np.arctan2(found["quaternion"][:, 0, 3], found["quaternion"][:, 0, 0])
     assert turned == pytest.approx(angle, abs=1e-9)
     assert found["spring_torque"][:, 0, 2] == pytest.approx(-3.0 * angle, abs=1e-8)
-    found = simulate(run, tmp_path, ONE.format(body=body, spring="rotational_damping = 0, 0, 0.2"))
+    found = simulate(ONE.format(body=body, spring="rotational_damping = 0, 0, 0.2")).columns
     spin = 8.0 * np.exp(-0.2 / 0.04 * found["time"])
     assert found["angular_velocity"][:, 0, 2] == pytest.approx(spin, abs=1e-9)
     assert found["work_damping"] == pytest.approx(0.02 * (64.0 - spin**2), abs=1e-9)
 
 
-def test_a_spring_between_two_points(run, tmp_path):
+def test_a_spring_between_two_points(simulate):
     # Along its line an oscillator about the length.
     body = "position = 0, 0, -1.1"
     spring = "kind = 'axial', stiffness = 50.0, length = 1.0"
-    found = simulate(run, tmp_path, ONE.format(body=body, spring=spring))
+    found = simulate(ONE.format(body=body, spring=spring)).columns
     z = -1.0 - 0.1 * np.cos(5.0 * found["time"])
     assert found["position"][:, 0, 2] == pytest.approx(z, abs=1e-10)
     assert found["energy_springs"] == pytest.approx(25.0 * (z + 1.0) ** 2, abs=1e-10)
 
 
-def test_what_follows_is_written_and_gives_the_same_run(run, tmp_path):
-    first = simulate(run, tmp_path, TWO)
-    with h5py.File(tmp_path / "s.h5") as file:
+def test_what_follows_is_written_and_gives_the_same_run(simulate, tmp_path):
+    first = simulate(TWO).columns
+    with h5py.File(tmp_path / "out.h5") as file:
         resolved = file["input/resolved"][()].decode()
         assert [n.decode() for n in file["spring/name"]] == ["hang", "bush"]
         bodies = [[n.decode().strip() for n in pair] for pair in file["spring/bodies"]]
         assert bodies == [["ground", "a"], ["a", "b"]]
     for key in ("length = ", "first_point = ", "relaxed_quaternion = "):
         assert key in resolved
-    again = simulate(run, tmp_path, resolved)
+    again = simulate(resolved).columns
     # The axes of a bushing are fixed by numbers, its relaxed attitude among them.
     for name in ("position", "spring_force"):
         assert again[name] == pytest.approx(first[name], abs=1e-12), name
 
 
-def test_points_of_a_solid_have_the_origin_of_its_surfaces(run, tmp_path):
+def test_points_of_a_solid_have_the_origin_of_its_surfaces(simulate):
     text = """\
 &scene gravity = 0, 0, -9.81, t_end = 0.1 /
 &material name = 'steel', young = 2e11, poisson = 0.3 /
@@ -150,8 +138,8 @@ def test_points_of_a_solid_have_the_origin_of_its_surfaces(run, tmp_path):
 &spring name = 's', bodies = 'ground', 'a', first_point = 0.1, 0, 0, second_point = {p},
    stiffness = 1e4 /
 """
-    there = simulate(run, tmp_path, text.format(c="0.2, 0, 0", p="0.3, 0, 0"))
-    here = simulate(run, tmp_path, text.format(c="0, 0, 0", p="0.1, 0, 0"))
+    there = simulate(text.format(c="0.2, 0, 0", p="0.3, 0, 0")).columns
+    here = simulate(text.format(c="0, 0, 0", p="0.1, 0, 0")).columns
     assert there["position"] == pytest.approx(here["position"], abs=1e-14)
 
 

@@ -1,7 +1,6 @@
 """Tangential elasticity by way of `contensou eval`: published and independent tables, histories.
 
-The tables that others computed stay in the folder of references (CONTENSOU_TANGENTIAL, by default
-/work/shared/reference/tangential); where it is not there their tests are skipped.
+Tables that others computed: `reference_tables`.
 """
 
 from __future__ import annotations
@@ -10,13 +9,11 @@ import csv
 import io
 import itertools
 import math
-import os
 import random
-from pathlib import Path
 
 import pytest
+from reference_tables import table
 
-TABLES = Path(os.environ.get("CONTENSOU_TANGENTIAL", "/work/shared/reference/tangential"))
 HISTORY = "N,a,b,f,G,nu,dx,dy,twist"
 SPOT = (2.0, 1e-3, 1e-3, 0.3, 8e10, 0.3)
 LIMIT = SPOT[0] * SPOT[3]
@@ -47,14 +44,6 @@ def history(evaluate):
         return evaluate("tangential", HISTORY, [(*spot, *place) for place in places], *words)
 
     return history_of
-
-
-def table(name):
-    """The rows of a table of references."""
-    if not (TABLES / name).is_file():
-        pytest.skip(f"the references {TABLES / name} are not here")
-    with open(TABLES / name, encoding="utf-8") as file:
-        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
 
 
 def test_stiffness_of_a_spectral_solver(evaluate):

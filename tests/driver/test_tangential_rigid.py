@@ -97,6 +97,8 @@ def test_it_slips_from_the_rim_as_the_shells_do(ball, run, method):
     rows = ball(
         motion="velocity = 1.8e-4, 0.5e-4, 0 angular_velocity = 0, 0, 2",
         method=method,
+        # At 1e-9 the energies are resolved to 1e-14 J, about a hundredth of what slip loses here.
+        rtol=1e-10,
         t_end=1e-4,
         interval=2e-7,
     )

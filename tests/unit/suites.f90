@@ -22,6 +22,7 @@ module test_suites
    use test_states, only : run_states_tests
    use test_sweep, only : run_sweep_tests
    use test_tangential, only : run_tangential_tests
+   use test_transient, only : run_transient_tests
    use test_wrench, only : run_wrench_tests
    use test_wrench_ellipse, only : run_wrench_ellipse_tests
    implicit none(type, external)
@@ -45,6 +46,7 @@ contains
       if (wants("wrench")) call run_wrench_tests()
       if (wants("wrench_ellipse")) call run_wrench_ellipse_tests()
       if (wants("tangential")) call run_tangential_tests()
+      if (wants("transient")) call run_transient_tests()
       if (wants("contact")) call run_contact_tests()
       if (wants("geometry")) call run_geometry_tests()
       if (wants("rolling")) call run_rolling_tests()

@@ -12,7 +12,8 @@ module test_contact
       hunt_crossley_number, tsuji_factor
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_friction_ladder, only : rung_type
-   use contensou_contact_geometry, only : contact_point_type, geometry_type, pose_type, track_type
+   use contensou_contact_geometry, only : contact_motion_type, contact_point_type, geometry_type, &
+      pose_type, track_type
    use contensou_contact_hertz, only : effective_modulus
    use contensou_contact_law, only : contact_law_type, contact_load_type
    use contensou_contact_normal, only : normal_model_type, normal_models, normal_type
@@ -531,9 +532,9 @@ contains
          major=[1.0_wp, 0.0_wp, 0.0_wp], curvature_a=50.0_wp, curvature_b=50.0_wp)
       velocity = [0.01_wp, -0.02_wp, 0.1_wp]
       spin = [3.0_wp, 5.0_wp, 60.0_wp]
-      call law%evaluate(at, velocity, spin, 0.0_wp, load(1))
+      call law%evaluate(contact_motion_type(at, velocity, spin), 0.0_wp, load(1))
       at%normal = -at%normal
-      call law%evaluate(at, -velocity, -spin, 0.0_wp, load(2))
+      call law%evaluate(contact_motion_type(at, -velocity, -spin), 0.0_wp, load(2))
       call check_close(norm2(load(1)%friction_force + load(2)%friction_force), 0.0_wp, &
          1.0e-15_wp*load(1)%normal_force, "order: the friction force is reversed")
       call check_close(load(2)%friction_torque, load(1)%friction_torque, &
@@ -558,7 +559,7 @@ contains
       at = contact_point_type(gap=-2.0e-5_wp, point=0.0_wp, normal=[0.0_wp, 0.0_wp, 1.0_wp], &
          major=[0.0_wp, 1.0_wp, 0.0_wp], curvature_a=50.0_wp, curvature_b=50.0_wp)
       elastic = law%normal%force(2.0e-5_wp)
-      call law%evaluate(at, velocity, spin, 0.0_wp, load)
+      call law%evaluate(contact_motion_type(at, velocity, spin), 0.0_wp, load)
       call check_close(load%normal_force, elastic, 0.0_wp, "law: the elastic force alone")
       call check(all(abs(load%friction_force) <= 0.0_wp) .and. load%damping_power <= 0.0_wp .and. &
          load%friction_power <= 0.0_wp, "law: no friction and no damping")
@@ -566,13 +567,13 @@ contains
       damping = damping_models()
       allocate(law%damping, source=coefficient_damping_type(coefficient=2.0_wp, &
          kernel=damping(damping_index("hunt_crossley"))%kernel))
-      call law%evaluate(at, velocity, spin, 0.0_wp, load)
+      call law%evaluate(contact_motion_type(at, velocity, spin), 0.0_wp, load)
       call check_relative(load%normal_force, elastic*1.15_wp, 1.0e-15_wp, "law: with damping")
       call check_relative(load%damping_power, elastic*0.15_wp*0.05_wp, 1.0e-14_wp, &
          "law: power of damping")
 
       allocate(law%friction, source=rung_type(coefficient=0.4_wp, kernel=wrench_exact))
-      call law%evaluate(at, velocity, spin, 0.0_wp, load)
+      call law%evaluate(contact_motion_type(at, velocity, spin), 0.0_wp, load)
       a = law%normal%major_axis(2.0e-5_wp)
       ! The major axis is y, so the minor one is normal x major = -x.
       call wrench_exact(circular_shape, slip_type(0.01_wp, -0.02_wp, -30.0_wp*a), .true., r)

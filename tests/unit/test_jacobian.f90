@@ -6,6 +6,7 @@ module test_jacobian
    use contensou_contact_damping, only : damping_model_type, damping_models
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_friction_law, only : sliding_type
+   use contensou_contact_geometry, only : contact_motion_type
    use contensou_contact_normal, only : normal_hertz, normal_rigid
    use contensou_contact_rolling_lever, only : lever_type
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
@@ -15,7 +16,6 @@ module test_jacobian
    use contensou_contact_wrench, only : slip_type
    use contensou_dynamics_scene, only : motion_fixed, motion_free, motion_prescribed, &
       motion_spindle, moves_freely, scene_type
-   use contensou_dynamics_mechanism, only : contact_motion_type
    use contensou_dynamics_reports, only : begin_report, contact_report_type, report_contact
    use contensou_integrate_motion, only : motion_type
    use test_harness, only : check, random_type, worst_type

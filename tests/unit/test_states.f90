@@ -6,12 +6,13 @@ module test_states
    use contensou_base_vectors, only : cross
    use contensou_contact_damping_law, only : damping_type
    use contensou_contact_friction_law, only : friction_type, sliding_type
+   use contensou_contact_geometry, only : contact_motion_type
    use contensou_contact_normal, only : normal_rigid
    use contensou_contact_spot, only : spot_shape_type
    use contensou_contact_states, only : against_length, contact_states_type, state_list_type
    use contensou_contact_shapes_ellipsoid, only : ellipsoid_type
    use contensou_dynamics_jacobian, only : is_available
-   use contensou_dynamics_mechanism, only : contact_motion_type, contact_type
+   use contensou_dynamics_mechanism, only : contact_type
    use contensou_dynamics_reports, only : begin_report, contact_report_type, report_contact
    use contensou_dynamics_scene, only : motion_fixed, motion_prescribed, motion_spindle, scene_type
    use contensou_dynamics_state, only : body_size
@@ -299,8 +300,7 @@ contains
          call motion%system%observe(1, now)
          call force%note(norm2(row%load%friction_force &
             + 2.0e4_wp*row%load%normal_force*z)/(0.02_wp*row%load%normal_force), i)
-         call sliding%note(abs(rate(27) + 2.0_wp/1.0e-3_wp - 3.0e4_wp*(-dot_product( &
-            now%velocity, now%at%normal)))/3.0e4_wp, i)
+         call sliding%note(abs(rate(27) + 2.0_wp/1.0e-3_wp + 3.0e4_wp*now%gap_rate())/3.0e4_wp, i)
          ! Both bodies turn as one: the vector turns with them.
          spin = 20.0_wp*random%vector(3)
          do k = 0, 13, 13

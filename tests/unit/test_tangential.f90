@@ -3,15 +3,15 @@
 module test_tangential
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan, ieee_quiet_nan, ieee_value
    use contensou_base_kinds, only : pi, wp
+   use contensou_contact_creep_law, only : passing_type
    use contensou_contact_friction_ladder, only : rung_type
-   use contensou_contact_friction_law, only : sliding_type
    use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
    use contensou_contact_tangential_memory, only : n_states, tangential_type
    use contensou_contact_tangential_oblique, only : oblique_impact
    use contensou_contact_tangential_edges, only : edge_at, power_of
    use contensou_contact_tangential_shells, only : default_layers, shells_type, single_spring, &
       spring_spot_type
-   use contensou_contact_tangential_slip, only : sliding_force
+   use contensou_contact_tangential_slip, only : shared_type, sliding_force
    use contensou_contact_tangential_stiffness, only : tangential_stiffness
    use contensou_contact_wrench, only : wrench_jacobian_kernel, wrench_pade11_jacobian, &
       wrench_pade22_jacobian
@@ -46,6 +46,7 @@ contains
       call test_balance()
       call test_cycles()
       call test_directions()
+      call test_limits()
       call test_load()
       call test_extremes()
       call test_spring()
@@ -294,24 +295,27 @@ contains
       call worst%check_below(2.0e-14_wp, "potentials of the shells are convex")
    end subroutine test_convex
 
-   !> In each step of any history the work of the wrench after it is at least what is stored and
-   !> lost, nothing lost is negative, and no force is above its limit.
+   !> In each step of any history, of spots that keep their shape or not, the work of the wrench
+   !> after it is at least what is stored and lost, nothing lost is negative, and no force is above
+   !> its limit.
    subroutine test_balance()
       type(spring_spot_type) :: spot
       type(shells_type) :: shells
       type(random_type) :: random
       type(worst_type) :: over, negative, force
-      real(wp) :: wrench(3), step(3), stored, before, lost, unit, load
+      real(wp) :: wrench(3), step(3), stored, before, lost, unit, load, ratio
       integer :: i, j, k
 
       do k = 1, size(ratios)
          do i = 1, 40
             shells = shells_of(1 + modulo(i, 8))
             before = 0.0_wp
+            ratio = ratios(k)
             do j = 1, 100
                load = random%uniform(0.01_wp, 2.0_wp)
                if (modulo(i, 3) == 0) load = 1.0_wp
-               spot = spot_of(ratios(k), a*load**(1.0_wp/3.0_wp), limit*load, 0.1_wp*modulo(i, 6))
+               if (modulo(i, 5) == 0) ratio = ratios(k)*random%uniform(0.5_wp, 1.0_wp)
+               spot = spot_of(ratio, a*load**(1.0_wp/3.0_wp), limit*load, 0.1_wp*modulo(i, 6))
                unit = sliding_shift(spot)
                step = random%decades(-3.0_wp, 0.5_wp)*random%vector(3)*unit/[1.0_wp, 1.0_wp, a]
                if (modulo(i, 4) == 0) step(3) = 0.0_wp
@@ -405,12 +409,55 @@ contains
          end do
       end do
       call worst%check_below(1.0e-11_wp, "turned and mirrored")
-      wrench(1:2) = shells%shift(1:2, 2)
+      wrench(1:2) = shells%shift(2, 1:2)
       call shells%turn(.true.)
-      call check_close(shells%shift(1, 2), wrench(2), 0.0_wp, "axes named anew")
+      call check_close(shells%shift(2, 1), wrench(2), 0.0_wp, "axes named anew")
       call shells%turn(.false.)
-      call check(all(abs(shells%shift(1:2, 2) - wrench(1:2)) <= 0.0_wp), "and back")
+      call check(all(abs(shells%shift(2, 1:2) - wrench(1:2)) <= 0.0_wp), "and back")
    end subroutine test_directions
+
+   !> No shell bears more than its limit in any direction, whether it is found to stick or to slip,
+   !> and the force does not depend on where the slip is sought first.
+   subroutine test_limits()
+      type(spring_spot_type) :: spot
+      type(shells_type) :: shells, blind
+      type(random_type) :: random
+      type(worst_type) :: over, alike
+      real(wp) :: wrench(3), other(3), step(3), units(3), u(3), f(3), force(3), stored, lost
+      integer :: i, j, k, l, steps
+
+      do k = 1, size(ratios)
+         spot = spot_of(ratios(k), a, limit, poisson)
+         units = limit*[1.0_wp, 1.0_wp, a]
+         do i = 1, 30
+            shells = shells_of(3)
+            blind = shells
+            do j = 1, 8
+               ! Some turns in one step, some in several.
+               step = random%vector(3)*sliding_shift(spot)/[1.0_wp, 1.0_wp, a]
+               steps = merge(1, 5, modulo(j, 2) == 0)
+               do l = 1, steps
+                  blind%direction = 0.0_wp
+                  call shells%advance(spot, step/steps, wrench, stored, lost)
+                  call blind%advance(spot, step/steps, other, stored, lost)
+                  call alike%note(maxval(abs(wrench - other)/units), i)
+               end do
+            end do
+            do j = 1, shells%n
+               f = shells%share(j, :)*shells%shift(j, :)/units
+               do l = 1, 40
+                  u = random%vector(3)*[1.0_wp, 1.0_wp, random%decades(-1.0_wp, 1.0_wp)]
+                  u = u/norm2(u)
+                  call force_of_sliding(spot%shape, shells%edge(j - 1)/a, shells%edge(j)/a, u, &
+                     force)
+                  call over%note(dot_product(f - force, u), j)
+               end do
+            end do
+         end do
+      end do
+      call over%check_below(1.0e-14_wp, "no shell bears more than its limit")
+      call alike%check_below(1.0e-11_wp, "whatever the slip is sought from")
+   end subroutine test_limits
 
    !> A growing spot keeps its force and a shrinking one lets go; without load nothing stays.
    subroutine test_load()
@@ -524,14 +571,13 @@ contains
    subroutine test_tangent()
       type(rung_type) :: friction
       type(tangential_type) :: contact
-      type(sliding_type) :: slides, there
+      type(passing_type) :: rolls, there
       type(worst_type) :: worst
       type(random_type) :: random
       type(spring_spot_type) :: spot
       real(wp) :: states(n_states), steps(0:n_states), change(0:n_states), wrench(3), &
          rates(n_states), slopes(3 + n_states, 5 + n_states), ahead(3), behind(3), unit(3), h, &
          scale(3)
-      real(wp), parameter :: carried(2) = [1.0e-3_wp, 2.0e-3_wp]
       integer :: i, j, k
 
       friction%coefficient = 0.3_wp
@@ -547,24 +593,25 @@ contains
          do i = 1, 12
             call contact%begin(9)
             call contact%forget()
-            slides = sliding_type(limit/friction%coefficient, a, 1.0e-3_wp, 2.0e-3_wp, 0.5_wp)
+            rolls = passing_type(limit/friction%coefficient, a, 1.0e-3_wp, 2.0e-3_wp, 0.5_wp, &
+               0.0_wp, 1.0e-3_wp, 2.0e-3_wp)
             states = [0.6_wp, 0.8_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-            call contact%evolve(friction, spot%shape, slides, carried, states, wrench, rates)
+            call contact%evolve(friction, spot%shape, rolls, states, wrench, rates)
             call contact%keep()
             states(3:5) = random%decades(-2.0_wp, 0.0_wp)*unit*random%vector(3)
             states(6) = 1.0e-2_wp*a
-            call contact%vary(friction, spot%shape, slides, carried, states, wrench, rates, slopes)
-            steps = 1.0e-6_wp*[slides%load, 1.0_wp, 1.0_wp, unit, a]
+            call contact%vary(friction, spot%shape, rolls, states, wrench, rates, slopes)
+            steps = 1.0e-6_wp*[rolls%load, 1.0_wp, 1.0_wp, unit, a]
             do j = 0, n_states
                h = steps(j)
                change = 0.0_wp
                change(j) = h
-               there = slides
+               there = rolls
                there%load = there%load + change(0)
-               call contact%evolve(friction, spot%shape, there, carried, states + change(1:), &
+               call contact%evolve(friction, spot%shape, there, states + change(1:), &
                   ahead, rates)
-               there%load = slides%load - change(0)
-               call contact%evolve(friction, spot%shape, there, carried, states - change(1:), &
+               there%load = rolls%load - change(0)
+               call contact%evolve(friction, spot%shape, there, states - change(1:), &
                   behind, rates)
                call worst%note(maxval(abs((ahead - behind)/(2.0_wp*h) &
                   - slopes(:3, merge(1, 5 + j, j == 0)))/scale)*h*1.0e6_wp, j)
@@ -579,9 +626,9 @@ contains
    subroutine test_narrow_rim()
       type(tangential_type) :: contact
       type(rung_type) :: friction
-      type(sliding_type) :: slides
+      type(passing_type) :: rolls
       real(wp) :: wrench(3), rates(n_states), slopes(3 + n_states, 5 + n_states)
-      real(wp), parameter :: carried(2) = 0.0_wp, states(n_states) = [1.0_wp, 0.0_wp, 0.0_wp, &
+      real(wp), parameter :: states(n_states) = [1.0_wp, 0.0_wp, 0.0_wp, &
          0.0_wp, 0.0_wp, 0.0_wp]
       integer :: i
 
@@ -594,11 +641,11 @@ contains
       do i = 20, 52
          call contact%begin(30)
          call contact%forget()
-         slides = sliding_type(limit/friction%coefficient, a, 0.0_wp, 0.0_wp, 0.0_wp)
-         call contact%evolve(friction, circular_shape, slides, carried, states, wrench, rates)
+         rolls = passing_type(limit/friction%coefficient, a)
+         call contact%evolve(friction, circular_shape, rolls, states, wrench, rates)
          call contact%keep()
-         slides%a = a*(1.0_wp + 0.5_wp**i)
-         call contact%vary(friction, circular_shape, slides, carried, states, wrench, rates, slopes)
+         rolls%a = a*(1.0_wp + 0.5_wp**i)
+         call contact%vary(friction, circular_shape, rolls, states, wrench, rates, slopes)
          call check(all(ieee_is_finite(slopes)), "a rim that nothing has moved: derivatives")
       end do
    end subroutine test_narrow_rim
@@ -678,11 +725,12 @@ contains
       real(wp), intent(in) :: u(3)
       real(wp), intent(out) :: force(3)
       procedure(wrench_jacobian_kernel), pointer :: exact
+      type(shared_type) :: shared
       real(wp) :: hessian(3, 3)
 
       exact => null()
       call sliding_force(shape, edge_at(inner, power_of(inner)), edge_at(outer, power_of(outer)), &
-         exact, u, force, hessian)
+         exact, u, shared, force, hessian)
    end subroutine force_of_sliding
 
 end module test_tangential

@@ -4,17 +4,19 @@
 !> What remains of the error is known where creep is so large that nothing sticks: the wrench is
 !>    W = (n W_n - n' W_n')/(n - n') + m (W_exact - S),   m = |creepage|^2/(|creepage|^2 + 30^2),
 !> S being what the lattices, extrapolated alike, make of full sliding. And where creep is so small
-!> that nothing slips: below e0, (1 - |creepage|^2)^3 (L - L') is added, L being the linear theory
-!> and L' what the lattices make of it.
+!> that nothing slips: (1 - tau^2)^3 (L - L') is added, L being the linear theory, L' what the
+!> lattices make of it and tau < 1 its size, or the creepage over e0 where that is larger. On spots
+!> so slender that L has no coefficients it is the part of L' that it would be on the last one.
 module contensou_contact_creep_boundary_elements
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_catalogue, only : model_info_type
+   use contensou_contact_creep_bounds, only : confine
    use contensou_contact_creep_half_space, only : influence_type, lattice_type, refine, resultant, &
       rolling_influence, solve_tractions, spot_lattice
    use contensou_contact_creep_law, only : creep_model_type, creep_motion_type, creep_spot_type, &
       creep_type
-   use contensou_contact_kalker, only : kalker_matrix
+   use contensou_contact_kalker, only : kalker_matrix, least_ratio
    use contensou_contact_parameters, only : parameters_type
    use contensou_contact_wrench, only : slip_type, wrench_exact
    implicit none(type, external)
@@ -82,7 +84,7 @@ contains
       allocate(boundary_elements_type :: creep)
    end subroutine new_boundary_elements
 
-   !> The wrench.
+   !> Wrench of the tractions that are solved for on all elements.
    pure subroutine kernel(self, spot, motion, wrench)
       class(boundary_elements_type), intent(in) :: self
       type(creep_spot_type), intent(in) :: spot
@@ -91,7 +93,7 @@ contains
       real(wp), intent(out) :: wrench(3)
       type(rolling_frame_type) :: frame
       type(elements_type) :: elements
-      real(wp) :: sliding(3), linear(3), root, small, c(3, 3), c_slope(3, 3)
+      real(wp) :: sliding(3), linear(3), root, small
 
       call wrench_exact(spot%shape, slip_type(motion%x, motion%y, motion%spin), .true., wrench)
       if (.not. max(abs(motion%rx), abs(motion%ry)) > 0.0_wp) return
@@ -104,13 +106,40 @@ contains
       call roll(elements, frame%creepage, sliding, wrench)
       small = sum(frame%creepage**2)
       if (small < 1.0_wp) then
-         call kalker_matrix(spot%shape%k, spot%poisson, frame%e, c, c_slope)
          call stick(elements, frame%creepage, linear)
-         wrench = wrench - (1.0_wp - small)**3*((1.5_wp/pi)*matmul(c, frame%creepage) + linear)
+         small = max(small, linear(1)**2 + linear(2)**2 + (root*linear(3)/spot%shape%torque)**2)
+         if (small < 1.0_wp) wrench = wrench &
+            + (1.0_wp - small)**3*missing(spot%shape%k, spot%poisson, motion, frame, linear)
       end if
       wrench = [frame%e(1)*wrench(1) - frame%e(2)*wrench(2), &
          frame%e(2)*wrench(1) + frame%e(1)*wrench(2), root*wrench(3)]
+      call confine(spot, motion, wrench)
    end subroutine kernel
+
+   !> What lattices miss of the linear theory, in the rolling frame.
+   pure function missing(k, poisson, motion, frame, linear)
+      !> Ratio of the minor to the major axis, and Poisson's ratio.
+      real(wp), intent(in) :: k, poisson
+      type(creep_motion_type), intent(in) :: motion
+      !> How the spot rolls.
+      type(rolling_frame_type), intent(in) :: frame
+      !> What they have of it.
+      real(wp), intent(in) :: linear(3)
+      real(wp) :: missing(3), c(3, 3), c_slope(3, 3), last(3)
+      type(rolling_frame_type) :: stout
+      type(elements_type) :: elements
+
+      call kalker_matrix(k, poisson, frame%e, c, c_slope)
+      missing = -(1.5_wp/pi)*matmul(c, frame%creepage)
+      if (k >= least_ratio) then
+         missing = missing - linear
+         return
+      end if
+      stout = rolling_frame(least_ratio, motion)
+      elements = new_elements(across, stout%half_length, stout%shear, poisson)
+      call stick(elements, frame%creepage, last)
+      missing = (missing - last)*(norm2(linear)/norm2(last))
+   end function missing
 
    !> Elements of a spot, without tractions.
    pure function new_elements(n, half_length, shear, poisson) result(elements)

@@ -292,9 +292,11 @@ contains
          slope = a1 + y*(2.0_wp*a2 + 3.0_wp*y*a3)
          next = 0.5_wp*(low + high)
          if (abs(slope) > 0.0_wp) then
+            ! Before the bounds: one of them is y by now.
+            if (abs(f) <= 4.0_wp*epsilon(y)*y*abs(slope)) exit
             if (y - f/slope > low .and. y - f/slope < high) next = y - f/slope
          end if
-         if (abs(next - y) <= 4.0_wp*epsilon(y)*high) exit
+         if (abs(next - y) <= 4.0_wp*epsilon(y)*y) exit
          y = next
       end do
       if (peak < y) y = y - (y - peak)*max(1.0_wp - depth/deep, 0.0_wp)**2

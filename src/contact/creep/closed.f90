@@ -212,7 +212,7 @@ contains
 
       s = 0.25_wp*pi*tau
       if (s > 1.0e-4_wp) then
-         if (s < 1.0e100_wp) then
+         if (s < 1.0e50_wp) then
             square = 1.0_wp + s*s
             ratio = (2.0_wp/pi)*(s/square + atan(s))/tau
             slope = 1.0_wp/square**2

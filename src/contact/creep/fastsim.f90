@@ -67,7 +67,7 @@ contains
       allocate(fastsim_type :: creep)
    end subroutine new_fastsim
 
-   !> The wrench.
+   !> Wrench of the tractions along strips, from where the material enters.
    pure subroutine kernel(self, spot, motion, wrench)
       class(fastsim_type), intent(in) :: self
       type(creep_spot_type), intent(in) :: spot

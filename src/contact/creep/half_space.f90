@@ -21,8 +21,8 @@ module contensou_contact_creep_half_space
    implicit none(type, external)
    private
 
-   public :: lattice_type, influence_type, spot_lattice, rolling_influence
-   public :: solve_tractions, resultant, refine
+   public :: lattice_type, influence_type, spot_lattice, contact_influence, rolling_influence
+   public :: solve_tractions, displace, resultant, refine
 
    !> Elements of a spot.
    type :: lattice_type
@@ -46,11 +46,20 @@ module contensou_contact_creep_half_space
       real(wp), allocatable :: xx(:, :), xy(:, :), yy(:, :)
    end type influence_type
 
+   !> Where a step of Newton's method for p = P(p - rho s) begins.
+   type :: newton_type
+      real(wp) :: rho
+      !> Part of an element's slip that its traction does not follow; zero: it sticks.
+      real(wp), allocatable :: beta(:, :)
+      !> Direction of the traction of an element that slips.
+      real(wp), allocatable :: ex(:, :), ey(:, :)
+   end type newton_type
+
    !> Parts 1/B(0) that rho may be, tried in turn.
    real(wp), parameter :: rho_parts(3) = [0.3_wp, 0.1_wp, 0.03_wp]
 
    !> Most steps of Newton's method, and of GMRES in each.
-   integer, parameter :: most_steps = 40, most_vectors = 120
+   integer, parameter :: most_steps = 40, most_vectors = 400
 
    !> Relative residual of a linear system.
    real(wp), parameter :: linear_tolerance = 1.0e-3_wp
@@ -198,20 +207,20 @@ contains
       real(wp), intent(in) :: tolerance
       real(wp), intent(inout) :: px(:, :), py(:, :)
       real(wp), intent(out) :: residual
-      real(wp), dimension(lattice%n, lattice%n) :: sx, sy, fx, fy, ex, ey, beta
+      type(newton_type) :: newton
+      real(wp), dimension(lattice%n, lattice%n) :: sx, sy, fx, fy
       real(wp) :: qx, qy, q
       integer :: i, j, step
 
       fx = 0.0_wp
       fy = 0.0_wp
-      ex = 0.0_wp
-      ey = 0.0_wp
+      newton%rho = rho
+      allocate(newton%beta(lattice%n, lattice%n))
+      allocate(newton%ex, newton%ey, source=fx)
       do step = 0, most_steps
          call displace(lattice, influence, px, py, sx, sy)
          residual = 0.0_wp
-         ! beta is that part of the element's slip that its traction does not follow; zero: it
-         ! sticks.
-         beta = 0.0_wp
+         newton%beta = 0.0_wp
          do j = 1, lattice%n
             do i = lattice%first(j), lattice%last(j)
                sx(i, j) = sx(i, j) + rigid_x(i, j)
@@ -222,17 +231,17 @@ contains
                fx(i, j) = rho*sx(i, j)
                fy(i, j) = rho*sy(i, j)
                if (bounded .and. q > lattice%bound(i, j)) then
-                  ex(i, j) = qx/q
-                  ey(i, j) = qy/q
-                  beta(i, j) = lattice%bound(i, j)/q
-                  fx(i, j) = px(i, j) - lattice%bound(i, j)*ex(i, j)
-                  fy(i, j) = py(i, j) - lattice%bound(i, j)*ey(i, j)
+                  newton%ex(i, j) = qx/q
+                  newton%ey(i, j) = qy/q
+                  newton%beta(i, j) = lattice%bound(i, j)/q
+                  fx(i, j) = px(i, j) - lattice%bound(i, j)*newton%ex(i, j)
+                  fy(i, j) = py(i, j) - lattice%bound(i, j)*newton%ey(i, j)
                end if
                residual = max(residual, abs(fx(i, j)), abs(fy(i, j)))
             end do
          end do
          if (residual <= tolerance .or. step == most_steps) exit
-         call correct(lattice, influence, rho, beta, ex, ey, fx, fy, px, py)
+         call correct(lattice, influence, newton, fx, fy, px, py)
          if (bounded) call confine(lattice, px, py)
       end do
    end subroutine iterate
@@ -256,12 +265,10 @@ contains
    end subroutine confine
 
    !> Add the solution of the linear system of a step of Newton's method, J d = -f, by GMRES.
-   pure subroutine correct(lattice, influence, rho, beta, ex, ey, fx, fy, px, py)
+   pure subroutine correct(lattice, influence, newton, fx, fy, px, py)
       type(lattice_type), intent(in) :: lattice
       type(influence_type), intent(in) :: influence
-      real(wp), intent(in) :: rho
-      !> Part of the slip, and direction of the traction, of elements that slip.
-      real(wp), intent(in) :: beta(:, :), ex(:, :), ey(:, :)
+      type(newton_type), intent(in) :: newton
       !> Residual; destroyed.
       real(wp), intent(inout) :: fx(:, :), fy(:, :)
       real(wp), intent(inout) :: px(:, :), py(:, :)
@@ -272,7 +279,7 @@ contains
 
       allocate(basis(lattice%n, lattice%n, 2, most_vectors + 1))
       allocate(hessenberg(most_vectors + 1, most_vectors))
-      call precondition(lattice, influence, rho, beta, ex, ey, fx, fy)
+      call precondition(lattice, influence, newton, fx, fy)
       start = sqrt(sum(fx**2) + sum(fy**2))
       if (start <= 0.0_wp) return
       basis(:, :, 1, 1) = -fx/start
@@ -280,9 +287,9 @@ contains
       right = 0.0_wp
       right(1) = start
       do k = 1, most_vectors
-         call apply_jacobian(lattice, influence, rho, beta, ex, ey, basis(:, :, 1, k), &
-            basis(:, :, 2, k), fx, fy)
-         call precondition(lattice, influence, rho, beta, ex, ey, fx, fy)
+         call apply_jacobian(lattice, influence, newton, basis(:, :, 1, k), basis(:, :, 2, k), &
+            fx, fy)
+         call precondition(lattice, influence, newton, fx, fy)
          do l = 1, k
             hessenberg(l, k) = sum(fx*basis(:, :, 1, l)) + sum(fy*basis(:, :, 2, l))
             fx = fx - hessenberg(l, k)*basis(:, :, 1, l)
@@ -316,11 +323,10 @@ contains
    end subroutine correct
 
    !> Derivative of the residual along a direction.
-   pure subroutine apply_jacobian(lattice, influence, rho, beta, ex, ey, dx, dy, rx, ry)
+   pure subroutine apply_jacobian(lattice, influence, newton, dx, dy, rx, ry)
       type(lattice_type), intent(in) :: lattice
       type(influence_type), intent(in) :: influence
-      real(wp), intent(in) :: rho
-      real(wp), intent(in) :: beta(:, :), ex(:, :), ey(:, :)
+      type(newton_type), intent(in) :: newton
       !> Direction.
       real(wp), intent(in) :: dx(:, :), dy(:, :)
       real(wp), intent(out) :: rx(:, :), ry(:, :)
@@ -328,49 +334,52 @@ contains
       integer :: i, j
 
       call displace(lattice, influence, dx, dy, rx, ry)
-      do j = 1, lattice%n
-         do i = lattice%first(j), lattice%last(j)
-            if (beta(i, j) > 0.0_wp) then
-               turn = beta(i, j)*(ex(i, j)*(dy(i, j) - rho*ry(i, j)) &
-                  - ey(i, j)*(dx(i, j) - rho*rx(i, j)))
-               rx(i, j) = dx(i, j) + turn*ey(i, j)
-               ry(i, j) = dy(i, j) - turn*ex(i, j)
-            else
-               rx(i, j) = rho*rx(i, j)
-               ry(i, j) = rho*ry(i, j)
-            end if
+      associate (rho => newton%rho, beta => newton%beta, ex => newton%ex, ey => newton%ey)
+         do j = 1, lattice%n
+            do i = lattice%first(j), lattice%last(j)
+               if (beta(i, j) > 0.0_wp) then
+                  turn = beta(i, j)*(ex(i, j)*(dy(i, j) - rho*ry(i, j)) &
+                     - ey(i, j)*(dx(i, j) - rho*rx(i, j)))
+                  rx(i, j) = dx(i, j) + turn*ey(i, j)
+                  ry(i, j) = dy(i, j) - turn*ex(i, j)
+               else
+                  rx(i, j) = rho*rx(i, j)
+                  ry(i, j) = rho*ry(i, j)
+               end if
+            end do
          end do
-      end do
+      end associate
    end subroutine apply_jacobian
 
    !> Multiply by the inverse of what the Jacobian has on the diagonal, two by two.
-   pure subroutine precondition(lattice, influence, rho, beta, ex, ey, rx, ry)
+   pure subroutine precondition(lattice, influence, newton, rx, ry)
       type(lattice_type), intent(in) :: lattice
       type(influence_type), intent(in) :: influence
-      real(wp), intent(in) :: rho
-      real(wp), intent(in) :: beta(:, :), ex(:, :), ey(:, :)
+      type(newton_type), intent(in) :: newton
       real(wp), intent(inout) :: rx(:, :), ry(:, :)
       real(wp) :: own_x, own_y, xx, xy, yx, yy, x
       integer :: i, j
 
-      own_x = rho*influence%xx(0, 0)
-      own_y = rho*influence%yy(0, 0)
-      do j = 1, lattice%n
-         do i = lattice%first(j), lattice%last(j)
-            if (beta(i, j) > 0.0_wp) then
-               xx = 1.0_wp - beta(i, j)*ey(i, j)**2*(1.0_wp - own_x)
-               xy = beta(i, j)*ex(i, j)*ey(i, j)*(1.0_wp - own_y)
-               yx = beta(i, j)*ex(i, j)*ey(i, j)*(1.0_wp - own_x)
-               yy = 1.0_wp - beta(i, j)*ex(i, j)**2*(1.0_wp - own_y)
-               x = (yy*rx(i, j) - xy*ry(i, j))/(xx*yy - xy*yx)
-               ry(i, j) = (xx*ry(i, j) - yx*rx(i, j))/(xx*yy - xy*yx)
-               rx(i, j) = x
-            else
-               rx(i, j) = rx(i, j)/own_x
-               ry(i, j) = ry(i, j)/own_y
-            end if
+      own_x = newton%rho*influence%xx(0, 0)
+      own_y = newton%rho*influence%yy(0, 0)
+      associate (beta => newton%beta, ex => newton%ex, ey => newton%ey)
+         do j = 1, lattice%n
+            do i = lattice%first(j), lattice%last(j)
+               if (beta(i, j) > 0.0_wp) then
+                  xx = 1.0_wp - beta(i, j)*ey(i, j)**2*(1.0_wp - own_x)
+                  xy = beta(i, j)*ex(i, j)*ey(i, j)*(1.0_wp - own_y)
+                  yx = beta(i, j)*ex(i, j)*ey(i, j)*(1.0_wp - own_x)
+                  yy = 1.0_wp - beta(i, j)*ex(i, j)**2*(1.0_wp - own_y)
+                  x = (yy*rx(i, j) - xy*ry(i, j))/(xx*yy - xy*yx)
+                  ry(i, j) = (xx*ry(i, j) - yx*rx(i, j))/(xx*yy - xy*yx)
+                  rx(i, j) = x
+               else
+                  rx(i, j) = rx(i, j)/own_x
+                  ry(i, j) = ry(i, j)/own_y
+               end if
+            end do
          end do
-      end do
+      end associate
    end subroutine precondition
 
    !> Displacement or slip by tractions.

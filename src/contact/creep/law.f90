@@ -37,6 +37,9 @@ module contensou_contact_creep_law
    !> Relative step of differences.
    real(wp), parameter :: step = 6.0e-6_wp
 
+   !> Velocities below this part of the largest one are none: their squares would be none.
+   real(wp), parameter :: least_part = 1.0e-100_wp
+
    !> Rolling below this part of sliding changes the wrench over the scale of this part.
    real(wp), parameter :: slow = 1.0e-2_wp
 
@@ -85,6 +88,8 @@ module contensou_contact_creep_law
    type, extends(model_type) :: creep_model_type
       !> Makes the law from the values of its keys.
       procedure(new_creep), pointer, nopass :: create => null()
+   contains
+      procedure :: make
    end type creep_model_type
 
    abstract interface
@@ -110,6 +115,14 @@ module contensou_contact_creep_law
    end interface
 
 contains
+
+   !> Make the law of a row, with the defaults of its keys.
+   subroutine make(self, law)
+      class(creep_model_type), intent(in) :: self
+      class(creep_type), allocatable, intent(out) :: law
+
+      call self%create(self%completed(parameters_type()), law)
+   end subroutine make
 
    !> A spot, with all that laws need to know of it beforehand.
    pure function creep_spot(shape, coefficient, modulus, poisson) result(spot)
@@ -238,8 +251,19 @@ contains
       acts = largest > 0.0_wp
       if (.not. acts) return
       shift = -exponent(largest)
-      motion = creep_motion_type(scale(motion%x, shift), scale(motion%y, shift), &
-         scale(motion%spin, shift), scale(motion%rx, shift), scale(motion%ry, shift))
+      motion = creep_motion_type(part(motion%x), part(motion%y), part(motion%spin), &
+         part(motion%rx), part(motion%ry))
+
+   contains
+
+      !> A velocity in the common unit.
+      pure real(wp) function part(velocity)
+         real(wp), intent(in) :: velocity
+
+         part = 0.0_wp
+         if (abs(velocity) >= least_part*largest) part = scale(velocity, shift)
+      end function part
+
    end subroutine prepare
 
    !> Scale of creepage e0 = f p0/G.

@@ -56,7 +56,7 @@ contains
       self%spot = self%spot_of(shape)
    end subroutine follow
 
-   !> The spot with a shape.
+   !> The spot for a shape that changes: made anew only if it has.
    pure function spot_of(self, shape) result(spot)
       class(steady_type), intent(in) :: self
       type(spot_shape_type), intent(in) :: shape

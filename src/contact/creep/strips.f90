@@ -69,7 +69,7 @@ contains
       end associate
    end function new_flow
 
-   !> A strip.
+   !> The strip along the flow at a place across it.
    pure function strip_at(flow, spin, place, share) result(strip)
       type(flow_type), intent(in) :: flow
       real(wp), intent(in) :: spin

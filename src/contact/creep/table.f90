@@ -76,7 +76,7 @@ contains
       allocate(table_type :: creep)
    end subroutine new_table
 
-   !> The wrench.
+   !> A share of full sliding, and what the table adds.
    pure subroutine kernel(self, spot, motion, wrench)
       class(table_type), intent(in) :: self
       type(creep_spot_type), intent(in) :: spot

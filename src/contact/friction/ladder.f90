@@ -94,7 +94,6 @@ contains
       model%jacobian => jacobian
    end function rung
 
-   !> The keys of a rung.
    subroutine put_rung_keys(list)
       type(law_keys_type), intent(inout) :: list
 

@@ -15,7 +15,7 @@ module contensou_contact_friction_law
    implicit none(type, external)
    private
 
-   public :: friction_type, friction_model_type, sliding_type
+   public :: friction_type, friction_model_type, sliding_type, changed
    public :: put_friction_coefficient, put_regularization_velocity, put_drilling
 
    !> Relative step of differences.
@@ -129,29 +129,46 @@ contains
       real(wp), intent(out) :: h
       real(wp) :: speed
 
-      there = at
       speed = sqrt(at%vx**2 + at%vy**2 + (at%a*at%w)**2 + at%resolution)
       speed = max(speed, delta, creep)
       select case (which)
       case (1)
          h = step*merge(at%load, 1.0_wp, at%load > 0.0_wp)
          if (.not. up) h = merge(-h, 0.0_wp, at%load > 0.0_wp)
-         there%load = at%load + h
       case (2)
          h = step*merge(at%a, 1.0e-6_wp, at%a > 0.0_wp)
          if (.not. up) h = merge(-h, 0.0_wp, at%a > 0.0_wp)
-         there%a = at%a + h
-      case (3)
+      case (3:4)
          h = merge(step, -step, up)*speed
-         there%vx = at%vx + h
-      case (4)
-         h = merge(step, -step, up)*speed
-         there%vy = at%vy + h
       case default
          h = merge(step, -step, up)*merge(speed/max(at%a, tiny(speed)), 1.0_wp, at%a > 0.0_wp)
+      end select
+      there = changed(at, which, h)
+   end subroutine shift
+
+   !> What friction acts on, one of it changed.
+   pure function changed(at, which, h) result(there)
+      type(sliding_type), intent(in) :: at
+      !> 1 load, 2 major semi-axis, 3 and 4 sliding velocity, 5 spin.
+      integer, intent(in) :: which
+      !> By how much.
+      real(wp), intent(in) :: h
+      type(sliding_type) :: there
+
+      there = at
+      select case (which)
+      case (1)
+         there%load = at%load + h
+      case (2)
+         there%a = at%a + h
+      case (3)
+         there%vx = at%vx + h
+      case (4)
+         there%vy = at%vy + h
+      case default
          there%w = at%w + h
       end select
-   end subroutine shift
+   end function changed
 
    !> Wrench at given states, and the rates of these: that of a law without states.
    pure subroutine evolve(self, shape, at, states, wrench, rates)

@@ -177,7 +177,7 @@ module contensou_contact_shapes_shape
 
    integer :: counter
 
-   !> Sampled angles.
+   !> Evenly around the circle [rad].
    real(wp), parameter :: angles(samples_line) = &
       [((real(counter, wp) - 0.5_wp)*2.0_wp*pi/samples_line - pi, counter=1, samples_line)]
 
@@ -374,7 +374,6 @@ contains
    !> It has to fit in, and its curvature has to be the stronger one at one place at least.
    pure function misfit(self, hollow) result(text)
       class(shape_type), intent(in) :: self
-      !> Shape of the hollow.
       class(shape_type), intent(in) :: hollow
       character(len=:), allocatable :: text
       type(shape_info_type) :: info, other

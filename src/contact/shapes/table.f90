@@ -24,7 +24,6 @@ module contensou_contact_shapes_table
       class(shape_type), allocatable :: shape
       !> What does not depend on its size.
       type(shape_info_type) :: info
-      !> Its keys.
       type(key_list_type) :: keys
    end type shape_item_type
 

@@ -7,7 +7,7 @@ module contensou_contact_tangential_edges
    implicit none(type, external)
    private
 
-   public :: edge_type, edge_at, power_of
+   public :: edge_type, edge_at, edges_within, power_of
 
    !> S(x) = l c [1 + (1 - x) P(x)], from the lowest power of P on.
    real(wp), parameter :: torsion(0:7) = [ &
@@ -40,21 +40,46 @@ contains
       !> The place in units of the semi-axis, and its power 2/3.
       real(wp), intent(in) :: x, power
       type(edge_type) :: edge
+
+      call look_within(x, power, edge%load, edge%size, edge%torsion)
+   end function edge_at
+
+   !> The same for many places, from 1 on.
+   pure subroutine edges_within(n, place, unit, power, power_of_unit, load, size, stiffness)
+      !> Number of places.
+      integer, intent(in) :: n
+      !> The places in any unit, and the inverse of the semi-axis in that unit.
+      real(wp), intent(in) :: place(n), unit
+      !> Their powers 2/3.
+      real(wp), intent(in) :: power(n), power_of_unit
+      real(wp), intent(out) :: load(n), size(n), stiffness(n)
+      integer :: j
+
+      do j = 1, n
+         call look_within(place(j)*unit, power(j)*power_of_unit, load(j), size(j), stiffness(j))
+      end do
+   end subroutine edges_within
+
+   !> What is within a place.
+   elemental subroutine look_within(x, power, load, size, stiffness)
+      !> The place in units of the semi-axis, and its power 2/3.
+      real(wp), intent(in) :: x, power
+      real(wp), intent(out) :: load, size, stiffness
       real(wp) :: y, y2, even, odd
 
       y = x*x
       y2 = y*y
-      edge%load = x*(1.5_wp - 0.5_wp*y)
+      load = x*(1.5_wp - 0.5_wp*y)
       ! Two short chains in the place of a long one.
       even = sizes(0) + y2*(sizes(2) + y2*(sizes(4) + y2*(sizes(6) + y2*(sizes(8) &
          + y2*(sizes(10) + y2*(sizes(12) + y2*sizes(14)))))))
       odd = sizes(1) + y2*(sizes(3) + y2*(sizes(5) + y2*(sizes(7) + y2*(sizes(9) &
          + y2*(sizes(11) + y2*sizes(13))))))
-      edge%size = power*(even + y*odd)
+      size = power*(even + y*odd)
       even = torsion(0) + y*(torsion(2) + y*(torsion(4) + y*torsion(6)))
       odd = torsion(1) + y*(torsion(3) + y*(torsion(5) + y*torsion(7)))
-      edge%torsion = edge%load*edge%size*(1.0_wp + (1.0_wp - x)*(even + x*odd))
-   end function edge_at
+      stiffness = load*size*(1.0_wp + (1.0_wp - x)*(even + x*odd))
+   end subroutine look_within
 
    !> x^(2/3).
    elemental function power_of(x) result(power)

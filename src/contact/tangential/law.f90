@@ -5,18 +5,22 @@ module contensou_contact_tangential_law
    use contensou_base_schema, only : kind_choice, kind_integer
    use contensou_base_text, only : quote, string_type, strings
    use contensou_contact_catalogue, only : law_keys_type, model_info_type, model_type
-   use contensou_contact_creep, only : creep_model_type, creep_models, default_creep
+   use contensou_contact_creep, only : creep_model_type, creep_models, creep_type, default_creep
    use contensou_contact_creep_steady, only : steady_type
    use contensou_contact_friction_ladder, only : rung_type
    use contensou_contact_friction_law, only : friction_type
    use contensou_contact_parameters, only : parameters_type, surroundings_type
-   use contensou_contact_tangential_memory, only : put_tangential_states, tangential_type
+   use contensou_contact_tangential_memory, only : put_carried_states, put_tangential_states, &
+      tangential_type
    use contensou_contact_tangential_shells, only : default_layers, most_layers, shells_per_layer
    use contensou_contact_wrench, only : wrench_exact_jacobian
    implicit none(type, external)
    private
 
-   public :: tangential_model_type, spring, elastic, rolling
+   public :: tangential_model_type, spring, elastic, rolling, creep_names, creep_key
+
+   !> Key that names the law of creep.
+   character(len=*), parameter :: creep_key = "creep"
 
    !> A row in the table of the models of tangential elasticity.
    type, extends(model_type) :: tangential_model_type
@@ -52,6 +56,8 @@ contains
          "J. Jaeger, Arch. Appl. Mech. 65 (1995) 478; J. Lubkin, J. Appl. Mech. 18 (1951) 183")
       model%put_keys => put_elastic_keys
       model%put_states => put_tangential_states
+      model%put_more_states => put_carried_states
+      model%more_with = creep_key
    end function elastic
 
    !> Row of steady rolling.
@@ -69,7 +75,7 @@ contains
    subroutine put_rolling_keys(list)
       type(law_keys_type), intent(inout) :: list
 
-      call list%put("creep", kind_choice, "law of creep; " // quote(default_creep) // &
+      call list%put(creep_key, kind_choice, "law of creep; " // quote(default_creep) // &
          " if not given", otherwise=default_creep, choices=creep_names)
    end subroutine put_rolling_keys
 
@@ -88,6 +94,8 @@ contains
 
       call list%put("layers", kind_integer, "layers of the spot that slip one after the other", &
          unit="1", least=1.0_wp, most=real(most_layers, wp), default=to_text(default_layers))
+      call list%put(creep_key, kind_choice, "law of creep that rolling tends to; not given, " // &
+         "strain only fades", choices=creep_names)
    end subroutine put_elastic_keys
 
    !> Tangential elasticity with the values of its keys.
@@ -115,7 +123,24 @@ contains
       if (.not. self%single) shells = shells_per_layer*nint(parameters%number("layers", &
          real(default_layers, wp)))
       call tangential%begin(shells)
+      if (self%single .or. .not. parameters%has(creep_key)) return
+      allocate(tangential%carry)
+      call create_creep(parameters, tangential%carry%creep)
+      call tangential%carry%begin(friction%coefficient, tangential%modulus, tangential%poisson)
    end subroutine create
+
+   !> The law of creep that is named, or the one that is meant where none is.
+   subroutine create_creep(parameters, creep)
+      type(parameters_type), intent(in) :: parameters
+      class(creep_type), allocatable, intent(out) :: creep
+      type(creep_model_type), allocatable :: models(:)
+      integer :: law
+
+      models = creep_models()
+      law = findloc(models%info%name == default_creep, .true., dim=1)
+      if (parameters%has(creep_key)) law = nint(parameters%number(creep_key))
+      call models(law)%create(models(law)%completed(parameters), creep)
+   end subroutine create_creep
 
    !> Steady rolling with the values of its keys.
    subroutine create_steady(self, parameters, around, friction, steady)
@@ -127,14 +152,9 @@ contains
       !> Friction of the contact.
       class(friction_type), intent(in) :: friction
       type(steady_type), intent(out) :: steady
-      type(creep_model_type), allocatable :: models(:)
       real(wp) :: modulus, poisson
-      integer :: law
 
-      models = creep_models()
-      law = findloc(models%info%name == default_creep, .true., dim=1)
-      if (parameters%has("creep")) law = nint(parameters%number("creep"))
-      call models(law)%create(models(law)%completed(parameters), steady%creep)
+      call create_creep(parameters, steady%creep)
       call join_materials(around, modulus, poisson)
       call steady%begin(friction%coefficient, modulus, poisson)
    end subroutine create_steady

@@ -12,23 +12,28 @@
 !> - the way of the material through the spot, over the length of relaxation in units of the major
 !>   semi-axis: rolling carries strained material out, exp(-way/a) of it is left. (Over the length
 !>   itself its rate would be infinite where surfaces touch.)
+!> With a law of creep (`contensou_contact_tangential_carry`) the way has no effect. The shifts and
+!> the twist are then what is left of them when the creep is taken off, and the creepage that the
+!> material carries out of the spot is a state, along the axes of the spot.
 !>
 !> Where the bodies have slid by many times what the spot can be strained since the last step, in
 !> the direction in which they slide now, the wrench is that of sliding (`share` 1).
 module contensou_contact_tangential_memory
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_kinds, only : wp
-   use contensou_contact_friction_law, only : friction_type, sliding_type
+   use contensou_contact_creep_law, only : passing_type
+   use contensou_contact_friction_law, only : changed, friction_type, sliding_type
    use contensou_contact_spot, only : spot_shape_type
    use contensou_contact_states, only : against_length, state_list_type
+   use contensou_contact_tangential_carry, only : carried_type, carry_type
    use contensou_contact_tangential_shells, only : make_room, shells_type, spring_spot_type
    implicit none(type, external)
    private
 
-   public :: tangential_type, put_tangential_states, n_states
+   public :: tangential_type, put_tangential_states, put_carried_states, n_states
 
-   !> Numbers of state.
-   integer, parameter :: n_states = 6
+   !> Numbers of state without a law of creep, and with one.
+   integer, parameter :: n_states = 6, n_all_states = n_states + 3
 
    !> Shift since the last step, over what the whole spot can be strained, from which on sliding
    !> begins to take over, and from which on nothing else is left.
@@ -46,6 +51,12 @@ module contensou_contact_tangential_memory
    !> Semi-axis of a spot over the length scale of a scene, a tenth of an overlap: about.
    real(wp), parameter :: axis_over_length = 1.0e3_wp
 
+   !> Creepage f p0/G of steel: about.
+   real(wp), parameter :: creepage_scale = 1.0e-3_wp
+
+   !> The same of spin, over the semi-axis of a spot of a centimetre in radius [1/m].
+   real(wp), parameter :: spin_creepage_scale = 1.0_wp
+
    !> Way in units of the length of relaxation of which nothing is left.
    real(wp), parameter :: long_way = 1.0e3_wp
 
@@ -59,6 +70,8 @@ module contensou_contact_tangential_memory
       real(wp) :: reference = 0.0_wp
       !> Whether there is a torque about the normal.
       logical :: drilling = .true.
+      !> What rolling carries out; unallocated where strain only fades.
+      type(carry_type), allocatable :: carry
       !> What is remembered, along the axis and across it; the same at the last state that was
       !> evaluated, along the axes of `frame`; and room.
       type(shells_type) :: past, now, half
@@ -92,7 +105,7 @@ module contensou_contact_tangential_memory
 
 contains
 
-   !> The states.
+   !> Shifts, twist and the way rolled, along a tangent that turns with the material.
    subroutine put_tangential_states(list)
       type(state_list_type), intent(inout) :: list
 
@@ -107,6 +120,16 @@ contains
       call list%put("rolled", "m", "way of the material through the spot over the length of " // &
          "relaxation, times the major semi-axis", axis_over_length, against_length, absolute=.true.)
    end subroutine put_tangential_states
+
+   !> The states of rolling by a law of creep.
+   subroutine put_carried_states(list)
+      type(state_list_type), intent(inout) :: list
+
+      call list%put("carried_creepage", "1", "creepage of B against A that the material " // &
+         "carries out of the spot", creepage_scale, tangent=.true.)
+      call list%put("carried_spin", "m-1", "creepage of spin that the material carries out of " // &
+         "the spot", spin_creepage_scale)
+   end subroutine put_carried_states
 
    !> Make room for shells, without a contact.
    pure subroutine begin(self, shells)
@@ -131,49 +154,58 @@ contains
    end subroutine forget
 
    !> Wrench at given states, and the rates of these.
-   pure subroutine evolve(self, friction, shape, slides, carried, states, wrench, rates, slopes)
+   pure subroutine evolve(self, friction, shape, rolls, states, wrench, rates, slopes)
       class(tangential_type), intent(inout) :: self
       !> What acts where the whole spot slides.
       class(friction_type), intent(in) :: friction
       type(spot_shape_type), intent(in) :: shape
-      type(sliding_type), intent(in) :: slides
-      !> Velocity of the material through the spot, along the axes of the spot [m/s].
-      real(wp), intent(in) :: carried(2)
-      real(wp), intent(in) :: states(n_states)
+      type(passing_type), intent(in) :: rolls
+      !> Six, nine with a law of creep.
+      real(wp), intent(in) :: states(:)
       !> Force along the major and the minor axis [N], torque about the normal [N m].
       real(wp), intent(out) :: wrench(3)
       !> Time derivatives of the states.
-      real(wp), intent(out) :: rates(n_states)
+      real(wp), intent(out) :: rates(:)
       !> Derivatives of `self%wrench` by shifts and twist since the last step, and by the limit;
       !> meant where sliding has no share.
       real(wp), intent(out), optional :: slopes(3, 4)
       type(sliding_type) :: steady
-      real(wp) :: axis(2), along(2), stored, lost, sliding(3)
+      real(wp) :: axis(2), along(2), carried(2), sliding(3), speed, lost_to_creep(3)
       logical :: circle
 
       circle = .not. abs(1.0_wp - shape%k) > 0.0_wp
       axis = states(1:2)/sqrt(states(1)**2 + states(2)**2)
       self%spot%shape = shape
-      self%spot%a = slides%a
-      self%spot%limit = self%coefficient*slides%load
+      self%spot%a = rolls%a
+      self%spot%limit = self%coefficient*rolls%load
       call self%spot%stiffen(self%modulus, self%poisson)
-      along = [axis(1)*slides%vx + axis(2)*slides%vy, axis(1)*slides%vy - axis(2)*slides%vx]
-      self%step_rates = [along, slides%w, self%way_rate(carried)]
-      rates = [0.0_wp, 0.0_wp, self%step_rates]
+      self%velocity = [rolls%vx, rolls%vy, rolls%w]
+      carried = [rolls%cx, rolls%cy]
       self%step = states(3:6) - self%anchor
+      if (allocated(self%carry)) then
+         ! What is carried out does not make the shells slip; the rest that is lost is small where
+         ! they slide.
+         speed = sqrt(carried(1)**2 + carried(2)**2)
+         self%velocity = self%velocity - speed*states(7:9)
+         self%step(4) = 0.0_wp
+      end if
+      along = [axis(1)*self%velocity(1) + axis(2)*self%velocity(2), &
+         axis(1)*self%velocity(2) - axis(2)*self%velocity(1)]
+      self%step_rates = [along, self%velocity(3), self%way_rate(carried)]
+      rates(:6) = [0.0_wp, 0.0_wp, self%step_rates]
       ! On a circle all axes are alike, and the axis does as well as any.
       self%axis = axis
       if (circle) self%axis = [1.0_wp, 0.0_wp]
-      self%velocity = [slides%vx, slides%vy, slides%w]
       if (circle) self%velocity(1:2) = along
       self%wrench = 0.0_wp
       self%share = self%sliding_share(self%step)
       if (self%share < 1.0_wp) call self%strain(self%past, self%axis, self%spot, self%step, &
-         self%wrench, stored, lost, slopes)
+         self%wrench, slopes)
       if (self%share > 0.0_wp) then
-         steady = slides
+         steady = rolls%sliding_type
          steady%vx = self%velocity(1)
          steady%vy = self%velocity(2)
+         steady%w = self%velocity(3)
          steady%resolution = 0.0_wp
          if (self%drilling) then
             call friction%wrench(shape, steady, sliding)
@@ -187,6 +219,13 @@ contains
          wrench(1) = axis(1)*self%wrench(1) - axis(2)*self%wrench(2)
          wrench(2) = axis(2)*self%wrench(1) + axis(1)*self%wrench(2)
       end if
+      if (.not. allocated(self%carry)) return
+      call self%carry%lose(shape, carried_type(rolls%load, rolls%a, carried, states(7:9), &
+         wrench, self%reference), lost_to_creep, rates(7:9))
+      sliding = [rolls%vx, rolls%vy, rolls%w] - lost_to_creep
+      self%step_rates(1:3) = [axis(1)*sliding(1) + axis(2)*sliding(2), &
+         axis(1)*sliding(2) - axis(2)*sliding(1), sliding(3)]
+      rates(3:5) = self%step_rates(1:3)
    end subroutine evolve
 
    !> Rate of the way through the spot in lengths of relaxation, a b G C11/k_x with Kalker's
@@ -244,7 +283,7 @@ contains
    end function left_of_growth
 
    !> Shells moved by a step, in `now`.
-   pure subroutine strain(self, past, axis, spot, step, wrench, stored, lost, slopes)
+   pure subroutine strain(self, past, axis, spot, step, wrench, slopes)
       class(tangential_type), intent(inout) :: self
       !> What is remembered.
       type(shells_type), intent(in) :: past
@@ -254,8 +293,6 @@ contains
       !> Shifts along the axis and across it, twist, and way times the major semi-axis.
       real(wp), intent(in) :: step(4)
       real(wp), intent(out) :: wrench(3)
-      !> Elastic energy, and what was lost [J].
-      real(wp), intent(out) :: stored, lost
       !> Derivatives of the wrench by shifts and twist, and by the limit.
       real(wp), intent(out), optional :: slopes(3, 4)
       real(wp) :: motion(3), way, twisted, along(3)
@@ -268,7 +305,7 @@ contains
       motion(3) = left_of_growth(twisted)*step(3)
       if (.not. self%drilling) motion(3) = 0.0_wp
       call self%now%take(past, axis, [left(way), left(way), left(twisted)])
-      call self%now%advance(spot, motion, wrench, stored, lost, settled=.false., slopes=slopes)
+      call self%now%advance(spot, motion, wrench, settled=.false., slopes=slopes)
       if (.not. present(slopes)) return
       along = slopes(:, 1)
       slopes(:, 1) = left_of_growth(way)*(axis(1)*along + axis(2)*slopes(:, 2))
@@ -312,41 +349,51 @@ contains
    !> velocities and states. Those by load, shift and twist are the consistent ones of the shells;
    !> by differences are those by the size and the way, on ellipses by the axis, and all where
    !> sliding has a share. What the velocities do to the way is left out.
-   pure subroutine vary(self, friction, shape, slides, carried, states, wrench, rates, slopes)
+   pure subroutine vary(self, friction, shape, rolls, states, wrench, rates, slopes)
       class(tangential_type), intent(inout) :: self
       class(friction_type), intent(in) :: friction
       type(spot_shape_type), intent(in) :: shape
-      type(sliding_type), intent(in) :: slides
-      real(wp), intent(in) :: carried(2)
-      real(wp), intent(in) :: states(n_states)
+      type(passing_type), intent(in) :: rolls
+      !> Six, nine with a law of creep.
+      real(wp), intent(in) :: states(:)
       real(wp), intent(out) :: wrench(3)
-      real(wp), intent(out) :: rates(n_states)
+      real(wp), intent(out) :: rates(:)
       !> Derivatives of the wrench, then of the rates, by N, a, vx, vy, w, then by the states.
-      real(wp), intent(out) :: slopes(3 + n_states, 5 + n_states)
-      real(wp) :: h(5 + n_states), speed, by_step(3, 4), axis(2), size, change(2)
-      logical :: differs(5 + n_states), circle
-      integer :: i
+      real(wp), intent(out) :: slopes(:, :)
+      real(wp) :: h(5 + n_all_states), speed, by_step(3, 4), axis(2), length, change(2)
+      real(wp) :: velocity(2), lost(3), rate(3), by_creep(6, 8)
+      logical :: differs(5 + n_all_states), circle
+      integer :: i, j, n
 
-      call self%evolve(friction, shape, slides, carried, states, wrench, rates, by_step)
+      call self%evolve(friction, shape, rolls, states, wrench, rates, by_step)
       slopes = 0.0_wp
       associate (spot => self%spot)
          if (.not. (spot%limit > 0.0_wp .and. spot%a > 0.0_wp)) return
-         speed = max(sqrt(slides%vx**2 + slides%vy**2 + (slides%a*slides%w)**2), 1.0e-9_wp)
-         h(1) = step_of_differences*slides%load
-         h(2) = step_of_differences*slides%a
+         speed = max(sqrt(rolls%vx**2 + rolls%vy**2 + (rolls%a*rolls%w)**2), 1.0e-9_wp)
+         h(1) = step_of_differences*rolls%load
+         h(2) = step_of_differences*rolls%a
          h(3:4) = step_of_differences*speed
-         h(5) = h(3)/slides%a
+         h(5) = h(3)/rolls%a
          h(6:7) = step_of_differences
          h(8:9) = step_of_differences*spot%limit/spot%stiffness(1)
          h(10) = step_of_differences*spot%limit*spot%a/spot%stiffness(3)
-         h(11) = step_of_differences*slides%a
+         h(11) = step_of_differences*rolls%a
       end associate
+      n = 5 + size(states)
+      if (allocated(self%carry) .and. rolls%a > 0.0_wp) h(12:14) = step_of_differences &
+         *max(abs(states(7:9)), self%carry%creep_scale(shape, rolls%load, rolls%a) &
+         *[1.0_wp, 1.0_wp, 1.0_wp/rolls%a])
       circle = .not. abs(1.0_wp - shape%k) > 0.0_wp
       differs = self%share > 0.0_wp
       differs([2, 11]) = .true.
       if (.not. circle) differs(6:7) = .true.
-      size = sqrt(states(1)**2 + states(2)**2)
-      axis = states(1:2)/size
+      length = sqrt(states(1)**2 + states(2)**2)
+      axis = states(1:2)/length
+      velocity = [rolls%vx, rolls%vy]
+      if (allocated(self%carry)) then
+         velocity = [axis(1)*rates(3) - axis(2)*rates(4), axis(2)*rates(3) + axis(1)*rates(4)]
+         differs(11) = .false.
+      end if
       if (.not. differs(1)) then
          slopes(1:3, 1) = self%coefficient*by_step(:, 4)
          slopes(6, 3:4) = axis
@@ -363,59 +410,64 @@ contains
             ! The axis is made a unit vector.
             change = -axis(i)*axis
             change(i) = change(i) + 1.0_wp
-            change = change/size
+            change = change/length
             associate (w => self%wrench)
                slopes(1:2, 5 + i) = [change(1)*w(1) - change(2)*w(2), &
                   change(2)*w(1) + change(1)*w(2)]
             end associate
-            slopes(6:7, 5 + i) = [change(1)*slides%vx + change(2)*slides%vy, &
-               change(1)*slides%vy - change(2)*slides%vx]
+            slopes(6:7, 5 + i) = [change(1)*velocity(1) + change(2)*velocity(2), &
+               change(1)*velocity(2) - change(2)*velocity(1)]
          end do
       end if
-      do i = 1, 5 + n_states
-         if (differs(i)) call differ(self, friction, shape, slides, carried, states, i, h(i), &
-            slopes(:, i))
+      if (allocated(self%carry)) then
+         call self%carry%vary(shape, carried_type(rolls%load, rolls%a, [rolls%cx, rolls%cy], &
+            states(7:9), wrench, self%reference), lost, rate, by_creep)
+         by_creep(1:2, :) = reshape([(axis(1)*by_creep(1, i) + axis(2)*by_creep(2, i), &
+            axis(1)*by_creep(2, i) - axis(2)*by_creep(1, i), i=1, 8)], [2, 8])
+         do i = 1, n
+            if (differs(i)) cycle
+            associate (by_wrench => matmul(by_creep(:, 6:8), slopes(:3, i)))
+               slopes(6:8, i) = slopes(6:8, i) - by_wrench(1:3)
+               slopes(10:12, i) = slopes(10:12, i) + by_wrench(4:6)
+            end associate
+            if (i > 1 .and. i < 12) cycle
+            j = merge(1, i - 9, i == 1)
+            slopes(6:8, i) = slopes(6:8, i) - by_creep(1:3, j)
+            slopes(10:12, i) = slopes(10:12, i) + by_creep(4:6, j)
+         end do
+      end if
+      do i = 1, n
+         if (differs(i)) call differ(self, friction, shape, rolls, states, i, h(i), slopes(:, i))
       end do
       ! The last state that was evaluated is this one.
-      call self%evolve(friction, shape, slides, carried, states, wrench, rates)
+      call self%evolve(friction, shape, rolls, states, wrench, rates)
    end subroutine vary
 
    !> Derivatives of wrench and rates by one of the quantities that `vary` names, by differences.
-   pure subroutine differ(self, friction, shape, slides, carried, states, i, h, slopes)
+   pure subroutine differ(self, friction, shape, rolls, states, i, h, slopes)
       class(tangential_type), intent(inout) :: self
       class(friction_type), intent(in) :: friction
       type(spot_shape_type), intent(in) :: shape
-      type(sliding_type), intent(in) :: slides
-      real(wp), intent(in) :: carried(2)
-      real(wp), intent(in) :: states(n_states)
+      type(passing_type), intent(in) :: rolls
+      real(wp), intent(in) :: states(:)
       !> Which quantity, and its change.
       integer, intent(in) :: i
       real(wp), intent(in) :: h
-      real(wp), intent(out) :: slopes(3 + n_states)
-      type(sliding_type) :: there
-      real(wp) :: varied(3 + n_states, 2), moved(n_states), change
-      integer :: j, k
+      real(wp), intent(out) :: slopes(:)
+      type(passing_type) :: there
+      real(wp) :: varied(3 + size(states), 2), moved(size(states)), change
+      integer :: k
 
       do k = 1, 2
          change = merge(h, -h, k == 2)
-         there = slides
+         there = rolls
          moved = states
-         select case (i)
-         case (1)
-            there%load = there%load + change
-         case (2)
-            there%a = there%a + change
-         case (3)
-            there%vx = there%vx + change
-         case (4)
-            there%vy = there%vy + change
-         case (5)
-            there%w = there%w + change
-         case default
-            j = max(i - 5, 1)
-            moved(j) = moved(j) + change
-         end select
-         call self%evolve(friction, shape, there, carried, moved, varied(:3, k), varied(4:, k))
+         if (i <= 5) then
+            there%sliding_type = changed(rolls%sliding_type, i, change)
+         else
+            moved(i - 5) = moved(i - 5) + change
+         end if
+         call self%evolve(friction, shape, there, moved, varied(:3, k), varied(4:, k))
       end do
       slopes = (varied(:, 2) - varied(:, 1))/(2.0_wp*h)
    end subroutine differ
@@ -447,9 +499,9 @@ contains
    !> The shells of the last state that was evaluated.
    pure subroutine complete(self)
       class(tangential_type), intent(inout) :: self
-      real(wp) :: wrench(3), stored, lost
+      real(wp) :: wrench(3)
 
-      call self%strain(self%past, self%axis, self%spot, self%step, wrench, stored, lost)
+      call self%strain(self%past, self%axis, self%spot, self%step, wrench)
       if (self%share > 0.0_wp) call self%now%slide(self%spot, self%velocity, self%share)
    end subroutine complete
 
@@ -472,7 +524,7 @@ contains
       real(wp), intent(in) :: time_step
       real(wp), intent(out) :: deviation
       type(spring_spot_type) :: spot
-      real(wp) :: first(4), wrench(3), stored, lost, scale
+      real(wp) :: first(4), wrench(3), scale
 
       deviation = 0.0_wp
       if (self%share >= 1.0_wp) return
@@ -484,10 +536,10 @@ contains
       spot%limit = 0.5_wp*(self%limit + self%spot%limit)
       spot%a = 0.5_wp*(self%a + self%spot%a)
       call spot%stiffen(self%modulus, self%poisson)
-      call self%strain(self%past, self%axis, spot, first, wrench, stored, lost)
+      call self%strain(self%past, self%axis, spot, first, wrench)
       call self%half%take(self%now, [1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp])
       call self%half%turn_to(self%axis)
-      call self%strain(self%half, self%axis, self%spot, self%step - first, wrench, stored, lost)
+      call self%strain(self%half, self%axis, self%spot, self%step - first, wrench)
       wrench = (1.0_wp - self%share)*(wrench - self%wrench)
       wrench(3) = wrench(3)/self%spot%a
       deviation = 2.0_wp*sqrt(dot_product(wrench, wrench))/scale

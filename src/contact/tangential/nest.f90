@@ -5,7 +5,7 @@
 module contensou_contact_tangential_nest
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_kinds, only : wp
-   use contensou_contact_tangential_edges, only : edge_at, edge_type, power_of
+   use contensou_contact_tangential_edges, only : edge_at, edge_type, edges_within, power_of
    use contensou_contact_tangential_spot, only : spring_spot_type
    implicit none(type, external)
    private
@@ -34,19 +34,22 @@ module contensou_contact_tangential_nest
       real(wp), allocatable :: edge(:)
       !> Their powers 2/3.
       real(wp), allocatable, private :: power(:)
-      type(edge_type), allocatable :: within(:)
-      !> Stiffness of each shell.
+      real(wp), allocatable :: load(:), size(:), torsion(:)
+      !> Stiffness of each shell along the axes and about the normal.
       real(wp), allocatable :: share(:, :)
-      !> Elastic displacements along the axes [m] and about the normal [rad] of the shells.
+      !> Elastic displacements of the shells along the axes [m] and about the normal [rad].
       real(wp), allocatable :: shift(:, :)
       !> Directions of their last slips, or zero: where the next slip is sought first.
       real(wp), allocatable :: direction(:, :)
+      !> By how much the forces of trials are outside of what surely sticks.
+      real(wp), allocatable :: excess(:)
       !> Which slipped in the last step.
       logical, allocatable :: slipped(:)
       !> The axis along and across which the displacements have their components, seen from the
       !> axes of the spot where `stiffness` was.
       real(wp) :: axis(2) = [1.0_wp, 0.0_wp]
    contains
+      procedure :: within
       procedure :: resize
       procedure :: clear
       procedure :: turn
@@ -67,18 +70,22 @@ contains
       integer, intent(in) :: number
       integer :: n
 
-      if (allocated(shells%edge)) deallocate(shells%edge, shells%power, shells%within, &
-         shells%shift, shells%direction, shells%slipped, shells%share)
+      if (allocated(shells%edge)) deallocate(shells%edge, shells%power, shells%load, shells%size, &
+         shells%torsion, shells%shift, shells%direction, shells%slipped, shells%share, &
+         shells%excess)
       shells%most = number
       ! A step is also taken in two.
       n = number + 2*most_new
       allocate(shells%edge(0:n), source=0.0_wp)
       allocate(shells%power(0:n), source=0.0_wp)
-      allocate(shells%within(0:n))
-      allocate(shells%shift(3, n), source=0.0_wp)
-      allocate(shells%direction(3, n), source=0.0_wp)
+      allocate(shells%load(0:n), source=0.0_wp)
+      allocate(shells%size(0:n), source=0.0_wp)
+      allocate(shells%torsion(0:n), source=0.0_wp)
+      allocate(shells%shift(n, 3), source=0.0_wp)
+      allocate(shells%direction(n, 3), source=0.0_wp)
       allocate(shells%slipped(n), source=.false.)
-      allocate(shells%share(3, n), source=0.0_wp)
+      allocate(shells%share(n, 3), source=0.0_wp)
+      allocate(shells%excess(n), source=0.0_wp)
    end subroutine make_room
 
    !> Forget all.
@@ -103,9 +110,9 @@ contains
 
       sense = merge(1.0_wp, -1.0_wp, forth)
       do j = 1, self%n
-         x = self%shift(1, j)
-         self%shift(1, j) = sense*self%shift(2, j)
-         self%shift(2, j) = -sense*x
+         x = self%shift(j, 1)
+         self%shift(j, 1) = sense*self%shift(j, 2)
+         self%shift(j, 2) = -sense*x
       end do
       self%direction = 0.0_wp
    end subroutine turn
@@ -118,49 +125,97 @@ contains
 
       stored = 0.0_wp
       do j = 1, self%n
-         stored = stored + (self%share(1, j)*self%shift(1, j)**2 &
-            + self%share(2, j)*self%shift(2, j)**2 + self%share(3, j)*self%shift(3, j)**2)
+         stored = stored + (self%share(j, 1)*self%shift(j, 1)**2 &
+            + self%share(j, 2)*self%shift(j, 2)**2 + self%share(j, 3)*self%shift(j, 3)**2)
       end do
       stored = 0.5_wp*stored
    end function energy
 
-   !> Stiffness of a shell.
+   !> What is within the outer edge of a shell; of none, at the centre, nothing.
+   pure type(edge_type) function within(self, j)
+      class(nest_type), intent(in) :: self
+      !> The shell, or 0.
+      integer, intent(in) :: j
+
+      within = edge_type(self%load(j), self%size(j), self%torsion(j))
+   end function within
+
+   !> Set what is within the edges.
+   pure subroutine set_within(self)
+      class(nest_type), intent(inout) :: self
+
+      associate (n => self%n)
+         call edges_within(n - 1, self%edge(1:), 1.0_wp/self%a, self%power(1:), &
+            1.0_wp/self%power(n), self%load(1:), self%size(1:), self%torsion(1:))
+         call set_edge(self, n, edge_at(1.0_wp, 1.0_wp))
+      end associate
+   end subroutine set_within
+
+   !> Set what is within the outer edge of a shell.
+   pure subroutine set_edge(self, j, within)
+      class(nest_type), intent(inout) :: self
+      integer, intent(in) :: j
+      type(edge_type), intent(in) :: within
+
+      self%load(j) = within%load
+      self%size(j) = within%size
+      self%torsion(j) = within%torsion
+   end subroutine set_edge
+
+   !> Stiffness of a shell between two edges, a part of that of the spot.
+   pure subroutine share_between(stiffness, width, inner, outer, x, y, twist)
+      !> k_x, k_y and k_T of the spot.
+      real(wp), intent(in) :: stiffness(3)
+      !> Distance of the edges over the semi-axis, and the torsional stiffness within them.
+      real(wp), intent(in) :: width, inner, outer
+      real(wp), intent(out) :: x, y, twist
+
+      x = stiffness(1)*width
+      y = stiffness(2)*width
+      ! Rounding errors are all there is where a shell is very narrow.
+      twist = stiffness(3)*max(outer - inner, 0.0_wp)
+   end subroutine share_between
+
+   !> Stiffness of a shell: its share of that of the whole spot.
    pure subroutine share_of_shell(self, j, stiffness)
       class(nest_type), intent(in) :: self
       !> The shell.
       integer, intent(in) :: j
       real(wp), intent(out) :: stiffness(3)
 
-      stiffness(1:2) = self%stiffness(1:2)*((self%edge(j) - self%edge(j - 1))/self%a)
-      ! Rounding errors are all there is where a shell is very narrow.
-      stiffness(3) = self%stiffness(3)*max(self%within(j)%torsion - self%within(j - 1)%torsion, &
-         0.0_wp)
+      call share_between(self%stiffness, (self%edge(j) - self%edge(j - 1))/self%a, &
+         self%torsion(j - 1), self%torsion(j), stiffness(1), stiffness(2), stiffness(3))
    end subroutine share_of_shell
 
-   !> Set what is within the edges.
-   pure subroutine set_within(self)
-      class(nest_type), intent(inout) :: self
-      real(wp) :: inverse, power
+   !> Give shells the stiffness that is theirs: those that become stiffer keep their force, those
+   !> that become softer their displacement. None of it makes energy.
+   pure subroutine stiffen_shells(n, stiffness, inverse, edge, torsion, share, shift)
+      !> Their number.
+      integer, intent(in) :: n
+      !> k_x, k_y and k_T of the spot, and the inverse of its semi-axis [1/m].
+      real(wp), intent(in) :: stiffness(3), inverse
+      !> Edges [m], and the torsional stiffness within them.
+      real(wp), intent(in) :: edge(0:n), torsion(0:n)
+      !> Stiffness and displacement.
+      real(wp), intent(inout), contiguous :: share(:, :), shift(:, :)
+      real(wp) :: now(3), before(3)
       integer :: j
 
-      inverse = 1.0_wp/self%a
-      power = power_of(inverse)
-      self%within(0) = edge_type(0.0_wp, 0.0_wp, 0.0_wp)
-      do j = 1, self%n - 1
-         self%within(j) = edge_at(self%edge(j)*inverse, self%power(j)*power)
+      do j = 1, n
+         call share_between(stiffness, (edge(j) - edge(j - 1))*inverse, torsion(j - 1), &
+            torsion(j), now(1), now(2), now(3))
+         ! A shell without stiffness bears nothing.
+         before(1) = max(share(j, 1), tiny(before))
+         before(2) = max(share(j, 2), tiny(before))
+         before(3) = max(share(j, 3), tiny(before))
+         shift(j, 1) = shift(j, 1)*(before(1)/max(now(1), before(1)))
+         shift(j, 2) = shift(j, 2)*(before(2)/max(now(2), before(2)))
+         shift(j, 3) = shift(j, 3)*(before(3)/max(now(3), before(3)))
+         share(j, 1) = now(1)
+         share(j, 2) = now(2)
+         share(j, 3) = now(3)
       end do
-      self%within(self%n) = edge_at(1.0_wp, 1.0_wp)
-   end subroutine set_within
-
-   !> Set the stiffness of all shells.
-   pure subroutine set_shares(self)
-      class(nest_type), intent(inout) :: self
-      integer :: j
-
-      do j = 1, self%n
-         call share_of_shell(self, j, self%share(:, j))
-      end do
-   end subroutine set_shares
+   end subroutine stiffen_shells
 
    !> Bring the shells to the size and stiffness of a spot: new area is not strained, lost area lets
    !> go what it held, and shells that become stiffer keep their force. None of it makes energy.
@@ -168,21 +223,22 @@ contains
       class(nest_type), intent(inout) :: self
       type(spring_spot_type), intent(in) :: spot
       !> Energy that is let go [J].
-      real(wp), intent(out) :: lost
+      real(wp), intent(out), optional :: lost
       !> Whether the number of shells is kept, unless that is left to `settle`.
       logical, intent(in), optional :: settled
       !> Number of those at the rim that are new, if they are left to `settle`.
       integer, intent(out), optional :: new
-      real(wp) :: before, now(3), whole(3)
+      type(edge_type) :: rim
+      real(wp) :: before, now(3), whole(3), power
       logical :: settles
-      integer :: j, i, grown
+      integer :: j, grown
 
       settles = .true.
       if (present(settled)) settles = settled
       if (present(new)) new = 0
-      lost = 0.0_wp
+      if (present(lost)) lost = 0.0_wp
       if (.not. spot%a > 0.0_wp) then
-         lost = self%energy()
+         if (present(lost)) lost = self%energy()
          call self%clear()
          return
       end if
@@ -195,8 +251,10 @@ contains
          end do
          self%power(:self%n) = power_of(self%edge(:self%n))
          call set_within(self)
-         call set_shares(self)
-         self%shift(:, :self%n) = 0.0_wp
+         self%share(:self%n, :) = 0.0_wp
+         self%shift(:self%n, :) = 0.0_wp
+         call stiffen_shells(self%n, self%stiffness, 1.0_wp/self%a, self%edge, self%torsion, &
+            self%share, self%shift)
          self%slipped(:self%n) = .false.
          return
       end if
@@ -210,20 +268,22 @@ contains
          end if
          return
       end if
-      before = self%energy()
+      if (present(lost)) before = self%energy()
       if (spot%a < self%a) then
+         power = power_of(spot%a)
+         rim = edge_at(spot%a/self%a, power/self%power(self%n))
          do while (self%n > 1 .and. self%edge(self%n - 1) >= spot%a)
             self%n = self%n - 1
          end do
-         whole = self%share(:, self%n)
+         whole = self%share(self%n, :)
          self%edge(self%n) = spot%a
-         self%power(self%n) = power_of(spot%a)
-         self%within(self%n) = edge_at(spot%a/self%a, power_of(spot%a/self%a))
+         self%power(self%n) = power
+         self%torsion(self%n) = rim%torsion
          call share_of_shell(self, self%n, now)
          ! At a rim that slips the area that is lost bears nothing at last.
-         if (self%slipped(self%n) .and. minval(now) > 0.0_wp) self%shift(:, self%n) = &
-            self%shift(:, self%n)*sqrt(whole/now)
-         self%share(:, self%n) = now
+         if (self%slipped(self%n) .and. minval(now) > 0.0_wp) self%shift(self%n, :) = &
+            self%shift(self%n, :)*sqrt(whole/now)
+         self%share(self%n, :) = now
       end if
       if (spot%a > self%a) then
          grown = merge(1, self%new, settles)
@@ -233,25 +293,19 @@ contains
             self%edge(self%n) = self%a + (spot%a - self%a)*(real(j, wp)/real(grown, wp))
             if (j == grown) self%edge(self%n) = spot%a
             self%power(self%n) = power_of(self%edge(self%n))
-            self%shift(:, self%n) = 0.0_wp
-            self%direction(:, self%n) = 0.0_wp
+            self%shift(self%n, :) = 0.0_wp
+            self%direction(self%n, :) = 0.0_wp
             self%slipped(self%n) = .false.
-            self%share(:, self%n) = 0.0_wp
+            self%share(self%n, :) = 0.0_wp
          end do
       end if
       self%a = spot%a
       self%stiffness = spot%stiffness
       call set_within(self)
-      do j = 1, self%n
-         call share_of_shell(self, j, now)
-         do i = 1, 3
-            if (now(i) > self%share(i, j)) self%shift(i, j) = self%shift(i, j) &
-               *(self%share(i, j)/now(i))
-            self%share(i, j) = now(i)
-         end do
-      end do
+      call stiffen_shells(self%n, self%stiffness, 1.0_wp/self%a, self%edge, self%torsion, &
+         self%share, self%shift)
       if (settles) call self%settle()
-      lost = max(before - self%energy(), 0.0_wp)
+      if (present(lost)) lost = max(before - self%energy(), 0.0_wp)
    end subroutine resize
 
    !> Merge or divide shells so that their number stays.
@@ -278,42 +332,65 @@ contains
       real(wp), intent(in) :: axis(2)
       !> What is left of the displacements along the axes and about the normal, from 0 to 1.
       real(wp), intent(in) :: left(3)
-      real(wp) :: q(3), before, after
-      integer :: j
+      real(wp) :: q(2), k(2), before, after
+      integer :: j, n
 
-      self%n = others%n
+      n = others%n
+      self%n = n
       self%a = others%a
       self%new = others%new
       self%stiffness = others%stiffness
       self%axis = [1.0_wp, 0.0_wp]
-      if (self%n == 0) return
-      self%edge(:self%n) = others%edge(:self%n)
-      self%edge(0) = 0.0_wp
-      do j = 0, self%n
-         self%power(j) = others%power(j)
-         self%within(j) = others%within(j)
+      if (n == 0) return
+      self%edge(:n) = others%edge(:n)
+      self%power(:n) = others%power(:n)
+      self%load(:n) = others%load(:n)
+      self%size(:n) = others%size(:n)
+      self%torsion(:n) = others%torsion(:n)
+      self%slipped(:n) = others%slipped(:n)
+      call copy_shells(n, axis, left, others%share, others%shift, others%direction, self%share, &
+         self%shift, self%direction)
+      k = self%stiffness(1:2)
+      if (.not. abs(k(1) - k(2)) > 0.0_wp) return
+      do j = 1, n
+         q = turned(others%axis, others%shift(j, 1:2))*left(1:2)
+         before = k(1)*q(1)**2 + k(2)*q(2)**2
+         after = k(1)*self%shift(j, 1)**2 + k(2)*self%shift(j, 2)**2
+         if (after > before) self%shift(j, 1:2) = self%shift(j, 1:2)*sqrt(before/after)
       end do
-      do j = 1, self%n
-         self%share(:, j) = others%share(:, j)
-         q = others%shift(:, j)*left
-         self%shift(1:2, j) = turned(axis, q(1:2))
-         self%shift(3, j) = q(3)
-         self%slipped(j) = others%slipped(j)
-      end do
-      do j = 1, self%n
-         self%direction(1:2, j) = turned(axis, others%direction(1:2, j))
-         self%direction(3, j) = others%direction(3, j)
-      end do
-      associate (k => self%stiffness)
-         if (.not. abs(k(1) - k(2)) > 0.0_wp) return
-         do j = 1, self%n
-            q(1:2) = turned(others%axis, others%shift(1:2, j))*left(1:2)
-            before = k(1)*q(1)**2 + k(2)*q(2)**2
-            after = k(1)*self%shift(1, j)**2 + k(2)*self%shift(2, j)**2
-            if (after > before) self%shift(1:2, j) = self%shift(1:2, j)*sqrt(before/after)
-         end do
-      end associate
    end subroutine take
+
+   !> Stiffness, displacements and directions of shells as those of others, which have them along
+   !> an axis.
+   pure subroutine copy_shells(n, axis, left, share, shift, direction, new_share, new_shift, &
+      new_direction)
+      !> Number of the shells.
+      integer, intent(in) :: n
+      !> The axis, and what is left of the displacements, as for `take`.
+      real(wp), intent(in) :: axis(2), left(3)
+      real(wp), intent(in), contiguous :: share(:, :), shift(:, :), direction(:, :)
+      real(wp), intent(inout), contiguous :: new_share(:, :), new_shift(:, :), new_direction(:, :)
+      real(wp) :: x, y
+      integer :: j
+
+      new_share(:n, 1) = share(:n, 1)
+      new_share(:n, 2) = share(:n, 2)
+      new_share(:n, 3) = share(:n, 3)
+      do j = 1, n
+         x = shift(j, 1)*left(1)
+         y = shift(j, 2)*left(2)
+         new_shift(j, 1) = axis(1)*x - axis(2)*y
+         new_shift(j, 2) = axis(2)*x + axis(1)*y
+         new_shift(j, 3) = shift(j, 3)*left(3)
+      end do
+      do j = 1, n
+         x = direction(j, 1)
+         y = direction(j, 2)
+         new_direction(j, 1) = axis(1)*x - axis(2)*y
+         new_direction(j, 2) = axis(2)*x + axis(1)*y
+         new_direction(j, 3) = direction(j, 3)
+      end do
+   end subroutine copy_shells
 
    !> Components along the axes of a spot of a vector that has them along an axis and across it.
    pure function turned(axis, q)
@@ -331,8 +408,8 @@ contains
       integer :: j
 
       do j = 1, self%n
-         self%shift(1:2, j) = turned([axis(1), -axis(2)], self%shift(1:2, j))
-         self%direction(1:2, j) = turned([axis(1), -axis(2)], self%direction(1:2, j))
+         self%shift(j, 1:2) = turned([axis(1), -axis(2)], self%shift(j, 1:2))
+         self%direction(j, 1:2) = turned([axis(1), -axis(2)], self%direction(j, 1:2))
       end do
       self%axis = axis
    end subroutine turn_to
@@ -366,13 +443,13 @@ contains
       do j = 0, self%n
          call checkpoint%exchange("shells_edge", self%edge(j:j))
          call checkpoint%exchange("shells_power", self%power(j:j))
-         within = [self%within(j)%load, self%within(j)%size, self%within(j)%torsion]
+         within = [self%load(j), self%size(j), self%torsion(j)]
          call checkpoint%exchange("shells_within", within)
-         self%within(j) = edge_type(within(1), within(2), within(3))
+         call set_edge(self, j, edge_type(within(1), within(2), within(3)))
          if (j == 0) cycle
-         call checkpoint%exchange("shells_shift", self%shift(:, j))
-         call checkpoint%exchange("shells_direction", self%direction(:, j))
-         call checkpoint%exchange("shells_share", self%share(:, j))
+         call checkpoint%exchange("shells_shift", self%shift(j, :))
+         call checkpoint%exchange("shells_direction", self%direction(j, :))
+         call checkpoint%exchange("shells_share", self%share(j, :))
       end do
    end subroutine exchange
 
@@ -423,29 +500,30 @@ contains
             at = j
          end if
       end do
-      total = max(self%share(:, at) + self%share(:, at + 1), tiny(total))
-      self%shift(:, at) = (self%share(:, at)*self%shift(:, at) &
-         + self%share(:, at + 1)*self%shift(:, at + 1))/total
+      total = max(self%share(at, :) + self%share(at + 1, :), tiny(total))
+      self%shift(at, :) = (self%share(at, :)*self%shift(at, :) &
+         + self%share(at + 1, :)*self%shift(at + 1, :))/total
       self%slipped(at) = self%slipped(at) .and. self%slipped(at + 1)
       do j = at + 1, self%n - 1
-         self%shift(:, j) = self%shift(:, j + 1)
-         self%direction(:, j) = self%direction(:, j + 1)
+         self%shift(j, :) = self%shift(j + 1, :)
+         self%direction(j, :) = self%direction(j + 1, :)
          self%slipped(j) = self%slipped(j + 1)
-         self%share(:, j) = self%share(:, j + 1)
+         self%share(j, :) = self%share(j + 1, :)
       end do
       do j = at, self%n - 1
          self%edge(j) = self%edge(j + 1)
          self%power(j) = self%power(j + 1)
-         self%within(j) = self%within(j + 1)
+         call set_edge(self, j, self%within(j + 1))
       end do
       self%n = self%n - 1
-      call share_of_shell(self, at, self%share(:, at))
+      call share_of_shell(self, at, total)
+      self%share(at, :) = total
    end subroutine merge_narrowest
 
    !> Divide the widest shell into two that hold what it held.
    pure subroutine split_widest(self)
       class(nest_type), intent(inout) :: self
-      real(wp) :: width, most
+      real(wp) :: width, most, share(3)
       integer :: j, at
 
       at = 1
@@ -458,20 +536,22 @@ contains
          end if
       end do
       do j = self%n, at, -1
-         self%shift(:, j + 1) = self%shift(:, j)
-         self%direction(:, j + 1) = self%direction(:, j)
+         self%shift(j + 1, :) = self%shift(j, :)
+         self%direction(j + 1, :) = self%direction(j, :)
          self%slipped(j + 1) = self%slipped(j)
-         self%share(:, j + 1) = self%share(:, j)
+         self%share(j + 1, :) = self%share(j, :)
          self%edge(j + 1) = self%edge(j)
          self%power(j + 1) = self%power(j)
-         self%within(j + 1) = self%within(j)
+         call set_edge(self, j + 1, self%within(j))
       end do
       self%edge(at) = place(0.5_wp*(share_of(self%edge(at - 1)) + share_of(self%edge(at + 1))))
       self%power(at) = power_of(self%edge(at))
-      self%within(at) = edge_at(self%edge(at)/self%a, power_of(self%edge(at)/self%a))
+      call set_edge(self, at, edge_at(self%edge(at)/self%a, power_of(self%edge(at)/self%a)))
       self%n = self%n + 1
-      call share_of_shell(self, at, self%share(:, at))
-      call share_of_shell(self, at + 1, self%share(:, at + 1))
+      do j = at, at + 1
+         call share_of_shell(self, j, share)
+         self%share(j, :) = share
+      end do
    end subroutine split_widest
 
 end module contensou_contact_tangential_nest

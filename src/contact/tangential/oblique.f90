@@ -36,7 +36,7 @@ contains
       real(wp), parameter :: duration = 2.9432_wp
       type(shells_type) :: memory
       type(spring_spot_type) :: spot
-      real(wp) :: kappa, approach, rate, velocity, time_step, force, stored, lost, wrench(3)
+      real(wp) :: kappa, approach, rate, velocity, time_step, force, wrench(3)
       integer :: i
 
       after = ieee_value(after, ieee_quiet_nan)
@@ -60,7 +60,7 @@ contains
          spot%a = sqrt(approach)
          spot%limit = force
          spot%stiffness = kappa*1.875_wp*spot%a*[1.0_wp, 1.0_wp, 1.0_wp]
-         call memory%advance(spot, [time_step*velocity, 0.0_wp, 0.0_wp], wrench, stored, lost)
+         call memory%advance(spot, [time_step*velocity, 0.0_wp, 0.0_wp], wrench)
          velocity = velocity + 3.5_wp*time_step*wrench(1)
          rate = rate - 0.5_wp*time_step*force
       end do

@@ -19,7 +19,8 @@ module contensou_contact_tangential_shells
    use contensou_base_kinds, only : wp
    use contensou_contact_spot, only : spot_shape_type
    use contensou_contact_tangential_nest, only : make_room, nest_type
-   use contensou_contact_tangential_slip, only : slip_of_shell, sliding_force, stiffness_after
+   use contensou_contact_tangential_slip, only : shared_type, slip_of_shell, sliding_force, &
+      stiffness_after, within_rungs
    use contensou_contact_tangential_spot, only : spring_spot_type
    implicit none(type, external)
    private
@@ -36,6 +37,9 @@ module contensou_contact_tangential_shells
    !> Slip over the elastic displacement below which the stiffness after it is that of this one.
    real(wp), parameter :: shortest_slip = 1.0e-8_wp
 
+   !> Distance of a shell, in those of its neighbours, over which a direction is extrapolated.
+   real(wp), parameter :: farthest_guess = 4.0_wp
+
    !> The shells of a contact, from the centre to the rim, with what they remember.
    type, extends(nest_type) :: shells_type
    contains
@@ -43,6 +47,24 @@ module contensou_contact_tangential_shells
       procedure :: advance
       procedure :: slide
    end type shells_type
+
+   !> Directions of the slips of shells from the rim inwards, in a step, and what they make of the
+   !> next one.
+   type :: course_type
+      !> Number of the last shells whose directions are known: from 0 to 2.
+      integer :: known = 0
+      !> Which of the guesses came closer for the last shell.
+      integer :: better = 1
+      !> Directions and places of the last shells, the last one first.
+      real(wp) :: direction(3, 2) = 0.0_wp, place(2) = 0.0_wp
+      !> Direction of the last one in the step before, or zero.
+      real(wp) :: before(3) = 0.0_wp
+      !> Guesses for the shell at hand: by the change since the step before, and by its neighbours.
+      real(wp) :: guess(3, 2) = 0.0_wp
+   contains
+      procedure :: foresee
+      procedure :: note
+   end type course_type
 
 contains
 
@@ -75,62 +97,211 @@ contains
       !> Force along the axes [N] and torque [N m] on body 1.
       real(wp), intent(out) :: wrench(3)
       !> Elastic energy after the step [J].
-      real(wp), intent(out) :: stored
+      real(wp), intent(out), optional :: stored
       !> Work of the slip in the step and what a smaller spot has let go [J], >= 0.
-      real(wp), intent(out) :: lost
+      real(wp), intent(out), optional :: lost
       !> Whether shells are merged and divided so that their number stays, unless that is left to
       !> `settle`: without it the wrench is a continuous function of spot and step.
       logical, intent(in), optional :: settled
       !> Derivatives of the wrench by the step, and by the limit at constant size.
       real(wp), intent(out), optional :: slopes(3, 4)
-      real(wp) :: stiffness(3), trial(3), force(3), bearing(3), work, units(3), part, &
-         per_unit(3), lengths(3), springs(3)
-      logical :: slips
+      real(wp) :: work
       integer :: j, new
 
       wrench = 0.0_wp
       if (present(slopes)) slopes = 0.0_wp
       call self%resize(spot, lost, settled, new)
-      stored = 0.0_wp
+      if (present(stored)) stored = 0.0_wp
       if (self%n == 0) return
       if (.not. spot%limit > 0.0_wp) then
-         lost = lost + self%energy()
-         self%shift(:, :self%n) = 0.0_wp
+         if (present(lost)) lost = lost + self%energy()
+         self%shift(:self%n, :) = 0.0_wp
          self%slipped(:self%n) = .false.
          return
       end if
+      call try_elastic(self%n, new, spot, step, self%load, self%size, self%share, self%shift, &
+         self%excess)
+      work = 0.0_wp
+      call let_slip(self, spot, new, work, slopes)
+      if (present(lost)) lost = lost + spot%limit*work
+      do j = 1, self%n
+         wrench(1) = wrench(1) - self%share(j, 1)*self%shift(j, 1)
+         wrench(2) = wrench(2) - self%share(j, 2)*self%shift(j, 2)
+         wrench(3) = wrench(3) - self%share(j, 3)*self%shift(j, 3)
+      end do
+      if (present(stored)) stored = self%energy()
+   end subroutine advance
+
+   !> Elastic trials of shells.
+   pure subroutine try_elastic(n, new, spot, step, load, size, share, shift, excess)
+      !> Number of the shells, and of those at the rim that are new.
+      integer, intent(in) :: n, new
+      type(spring_spot_type), intent(in) :: spot
+      real(wp), intent(in) :: step(3)
+      !> Load and size of what slips within their edges.
+      real(wp), intent(in) :: load(0:n), size(0:n)
+      real(wp), intent(in), contiguous :: share(:, :)
+      !> Elastic displacements.
+      real(wp), intent(inout), contiguous :: shift(:, :)
+      !> Below zero where a shell surely sticks: its force is within the double cone of pure sliding
+      !> and pure spinning, or a part of it that rungs have as well.
+      real(wp), intent(out) :: excess(n)
+      real(wp) :: inside, torque, bears, arm, largest, spin, slide
+      integer :: j
+
+      do j = 1, n - new
+         shift(j, 1) = shift(j, 1) + step(1)
+         shift(j, 2) = shift(j, 2) + step(2)
+         shift(j, 3) = shift(j, 3) + step(3)
+      end do
+      do j = n - new + 1, n
+         shift(j, :) = part_of_step(j, n, new)*step
+      end do
+      inside = spot%limit
+      if (associated(spot%rung)) inside = within_rungs*inside
+      arm = spot%a*spot%shape%torque
+      do j = 1, n
+         bears = load(j) - load(j - 1)
+         torque = arm*(load(j)*size(j) - load(j - 1)*size(j - 1))
+         spin = abs(share(j, 3)*shift(j, 3))
+         slide = (share(j, 1)*shift(j, 1))**2 + (share(j, 2)*shift(j, 2))**2
+         largest = max((inside*torque - spin)*bears, 0.0_wp)
+         excess(j) = slide*torque*torque - largest*largest
+      end do
+   end subroutine try_elastic
+
+   !> Part of a step that a shell has: area that is new has come one by one.
+   pure real(wp) function part_of_step(j, n, new) result(part)
+      !> The shell, the number of all, and of those at the rim that are new.
+      integer, intent(in) :: j, n, new
+
+      part = 1.0_wp
+      if (j > n - new) part = (real(n - j, wp) + 0.5_wp)/real(new, wp)
+   end function part_of_step
+
+   !> Let the shells slip whose trials may be outside of their limits, from the rim inwards.
+   pure subroutine let_slip(self, spot, new, work, slopes)
+      class(shells_type), intent(inout) :: self
+      type(spring_spot_type), intent(in) :: spot
+      !> Number of shells at the rim that are new.
+      integer, intent(in) :: new
+      !> Work of the slip over the limit, added to.
+      real(wp), intent(inout) :: work
+      !> Derivatives of the wrench, added to.
+      real(wp), intent(inout), optional :: slopes(3, 4)
+      real(wp) :: stiffness(3), trial(3), bearing(3), units(3), per_unit(3), lengths(3), &
+         springs(3), direction(3), before(3), last(3), done
+      type(course_type) :: course
+      type(shared_type) :: shared
+      logical :: seeks, follows
+      integer :: i, j
+
       ! Units of f N and of lengths.
       units = spot%limit*[1.0_wp, 1.0_wp, spot%a]
       per_unit = 1.0_wp/units
       lengths = units/spot%limit
       springs = spot%limit*per_unit**2
+      last = 0.0_wp
+      ! On a circle, and with rungs, a poor first direction costs little.
+      seeks = spot%shape%c > 0.0_wp .and. .not. associated(spot%rung)
+      self%slipped(:self%n) = .false.
       do j = self%n, 1, -1
-         stiffness = self%share(:, j)
-         ! Area that is new has come one by one.
-         part = 1.0_wp
-         if (j > self%n - new) part = (real(self%n - j, wp) + 0.5_wp)/real(new, wp)
-         trial = self%shift(:, j) + part*step
-         force = stiffness*trial
-         bearing = force*per_unit
-         if (j < self%n .and. all(abs(self%direction(:, j)) <= 0.0_wp)) self%direction(:, j) = &
-            self%direction(:, j + 1)
-         call slip_of_shell(spot%shape, self%within(j - 1), self%within(j), spot%rung, &
-            stiffness*springs, trial*lengths, bearing, self%direction(:, j), slips, work)
-         self%slipped(j) = slips
-         if (present(slopes)) call add_slopes(self, j, spot, stiffness, units, trial, bearing, &
-            part, slopes)
-         if (slips) then
-            force = bearing*units
-            trial = force/max(stiffness, tiny(stiffness))
-            lost = lost + spot%limit*work
+         if (self%excess(j) < 0.0_wp) then
+            course%known = 0
+            cycle
          end if
-         self%shift(:, j) = trial
-         wrench = wrench - force
-         stored = stored + 0.5_wp*dot_product(force, trial)
+         stiffness = self%share(j, :)
+         trial = self%shift(j, :)
+         bearing = stiffness*trial*per_unit
+         before = self%direction(j, :)
+         direction = before
+         if (all(abs(direction) <= 0.0_wp)) direction = last
+         follows = seeks .and. abs(trial(3)) > 0.0_wp
+         if (follows) call course%foresee(place_of(self, j), before, direction)
+         call slip_of_shell(spot%shape, self%within(j - 1), self%within(j), spot%rung, &
+            stiffness*springs, trial*lengths, shared, bearing, direction, self%slipped(j), done)
+         if (follows) call course%note(place_of(self, j), before, direction)
+         self%direction(j, :) = direction
+         last = direction
+         if (.not. self%slipped(j)) cycle
+         if (present(slopes)) call add_slopes(self, j, spot, stiffness, units, trial, bearing, &
+            part_of_step(j, self%n, new), slopes)
+         self%shift(j, :) = bearing*units/max(stiffness, tiny(stiffness))
+         work = work + done
       end do
-   end subroutine advance
+      if (.not. present(slopes)) return
+      do j = 1, self%n
+         if (self%slipped(j)) cycle
+         do i = 1, 3
+            slopes(i, i) = slopes(i, i) - part_of_step(j, self%n, new)*self%share(j, i)
+         end do
+      end do
+   end subroutine let_slip
 
-   !> Add what a shell contributes to the derivatives of the wrench.
+   !> Place of a shell, in a unit of its own.
+   pure real(wp) function place_of(self, j) result(place)
+      class(shells_type), intent(in) :: self
+      integer, intent(in) :: j
+
+      place = self%edge(j - 1) + self%edge(j)
+   end function place_of
+
+   !> Guess the direction of the slip of a shell.
+   pure subroutine foresee(self, place, before, direction)
+      class(course_type), intent(inout) :: self
+      !> Place of the shell in any unit.
+      real(wp), intent(in) :: place
+      !> Direction in the step before, or zero.
+      real(wp), intent(in) :: before(3)
+      real(wp), intent(out) :: direction(3)
+      real(wp) :: ahead, apart, size2
+
+      self%guess(:, 1) = before
+      self%guess(:, 2) = before
+      if (self%known > 0) then
+         self%guess(:, 2) = self%direction(:, 1)
+         if (.not. any(abs(before) > 0.0_wp)) then
+            self%guess(:, 1) = self%direction(:, 1)
+         else if (any(abs(self%before) > 0.0_wp)) then
+            self%guess(:, 1) = before + (self%direction(:, 1) - self%before)
+         end if
+      end if
+      if (self%known > 1) then
+         ahead = self%place(1) - place
+         apart = self%place(2) - self%place(1)
+         ! Not from shells that are narrow by far.
+         if (ahead < farthest_guess*apart) then
+            self%guess(:, 2) = self%direction(:, 1) &
+               + (self%direction(:, 1) - self%direction(:, 2))*(ahead/apart)
+         end if
+      end if
+      direction = self%guess(:, self%better)
+      size2 = dot_product(direction, direction)
+      if (size2 > 0.0_wp) direction = direction/sqrt(size2)
+   end subroutine foresee
+
+   !> Take note of the direction of the slip of a shell.
+   pure subroutine note(self, place, before, direction)
+      class(course_type), intent(inout) :: self
+      !> Place of the shell in any unit.
+      real(wp), intent(in) :: place
+      !> Direction in the step before, or zero, and now.
+      real(wp), intent(in) :: before(3), direction(3)
+      real(wp) :: off(3, 2)
+
+      off(:, 1) = self%guess(:, 1) - direction
+      off(:, 2) = self%guess(:, 2) - direction
+      self%better = 1
+      if (dot_product(off(:, 2), off(:, 2)) < dot_product(off(:, 1), off(:, 1))) self%better = 2
+      self%direction(:, 2) = self%direction(:, 1)
+      self%place(2) = self%place(1)
+      self%known = min(self%known + 1, 2)
+      self%direction(:, 1) = direction
+      self%place(1) = place
+      self%before = before
+   end subroutine note
+
+   !> Add what a shell that slips contributes to the derivatives of the wrench.
    pure subroutine add_slopes(self, j, spot, stiffness, units, trial, bearing, part, slopes)
       class(shells_type), intent(in) :: self
       !> The shell.
@@ -148,20 +319,14 @@ contains
       real(wp) :: k(3), slip(3), length, by_trial(3, 3), by_limit(3)
       integer :: i
 
-      if (.not. self%slipped(j)) then
-         do i = 1, 3
-            slopes(i, i) = slopes(i, i) - part*stiffness(i)
-         end do
-         return
-      end if
       k = stiffness*(spot%limit/units**2)
       if (.not. minval(k) > 0.0_wp) return
       ! So narrow that it bears nothing, where nothing has moved.
-      if (.not. any(abs(self%direction(:, j)) > 0.0_wp)) return
+      if (.not. any(abs(self%direction(j, :)) > 0.0_wp)) return
       slip = trial*(units/spot%limit) - bearing/k
       length = max(norm2(slip), shortest_slip*norm2(bearing/k))
       call stiffness_after(spot%shape, self%within(j - 1), self%within(j), spot%rung, k, &
-         self%direction(:, j), length, by_trial, by_limit)
+         self%direction(j, :), length, by_trial, by_limit)
       do i = 1, 3
          slopes(:, i) = slopes(:, i) - part*by_trial(:, i)*units*units(i)/spot%limit
       end do
@@ -177,20 +342,21 @@ contains
       !> Share of that, the rest is as it was.
       real(wp), intent(in) :: share
       real(wp) :: u(3), force(3), stiffness(3), hessian(3, 3), size
+      type(shared_type) :: shared
       integer :: j
 
       u = velocity*[1.0_wp, 1.0_wp, spot%a]
       size = sqrt(dot_product(u, u))
       if (.not. size > 0.0_wp) return
       u = u/size
-      do j = 1, self%n
-         stiffness = self%share(:, j)
-         call sliding_force(spot%shape, self%within(j - 1), self%within(j), spot%rung, u, force, &
-            hessian)
+      do j = self%n, 1, -1
+         stiffness = self%share(j, :)
+         call sliding_force(spot%shape, self%within(j - 1), self%within(j), spot%rung, u, &
+            shared, force, hessian)
          force = force*spot%limit*[1.0_wp, 1.0_wp, spot%a]
-         self%shift(:, j) = (1.0_wp - share)*self%shift(:, j) + share*force/max(stiffness, &
+         self%shift(j, :) = (1.0_wp - share)*self%shift(j, :) + share*force/max(stiffness, &
             tiny(stiffness))
-         self%direction(:, j) = u
+         self%direction(j, :) = u
          self%slipped(j) = .true.
       end do
    end subroutine slide

@@ -24,7 +24,18 @@ module contensou_contact_tangential_slip
    implicit none(type, external)
    private
 
-   public :: slip_of_shell, sliding_force, stiffness_after
+   public :: slip_of_shell, sliding_force, stiffness_after, within_rungs, shared_type
+
+   !> What the edge between two shells bears when it slides in some direction, which both need.
+   type :: shared_type
+      !> Load within the edge, below zero before anything is set.
+      real(wp) :: load = -1.0_wp
+      !> Direction.
+      real(wp) :: u(3) = 0.0_wp
+      real(wp) :: force(3) = 0.0_wp
+      !> Its derivatives by the direction.
+      real(wp) :: hessian(3, 3) = 0.0_wp
+   end type shared_type
 
    !> T/tau in powers of tau^2 on the circle, to 2e-17 up to `small_ratio`.
    real(wp), parameter :: torques(0:10) = [ &
@@ -45,11 +56,17 @@ module contensou_contact_tangential_slip
    !> The same where a shell sticks.
    real(wp), parameter :: close_to_limit = 1.0e-6_wp
 
+   !> Gain below which a direction is too poor to begin with.
+   real(wp), parameter :: poor_gain = -0.5_wp
+
    !> Longest step of a direction.
    real(wp), parameter :: longest_step = 0.5_wp
 
    !> Slip in units of the trial for which a direction is sought where there is none.
    real(wp), parameter :: short_slip = 1.0e-3_wp
+
+   !> Least pivot of a step.
+   real(wp), parameter :: least_pivot = 1.0e-100_wp
 
    !> Iterations for the slip of a shell, and halvings of a step.
    integer, parameter :: most_iterations = 60, most_halvings = 30
@@ -68,16 +85,18 @@ contains
    !> Slip of a shell after an elastic trial, in units of f N and of a length: shifts along the
    !> axes, and the twist times the semi-axis. Where it slips by the length p along u, the force is
    !> that of sliding along u and equals stiffness*(trial - p*u).
-   pure subroutine slip_of_shell(shape, inner, outer, rung, stiffness, trial, force, direction, &
-      slips, work)
+   pure subroutine slip_of_shell(shape, inner, outer, rung, stiffness, trial, shared, force, &
+      direction, slips, work)
       type(spot_shape_type), intent(in) :: shape
       type(edge_type), intent(in) :: inner, outer
       !> Friction model; not associated for the exact wrench.
       procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
-      !> Its stiffness.
+      !> Of the shell, against shifts and twist.
       real(wp), intent(in) :: stiffness(3)
       !> Elastic displacement of the trial.
       real(wp), intent(in) :: trial(3)
+      !> What was found for the shell outside of it, if any, and for this one.
+      type(shared_type), intent(inout) :: shared
       !> Force of the trial on entry; that of sliding if it slips.
       real(wp), intent(inout) :: force(3)
       !> Direction of slip where it is sought first, or zero; that of the slip.
@@ -91,7 +110,8 @@ contains
       work = 0.0_wp
       load = outer%load - inner%load
       torque = shape%torque*(outer%load*outer%size - inner%load*inner%size)
-      if (.not. (min(load, torque) > 0.0_wp .and. minval(stiffness) > 0.0_wp)) then
+      if (.not. (load > 0.0_wp .and. torque > 0.0_wp .and. stiffness(1) > 0.0_wp .and. &
+         stiffness(2) > 0.0_wp .and. stiffness(3) > 0.0_wp)) then
          ! So narrow that rounding errors leave nothing of it.
          force = 0.0_wp
          slips = .true.
@@ -113,8 +133,8 @@ contains
       else if (abs(stiffness(1) - stiffness(2)) <= 0.0_wp .and. .not. shape%c > 0.0_wp) then
          call slip_on_circle(inner, outer, stiffness(2:3), trial, force, direction, slips, work)
       else
-         call slip_on_ellipse(shape, inner, outer, rung, stiffness, trial, force, direction, &
-            slips, work)
+         call slip_on_ellipse(shape, inner, outer, rung, stiffness, trial, shared, force, &
+            direction, slips, work)
       end if
    end subroutine slip_of_shell
 
@@ -297,36 +317,47 @@ contains
    !>
    !> Newton's method for the direction u, |u| = 1, with the derivatives of the force of sliding.
    !> With h(u) = g.u - phi(u), g the force of the trial, a slip along u has the length h/(u.K u)
-   !> and gains h^2/(2 u.K u) where h > 0; else u is short of slipping by -h. Steps that do not gain
-   !> are halved. The shell sticks where no h is above zero.
-   pure subroutine slip_on_ellipse(shape, inner, outer, rung, stiffness, trial, force, direction, &
-      slips, work)
+   !> and gains h^2/(2 u.K u) where h > 0. Where h <= 0 what is sought is the u whose force f is
+   !> along g, the largest of g.u/phi(u), until either h > 0 or g is seen to be within the limit.
+   !> Steps that do not gain are halved.
+   pure subroutine slip_on_ellipse(shape, inner, outer, rung, stiffness, trial, shared, force, &
+      direction, slips, work)
       type(spot_shape_type), intent(in) :: shape
       type(edge_type), intent(in) :: inner, outer
       !> Not associated.
       procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
       real(wp), intent(in) :: stiffness(3)
       real(wp), intent(in) :: trial(3)
+      !> What was found for the shell outside of it, if any, and for this one.
+      type(shared_type), intent(inout) :: shared
       !> Force of the trial on entry; that of sliding if it slips.
       real(wp), intent(inout) :: force(3)
-      !> Direction where it is sought first, or zero; that of the slip.
+      !> Direction where it is sought first, or zero; that of the slip, or where the shell bears the
+      !> most before it slips.
       real(wp), intent(inout) :: direction(3)
       logical, intent(out) :: slips
+      !> Of the slip.
       real(wp), intent(out) :: work
       real(wp) :: gain, new_gain, length, u(3), new(3), f(3), new_f(3), &
          hessian(3, 3), new_hessian(3, 3), step(3), size
       integer :: i, k
 
-      gain = 0.0_wp
+      slips = .false.
       work = 0.0_wp
-      if (any(abs(direction) > 0.0_wp)) then
-         u = direction
-         call sliding_force(shape, inner, outer, rung, u, f, hessian)
+      gain = -1.0_wp
+      u = direction
+      if (any(abs(u) > 0.0_wp)) then
+         ! That of the shell outside of it if that is as good.
+         if (shared%load > 0.0_wp) then
+            step = u - shared%u
+            if (dot_product(step, step) < close_enough**2) u = shared%u
+         end if
+         call sliding_force(shape, inner, outer, rung, u, shared, f, hessian)
          gain = gain_of(force, f, u, stiffness)
       end if
-      if (.not. gain > 0.0_wp) then
+      if (gain < poor_gain) then
          u = first_direction(shape, inner, outer, force)
-         call sliding_force(shape, inner, outer, rung, u, f, hessian)
+         call sliding_force(shape, inner, outer, rung, u, shared, f, hessian)
          gain = gain_of(force, f, u, stiffness)
       end if
       do i = 1, most_iterations
@@ -334,20 +365,24 @@ contains
          if (length > 0.0_wp) then
             call solve(hessian, length*stiffness, force - f - length*stiffness*u, step)
          else
-            call solve(hessian, (short_slip*norm2(trial))*stiffness, force - f, step)
+            if (within_limit(shape, inner, outer, force, f)) exit
+            call solve((1.0_wp + gain)*hessian, short_slip*sqrt(dot_product(trial, trial)) &
+               *stiffness, force - (1.0_wp + gain)*f, step)
          end if
          step = step - dot_product(step, u)*u
-         size = norm2(step)
+         size = sqrt(dot_product(step, step))
          if (length > 0.0_wp .and. size < close_enough) then
-            f = f + matmul(hessian, step)
+            f = f + hessian(:, 1)*step(1) + hessian(:, 2)*step(2) + hessian(:, 3)*step(3)
             u = u + step
             exit
          end if
          if (size > longest_step) step = step*(longest_step/size)
          if (length <= 0.0_wp .and. size < close_to_limit) exit
          do k = 1, most_halvings
-            new = (u + step)/norm2(u + step)
-            call sliding_force(shape, inner, outer, rung, new, new_f, new_hessian)
+            new = u + step
+            new = new/sqrt(dot_product(new, new))
+            call sliding_force(shape, inner, outer, rung, new, shared, new_f, &
+               new_hessian)
             new_gain = gain_of(force, new_f, new, stiffness)
             if (new_gain > gain .or. size < close_by) exit
             step = 0.5_wp*step
@@ -358,14 +393,14 @@ contains
          hessian = new_hessian
          gain = new_gain
       end do
+      direction = u
       slips = gain > 0.0_wp
       if (.not. slips) return
-      direction = u
       work = dot_product(f, u)*dot_product(force - f, u)/dot_product(u, stiffness*u)
       force = f
    end subroutine slip_on_ellipse
 
-   !> What is gained by a slip along u, or short of one.
+   !> What is gained by a slip along u; where it is not, g.u/phi(u) - 1, from -1 to 0.
    pure function gain_of(force, f, u, stiffness) result(gain)
       !> Force of the trial.
       real(wp), intent(in) :: force(3)
@@ -376,8 +411,37 @@ contains
       real(wp) :: gain
 
       gain = dot_product(force - f, u)
-      if (gain > 0.0_wp) gain = gain*gain/dot_product(u, stiffness*u)
+      if (gain > 0.0_wp) then
+         gain = gain*gain/dot_product(u, stiffness*u)
+      else
+         gain = max(gain/dot_product(f, u), -1.0_wp)
+      end if
    end function gain_of
+
+   !> Whether a force is surely within the limit of a shell: between one of sliding and the double
+   !> cone of pure sliding and pure spinning.
+   pure logical function within_limit(shape, inner, outer, force, f)
+      type(spot_shape_type), intent(in) :: shape
+      type(edge_type), intent(in) :: inner, outer
+      real(wp), intent(in) :: force(3)
+      !> That of sliding in a direction.
+      real(wp), intent(in) :: f(3)
+      real(wp) :: rest(3), load, torque, size, share
+
+      load = outer%load - inner%load
+      torque = shape%torque*(outer%load*outer%size - inner%load*inner%size)
+      ! The part of f that leaves the least.
+      size = sqrt(f(1)**2 + f(2)**2)
+      if (size*torque > abs(f(3))*load) then
+         share = (force(1)*f(1) + force(2)*f(2))/size**2
+      else
+         share = force(3)/f(3)
+      end if
+      share = min(max(share, 0.0_wp), 1.0_wp)
+      rest = force - share*f
+      size = sqrt(rest(1)**2 + rest(2)**2)
+      within_limit = size*torque + abs(rest(3))*load <= (1.0_wp - share)*load*torque
+   end function within_limit
 
    !> Slip of a shell by a rung of the ladder: Newton's method for the direction as on an ellipse,
    !> without a potential to gain. What it comes closest with does where it does not converge, as at
@@ -397,6 +461,7 @@ contains
       real(wp), intent(out) :: work
       real(wp) :: u(3), f(3), hessian(3, 3), rest(3), step(3), length, size, least, best(3), &
          best_f(3)
+      type(shared_type) :: shared
       integer :: i
 
       work = 0.0_wp
@@ -407,7 +472,7 @@ contains
       best = u
       best_f = 0.0_wp
       do i = 1, most_iterations
-         call sliding_force(shape, inner, outer, rung, u, f, hessian)
+         call sliding_force(shape, inner, outer, rung, u, shared, f, hessian)
          length = dot_product(force - f, u)/dot_product(u, stiffness*u)
          rest = force - f
          if (length > 0.0_wp) rest = rest - length*stiffness*u
@@ -443,25 +508,36 @@ contains
       load = outer%load - inner%load
       torque = shape%torque*(outer%load*outer%size - inner%load*inner%size)
       u = force/[load, load, torque]**2
-      u = u/norm2(u)
+      u = u/sqrt(dot_product(u, u))
    end function first_direction
 
    !> Force that a shell bears when it slides, and its derivatives by the direction.
-   pure subroutine sliding_force(shape, inner, outer, rung, u, force, hessian)
+   pure subroutine sliding_force(shape, inner, outer, rung, u, shared, force, hessian)
       type(spot_shape_type), intent(in) :: shape
       type(edge_type), intent(in) :: inner, outer
       !> Friction model; not associated for the exact wrench.
       procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
       !> Direction of the slip.
       real(wp), intent(in) :: u(3)
+      !> What was found for an edge, taken if it is the outer one; that for the inner edge.
+      type(shared_type), intent(inout) :: shared
       real(wp), intent(out) :: force(3), hessian(3, 3)
-      real(wp) :: f(3), h(3, 3)
+      logical :: known
 
-      call sliding_within(shape, outer, rung, u, force, hessian)
+      known = abs(shared%load - outer%load) <= 0.0_wp
+      if (known) known = all(abs(shared%u - u) <= 0.0_wp)
+      if (known) then
+         force = shared%force
+         hessian = shared%hessian
+      else
+         call sliding_within(shape, outer, rung, u, force, hessian)
+      end if
+      shared%load = inner%load
+      shared%u = u
       if (.not. inner%load > 0.0_wp) return
-      call sliding_within(shape, inner, rung, u, f, h)
-      force = force - f
-      hessian = hessian - h
+      call sliding_within(shape, inner, rung, u, shared%force, shared%hessian)
+      force = force - shared%force
+      hessian = hessian - shared%hessian
    end subroutine sliding_force
 
    !> The same of what is within an edge.
@@ -472,6 +548,8 @@ contains
       real(wp), intent(in) :: u(3)
       real(wp), intent(out) :: force(3), hessian(3, 3)
       type(slip_type) :: slip
+      real(wp) :: arm
+      integer :: i
 
       slip = slip_type(u(1), u(2), edge%size*u(3))
       if (associated(rung)) then
@@ -479,11 +557,18 @@ contains
       else
          call wrench_exact_jacobian(shape, slip, force, hessian)
       end if
-      force = -edge%load*force
-      force(3) = force(3)*edge%size
-      hessian = -edge%load*hessian
-      hessian(:, 3) = hessian(:, 3)*edge%size
-      hessian(3, :) = hessian(3, :)*edge%size
+      arm = edge%load*edge%size
+      force(1) = -edge%load*force(1)
+      force(2) = -edge%load*force(2)
+      force(3) = -arm*force(3)
+      do i = 1, 2
+         hessian(1, i) = -edge%load*hessian(1, i)
+         hessian(2, i) = -edge%load*hessian(2, i)
+         hessian(3, i) = -arm*hessian(3, i)
+      end do
+      hessian(1, 3) = -arm*hessian(1, 3)
+      hessian(2, 3) = -arm*hessian(2, 3)
+      hessian(3, 3) = -(arm*edge%size)*hessian(3, 3)
    end subroutine sliding_within
 
    !> Derivatives of the force of a shell that has slipped: by the trial, K A^-1 H/s with
@@ -500,9 +585,10 @@ contains
       real(wp), intent(in) :: direction(3), length
       real(wp), intent(out) :: by_trial(3, 3), by_limit(3)
       real(wp) :: hessian(3, 3), force(3), column(3)
+      type(shared_type) :: shared
       integer :: i
 
-      call sliding_force(shape, inner, outer, rung, direction, force, hessian)
+      call sliding_force(shape, inner, outer, rung, direction, shared, force, hessian)
       do i = 1, 3
          call solve_for(rung, hessian, length*stiffness, hessian(:, i), column)
          by_trial(:, i) = stiffness*column
@@ -541,21 +627,24 @@ contains
          /dot_product(a(:, 1), cross(a(:, 2), a(:, 3)))
    end subroutine solve_any
 
-   !> Solve (hessian + diagonal) x = right; the matrix is symmetric and positive definite.
+   !> Solve (hessian + diagonal) x = right; the matrix is symmetric and positive definite. What
+   !> rounding makes of that where the diagonal is small is bounded from below.
    pure subroutine solve(hessian, diagonal, right, x)
       real(wp), intent(in) :: hessian(3, 3), diagonal(3), right(3)
       real(wp), intent(out) :: x(3)
       real(wp) :: a11, a21, a31, a22, a32, a33, l21, l31, l32
 
-      a11 = hessian(1, 1) + diagonal(1)
+      a11 = max(hessian(1, 1) + diagonal(1), least_pivot)
       a21 = hessian(2, 1)
       a31 = hessian(3, 1)
       l21 = a21/a11
       l31 = a31/a11
-      a22 = hessian(2, 2) + diagonal(2) - l21*a21
+      a22 = max(hessian(2, 2) + diagonal(2) - l21*a21, &
+         epsilon(a22)*(hessian(2, 2) + diagonal(2)), least_pivot)
       a32 = hessian(3, 2) - l21*a31
       l32 = a32/a22
-      a33 = hessian(3, 3) + diagonal(3) - l31*a31 - l32*a32
+      a33 = max(hessian(3, 3) + diagonal(3) - l31*a31 - l32*a32, &
+         epsilon(a33)*(hessian(3, 3) + diagonal(3)), least_pivot)
       x(1) = right(1)
       x(2) = right(2) - l21*x(1)
       x(3) = right(3) - l31*x(1) - l32*x(2)

@@ -24,7 +24,31 @@ module contensou_contact_tangential_spot
       procedure :: stiffen
    end type spring_spot_type
 
+   !> Makes a spot with the stiffness of its materials.
+   interface spring_spot_type
+      procedure :: stiff_spot
+   end interface spring_spot_type
+
 contains
+
+   !> A spot with the stiffness of its materials.
+   pure function stiff_spot(shape, a, limit, modulus, poisson) result(spot)
+      type(spot_shape_type), intent(in) :: shape
+      !> Major semi-axis [m], >= 0.
+      real(wp), intent(in) :: a
+      !> Limit of the friction force, f N [N], >= 0.
+      real(wp), intent(in) :: limit
+      !> Shear modulus G of both bodies together [Pa], >= 0.
+      real(wp), intent(in) :: modulus
+      !> Poisson's ratio of both together, from -1 to 1/2.
+      real(wp), intent(in) :: poisson
+      type(spring_spot_type) :: spot
+
+      spot%shape = shape
+      spot%a = a
+      spot%limit = limit
+      call spot%stiffen(modulus, poisson)
+   end function stiff_spot
 
    !> Set the stiffness of a spot of known shape and size.
    pure subroutine stiffen(self, modulus, poisson)

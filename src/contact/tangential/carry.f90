@@ -1,0 +1,184 @@
+!> What rolling carries out of a spot that remembers, by a law of creep.
+!>
+!> The shells of a spot are strained by what is left of the sliding v when the creep u is taken off
+!> that the material loses on its way out. With xi the creepage that it carries, a state, V the
+!> velocity of the material through the spot and W the wrench of the shells,
+!>    u = V (xi + theta g d),   xi' = (V/l) g^(9/2) M^-1 d,   d = L^-1 (W_law(xi) - W),
+!> M = diag(0.7, 0.4, 0.4) along the rolling, across and about the normal, theta = 0.4, L being
+!> Kalker's matrix, W = -L xi where nothing slips, and l the half-length of the spot along the
+!> rolling. d is what is missing of xi to bear W, by the linear theory. Steady is xi = v/V and
+!> W = W_law(v): the steady state of the memory is the law of creep, whichever it is. Without
+!> rolling the shells are all there is. Strain that enters leaves the spot after some way.
+!>
+!> g = 1/(q + (1 - q) sqrt(1 - r)), with q = 4/(3 pi) and r the share of the limit that W has, is
+!> about the creepage by which strips bear W over that of the linear theory. theta and M are fitted
+!> to the onset of rolling under a constant force, by boundary elements in time: docs/rolling.md.
+!> Where surfaces touch V/l has no bound, and d counts the less the smaller the spot is.
+module contensou_contact_tangential_carry
+   use contensou_base_kinds, only : pi, wp
+   use contensou_base_vectors, only : cross
+   use contensou_contact_creep_law, only : creep_spot_type, creep_type, passing_type
+   use contensou_contact_kalker, only : kalker_matrix
+   use contensou_contact_spot, only : circular_shape, spot_shape_type
+   implicit none(type, external)
+   private
+
+   public :: carry_type, carried_type
+
+   !> Share of what is missing that is lost at once.
+   real(wp), parameter :: theta = 0.4_wp
+
+   !> Way in half-lengths of the spot over which the rest follows, along the rolling, across and
+   !> about the normal.
+   real(wp), parameter :: mu(3) = [0.7_wp, 0.4_wp, 0.4_wp]
+
+   !> Linear over limiting creepage of strips, inverse.
+   real(wp), parameter :: q = 4.0_wp/(3.0_wp*pi)
+
+   !> Spots below this part of the usual size carry nothing more: V/l has no bound where surfaces
+   !> touch, and what rounding makes of a spot there would be followed.
+   real(wp), parameter :: smallest = 0.03_wp
+
+   !> Relative step of differences.
+   real(wp), parameter :: step = 1.0e-6_wp
+
+   !> A spot under load through which material rolls.
+   type :: carried_type
+      !> Normal force [N] and major semi-axis [m].
+      real(wp) :: load, a
+      !> Velocity of the material through the spot along the axes [m/s].
+      real(wp) :: velocity(2)
+      !> Creepage along the axes that is carried, and of spin [1/m].
+      real(wp) :: creepage(3)
+      !> Force along the axes [N] and torque [N m] that the shells bear, on body 1.
+      real(wp) :: wrench(3)
+      !> Usual limit of the force [N].
+      real(wp) :: usual
+   end type carried_type
+
+   !> A law of creep between two materials.
+   type :: carry_type
+      !> The law.
+      class(creep_type), allocatable :: creep
+      !> Friction coefficient and moduli; the shape is that of a circle.
+      type(creep_spot_type), private :: spot
+   contains
+      procedure :: begin
+      procedure :: lose
+      procedure :: vary
+      procedure :: creep_scale
+   end type carry_type
+
+contains
+
+   !> Take the materials.
+   pure subroutine begin(self, coefficient, modulus, poisson)
+      class(carry_type), intent(inout) :: self
+      !> Friction coefficient f [-].
+      real(wp), intent(in) :: coefficient
+      !> Shear modulus [Pa] and Poisson's ratio of both bodies together.
+      real(wp), intent(in) :: modulus, poisson
+
+      self%spot = creep_spot_type(circular_shape, coefficient, modulus, poisson)
+   end subroutine begin
+
+   !> Creepage f p0/G of a spot; zero without a load.
+   pure real(wp) function creep_scale(self, shape, load, a)
+      class(carry_type), intent(in) :: self
+      type(spot_shape_type), intent(in) :: shape
+      !> Normal force [N] and major semi-axis [m].
+      real(wp), intent(in) :: load, a
+
+      creep_scale = 0.0_wp
+      if (load > 0.0_wp .and. a > 0.0_wp) creep_scale = 1.5_wp*self%spot%coefficient*load &
+         /(pi*a**2*shape%k*self%spot%modulus)
+   end function creep_scale
+
+   !> What is lost to creep, and how the creepage that is carried changes.
+   pure subroutine lose(self, shape, at, lost, rate)
+      class(carry_type), intent(in) :: self
+      type(spot_shape_type), intent(in) :: shape
+      type(carried_type), intent(in) :: at
+      !> Velocity along the axes [m/s] and spin [rad/s] that do not strain the shells.
+      real(wp), intent(out) :: lost(3)
+      !> Time derivative of the creepage [1/s].
+      real(wp), intent(out) :: rate(3)
+      type(creep_spot_type) :: spot
+      real(wp) :: speed, e(2), c(3, 3), slope(3, 3), e0, root, limit, bears(3), missing(3), share, g
+      real(wp) :: square
+
+      lost = 0.0_wp
+      rate = 0.0_wp
+      speed = sqrt(at%velocity(1)**2 + at%velocity(2)**2)
+      e0 = self%creep_scale(shape, at%load, at%a)
+      if (.not. (speed > 0.0_wp .and. e0 > 0.0_wp)) return
+      spot = self%spot
+      spot%shape = shape
+      e = -at%velocity/speed
+      limit = spot%coefficient*at%load
+      call self%creep%wrench(spot, passing_type(at%load, at%a, at%creepage(1), at%creepage(2), &
+         at%creepage(3), 0.0_wp, -e(1), -e(2)), bears)
+      ! In rolling axes, f N and f N sqrt(a b).
+      root = sqrt(shape%k)
+      missing = (bears - at%wrench)/limit
+      missing = [e(1)*missing(1) + e(2)*missing(2), e(1)*missing(2) - e(2)*missing(1), &
+         missing(3)/(at%a*root)]
+      call kalker_matrix(shape%k, spot%poisson, e, c, slope)
+      ! Squares of sizes, in units of their own.
+      square = limit**(2.0_wp/3.0_wp)
+      missing = (pi/1.5_wp)*e0*solved(c, missing) &
+         *(square/(square + smallest**2*at%usual**(2.0_wp/3.0_wp)))
+      rate = missing/mu
+      missing = [e(1)*missing(1) - e(2)*missing(2), e(2)*missing(1) + e(1)*missing(2), &
+         missing(3)/(at%a*root)]
+      rate = [e(1)*rate(1) - e(2)*rate(2), e(2)*rate(1) + e(1)*rate(2), rate(3)/(at%a*root)]
+      share = min(sqrt(at%wrench(1)**2 + at%wrench(2)**2 &
+         + (at%wrench(3)/(at%a*shape%torque))**2)/limit, 1.0_wp)
+      g = 1.0_wp/(q + (1.0_wp - q)*sqrt(1.0_wp - share))
+      lost = speed*(at%creepage + (theta*g)*missing)
+      rate = (speed/at%a*sqrt(e(1)**2 + (e(2)/shape%k)**2)*g**4*sqrt(g))*rate
+   end subroutine lose
+
+   !> The same with the derivatives of loss and rate, by differences: by load, size, creepage and
+   !> wrench.
+   pure subroutine vary(self, shape, at, lost, rate, slopes)
+      class(carry_type), intent(in) :: self
+      type(spot_shape_type), intent(in) :: shape
+      type(carried_type), intent(in) :: at
+      !> As for `lose`.
+      real(wp), intent(out) :: lost(3), rate(3)
+      !> Derivatives of loss, then of rate, by load, size, the creepages and the wrench.
+      real(wp), intent(out) :: slopes(6, 8)
+      real(wp) :: x(8), h(8), e0, varied(6, 2)
+      integer :: i, k
+
+      call self%lose(shape, at, lost, rate)
+      slopes = 0.0_wp
+      e0 = self%creep_scale(shape, at%load, at%a)
+      if (.not. e0 > 0.0_wp) return
+      h = step*[at%load, at%a, max(abs(at%creepage), e0*[1.0_wp, 1.0_wp, 1.0_wp/at%a]), &
+         self%spot%coefficient*at%load*[1.0_wp, 1.0_wp, at%a*shape%torque]]
+      do i = 1, size(x)
+         do k = 1, 2
+            x = [at%load, at%a, at%creepage, at%wrench]
+            x(i) = x(i) + merge(h(i), -h(i), k == 1)
+            call self%lose(shape, carried_type(x(1), x(2), at%velocity, x(3:5), x(6:8), &
+               at%usual), varied(:3, k), varied(4:, k))
+         end do
+         slopes(:, i) = (varied(:, 1) - varied(:, 2))/(2.0_wp*h(i))
+      end do
+   end subroutine vary
+
+   !> Solution of a regular system of three equations.
+   pure function solved(matrix, right) result(x)
+      real(wp), intent(in) :: matrix(3, 3), right(3)
+      real(wp) :: x(3)
+      real(wp) :: inverse(3, 3)
+
+      inverse(1, :) = cross(matrix(:, 2), matrix(:, 3))
+      inverse(2, :) = cross(matrix(:, 3), matrix(:, 1))
+      inverse(3, :) = cross(matrix(:, 1), matrix(:, 2))
+      x = matmul(inverse, right)/dot_product(inverse(1, :), matrix(:, 1))
+   end function solved
+
+end module contensou_contact_tangential_carry

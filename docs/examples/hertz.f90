@@ -26,11 +26,9 @@ contains
       print "(a, f11.4)", "p0 [MPa]", 1.0e-6_wp*spot%pressure
 
       ! The curvatures stay, so all but the approach is computed once.
-      roller = new_hertz(curvature_a, curvature_b, modulus)
+      roller = hertz_type(curvature_a, curvature_b, modulus)
       print "(a, f11.6)", "approach under 100 N [um]          ", 1.0e6_wp*roller%approach(100.0_wp)
       print "(a, f11.6)", "elastic energy at 5 um [mJ]        ", 1.0e3_wp*roller%energy(5.0e-6_wp)
-      print "(a, f11.6)", "Vil'ke's force over Hertz's at 5 um", &
-         vilke_force(curvature_a, curvature_b, modulus, 5.0e-6_wp)/roller%force(5.0e-6_wp)
    end subroutine show
 
 end program hertz_example

@@ -24,10 +24,7 @@ contains
       type(shells_type) :: shells
       integer :: i
 
-      spot%shape = elliptic_shape(b/a)
-      spot%a = a
-      spot%limit = f*load
-      call spot%stiffen(modulus, poisson)
+      spot = spring_spot_type(spot_shape_type(b/a), a, f*load, modulus, poisson)
       print "(a, 3es14.6)", "stiffness", spot%stiffness
 
       call shells%begin()

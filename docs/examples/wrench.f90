@@ -23,7 +23,7 @@ contains
       integer :: i
 
       ! Once for each spot; then any number of velocities.
-      shape = elliptic_shape(b/a)
+      shape = spot_shape_type(b/a)
       slip = slip_type(vx, vy, a*w)
       print "(a)", "model                       Fx [N]      Fy [N]    Tz [N m]"
       associate (models => friction_models())
@@ -35,7 +35,7 @@ contains
       end associate
 
       ! In units of f N and f N a, by (vx, vy, a w) in m/s.
-      call wrench_exact_jacobian(shape, slip, wrench, jacobian)
+      call friction_wrench(shape, slip, wrench, jacobian)
       print "(a)", "Jacobian of the exact wrench [s/m]"
       do i = 1, 3
          print "(22x, 3f12.6)", jacobian(i, :)
@@ -45,7 +45,7 @@ contains
 
       ! Close to rest, regularised by 1 mm/s.
       slip = slip_type(1.0e-4_wp, 1.0e-4_wp, 1.0e-4_wp, delta=1.0e-3_wp)
-      call wrench_exact(shape, slip, .true., wrench)
+      call friction_wrench(shape, slip, .true., wrench)
       call print_wrench("near rest", wrench)
    end subroutine show
 

@@ -34,9 +34,11 @@ module contensou_integrate_profile
    !> The same for the Jacobian and the events, which are not done again; a power of two.
    integer(i8), parameter :: other_period = 64_i8
 
-   !> Times that a part is done again, so that it takes many ticks of the clock: one of nanoseconds, and
-   !> any other one.
-   integer, parameter :: many = 64, few = 4
+   !> Times that a part of nanoseconds is done again, so that it takes many ticks of the clock.
+   integer, parameter :: short_repeats = 64
+
+   !> Times that any other part is done again.
+   integer, parameter :: repeats = 4
 
    !> A sample longer than this many of the shortest one was interrupted.
    real(wp), parameter :: interrupted = 8.0_wp
@@ -143,48 +145,48 @@ contains
          associate (c => system%contacts(i), a => system%pose(system%contacts(i)%a), &
             b => system%pose(system%contacts(i)%b))
             call start_clock()
-            do r = 1, few
+            do r = 1, repeats
                call c%find_gap(a, b, gap)
                if (gap >= 0.0_wp .or. c%track%lost) cycle
                call c%locate(a, b, gap, at)
                call relative_motion(a, b, at%point, velocity, spin)
                self%sink = self%sink + velocity(1)
             end do
-            call stop_clock(p_geometry, few)
+            call stop_clock(p_geometry, repeats)
             if (gap >= 0.0_wp .or. c%track%lost) cycle
             if (.not. c%law%geometry%constant_curvatures) then
                call start_clock()
-               do r = 1, few
+               do r = 1, repeats
                   call c%follow(at, trouble)
                end do
-               call stop_clock(p_ellipse, few)
+               call stop_clock(p_ellipse, repeats)
                if (trouble /= trouble_none) cycle
             end if
             rate = -dot_product(velocity, at%normal)
             elastic = 0.0_wp
             call start_clock()
-            do r = 1, many
+            do r = 1, short_repeats
                elastic = c%law%normal%force(varied())
                self%sink = self%sink + elastic
             end do
-            call stop_clock(p_normal, many)
+            call stop_clock(p_normal, short_repeats)
             if (allocated(c%law%damping)) then
                call start_clock()
-               do r = 1, many
+               do r = 1, short_repeats
                   self%sink = self%sink + c%law%damping%total(elastic, varied(), rate)
                end do
-               call stop_clock(p_damping, many)
+               call stop_clock(p_damping, short_repeats)
             end if
             if (allocated(c%law%friction)) then
                major = 0.0_wp
                call start_clock()
-               do r = 1, many
+               do r = 1, short_repeats
                   major = c%law%normal%major_axis(varied())
                   self%sink = self%sink + major
                end do
-               call stop_clock(p_ellipse, many)
+               call stop_clock(p_ellipse, short_repeats)
                call start_clock()
-               do r = 1, few
+               do r = 1, repeats
                   x = 1.0_wp + r*epsilon(x)
                   slides = sliding_type(x*elastic, major, dot_product(velocity, at%major), &
                      dot_product(velocity, cross(at%normal, at%major)), &
@@ -201,17 +203,17 @@ contains
                   end if
                   self%sink = self%sink + force(1)
                end do
-               call stop_clock(p_friction, few)
+               call stop_clock(p_friction, repeats)
             end if
             if (allocated(c%law%rolling)) then
                call start_clock()
-               do r = 1, few
+               do r = 1, repeats
                   x = 1.0_wp + r*epsilon(x)
                   torque = c%law%rolling%torque(x*elastic, at%normal, at%major, &
                      c%law%normal%axis_a*sqrt(-gap), c%law%normal%axis_b*sqrt(-gap), spin)
                   self%sink = self%sink + torque(1)
                end do
-               call stop_clock(p_rolling, few)
+               call stop_clock(p_rolling, repeats)
             end if
          end associate
       end do
@@ -249,12 +251,13 @@ contains
       end subroutine start_clock
 
       !> Add to a part what one of its repetitions took.
-      subroutine stop_clock(part, repeats)
+      subroutine stop_clock(part, times)
          integer, intent(in) :: part
-         integer, intent(in) :: repeats
+         !> Of repetitions.
+         integer, intent(in) :: times
          real(wp) :: passed
 
-         passed = (wall_seconds() - start - self%overhead)/repeats
+         passed = (wall_seconds() - start - self%overhead)/times
          if (passed < interrupted*seconds) self%parts(part) = self%parts(part) + max(passed, 0.0_wp)
       end subroutine stop_clock
 

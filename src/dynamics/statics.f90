@@ -69,6 +69,9 @@ module contensou_dynamics_statics
    !> Load that is left, over what it is made of, of a rest position.
    real(wp), parameter :: balanced_to = 1.0e-8_wp
 
+   !> Rounding of a position that its body's loads cannot tell from balance.
+   real(wp), parameter :: position_ulps = 100.0_wp
+
    !> Largest step over the approach that a contact admits.
    real(wp), parameter :: longest = 0.25_wp
 
@@ -368,7 +371,7 @@ contains
    subroutine weigh_loads(system, statics)
       type(system_type), intent(in) :: system
       type(statics_type), intent(inout) :: statics
-      real(wp) :: arm, left
+      real(wp) :: arm, left, least
       integer :: i
 
       ! A body that nothing touches yields as far as the others let it.
@@ -380,7 +383,10 @@ contains
          associate (coordinate => statics%coordinates(i))
             arm = 1.0_wp
             if (coordinate%turns) arm = arm_of(system, coordinate%body)
-            statics%scale(i) = statics%carried(coordinate%body)*arm
+            ! A body that carries nothing touches others by the rounding of its position.
+            least = position_ulps*statics%firm(coordinate%body) &
+               *maxval(spacing(system%pose(coordinate%body)%position))/balanced_to
+            statics%scale(i) = max(statics%carried(coordinate%body), least)*arm
             if (coordinate%turns) statics%scale(i) = statics%scale(i) &
                + norm2(system%bodies(coordinate%body)%torque)
             statics%reference(i) = statics%firm(coordinate%body)*arm**2

@@ -31,7 +31,7 @@ import h5py
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from scipy.special import ellipe, ellipk
+from scipy.special import beta, ellipe, ellipk
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "driver"))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -40,8 +40,8 @@ from rigid_scenes import METHODS, RADIUS, attempt, ball_surface, body, words
 from spots import drop
 
 POISSON = 0.3
-# Spot of an impact over its largest: B(6/5, 1/2)/2 = 0.895521875, of which five digits are taken.
-MEAN_SPOT = 0.89552
+# Spot of an impact over its largest.
+MEAN_SPOT = beta(6 / 5, 1 / 2) / 2
 
 
 def simulated(executable, folder, text):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 import h5py
@@ -88,7 +89,9 @@ def routh():
     """
     mass, inertia, radius, friction = 0.05, 8e-6, 0.02, 0.3
     stiffness = 4 / 3 * 2e9 / (2 * (1 - 0.3**2)) * np.sqrt(radius)
-    spot = 0.89552 * np.sqrt(radius) * (1.25 * mass / stiffness) ** 0.2
+    # B(6/5, 1/2)/2
+    mean = math.gamma(6 / 5) * math.gamma(1 / 2) / math.gamma(17 / 10) / 2
+    spot = mean * np.sqrt(radius) * (1.25 * mass / stiffness) ** 0.2
 
     def wrench(u):
         if u < 1:

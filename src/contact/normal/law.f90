@@ -12,7 +12,8 @@ module contensou_contact_normal_law
 
    !> Mean over the impulse of the root of the approach in Hertz's impact, over the largest one:
    !> B(6/5, 1/2)/2.
-   real(wp), parameter :: mean_root = 0.89552_wp
+   real(wp), parameter :: mean_root = 0.5_wp*gamma(1.2_wp)*gamma(0.5_wp) &
+      /gamma(1.7_wp)
 
    !> Normal force: everything but the approach is computed once for given relative curvatures.
    type, extends(hertz_type) :: normal_type

@@ -462,21 +462,46 @@ contains
       real(wp), intent(inout) :: friction_power
       !> Power lost in damping so far [W].
       real(wp), intent(inout) :: damping_power
+      real(wp) :: gap
+
+      call contact%find_gap(self%pose(contact%a), self%pose(contact%b), gap)
+      if (contact%track%lost) then
+         call leave_domain(self, index, search_trouble(contact%track))
+      else if (gap < 0.0_wp) then
+         call add_closed(self, contact, index, gap, friction_power, damping_power)
+      end if
+   end subroutine add_contact
+
+   !> Note that a contact is out of the domain of its model.
+   pure subroutine leave_domain(self, index, code)
+      type(system_type), intent(inout) :: self
+      !> The contact, and why.
+      integer, intent(in) :: index, code
+
+      self%outside = .true.
+      self%trouble = index
+      self%trouble_code = code
+   end subroutine leave_domain
+
+   !> Add the load of a closed contact. Apart, as its variables begin with values that an open one
+   !> would pay for.
+   subroutine add_closed(self, contact, index, gap, friction_power, damping_power)
+      type(system_type), intent(inout) :: self
+      type(contact_type), intent(inout) :: contact
+      integer, intent(in) :: index
+      !> Its gap [m], < 0.
+      real(wp), intent(in) :: gap
+      !> Power lost in friction so far [W].
+      real(wp), intent(inout) :: friction_power
+      !> Power lost in damping so far [W].
+      real(wp), intent(inout) :: damping_power
       type(contact_motion_type) :: now
       type(contact_load_type) :: load
-      real(wp) :: gap, deepest, force(3), torque(3), resolution
+      real(wp) :: deepest, force(3), torque(3), resolution
       real(wp) :: shape_force(6)
       integer :: trouble
 
       associate (a => self%pose(contact%a), b => self%pose(contact%b), at => now%at)
-         call contact%find_gap(a, b, gap)
-         if (contact%track%lost) then
-            self%outside = .true.
-            self%trouble = index
-            self%trouble_code = search_trouble(contact%track)
-            return
-         end if
-         if (gap >= 0.0_wp) return
          contact%felt = max(contact%felt, -gap)
          if (-gap > contact%law%largest_approach) then
             deepest = contact%deepest(a, b, gap)
@@ -487,9 +512,7 @@ contains
          call contact%locate(a, b, gap, at)
          call contact%follow(at, trouble)
          if (trouble /= trouble_none) then
-            self%outside = .true.
-            self%trouble = index
-            self%trouble_code = trouble
+            call leave_domain(self, index, trouble)
             return
          end if
          if (allocated(contact%law%curved)) call contact%bend(a, b, at)
@@ -531,6 +554,6 @@ contains
                + cross(at%point - b%position, force)
          end if
       end associate
-   end subroutine add_contact
+   end subroutine add_closed
 
 end module contensou_dynamics_equations

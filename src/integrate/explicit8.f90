@@ -431,12 +431,13 @@ contains
       real(wp), intent(out) :: h_event
       real(wp) :: low, high, f_low, f_high, tolerance, x, half, regula, radius, delta, f
       logical :: known
-      integer :: i, j, most
+      integer :: i, j, most, first
 
       call have_extension(self)
       ! Shares of the step.
       tolerance = spacing(max(abs(self%t_old), abs(self%t)))/self%h
       high = 1.0_wp
+      first = 0
       call values_at(self, high)
       known = .true.
       do i = 1, size(events)
@@ -444,6 +445,7 @@ contains
          if (.not. known) call values_at(self, high)
          known = .true.
          if (self%side(i)*side_of(self%g(i)) >= 0) cycle
+         first = i
          known = .false.
          f_high = self%g(i)
          low = 0.0_wp
@@ -484,6 +486,8 @@ contains
       where (self%side*side_of(self%g) < 0) events = -self%side
       call values_at(self, min(1.0_wp, high + 8.0_wp*tolerance))
       where (self%side*side_of(self%g) < 0) events = -self%side
+      ! A gap that is found by a search is not the same to the last bit each time.
+      if (first > 0) events(first) = -self%side(first)
       h_event = high*self%h
    end subroutine locate
 

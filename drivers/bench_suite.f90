@@ -4,7 +4,8 @@ module contensou_drivers_bench_suite
    use contensou_base_kinds, only : i8, pi, wp
    use contensou_contact_creep, only : creep_model_type, creep_models, creep_type, &
       default_creep
-   use contensou_contact_creep_law, only : creep_motion_type, creep_spot, creep_spot_type
+   use contensou_contact_creep_law, only : creep_motion_type, creep_spot, creep_spot_type, &
+      settled_spot
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_models, hertz_type, &
       new_hertz
@@ -310,8 +311,9 @@ contains
       do i = 1, 3
          call add_case(suite, kernel_creep, names(i), titles(i))
          associate (c => suite%cases(n + i))
-            c%spot = creep_spot(elliptic_shape(merge(1.0_wp, 0.5_wp, i == 1)), 0.3_wp, &
-               8.0e10_wp, 0.3_wp)
+            ! As in a scene whose curvatures do not vary.
+            c%spot = settled_spot(creep_spot(elliptic_shape(merge(1.0_wp, 0.5_wp, i == 1)), &
+               0.3_wp, 8.0e10_wp, 0.3_wp))
             c%rolling = -[1.0_wp, 0.0_wp]
             if (i == 3) c%rolling = -[0.5_wp*sqrt(3.0_wp), 0.5_wp]
             do j = 1, n_arguments

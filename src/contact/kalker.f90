@@ -11,18 +11,24 @@
 !> table, tan phi = sqrt(a/b) tan chi, spreads directions near the major axis of needles.
 !> scripts/generate_kalker.py makes it. Errors: 1e-5 for a/b = 1/3 to 3 along the axes, 5e-4 of the
 !> largest coefficient of the kind to a/b = 1/20 and 20; beyond these the ratio is that of the end.
+!>
+!> Most of the work are the sums over the ratio and Poisson's ratio. `kalker_by_angle` has them for
+!> all angles, for spots whose shape does not change; who has them passes them on.
 module contensou_contact_kalker
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_quiet_nan, ieee_value
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_kalker_values, only : coefficients, n_angles, n_poissons, n_ratios, &
       ratio_step
+   use contensou_special_angle, only : quadrant_angle
    implicit none(type, external)
    private
 
-   public :: kalker_matrix, kalker_coefficients, least_ratio
+   public :: kalker_matrix, kalker_six, kalker_by_angle, kalker_coefficients, least_ratio
 
    !> Ratio of the minor to the major axis where the table ends.
    real(wp), parameter :: least_ratio = exp(-ratio_step*real(n_ratios - 1, wp))
+
+   real(wp), parameter :: least_root = sqrt(least_ratio)
 
    integer :: index
 
@@ -67,7 +73,7 @@ contains
    end function kalker_coefficients
 
    !> The matrix of the coefficients, and its derivative by the angle of the rolling direction.
-   pure subroutine kalker_matrix(k, poisson, e, matrix, slope)
+   pure subroutine kalker_matrix(k, poisson, e, matrix, slope, by_angle)
       !> Ratio of the minor to the major axis, in (0, 1].
       real(wp), intent(in) :: k
       !> Poisson's ratio, from 0 to 1/2.
@@ -77,9 +83,11 @@ contains
       !> C of F/(G a b) = -C (xi, eta, sqrt(a b) phi).
       real(wp), intent(out) :: matrix(3, 3)
       real(wp), intent(out) :: slope(3, 3)
-      real(wp) :: by_poisson(n_poissons), by_ratio(4), by_angle(4), rate(4), c(6), c_rate(6)
-      real(wp) :: column(6), place, x, ratio, along, across, root, mirror, per_angle
-      integer :: i, j, m, cell, sector
+      !> What `kalker_by_angle` has for these ratios.
+      real(wp), intent(in), optional :: by_angle(6, -1:n_angles)
+      real(wp) :: columns(6, 4), weights(4), rate(4), c(6), c_rate(6)
+      real(wp) :: place, x, ratio, along, across, root, mirror, per_angle
+      integer :: j, sector
 
       ratio = max(k, least_ratio)
       root = sqrt(sqrt(ratio))
@@ -90,25 +98,19 @@ contains
       place = atan2(across, along)*per_angle
       sector = min(int(place), n_angles - 2)
       x = place - real(sector, wp)
-      by_angle = spline_weights(x)
+      weights = spline_weights(x)/6.0_wp
       rate = [-(1.0_wp - x)**2, x*(3.0_wp*x - 4.0_wp), 1.0_wp + x*(2.0_wp - 3.0_wp*x), &
          x*x]/2.0_wp*per_angle/(along**2 + across**2)
-      place = -log(ratio)/ratio_step
-      cell = min(int(place), n_ratios - 2)
-      by_ratio = spline_weights(place - real(cell, wp))
-      by_poisson = poisson_weights(poisson)
+      if (present(by_angle)) then
+         columns = by_angle(:, sector - 1:sector + 2)
+      else
+         call sum_columns(k, poisson, sector - 1, columns)
+      end if
       c = 0.0_wp
       c_rate = 0.0_wp
       do j = 1, 4
-         column = 0.0_wp
-         do i = 1, 4
-            do m = 1, n_poissons
-               column = column + (by_ratio(i)*by_poisson(m)) &
-                  *coefficients(:, m, sector + j - 2, cell + i - 2)
-            end do
-         end do
-         c = c + by_angle(j)*column
-         c_rate = c_rate + rate(j)*column
+         c = c + weights(j)*columns(:, j)
+         c_rate = c_rate + rate(j)*columns(:, j)
       end do
       ! In the mirror the coefficients are even or odd functions of the angle.
       c([2, 4]) = mirror*c([2, 4])
@@ -121,6 +123,79 @@ contains
       slope = full(c_rate)
    end subroutine kalker_matrix
 
+   !> The coefficients alone, C11, C12, C22, C13, C23, C33, of a spot whose splines are known,
+   !> without functions of a library; those of `kalker_matrix` to rounding.
+   pure subroutine kalker_six(by_angle, root_k, ex, ey, c)
+      !> What `kalker_by_angle` has.
+      real(wp), intent(in) :: by_angle(6, -1:n_angles)
+      !> Root of the ratio of the minor to the major axis, in (0, 1].
+      real(wp), intent(in) :: root_k
+      !> Rolling direction along the major and the minor axis; the square of its length is normal.
+      real(wp), intent(in) :: ex, ey
+      real(wp), intent(out) :: c(6)
+      real(wp) :: along, across, inverse, place, x(2), x2(2), ends(2), inner(2), mirror
+      integer :: sector
+
+      along = max(root_k, least_root)*abs(ex)
+      across = abs(ey)
+      ! Square of the inverse length: one quotient for all.
+      inverse = 1.0_wp/(along*along + across*across)
+      place = min(inverse*(across*across), 1.0_wp)
+      inverse = sqrt(inverse)
+      place = quadrant_angle(inverse*along, inverse*across, place) &
+         *(real(n_angles - 1, wp)*2.0_wp/pi)
+      sector = min(int(place), n_angles - 2)
+      ! The weights of `spline_weights`, which are symmetric.
+      x(1) = place - real(sector, wp)
+      x(2) = 1.0_wp - x(1)
+      x2 = x*x
+      ends = x2*((1.0_wp/6.0_wp)*x)
+      inner = 2.0_wp/3.0_wp - x2*(1.0_wp - 0.5_wp*x)
+      c = (ends(2)*by_angle(:, sector - 1) + inner(1)*by_angle(:, sector)) &
+         + (inner(2)*by_angle(:, sector + 1) + ends(1)*by_angle(:, sector + 2))
+      mirror = ex*ey
+      if (abs(mirror) > 0.0_wp) mirror = sign(1.0_wp, mirror)
+      c(2) = mirror*c(2)
+      c(4) = mirror*c(4)
+   end subroutine kalker_six
+
+   !> Coefficients of the splines in the angle, for one ratio of the axes and one of Poisson.
+   pure function kalker_by_angle(k, poisson) result(columns)
+      !> Ratio of the minor to the major axis, in (0, 1].
+      real(wp), intent(in) :: k
+      !> Poisson's ratio, from 0 to 1/2.
+      real(wp), intent(in) :: poisson
+      real(wp) :: columns(6, -1:n_angles)
+
+      call sum_columns(k, poisson, -1, columns)
+   end function kalker_by_angle
+
+   !> Some of them.
+   pure subroutine sum_columns(k, poisson, first, columns)
+      real(wp), intent(in) :: k
+      real(wp), intent(in) :: poisson
+      !> Where in the table of angles they begin.
+      integer, intent(in) :: first
+      real(wp), intent(out) :: columns(:, :)
+      real(wp) :: by_ratio(4), by_poisson(n_poissons), weight, column(6), place
+      integer :: i, j, m, cell
+
+      place = -log(max(k, least_ratio))/ratio_step
+      cell = min(int(place), n_ratios - 2)
+      by_ratio = spline_weights(place - real(cell, wp))/6.0_wp
+      by_poisson = poisson_weights(poisson)
+      do j = 1, size(columns, 2)
+         column = 0.0_wp
+         do i = 1, 4
+            do m = 1, n_poissons
+               weight = by_ratio(i)*by_poisson(m)
+               column = column + weight*coefficients(:, m, first + j - 1, cell + i - 2)
+            end do
+         end do
+         columns(:, j) = column
+      end do
+   end subroutine sum_columns
+
    !> The matrix of the six coefficients.
    pure function full(c) result(matrix)
       real(wp), intent(in) :: c(6)
@@ -129,14 +204,14 @@ contains
       matrix = reshape([c(1), c(2), -c(4), c(2), c(3), -c(5), c(4), c(5), c(6)], [3, 3])
    end function full
 
-   !> Weights of the four splines of a cell.
+   !> Weights of the four splines of a cell, times six.
    pure function spline_weights(x) result(weights)
       !> Place in the cell, from 0 to 1.
       real(wp), intent(in) :: x
       real(wp) :: weights(4)
 
       weights = [(1.0_wp - x)**3, 4.0_wp + x*x*(3.0_wp*x - 6.0_wp), &
-         1.0_wp + 3.0_wp*x*(1.0_wp + x*(1.0_wp - x)), x**3]/6.0_wp
+         1.0_wp + 3.0_wp*x*(1.0_wp + x*(1.0_wp - x)), x**3]
    end function spline_weights
 
    !> Weights of the points of Poisson's ratio.

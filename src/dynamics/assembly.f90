@@ -199,7 +199,7 @@ contains
             allocate(law%steady)
             call tangential%create_steady(tangential%completed(spec%parameters), around, &
                law%friction, law%steady)
-            call law%steady%follow(law%normal%shape)
+            call law%steady%follow(law%normal%shape, law%geometry%constant_curvatures)
          end if
          if (tangential%acts .and. .not. tangential%steady) then
             allocate(contact%tangential)

@@ -231,7 +231,7 @@ contains
       if (trouble /= trouble_none) return
       call self%law%normal%follow(at%curvature_a, at%curvature_b)
       if (ieee_is_nan(self%law%normal%axis_a)) trouble = trouble_no_spot
-      if (allocated(self%law%steady)) call self%law%steady%follow(self%law%normal%shape)
+      if (allocated(self%law%steady)) call self%law%steady%follow(self%law%normal%shape, .false.)
    end subroutine follow
 
    !> Let a curved spot have the curvature of the surfaces where they touch.

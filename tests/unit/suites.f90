@@ -3,6 +3,7 @@ module test_suites
    use test_bearing, only : run_bearing_tests
    use test_comparison, only : run_comparison_tests
    use test_contact, only : run_contact_tests
+   use test_creep, only : run_creep_tests
    use test_document, only : run_document_tests
    use test_dynamics, only : run_dynamics_tests
    use test_elliptic, only : run_elliptic_tests
@@ -46,6 +47,7 @@ contains
       if (wants("wrench")) call run_wrench_tests()
       if (wants("wrench_ellipse")) call run_wrench_ellipse_tests()
       if (wants("tangential")) call run_tangential_tests()
+      if (wants("creep")) call run_creep_tests()
       if (wants("transient")) call run_transient_tests()
       if (wants("contact")) call run_contact_tests()
       if (wants("geometry")) call run_geometry_tests()

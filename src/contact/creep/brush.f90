@@ -13,6 +13,9 @@
 !> stable for any V, with the direction of g for V = 0, and without a jump where it sticks again.
 !> Their error is proportional to the step, and is taken off by steps of half the length. What the
 !> quadrature misses of full sliding, times gamma, is added: at V = 0 the wrench is the exact one.
+!>
+!> Each step waits for the one before it, for a root and a quotient. So all strips take it together:
+!> loops over strips are innermost, without branches, and become vector operations.
 module contensou_contact_creep_brush
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_catalogue, only : model_info_type
@@ -22,6 +25,7 @@ module contensou_contact_creep_brush
    use contensou_contact_creep_strips, only : flow_type, new_flow, strip_at, strip_type, to_axes
    use contensou_contact_parameters, only : parameters_type
    use contensou_contact_wrench, only : slip_type, wrench_exact
+   use contensou_special_angle, only : quadrant_angle, small_turn
    use contensou_special_quadrature, only : w_6, x_6
    implicit none(type, external)
    private
@@ -39,6 +43,20 @@ module contensou_contact_creep_brush
    !> Nodes on (-1, 1) and weights over the strips, and over what sticks.
    real(wp), parameter :: x_strips(n_strips) = [-x_6, x_6], w_strips(n_strips) = [w_6, w_6]
    real(wp), parameter :: root_3 = 0.577350269189625764509148780501957_wp
+
+   !> The strips side by side.
+   type :: strips_type
+      !> Half-lengths, places of the inlets along the flow and of the strips across it.
+      real(wp), dimension(n_strips) :: l, front, eta
+      !> What stretches the bristles, g = g0 + g1 y at the way y from the inlet.
+      real(wp), dimension(n_strips) :: x0, y0
+      real(wp) :: x1, y1
+      !> f p in the middles, widths, and V > 0.
+      real(wp), dimension(n_strips) :: bound, width
+      real(wp) :: rolls
+      !> Sums of t and its moment; of f p g/|g| and its moment.
+      real(wp), dimension(n_strips, 3) :: tractions, sliding
+   end type strips_type
 
    integer :: index
 
@@ -61,6 +79,9 @@ module contensou_contact_creep_brush
 
    !> Parameters of the correction.
    real(wp), parameter :: q0 = 0.222_wp, q1 = 0.0258_wp, q2 = 0.0402_wp, q3 = 6.60_wp
+
+   !> Below any g that is not zero: there is none to divide by.
+   real(wp), parameter :: least = 1.0e-200_wp
 
    !> Largest tau in the correction: beyond, all slips.
    real(wp), parameter :: most = 50.0_wp
@@ -95,7 +116,6 @@ contains
       type(flow_type) :: flow
       real(wp) :: m(2, 2), single, forces(2), moment, moves2, turns2, moves, turns, factor, gamma
       real(wp) :: tractions(3), sliding(3), missing
-      integer :: i
 
       call wrench_exact(spot%shape, slip_type(motion%x, motion%y, motion%spin), .true., wrench)
       if (.not. max(abs(motion%rx), abs(motion%ry)) > 0.0_wp) return
@@ -111,8 +131,8 @@ contains
          turns2 = forces(1)**2 + forces(2)**2 + 4.0_wp*moment**2/k
          ! What the torque of bristles that all stick lacks of that of the linear theory.
          missing = 0.25_wp*pi*l0*l0*k*(m(2, 1)*u(1) + m(2, 2)*u(2)) + (8.0_wp/15.0_wp)*h*k*k*spin &
-            *(third(2)*(1.0_wp + slope**2) - third(1)*slope) - (1.5_wp/pi)*root_k*(c(1, 3)*u(1) &
-            + c(2, 3)*u(2) + root_k*c(3, 3)*spin)
+            *(third(2)*(1.0_wp + slope**2) - third(1)*slope) - (1.5_wp/pi)*root_k*(c(4)*u(1) &
+            + c(5)*u(2) + root_k*c(6)*spin)
          gamma = moves2 + turns2
          if (.not. gamma > 0.0_wp) return
          gamma = gamma/(gamma + blend*rolls**2)
@@ -127,12 +147,7 @@ contains
          flow%m = m
          third = factor*(1.0_wp - gamma)*third
          third(2) = third(2) + single
-         tractions = 0.0_wp
-         sliding = 0.0_wp
-         do i = 1, n_strips
-            call roll(strip_at(flow, spin, places(i), shares(i)), flow%p0/l0, rolls, &
-               h*weights(i), tractions, sliding)
-         end do
+         call roll(flow, spin, tractions, sliding)
          ! -tractions, and what the quadrature misses of full sliding.
          wrench = gamma*wrench + to_axes(flow, gamma*sliding - tractions)
          wrench(3) = wrench(3) + missing*rolls*(rolls/(rolls**2 + fade*(moves2 + turns2 &
@@ -141,106 +156,166 @@ contains
       call confine(spot, motion, wrench)
    end subroutine kernel
 
-   !> Add the tractions of a strip, and those of full sliding.
-   pure subroutine roll(strip, k, rolls, weight, tractions, sliding)
-      type(strip_type), intent(in) :: strip
-      !> f p0/l0, V > 0, and the width of the strip.
-      real(wp), intent(in) :: k, rolls, weight
+   !> The tractions of all strips, and those of full sliding.
+   pure subroutine roll(flow, spin, tractions, sliding)
+      type(flow_type), intent(in) :: flow
+      real(wp), intent(in) :: spin
       !> Sums of t and its moment; of f p g/|g| and its moment.
-      real(wp), intent(inout) :: tractions(3), sliding(3)
-      real(wp) :: leaves, y, angle, step, ph(2), half(2), t(2), g(2), size2
+      real(wp), intent(out) :: tractions(3), sliding(3)
+      type(strips_type) :: strips
+      type(strip_type) :: strip
+      real(wp), dimension(n_strips) :: leaves, along, across, angle, rest, c, s
+      real(wp) :: k, small
       integer :: i
 
-      leaves = first_slip(strip, k*rolls)
-      ! What sticks: two nodes are exact for a cubic.
-      do i = -1, 1, 2
-         y = 0.5_wp*leaves*(1.0_wp + real(i, wp)*root_3)
-         t = strip%g0 + 0.5_wp*y*strip%g1
-         call add(strip, 0.5_wp*weight*leaves*y/rolls, y, t, tractions)
+      k = flow%p0/flow%l0
+      do i = 1, n_strips
+         strip = strip_at(flow, spin, places(i), shares(i))
+         leaves(i) = first_slip(strip, k*flow%rolls)
+         strips%l(i) = strip%l
+         strips%front(i) = strip%xi - strip%l
+         strips%eta(i) = strip%eta
+         strips%x0(i) = strip%g0(1)
+         strips%y0(i) = strip%g0(2)
+         strips%x1 = strip%g1(1)
+         strips%y1 = strip%g1(2)
+         along(i) = max(1.0_wp - leaves(i)/strip%l, -1.0_wp)
+         small = (1.0_wp - along(i))*(1.0_wp + along(i))
+         across(i) = sqrt(small)
+         small = quadrant_angle(abs(along(i)), across(i), small)
+         angle(i) = merge(small, pi - small, along(i) > 0.0_wp)
+         rest(i) = merge(pi - small, small, along(i) > 0.0_wp)
       end do
-      ph(1) = max(1.0_wp - leaves/strip%l, -1.0_wp)
-      ph(2) = sqrt((1.0_wp - ph(1))*(1.0_wp + ph(1)))
-      angle = atan2(ph(2), ph(1))
-      step = angle/real(n_stick, wp)
-      half = [cos(0.5_wp*step), sin(0.5_wp*step)]
-      ph = [1.0_wp, 0.0_wp]
-      do i = 1, n_stick
-         ph = later(ph, half)
-         y = strip%l*(1.0_wp - ph(1))
-         g = strip%g0 + y*strip%g1
-         size2 = g(1)**2 + g(2)**2
-         if (size2 > 0.0_wp) call add(strip, weight*step*k*(strip%l*ph(2))**2/sqrt(size2), y, g, &
-            sliding)
-         ph = later(ph, half)
-      end do
+      strips%bound = k*strips%l
+      strips%rolls = flow%rolls
+      strips%width = flow%h*weights
+      strips%tractions = 0.0_wp
+      strips%sliding = 0.0_wp
       ! What slips, or sticks again, with an error in proportion to the step.
-      call slip(strip, k, rolls, -weight, leaves, angle, n_slip, tractions, sliding)
-      call slip(strip, k, rolls, 2.0_wp*weight, leaves, angle, 2*n_slip, tractions, sliding)
+      call small_turn(rest/real(2*n_slip, wp), c, s)
+      call slip(strips, 2.0_wp*rest/real(2*n_slip, wp), leaves, along, across, c, s, 2*n_slip)
+      call slip(strips, -rest/real(n_slip, wp), leaves, along, across, (c - s)*(c + s), &
+         2.0_wp*c*s, n_slip)
+      strips%tractions = strips%tractions/flow%rolls
+      call small_turn(angle/real(2*n_stick, wp), c, s)
+      call stick(strips, angle/real(n_stick, wp), leaves, c, s)
+      tractions = sum(strips%tractions, 1)
+      sliding = sum(strips%sliding, 1)
    end subroutine roll
 
-   !> Add the tractions of a strip from where it slips first.
-   pure subroutine slip(strip, k, rolls, weight, leaves, first, n, tractions, sliding)
-      type(strip_type), intent(in) :: strip
-      !> f p0/l0, V, and the width of the strip.
-      real(wp), intent(in) :: k, rolls, weight
-      !> Where that is: the way from the inlet, and ph.
-      real(wp), intent(in) :: leaves, first
+   !> Add the tractions of what sticks, and those of full sliding there.
+   pure subroutine stick(strips, step, leaves, half_c, half_s)
+      type(strips_type), intent(inout) :: strips
+      !> Steps of ph, and the way from the inlet up to where strips slip first.
+      real(wp), intent(in) :: step(n_strips), leaves(n_strips)
+      !> Cosine and sine of half a step.
+      real(wp), intent(in) :: half_c(n_strips), half_s(n_strips)
+      real(wp), dimension(n_strips) :: c, s
+      real(wp) :: y, area, tx, ty, before, turn_c, turn_s
+      integer :: i, j
+
+      ! Two nodes are exact for a cubic.
+      do j = -1, 1, 2
+         do i = 1, n_strips
+            y = 0.5_wp*leaves(i)*(1.0_wp + real(j, wp)*root_3)
+            area = 0.5_wp*strips%width(i)*leaves(i)*y/strips%rolls
+            tx = area*(strips%x0(i) + 0.5_wp*y*strips%x1)
+            ty = area*(strips%y0(i) + 0.5_wp*y*strips%y1)
+            strips%tractions(i, 1) = strips%tractions(i, 1) + tx
+            strips%tractions(i, 2) = strips%tractions(i, 2) + ty
+            strips%tractions(i, 3) = strips%tractions(i, 3) + ((strips%front(i) + y)*ty &
+               - strips%eta(i)*tx)
+         end do
+      end do
+      c = half_c
+      s = half_s
+      do j = 1, n_stick
+         do i = 1, n_strips
+            y = strips%l(i)*(1.0_wp - c(i))
+            tx = strips%x0(i) + y*strips%x1
+            ty = strips%y0(i) + y*strips%y1
+            area = strips%width(i)*step(i)*strips%l(i)*strips%bound(i)*s(i)*s(i) &
+               /max(sqrt(tx*tx + ty*ty), least)
+            tx = area*tx
+            ty = area*ty
+            strips%sliding(i, 1) = strips%sliding(i, 1) + tx
+            strips%sliding(i, 2) = strips%sliding(i, 2) + ty
+            strips%sliding(i, 3) = strips%sliding(i, 3) + ((strips%front(i) + y)*ty &
+               - strips%eta(i)*tx)
+            turn_c = (half_c(i) - half_s(i))*(half_c(i) + half_s(i))
+            turn_s = 2.0_wp*half_c(i)*half_s(i)
+            before = c(i)
+            c(i) = before*turn_c - s(i)*turn_s
+            s(i) = s(i)*turn_c + before*turn_s
+         end do
+      end do
+   end subroutine stick
+
+   !> Add the tractions of strips from where they slip first, and those of full sliding there.
+   pure subroutine slip(strips, step, leaves, along, across, turn_c, turn_s, n)
+      type(strips_type), intent(inout) :: strips
+      !> Steps of ph, times a weight.
+      real(wp), intent(in) :: step(n_strips)
+      !> Where that is: the way from the inlet, and cosine and sine of ph.
+      real(wp), intent(in) :: leaves(n_strips), along(n_strips), across(n_strips)
+      !> Cosine and sine of the steps.
+      real(wp), intent(in) :: turn_c(n_strips), turn_s(n_strips)
       !> Number of steps.
       integer, intent(in) :: n
-      !> Sums of t and its moment; of f p g/|g| and its moment.
-      real(wp), intent(inout) :: tractions(3), sliding(3)
-      real(wp) :: step, y, way, bound, area, size2, turn(2), ph(2), t(2), g(2)
-      integer :: i
+      real(wp), dimension(n_strips) :: c, s, y, x, z, width
+      real(wp) :: way, bound, area, gx, gy, factor, before, place
+      integer :: i, j
 
-      step = (pi - first)/real(n, wp)
-      turn = [cos(step), sin(step)]
-      ph = [cos(first), sin(first)]
-      y = leaves
-      ! V t.
-      t = leaves*(strip%g0 + 0.5_wp*leaves*strip%g1)
-      area = 0.5_wp*weight*step*strip%l*ph(2)
-      call add(strip, area/rolls, y, t, tractions)
-      g = strip%g0 + y*strip%g1
-      size2 = g(1)**2 + g(2)**2
-      if (size2 > 0.0_wp) call add(strip, area*k*strip%l*ph(2)/sqrt(size2), y, g, sliding)
-      do i = 1, n - 1
-         ph = later(ph, turn)
-         way = strip%l*(1.0_wp - ph(1)) - y
-         g = strip%g0 + (y + 0.5_wp*way)*strip%g1
-         y = y + way
-         t = t + way*g
-         bound = k*strip%l*ph(2)
-         area = weight*step*strip%l*ph(2)
-         size2 = g(1)**2 + g(2)**2
-         if (size2 > 0.0_wp) call add(strip, area*bound/sqrt(size2), y, g, sliding)
-         size2 = t(1)**2 + t(2)**2
-         bound = bound*rolls
-         if (size2 > bound**2) t = (bound/sqrt(size2))*t
-         call add(strip, area/rolls, y, t, tractions)
+      do i = 1, n_strips
+         c(i) = along(i)
+         s(i) = across(i)
+         y(i) = leaves(i)
+         ! V t.
+         x(i) = leaves(i)*(strips%x0(i) + 0.5_wp*leaves(i)*strips%x1)
+         z(i) = leaves(i)*(strips%y0(i) + 0.5_wp*leaves(i)*strips%y1)
+         width(i) = strips%width(i)*step(i)*strips%l(i)
+         area = 0.5_wp*width(i)*s(i)
+         gx = strips%x0(i) + y(i)*strips%x1
+         gy = strips%y0(i) + y(i)*strips%y1
+         factor = area*strips%bound(i)*s(i)/max(sqrt(gx*gx + gy*gy), least)
+         place = strips%front(i) + y(i)
+         strips%sliding(i, 1) = strips%sliding(i, 1) + factor*gx
+         strips%sliding(i, 2) = strips%sliding(i, 2) + factor*gy
+         strips%sliding(i, 3) = strips%sliding(i, 3) + factor*(place*gy - strips%eta(i)*gx)
+         strips%tractions(i, 1) = strips%tractions(i, 1) + area*x(i)
+         strips%tractions(i, 2) = strips%tractions(i, 2) + area*z(i)
+         strips%tractions(i, 3) = strips%tractions(i, 3) + area*(place*z(i) - strips%eta(i)*x(i))
+      end do
+      do j = 1, n - 1
+         do i = 1, n_strips
+            before = c(i)
+            c(i) = before*turn_c(i) - s(i)*turn_s(i)
+            s(i) = s(i)*turn_c(i) + before*turn_s(i)
+            way = strips%l(i)*(1.0_wp - c(i)) - y(i)
+            gx = strips%x0(i) + (y(i) + 0.5_wp*way)*strips%x1
+            gy = strips%y0(i) + (y(i) + 0.5_wp*way)*strips%y1
+            y(i) = y(i) + way
+            place = strips%front(i) + y(i)
+            bound = strips%bound(i)*s(i)
+            area = width(i)*s(i)
+            factor = area*bound/max(sqrt(gx*gx + gy*gy), least)
+            strips%sliding(i, 1) = strips%sliding(i, 1) + factor*gx
+            strips%sliding(i, 2) = strips%sliding(i, 2) + factor*gy
+            strips%sliding(i, 3) = strips%sliding(i, 3) + factor*(place*gy - strips%eta(i)*gx)
+            x(i) = x(i) + way*gx
+            z(i) = z(i) + way*gy
+            ! Within the bound the factor is one exactly.
+            bound = bound*strips%rolls
+            factor = bound/max(sqrt(x(i)*x(i) + z(i)*z(i)), bound)
+            x(i) = factor*x(i)
+            z(i) = factor*z(i)
+            strips%tractions(i, 1) = strips%tractions(i, 1) + area*x(i)
+            strips%tractions(i, 2) = strips%tractions(i, 2) + area*z(i)
+            strips%tractions(i, 3) = strips%tractions(i, 3) + area*(place*z(i) &
+               - strips%eta(i)*x(i))
+         end do
       end do
    end subroutine slip
-
-   !> Cosine and sine of the sum of two angles.
-   pure function later(ph, turn) result(sum_of)
-      real(wp), intent(in) :: ph(2), turn(2)
-      real(wp) :: sum_of(2)
-
-      sum_of = [ph(1)*turn(1) - ph(2)*turn(2), ph(2)*turn(1) + ph(1)*turn(2)]
-   end function later
-
-   !> Add a traction and its moment.
-   pure subroutine add(strip, area, y, t, sums)
-      type(strip_type), intent(in) :: strip
-      real(wp), intent(in) :: area
-      !> Way from the inlet.
-      real(wp), intent(in) :: y
-      real(wp), intent(in) :: t(2)
-      real(wp), intent(inout) :: sums(3)
-
-      sums(1) = sums(1) + area*t(1)
-      sums(2) = sums(2) + area*t(2)
-      sums(3) = sums(3) + area*((strip%xi - strip%l + y)*t(2) - strip%eta*t(1))
-   end subroutine add
 
    !> Way from the inlet up to where a strip surely sticks: the smallest root in (0, 2 l] of
    !> |g0 + g1 y/2|^2 y - k^2 (2 l - y), by Newton's method within bounds. As that root jumps where

@@ -15,33 +15,24 @@ module contensou_contact_creep_closed
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_creep_law, only : creep_model_type, creep_motion_type, creep_spot_type, &
-      creep_type
-   use contensou_contact_kalker, only : kalker_matrix
+      creep_type, linear_theory
    use contensou_contact_parameters, only : parameters_type
+   use contensou_special_angle, only : quadrant_angle
    implicit none(type, external)
    private
 
    public :: linear, strip, polach
 
+   !> The reductions.
+   integer, parameter :: nothing = 1, strips = 2, bristles = 3
+
    !> A law of this kind.
    type, extends(creep_type) :: closed_type
-      !> R(tau)/tau and R'(tau).
-      procedure(reduction), pointer, nopass :: reduce => null()
+      !> One of the reductions. No pointer to a procedure: what is called cannot be inlined.
+      integer :: reduction = nothing
    contains
       procedure :: kernel
    end type closed_type
-
-   abstract interface
-      !> How much of the linear wrench is left.
-      pure subroutine reduction(tau, ratio, slope)
-         import :: wp
-         implicit none(type, external)
-         !> Linear force over f N, >= 0.
-         real(wp), intent(in) :: tau
-         !> R(tau)/tau, R'(tau).
-         real(wp), intent(out) :: ratio, slope
-      end subroutine reduction
-   end interface
 
 contains
 
@@ -79,7 +70,7 @@ contains
       type(parameters_type), intent(in) :: parameters
       class(creep_type), allocatable, intent(out) :: creep
 
-      call new_closed(reduce_nothing, creep)
+      call new_closed(nothing, creep)
    end subroutine new_linear
 
    !> Make the theory of strips.
@@ -87,7 +78,7 @@ contains
       type(parameters_type), intent(in) :: parameters
       class(creep_type), allocatable, intent(out) :: creep
 
-      call new_closed(reduce_strips, creep)
+      call new_closed(strips, creep)
    end subroutine new_strip
 
    !> Make Polach's law.
@@ -95,17 +86,18 @@ contains
       type(parameters_type), intent(in) :: parameters
       class(creep_type), allocatable, intent(out) :: creep
 
-      call new_closed(reduce_brush, creep)
+      call new_closed(bristles, creep)
    end subroutine new_polach
 
    !> Make a law.
-   subroutine new_closed(reduce, creep)
-      procedure(reduction) :: reduce
+   subroutine new_closed(reduction, creep)
+      !> One of the reductions.
+      integer, intent(in) :: reduction
       class(creep_type), allocatable, intent(out) :: creep
       type(closed_type), allocatable :: made
 
       allocate(made)
-      made%reduce => reduce
+      made%reduction = reduction
       call move_alloc(made, creep)
    end subroutine new_closed
 
@@ -116,11 +108,11 @@ contains
       type(creep_motion_type), intent(in) :: motion
       !> Force along the major and the minor axis, torque about the normal.
       real(wp), intent(out) :: wrench(3)
-      real(wp) :: rolls, ex, ey, x, y, spin, fx, fy, torque, gx, gy, twist, root_k, tau, ratio
-      real(wp) :: slope, c(3, 3), c_slope(3, 3)
+      real(wp) :: inverse, ex, ey, x, y, spin, fx, fy, torque, gx, gy, twist, root_k
+      real(wp) :: square, ratio, slope, c(6)
 
-      rolls = sqrt(motion%rx**2 + motion%ry**2)
-      if (.not. rolls > 0.0_wp) then
+      inverse = motion%rx**2 + motion%ry**2
+      if (.not. inverse > 0.0_wp) then
          if (abs(motion%x) + abs(motion%y) + abs(motion%spin) > 0.0_wp) then
             call at_rest(self, spot, motion, wrench)
          else
@@ -128,23 +120,32 @@ contains
          end if
          return
       end if
-      ex = -motion%rx/rolls
-      ey = -motion%ry/rolls
-      call kalker_matrix(spot%shape%k, spot%poisson, [ex, ey], c, c_slope)
-      root_k = sqrt(spot%shape%k)
+      inverse = sqrt(1.0_wp/inverse)
+      ex = -inverse*motion%rx
+      ey = -inverse*motion%ry
+      call linear_theory(spot, motion%rx, motion%ry, c)
+      root_k = spot%root_k
       ! Creepages in units of e0 and, for spin, of e0/sqrt(ab); G a b e0 = (3/(2 pi)) f N.
-      tau = 1.5_wp/(pi*rolls)
-      x = tau*(motion%x*ex + motion%y*ey)
-      y = tau*(motion%y*ex - motion%x*ey)
-      spin = tau*motion%spin*root_k
-      fx = -(c(1, 1)*x + c(1, 2)*y)
-      fy = -(c(1, 2)*x + c(2, 2)*y)
-      torque = -c(3, 3)*spin
-      gx = -c(1, 3)*spin
-      gy = -c(2, 3)*spin
-      twist = c(1, 3)*x + c(2, 3)*y
-      tau = sqrt(fx**2 + fy**2 + 4.0_wp*torque**2 + gx**2 + gy**2)
-      call self%reduce(tau, ratio, slope)
+      inverse = (1.5_wp/pi)*inverse
+      x = inverse*(motion%x*ex + motion%y*ey)
+      y = inverse*(motion%y*ex - motion%x*ey)
+      spin = inverse*motion%spin*root_k
+      fx = -(c(1)*x + c(2)*y)
+      fy = -(c(2)*x + c(3)*y)
+      torque = -c(6)*spin
+      gx = -c(4)*spin
+      gy = -c(5)*spin
+      twist = c(4)*x + c(5)*y
+      square = (fx**2 + fy**2) + (4.0_wp*torque**2 + (gx**2 + gy**2))
+      select case (self%reduction)
+      case (strips)
+         call reduce_strips(square, ratio, slope)
+      case (bristles)
+         call reduce_brush(sqrt(square), ratio, slope)
+      case default
+         ratio = 1.0_wp
+         slope = 1.0_wp
+      end select
       fx = ratio*fx + slope*gx
       fy = ratio*fy + slope*gy
       wrench = [fx*ex - fy*ey, fy*ex + fx*ey, root_k*(ratio*torque + slope*twist)]
@@ -158,48 +159,38 @@ contains
       type(creep_motion_type), intent(in) :: motion
       !> Force along the major and the minor axis, torque about the normal.
       real(wp), intent(out) :: wrench(3)
-      real(wp) :: ratio, slope, w, root_k
+      real(wp) :: w, root_k
 
-      call self%reduce(huge(w), ratio, slope)
-      if (slope > 0.5_wp) then
+      if (self%reduction == nothing) then
          wrench = ieee_value(wrench, ieee_quiet_nan)
          return
       end if
-      root_k = sqrt(spot%shape%k)
+      root_k = spot%root_k
       w = motion%spin*root_k
       wrench = -[motion%x, motion%y, 0.5_wp*root_k*w]/sqrt(motion%x**2 + motion%y**2 + w**2)
    end subroutine at_rest
 
-   !> All of it is left.
-   pure subroutine reduce_nothing(tau, ratio, slope)
-      !> Linear force over f N, >= 0.
-      real(wp), intent(in) :: tau
-      !> R(tau)/tau, R'(tau).
-      real(wp), intent(out) :: ratio, slope
-
-      ratio = 1.0_wp
-      slope = 1.0_wp
-   end subroutine reduce_nothing
-
    !> Strips with Carter's solution.
-   pure subroutine reduce_strips(tau, ratio, slope)
-      !> Linear force over f N, >= 0.
-      real(wp), intent(in) :: tau
+   pure subroutine reduce_strips(square, ratio, slope)
+      !> Square of the linear force over f N.
+      real(wp), intent(in) :: square
       !> R(tau)/tau, R'(tau).
       real(wp), intent(out) :: ratio, slope
-      real(wp) :: s, h, angle
+      real(wp) :: s2, s, h, angle
 
-      if (tau >= 0.75_wp*pi) then
-         ratio = 1.0_wp/tau
+      s2 = square*(4.0_wp/(3.0_wp*pi))**2
+      if (s2 >= 1.0_wp) then
+         ratio = 1.0_wp/sqrt(square)
          slope = 0.0_wp
          return
       end if
-      s = tau/(0.75_wp*pi)
-      h = sqrt((1.0_wp - s)*(1.0_wp + s))
-      angle = acos(s)
+      s = sqrt(s2)
+      h = sqrt(1.0_wp - s2)
+      ! acos s.
+      angle = quadrant_angle(s, h, 1.0_wp - s2)
       slope = (2.0_wp/pi)*(angle - s*h)
       ! 2/3 - h + h^3/3 = (1 - h)^2 (2 + h)/3, which does not cancel as s^2 = (1 - h)(1 + h).
-      ratio = (2.0_wp/pi)*(angle + s**3*(2.0_wp + h)/(3.0_wp*(1.0_wp + h)**2))
+      ratio = (2.0_wp/pi)*(angle + s2*s*(2.0_wp + h)/(3.0_wp*(1.0_wp + h)**2))
    end subroutine reduce_strips
 
    !> Brush with the pressure of Hertz.

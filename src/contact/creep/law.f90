@@ -16,9 +16,10 @@
 !> at constant shape. docs/rolling.md has the formulas of all laws.
 module contensou_contact_creep_law
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_quiet_nan, ieee_value
-   use contensou_base_kinds, only : pi, wp
+   use contensou_base_kinds, only : i8, pi, wp
    use contensou_contact_catalogue, only : model_type
    use contensou_contact_friction_law, only : sliding_type
+   use contensou_contact_kalker, only : kalker_by_angle, kalker_matrix, kalker_six
    use contensou_contact_parameters, only : parameters_type
    use contensou_contact_spot, only : spot_shape_type
    use contensou_contact_wrench_scaling, only : rescaled
@@ -26,7 +27,7 @@ module contensou_contact_creep_law
    private
 
    public :: creep_type, creep_model_type, creep_spot_type, creep_motion_type, passing_type
-   public :: creep_spot
+   public :: creep_spot, settled_spot, linear_theory
 
    !> Number of velocities of the kernel: x, y, spin, rx, ry.
    integer, parameter, public :: n_velocities = 5
@@ -47,12 +48,17 @@ module contensou_contact_creep_law
    type :: creep_spot_type
       !> Shape; the axes of the spot are its major and its minor one.
       type(spot_shape_type) :: shape
+      !> Root of the ratio of the minor to the major axis.
+      real(wp) :: root_k
       !> Friction coefficient f [-].
       real(wp) :: coefficient
       !> Shear modulus G of both bodies together [Pa], 1/G = (1/G1 + 1/G2)/2.
       real(wp) :: modulus
       !> Poisson's ratio of both together, nu/G = (nu1/G1 + nu2/G2)/2.
       real(wp) :: poisson
+      !> Kalker's coefficients by the angle, of shapes that do not change; else there are none, and
+      !> each call makes its own.
+      real(wp), allocatable :: by_angle(:, :)
    end type creep_spot_type
 
    !> Load, size and sliding of a spot, and what rolls through it.
@@ -124,7 +130,7 @@ contains
       call self%create(self%completed(parameters_type()), law)
    end subroutine make
 
-   !> A spot, with all that laws need to know of it beforehand.
+   !> A spot for one call, or a few.
    pure function creep_spot(shape, coefficient, modulus, poisson) result(spot)
       type(spot_shape_type), intent(in) :: shape
       !> Friction coefficient f [-], >= 0.
@@ -136,10 +142,45 @@ contains
       type(creep_spot_type) :: spot
 
       spot%shape = shape
+      spot%root_k = sqrt(shape%k)
       spot%coefficient = coefficient
       spot%modulus = modulus
       spot%poisson = poisson
    end function creep_spot
+
+   !> The same spot with what follows from its shape alone, for many calls.
+   pure function settled_spot(spot) result(settled)
+      type(creep_spot_type), intent(in) :: spot
+      type(creep_spot_type) :: settled
+
+      settled = spot
+      settled%by_angle = kalker_by_angle(spot%shape%k, spot%poisson)
+   end function settled_spot
+
+   !> Kalker's coefficients C11, C12, C22, C13, C23, C33 of a spot that rolls.
+   pure subroutine linear_theory(spot, rx, ry, c)
+      type(creep_spot_type), intent(in) :: spot
+      !> Velocity of the material through the spot, in either sense.
+      real(wp), intent(in) :: rx, ry
+      real(wp), intent(out) :: c(6)
+
+      if (allocated(spot%by_angle)) then
+         call kalker_six(spot%by_angle, spot%root_k, rx, ry, c)
+      else
+         call unsettled(spot, rx, ry, c)
+      end if
+   end subroutine linear_theory
+
+   !> The same with all sums over the table.
+   pure subroutine unsettled(spot, rx, ry, c)
+      type(creep_spot_type), intent(in) :: spot
+      real(wp), intent(in) :: rx, ry
+      real(wp), intent(out) :: c(6)
+      real(wp) :: matrix(3, 3), slope(3, 3)
+
+      call kalker_matrix(spot%shape%k, spot%poisson, [rx, ry]/sqrt(rx*rx + ry*ry), matrix, slope)
+      c = [matrix(1, 1), matrix(1, 2), matrix(2, 2), matrix(1, 3), matrix(2, 3), matrix(3, 3)]
+   end subroutine unsettled
 
    !> Wrench of a law.
    pure subroutine wrench(self, spot, at, force)
@@ -218,7 +259,7 @@ contains
       logical, intent(out) :: acts
       !> The wrench if not: zero without load, friction or motion, NaN outside the domain.
       real(wp), intent(out) :: force(3)
-      real(wp) :: e0, largest
+      real(wp) :: e0, largest, least, factor
 
       motion = creep_motion_type(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
       shift = 0
@@ -250,9 +291,13 @@ contains
       largest = max(abs(motion%x), abs(motion%y), abs(motion%spin), abs(motion%rx), abs(motion%ry))
       acts = largest > 0.0_wp
       if (.not. acts) return
-      shift = -exponent(largest)
-      motion = creep_motion_type(part(motion%x), part(motion%y), part(motion%spin), &
-         part(motion%rx), part(motion%ry))
+      call scale_of(largest, shift, factor)
+      least = least_part*largest
+      motion%x = part(motion%x)
+      motion%y = part(motion%y)
+      motion%spin = part(motion%spin)
+      motion%rx = part(motion%rx)
+      motion%ry = part(motion%ry)
 
    contains
 
@@ -261,10 +306,36 @@ contains
          real(wp), intent(in) :: velocity
 
          part = 0.0_wp
-         if (abs(velocity) >= least_part*largest) part = scale(velocity, shift)
+         if (abs(velocity) < least) return
+         if (factor > 0.0_wp) then
+            part = factor*velocity
+         else
+            part = scale(velocity, shift)
+         end if
       end function part
 
    end subroutine prepare
+
+   !> The power of two that brings a number to between 1/2 and 1. From its bits: `exponent` and
+   !> `scale` are calls of a library.
+   pure subroutine scale_of(largest, shift, factor)
+      !> > 0.
+      real(wp), intent(in) :: largest
+      !> The power.
+      integer, intent(out) :: shift
+      !> Two to that power, zero if that is no normal number.
+      real(wp), intent(out) :: factor
+      integer(i8) :: biased
+
+      biased = ishft(transfer(largest, biased), 1 - digits(largest))
+      if (biased >= 1_i8 .and. biased < 2*maxexponent(largest) - 3) then
+         shift = int(maxexponent(largest) - 2 - biased)
+         factor = transfer(ishft(2*maxexponent(largest) - 3 - biased, digits(largest) - 1), factor)
+      else
+         shift = -exponent(largest)
+         factor = 0.0_wp
+      end if
+   end subroutine scale_of
 
    !> Scale of creepage e0 = f p0/G.
    pure real(wp) function creepage_scale(spot, at)

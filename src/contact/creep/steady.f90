@@ -9,7 +9,7 @@
 module contensou_contact_creep_steady
    use contensou_base_kinds, only : wp
    use contensou_contact_creep_law, only : creep_spot, creep_spot_type, creep_type, n_arguments, &
-      passing_type
+      passing_type, settled_spot
    use contensou_contact_friction_law, only : friction_type
    use contensou_contact_spot, only : circular_shape, spot_shape_type
    implicit none(type, external)
@@ -32,6 +32,7 @@ module contensou_contact_creep_steady
       procedure :: wrench
       procedure :: linearize
       procedure :: reach
+      procedure, private :: known
       procedure, private :: spot_of
    end type steady_type
 
@@ -49,22 +50,32 @@ contains
    end subroutine begin
 
    !> Take the shape of the spot, so that what follows from it is at hand.
-   pure subroutine follow(self, shape)
+   pure subroutine follow(self, shape, settled)
       class(steady_type), intent(inout) :: self
       type(spot_shape_type), intent(in) :: shape
+      !> Whether it stays the same.
+      logical, intent(in) :: settled
 
+      if (self%known(shape) .and. .not. settled) return
       self%spot = self%spot_of(shape)
+      if (settled) self%spot = settled_spot(self%spot)
    end subroutine follow
 
-   !> The spot for a shape that changes: made anew only if it has.
+   !> Whether a shape is that which was met last.
+   pure logical function known(self, shape)
+      class(steady_type), intent(in) :: self
+      type(spot_shape_type), intent(in) :: shape
+
+      known = .not. abs(shape%k - self%spot%shape%k) > 0.0_wp
+   end function known
+
+   !> The spot of another shape.
    pure function spot_of(self, shape) result(spot)
       class(steady_type), intent(in) :: self
       type(spot_shape_type), intent(in) :: shape
       type(creep_spot_type) :: spot
 
-      spot = self%spot
-      if (abs(shape%k - spot%shape%k) > 0.0_wp) spot = creep_spot(shape, spot%coefficient, &
-         spot%modulus, spot%poisson)
+      spot = creep_spot(shape, self%spot%coefficient, self%spot%modulus, self%spot%poisson)
    end function spot_of
 
    !> Friction force along the axes of the spot [N] and torque about the normal [N m].
@@ -75,7 +86,12 @@ contains
       real(wp), intent(out) :: force(3)
       real(wp) :: u
 
-      call self%creep%wrench(self%spot_of(shape), at, force)
+      ! A spot that is known is not copied.
+      if (self%known(shape)) then
+         call self%creep%wrench(self%spot, at, force)
+      else
+         call self%creep%wrench(self%spot_of(shape), at, force)
+      end if
       if (.not. at%resolution > 0.0_wp) return
       u = square_of(self, at)/at%resolution
       if (u < resolved) force = sqrt(share_of(u))*force
@@ -99,7 +115,11 @@ contains
          call friction%linearize(shape, at%sliding_type, force, slopes(:, :5))
          return
       end if
-      call self%creep%linearize(self%spot_of(shape), at, force, slopes)
+      if (self%known(shape)) then
+         call self%creep%linearize(self%spot, at, force, slopes)
+      else
+         call self%creep%linearize(self%spot_of(shape), at, force, slopes)
+      end if
       if (.not. at%resolution > 0.0_wp) return
       u = u/at%resolution
       if (u >= resolved) return

@@ -8,8 +8,7 @@
 !> of the strip through the centre. Units: a, f N and e0 are one, so that G = f p0.
 module contensou_contact_creep_strips
    use contensou_base_kinds, only : pi, wp
-   use contensou_contact_creep_law, only : creep_motion_type, creep_spot_type
-   use contensou_contact_kalker, only : kalker_matrix
+   use contensou_contact_creep_law, only : creep_motion_type, creep_spot_type, linear_theory
    implicit none(type, external)
    private
 
@@ -29,8 +28,8 @@ module contensou_contact_creep_strips
       real(wp) :: u(2)
       !> M, and 1/L13 and 1/L3.
       real(wp) :: m(2, 2), third(2)
-      !> Coefficients of the linear theory.
-      real(wp) :: c(3, 3)
+      !> C11, C12, C22, C13, C23, C33 of the linear theory.
+      real(wp) :: c(6)
    end type flow_type
 
    !> What stretches the bristles of a strip, g = g0 + g1 y at the way y from the inlet.
@@ -49,12 +48,11 @@ contains
       type(creep_spot_type), intent(in) :: spot
       type(creep_motion_type), intent(in) :: motion
       type(flow_type) :: flow
-      real(wp) :: c_slope(3, 3)
 
       flow%rolls = sqrt(motion%rx**2 + motion%ry**2)
       flow%ex = motion%rx/flow%rolls
       flow%ey = motion%ry/flow%rolls
-      call kalker_matrix(spot%shape%k, spot%poisson, [-flow%ex, -flow%ey], flow%c, c_slope)
+      call linear_theory(spot, flow%ex, flow%ey, flow%c)
       associate (k => spot%shape%k, ik2 => spot%shape%inverse_k2, ex => flow%ex, ey => flow%ey, &
          c => flow%c)
          flow%p0 = 1.5_wp/(pi*k)
@@ -63,9 +61,8 @@ contains
          flow%h = k/flow%l0
          flow%slope = -ex*ey*(ik2 - 1.0_wp)*flow%l0*flow%l0
          flow%u = [motion%x*ex + motion%y*ey, motion%y*ex - motion%x*ey]
-         flow%m = (3.0_wp*flow%p0/(8.0_wp*flow%l0))*reshape([c(1, 1), c(1, 2), c(1, 2), c(2, 2)], &
-            [2, 2])
-         flow%third = (4.0_wp*flow%p0*flow%root_k/(pi*flow%l0*flow%l0))*c(1:2, 3)
+         flow%m = (3.0_wp*flow%p0/(8.0_wp*flow%l0))*reshape([c(1), c(2), c(2), c(3)], [2, 2])
+         flow%third = (4.0_wp*flow%p0*flow%root_k/(pi*flow%l0*flow%l0))*c(4:5)
       end associate
    end function new_flow
 

@@ -17,7 +17,7 @@
 module contensou_contact_tangential_carry
    use contensou_base_kinds, only : pi, wp
    use contensou_base_vectors, only : cross
-   use contensou_contact_creep_law, only : creep_spot_type, creep_type, passing_type
+   use contensou_contact_creep_law, only : creep_spot, creep_spot_type, creep_type, passing_type
    use contensou_contact_kalker, only : kalker_matrix
    use contensou_contact_spot, only : circular_shape, spot_shape_type
    implicit none(type, external)
@@ -79,7 +79,7 @@ contains
       !> Shear modulus [Pa] and Poisson's ratio of both bodies together.
       real(wp), intent(in) :: modulus, poisson
 
-      self%spot = creep_spot_type(circular_shape, coefficient, modulus, poisson)
+      self%spot = creep_spot(circular_shape, coefficient, modulus, poisson)
    end subroutine begin
 
    !> Creepage f p0/G of a spot; zero without a load.
@@ -112,8 +112,7 @@ contains
       speed = sqrt(at%velocity(1)**2 + at%velocity(2)**2)
       e0 = self%creep_scale(shape, at%load, at%a)
       if (.not. (speed > 0.0_wp .and. e0 > 0.0_wp)) return
-      spot = self%spot
-      spot%shape = shape
+      spot = creep_spot(shape, self%spot%coefficient, self%spot%modulus, self%spot%poisson)
       e = -at%velocity/speed
       limit = spot%coefficient*at%load
       call self%creep%wrench(spot, passing_type(at%load, at%a, at%creepage(1), at%creepage(2), &

@@ -306,7 +306,7 @@ contains
             z(i) = z(i) + way*gy
             ! Within the bound the factor is one exactly.
             bound = bound*strips%rolls
-            factor = bound/max(sqrt(x(i)*x(i) + z(i)*z(i)), bound)
+            factor = bound/max(sqrt(x(i)*x(i) + z(i)*z(i)), bound, least)
             x(i) = factor*x(i)
             z(i) = factor*z(i)
             strips%tractions(i, 1) = strips%tractions(i, 1) + area*x(i)

@@ -23,12 +23,12 @@ module contensou_special_angle
    !> The bits of the square of the first one but the axis.
    integer(i8), parameter :: first = ishft(transfer(0.5_wp**(octaves + 1), 0_i8), -behind)
 
-   integer :: index
+   integer :: octave, part
 
    !> Sines, cosines and angles of directions next to the x axis.
    real(wp), parameter :: squares(0:n - 1) = [0.0_wp, &
-      (0.5_wp**(octaves + 1 - index/parts)*(1.0_wp + (real(mod(index, parts), wp) + 0.5_wp) &
-      /real(parts, wp)), index=0, n - 3), 0.5_wp]
+      ((0.5_wp**(octaves + 1 - octave)*(1.0_wp + (real(part, wp) + 0.5_wp)/real(parts, wp)), &
+      part=0, parts - 1), octave=0, octaves - 1), 0.5_wp]
    real(wp), parameter :: sines(0:n - 1) = sqrt(squares), cosines(0:n - 1) = sqrt(1.0_wp - squares)
    real(wp), parameter :: angles(0:n - 1) = asin(sines)
 

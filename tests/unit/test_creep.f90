@@ -70,7 +70,8 @@ contains
             spot = creep_spot(elliptic_shape(10.0_wp**random%uniform(-1.5_wp, 0.0_wp)), 0.3_wp, &
                8.0e10_wp, random%uniform(0.0_wp, 0.5_wp))
             e = random%vector(3)
-            if (mod(j, 10) == 0) e(mod(j/10, 2) + 1) = 0.0_wp
+            if (mod(j, 10) == 0) e(1) = 0.0_wp
+            if (mod(j, 10) == 5) e(2) = 0.0_wp
             v = random%vector(3)*10.0_wp**random%uniform(-2.0_wp, 2.0_wp)
             motion = creep_motion_type(v(1), v(2), v(3), e(1), e(2))
             call law%kernel(spot, motion, one)

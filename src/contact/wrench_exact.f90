@@ -24,7 +24,7 @@ module contensou_contact_wrench_exact
    implicit none(type, external)
    private
 
-   public :: wrench_exact, wrench_exact_jacobian, wrench_exact_potential
+   public :: wrench_exact, wrench_exact_bends, wrench_exact_jacobian, wrench_exact_potential
 
    !> Largest number of nodes of a rule.
    integer, parameter :: max_nodes = 16
@@ -146,6 +146,43 @@ contains
       if (s%shift /= 0) jacobian = rescaled(jacobian, s%shift)
    end subroutine wrench_exact_jacobian
 
+   !> The exact wrench of a motion of the size of one, not regularised, its derivatives, and the
+   !> second derivatives of the force by the sliding velocity: F_x by xx, xy, yy, and F_y by yy.
+   !>
+   !> U vanishes at l, so the integrals of the Jacobian have them but for what their lower end adds.
+   !> Those by W and of the torque follow from J V = 0.
+   pure subroutine wrench_exact_bends(shape, x, y, w, wrench, jacobian, bends)
+      type(spot_shape_type), intent(in) :: shape
+      !> Sliding velocity along the axes, and W with its sign.
+      real(wp), intent(in) :: x, y, w
+      real(wp), intent(out) :: wrench(3), jacobian(3, 3), bends(4)
+      real(wp) :: spin, excess, inverse, ux, uy
+      type(scaled_type) :: s
+
+      spin = abs(w)
+      excess = x*x + shape%k2*((abs(y) - spin)*(abs(y) + spin))
+      if (excess <= 0.0_wp) then
+         inverse = 1.0_wp/spin
+         ux = x*inverse
+         uy = y*inverse
+         call centre_inside(shape, ux, uy, .true., wrench(1), wrench(2), wrench(3))
+         call sliding_inside(shape, ux, uy, inverse, jacobian)
+         call complete(ux, uy, jacobian)
+         call finish_bends(2.0_wp*[shape%j02, shape%j11, shape%j20], ux, uy, inverse, 1.0_wp, &
+            1.0_wp, 0.0_wp, bends)
+      else
+         s%x = x
+         s%y = y
+         call centre_outside(shape, s, spin, excess, .true., wrench, jacobian, bends)
+         wrench(3) = spin*wrench(3)
+      end if
+      if (w < 0.0_wp) then
+         wrench(3) = -wrench(3)
+         jacobian(1:2, 3) = -jacobian(1:2, 3)
+         jacobian(3, 1:2) = -jacobian(3, 1:2)
+      end if
+   end subroutine wrench_exact_bends
+
    !> Dissipation potential Phi of the exact wrench: (F, T) = -grad Phi(vx, vy, W), zero at rest.
    !>
    !> Without regularisation it is the power -(F.v + T W). With it, Phi(v, W_e) - k_T d.
@@ -237,7 +274,7 @@ contains
    !>   t = tan(theta/2), even as well;
    !> - between (slender spots near the rim): the first rule from rho = 1/4 on, and below panels in
    !>   rho with a fractional linear map that keeps the singularities +-i k away.
-   pure subroutine centre_outside(shape, slip, w, excess, with_torque, wrench, jacobian)
+   pure subroutine centre_outside(shape, slip, w, excess, with_torque, wrench, jacobian, bends)
       type(spot_shape_type), intent(in) :: shape
       !> Its sliding velocity x, y.
       type(scaled_type), intent(in) :: slip
@@ -252,6 +289,8 @@ contains
       real(wp), intent(out) :: wrench(3)
       !> Derivatives.
       real(wp), intent(out), optional :: jacobian(3, 3)
+      !> As of `wrench_exact_bends`.
+      real(wp), intent(out), optional :: bends(4)
       real(wp) :: s, root, l, h, px, py, tau, sums(all_sums), near_rim(3), inside(3, 3)
       type(nodes_type) :: nodes
       integer :: n_sums
@@ -283,6 +322,11 @@ contains
          call finish_wrench(sums, px, py, h, wrench)
          if (.not. with_jacobian) return
          call finish_sliding(sums, px, py, h, jacobian)
+         if (present(bends)) then
+            s = root*h
+            l = s*s
+            call finish_bends(sums(4:6), px, py, h, l + tau*tau, l + shape%k2*tau*tau, s, bends)
+         end if
          if (n_sums < all_sums) then
             call complete(slip%x/w, slip%y/w, jacobian)
             return
@@ -323,7 +367,10 @@ contains
       if (root <= shape%k) then
          call sliding_inside(shape, px, py, h, inside)
          jacobian(1:2, 1:2) = inside(1:2, 1:2) - jacobian(1:2, 1:2)
+         if (present(bends)) sums(4:6) = 2.0_wp*[shape%j02, shape%j11, shape%j20] - sums(4:6)
       end if
+      if (present(bends)) call finish_bends(sums(4:6), px, py, h, 1.0_wp + root*root, &
+         shape%k2 + root*root, root, bends)
       call complete(px, py, jacobian)
    end subroutine centre_outside
 
@@ -624,6 +671,37 @@ contains
       jacobian(1, 2) = scale*1.5_wp*px*py*sums(5)
       jacobian(2, 1) = jacobian(1, 2)
    end subroutine finish_sliding
+
+   !> Second derivatives of the force by the sliding velocity.
+   pure subroutine finish_bends(sums, px, py, scale, a, b, root, bends)
+      !> Integrals of s/B^2, s/(A B) and s/A^2.
+      real(wp), intent(in) :: sums(3)
+      !> Scaled sliding velocity along the axes.
+      real(wp), intent(in) :: px, py
+      !> Scale of the velocities.
+      real(wp), intent(in) :: scale
+      !> A, B and sqrt(s) at the lower end of the integrals.
+      real(wp), intent(in) :: a, b, root
+      real(wp), intent(out) :: bends(4)
+      real(wp) :: x, y, ends, rate
+
+      rate = scale*scale
+      bends(1) = 4.5_wp*px*sums(1)
+      bends(2) = 1.5_wp*py*sums(2)
+      bends(3) = 1.5_wp*px*sums(2)
+      bends(4) = 4.5_wp*py*sums(3)
+      if (root > 0.0_wp) then
+         ! l changes by -U_v/U_s.
+         x = px/b
+         y = py/a
+         ends = 3.0_wp*root/(sqrt(a*b)*(x*x + y*y))
+         bends(1) = bends(1) - ends*x*x*x
+         bends(2) = bends(2) - ends*x*x*y
+         bends(3) = bends(3) - ends*x*y*y
+         bends(4) = bends(4) - ends*y*y*y
+      end if
+      bends = rate*bends
+   end subroutine finish_bends
 
    !> Last row and column of the Jacobian from J V = 0, for a spin velocity that is not small.
    pure subroutine complete(ux, uy, jacobian)

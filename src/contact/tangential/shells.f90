@@ -18,6 +18,7 @@
 module contensou_contact_tangential_shells
    use contensou_base_kinds, only : wp
    use contensou_contact_spot, only : spot_shape_type
+   use contensou_contact_tangential_edges, only : edge_type
    use contensou_contact_tangential_nest, only : make_room, nest_type
    use contensou_contact_tangential_slip, only : shared_type, slip_of_shell, sliding_force, &
       stiffness_after, within_rungs
@@ -55,10 +56,12 @@ module contensou_contact_tangential_shells
       integer :: known = 0
       !> Which of the guesses came closer for the last shell.
       integer :: better = 1
+      !> By how much that one was off.
+      real(wp) :: off = 1.0_wp
       !> Directions and places of the last shells, the last one first.
       real(wp) :: direction(3, 2) = 0.0_wp, place(2) = 0.0_wp
-      !> Direction of the last one in the step before, or zero.
-      real(wp) :: before(3) = 0.0_wp
+      !> Changes of their directions since the step before, zero if there was none.
+      real(wp) :: change(3, 2) = 0.0_wp
       !> Guesses for the shell at hand: by the change since the step before, and by its neighbours.
       real(wp) :: guess(3, 2) = 0.0_wp
    contains
@@ -122,7 +125,8 @@ contains
       call try_elastic(self%n, new, spot, step, self%load, self%size, self%share, self%shift, &
          self%excess)
       work = 0.0_wp
-      call let_slip(self, spot, new, work, slopes)
+      call let_slip(self%n, new, spot, self%edge, self%load, self%size, self%share, self%excess, &
+         self%shift, self%direction, self%slipped, work, slopes)
       if (present(lost)) lost = lost + spot%limit*work
       do j = 1, self%n
          wrench(1) = wrench(1) - self%share(j, 1)*self%shift(j, 1)
@@ -180,19 +184,28 @@ contains
    end function part_of_step
 
    !> Let the shells slip whose trials may be outside of their limits, from the rim inwards.
-   pure subroutine let_slip(self, spot, new, work, slopes)
-      class(shells_type), intent(inout) :: self
+   pure subroutine let_slip(n, new, spot, edge, load, size, share, excess, shift, direction, &
+      slipped, work, slopes)
+      !> Number of the shells, and of those at the rim that are new.
+      integer, intent(in) :: n, new
       type(spring_spot_type), intent(in) :: spot
-      !> Number of shells at the rim that are new.
-      integer, intent(in) :: new
+      !> Edges, load and size of what slips within them.
+      real(wp), intent(in) :: edge(0:n), load(0:n), size(0:n)
+      real(wp), intent(in), contiguous :: share(:, :)
+      !> From `try_elastic`.
+      real(wp), intent(in) :: excess(n)
+      !> Elastic displacements, and directions of the slips.
+      real(wp), intent(inout), contiguous :: shift(:, :), direction(:, :)
+      logical, intent(out) :: slipped(n)
       !> Work of the slip over the limit, added to.
       real(wp), intent(inout) :: work
       !> Derivatives of the wrench, added to.
       real(wp), intent(inout), optional :: slopes(3, 4)
       real(wp) :: stiffness(3), trial(3), bearing(3), units(3), per_unit(3), lengths(3), &
-         springs(3), direction(3), before(3), last(3), done
+         springs(3), towards(3), before(3), last(3), done, place
       type(course_type) :: course
       type(shared_type) :: shared
+      type(edge_type) :: inner, outer
       logical :: seeks, follows
       integer :: i, j
 
@@ -202,49 +215,54 @@ contains
       lengths = units/spot%limit
       springs = spot%limit*per_unit**2
       last = 0.0_wp
-      ! On a circle, and with rungs, a poor first direction costs little.
-      seeks = spot%shape%c > 0.0_wp .and. .not. associated(spot%rung)
-      self%slipped(:self%n) = .false.
-      do j = self%n, 1, -1
-         if (self%excess(j) < 0.0_wp) then
+      ! With rungs a poor first direction costs little.
+      seeks = .not. associated(spot%rung)
+      do j = n, 1, -1
+         slipped(j) = .false.
+         if (excess(j) < 0.0_wp) then
             course%known = 0
             cycle
          end if
-         stiffness = self%share(j, :)
-         trial = self%shift(j, :)
-         bearing = stiffness*trial*per_unit
-         before = self%direction(j, :)
-         direction = before
-         if (all(abs(direction) <= 0.0_wp)) direction = last
+         do i = 1, 3
+            stiffness(i) = share(j, i)
+            trial(i) = shift(j, i)
+            bearing(i) = stiffness(i)*trial(i)*per_unit(i)
+            before(i) = direction(j, i)
+         end do
+         towards = before
          follows = seeks .and. abs(trial(3)) > 0.0_wp
-         if (follows) call course%foresee(place_of(self, j), before, direction)
-         call slip_of_shell(spot%shape, self%within(j - 1), self%within(j), spot%rung, &
-            stiffness*springs, trial*lengths, shared, bearing, direction, self%slipped(j), done)
-         if (follows) call course%note(place_of(self, j), before, direction)
-         self%direction(j, :) = direction
-         last = direction
-         if (.not. self%slipped(j)) cycle
-         if (present(slopes)) call add_slopes(self, j, spot, stiffness, units, trial, bearing, &
-            part_of_step(j, self%n, new), slopes)
-         self%shift(j, :) = bearing*units/max(stiffness, tiny(stiffness))
+         if (follows) then
+            ! In a unit of its own.
+            place = edge(j - 1) + edge(j)
+            call course%foresee(place, before, towards)
+         else if (maxval(abs(before)) <= 0.0_wp) then
+            towards = last
+         end if
+         inner = edge_type(load(j - 1), size(j - 1), 0.0_wp)
+         outer = edge_type(load(j), size(j), 0.0_wp)
+         call slip_of_shell(spot%shape, inner, outer, spot%rung, stiffness*springs, &
+            trial*lengths, course%off, shared, bearing, towards, slipped(j), done)
+         if (follows) call course%note(place, before, towards)
+         do i = 1, 3
+            direction(j, i) = towards(i)
+         end do
+         last = towards
+         if (.not. slipped(j)) cycle
+         if (present(slopes)) call add_slopes(inner, outer, spot, stiffness, units, trial, &
+            bearing, towards, part_of_step(j, n, new), slopes)
+         do i = 1, 3
+            shift(j, i) = bearing(i)*units(i)/max(stiffness(i), tiny(stiffness))
+         end do
          work = work + done
       end do
       if (.not. present(slopes)) return
-      do j = 1, self%n
-         if (self%slipped(j)) cycle
+      do j = 1, n
+         if (slipped(j)) cycle
          do i = 1, 3
-            slopes(i, i) = slopes(i, i) - part_of_step(j, self%n, new)*self%share(j, i)
+            slopes(i, i) = slopes(i, i) - part_of_step(j, n, new)*share(j, i)
          end do
       end do
    end subroutine let_slip
-
-   !> Place of a shell, in a unit of its own.
-   pure real(wp) function place_of(self, j) result(place)
-      class(shells_type), intent(in) :: self
-      integer, intent(in) :: j
-
-      place = self%edge(j - 1) + self%edge(j)
-   end function place_of
 
    !> Guess the direction of the slip of a shell.
    pure subroutine foresee(self, place, before, direction)
@@ -254,30 +272,28 @@ contains
       !> Direction in the step before, or zero.
       real(wp), intent(in) :: before(3)
       real(wp), intent(out) :: direction(3)
-      real(wp) :: ahead, apart, size2
+      real(wp) :: ahead, apart, part
+      integer :: i
 
       self%guess(:, 1) = before
       self%guess(:, 2) = before
       if (self%known > 0) then
-         self%guess(:, 2) = self%direction(:, 1)
-         if (.not. any(abs(before) > 0.0_wp)) then
-            self%guess(:, 1) = self%direction(:, 1)
-         else if (any(abs(self%before) > 0.0_wp)) then
-            self%guess(:, 1) = before + (self%direction(:, 1) - self%before)
+         part = 0.0_wp
+         if (self%known > 1) then
+            ahead = self%place(1) - place
+            apart = self%place(2) - self%place(1)
+            ! Not from shells that are narrow by far.
+            if (ahead < farthest_guess*apart) part = ahead/apart
          end if
-      end if
-      if (self%known > 1) then
-         ahead = self%place(1) - place
-         apart = self%place(2) - self%place(1)
-         ! Not from shells that are narrow by far.
-         if (ahead < farthest_guess*apart) then
-            self%guess(:, 2) = self%direction(:, 1) &
-               + (self%direction(:, 1) - self%direction(:, 2))*(ahead/apart)
-         end if
+         do i = 1, 3
+            self%guess(i, 1) = before(i) + (self%change(i, 1) + part*(self%change(i, 1) &
+               - self%change(i, 2)))
+            self%guess(i, 2) = self%direction(i, 1) + part*(self%direction(i, 1) &
+               - self%direction(i, 2))
+         end do
+         if (abs(before(3)) <= 0.0_wp) self%guess(:, 1) = self%direction(:, 1)
       end if
       direction = self%guess(:, self%better)
-      size2 = dot_product(direction, direction)
-      if (size2 > 0.0_wp) direction = direction/sqrt(size2)
    end subroutine foresee
 
    !> Take note of the direction of the slip of a shell.
@@ -287,25 +303,33 @@ contains
       real(wp), intent(in) :: place
       !> Direction in the step before, or zero, and now.
       real(wp), intent(in) :: before(3), direction(3)
-      real(wp) :: off(3, 2)
+      real(wp) :: off1, off2, same
+      integer :: i
 
-      off(:, 1) = self%guess(:, 1) - direction
-      off(:, 2) = self%guess(:, 2) - direction
-      self%better = 1
-      if (dot_product(off(:, 2), off(:, 2)) < dot_product(off(:, 1), off(:, 1))) self%better = 2
-      self%direction(:, 2) = self%direction(:, 1)
+      off1 = 0.0_wp
+      off2 = 0.0_wp
+      ! Without a slip with a twist before there is no change.
+      same = merge(0.0_wp, 1.0_wp, abs(before(3)) <= 0.0_wp)
+      do i = 1, 3
+         off1 = off1 + (self%guess(i, 1) - direction(i))**2
+         off2 = off2 + (self%guess(i, 2) - direction(i))**2
+         self%change(i, 2) = self%change(i, 1)
+         self%change(i, 1) = same*(direction(i) - before(i))
+         self%direction(i, 2) = self%direction(i, 1)
+         self%direction(i, 1) = direction(i)
+      end do
+      self%better = merge(2, 1, off2 < off1)
+      self%off = sqrt(min(off1, off2))
       self%place(2) = self%place(1)
-      self%known = min(self%known + 1, 2)
-      self%direction(:, 1) = direction
       self%place(1) = place
-      self%before = before
+      self%known = min(self%known + 1, 2)
    end subroutine note
 
    !> Add what a shell that slips contributes to the derivatives of the wrench.
-   pure subroutine add_slopes(self, j, spot, stiffness, units, trial, bearing, part, slopes)
-      class(shells_type), intent(in) :: self
-      !> The shell.
-      integer, intent(in) :: j
+   pure subroutine add_slopes(inner, outer, spot, stiffness, units, trial, bearing, direction, &
+      part, slopes)
+      !> Edges of the shell.
+      type(edge_type), intent(in) :: inner, outer
       type(spring_spot_type), intent(in) :: spot
       !> Its stiffness, and units of force and torque.
       real(wp), intent(in) :: stiffness(3), units(3)
@@ -313,6 +337,8 @@ contains
       real(wp), intent(in) :: trial(3)
       !> Force of the shell in its units.
       real(wp), intent(in) :: bearing(3)
+      !> Direction of its slip.
+      real(wp), intent(in) :: direction(3)
       !> Part of the step that the trial has.
       real(wp), intent(in) :: part
       real(wp), intent(inout) :: slopes(3, 4)
@@ -322,11 +348,11 @@ contains
       k = stiffness*(spot%limit/units**2)
       if (.not. minval(k) > 0.0_wp) return
       ! So narrow that it bears nothing, where nothing has moved.
-      if (.not. any(abs(self%direction(j, :)) > 0.0_wp)) return
+      if (.not. any(abs(direction) > 0.0_wp)) return
       slip = trial*(units/spot%limit) - bearing/k
       length = max(norm2(slip), shortest_slip*norm2(bearing/k))
-      call stiffness_after(spot%shape, self%within(j - 1), self%within(j), spot%rung, k, &
-         self%direction(j, :), length, by_trial, by_limit)
+      call stiffness_after(spot%shape, inner, outer, spot%rung, k, direction, length, by_trial, &
+         by_limit)
       do i = 1, 3
          slopes(:, i) = slopes(:, i) - part*by_trial(:, i)*units*units(i)/spot%limit
       end do

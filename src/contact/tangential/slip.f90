@@ -10,6 +10,7 @@
 !>      F = (3/2) [(theta + tau c)/2 - (theta - tau c (1 - 2 tau^2))/(8 tau^2)]/tau,   tau <= 1,
 !>   c = cos theta, and likewise T; a cubic and a quartic of 1/tau above;
 !> - else Newton's method for the direction, with the derivatives of the exact wrench.
+!> Where a shell slips steps are of the third order, as its second derivatives cost little more.
 !>
 !> A rung is another friction model in the place of the exact wrench W = -dPhi: f = -(l2 W(v, c2 w)
 !> - l1 W(v, c1 w)). Most have no potential, and their limits need not be convex.
@@ -19,7 +20,7 @@ module contensou_contact_tangential_slip
    use contensou_contact_spot, only : spot_shape_type
    use contensou_contact_tangential_edges, only : edge_type
    use contensou_contact_wrench, only : wrench_jacobian_kernel
-   use contensou_contact_wrench_exact, only : wrench_exact_jacobian
+   use contensou_contact_wrench_exact, only : wrench_exact_bends
    use contensou_contact_wrench_scaling, only : slip_type
    implicit none(type, external)
    private
@@ -35,6 +36,8 @@ module contensou_contact_tangential_slip
       real(wp) :: force(3) = 0.0_wp
       !> Its derivatives by the direction.
       real(wp) :: hessian(3, 3) = 0.0_wp
+      !> Second derivatives of the force in the plane, as of `wrench_exact_bends`.
+      real(wp) :: bends(4) = 0.0_wp
    end type shared_type
 
    !> T/tau in powers of tau^2 on the circle, to 2e-17 up to `small_ratio`.
@@ -49,6 +52,19 @@ module contensou_contact_tangential_slip
 
    !> A step of the direction of slip below this size is the last one: the next one is its square.
    real(wp), parameter :: close_enough = 3.0e-7_wp
+
+   !> The same of a step that takes the second derivatives of the force: the next one is its cube.
+   real(wp), parameter :: close_by_bends = 1.0e-5_wp
+
+   !> What a force may be off where this is estimated, in units of f N.
+   real(wp), parameter :: smallest_force = 1.0e-13_wp
+
+   !> Farthest direction from which one such step comes close.
+   real(wp), parameter :: near = 0.02_wp
+
+   !> Share of spinning in a direction above which the second derivatives are taken: those by it are
+   !> divided by it.
+   real(wp), parameter :: least_spin = 1.0e-3_wp
 
    !> Below this size a step is Newton's whatever it gains, which rounding errors hide.
    real(wp), parameter :: close_by = 1.0e-4_wp
@@ -85,8 +101,8 @@ contains
    !> Slip of a shell after an elastic trial, in units of f N and of a length: shifts along the
    !> axes, and the twist times the semi-axis. Where it slips by the length p along u, the force is
    !> that of sliding along u and equals stiffness*(trial - p*u).
-   pure subroutine slip_of_shell(shape, inner, outer, rung, stiffness, trial, shared, force, &
-      direction, slips, work)
+   pure subroutine slip_of_shell(shape, inner, outer, rung, stiffness, trial, doubt, shared, &
+      force, direction, slips, work)
       type(spot_shape_type), intent(in) :: shape
       type(edge_type), intent(in) :: inner, outer
       !> Friction model; not associated for the exact wrench.
@@ -95,6 +111,8 @@ contains
       real(wp), intent(in) :: stiffness(3)
       !> Elastic displacement of the trial.
       real(wp), intent(in) :: trial(3)
+      !> By how much the direction may be off where it is sought first.
+      real(wp), intent(in) :: doubt
       !> What was found for the shell outside of it, if any, and for this one.
       type(shared_type), intent(inout) :: shared
       !> Force of the trial on entry; that of sliding if it slips.
@@ -131,9 +149,10 @@ contains
          call slip_by_rung(shape, inner, outer, rung, stiffness, trial, force, direction, slips, &
             work)
       else if (abs(stiffness(1) - stiffness(2)) <= 0.0_wp .and. .not. shape%c > 0.0_wp) then
-         call slip_on_circle(inner, outer, stiffness(2:3), trial, force, direction, slips, work)
+         call slip_on_circle(inner, outer, stiffness(2:3), trial, shared, force, direction, slips, &
+            work)
       else
-         call slip_on_ellipse(shape, inner, outer, rung, stiffness, trial, shared, force, &
+         call slip_on_ellipse(shape, inner, outer, rung, stiffness, trial, doubt, shared, force, &
             direction, slips, work)
       end if
    end subroutine slip_of_shell
@@ -176,127 +195,177 @@ contains
    !> Slip of a shell of a circular spot. With u = (cos, sin) of an angle between the direction of
    !> the trial in the plane and the twist, g - f is along K u where
    !>    r = (g1 - f1) k2 u2 - (g2 - f2) k1 u1 = 0,
-   !> which has one root in the quadrant where the shell slips. Newton's steps are kept between the
+   !> which has one root in the quadrant where the shell slips. Halley's steps are kept between the
    !> directions where r is known to be below and above.
-   pure subroutine slip_on_circle(inner, outer, stiffness, trial, force, direction, slips, work)
+   pure subroutine slip_on_circle(inner, outer, stiffness, trial, shared, force, direction, slips, &
+      work)
       type(edge_type), intent(in) :: inner, outer
       !> Against shift and twist.
       real(wp), intent(in) :: stiffness(2)
       real(wp), intent(in) :: trial(3)
+      !> What was found for the shell outside of it, if any, and for this one.
+      type(shared_type), intent(inout) :: shared
       !> Force of the trial on entry; that of sliding if it slips.
       real(wp), intent(inout) :: force(3)
       !> Direction where it is sought first, or zero; that of the slip.
       real(wp), intent(inout) :: direction(3)
       logical, intent(out) :: slips
       real(wp), intent(out) :: work
-      real(wp) :: plane(2), g(2), f(2), u(2), low(2), high(2), new(2), rest(2), h, r, slope, step, &
-         size, length
+      real(wp) :: plane(2), g1, g2, u(2), low(2), high(2), new(2), values(4), rest1, rest2, h, r, &
+         slope, curve, step, size, length, plus, less, bent
       integer :: i
 
       size = sqrt(trial(1)**2 + trial(2)**2)
       plane = 0.0_wp
-      if (size > 0.0_wp) plane = trial(1:2)/size
-      g = [stiffness(1)*size, abs(force(3))]
-      u = [direction(1)*plane(1) + direction(2)*plane(2), direction(3)*sign(1.0_wp, force(3))]
-      if (.not. (minval(u) > 0.0_wp)) then
-         ! Between those of an infinitely short and an infinitely long slip.
-         u = g/[outer%load - inner%load, outer%load*outer%size - inner%load*inner%size]**2
+      if (size > 0.0_wp) then
+         plane(1) = trial(1)/size
+         plane(2) = trial(2)/size
       end if
-      u = u/sqrt(dot_product(u, u))
+      g1 = stiffness(1)*size
+      g2 = abs(force(3))
+      u(1) = direction(1)*plane(1) + direction(2)*plane(2)
+      u(2) = direction(3)*sign(1.0_wp, force(3))
+      if (.not. min(u(1), u(2)) > 0.0_wp) then
+         ! Between those of an infinitely short and an infinitely long slip.
+         u(1) = g1/(outer%load - inner%load)**2
+         u(2) = g2/(outer%load*outer%size - inner%load*inner%size)**2
+      end if
+      size = 1.0_wp/sqrt(u(1)**2 + u(2)**2)
+      u = u*size
+      ! That of the shell outside of it if that is as good.
+      if (max(abs(u(1) - shared%u(1)), abs(u(2) - shared%u(2))) < close_by_bends .and. &
+         shared%load > 0.0_wp) u = shared%u(1:2)
       low = [1.0_wp, 0.0_wp]
       high = [0.0_wp, 1.0_wp]
       do i = 1, most_iterations
-         call sliding_on_circle(inner, outer, u, f, h)
-         rest = g - f
-         r = rest(1)*stiffness(2)*u(2) - rest(2)*stiffness(1)*u(1)
-         slope = h*(stiffness(2)*u(2)**2 + stiffness(1)*u(1)**2) + rest(1)*stiffness(2)*u(1) &
-            + rest(2)*stiffness(1)*u(2)
+         call sliding_on_circle(inner, outer, u, shared, values)
+         h = values(3)
+         rest1 = g1 - values(1)
+         rest2 = g2 - values(2)
+         plus = stiffness(2)*u(2)
+         less = stiffness(1)*u(1)
+         r = rest1*plus - rest2*less
+         bent = plus*u(2) + less*u(1)
+         slope = h*bent + rest1*stiffness(2)*u(1) + rest2*stiffness(1)*u(2)
          if (r < 0.0_wp) then
             low = u
          else
             high = u
          end if
          step = huge(step)
-         if (slope > abs(r)) step = -r/slope
-         if (abs(step) < close_enough) then
-            f = f + h*step*[-u(2), u(1)]
-            u = u + step*[-u(2), u(1)]
+         curve = 0.0_wp
+         if (slope > abs(r)) then
+            step = -r/slope
+            ! Over the slope, what the second order is to the first, as the third is to that.
+            curve = 0.5_wp*step*(values(4)*bent + 3.0_wp*h*u(1)*u(2)*(stiffness(2) &
+               - stiffness(1)) - r)
+            if (abs(curve) < 0.5_wp*slope) step = -r/(slope + curve)
+         end if
+         if (abs(step) < close_enough .or. (abs(step) < close_by_bends .and. &
+            abs(step)*curve**2 <= smallest_force*slope**2 .and. &
+            abs(step)*(values(4)*step)**2 <= 4.0_wp*smallest_force*h)) then
+            ! The force turns with the angle, and so does its change.
+            r = step*(h + 0.5_wp*values(4)*step)
+            h = 0.5_wp*h*step*step
+            values(1) = values(1) - r*u(2) - h*u(1)
+            values(2) = values(2) + r*u(1) - h*u(2)
+            r = u(1)
+            u(1) = r - step*(u(2) + 0.5_wp*step*r)
+            u(2) = u(2) + step*(r - 0.5_wp*step*u(2))
             exit
          end if
          new = low + high
          if (abs(step) < 1.0_wp .and. (i <= newton_alone .or. mod(i, 2) == 0)) then
-            new = u + step*[-u(2), u(1)]
+            new(1) = u(1) - step*u(2)
+            new(2) = u(2) + step*u(1)
             if (min(low(1)*new(2) - low(2)*new(1), new(1)*high(2) - new(2)*high(1)) < 0.0_wp) then
                new = low + high
             end if
          end if
-         u = new/sqrt(dot_product(new, new))
+         u = new*(1.0_wp/sqrt(new(1)**2 + new(2)**2))
       end do
-      length = dot_product(g - f, u)
+      length = (g1 - values(1))*u(1) + (g2 - values(2))*u(2)
       slips = length > 0.0_wp
       work = 0.0_wp
       if (.not. slips) return
-      direction(1:2) = u(1)*plane
+      direction(1) = u(1)*plane(1)
+      direction(2) = u(1)*plane(2)
       direction(3) = sign(u(2), force(3))
-      work = dot_product(f, u)*length/(stiffness(1)*u(1)**2 + stiffness(2)*u(2)**2)
-      force(1:2) = f(1)*plane
-      force(3) = sign(f(2), force(3))
+      work = (values(1)*u(1) + values(2)*u(2))*length/(stiffness(1)*u(1)**2 + stiffness(2)*u(2)**2)
+      force(1) = values(1)*plane(1)
+      force(2) = values(1)*plane(2)
+      force(3) = sign(values(2), force(3))
    end subroutine slip_on_circle
 
-   !> Force and torque of sliding of a shell of a circular spot, and the second derivative h of its
-   !> potential across the direction, by which they change along that.
-   pure subroutine sliding_on_circle(inner, outer, u, f, h)
+   !> Force and torque of sliding of a shell of a circular spot, the second derivative h of its
+   !> potential across the direction, by which they change along that, and the change of h.
+   pure subroutine sliding_on_circle(inner, outer, u, shared, values)
       type(edge_type), intent(in) :: inner, outer
       !> Sliding and spinning, >= 0, of the size one.
       real(wp), intent(in) :: u(2)
-      real(wp), intent(out) :: f(2), h
-      real(wp) :: within(3)
+      !> What was found for an edge, taken if it is the outer one; that for the inner edge.
+      type(shared_type), intent(inout) :: shared
+      !> As of `spot_on_circle`.
+      real(wp), intent(out) :: values(4)
 
-      call spot_on_circle(outer, u, within)
-      f = within(1:2)
-      h = within(3)
+      if (abs(shared%load - outer%load) <= 0.0_wp .and. abs(shared%u(1) - u(1)) <= 0.0_wp .and. &
+         abs(shared%u(2) - u(2)) <= 0.0_wp) then
+         values = shared%bends
+      else
+         call spot_on_circle(outer, u, values)
+      end if
+      shared%load = inner%load
+      shared%u(1) = u(1)
+      shared%u(2) = u(2)
       if (.not. inner%load > 0.0_wp) return
-      call spot_on_circle(inner, u, within)
-      f = f - within(1:2)
-      h = h - within(3)
+      call spot_on_circle(inner, u, shared%bends)
+      values = values - shared%bends
    end subroutine sliding_on_circle
 
    !> The same of what is within an edge.
    pure subroutine spot_on_circle(edge, u, values)
       type(edge_type), intent(in) :: edge
       real(wp), intent(in) :: u(2)
-      !> Force, torque and second derivative.
-      real(wp), intent(out) :: values(3)
-      real(wp) :: w, x, y, tau, theta, product, m1, m2, m3, i1, i2, f, t, g
+      !> Force, torque, second derivative and its change with the angle.
+      real(wp), intent(out) :: values(4)
+      real(wp) :: w, x, y, tau, theta, root, product, inverse, m1, m2, m3, i1, i2, f, t, g, rate
       integer :: n
 
       w = edge%size*u(2)
       if (w >= u(1)) then
          ! The centre of rotation is inside the spot.
-         x = u(1)/w
+         inverse = 1.0_wp/w
+         x = u(1)*inverse
          y = x*x
          values(1) = edge%load*x*((3.0_wp*pi/8.0_wp) - (3.0_wp*pi/32.0_wp)*y)
          values(2) = edge%load*edge%size*(3.0_wp*pi/16.0_wp)*(1.0_wp - y*(1.0_wp - 0.375_wp*y))
-         values(3) = edge%load*(3.0_wp*pi/8.0_wp)*(1.0_wp - 0.75_wp*y)/(edge%size*u(2)**3)
+         g = (3.0_wp*pi/8.0_wp)*edge%load*edge%size**2*inverse**3
+         values(3) = g*(1.0_wp - 0.75_wp*y)
+         values(4) = g*edge%size*inverse*(1.5_wp*x*inverse - 3.0_wp*u(1)*(1.0_wp - 0.75_wp*y))
          return
       end if
-      tau = w/u(1)
+      inverse = 1.0_wp/u(1)
+      tau = w*inverse
       y = tau*tau
       if (y <= small_ratio) then
          t = 0.0_wp
          f = 0.0_wp
          g = 0.0_wp
+         rate = 0.0_wp
          do n = ubound(torques, 1), 0, -1
             t = t*y + torques(n)
             f = f*y + torques(n)*(real(2*n + 1, wp)/real(2*n + 2, wp))
+            rate = rate*y + g
             g = g*y + torques(n)*real(2*n + 1, wp)
          end do
          t = t*tau
          f = 1.0_wp - y*f
+         rate = 2.0_wp*tau*rate
       else
          ! Integrals of even powers of the sine.
          theta = asin(tau)
-         product = tau*sqrt(1.0_wp - y)
+         root = sqrt(1.0_wp - y)
+         product = tau*root
          m1 = 0.5_wp*(theta - product)
          product = product*y
          m2 = 0.25_wp*(3.0_wp*m1 - product)
@@ -307,10 +376,13 @@ contains
          f = 1.5_wp*(i1 - i2*x)/tau
          t = 0.75_wp*((1.0_wp + 2.0_wp*x)*m1 + x*((3.0_wp*m3 - 2.0_wp*m2)*x - 4.0_wp*m2))
          g = 1.5_wp*(i1*y - 3.0_wp*i2)*x*x/tau
+         rate = 1.5_wp*(15.0_wp*i2*x - 3.0_wp*i1 - 2.0_wp*tau*root)*x*x
       end if
       values(1) = edge%load*f
       values(2) = edge%load*edge%size*t
-      values(3) = edge%load*edge%size**2*g/u(1)**3
+      g = edge%load*edge%size**2*inverse**3*g
+      values(3) = g
+      values(4) = inverse*(3.0_wp*u(2)*g + edge%load*edge%size**3*inverse**4*rate)
    end subroutine spot_on_circle
 
    !> Slip of a shell of any spot.
@@ -320,14 +392,16 @@ contains
    !> and gains h^2/(2 u.K u) where h > 0. Where h <= 0 what is sought is the u whose force f is
    !> along g, the largest of g.u/phi(u), until either h > 0 or g is seen to be within the limit.
    !> Steps that do not gain are halved.
-   pure subroutine slip_on_ellipse(shape, inner, outer, rung, stiffness, trial, shared, force, &
-      direction, slips, work)
+   pure subroutine slip_on_ellipse(shape, inner, outer, rung, stiffness, trial, doubt, shared, &
+      force, direction, slips, work)
       type(spot_shape_type), intent(in) :: shape
       type(edge_type), intent(in) :: inner, outer
       !> Not associated.
       procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
       real(wp), intent(in) :: stiffness(3)
       real(wp), intent(in) :: trial(3)
+      !> By how much the direction may be off where it is sought first.
+      real(wp), intent(in) :: doubt
       !> What was found for the shell outside of it, if any, and for this one.
       type(shared_type), intent(inout) :: shared
       !> Force of the trial on entry; that of sliding if it slips.
@@ -339,31 +413,45 @@ contains
       !> Of the slip.
       real(wp), intent(out) :: work
       real(wp) :: gain, new_gain, length, u(3), new(3), f(3), new_f(3), &
-         hessian(3, 3), new_hessian(3, 3), step(3), size
+         hessian(3, 3), new_hessian(3, 3), bends(4), new_bends(4), step(3), bent(3), more(3), &
+         rest(3), size, tolerance
       integer :: i, k
 
       slips = .false.
       work = 0.0_wp
       gain = -1.0_wp
       u = direction
-      if (any(abs(u) > 0.0_wp)) then
-         ! That of the shell outside of it if that is as good.
-         if (shared%load > 0.0_wp) then
+      size = dot_product(u, u)
+      if (size > 0.0_wp) then
+         u = u/sqrt(size)
+         ! That of the shell outside of it, whose edge is known there, unless its own is far better.
+         if (abs(shared%load - outer%load) <= 0.0_wp) then
             step = u - shared%u
-            if (dot_product(step, step) < close_enough**2) u = shared%u
+            size = sqrt(dot_product(step, step))
+            if (size < close_by_bends .or. (doubt > close_by_bends .and. size < near)) u = shared%u
          end if
-         call sliding_force(shape, inner, outer, rung, u, shared, f, hessian)
+         call sliding_force(shape, inner, outer, rung, u, shared, f, hessian, bends)
          gain = gain_of(force, f, u, stiffness)
       end if
       if (gain < poor_gain) then
          u = first_direction(shape, inner, outer, force)
-         call sliding_force(shape, inner, outer, rung, u, shared, f, hessian)
+         call sliding_force(shape, inner, outer, rung, u, shared, f, hessian, bends)
          gain = gain_of(force, f, u, stiffness)
       end if
       do i = 1, most_iterations
+         tolerance = close_enough
          length = dot_product(force - f, u)/dot_product(u, stiffness*u)
          if (length > 0.0_wp) then
             call solve(hessian, length*stiffness, force - f - length*stiffness*u, step)
+            if (abs(u(3)) > least_spin .and. maxval(abs(step)) > close_enough) then
+               call change_slopes(hessian, bends, u, step, bent)
+               call solve(hessian, length*stiffness, -0.5_wp*bent, more)
+               size = maxval(abs(step))
+               if (maxval(abs(more)) < 0.5_wp*size) step = step + more
+               ! Each order is to the next one as that was to it.
+               if (maxval(abs(more))**2 <= smallest_force*size) tolerance = close_by_bends
+               step = step/max(1.0_wp + dot_product(step, u), 0.5_wp)
+            end if
          else
             if (within_limit(shape, inner, outer, force, f)) exit
             call solve((1.0_wp + gain)*hessian, short_slip*sqrt(dot_product(trial, trial)) &
@@ -371,10 +459,16 @@ contains
          end if
          step = step - dot_product(step, u)*u
          size = sqrt(dot_product(step, step))
-         if (length > 0.0_wp .and. size < close_enough) then
-            f = f + hessian(:, 1)*step(1) + hessian(:, 2)*step(2) + hessian(:, 3)*step(3)
-            u = u + step
-            exit
+         if (length > 0.0_wp .and. size < tolerance) then
+            rest = hessian(:, 1)*step(1) + hessian(:, 2)*step(2) + hessian(:, 3)*step(3)
+            bent = 0.0_wp
+            if (size >= close_enough) call change_slopes(hessian, bends, u, step, bent)
+            if (dot_product(bent, bent)**2 <= (4.0_wp*smallest_force)**2 &
+               *dot_product(rest, rest)) then
+               f = f + rest + 0.5_wp*bent
+               u = u + step
+               exit
+            end if
          end if
          if (size > longest_step) step = step*(longest_step/size)
          if (length <= 0.0_wp .and. size < close_to_limit) exit
@@ -382,7 +476,7 @@ contains
             new = u + step
             new = new/sqrt(dot_product(new, new))
             call sliding_force(shape, inner, outer, rung, new, shared, new_f, &
-               new_hessian)
+               new_hessian, new_bends)
             new_gain = gain_of(force, new_f, new, stiffness)
             if (new_gain > gain .or. size < close_by) exit
             step = 0.5_wp*step
@@ -391,6 +485,7 @@ contains
          u = new
          f = new_f
          hessian = new_hessian
+         bends = new_bends
          gain = new_gain
       end do
       direction = u
@@ -399,6 +494,28 @@ contains
       work = dot_product(f, u)*dot_product(force - f, u)/dot_product(u, stiffness*u)
       force = f
    end subroutine slip_on_ellipse
+
+   !> Change of the derivatives of the force of sliding along a change of the direction, times that.
+   !>
+   !> A step s along the direction changes nothing, so s = p + e u with p in the plane; the torque
+   !> follows from u.H = 0.
+   pure subroutine change_slopes(hessian, bends, u, step, change)
+      real(wp), intent(in) :: hessian(3, 3), bends(4)
+      !> Direction, with a spin, and its change.
+      real(wp), intent(in) :: u(3), step(3)
+      real(wp), intent(out) :: change(3)
+      real(wp) :: inverse, share, x, y, rates(3)
+
+      inverse = 1.0_wp/u(3)
+      share = step(3)*inverse
+      x = step(1) - share*u(1)
+      y = step(2) - share*u(2)
+      change(1) = bends(1)*x*x + 2.0_wp*bends(2)*x*y + bends(3)*y*y
+      change(2) = bends(2)*x*x + 2.0_wp*bends(3)*x*y + bends(4)*y*y
+      rates = hessian(:, 1)*x + hessian(:, 2)*y
+      change(3) = -(rates(1)*x + rates(2)*y + change(1)*u(1) + change(2)*u(2))*inverse
+      change = change - 2.0_wp*share*rates
+   end subroutine change_slopes
 
    !> What is gained by a slip along u; where it is not, g.u/phi(u) - 1, from -1 to 0.
    pure function gain_of(force, f, u, stiffness) result(gain)
@@ -512,7 +629,7 @@ contains
    end function first_direction
 
    !> Force that a shell bears when it slides, and its derivatives by the direction.
-   pure subroutine sliding_force(shape, inner, outer, rung, u, shared, force, hessian)
+   pure subroutine sliding_force(shape, inner, outer, rung, u, shared, force, hessian, bends)
       type(spot_shape_type), intent(in) :: shape
       type(edge_type), intent(in) :: inner, outer
       !> Friction model; not associated for the exact wrench.
@@ -522,6 +639,9 @@ contains
       !> What was found for an edge, taken if it is the outer one; that for the inner edge.
       type(shared_type), intent(inout) :: shared
       real(wp), intent(out) :: force(3), hessian(3, 3)
+      !> Second derivatives of the force in the plane; zero for a rung.
+      real(wp), intent(out), optional :: bends(4)
+      real(wp) :: bends_of_all(4)
       logical :: known
 
       known = abs(shared%load - outer%load) <= 0.0_wp
@@ -529,33 +649,36 @@ contains
       if (known) then
          force = shared%force
          hessian = shared%hessian
+         bends_of_all = shared%bends
       else
-         call sliding_within(shape, outer, rung, u, force, hessian)
+         call sliding_within(shape, outer, rung, u, force, hessian, bends_of_all)
       end if
       shared%load = inner%load
       shared%u = u
+      if (present(bends)) bends = bends_of_all
       if (.not. inner%load > 0.0_wp) return
-      call sliding_within(shape, inner, rung, u, shared%force, shared%hessian)
+      call sliding_within(shape, inner, rung, u, shared%force, shared%hessian, shared%bends)
       force = force - shared%force
       hessian = hessian - shared%hessian
+      if (present(bends)) bends = bends - shared%bends
    end subroutine sliding_force
 
    !> The same of what is within an edge.
-   pure subroutine sliding_within(shape, edge, rung, u, force, hessian)
+   pure subroutine sliding_within(shape, edge, rung, u, force, hessian, bends)
       type(spot_shape_type), intent(in) :: shape
       type(edge_type), intent(in) :: edge
       procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
       real(wp), intent(in) :: u(3)
-      real(wp), intent(out) :: force(3), hessian(3, 3)
-      type(slip_type) :: slip
+      real(wp), intent(out) :: force(3), hessian(3, 3), bends(4)
       real(wp) :: arm
       integer :: i
 
-      slip = slip_type(u(1), u(2), edge%size*u(3))
       if (associated(rung)) then
-         call rung(shape, slip, force, hessian)
+         call rung(shape, slip_type(u(1), u(2), edge%size*u(3)), force, hessian)
+         bends = 0.0_wp
       else
-         call wrench_exact_jacobian(shape, slip, force, hessian)
+         call wrench_exact_bends(shape, u(1), u(2), edge%size*u(3), force, hessian, bends)
+         bends = -edge%load*bends
       end if
       arm = edge%load*edge%size
       force(1) = -edge%load*force(1)

@@ -61,6 +61,11 @@ module contensou_contact_creep_law
       real(wp), allocatable :: by_angle(:, :)
    end type creep_spot_type
 
+   !> Makes a spot for one call, or a few, from its shape and material.
+   interface creep_spot_type
+      procedure :: creep_spot
+   end interface creep_spot_type
+
    !> Load, size and sliding of a spot, and what rolls through it.
    type, extends(sliding_type) :: passing_type
       !> Velocity of the material through the spot along the major and the minor axis [m/s].

@@ -20,7 +20,8 @@ module contensou_base_operating_system
    public :: host_name, wall_seconds, cpu_seconds, utc_now
    public :: text_from_c, reason_of, save_file, checksum, unfinished_suffix
    public :: become
-   public :: name_lock_type, lock_suffix, temporary_name, longest_temporary, sweep_up, first_bytes
+   public :: name_lock_type, remove_dead_lock, lock_suffix, temporary_name, longest_temporary
+   public :: sweep_up, first_bytes
 
    !> Suffix of a file that `save_file` has not finished, as in the C source.
    character(len=*), parameter :: unfinished_suffix = ".new"
@@ -506,6 +507,18 @@ contains
       if (self%descriptor >= 0) call c_leave_lock(self%path // c_null_char, self%descriptor)
       self%descriptor = -1
    end subroutine leave_lock
+
+   !> Remove the lock of a file that is complete, if a process that was killed left it.
+   subroutine remove_dead_lock(name)
+      character(len=*), intent(in) :: name
+      type(name_lock_type) :: lock
+      type(error_type), allocatable :: unwritable
+      logical :: dead
+
+      if (.not. file_exists(name // lock_suffix)) return
+      call lock%take(name, 0.0_wp, dead, unwritable)
+      call lock%leave()
+   end subroutine remove_dead_lock
 
    !> A name beside another one under which only this process writes.
    function temporary_name(name) result(temporary)

@@ -9,7 +9,8 @@ module contensou_files_earlier
    use contensou_base_guard, only : finish_guard, start_guard, wait_for_worker
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : check_writable, checksum, file_exists, &
-      first_bytes, is_locked, lock_suffix, remove_file, rename_file, unfinished_suffix, write_stderr
+      first_bytes, is_locked, lock_suffix, remove_dead_lock, remove_file, rename_file, &
+      unfinished_suffix, write_stderr
    use contensou_base_output_path, only : what_helps_replacing => what_helps
    use contensou_base_text, only : quote, starts_with
    use contensou_base_checkpoint, only : checkpoint_type
@@ -173,7 +174,10 @@ contains
             earlier%complete = .true.
             call notice(earlier, name // " is complete")
             ! A life that was killed after its last row can have left these.
-            if (.not. file_exists(name // part_suffix)) call forget(name, .true., unremoved)
+            if (.not. file_exists(name // part_suffix)) then
+               call forget(name, .true., unremoved)
+               call remove_dead_lock(name)
+            end if
          else
             call fatal(error, message // new_line("a") // &
                "--force replaces it, -o FILE writes another one", status_file)

@@ -9,8 +9,8 @@ module contensou_sweep_table
    use contensou_base_errors, only : error_type, fatal, status_file, status_usage
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : to_text
-   use contensou_base_operating_system, only : check_writable, file_exists, remove_file, sweep_up, &
-      temporary_name
+   use contensou_base_operating_system, only : check_writable, file_exists, remove_dead_lock, &
+      remove_file, sweep_up, temporary_name
    use contensou_base_output_path, only : what_helps
    use contensou_base_text, only : join, pad, string_type, strings
    use contensou_files_earlier, only : settings_difference
@@ -532,7 +532,8 @@ contains
       call self%file%abandon()
    end subroutine abandon
 
-   !> See that a table can be written, and whether it is there already.
+   !> See that a table can be written, and whether it is there already; a lock that a killed process
+   !> left beside a complete one goes.
    subroutine check_table(path, replace, wanted, cases, complete, error)
       character(len=*), intent(in) :: path
       !> Whether an existing file may be replaced.
@@ -569,6 +570,7 @@ contains
             " of " // to_text(header%n_cases) // what_helps(path), status_file)
       else
          complete = .true.
+         call remove_dead_lock(path)
       end if
    end subroutine check_table
 

@@ -374,7 +374,8 @@ def test_a_kill_after_the_last_row(run, executable, tmp_path):
     assert run("run", "top.nml", "--resume", "-q").status == 0
     rows = (tmp_path / "top.h5").read_bytes()
     old = tmp_path / "top.h5.part.old"
-    for path in (checkpoint, old):
+    lock = tmp_path / "top.h5.part.lock"
+    for path in (checkpoint, old, lock):
         path.write_bytes(kept)
     result = run("run", "top.nml", "--resume")
     assert (result.status, result.out) == (0, "")

@@ -398,9 +398,12 @@ def test_complete_tables_are_left_alone(run, tmp_path):
     assert run("sweep", "sweep.nml").status == 0
     before = (tmp_path / "table.h5").read_bytes()
     assert not (tmp_path / "table.h5.part").exists()
+    # Left by a sweep that was killed at its very end.
+    (tmp_path / "table.h5.part.lock").touch()
     done = run("sweep", "sweep.nml")
     assert (done.status, done.out) == (0, "table.h5 is complete, 8 cases\n")
     assert (tmp_path / "table.h5").read_bytes() == before
+    assert not (tmp_path / "table.h5.part.lock").exists()
     # Of other cases, another scene, another program's.
     for arguments in (["--cases", "1:4", "-o", "table.h5"], ["--set", "scene.t_end=2e-3"]):
         done = run("sweep", "sweep.nml", *arguments)

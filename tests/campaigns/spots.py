@@ -270,8 +270,9 @@ def judge(drawn: Drop, row: dict) -> list[str]:
     # Rows in between, and those where the most acts.
     for i in sorted({*range(1, n - 1, 331), *(np.argsort(forces)[-3:])}):
         at = row["position"][i, 0], row["quaternion"][i, 0]
-        found = places(drawn.surface, drawn.distance, *at, drawn.frame, near)
         gaps = row["gap"][i]
+        points = row["contact_point"][i, np.isfinite(gaps)]
+        found = places(drawn.surface, drawn.distance, *at, drawn.frame, near, points)
         told = np.sort(gaps[np.isfinite(gaps)])
         told = told[told < near]
         close = [gap for gap, _ in found]

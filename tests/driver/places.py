@@ -48,6 +48,10 @@ class Ellipsoid:
         x = u + step @ tangents
         return x / np.linalg.norm(x, axis=-1, keepdims=True)
 
+    def parameters(self, p):
+        u = p / self.axes
+        return u / np.linalg.norm(u)
+
     def starts(self, distance, limit):
         order = np.argsort(distance)
         order = order[distance[order] < limit + 0.03 * self.size]
@@ -76,6 +80,10 @@ class Torus:
 
     def move(self, u, step):
         return u + step
+
+    def parameters(self, p):
+        u = np.arctan2(p[1], p[0])
+        return np.array([u, np.arctan2(p[2], np.hypot(p[0], p[1]) - self.major)])
 
     def starts(self, distance, limit):
         x = distance.reshape(self.shape)
@@ -162,11 +170,12 @@ def gaps(*scene):
     return [gap for gap, _ in places(*scene)]
 
 
-def places(surface, distance, position, quaternion, axes, limit):
+def places(surface, distance, position, quaternion, axes, limit, near=()):
     """All places where the distance is smallest and below a limit: gap, and point at rest.
 
     The surface sits on the body at `position`, `quaternion`; the other one is at rest at the
-    origin, its frame has the columns `axes`.
+    origin, its frame has the columns `axes`. Those `near` given points are found even if they are
+    about to vanish and narrower than the samples are apart.
     """
     turn = rotation(quaternion)
 
@@ -174,7 +183,8 @@ def places(surface, distance, position, quaternion, axes, limit):
         return distance((surface.points(u) @ turn.T + position) @ axes)
 
     found = []
-    for u in surface.starts(value(surface.grid), limit):
+    starts = [surface.parameters((point - position) @ turn) for point in near]
+    for u in [*surface.starts(value(surface.grid), limit), *starts]:
         gap, end, smallest = descend(surface, value, u)
         if not smallest or gap >= limit:
             continue

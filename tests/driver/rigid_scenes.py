@@ -392,16 +392,12 @@ def judge(path, text=""):
     return wrong, found
 
 
-def attempt(executable, folder, text, patience=PATIENCE):
-    """Simulate one scene: how it ended, what is wrong with that, and its figures.
-
-    What needs more seconds of CPU than the patience is slow.
-    """
-    place = Path(tempfile.mkdtemp(dir=folder))
+def simulate(executable, place, text, patience):
+    """Run a scene in a folder, with so many seconds of CPU."""
     (place / "scene.nml").write_text(text)
     limit = (patience, patience + 5)
-    done = subprocess.run(
-        [executable, "run", "scene.nml", "-q"],
+    return subprocess.run(
+        [executable, "run", "scene.nml", "-q", "--force"],
         cwd=place,
         stdin=subprocess.DEVNULL,
         capture_output=True,
@@ -409,9 +405,35 @@ def attempt(executable, folder, text, patience=PATIENCE):
         check=False,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, limit),
     )
+
+
+def sampled_otherwise(text):
+    """A scene with rows at other moments, if rows may follow a rhythm of its steps, else nothing.
+
+    Steps at the limit of stability let what sticks chatter, below the tolerance, at the pace of the
+    steps. Rows that keep pace with that show the same phase again and again, and the mean of the
+    loads is not theirs; what the loads do not account for shows in any rows.
+    """
+    if not any(name in text.splitlines()[0] for name in STIFF_WITH):
+        return ""
+    return re.sub(r"interval = ([-\d.e]+)", lambda m: f"interval = {0.93 * float(m[1])!r}", text)
+
+
+def attempt(executable, folder, text, patience=PATIENCE):
+    """Simulate one scene: how it ended, what is wrong with that, and its figures.
+
+    What needs more seconds of CPU than the patience is slow.
+    """
+    place = Path(tempfile.mkdtemp(dir=folder))
+    done = simulate(executable, place, text, patience)
     figures = {}
     if done.returncode == 0:
         wrong, figures = judge(place / "out.h5", text)
+        other = sampled_otherwise(text)
+        if other and wrong and all("where friction sticks" in name for name in wrong):
+            again = simulate(executable, place, other, patience)
+            if again.returncode == 0:
+                wrong, figures = judge(place / "out.h5", other)
         end = "0"
     elif done.returncode == 1 and "error: " in done.stderr:
         lines = [line.strip() for line in done.stderr[done.stderr.index("error: ") :].splitlines()]

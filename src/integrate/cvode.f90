@@ -79,6 +79,17 @@ module contensou_integrate_cvode
    !> Steps of a trial before its pace is taken: a method that starts anew begins with short ones.
    integer, parameter :: trial_steps = 200
 
+   !> The same where contacts stick elastically, at most: what rings is damped the faster, the longer
+   !> the steps are that it allows.
+   integer, parameter :: trial_steps_ringing = 1500
+
+   !> Steps over which those of such a trial must grow, and by how much.
+   integer, parameter :: growth_steps = 240
+   real(wp), parameter :: growth = 1.1_wp
+
+   !> Steps before such a trial is made again after many in vain.
+   integer, parameter :: largest_patience_ringing = 32000
+
    !> Steps of a trial after which those must be half as long as before it.
    integer, parameter :: early_steps = 60
 
@@ -112,7 +123,7 @@ module contensou_integrate_cvode
       real(wp) :: t_end = 0.0_wp
       !> Steps in a row that did not advance time.
       integer :: standstill = 0
-      !> Whether the order is variable up to 5 and 2 may be tried, unless CVODE does so itself.
+      !> Whether the order is variable up to 5 and 2 may be tried.
       logical :: bdf = .false.
       !> Whether the order is limited to `stable_order`.
       logical :: limited = .false.
@@ -126,6 +137,8 @@ module contensou_integrate_cvode
       integer :: patience = first_patience
       !> Time from which on the pace is taken [s].
       real(wp) :: t_pace = 0.0_wp
+      !> Length of the steps of a trial where contacts stick elastically, when last looked at [s].
+      real(wp) :: pace_of_trial = 0.0_wp
       !> Mean step before the trial [s].
       real(wp) :: pace = 0.0_wp
    contains
@@ -295,8 +308,7 @@ contains
          if (self%standstill > 1000) call fatal(error, &
             "the step size fell below the resolution of time", status_failed)
          t = reached(1)
-         if (self%bdf .and. .not. self%handle%problem%rings) call watch_order(self, t, &
-            any(events /= 0))
+         if (self%bdf) call watch_order(self, t, any(events /= 0))
       else
          call fatal(error, trim(reason(flag)), status_failed)
       end if
@@ -307,13 +319,17 @@ contains
    !> BDF of orders 3 to 5 is not stable for oscillations that hardly decay, as of a body at rest on
    !> a lightly damped contact: the order stays high and the steps short because the error of the
    !> higher orders, which rings, looks small. Whether order 2 takes longer steps is tried after a
-   !> while without events; it is kept while it does.
+   !> while without events; it is kept while it does. CVODE's own detection, used for what sticks
+   !> elastically, misses some of these.
    subroutine watch_order(self, t, event)
       class(cvode_type), intent(inout) :: self
       !> Time reached [s].
       real(wp), intent(in) :: t
       logical, intent(in) :: event
+      real(wp) :: pace
+      integer :: trial
 
+      trial = merge(trial_steps_ringing, trial_steps, self%handle%problem%rings)
       self%since = self%since + 1
       self%steps_of_trial = max(self%steps_of_trial - 1, 0)
       if (event) then
@@ -326,18 +342,26 @@ contains
          self%pace = (t - self%t_pace)/pace_steps
          self%change = self%pace > 0.0_wp
          self%since = 0
-         self%steps_of_trial = trial_steps + pace_steps
+         self%steps_of_trial = trial + pace_steps
       else if (self%since == early_steps) then
          self%t_pace = t
+         self%pace_of_trial = 0.0_wp
+      else if (self%handle%problem%rings .and. self%since < trial) then
+         if (mod(self%since - early_steps, growth_steps) /= 0) return
+         pace = (t - self%t_pace)/growth_steps
+         self%t_pace = t
+         ! What moves as the accuracy wants, or rings without decay, does so at a steady pace.
+         if (pace < min(growth*self%pace_of_trial, gain*self%pace)) call give_up()
+         self%pace_of_trial = pace
       else if (self%since == 2*early_steps .and. &
          t - self%t_pace < 0.5_wp*early_steps*self%pace) then
          ! An oscillation that does not decay: each step at a low order adds to it.
          call give_up()
-      else if (self%since == trial_steps) then
+      else if (self%since == trial) then
          self%t_pace = t
-      else if (self%since == trial_steps + pace_steps) then
+      else if (self%since == trial + pace_steps) then
          ! Looked at again and again.
-         self%since = trial_steps
+         self%since = trial
          if ((t - self%t_pace)/pace_steps < gain*self%pace) call give_up()
          self%t_pace = t
       end if
@@ -348,8 +372,9 @@ contains
       subroutine give_up()
          self%change = .true.
          self%since = 0
-         self%patience = min(2*self%patience, largest_patience)
-         self%steps_of_trial = trial_steps
+         self%patience = min(2*self%patience, merge(largest_patience_ringing, &
+            largest_patience, self%handle%problem%rings))
+         self%steps_of_trial = trial
       end subroutine give_up
 
    end subroutine watch_order

@@ -199,6 +199,14 @@ def test_an_incline_that_slips_at_first_takes_few_steps_afterwards(simulate):
     assert steps[100] < 2 * steps[10]
 
 
+@pytest.mark.parametrize("t_end", [22.8, 31.9, 62.5, 141.1])
+def test_an_incline_does_not_ring_on(simulate, t_end):
+    # The order of the method stayed high there, and the steps followed 1e-10 m/s for ever.
+    scene = (INPUTS / "examples/incline.nml").read_text(encoding="utf-8")
+    run = simulate(scene, f"scene.t_end={t_end}", "output.interval=0.1")
+    assert run.steps < 4500
+
+
 @pytest.mark.parametrize("method", ["explicit8", "cvode_bdf"])
 def test_a_load_that_vanishes_and_returns(ball, method):
     rows = ball(gravity="gravity = 0, 0, -9.81", method=method, t_end=0.03, interval=2e-5)

@@ -493,6 +493,7 @@ contains
       type(spring_spot_type) :: spot
       type(shells_type) :: shells
       real(wp) :: wrench(3), stored, lost, theta
+      integer :: k
 
       spot = spot_of(1.0e-3_wp, a, 0.0_wp, 0.5_wp)
       shells = shells_of(1)
@@ -507,6 +508,13 @@ contains
       spot%limit = 0.0_wp
       call shells%advance(spot, [0.0_wp, 0.0_wp, theta], wrench, stored, lost)
       call check(shells%energy() <= 0.0_wp, "friction that ends")
+      do k = 60, 320, 20
+         spot%limit = 10.0_wp**(-k)
+         shells = shells_of(default_layers)
+         call shells%advance(spot, [a, 0.5_wp*a, 0.1_wp], wrench, stored, lost)
+         call check(hypot(wrench(1), wrench(2)) <= 1.001_wp*spot%limit .and. lost >= 0.0_wp, &
+            "friction that is next to none")
+      end do
    end subroutine test_extremes
 
    !> One spring sticks up to the limit.

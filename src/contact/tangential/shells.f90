@@ -29,6 +29,10 @@ module contensou_contact_tangential_shells
    public :: shells_type, single_spring, spring_spot_type, default_layers, most_layers, &
       shells_per_layer, make_room
 
+   !> Below this a limit is none: powers of what is divided by it would leave the range of numbers
+   !> [N].
+   real(wp), parameter :: no_limit = 1.0e-75_wp
+
    !> Layers if nothing else is said, and the most.
    integer, parameter :: default_layers = 10, most_layers = 128
 
@@ -116,7 +120,7 @@ contains
       call self%resize(spot, lost, settled, new)
       if (present(stored)) stored = 0.0_wp
       if (self%n == 0) return
-      if (.not. spot%limit > 0.0_wp) then
+      if (.not. spot%limit > no_limit) then
          if (present(lost)) lost = lost + self%energy()
          self%shift(:self%n, :) = 0.0_wp
          self%slipped(:self%n) = .false.

@@ -6,7 +6,7 @@ module contensou_drivers_report
    use contensou_base_numbers, only : counted, number_text, to_text
    use contensou_base_operating_system, only : write_stderr
    use contensou_base_text, only : quote, string_type
-   use contensou_contact_parts, only : contact_parts, n_parts, part_type
+   use contensou_contact_parts, only : n_parts, part_type, shared_parts
    use contensou_dynamics_scene, only : body_spec_type, contact_spec_type, motion_fixed, &
       motion_free, motion_prescribed, motion_rotor, motion_spindle, scene_type, stop_angle, &
       stop_conforming, stop_lift, stop_names, stop_position, stop_rest, stop_speed, &
@@ -100,10 +100,10 @@ contains
       type(scene_type), intent(in) :: scene
       type(contact_spec_type), intent(in) :: contact
       character(len=:), allocatable :: text
-      type(part_type), allocatable :: parts(:)
+      type(part_type), pointer :: parts(:)
       integer :: i, choice(n_parts)
 
-      parts = contact_parts()
+      parts => shared_parts()
       choice = [contact%normal, contact%damping, contact%friction, contact%rolling, &
          contact%tangential, contact%curvature]
       associate (a => scene%surfaces(contact%surfaces(1))%surface, &

@@ -259,6 +259,8 @@ contains
 
       if (associated(self%choices)) then
          names = self%choices()
+      else if (self%kind /= kind_choice) then
+         allocate(names(0))
       else
          names = strings(pack(self%words, self%words /= ""))
       end if

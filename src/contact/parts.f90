@@ -77,7 +77,10 @@ contains
          parts(i)%models = models_of(parts(i)%name)
          allocate(parts(i)%keys(size(parts(i)%models)))
          do j = 1, size(parts(i)%models)
-            parts(i)%keys(j) = parts(i)%models(j)%keys()
+            ! Into its place: as a function result a list is copied, which took longer than to fill it.
+            associate (model => parts(i)%models(j))
+               if (associated(model%put_keys)) call model%put_keys(parts(i)%keys(j))
+            end associate
          end do
       end do
    end function contact_parts
@@ -275,10 +278,10 @@ contains
    !> the keys of its models. A key that several parts have stands with the last of them.
    subroutine put_part_keys(list)
       type(key_list_type), intent(inout) :: list
-      type(part_type), allocatable :: parts(:)
+      type(part_type), pointer :: parts(:)
       integer :: i, j, k, first
 
-      parts = contact_parts()
+      parts => shared_parts()
       do i = 1, n_parts
          call list%put("contact", trim(parts(i)%name), kind_choice, &
             default=quote(trim(parts(i)%default)), doc=model_doc(parts(i)))

@@ -407,21 +407,27 @@ contains
       character(len=*), parameter :: of_one(*) = [character(len=28) :: "name", "surfaces", &
          "body", "centre", "direction", "axis", "angle", "quaternion"]
       type(key_type) :: key
-      integer :: before, i
+      character(len=len(key%group)) :: source, goal
+      integer :: before, i, k
 
+      source = from
+      goal = to
       before = list%n
-      do i = 1, before
-         if (list%keys(i)%group /= from) cycle
+      keys: do i = 1, before
+         if (list%keys(i)%group /= source) cycle
+         if (any(list%keys(i)%name == of_one)) cycle
          key = list%keys(i)
-         if (any(key%name == of_one)) cycle
-         if (any(list%keys(:list%n)%group == to .and. list%keys(:list%n)%name == key%name)) cycle
+         do k = 1, list%n
+            if (list%keys(k)%group /= goal) cycle
+            if (list%keys(k)%name == key%name) cycle keys
+         end do
          key%group = to
          if (to == "defaults") then
             key%mandatory = .false.
             key%default = ""
          end if
          call list%append(key)
-      end do
+      end do keys
    end subroutine copy_keys
 
 end module contensou_scene_schema

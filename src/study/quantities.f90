@@ -170,8 +170,10 @@ contains
    function final_quantities() result(rows)
       type(quantity_type), allocatable :: rows(:)
 
-      rows = row_quantities()
-      rows = pack(rows, rows%at_end)
+      type(quantity_type), pointer :: all_rows(:)
+
+      all_rows => shared_quantities()
+      rows = pack(all_rows, all_rows%at_end)
       rows%long_name = rows%final
    end function final_quantities
 

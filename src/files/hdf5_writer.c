@@ -6,6 +6,7 @@
 
 #include <ISO_Fortran_binding.h>
 #include <fcntl.h>
+#include <stddef.h>
 #include <unistd.h>
 
 /* Kinds of values, as hdf5_file.f90 knows them. */
@@ -15,17 +16,29 @@ enum { KIND_NONE = 0, KIND_REAL = 1, KIND_INTEGER = 2, KIND_TEXT = 3, KIND_LONG 
 enum { MAX_RANK = 8, MAX_CHUNK = 4 * 1024 * 1024 };
 
 /* Bytes of the buffer in which texts become what the file holds, many at a time. */
-enum { CONVERSION_BUFFER = 16 * 1024 };
+enum { CONVERSION_BUFFER = 2 * 1024 };
 
 /* How long to wait for one who only looks whether a file is in use [s]. */
 static const double lock_patience = 0.2;
 
 struct series;
 
+/* A dimension of a data set, as the attribute REFERENCE_LIST of its scale holds it. */
+struct use {
+   hobj_ref_t dataset;
+   int dimension;
+};
+
 /* A dimension scale that is open, as many data sets have it. */
 struct scale {
    struct scale *next;
    hid_t id;
+   hobj_ref_t reference;
+   /* The dimensions that have it, and how many of them the file speaks of. */
+   struct use *uses;
+   size_t count;
+   size_t room;
+   size_t written;
    char path[];
 };
 
@@ -40,6 +53,9 @@ struct file {
    char *path;
    struct series *series;
    struct scale *scales;
+   /* Room for a chunk. */
+   char *chunk;
+   size_t chunk_room;
 };
 
 /* A data set that grows along its first dimension. */
@@ -50,6 +66,8 @@ struct series {
    int kind;
    int rank;
    hsize_t extents[MAX_RANK];
+   /* Rows of a chunk that is written as it is, with its checksum; 0 for none. */
+   hsize_t whole_rows;
 };
 
 struct file *contensou_hdf5_create(const char *path);
@@ -296,9 +314,11 @@ static void release(struct file *file)
    }
    while (file->scales) {
       struct scale *next = file->scales->next;
+      free(file->scales->uses);
       free(file->scales);
       file->scales = next;
    }
+   free(file->chunk);
    free(file->path);
    free(file);
 }
@@ -359,6 +379,45 @@ struct file *contensou_hdf5_create(const char *path)
    return file;
 }
 
+/* Type of a use of a scale, as H5DSattach_scale writes it. */
+static hid_t use_type(void)
+{
+   static hid_t kept = H5I_INVALID_HID;
+   if (kept >= 0) return kept;
+   hid_t type = H5Tcreate(H5T_COMPOUND, sizeof(struct use));
+   if (type >= 0
+      && (H5Tinsert(type, "dataset", offsetof(struct use, dataset), H5T_STD_REF_OBJ) < 0
+         || H5Tinsert(type, "dimension", offsetof(struct use, dimension), H5T_NATIVE_INT) < 0)) {
+      H5Tclose(type);
+      type = H5I_INVALID_HID;
+   }
+   return kept = type;
+}
+
+/* Tell the scales which data sets have them. All at once, as each of them takes the whole list to
+   be written anew: by H5DSattach_scale, one at a time, a fifth of the time of a small file. */
+static int put_uses(struct file *file)
+{
+   static const char name[] = "REFERENCE_LIST";
+   for (struct scale *scale = file->scales; scale; scale = scale->next) {
+      if (scale->written == scale->count) continue;
+      hsize_t count = scale->count;
+      hid_t type = use_type();
+      hid_t space = H5Screate_simple(1, &count, NULL);
+      hid_t attribute = H5I_INVALID_HID;
+      if (type >= 0 && space >= 0 && (scale->written == 0 || H5Adelete(scale->id, name) >= 0)) {
+         attribute = H5Acreate2(scale->id, name, type, space, H5P_DEFAULT, H5P_DEFAULT);
+      }
+      int failed = attribute < 0 || H5Awrite(attribute, type, scale->uses) < 0;
+      if (failed) fail(file, scale->path);
+      if (attribute >= 0) H5Aclose(attribute);
+      if (space >= 0) H5Sclose(space);
+      if (failed) return 1;
+      scale->written = scale->count;
+   }
+   return 0;
+}
+
 /* Claim the disk space that a flush will need, so that it is refused here, before any metadata has
    been written, and a full disk leaves the file as it was last flushed. */
 static int reserve(struct file *file)
@@ -395,7 +454,7 @@ int contensou_hdf5_bound_memory(struct file *file)
 
 int contensou_hdf5_flush(struct file *file)
 {
-   if (file->failed || reserve(file)) return 1;
+   if (file->failed || put_uses(file) || reserve(file)) return 1;
    if (H5Fflush(file->id, H5F_SCOPE_LOCAL) < 0) return fail(file, NULL);
    return 0;
 }
@@ -558,24 +617,75 @@ static int describe(struct file *file, hid_t dataset, const char *units, const c
 
 /* ---- Data sets ------------------------------------------------------------------------------- */
 
-/* A dimension scale by its path, opened once; an invalid identifier on failure. */
-static hid_t find_scale(struct file *file, const char *path)
+/* A dimension scale by its path, opened once; null on failure. */
+static struct scale *find_scale(struct file *file, const char *path)
 {
    for (struct scale *scale = file->scales; scale; scale = scale->next) {
-      if (strcmp(scale->path, path) == 0) return scale->id;
+      if (strcmp(scale->path, path) == 0) return scale;
    }
    size_t size = strlen(path) + 1;
-   struct scale *scale = malloc(sizeof *scale + size);
-   if (!scale) return H5I_INVALID_HID;
+   struct scale *scale = calloc(1, sizeof *scale + size);
+   if (!scale) return NULL;
    scale->id = H5Dopen2(file->id, path, H5P_DEFAULT);
-   if (scale->id < 0) {
+   if (scale->id < 0 || H5DSis_scale(scale->id) <= 0
+      || H5Rcreate(&scale->reference, scale->id, ".", H5R_OBJECT, H5I_INVALID_HID) < 0) {
+      if (scale->id >= 0) H5Dclose(scale->id);
       free(scale);
-      return H5I_INVALID_HID;
+      return NULL;
    }
    memcpy(scale->path, path, size);
    scale->next = file->scales;
    file->scales = scale;
-   return scale->id;
+   return scale;
+}
+
+/* Note that a dimension of a data set has a scale; 0 or errno. */
+static int note_use(struct scale *scale, hobj_ref_t dataset, size_t dimension)
+{
+   if (scale->count == scale->room) {
+      size_t room = scale->room > 0 ? 2 * scale->room : 8;
+      struct use *uses = realloc(scale->uses, room * sizeof *uses);
+      if (!uses) return ENOMEM;
+      scale->uses = uses;
+      scale->room = room;
+   }
+   /* With zeros between and behind its parts, so that equal content gives equal files. */
+   struct use *use = scale->uses + scale->count++;
+   memset(use, 0, sizeof *use);
+   use->dataset = dataset;
+   use->dimension = (int)dimension;
+   return 0;
+}
+
+/* Give a data set its scales, one for each dimension, as H5DSattach_scale does. */
+static int attach_scales(struct file *file, hid_t dataset, const char *path,
+   const struct values *names)
+{
+   static hid_t type = H5I_INVALID_HID;
+   hobj_ref_t own;
+   hvl_t lists[MAX_RANK];
+   hsize_t rank = names->count;
+   if (rank > MAX_RANK) return fail_because(file, path, "too many dimensions");
+   if (H5Rcreate(&own, dataset, ".", H5R_OBJECT, H5I_INVALID_HID) < 0) return fail(file, path);
+   for (size_t i = 0; i < rank; ++i) {
+      struct scale *scale = find_scale(file, names->item[i]);
+      if (!scale) return fail(file, names->item[i]);
+      lists[i].len = 1;
+      lists[i].p = &scale->reference;
+      int code = note_use(scale, own, i);
+      if (code) return fail_because(file, path, strerror(code));
+   }
+   if (type < 0) type = H5Tvlen_create(H5T_STD_REF_OBJ);
+   hid_t space = H5Screate_simple(1, &rank, NULL);
+   hid_t attribute = H5I_INVALID_HID;
+   if (type >= 0 && space >= 0) {
+      attribute = H5Acreate2(dataset, "DIMENSION_LIST", type, space, H5P_DEFAULT, H5P_DEFAULT);
+   }
+   int failed = attribute < 0 || H5Awrite(attribute, type, lists) < 0;
+   if (failed) fail(file, path);
+   if (attribute >= 0) H5Aclose(attribute);
+   if (space >= 0) H5Sclose(space);
+   return failed;
 }
 
 /* Give a data set its dimension scales, outermost first, or make it one. */
@@ -590,14 +700,7 @@ static int set_dimensions(struct file *file, hid_t dataset, const char *path,
    }
    const char *reason = take_values(&names, scales, 1);
    if (reason) return fail_because(file, path, reason);
-   for (size_t i = 0; i < names.count && !failed; ++i) {
-      hid_t scale = find_scale(file, names.item[i]);
-      if (scale < 0) {
-         failed = fail(file, names.item[i]);
-      } else if (H5DSattach_scale(dataset, scale, (unsigned)i) < 0) {
-         failed = fail(file, path);
-      }
-   }
+   if (names.count > 0) failed = attach_scales(file, dataset, path, &names);
    free_values(&names);
    return failed;
 }
@@ -675,7 +778,7 @@ static size_t row_size(const struct series *series)
 /* Set chunks of that many rows, fewer if the rows are long. Without a cache rows go straight to
    their place on the disk: a full disk is noticed by the append that meets it, while the metadata
    still speak of the rows before. */
-static herr_t set_chunks(const struct series *series, hid_t creation, hid_t access, hsize_t rows,
+static herr_t set_chunks(struct series *series, hid_t creation, hid_t access, hsize_t rows,
    int compress)
 {
    hsize_t chunk[MAX_RANK];
@@ -690,6 +793,8 @@ static herr_t set_chunks(const struct series *series, hid_t creation, hid_t acce
    /* Damage of a chunk is an error when it is read; texts are stored elsewhere. */
    int sum = series->kind != KIND_TEXT && H5Zfilter_avail(H5Z_FILTER_FLETCHER32) > 0;
    if (sum && H5Pset_fletcher32(creation) < 0) return -1;
+   if (sum && !compress && row % 2 == 0 && H5Tequal(file_type(series->kind),
+      memory_type(series->kind)) > 0) series->whole_rows = chunk[0];
    /* What lies behind the last row need not be filled, except for texts, which are addresses, and
       in what goes through a filter, which would not be the same twice. */
    if (series->kind != KIND_TEXT && !compress && !sum
@@ -746,17 +851,97 @@ struct series *contensou_hdf5_create_series(struct file *file, const char *path,
    return series;
 }
 
+/* The checksum that HDF5 puts behind a chunk: Fletcher-32 of words of two bytes, the first one the
+   upper. Here words have the first byte as the lower one, which only turns the sums (modulo 2^16 - 1)
+   by a byte, and several sums run beside each other: that takes a tenth of the time. A sum is never
+   zero unless all words are, as in HDF5. */
+static uint32_t chunk_checksum(const unsigned char *bytes, size_t size)
+{
+   enum { LANES = 8, ROUNDS = 360, MODULUS = 65535 };
+   size_t left = size / 2;
+   uint64_t sum = 0;
+   uint64_t sum_of_sums = 0;
+   while (left > 0) {
+      /* So many rounds that no sum of 32 bits overflows. */
+      size_t rounds = left / LANES < ROUNDS ? left / LANES : ROUNDS;
+      size_t lanes = rounds > 0 ? LANES : left;
+      uint32_t first[LANES] = {0};
+      uint32_t second[LANES] = {0};
+      if (rounds == 0) {
+         for (size_t k = 0; k < lanes; ++k) {
+            first[k] = second[k] = (uint32_t)bytes[2 * k] | (uint32_t)bytes[2 * k + 1] << 8;
+         }
+         rounds = 1;
+      } else {
+         for (size_t i = 0; i < rounds; ++i) {
+            uint16_t words[LANES];
+            memcpy(words, bytes + 2 * LANES * i, sizeof words);
+            for (size_t k = 0; k < LANES; ++k) first[k] += words[k];
+            for (size_t k = 0; k < LANES; ++k) second[k] += first[k];
+         }
+      }
+      uint64_t words = rounds * lanes;
+      uint64_t added = 0;
+      uint64_t weighted = words * sum;
+      for (size_t k = 0; k < lanes; ++k) {
+         added += first[k];
+         weighted += (uint64_t)lanes * second[k] - k * first[k];
+      }
+      sum_of_sums += weighted;
+      sum += added;
+      if (sum > 0) sum = (sum - 1) % MODULUS + 1;
+      if (sum_of_sums > 0) sum_of_sums = (sum_of_sums - 1) % MODULUS + 1;
+      bytes += 2 * words;
+      left -= words;
+   }
+   uint32_t low = (uint32_t)(sum & 255) << 8 | (uint32_t)(sum >> 8);
+   uint32_t high = (uint32_t)(sum_of_sums & 255) << 8 | (uint32_t)(sum_of_sums >> 8);
+   return high << 16 | low;
+}
+
+/* Write rows that begin a chunk, up to all of it, as HDF5 would; the data set has been extended.
+   Past all that HDF5 does for any selection of values, that saves as much again as the checksum. */
+static int write_chunk(struct series *series, const hsize_t *start, hsize_t rows, const void *data)
+{
+   struct file *file = series->file;
+   size_t row = row_size(series);
+   size_t whole = (size_t)series->whole_rows * row;
+   size_t used = (size_t)rows * row;
+   if (file->chunk_room < whole + 4) {
+      char *room = realloc(file->chunk, whole + 4);
+      if (!room) return fail_because(file, NULL, strerror(ENOMEM));
+      file->chunk = room;
+      file->chunk_room = whole + 4;
+   }
+   memcpy(file->chunk, data, used);
+   memset(file->chunk + used, 0, whole - used);
+   uint32_t sum = chunk_checksum((const unsigned char *)file->chunk, whole);
+   for (int i = 0; i < 4; ++i) file->chunk[whole + i] = (char)(sum >> 8 * i & 255);
+   if (H5Dwrite_chunk(series->id, H5P_DEFAULT, 0, start, whole + 4, file->chunk) < 0) {
+      return fail(file, NULL);
+   }
+   return 0;
+}
+
 /* Write rows behind those that the data set has. */
-static int write_rows(struct series *series, hsize_t rows, const void *data)
+static int write_rows(struct series *series, hsize_t rows, const char *data)
 {
    hsize_t start[MAX_RANK] = {0};
    hsize_t count[MAX_RANK];
    memcpy(count, series->extents, sizeof count);
    start[0] = series->extents[0];
-   count[0] = rows;
    series->extents[0] += rows;
    if (H5Dset_extent(series->id, series->extents) < 0) return fail(series->file, NULL);
    if (row_values(series) == 0) return 0;
+   while (rows > 0 && series->whole_rows > 0 && start[0] % series->whole_rows == 0) {
+      hsize_t written = rows < series->whole_rows ? rows : series->whole_rows;
+      if (write_chunk(series, start, written, data)) return 1;
+      start[0] += written;
+      data += written * row_size(series);
+      rows -= written;
+   }
+   if (rows == 0) return 0;
+   count[0] = rows;
    hid_t type = memory_type(series->kind);
    hid_t stored = H5Dget_space(series->id);
    hid_t memory = H5Screate_simple(series->rank, count, NULL);

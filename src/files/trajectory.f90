@@ -523,19 +523,29 @@ contains
       class(trajectory_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: start
-      integer :: i, r
+      integer :: i
 
       start = cpu_seconds()
       do i = 1, size(self%columns)
-         call self%file%append(self%columns(i)%series, self%waiting, self%columns(i)%rows, error)
-         if (allocated(error)) return
-         do r = 1, self%waiting
-            self%columns(i)%sum = checksum(self%columns(i)%sum, self%columns(i)%rows(:, r))
-         end do
+         associate (column => self%columns(i))
+            call self%file%append(column%series, self%waiting, column%rows, error)
+            if (allocated(error)) return
+            call add_to_sum(column%sum, size(column%rows, 1)*self%waiting, column%rows)
+         end associate
       end do
       self%waiting = 0
       self%cpu_output = self%cpu_output + cpu_seconds() - start
    end subroutine append_rows
+
+   !> Continue a checksum by the first numbers of some rows.
+   subroutine add_to_sum(sum, n, numbers)
+      integer(i8), intent(inout) :: sum
+      !> How many.
+      integer, intent(in) :: n
+      real(wp), intent(in) :: numbers(n)
+
+      sum = checksum(sum, numbers)
+   end subroutine add_to_sum
 
    !> Add an event.
    subroutine event(self, t, kind, contact, error)

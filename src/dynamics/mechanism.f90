@@ -590,15 +590,20 @@ contains
    end subroutine observe
 
    !> Gaps of all contacts [m].
-   subroutine gaps(self, y, gap)
+   subroutine gaps(self, y, gap, posed)
       !> The mechanism; its workspace is changed.
       class(mechanism_type), intent(inout) :: self
       real(wp), intent(in) :: y(self%layout%n)
       !> Gap of each contact, negative for overlap [m].
       real(wp), intent(out) :: gap(:)
+      !> Whether the poses are set already; not given, they are not.
+      logical, intent(in), optional :: posed
+      logical :: set
       integer :: i
 
-      call self%set_poses(y)
+      set = .false.
+      if (present(posed)) set = posed
+      if (.not. set) call self%set_poses(y)
       do i = 1, size(self%contacts)
          associate (contact => self%contacts(i))
             call contact%find_gap(self%pose(contact%a), self%pose(contact%b), gap(i))

@@ -303,8 +303,12 @@ contains
          events = int(found)
       end if
       if (flag >= 0) then
-         self%standstill = merge(0, self%standstill + 1, &
-            reached(1) - t > 16.0_wp*spacing(t) .or. any(events /= 0))
+         ! A spacing is two calls of the library, and no larger than this.
+         if (reached(1) - t > 16.0_wp*max(epsilon(t)*abs(t), tiny(t)) .or. any(events /= 0)) then
+            self%standstill = 0
+         else
+            self%standstill = merge(0, self%standstill + 1, reached(1) - t > 16.0_wp*spacing(t))
+         end if
          if (self%standstill > 1000) call fatal(error, &
             "the step size fell below the resolution of time", status_failed)
          t = reached(1)

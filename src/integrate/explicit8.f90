@@ -50,6 +50,9 @@ module contensou_integrate_explicit8
    !> through the floor. In sound steps this is below 1e4, in those above 1e11.
    real(wp), parameter :: disagreement = 1.0e7_wp
 
+   !> Step that is not taken any more, in units of the rounding of the time.
+   real(wp), parameter :: shortest = 4.0_wp
+
    !> Steps between two states that are kept to see how smooth the solution is: as many times longer
    !> would the steps of a BDF method be.
    integer, parameter :: spacing_of_states = 10
@@ -232,6 +235,7 @@ contains
 
       events = 0
       y = self%y
+      self%events_last = .false.
       call prepare(self, error)
       if (allocated(error)) return
 
@@ -244,9 +248,12 @@ contains
          last = h*(1.0_wp + 1.0e-9_wp) >= t_last - self%t
          if (last) h = t_last - self%t
          t_new = merge(t_last, self%t + h, last)
-         if (h <= 4.0_wp*spacing(self%t) .and. .not. last) then
-            call fatal(error, trim(reason(was_outside, rejected)), status_failed)
-            return
+         ! A spacing is two calls of the library, and no larger than this.
+         if (h <= shortest*max(epsilon(h)*abs(self%t), tiny(h)) .and. .not. last) then
+            if (h <= shortest*spacing(self%t)) then
+               call fatal(error, trim(reason(was_outside, rejected)), status_failed)
+               return
+            end if
          end if
          call take_step(self%pair, self%t_old, h, self%y_old, self%z, outside)
          if (outside) then
@@ -285,8 +292,12 @@ contains
       self%h_next = merge(max(self%h_next, h*factor), h*factor, last .and. .not. rejected)
 
       if (size(events) > 0) then
+         self%problem%at_last = .true.
          call self%problem%events(self%t, self%y, self%g)
+         self%problem%at_last = .false.
+         self%events_last = .true.
          if (any(self%side*side_of(self%g) < 0)) then
+            self%events_last = .false.
             call locate(self, events, h_event)
             if (h_event < h) then
                t_new = min(self%t_old + h_event, t_new)

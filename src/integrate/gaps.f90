@@ -43,18 +43,18 @@ contains
    !> Gaps of the near contacts and their motion at both ends of the step.
    subroutine look_at_near(self)
       type(march_type), intent(inout) :: self
-      logical :: posed
+      logical :: before
       integer :: i
 
       associate (system => self%motion%system)
-         posed = .false.
+         before = .false.
          do i = 1, size(self%gap)
             if (self%seen(i) .or. .not. self%near(i)) cycle
-            if (.not. posed) call system%set_poses(self%y_before)
-            posed = .true.
+            if (.not. before) call system%set_poses(self%y_before)
+            before = .true.
             call system%gap_motion(i, self%gap(i))
          end do
-         call system%set_poses(self%memory%y)
+         if (before .or. .not. self%posed) call system%set_poses(self%memory%y)
          do i = 1, size(self%gap)
             self%seen(i) = self%near(i)
             if (.not. self%near(i)) cycle
@@ -102,12 +102,14 @@ contains
             if (near .or. looked) call doubt_interpolant(self, t_dip, index)
          end if
          again = t_dip < t
-         if (again .and. t - self%t_before <= shortest*spacing(t)) then
-            ! There are no smaller ones.
-            self%motion%system%trouble = index
-            self%motion%system%trouble_code = trouble_unseen
-            call fatal(error, "a gap cannot be followed")
-         else if (again) then
+         if (again) then
+            if (t - self%t_before <= shortest*spacing(t)) then
+               ! There are no smaller ones.
+               self%motion%system%trouble = index
+               self%motion%system%trouble_code = trouble_unseen
+               call fatal(error, "a gap cannot be followed")
+               return
+            end if
             t = self%t_before
             memory%y = self%y_before
             where (self%seen) self%gap = self%gap_before
@@ -298,11 +300,13 @@ contains
 
       first = 0
       do i = 1, size(self%suspect)
-         self%suspect(i) = .false.
-         if (self%memory%closed(i) .or. self%events(i) /= 0 .or. .not. self%near(i)) cycle
-         self%suspect(i) = self%gap_before(i)%rate < 0.0_wp .and. self%gap(i)%rate > 0.0_wp &
-            .and. .not. self%motion%system%contacts(i)%leaving
-         if (self%suspect(i) .and. first == 0) first = i
+         if (self%memory%closed(i) .or. self%events(i) /= 0 .or. .not. self%near(i)) then
+            self%suspect(i) = .false.
+         else
+            self%suspect(i) = self%gap_before(i)%rate < 0.0_wp .and. self%gap(i)%rate > 0.0_wp &
+               .and. .not. self%motion%system%contacts(i)%leaving
+            if (self%suspect(i) .and. first == 0) first = i
+         end if
       end do
    end subroutine suspect_dips
 

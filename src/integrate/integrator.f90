@@ -44,6 +44,8 @@ module contensou_integrate_integrator
       logical :: free_interpolation = .false.
       !> Whether the right-hand side changes more within a step than a Jacobian tells.
       logical :: steep = .false.
+      !> Whether the event functions at the end of the last step are what was evaluated last.
+      logical :: events_last = .false.
       !> Time at which a step must end, as the right-hand side is not smooth there [s]; taken note
       !> of at a start and a restart.
       real(wp) :: t_stop = huge(1.0_wp)

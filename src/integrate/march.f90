@@ -242,8 +242,10 @@ contains
          end if
          if (allocated(error)) return
          self%deep = system%too_deep > 0
+         self%posed = self%integrator%events_last .and. .not. self%deep
          if (self%deep) call find_depth(self, self%deep)
          if (system%several_spots) then
+            self%posed = .false.
             call follow_spots(self, again, error)
             if (allocated(error) .or. again) return
          end if

@@ -253,7 +253,7 @@ contains
       self%profile%events%calls = self%profile%events%calls + 1_i8
       timed = self%profile%due(self%profile%events, 0_i8)
       if (timed) start = wall_seconds()
-      call self%system%gaps(y, g)
+      call self%system%gaps(y, g, self%at_last)
       if (self%system%constraints%n_rigid > 0) call rigid_events()
       if (timed) call self%profile%events%add(wall_seconds() - start - self%profile%overhead)
       ! A gap is a difference of larger numbers and can stay exactly zero over a short time, which

@@ -62,6 +62,8 @@ module contensou_integrate_step
       integer :: unchecked = 0
       !> Whether a contact is too deep at the end of the step.
       logical :: deep = .false.
+      !> Whether the poses are those at the end of the step.
+      logical :: posed = .false.
       !> Whether the step is taken, and the march has come to a time within it.
       logical :: inside = .false.
       !> How fast rigid contacts slide and drill [m/s].

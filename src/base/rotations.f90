@@ -112,7 +112,9 @@ contains
       real(wp), intent(in) :: q(4)
       real(wp) :: unit(4)
 
-      unit = unit_vector(q)
+      ! As `unit_vector` does, whose result of any size takes memory.
+      unit = q/maxval(abs(q))
+      unit = unit/norm2(unit)
    end function unit_quaternion
 
    !> Rotation vector of a rotation matrix, of a length up to pi [rad].

@@ -81,8 +81,9 @@ module contensou_files_trajectory
       !> Columns of the trajectory.
       type(column_type), allocatable, private :: columns(:)
       type(row_type), private :: last
-      !> Rows that wait, and how many are written together.
-      integer, private :: waiting = 0, chunk_rows = few_rows
+      !> Rows that wait, and how many are written together: those of a chunk, less what a flush has
+      !> written of it already.
+      integer, private :: waiting = 0, chunk_rows = few_rows, begun_rows = 0
       !> Times of events that wait [s].
       real(wp), private :: event_time(chunk_events)
       !> Kinds of events that wait.
@@ -515,7 +516,7 @@ contains
             column%rows(:, self%waiting) = self%last%values(column%first:column%last)
          end associate
       end do
-      if (self%waiting == self%chunk_rows) call append_rows(self, error)
+      if (self%begun_rows + self%waiting == self%chunk_rows) call append_rows(self, error)
    end subroutine row
 
    !> Append the rows that wait.
@@ -533,6 +534,7 @@ contains
             call add_to_sum(column%sum, size(column%rows, 1)*self%waiting, column%rows)
          end associate
       end do
+      self%begun_rows = modulo(self%begun_rows + self%waiting, self%chunk_rows)
       self%waiting = 0
       self%cpu_output = self%cpu_output + cpu_seconds() - start
    end subroutine append_rows
@@ -692,6 +694,7 @@ contains
       call self%exchange(checkpoint)
       call checkpoint%result(error)
       if (.not. allocated(error)) call copy_rows(self, path, .true., error)
+      self%begun_rows = int(modulo(self%summary%rows, int(self%chunk_rows, i8)))
       if (.not. allocated(error)) call self%file%flush(error)
       if (.not. allocated(error)) call self%file%sync(error)
       self%lives = self%lives + 1

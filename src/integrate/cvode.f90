@@ -280,7 +280,7 @@ contains
       integer, intent(out) :: events(:)
       !> Set when the integration cannot go on; its message says why in CVODE's terms.
       type(error_type), allocatable, intent(out) :: error
-      integer(c_int) :: flag, found(size(events))
+      integer(c_int) :: flag
       real(c_double) :: reached(1)
 
       events = 0
@@ -298,10 +298,7 @@ contains
       reached = t
       flag = FCVode(self%memory, self%t_end, self%vector, reached, CV_ONE_STEP)
       y = self%y
-      if (flag == CV_ROOT_RETURN) then
-         flag = FCVodeGetRootInfo(self%memory, found)
-         events = int(found)
-      end if
+      if (flag == CV_ROOT_RETURN) flag = take_roots(self%memory, events)
       if (flag >= 0) then
          ! A spacing is two calls of the library, and no larger than this.
          if (reached(1) - t > 16.0_wp*max(epsilon(t)*abs(t), tiny(t)) .or. any(events /= 0)) then
@@ -317,6 +314,19 @@ contains
          call fatal(error, trim(reason(flag)), status_failed)
       end if
    end subroutine step
+
+   !> Which event functions are zero at a root. Apart, as the room that it takes is allocated, which
+   !> other steps would pay for.
+   integer(c_int) function take_roots(memory, events) result(flag)
+      !> Memory of CVODE.
+      type(c_ptr), intent(in) :: memory
+      !> For each event function: 1 it rose through zero here, -1 it fell, 0 no event.
+      integer, intent(out) :: events(:)
+      integer(c_int) :: found(size(events))
+
+      flag = FCVodeGetRootInfo(memory, found)
+      events = int(found)
+   end function take_roots
 
    !> Decide which orders are used from the next step on.
    !>

@@ -244,14 +244,18 @@ contains
    !> Values of the quantities at `at`.
    subroutine fill(self)
       class(row_type), intent(inout) :: self
-      integer :: i, j, n
+      integer :: i, j, n, last
 
       do i = 1, size(self%quantities)
-         n = self%quantities(i)%components
-         do j = 1, self%width(i)/n
-            call self%quantities(i)%fill(self%at, j, &
-               self%values(self%start(i) + n*(j - 1) + 1:self%start(i) + n*j))
-         end do
+         if (self%width(i) == 0) cycle
+         associate (q => self%quantities(i))
+            n = q%components
+            last = self%start(i)
+            do j = 1, self%width(i)/n
+               call q%fill(self%at, j, self%values(last + 1:last + n))
+               last = last + n
+            end do
+         end associate
       end do
    end subroutine fill
 

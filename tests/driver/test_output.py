@@ -470,6 +470,41 @@ def test_many_rows_fill_several_chunks(output_of):
             assert velocity.chunks[0] >= 256
 
 
+@pytest.mark.parametrize("rows", [2, 3, 5, 12, 721, 4097])
+def test_chunks_are_those_that_hdf5_writes(output_of, tmp_path, scene_text, rows):
+    """Bytes and checksums of whole chunks and of the last one, which is not."""
+    path = output_of(scene_text, "--set", f"output.interval={0.02 / (rows - 1)!r}")
+    with h5py.File(path) as file, h5py.File(tmp_path / "hdf5.h5", "w") as other:
+        columns = [data for data in file["/trajectory"].values() if data.chunks]
+        assert len(columns) == len(TRAJECTORY)
+        for data in columns:
+            assert data.fletcher32, data.name
+            assert data.shape[0] == rows
+            copy = other.create_dataset(
+                data.name,
+                data=data[()],
+                maxshape=(None, *data.shape[1:]),
+                chunks=data.chunks,
+                fletcher32=True,
+            )
+            for start in range(0, rows, data.chunks[0]):
+                place = (start, *(0 for _ in data.shape[1:]))
+                found = data.id.read_direct_chunk(place)
+                assert found == copy.id.read_direct_chunk(place), data.name
+        assert max(data.shape[0] / data.chunks[0] for data in columns) > (1 if rows > 4096 else 0)
+
+
+@pytest.mark.parametrize("wall", ["0", "0.002"])
+def test_rows_that_were_flushed_in_parts(output_of, tmp_path, scene_text, wall):
+    """Each flush ends a chunk early, and the rows after it complete it."""
+    options = ("--set", "output.interval=1.0e-6", "--set", "scene.t_end=0.006")
+    expected = contents(output_of(scene_text, *options))
+    found = contents(output_of(scene_text, *options, "--checkpoint", wall))
+    names = [name for name in expected if name.startswith(("/trajectory/", "/events/"))]
+    assert len(expected["/trajectory/time"]) == 6001
+    assert_same_bits(expected, found, [name for name in names if expected[name].dtype == float])
+
+
 # ---- Programs ----------------------------------------------------------------------------------
 
 

@@ -510,10 +510,12 @@ contains
             if (self%outside) return
          end if
          call contact%locate(a, b, gap, at)
-         call contact%follow(at, trouble)
-         if (trouble /= trouble_none) then
-            call leave_domain(self, index, trouble)
-            return
+         if (.not. contact%law%geometry%constant_curvatures) then
+            call contact%follow(at, trouble)
+            if (trouble /= trouble_none) then
+               call leave_domain(self, index, trouble)
+               return
+            end if
          end if
          if (allocated(contact%law%curved)) call contact%bend(a, b, at)
          call relative_motion(a, b, at%point, now%velocity, now%spin)

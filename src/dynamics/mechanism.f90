@@ -501,22 +501,29 @@ contains
 
       square = 0.0_wp
       if (self%square <= 0.0_wp) return
-      square = self%square*(share(a) + share(b))
-
-   contains
-
-      !> Share of a body.
-      pure function share(pose) result(s)
-         type(pose_type), intent(in) :: pose
-         real(wp) :: s
-         real(wp) :: arm(3)
-
-         arm = point - pose%position
-         s = max(self%velocity, dot_product(pose%velocity, pose%velocity)) &
-            + max(self%angular_velocity, dot_product(pose%spin, pose%spin))*dot_product(arm, arm)
-      end function share
-
+      square = self%square*(share(self, a, point) + share(self, b, point))
    end function resolution_of
+
+   !> Share of a body in that.
+   pure real(wp) function share(self, pose, point)
+      class(resolution_type), intent(in) :: self
+      type(pose_type), intent(in) :: pose
+      !> Contact point [m].
+      real(wp), intent(in) :: point(3)
+      real(wp) :: x, y, z, v, w
+
+      x = point(1) - pose%position(1)
+      y = point(2) - pose%position(2)
+      z = point(3) - pose%position(3)
+      v = self%velocity
+      w = self%angular_velocity
+      ! The ground rests.
+      if (.not. pose%ground) then
+         v = max(v, pose%velocity(1)**2 + pose%velocity(2)**2 + pose%velocity(3)**2)
+         w = max(w, pose%spin(1)**2 + pose%spin(2)**2 + pose%spin(3)**2)
+      end if
+      share = v + w*(x*x + y*y + z*z)
+   end function share
 
    !> Poses of all bodies.
    subroutine set_poses(self, y)

@@ -77,7 +77,7 @@ contains
          parts(i)%models = models_of(parts(i)%name)
          allocate(parts(i)%keys(size(parts(i)%models)))
          do j = 1, size(parts(i)%models)
-            ! Into its place: as a function result a list is copied, which took longer than to fill it.
+            ! Into its place: a function result is copied, which took longer than to fill a list.
             associate (model => parts(i)%models(j))
                if (associated(model%put_keys)) call model%put_keys(parts(i)%keys(j))
             end associate

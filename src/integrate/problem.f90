@@ -22,8 +22,8 @@ module contensou_integrate_problem
       !> Whether there are oscillations that hardly decay but at last leave nothing to follow: a
       !> method then looks at the limits of its stability in each step.
       logical :: rings = .false.
-      !> Whether the event functions are asked for at the very state at which the right-hand side was
-      !> evaluated last, so that what both need can stay as it is; set for each time.
+      !> Whether the event functions are asked for at the very state at which the right-hand side
+      !> was evaluated last, so that what both need can stay as it is; set for each time.
       logical :: at_last = .false.
    contains
       procedure :: lay_out_jacobian

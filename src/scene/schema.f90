@@ -414,8 +414,8 @@ contains
       goal = to
       before = list%n
       keys: do i = 1, before
-         if (list%keys(i)%group /= source) cycle
-         if (any(list%keys(i)%name == of_one)) cycle
+         if (list%keys(i)%group /= source) cycle keys
+         if (any(list%keys(i)%name == of_one)) cycle keys
          key = list%keys(i)
          do k = 1, list%n
             if (list%keys(k)%group /= goal) cycle

@@ -64,6 +64,12 @@ def slender(generator):
     return generator("scripts/generate_slender.py", "src/contact/wrench_slender_values.f90")
 
 
+@pytest.fixture
+def strip(generator):
+    """The generator of the table of the theory of strips."""
+    return generator("scripts/generate_strip.py", "src/contact/creep/strip_values.f90")
+
+
 def change_digits(table: Path) -> None:
     """Change the last digit of some number in each line of the table."""
     text = table.read_text(encoding="utf-8")
@@ -126,5 +132,22 @@ def test_hertz_tables_are_checked(hertz):
     assert done.returncode == 0, done.stdout + done.stderr
     change_digits(hertz.table)
     done = hertz.run("--check", "--segments", 3, "--seed", 2)
+    assert done.returncode == 1
+    assert "differs" in done.stdout + done.stderr
+
+
+def test_table_of_strips_is_what_is_generated(strip):
+    checked_in = strip.table.read_bytes()
+    strip.table.unlink()
+    done = strip.run()
+    assert done.returncode == 0, done.stderr
+    assert strip.table.read_bytes() == checked_in
+
+
+def test_table_of_strips_is_checked(strip):
+    done = strip.run("--check")
+    assert done.returncode == 0, done.stdout + done.stderr
+    change_digits(strip.table)
+    done = strip.run("--check")
     assert done.returncode == 1
     assert "differs" in done.stdout + done.stderr

@@ -1,5 +1,5 @@
 !> Laws of creep: what is prepared for a spot that stays the same gives the wrench of one that is
-!> met once; and the angles that they take without a library.
+!> met once; the table of the theory of strips; and the angles that are taken without a library.
 module test_creep
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_creep, only : creep_model_type, creep_models, creep_type
@@ -19,6 +19,7 @@ contains
    subroutine run_creep_tests()
       call test_angles()
       call test_settled_spots()
+      call test_strips()
    end subroutine run_creep_tests
 
    !> Angles of unit vectors, and rotations, against functions of the library.
@@ -82,5 +83,60 @@ contains
             trim(models(i)%info%name))
       end do
    end subroutine test_settled_spots
+
+   !> The reduction by strips without spin against its formula, from its table and beyond; and the
+   !> slope of it, which the lateral force of a little spin is multiplied by.
+   subroutine test_strips()
+      type(creep_model_type), allocatable :: models(:)
+      class(creep_type), allocatable :: law, linear
+      type(creep_spot_type) :: spot
+      type(creep_motion_type) :: motion
+      type(random_type) :: random
+      type(worst_type) :: forces, sides
+      real(wp), parameter :: little = 1.0e-9_wp
+      real(wp) :: reduced(3), whole(3), angle, s, h
+      integer :: i
+
+      models = creep_models()
+      do i = 1, size(models)
+         if (models(i)%info%name == "strip") call models(i)%make(law)
+         if (models(i)%info%name == "linear") call models(i)%make(linear)
+      end do
+      spot = settled_spot(creep_spot(elliptic_shape(0.4_wp), 0.3_wp, 8.0e10_wp, 0.3_wp))
+      do i = 1, 3000
+         ! The share of s that is below one half, next to one, above it, and next to nothing.
+         select case (mod(i, 4))
+         case (0)
+            s = random%uniform(0.0_wp, 1.0_wp)
+         case (1)
+            s = 1.0_wp - 10.0_wp**random%uniform(-15.0_wp, -1.0_wp)
+         case (2)
+            s = random%uniform(1.0_wp, 3.0_wp)
+         case default
+            s = 10.0_wp**random%uniform(-100.0_wp, -1.0_wp)
+         end select
+         motion = creep_motion_type(1.0_wp, 0.0_wp, 0.0_wp, -1.0_wp, 0.0_wp)
+         call linear%kernel(spot, motion, whole)
+         motion%x = s*0.75_wp*pi/abs(whole(1))
+         call law%kernel(spot, motion, reduced)
+         h = sqrt((1.0_wp - min(s, 1.0_wp))*(1.0_wp + min(s, 1.0_wp)))
+         ! acos s = atan2(h, s), which does not lose digits next to one.
+         angle = atan2(h, min(s, 1.0_wp))
+         if (s < 1.0_wp) then
+            ! 2/3 - h + h^3/3, which cancels where s is small.
+            call forces%note(abs(-reduced(1) - 1.5_wp*s*(angle + s**3*(2.0_wp + h) &
+               /(3.0_wp*(1.0_wp + h)**2))), i)
+         else
+            call forces%note(abs(-reduced(1) - 1.0_wp), i)
+         end if
+         motion%spin = little*motion%x
+         call linear%kernel(spot, motion, whole)
+         call law%kernel(spot, motion, reduced)
+         call sides%note(abs(reduced(2) - (2.0_wp/pi)*(angle - min(s, 1.0_wp)*h)*whole(2)) &
+            /max(abs(whole(2)), tiny(s)), i)
+      end do
+      call forces%check_below(1.0e-15_wp, "creep: force of the theory of strips")
+      call sides%check_below(1.0e-14_wp, "creep: slope of the theory of strips")
+   end subroutine test_strips
 
 end module test_creep

@@ -12,12 +12,13 @@
 !> dissipates, and has the linear wrench at small creep; with much spin none is accurate.
 module contensou_contact_creep_closed
    use, intrinsic :: ieee_arithmetic, only : ieee_quiet_nan, ieee_value
-   use contensou_base_kinds, only : pi, wp
+   use contensou_base_kinds, only : i8, pi, wp
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_creep_law, only : creep_model_type, creep_motion_type, creep_spot_type, &
       creep_type, linear_theory
+   use contensou_contact_creep_strip_values, only : by_h, parts, reductions
+   use contensou_contact_kalker, only : kalker_six
    use contensou_contact_parameters, only : parameters_type
-   use contensou_special_angle, only : quadrant_angle
    implicit none(type, external)
    private
 
@@ -25,6 +26,10 @@ module contensou_contact_creep_closed
 
    !> The reductions.
    integer, parameter :: nothing = 1, strips = 2, bristles = 3
+
+   !> What is added to a number below one to round it to a part: the last bits of the sum have the
+   !> number of it. A conversion takes longer.
+   real(wp), parameter :: to_parts = 1.5_wp*2.0_wp**(digits(1.0_wp) - 1)/real(parts, wp)
 
    !> A law of this kind.
    type, extends(creep_type) :: closed_type
@@ -109,7 +114,7 @@ contains
       !> Force along the major and the minor axis, torque about the normal.
       real(wp), intent(out) :: wrench(3)
       real(wp) :: inverse, ex, ey, x, y, spin, fx, fy, torque, gx, gy, twist, root_k
-      real(wp) :: square, ratio, slope, c(6)
+      real(wp) :: square, ratio, slope, mirror, c(6)
 
       inverse = motion%rx**2 + motion%ry**2
       if (.not. inverse > 0.0_wp) then
@@ -120,22 +125,29 @@ contains
          end if
          return
       end if
-      inverse = sqrt(1.0_wp/inverse)
-      ex = -inverse*motion%rx
-      ey = -inverse*motion%ry
-      call linear_theory(spot, motion%rx, motion%ry, c)
+      ! Creepages in units of e0 and, for spin, of e0/sqrt(ab); G a b e0 = (3/(2 pi)) f N. With the
+      ! sign of the force, against them: rolling is against what passes. Across, and for spin, as in
+      ! the mirror where rolling is between the other axes. First, as the coefficients take longer.
       root_k = spot%root_k
-      ! Creepages in units of e0 and, for spin, of e0/sqrt(ab); G a b e0 = (3/(2 pi)) f N.
-      inverse = (1.5_wp/pi)*inverse
-      x = inverse*(motion%x*ex + motion%y*ey)
-      y = inverse*(motion%y*ex - motion%x*ey)
-      spin = inverse*motion%spin*root_k
-      fx = -(c(1)*x + c(2)*y)
-      fy = -(c(2)*x + c(3)*y)
-      torque = -c(6)*spin
-      gx = -c(4)*spin
-      gy = -c(5)*spin
+      mirror = sign(1.0_wp, motion%rx*motion%ry)
+      inverse = 1.0_wp/inverse
+      x = ((1.5_wp/pi)*inverse)*(motion%x*motion%rx + motion%y*motion%ry)
+      y = (mirror*((1.5_wp/pi)*inverse))*(motion%y*motion%rx - motion%x*motion%ry)
+      inverse = -sqrt(inverse)
+      ex = inverse*motion%rx
+      ey = inverse*motion%ry
+      spin = (mirror*((1.5_wp/pi)*inverse))*(motion%spin*root_k)
+      if (allocated(spot%by_angle)) then
+         call kalker_six(spot%by_angle, root_k, abs(motion%rx), abs(motion%ry), c)
+      else
+         call linear_theory(spot, abs(motion%rx), abs(motion%ry), c)
+      end if
+      fx = c(1)*x + c(2)*y
+      fy = c(2)*x + c(3)*y
       twist = c(4)*x + c(5)*y
+      gx = c(4)*spin
+      gy = c(5)*spin
+      torque = c(6)*spin
       square = (fx**2 + fy**2) + (4.0_wp*torque**2 + (gx**2 + gy**2))
       select case (self%reduction)
       case (strips)
@@ -148,7 +160,8 @@ contains
       end select
       fx = ratio*fx + slope*gx
       fy = ratio*fy + slope*gy
-      wrench = [fx*ex - fy*ey, fy*ex + fx*ey, root_k*(ratio*torque + slope*twist)]
+      wrench = [fx*ex - fy*(mirror*ey), fy*(mirror*ex) + fx*ey, &
+         (mirror*root_k)*(ratio*torque - slope*twist)]
    end subroutine kernel
 
    !> Wrench without rolling: all slips; against the linear force, whose direction has no limit, so
@@ -159,7 +172,7 @@ contains
       type(creep_motion_type), intent(in) :: motion
       !> Force along the major and the minor axis, torque about the normal.
       real(wp), intent(out) :: wrench(3)
-      real(wp) :: w, root_k
+      real(wp) :: w, root_k, size
 
       if (self%reduction == nothing) then
          wrench = ieee_value(wrench, ieee_quiet_nan)
@@ -167,7 +180,10 @@ contains
       end if
       root_k = spot%root_k
       w = motion%spin*root_k
-      wrench = -[motion%x, motion%y, 0.5_wp*root_k*w]/sqrt(motion%x**2 + motion%y**2 + w**2)
+      size = sqrt(motion%x**2 + motion%y**2 + w**2)
+      ! Not the same operations on x and y: from those the compiler makes one load of both, even
+      ! where something rolls, which waits for whoever has written them one after the other.
+      wrench = [-motion%x/size, -(1.0_wp/size)*motion%y, -0.5_wp*root_k*w/size]
    end subroutine at_rest
 
    !> Strips with Carter's solution.
@@ -176,21 +192,25 @@ contains
       real(wp), intent(in) :: square
       !> R(tau)/tau, R'(tau).
       real(wp), intent(out) :: ratio, slope
-      real(wp) :: s2, s, h, angle
+      real(wp) :: s2, root, rounded, d(2), d2(2), both(2)
+      integer(i8) :: j
 
-      s2 = square*(4.0_wp/(3.0_wp*pi))**2
-      if (s2 >= 1.0_wp) then
-         ratio = 1.0_wp/sqrt(square)
-         slope = 0.0_wp
-         return
-      end if
-      s = sqrt(s2)
-      h = sqrt(1.0_wp - s2)
-      ! acos s.
-      angle = quadrant_angle(s, h, 1.0_wp - s2)
-      slope = (2.0_wp/pi)*(angle - s*h)
-      ! 2/3 - h + h^3/3 = (1 - h)^2 (2 + h)/3, which does not cancel as s^2 = (1 - h)(1 + h).
-      ratio = (2.0_wp/pi)*(angle + s2*s*(2.0_wp + h)/(3.0_wp*(1.0_wp + h)**2))
+      ! No branches, which would fail as often as not: from s = 1 on the table is read at its end,
+      ! and the bit of a sign adds where the rows by h begin.
+      s2 = min((4.0_wp/(3.0_wp*pi))**2*square, 1.0_wp)
+      root = sqrt(min(s2, 1.0_wp - s2))
+      rounded = root + to_parts
+      j = iand(transfer(rounded, 0_i8), 255_i8) &
+         + iand(shifta(transfer(0.5_wp - s2, 0_i8), 63), int(by_h, i8))
+      d = root - reductions(:, -1, j)
+      d2 = d*d
+      both = ((reductions(:, 0, j) + d*reductions(:, 1, j)) &
+         + d2*(reductions(:, 2, j) + d*reductions(:, 3, j))) &
+         + (d2*d2)*((reductions(:, 4, j) + d*reductions(:, 5, j)) &
+         + d2*(reductions(:, 6, j) + d*reductions(:, 7, j)))
+      ! R is at most one, and no less from s = 1 on.
+      ratio = min(both(1), 1.0_wp/sqrt(max(square, 1.0_wp)))
+      slope = both(2)
    end subroutine reduce_strips
 
    !> Brush with the pressure of Hertz.

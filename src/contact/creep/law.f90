@@ -19,7 +19,7 @@ module contensou_contact_creep_law
    use contensou_base_kinds, only : i8, pi, wp
    use contensou_contact_catalogue, only : model_type
    use contensou_contact_friction_law, only : sliding_type
-   use contensou_contact_kalker, only : kalker_by_angle, kalker_matrix, kalker_six
+   use contensou_contact_kalker, only : kalker_by_angle, kalker_matrix
    use contensou_contact_parameters, only : parameters_type
    use contensou_contact_spot, only : spot_shape_type
    use contensou_contact_wrench_scaling, only : rescaled
@@ -58,7 +58,7 @@ module contensou_contact_creep_law
       real(wp) :: poisson
       !> Kalker's coefficients by the angle, of shapes that do not change; else there are none, and
       !> each call makes its own.
-      real(wp), allocatable :: by_angle(:, :)
+      real(wp), allocatable :: by_angle(:, :, :)
    end type creep_spot_type
 
    !> Makes a spot for one call, or a few, from its shape and material.
@@ -168,24 +168,12 @@ contains
       !> Velocity of the material through the spot, in either sense.
       real(wp), intent(in) :: rx, ry
       real(wp), intent(out) :: c(6)
-
-      if (allocated(spot%by_angle)) then
-         call kalker_six(spot%by_angle, spot%root_k, rx, ry, c)
-      else
-         call unsettled(spot, rx, ry, c)
-      end if
-   end subroutine linear_theory
-
-   !> The same with all sums over the table.
-   pure subroutine unsettled(spot, rx, ry, c)
-      type(creep_spot_type), intent(in) :: spot
-      real(wp), intent(in) :: rx, ry
-      real(wp), intent(out) :: c(6)
       real(wp) :: matrix(3, 3), slope(3, 3)
 
-      call kalker_matrix(spot%shape%k, spot%poisson, [rx, ry]/sqrt(rx*rx + ry*ry), matrix, slope)
+      call kalker_matrix(spot%shape%k, spot%poisson, [rx, ry]/sqrt(rx*rx + ry*ry), matrix, slope, &
+         spot%by_angle)
       c = [matrix(1, 1), matrix(1, 2), matrix(2, 2), matrix(1, 3), matrix(2, 3), matrix(3, 3)]
-   end subroutine unsettled
+   end subroutine linear_theory
 
    !> Wrench of a law.
    pure subroutine wrench(self, spot, at, force)

@@ -4,11 +4,12 @@
 !> that the material loses on its way out. With xi the creepage that it carries, a state, V the
 !> velocity of the material through the spot and W the wrench of the shells,
 !>    u = V (xi + theta g d),   xi' = (V/l) g^(9/2) M^-1 d,   d = L^-1 (W_law(xi) - W),
-!> M = diag(0.7, 0.4, 0.4) along the rolling, across and about the normal, theta = 0.4, L being
-!> Kalker's matrix, W = -L xi where nothing slips, and l the half-length of the spot along the
-!> rolling. d is what is missing of xi to bear W, by the linear theory. Steady is xi = v/V and
-!> W = W_law(v): the steady state of the memory is the law of creep, whichever it is. Without
-!> rolling the shells are all there is. Strain that enters leaves the spot after some way.
+!> M = diag(0.7, m, m) along the rolling, across and about the normal, m = 0.8 w/(l + w), theta =
+!> 0.4, L being Kalker's matrix, W = -L xi where nothing slips, and l and w the half-length and the
+!> half-width of the spot along the rolling and across. d is what is missing of xi to bear W, by the
+!> linear theory. Steady is xi = v/V and W = W_law(v): the steady state of the memory is the law of
+!> creep, whichever it is. Without rolling the shells are all there is. Strain that enters leaves
+!> the spot after some way.
 !>
 !> g = 1/(q + (1 - q) sqrt(1 - r)), with q = 4/(3 pi) and r the share of the limit that W has, is
 !> about the creepage by which strips bear W over that of the linear theory. theta and M are fitted
@@ -28,9 +29,9 @@ module contensou_contact_tangential_carry
    !> Share of what is missing that is lost at once.
    real(wp), parameter :: theta = 0.4_wp
 
-   !> Way in half-lengths of the spot over which the rest follows, along the rolling, across and
-   !> about the normal.
-   real(wp), parameter :: mu(3) = [0.7_wp, 0.4_wp, 0.4_wp]
+   !> Way in half-lengths of the spot over which the rest follows along the rolling; across and
+   !> about the normal for a spot without length, and for one so long that nothing is known of it.
+   real(wp), parameter :: mu_along = 0.7_wp, mu_across = 0.8_wp, least_mu = 0.13_wp
 
    !> Linear over limiting creepage of strips, inverse.
    real(wp), parameter :: q = 4.0_wp/(3.0_wp*pi)
@@ -105,7 +106,7 @@ contains
       real(wp), intent(out) :: rate(3)
       type(creep_spot_type) :: spot
       real(wp) :: speed, e(2), c(3, 3), slope(3, 3), e0, root, limit, bears(3), missing(3), share, g
-      real(wp) :: square
+      real(wp) :: square, along, across, mu
 
       lost = 0.0_wp
       rate = 0.0_wp
@@ -127,7 +128,11 @@ contains
       square = limit**(2.0_wp/3.0_wp)
       missing = (pi/1.5_wp)*e0*solved(c, missing) &
          *(square/(square + smallest**2*at%usual**(2.0_wp/3.0_wp)))
-      rate = missing/mu
+      ! Half-length and half-width of the spot, inverse, in semi-axes.
+      along = sqrt(e(1)**2 + (e(2)/shape%k)**2)
+      across = sqrt(e(2)**2 + (e(1)/shape%k)**2)
+      mu = max(mu_across*along/(along + across), least_mu)
+      rate = missing/[mu_along, mu, mu]
       missing = [e(1)*missing(1) - e(2)*missing(2), e(2)*missing(1) + e(1)*missing(2), &
          missing(3)/(at%a*root)]
       rate = [e(1)*rate(1) - e(2)*rate(2), e(2)*rate(1) + e(1)*rate(2), rate(3)/(at%a*root)]
@@ -135,7 +140,7 @@ contains
          + (at%wrench(3)/(at%a*shape%torque))**2)/limit, 1.0_wp)
       g = 1.0_wp/(q + (1.0_wp - q)*sqrt(1.0_wp - share))
       lost = speed*(at%creepage + (theta*g)*missing)
-      rate = (speed/at%a*sqrt(e(1)**2 + (e(2)/shape%k)**2)*g**4*sqrt(g))*rate
+      rate = (speed/at%a*along*g**4*sqrt(g))*rate
    end subroutine lose
 
    !> The same with the derivatives of loss and rate, by differences: by load, size, creepage and

@@ -79,8 +79,8 @@ module contensou_integrate_cvode
    !> Steps of a trial before its pace is taken: a method that starts anew begins with short ones.
    integer, parameter :: trial_steps = 200
 
-   !> The same where contacts stick elastically, at most: what rings is damped the faster, the longer
-   !> the steps are that it allows.
+   !> The same where contacts stick elastically, at most: what rings is damped the faster, the
+   !> longer the steps are that it allows.
    integer, parameter :: trial_steps_ringing = 1500
 
    !> Steps over which those of such a trial must grow, and by how much.

@@ -11,7 +11,7 @@ module test_tangential
    use contensou_contact_tangential_edges, only : edge_at, power_of
    use contensou_contact_tangential_shells, only : default_layers, shells_type, single_spring, &
       spring_spot_type
-   use contensou_contact_tangential_slip, only : shared_type, sliding_force
+   use contensou_contact_tangential_slip, only : shared_type, shell_type, sliding_force
    use contensou_contact_tangential_stiffness, only : tangential_stiffness
    use contensou_contact_wrench, only : wrench_jacobian_kernel, wrench_pade11_jacobian, &
       wrench_pade22_jacobian
@@ -732,13 +732,14 @@ contains
       !> Shift along the axes, and twist times the semi-axis.
       real(wp), intent(in) :: u(3)
       real(wp), intent(out) :: force(3)
-      procedure(wrench_jacobian_kernel), pointer :: exact
+      type(shell_type) :: shell
       type(shared_type) :: shared
       real(wp) :: hessian(3, 3)
 
-      exact => null()
-      call sliding_force(shape, edge_at(inner, power_of(inner)), edge_at(outer, power_of(outer)), &
-         exact, u, shared, force, hessian)
+      shell%shape = shape
+      shell%inner = edge_at(inner, power_of(inner))
+      shell%outer = edge_at(outer, power_of(outer))
+      call sliding_force(shell, u, shared, force, hessian)
    end subroutine force_of_sliding
 
 end module test_tangential

@@ -20,8 +20,8 @@ module contensou_contact_tangential_shells
    use contensou_contact_spot, only : spot_shape_type
    use contensou_contact_tangential_edges, only : edge_type
    use contensou_contact_tangential_nest, only : make_room, nest_type
-   use contensou_contact_tangential_slip, only : shared_type, slip_of_shell, sliding_force, &
-      stiffness_after, within_rungs
+   use contensou_contact_tangential_slip, only : shared_type, shell_type, slip_of_shell, &
+      sliding_force, stiffness_after, within_rungs
    use contensou_contact_tangential_spot, only : spring_spot_type
    implicit none(type, external)
    private
@@ -129,8 +129,7 @@ contains
       call try_elastic(self%n, new, spot, step, self%load, self%size, self%share, self%shift, &
          self%excess)
       work = 0.0_wp
-      call let_slip(self%n, new, spot, self%edge, self%load, self%size, self%share, self%excess, &
-         self%shift, self%direction, self%slipped, work, slopes)
+      call let_slip(self, new, spot, work, slopes)
       if (present(lost)) lost = lost + spot%limit*work
       do j = 1, self%n
          wrench(1) = wrench(1) - self%share(j, 1)*self%shift(j, 1)
@@ -188,19 +187,12 @@ contains
    end function part_of_step
 
    !> Let the shells slip whose trials may be outside of their limits, from the rim inwards.
-   pure subroutine let_slip(n, new, spot, edge, load, size, share, excess, shift, direction, &
-      slipped, work, slopes)
-      !> Number of the shells, and of those at the rim that are new.
-      integer, intent(in) :: n, new
+   pure subroutine let_slip(self, new, spot, work, slopes)
+      !> The shells, after `try_elastic`.
+      class(shells_type), intent(inout) :: self
+      !> Number of the shells at the rim that are new.
+      integer, intent(in) :: new
       type(spring_spot_type), intent(in) :: spot
-      !> Edges, load and size of what slips within them.
-      real(wp), intent(in) :: edge(0:n), load(0:n), size(0:n)
-      real(wp), intent(in), contiguous :: share(:, :)
-      !> From `try_elastic`.
-      real(wp), intent(in) :: excess(n)
-      !> Elastic displacements, and directions of the slips.
-      real(wp), intent(inout), contiguous :: shift(:, :), direction(:, :)
-      logical, intent(out) :: slipped(n)
       !> Work of the slip over the limit, added to.
       real(wp), intent(inout) :: work
       !> Derivatives of the wrench, added to.
@@ -209,7 +201,7 @@ contains
          springs(3), towards(3), before(3), last(3), done, place
       type(course_type) :: course
       type(shared_type) :: shared
-      type(edge_type) :: inner, outer
+      type(shell_type) :: shell
       logical :: seeks, follows
       integer :: i, j
 
@@ -221,49 +213,52 @@ contains
       last = 0.0_wp
       ! With rungs a poor first direction costs little.
       seeks = .not. associated(spot%rung)
-      do j = n, 1, -1
-         slipped(j) = .false.
-         if (excess(j) < 0.0_wp) then
+      shell%shape = spot%shape
+      shell%rung => spot%rung
+      do j = self%n, 1, -1
+         self%slipped(j) = .false.
+         if (self%excess(j) < 0.0_wp) then
             course%known = 0
             cycle
          end if
          do i = 1, 3
-            stiffness(i) = share(j, i)
-            trial(i) = shift(j, i)
+            stiffness(i) = self%share(j, i)
+            trial(i) = self%shift(j, i)
             bearing(i) = stiffness(i)*trial(i)*per_unit(i)
-            before(i) = direction(j, i)
+            before(i) = self%direction(j, i)
          end do
          towards = before
          follows = seeks .and. abs(trial(3)) > 0.0_wp
          if (follows) then
             ! In a unit of its own.
-            place = edge(j - 1) + edge(j)
+            place = self%edge(j - 1) + self%edge(j)
             call course%foresee(place, before, towards)
          else if (maxval(abs(before)) <= 0.0_wp) then
             towards = last
          end if
-         inner = edge_type(load(j - 1), size(j - 1), 0.0_wp)
-         outer = edge_type(load(j), size(j), 0.0_wp)
-         call slip_of_shell(spot%shape, inner, outer, spot%rung, stiffness*springs, &
-            trial*lengths, course%off, shared, bearing, towards, slipped(j), done)
+         shell%inner = edge_type(self%load(j - 1), self%size(j - 1), 0.0_wp)
+         shell%outer = edge_type(self%load(j), self%size(j), 0.0_wp)
+         shell%stiffness = stiffness*springs
+         shell%trial = trial*lengths
+         call slip_of_shell(shell, course%off, shared, bearing, towards, self%slipped(j), done)
          if (follows) call course%note(place, before, towards)
          do i = 1, 3
-            direction(j, i) = towards(i)
+            self%direction(j, i) = towards(i)
          end do
          last = towards
-         if (.not. slipped(j)) cycle
-         if (present(slopes)) call add_slopes(inner, outer, spot, stiffness, units, trial, &
-            bearing, towards, part_of_step(j, n, new), slopes)
+         if (.not. self%slipped(j)) cycle
+         if (present(slopes)) call add_slopes(shell, spot, stiffness, trial, bearing, towards, &
+            part_of_step(j, self%n, new), slopes)
          do i = 1, 3
-            shift(j, i) = bearing(i)*units(i)/max(stiffness(i), tiny(stiffness))
+            self%shift(j, i) = bearing(i)*units(i)/max(stiffness(i), tiny(stiffness))
          end do
          work = work + done
       end do
       if (.not. present(slopes)) return
-      do j = 1, n
-         if (slipped(j)) cycle
+      do j = 1, self%n
+         if (self%slipped(j)) cycle
          do i = 1, 3
-            slopes(i, i) = slopes(i, i) - part_of_step(j, n, new)*share(j, i)
+            slopes(i, i) = slopes(i, i) - part_of_step(j, self%n, new)*self%share(j, i)
          end do
       end do
    end subroutine let_slip
@@ -330,13 +325,12 @@ contains
    end subroutine note
 
    !> Add what a shell that slips contributes to the derivatives of the wrench.
-   pure subroutine add_slopes(inner, outer, spot, stiffness, units, trial, bearing, direction, &
-      part, slopes)
-      !> Edges of the shell.
-      type(edge_type), intent(in) :: inner, outer
+   pure subroutine add_slopes(shell, spot, stiffness, trial, bearing, direction, part, slopes)
+      !> The shell; its stiffness is set in its units.
+      type(shell_type), intent(inout) :: shell
       type(spring_spot_type), intent(in) :: spot
-      !> Its stiffness, and units of force and torque.
-      real(wp), intent(in) :: stiffness(3), units(3)
+      !> Its stiffness [N/m, N m].
+      real(wp), intent(in) :: stiffness(3)
       !> Elastic displacement of the trial.
       real(wp), intent(in) :: trial(3)
       !> Force of the shell in its units.
@@ -346,17 +340,18 @@ contains
       !> Part of the step that the trial has.
       real(wp), intent(in) :: part
       real(wp), intent(inout) :: slopes(3, 4)
-      real(wp) :: k(3), slip(3), length, by_trial(3, 3), by_limit(3)
+      real(wp) :: units(3), k(3), slip(3), length, by_trial(3, 3), by_limit(3)
       integer :: i
 
+      units = spot%limit*[1.0_wp, 1.0_wp, spot%a]
       k = stiffness*(spot%limit/units**2)
       if (.not. minval(k) > 0.0_wp) return
       ! So narrow that it bears nothing, where nothing has moved.
       if (.not. any(abs(direction) > 0.0_wp)) return
       slip = trial*(units/spot%limit) - bearing/k
       length = max(norm2(slip), shortest_slip*norm2(bearing/k))
-      call stiffness_after(spot%shape, inner, outer, spot%rung, k, direction, length, by_trial, &
-         by_limit)
+      shell%stiffness = k
+      call stiffness_after(shell, direction, length, by_trial, by_limit)
       do i = 1, 3
          slopes(:, i) = slopes(:, i) - part*by_trial(:, i)*units*units(i)/spot%limit
       end do
@@ -373,16 +368,20 @@ contains
       real(wp), intent(in) :: share
       real(wp) :: u(3), force(3), stiffness(3), hessian(3, 3), size
       type(shared_type) :: shared
+      type(shell_type) :: shell
       integer :: j
 
       u = velocity*[1.0_wp, 1.0_wp, spot%a]
       size = sqrt(dot_product(u, u))
       if (.not. size > 0.0_wp) return
       u = u/size
+      shell%shape = spot%shape
+      shell%rung => spot%rung
       do j = self%n, 1, -1
          stiffness = self%share(j, :)
-         call sliding_force(spot%shape, self%within(j - 1), self%within(j), spot%rung, u, &
-            shared, force, hessian)
+         shell%inner = self%within(j - 1)
+         shell%outer = self%within(j)
+         call sliding_force(shell, u, shared, force, hessian)
          force = force*spot%limit*[1.0_wp, 1.0_wp, spot%a]
          self%shift(j, :) = (1.0_wp - share)*self%shift(j, :) + share*force/max(stiffness, &
             tiny(stiffness))

@@ -25,7 +25,24 @@ module contensou_contact_tangential_slip
    implicit none(type, external)
    private
 
-   public :: slip_of_shell, sliding_force, stiffness_after, within_rungs, shared_type
+   public :: slip_of_shell, sliding_force, stiffness_after, within_rungs, shell_type, shared_type
+
+   !> A shell after an elastic trial, in units of f N and of a length.
+   type :: shell_type
+      !> Shape of the spot.
+      type(spot_shape_type) :: shape
+      !> Edges of the shell.
+      type(edge_type) :: inner, outer
+      !> Friction model; not associated for the exact wrench.
+      procedure(wrench_jacobian_kernel), pointer, nopass :: rung => null()
+      !> Against shifts along the axes, and the twist times the semi-axis.
+      real(wp) :: stiffness(3) = 0.0_wp
+      !> Elastic displacement of the trial.
+      real(wp) :: trial(3) = 0.0_wp
+   contains
+      procedure :: load => load_of
+      procedure :: torque => torque_of
+   end type shell_type
 
    !> What the edge between two shells bears when it slides in some direction, which both need.
    type :: shared_type
@@ -98,19 +115,25 @@ module contensou_contact_tangential_slip
 
 contains
 
-   !> Slip of a shell after an elastic trial, in units of f N and of a length: shifts along the
-   !> axes, and the twist times the semi-axis. Where it slips by the length p along u, the force is
-   !> that of sliding along u and equals stiffness*(trial - p*u).
-   pure subroutine slip_of_shell(shape, inner, outer, rung, stiffness, trial, doubt, shared, &
-      force, direction, slips, work)
-      type(spot_shape_type), intent(in) :: shape
-      type(edge_type), intent(in) :: inner, outer
-      !> Friction model; not associated for the exact wrench.
-      procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
-      !> Of the shell, against shifts and twist.
-      real(wp), intent(in) :: stiffness(3)
-      !> Elastic displacement of the trial.
-      real(wp), intent(in) :: trial(3)
+   !> Force of sliding without a twist.
+   pure real(wp) function load_of(self)
+      class(shell_type), intent(in) :: self
+
+      load_of = self%outer%load - self%inner%load
+   end function load_of
+
+   !> Torque of spinning without sliding.
+   pure real(wp) function torque_of(self)
+      class(shell_type), intent(in) :: self
+
+      torque_of = self%shape%torque*(self%outer%load*self%outer%size &
+         - self%inner%load*self%inner%size)
+   end function torque_of
+
+   !> Slip of a shell. Where it slips by the length p along u, the force is that of sliding along u
+   !> and equals stiffness*(trial - p*u).
+   pure subroutine slip_of_shell(shell, doubt, shared, force, direction, slips, work)
+      type(shell_type), intent(in) :: shell
       !> By how much the direction may be off where it is sought first.
       real(wp), intent(in) :: doubt
       !> What was found for the shell outside of it, if any, and for this one.
@@ -126,10 +149,10 @@ contains
 
       slips = .false.
       work = 0.0_wp
-      load = outer%load - inner%load
-      torque = shape%torque*(outer%load*outer%size - inner%load*inner%size)
-      if (.not. (load > 0.0_wp .and. torque > 0.0_wp .and. stiffness(1) > 0.0_wp .and. &
-         stiffness(2) > 0.0_wp .and. stiffness(3) > 0.0_wp)) then
+      load = shell%load()
+      torque = shell%torque()
+      if (.not. (load > 0.0_wp .and. torque > 0.0_wp .and. shell%stiffness(1) > 0.0_wp .and. &
+         shell%stiffness(2) > 0.0_wp .and. shell%stiffness(3) > 0.0_wp)) then
          ! So narrow that rounding errors leave nothing of it.
          force = 0.0_wp
          slips = .true.
@@ -138,22 +161,20 @@ contains
       sliding = sqrt(force(1)**2 + force(2)**2)
       ! The limit holds its corners, pure sliding and pure spinning, and is convex.
       inside = 1.0_wp
-      if (associated(rung) .and. (abs(force(3)) > 0.0_wp .or. abs(trial(3)) > 0.0_wp)) inside = &
-         within_rungs
+      if (associated(shell%rung) .and. (abs(force(3)) > 0.0_wp .or. &
+         abs(shell%trial(3)) > 0.0_wp)) inside = within_rungs
       if (sliding*torque + abs(force(3))*load <= inside*load*torque) return
-      if (abs(force(3)) <= 0.0_wp .and. abs(trial(3)) <= 0.0_wp) then
+      if (abs(force(3)) <= 0.0_wp .and. abs(shell%trial(3)) <= 0.0_wp) then
          slips = .true.
-         call slip_without_twist(load, stiffness(1:2), trial(1:2), sliding, force(1:2), &
-            direction, work)
-      else if (associated(rung)) then
-         call slip_by_rung(shape, inner, outer, rung, stiffness, trial, force, direction, slips, &
-            work)
-      else if (abs(stiffness(1) - stiffness(2)) <= 0.0_wp .and. .not. shape%c > 0.0_wp) then
-         call slip_on_circle(inner, outer, stiffness(2:3), trial, shared, force, direction, slips, &
-            work)
+         call slip_without_twist(load, shell%stiffness(1:2), shell%trial(1:2), sliding, &
+            force(1:2), direction, work)
+      else if (associated(shell%rung)) then
+         call slip_by_rung(shell, force, direction, slips, work)
+      else if (abs(shell%stiffness(1) - shell%stiffness(2)) <= 0.0_wp .and. &
+         .not. shell%shape%c > 0.0_wp) then
+         call slip_on_circle(shell, shared, force, direction, slips, work)
       else
-         call slip_on_ellipse(shape, inner, outer, rung, stiffness, trial, doubt, shared, force, &
-            direction, slips, work)
+         call slip_on_ellipse(shell, doubt, shared, force, direction, slips, work)
       end if
    end subroutine slip_of_shell
 
@@ -197,12 +218,8 @@ contains
    !>    r = (g1 - f1) k2 u2 - (g2 - f2) k1 u1 = 0,
    !> which has one root in the quadrant where the shell slips. Halley's steps are kept between the
    !> directions where r is known to be below and above.
-   pure subroutine slip_on_circle(inner, outer, stiffness, trial, shared, force, direction, slips, &
-      work)
-      type(edge_type), intent(in) :: inner, outer
-      !> Against shift and twist.
-      real(wp), intent(in) :: stiffness(2)
-      real(wp), intent(in) :: trial(3)
+   pure subroutine slip_on_circle(shell, shared, force, direction, slips, work)
+      type(shell_type), intent(in) :: shell
       !> What was found for the shell outside of it, if any, and for this one.
       type(shared_type), intent(inout) :: shared
       !> Force of the trial on entry; that of sliding if it slips.
@@ -211,15 +228,21 @@ contains
       real(wp), intent(inout) :: direction(3)
       logical, intent(out) :: slips
       real(wp), intent(out) :: work
-      real(wp) :: plane(2), g1, g2, u(2), low(2), high(2), new(2), values(4), rest1, rest2, h, r, &
-         slope, curve, step, size, length, plus, less, bent
+      real(wp) :: stiffness(2), plane(2), g1, g2, u(2), low(2), high(2), new(2), values(4), &
+         rest1, rest2, h, r, slope, curve, step, size, length, plus, less, bent
+      type(edge_type) :: inner, outer
       integer :: i
 
-      size = sqrt(trial(1)**2 + trial(2)**2)
+      ! Against shift and twist.
+      stiffness = shell%stiffness(2:3)
+      ! Copies, as parts of an argument would be read again after each call.
+      inner = shell%inner
+      outer = shell%outer
+      size = sqrt(shell%trial(1)**2 + shell%trial(2)**2)
       plane = 0.0_wp
       if (size > 0.0_wp) then
-         plane(1) = trial(1)/size
-         plane(2) = trial(2)/size
+         plane(1) = shell%trial(1)/size
+         plane(2) = shell%trial(2)/size
       end if
       g1 = stiffness(1)*size
       g2 = abs(force(3))
@@ -227,8 +250,8 @@ contains
       u(2) = direction(3)*sign(1.0_wp, force(3))
       if (.not. min(u(1), u(2)) > 0.0_wp) then
          ! Between those of an infinitely short and an infinitely long slip.
-         u(1) = g1/(outer%load - inner%load)**2
-         u(2) = g2/(outer%load*outer%size - inner%load*inner%size)**2
+         u(1) = g1/shell%load()**2
+         u(2) = g2/(shell%outer%load*shell%outer%size - shell%inner%load*shell%inner%size)**2
       end if
       size = 1.0_wp/sqrt(u(1)**2 + u(2)**2)
       u = u*size
@@ -392,14 +415,9 @@ contains
    !> and gains h^2/(2 u.K u) where h > 0. Where h <= 0 what is sought is the u whose force f is
    !> along g, the largest of g.u/phi(u), until either h > 0 or g is seen to be within the limit.
    !> Steps that do not gain are halved.
-   pure subroutine slip_on_ellipse(shape, inner, outer, rung, stiffness, trial, doubt, shared, &
-      force, direction, slips, work)
-      type(spot_shape_type), intent(in) :: shape
-      type(edge_type), intent(in) :: inner, outer
-      !> Not associated.
-      procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
-      real(wp), intent(in) :: stiffness(3)
-      real(wp), intent(in) :: trial(3)
+   pure subroutine slip_on_ellipse(shell, doubt, shared, force, direction, slips, work)
+      !> One of the exact wrench.
+      type(shell_type), intent(in) :: shell
       !> By how much the direction may be off where it is sought first.
       real(wp), intent(in) :: doubt
       !> What was found for the shell outside of it, if any, and for this one.
@@ -412,11 +430,12 @@ contains
       logical, intent(out) :: slips
       !> Of the slip.
       real(wp), intent(out) :: work
-      real(wp) :: gain, new_gain, length, u(3), new(3), f(3), new_f(3), &
+      real(wp) :: stiffness(3), gain, new_gain, length, u(3), new(3), f(3), new_f(3), &
          hessian(3, 3), new_hessian(3, 3), bends(4), new_bends(4), step(3), bent(3), more(3), &
          rest(3), size, tolerance
       integer :: i, k
 
+      stiffness = shell%stiffness
       slips = .false.
       work = 0.0_wp
       gain = -1.0_wp
@@ -425,17 +444,17 @@ contains
       if (size > 0.0_wp) then
          u = u/sqrt(size)
          ! That of the shell outside of it, whose edge is known there, unless its own is far better.
-         if (abs(shared%load - outer%load) <= 0.0_wp) then
+         if (abs(shared%load - shell%outer%load) <= 0.0_wp) then
             step = u - shared%u
             size = sqrt(dot_product(step, step))
             if (size < close_by_bends .or. (doubt > close_by_bends .and. size < near)) u = shared%u
          end if
-         call sliding_force(shape, inner, outer, rung, u, shared, f, hessian, bends)
+         call sliding_force(shell, u, shared, f, hessian, bends)
          gain = gain_of(force, f, u, stiffness)
       end if
       if (gain < poor_gain) then
-         u = first_direction(shape, inner, outer, force)
-         call sliding_force(shape, inner, outer, rung, u, shared, f, hessian, bends)
+         u = first_direction(shell, force)
+         call sliding_force(shell, u, shared, f, hessian, bends)
          gain = gain_of(force, f, u, stiffness)
       end if
       do i = 1, most_iterations
@@ -453,9 +472,9 @@ contains
                step = step/max(1.0_wp + dot_product(step, u), 0.5_wp)
             end if
          else
-            if (within_limit(shape, inner, outer, force, f)) exit
-            call solve((1.0_wp + gain)*hessian, short_slip*sqrt(dot_product(trial, trial)) &
-               *stiffness, force - (1.0_wp + gain)*f, step)
+            if (within_limit(shell, force, f)) exit
+            call solve((1.0_wp + gain)*hessian, short_slip*sqrt(dot_product(shell%trial, &
+               shell%trial))*stiffness, force - (1.0_wp + gain)*f, step)
          end if
          step = step - dot_product(step, u)*u
          size = sqrt(dot_product(step, step))
@@ -475,7 +494,7 @@ contains
          do k = 1, most_halvings
             new = u + step
             new = new/sqrt(dot_product(new, new))
-            call sliding_force(shape, inner, outer, rung, new, shared, new_f, &
+            call sliding_force(shell, new, shared, new_f, &
                new_hessian, new_bends)
             new_gain = gain_of(force, new_f, new, stiffness)
             if (new_gain > gain .or. size < close_by) exit
@@ -537,16 +556,15 @@ contains
 
    !> Whether a force is surely within the limit of a shell: between one of sliding and the double
    !> cone of pure sliding and pure spinning.
-   pure logical function within_limit(shape, inner, outer, force, f)
-      type(spot_shape_type), intent(in) :: shape
-      type(edge_type), intent(in) :: inner, outer
+   pure logical function within_limit(shell, force, f)
+      type(shell_type), intent(in) :: shell
       real(wp), intent(in) :: force(3)
       !> That of sliding in a direction.
       real(wp), intent(in) :: f(3)
       real(wp) :: rest(3), load, torque, size, share
 
-      load = outer%load - inner%load
-      torque = shape%torque*(outer%load*outer%size - inner%load*inner%size)
+      load = shell%load()
+      torque = shell%torque()
       ! The part of f that leaves the least.
       size = sqrt(f(1)**2 + f(2)**2)
       if (size*torque > abs(f(3))*load) then
@@ -563,33 +581,29 @@ contains
    !> Slip of a shell by a rung of the ladder: Newton's method for the direction as on an ellipse,
    !> without a potential to gain. What it comes closest with does where it does not converge, as at
    !> the kinks of a rung: the force is one of sliding all the same.
-   pure subroutine slip_by_rung(shape, inner, outer, rung, stiffness, trial, force, direction, &
-      slips, work)
-      type(spot_shape_type), intent(in) :: shape
-      type(edge_type), intent(in) :: inner, outer
-      procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
-      real(wp), intent(in) :: stiffness(3)
-      real(wp), intent(in) :: trial(3)
+   pure subroutine slip_by_rung(shell, force, direction, slips, work)
+      type(shell_type), intent(in) :: shell
       !> Force of the trial on entry; that of sliding if it slips.
       real(wp), intent(inout) :: force(3)
       !> Direction where it is sought first, or zero; that of the slip.
       real(wp), intent(inout) :: direction(3)
       logical, intent(out) :: slips
       real(wp), intent(out) :: work
-      real(wp) :: u(3), f(3), hessian(3, 3), rest(3), step(3), length, size, least, best(3), &
-         best_f(3)
+      real(wp) :: stiffness(3), u(3), f(3), hessian(3, 3), rest(3), step(3), length, size, least, &
+         best(3), best_f(3)
       type(shared_type) :: shared
       integer :: i
 
+      stiffness = shell%stiffness
       work = 0.0_wp
       u = direction
       ! The last direction is a good beginning where the trial pulls along it still.
-      if (.not. dot_product(u, force) > 0.0_wp) u = first_direction(shape, inner, outer, force)
+      if (.not. dot_product(u, force) > 0.0_wp) u = first_direction(shell, force)
       least = huge(least)
       best = u
       best_f = 0.0_wp
       do i = 1, most_iterations
-         call sliding_force(shape, inner, outer, rung, u, shared, f, hessian)
+         call sliding_force(shell, u, shared, f, hessian)
          length = dot_product(force - f, u)/dot_product(u, stiffness*u)
          rest = force - f
          if (length > 0.0_wp) rest = rest - length*stiffness*u
@@ -600,7 +614,7 @@ contains
             best = u
             best_f = f
          end if
-         call solve_any(hessian, max(length, short_slip*norm2(trial))*stiffness, rest, step)
+         call solve_any(hessian, max(length, short_slip*norm2(shell%trial))*stiffness, rest, step)
          step = step - dot_product(step, u)*u
          size = norm2(step)
          if (.not. size >= close_enough) exit
@@ -615,25 +629,21 @@ contains
    end subroutine slip_by_rung
 
    !> Direction of an infinitely short slip, about.
-   pure function first_direction(shape, inner, outer, force) result(u)
-      type(spot_shape_type), intent(in) :: shape
-      type(edge_type), intent(in) :: inner, outer
+   pure function first_direction(shell, force) result(u)
+      type(shell_type), intent(in) :: shell
       !> Force of the trial.
       real(wp), intent(in) :: force(3)
       real(wp) :: u(3), load, torque
 
-      load = outer%load - inner%load
-      torque = shape%torque*(outer%load*outer%size - inner%load*inner%size)
+      load = shell%load()
+      torque = shell%torque()
       u = force/[load, load, torque]**2
       u = u/sqrt(dot_product(u, u))
    end function first_direction
 
    !> Force that a shell bears when it slides, and its derivatives by the direction.
-   pure subroutine sliding_force(shape, inner, outer, rung, u, shared, force, hessian, bends)
-      type(spot_shape_type), intent(in) :: shape
-      type(edge_type), intent(in) :: inner, outer
-      !> Friction model; not associated for the exact wrench.
-      procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
+   pure subroutine sliding_force(shell, u, shared, force, hessian, bends)
+      type(shell_type), intent(in) :: shell
       !> Direction of the slip.
       real(wp), intent(in) :: u(3)
       !> What was found for an edge, taken if it is the outer one; that for the inner edge.
@@ -644,20 +654,22 @@ contains
       real(wp) :: bends_of_all(4)
       logical :: known
 
-      known = abs(shared%load - outer%load) <= 0.0_wp
+      known = abs(shared%load - shell%outer%load) <= 0.0_wp
       if (known) known = all(abs(shared%u - u) <= 0.0_wp)
       if (known) then
          force = shared%force
          hessian = shared%hessian
          bends_of_all = shared%bends
       else
-         call sliding_within(shape, outer, rung, u, force, hessian, bends_of_all)
+         call sliding_within(shell%shape, shell%outer, shell%rung, u, force, hessian, &
+            bends_of_all)
       end if
-      shared%load = inner%load
+      shared%load = shell%inner%load
       shared%u = u
       if (present(bends)) bends = bends_of_all
-      if (.not. inner%load > 0.0_wp) return
-      call sliding_within(shape, inner, rung, u, shared%force, shared%hessian, shared%bends)
+      if (.not. shell%inner%load > 0.0_wp) return
+      call sliding_within(shell%shape, shell%inner, shell%rung, u, shared%force, shared%hessian, &
+         shared%bends)
       force = force - shared%force
       hessian = hessian - shared%hessian
       if (present(bends)) bends = bends - shared%bends
@@ -697,13 +709,8 @@ contains
    !> Derivatives of the force of a shell that has slipped: by the trial, K A^-1 H/s with
    !> A = K + H/s, and by the limit, K A^-1 f, both in the units of the limit. H is that of the
    !> potential at the slip, s its length.
-   pure subroutine stiffness_after(shape, inner, outer, rung, stiffness, direction, length, &
-      by_trial, by_limit)
-      type(spot_shape_type), intent(in) :: shape
-      type(edge_type), intent(in) :: inner, outer
-      !> Friction model; not associated for the exact wrench.
-      procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
-      real(wp), intent(in) :: stiffness(3)
+   pure subroutine stiffness_after(shell, direction, length, by_trial, by_limit)
+      type(shell_type), intent(in) :: shell
       !> Direction and length of the slip.
       real(wp), intent(in) :: direction(3), length
       real(wp), intent(out) :: by_trial(3, 3), by_limit(3)
@@ -711,14 +718,14 @@ contains
       type(shared_type) :: shared
       integer :: i
 
-      call sliding_force(shape, inner, outer, rung, direction, shared, force, hessian)
+      call sliding_force(shell, direction, shared, force, hessian)
       do i = 1, 3
-         call solve_for(rung, hessian, length*stiffness, hessian(:, i), column)
-         by_trial(:, i) = stiffness*column
+         call solve_for(shell%rung, hessian, length*shell%stiffness, hessian(:, i), column)
+         by_trial(:, i) = shell%stiffness*column
       end do
       ! H/s and K of the same size: the slope by s K is that by K, times s.
-      call solve_for(rung, hessian, length*stiffness, length*force, column)
-      by_limit = stiffness*column
+      call solve_for(shell%rung, hessian, length*shell%stiffness, length*force, column)
+      by_limit = shell%stiffness*column
    end subroutine stiffness_after
 
    !> Solve (hessian + diagonal) x = right; the derivatives of a potential are symmetric.

@@ -309,7 +309,9 @@ contains
          if (self%standstill > 1000) call fatal(error, &
             "the step size fell below the resolution of time", status_failed)
          t = reached(1)
-         if (self%bdf) call watch_order(self, t, any(events /= 0))
+         if (self%bdf .and. (self%handle%problem%settles .or. .not. self%handle%problem%rings)) then
+            call watch_order(self, t, any(events /= 0))
+         end if
       else
          call fatal(error, trim(reason(flag)), status_failed)
       end if
@@ -334,7 +336,7 @@ contains
    !> a lightly damped contact: the order stays high and the steps short because the error of the
    !> higher orders, which rings, looks small. Whether order 2 takes longer steps is tried after a
    !> while without events; it is kept while it does. CVODE's own detection, used for what sticks
-   !> elastically, misses some of these.
+   !> elastically, misses some of these; it is left alone where such a contact rolls with creep.
    subroutine watch_order(self, t, event)
       class(cvode_type), intent(inout) :: self
       !> Time reached [s].

@@ -100,6 +100,13 @@ contains
       motion%jacobian_steps = scene%integrator%jacobian_steps
       ! What sticks rings on the tangential stiffness.
       motion%rings = motion%system%remembers
+      motion%settles = motion%rings
+      do i = 1, size(motion%system%contacts)
+         associate (contact => motion%system%contacts(i))
+            if (.not. allocated(contact%tangential)) cycle
+            if (allocated(contact%tangential%carry)) motion%settles = .false.
+         end associate
+      end do
       associate (s => motion%scales)
          s%asked = scene%integrator%rtol
          s%coarsest = huge(s%coarsest)

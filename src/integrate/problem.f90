@@ -22,6 +22,8 @@ module contensou_integrate_problem
       !> Whether there are oscillations that hardly decay but at last leave nothing to follow: a
       !> method then looks at the limits of its stability in each step.
       logical :: rings = .false.
+      !> Whether what rings may come to rest: rolling with a law of creep does not end by that.
+      logical :: settles = .false.
       !> Whether the event functions are asked for at the very state at which the right-hand side
       !> was evaluated last, so that what both need can stay as it is; set for each time.
       logical :: at_last = .false.

@@ -508,7 +508,7 @@ contains
       spot%limit = 0.0_wp
       call shells%advance(spot, [0.0_wp, 0.0_wp, theta], wrench, stored, lost)
       call check(shells%energy() <= 0.0_wp, "friction that ends")
-      do k = 60, 320, 20
+      do k = 60, 300, 20
          spot%limit = 10.0_wp**(-k)
          shells = shells_of(default_layers)
          call shells%advance(spot, [a, 0.5_wp*a, 0.1_wp], wrench, stored, lost)

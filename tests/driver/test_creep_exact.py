@@ -203,17 +203,43 @@ def test_where_the_coefficients_end(wrenches, build_kind, model):
             assert np.abs(one - other).max() <= 1e-5
 
 
-def test_table_of_steady_rolling(wrenches):
-    """The errors are those of the grid of the table too: 0.049 f N at a/b = 5 and 31 elements."""
+def steady_rolling() -> tuple[list[tuple], np.ndarray]:
+    """Inputs and wrenches of the table of steady rolling."""
     references = table("steady_rolling.csv")
-    rows = []
-    for row in references:
-        values = [row[name] for name in ("N", "a", "b", "f", "G", "nu", "xi", "eta", "phi")]
-        rows.append((*values, -1.0, 0.0))
-    expected = np.array([[row["Fx"], row["Fy"], row["Tz"]] for row in references])
+    names = ("N", "a", "b", "f", "G", "nu", "xi", "eta", "phi")
+    rows = [(*(row[name] for name in names), -1.0, 0.0) for row in references]
+    return rows, np.array([[row["Fx"], row["Fy"], row["Tz"]] for row in references])
+
+
+def test_table_of_steady_rolling(wrenches):
+    """The errors are those of the grid of the table too: 0.049 f N at a/b = 5."""
+    rows, expected = steady_rolling()
     error = wrenches("table", rows) - expected
     assert np.hypot(error[:, 0], error[:, 1]).mean() <= 0.005
     assert np.abs(error[:, 2]).mean() <= 0.005
+
+
+def test_grid_of_the_table_of_steady_rolling(wrenches, executable, build_kind):
+    """One lattice as wide as the table's makes its values where the law is far from them."""
+    if build_kind == "checked":
+        pytest.skip("takes minutes there")
+    rows, expected = steady_rolling()
+    # The shares of the spot that slip are those of 41 elements, on circles of 45.
+    for row, reference in zip(rows, table("steady_rolling.csv"), strict=True):
+        share = reference["slip_percent"] / 100 * (45 if row[1] == row[2] else 41)
+        assert abs(share - round(share)) <= 0.03
+    far = np.abs(wrenches("table", rows) - expected).max(axis=1) > 0.025
+    assert far.any()
+    lines = []
+    for load, a, b, f, g, nu, xi, eta, phi, *_ in np.array(rows)[far].tolist():
+        assert a != b
+        e0 = 1.5 * f * load / (math.pi * a * b * g)
+        spin = phi * math.sqrt(a * b)
+        lines.append(f"{a / b!r} {nu!r} {xi / e0!r} {eta / e0!r} {spin / e0!r}")
+    build = executable.parent.parent
+    out = generate_creep.program(build, ["tests/cost/creep_lattice"], "\n".join(["41", *lines, ""]))
+    found = np.array([[float(x) for x in line.split()] for line in out.splitlines()])
+    assert np.abs(found - expected[far]).max() <= 0.01
 
 
 @pytest.mark.parametrize("model", ["table", "boundary_elements"])
@@ -240,7 +266,7 @@ def test_nodes_of_the_table_are_what_is_generated(wrenches, executable, ratio):
     """At its nodes the law is what the generator computes there, but for omega."""
     build = executable.parent.parent
     index, direction, radius, _ = generate_creep.lattice()
-    inner = np.flatnonzero((index**2).sum(axis=1) <= 64)
+    inner = np.flatnonzero((index**2).sum(axis=1) < (generate_creep.NODES - 0.5) ** 2)
     chosen = inner[:: len(inner) // 5]
     left = 1 - radius[chosen] ** 2
     ball = generate_creep.BALL * radius[chosen] / left

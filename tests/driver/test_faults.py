@@ -140,8 +140,8 @@ FAULTS = {
     ),
     "creep that is not lost": (
         "contact/tangential/carry.f90",
-        "lost = speed*(at%creepage + (theta*g)*missing)",
-        "lost = speed*(theta*g)*missing",
+        "lost = speed*(at%creepage + g*missing)",
+        "lost = speed*g*missing",
     ),
     "work of the slip of a shell": (
         "contact/tangential/slip.f90",

@@ -30,6 +30,7 @@ module marching_spot
       procedure :: begin
       procedure :: shift
       procedure :: bear
+      procedure :: torque
    end type march_type
 
 contains
@@ -117,7 +118,7 @@ contains
       real(wp), intent(in) :: force(2)
       !> Whether the spot rolls by one element in the meantime.
       logical, intent(in) :: rolls
-      !> A guess, then the shift; no twist.
+      !> A guess, then the shift; the twist is given.
       real(wp), intent(inout) :: by(3)
       integer, parameter :: most_steps = 60
       real(wp), dimension(self%lattice%n, self%lattice%n) :: first_x, first_y
@@ -141,5 +142,14 @@ contains
             *spread(matmul(more, self%inverse), 1, 2)
       end do
    end subroutine bear
+
+   !> Torque about the normal.
+   pure real(wp) function torque(self)
+      class(march_type), intent(in) :: self
+      real(wp) :: wrench(3)
+
+      wrench = resultant(self%lattice, self%px, self%py)
+      torque = wrench(3)
+   end function torque
 
 end module marching_spot

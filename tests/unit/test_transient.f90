@@ -1,5 +1,5 @@
-!> Tests of rolling with memory: the onset of rolling against boundary elements in time, the steady
-!> state against the law of creep, rest, derivatives and energy.
+!> Tests of rolling with memory: the onset of rolling and of spin against boundary elements in time,
+!> the steady state against the law of creep, rest, derivatives and energy.
 module test_transient
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_creep, only : creep_model_type, creep_models
@@ -27,10 +27,14 @@ contains
 
    !> Run all tests.
    subroutine run_transient_tests()
-      call test_onset(1.0_wp, [0.3_wp, 0.6_wp, 0.9_wp], 0.02_wp)
-      call test_onset(2.0_wp, [0.6_wp], 0.02_wp)
-      call test_onset(0.5_wp, [0.6_wp], 0.02_wp)
-      call test_onset(5.0_wp, [0.6_wp], 0.025_wp)
+      call test_onset(1.0_wp, [0.3_wp, 0.6_wp, 0.9_wp], 0.016_wp)
+      call test_onset(2.0_wp, [0.6_wp], 0.016_wp)
+      call test_onset(0.5_wp, [0.6_wp], 0.012_wp)
+      call test_onset(5.0_wp, [0.3_wp, 0.9_wp], 0.02_wp)
+      call test_spin(1.0_wp, 0.3_wp, [0.033_wp, 0.024_wp])
+      call test_spin(1.0_wp, 1.0_wp, [0.11_wp, 0.032_wp])
+      call test_spin(2.0_wp, 1.0_wp, [0.14_wp, 0.06_wp])
+      call test_spin(0.5_wp, 1.0_wp, [0.082_wp, 0.035_wp])
       call test_steady()
       call test_rest()
       call test_slopes()
@@ -159,7 +163,7 @@ contains
                call march(2)%bear(force, .true., more)
                by(:, 2) = by(:, 2) + more
                call pass(contact, friction, shape, passed(by)*(unit/dx), &
-                  merge([-1.0_wp, 0.0_wp], [0.0_wp, -1.0_wp], ratio >= 1.0_wp), dx, 8, y, wrench)
+                  merge([-1.0_wp, 0.0_wp], [0.0_wp, -1.0_wp], ratio >= 1.0_wp), dx, 16, y, wrench)
                by(:, 2) = more
                wrench = wrench(axes)
                call worst%note(maxval(abs(wrench(1:2)/(friction_coefficient*load) - force)), &
@@ -189,6 +193,58 @@ contains
       end function passed
 
    end subroutine test_onset
+
+   !> From rest without tractions to rolling with a spin that goes on and no force: the sliding by
+   !> which boundary elements bear none is that of the law, whose force and torque should be theirs.
+   subroutine test_spin(ratio, spin, limits)
+      !> Half-length of the spot along the rolling, which is along an axis, over its half-width.
+      real(wp), intent(in) :: ratio
+      !> Creepage of spin [e0/sqrt(a b)].
+      real(wp), intent(in) :: spin
+      !> What force [f N] and torque [f N sqrt(a b)] may be off by.
+      real(wp), intent(in) :: limits(2)
+      integer, parameter :: across(2) = [10, 20], elements = 20
+      real(wp), parameter :: no_force(2) = 0.0_wp, weights(2) = [-1.0_wp, 2.0_wp]
+      type(march_type) :: march(2)
+      type(tangential_type) :: contact
+      type(rung_type) :: friction
+      type(spot_shape_type) :: shape
+      type(worst_type) :: worst(2)
+      real(wp) :: y(n), by(3, 2), shift(3), torque(2), wrench(3), length, e0, way, e(2)
+      integer :: j, k, m
+
+      shape = elliptic_shape(min(ratio, 1.0_wp/ratio))
+      length = a*sqrt(shape%k)
+      e0 = creep_scale(shape)
+      e = merge([1.0_wp, 0.0_wp], [0.0_wp, 1.0_wp], ratio >= 1.0_wp)
+      call make("table", contact, friction)
+      y = 0.0_wp
+      y(1) = 1.0_wp
+      by = 0.0_wp
+      do k = 1, 2
+         call march(k)%begin(across(k), ratio, poisson)
+         by(3, k) = spin*2.0_wp*sqrt(ratio)/real(across(k), wp)
+      end do
+      way = 2.0_wp*sqrt(ratio)/real(across(1), wp)
+      do j = 1, elements
+         shift = 0.0_wp
+         do k = 1, 2
+            do m = 1, k
+               call march(k)%bear(no_force, .true., by(:, k))
+               shift = shift + weights(k)*by(:, k)
+            end do
+            torque(k) = march(k)%torque()
+         end do
+         shift = shift*e0/way
+         call pass(contact, friction, shape, [e(1)*shift(1) - e(2)*shift(2), &
+            e(2)*shift(1) + e(1)*shift(2), shift(3)/length], -e, way*length, 16, y, wrench)
+         wrench = wrench/(friction_coefficient*load*[1.0_wp, 1.0_wp, length])
+         call worst(1)%note(norm2(wrench(1:2)), j)
+         call worst(2)%note(abs(wrench(3) - dot_product(weights, torque)), j)
+      end do
+      call worst(1)%check_below(limits(1), "onset of spin: force, in f N")
+      call worst(2)%check_below(limits(2), "onset of spin: torque, in f N sqrt(a b)")
+   end subroutine test_spin
 
    !> Any creep that goes on ends in the wrench of the law, for every law.
    subroutine test_steady()

@@ -3,16 +3,16 @@
 !> The shells of a spot are strained by what is left of the sliding v when the creep u is taken off
 !> that the material loses on its way out. With xi the creepage that it carries, a state, V the
 !> velocity of the material through the spot and W the wrench of the shells,
-!>    u = V (xi + theta g d),   xi' = (V/l) g^(9/2) M^-1 d,   d = L^-1 (W_law(xi) - W),
-!> M = diag(0.7, m, m) along the rolling, across and about the normal, m = 0.8 w/(l + w), theta =
-!> 0.4, L being Kalker's matrix, W = -L xi where nothing slips, and l and w the half-length and the
-!> half-width of the spot along the rolling and across. d is what is missing of xi to bear W, by the
-!> linear theory. Steady is xi = v/V and W = W_law(v): the steady state of the memory is the law of
-!> creep, whichever it is. Without rolling the shells are all there is. Strain that enters leaves
-!> the spot after some way.
+!>    u = V (xi + g Theta d),   xi' = (V/l) g^5 M^-1 d,   d = L^-1 (W_law(xi) - W),
+!> Theta = diag(0.3, 0.45, 0.45) and M = diag(0.73, m, m) along the rolling, across and about the
+!> normal, m = 0.11 + 0.74 w^2/(l^2 + w^2), L being Kalker's matrix, W = -L xi where nothing slips,
+!> and l and w the half-length and the half-width of the spot along the rolling and across. d is
+!> what is missing of xi to bear W, by the linear theory. Steady is xi = v/V and W = W_law(v): the
+!> steady state of the memory is the law of creep, whichever it is. Without rolling the shells are
+!> all there is. Strain that enters leaves the spot after some way.
 !>
 !> g = 1/(q + (1 - q) sqrt(1 - r)), with q = 4/(3 pi) and r the share of the limit that W has, is
-!> about the creepage by which strips bear W over that of the linear theory. theta and M are fitted
+!> about the creepage by which strips bear W over that of the linear theory. Theta and M are fitted
 !> to the onset of rolling under a constant force, by boundary elements in time: docs/rolling.md.
 !> Where surfaces touch V/l has no bound, and d counts the less the smaller the spot is.
 module contensou_contact_tangential_carry
@@ -26,12 +26,12 @@ module contensou_contact_tangential_carry
 
    public :: carry_type, carried_type
 
-   !> Share of what is missing that is lost at once.
-   real(wp), parameter :: theta = 0.4_wp
+   !> Share of what is missing that is lost at once: along the rolling, across and about the normal.
+   real(wp), parameter :: theta(3) = [0.3_wp, 0.45_wp, 0.45_wp]
 
    !> Way in half-lengths of the spot over which the rest follows along the rolling; across and
-   !> about the normal for a spot without length, and for one so long that nothing is known of it.
-   real(wp), parameter :: mu_along = 0.7_wp, mu_across = 0.8_wp, least_mu = 0.13_wp
+   !> about the normal for a spot without width, and what it is more for one without length.
+   real(wp), parameter :: mu_along = 0.73_wp, mu_across = 0.11_wp, mu_more = 0.74_wp
 
    !> Linear over limiting creepage of strips, inverse.
    real(wp), parameter :: q = 4.0_wp/(3.0_wp*pi)
@@ -106,7 +106,7 @@ contains
       real(wp), intent(out) :: rate(3)
       type(creep_spot_type) :: spot
       real(wp) :: speed, e(2), c(3, 3), slope(3, 3), e0, root, limit, bears(3), missing(3), share, g
-      real(wp) :: square, along, across, mu
+      real(wp) :: square, along, mu
 
       lost = 0.0_wp
       rate = 0.0_wp
@@ -128,19 +128,19 @@ contains
       square = limit**(2.0_wp/3.0_wp)
       missing = (pi/1.5_wp)*e0*solved(c, missing) &
          *(square/(square + smallest**2*at%usual**(2.0_wp/3.0_wp)))
-      ! Half-length and half-width of the spot, inverse, in semi-axes.
+      ! Half-length of the spot, inverse, in semi-axes. w^2/(l^2 + w^2) is linear in its square.
       along = sqrt(e(1)**2 + (e(2)/shape%k)**2)
-      across = sqrt(e(2)**2 + (e(1)/shape%k)**2)
-      mu = max(mu_across*along/(along + across), least_mu)
+      mu = mu_across + mu_more*((e(1)*shape%k)**2 + e(2)**2)/(1.0_wp + shape%k**2)
       rate = missing/[mu_along, mu, mu]
+      missing = theta*missing
       missing = [e(1)*missing(1) - e(2)*missing(2), e(2)*missing(1) + e(1)*missing(2), &
          missing(3)/(at%a*root)]
       rate = [e(1)*rate(1) - e(2)*rate(2), e(2)*rate(1) + e(1)*rate(2), rate(3)/(at%a*root)]
       share = min(sqrt(at%wrench(1)**2 + at%wrench(2)**2 &
          + (at%wrench(3)/(at%a*shape%torque))**2)/limit, 1.0_wp)
       g = 1.0_wp/(q + (1.0_wp - q)*sqrt(1.0_wp - share))
-      lost = speed*(at%creepage + (theta*g)*missing)
-      rate = (speed/at%a*along*g**4*sqrt(g))*rate
+      lost = speed*(at%creepage + g*missing)
+      rate = (speed/at%a*along*g**5)*rate
    end subroutine lose
 
    !> The same with the derivatives of loss and rate, by differences: by load, size, creepage and

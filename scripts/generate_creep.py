@@ -40,7 +40,7 @@ ROOT = Path(__file__).resolve().parent.parent
 TARGET = ROOT / "src" / "contact" / "creep" / "table_values.f90"
 
 # Nodes along a radius of the ball, and its scale z0.
-NODES = 9
+NODES = 13
 BALL = 2.3
 
 # First ln g, their distance and number.

@@ -469,6 +469,8 @@ contains
          call leave_domain(self, index, search_trouble(contact%track))
       else if (gap < 0.0_wp) then
          call add_closed(self, contact, index, gap, friction_power, damping_power)
+      else if (gap < contact%brink) then
+         call contact%slide(self%pose(contact%a), self%pose(contact%b), gap)
       end if
    end subroutine add_contact
 

@@ -14,7 +14,7 @@ module contensou_dynamics_mechanism
    use contensou_contact_geometry, only : contact_motion_type, contact_point_type, &
       contact_trouble, contact_variation_type, pose_type, rolling_velocity, track_type, &
       trouble_no_spot, trouble_none, unbounded
-   use contensou_contact_law, only : contact_law_type, contact_load_type
+   use contensou_contact_law, only : along_axes, contact_law_type, contact_load_type
    use contensou_contact_states, only : contact_states_type, most_states, state_list_type
    use contensou_contact_tangential_memory, only : tangential_type
    use contensou_dynamics_scene, only : motion_free
@@ -73,6 +73,9 @@ module contensou_dynamics_mechanism
       logical :: evolves = .false.
       !> Tangential elasticity; unallocated for none.
       type(tangential_type), allocatable :: tangential
+      !> Gap below which the shifts of such a contact follow the sliding already [m]: as good as
+      !> zero, but more than rounding, so that their rates have no step where the surfaces touch.
+      real(wp) :: brink = 0.0_wp
       !> Where the surfaces were closest last.
       type(track_type) :: track
       !> Whether the contact is rigid.
@@ -112,6 +115,7 @@ module contensou_dynamics_mechanism
       procedure :: own
       procedure :: local_states
       procedure :: evolve
+      procedure :: slide
       procedure :: set_rates
       procedure :: stored_energies
       procedure :: renew
@@ -350,6 +354,30 @@ contains
          if (n > 0) call self%set_rates(a, b, now, rates(:n), variation)
       end associate
    end subroutine evolve
+
+   !> Rates of the states where surfaces with tangential elasticity are about to touch.
+   subroutine slide(self, a, b, gap)
+      !> The contact, compliant; the rates of its states are set.
+      class(contact_type), intent(inout) :: self
+      type(pose_type), intent(in) :: a
+      type(pose_type), intent(in) :: b
+      !> Its gap [m].
+      real(wp), intent(in) :: gap
+      type(contact_motion_type) :: now
+      type(contact_variation_type) :: variation
+      real(wp) :: local(most_states), rates(most_states)
+
+      call self%locate(a, b, gap, now%at)
+      call relative_motion(a, b, now%at%point, now%velocity, now%spin)
+      call self%law%geometry%vary(a, b, self%track, now%at, variation)
+      local = self%local_states(now%at)
+      associate (n => self%states%n_local, nd => self%states%n_damping)
+         rates = 0.0_wp
+         rates(nd + 1:n) = self%tangential%free_rates(along_axes(now, &
+            cross(now%at%normal, now%at%major)), local(nd + 1:n))
+         call self%set_rates(a, b, now, rates(:n), variation)
+      end associate
+   end subroutine slide
 
    !> Rates of the states in the inertial frame, from those that the parts give.
    subroutine set_rates(self, a, b, now, rates, variation)

@@ -9,10 +9,12 @@ module contensou_integrate_cvode
       c_int, c_int64_t, c_loc, c_long, c_null_char, c_null_ptr, c_ptr
    use fcvode_mod, only : CV_ADAMS, CV_BDF, CV_CONV_FAILURE, CV_ERR_FAILURE, CV_FIRST_RHSFUNC_ERR, &
       CV_LSETUP_FAIL, CV_ONE_STEP, CV_REPTD_RHSFUNC_ERR, CV_ROOT_RETURN, CV_TOO_MUCH_ACC, &
-      CV_TSTOP_RETURN, CV_UNREC_RHSFUNC_ERR, FCVode, FCVodeCreate, FCVodeFree, FCVodeGetDky, &
-      FCVodeGetIntegratorStats, FCVodeGetNonlinSolvStats, FCVodeGetNumJacEvals, &
+      CV_TSTOP_RETURN, CV_UNREC_RHSFUNC_ERR, FCVode, FCVodeCreate, FCVodeFree, &
+      FCVodeGetCurrentStep, FCVodeGetCurrentTime, FCVodeGetDky, FCVodeGetIntegratorStats, &
+      FCVodeGetNonlinSolvStats, FCVodeGetNumJacEvals, &
       FCVodeGetNumLinRhsEvals, FCVodeGetRootInfo, FCVodeInit, FCVodeReInit, FCVodeRootInit, &
-      FCVodeSetErrFile, FCVodeSetJacEvalFrequency, FCVodeSetJacFn, FCVodeSetLinearSolver, &
+      FCVodeSetErrFile, FCVodeSetInitStep, FCVodeSetJacEvalFrequency, FCVodeSetJacFn, &
+      FCVodeSetLinearSolver, &
       FCVodeSetLSetupFrequency, FCVodeSetMaxConvFails, FCVodeSetMaxErrTestFails, &
       FCVodeSetMaxHnilWarns, FCVodeSetMaxOrd, FCVodeSetMaxStep, FCVodeSetNoInactiveRootWarn, &
       FCVodeSetNonlinearSolver, FCVodeSetStabLimDet, FCVodeSetStopTime, FCVodeSetUserData, &
@@ -32,7 +34,7 @@ module contensou_integrate_cvode
    use contensou_base_errors, only : error_type, fatal, status_failed
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : to_text
-   use contensou_integrate_integrator, only : integrator_type, statistics_type
+   use contensou_integrate_integrator, only : graded, integrator_type, statistics_type
    use contensou_integrate_problem, only : problem_type
    implicit none(type, external)
    private
@@ -96,6 +98,17 @@ module contensou_integrate_cvode
    !> By how much longer the steps must be for `stable_order` to be kept: they are short where the
    !> solution changes, and there a higher order is the better one.
    real(wp), parameter :: gain = 3.0_wp
+
+   !> Steps without a path of account after which lengths need not be graded: CVODE sees less well
+   !> what limits its stability, and that a step could be longer, where they are.
+   integer, parameter :: soon = 1000
+
+   !> Trials of a first step.
+   integer, parameter :: most_guesses = 4
+
+   !> Share of the step whose second-order term is of the size of the tolerance: it may begin at a
+   !> touch, where forces are not smooth.
+   real(wp), parameter :: first_share = 0.05_wp
 
    !> One integration.
    type, extends(integrator_type) :: cvode_type
@@ -247,7 +260,7 @@ contains
       end if
       if (problem%n_events > 0) flag = min(flag, FCVodeRootInit(self%memory, &
          int(problem%n_events, c_int), c_funloc(events_callback)))
-      if (self%bdf .and. problem%rings) flag = min(flag, FCVodeSetStabLimDet(self%memory, &
+      if (self%bdf .and. problem%remembers) flag = min(flag, FCVodeSetStabLimDet(self%memory, &
          sun_true))
       flag = min(flag, FCVodeSetNoInactiveRootWarn(self%memory))
       flag = min(flag, FCVodeSetMaxHnilWarns(self%memory, -1_c_int))
@@ -256,6 +269,7 @@ contains
       flag = min(flag, FCVodeSetMaxConvFails(self%memory, 60_c_int))
       flag = min(flag, FCVodeSetStopTime(self%memory, min(t_end, self%t_stop)))
       call self%bound_step(max_step)
+      if (problem%remembers) flag = min(flag, begin_graded(self, t, y))
       if (flag < 0) call fatal(error, "CVODE could not be set up", status_failed)
    end subroutine start
 
@@ -295,6 +309,7 @@ contains
          self%renews = self%steep
          flag = renew_jacobian(self, merge(1, self%handle%problem%jacobian_steps, self%renews))
       end if
+      if (self%handle%problem%remembers) flag = grade(self)
       reached = t
       flag = FCVode(self%memory, self%t_end, self%vector, reached, CV_ONE_STEP)
       y = self%y
@@ -309,9 +324,10 @@ contains
          if (self%standstill > 1000) call fatal(error, &
             "the step size fell below the resolution of time", status_failed)
          t = reached(1)
-         if (self%bdf .and. (self%handle%problem%settles .or. .not. self%handle%problem%rings)) then
-            call watch_order(self, t, any(events /= 0))
-         end if
+         associate (problem => self%handle%problem)
+            if (self%bdf .and. (problem%settles .or. .not. problem%remembers)) call watch_order( &
+               self, t, any(events /= 0))
+         end associate
       else
          call fatal(error, trim(reason(flag)), status_failed)
       end if
@@ -345,7 +361,7 @@ contains
       real(wp) :: pace
       integer :: trial
 
-      trial = merge(trial_steps_ringing, trial_steps, self%handle%problem%rings)
+      trial = merge(trial_steps_ringing, trial_steps, self%handle%problem%remembers)
       self%since = self%since + 1
       self%steps_of_trial = max(self%steps_of_trial - 1, 0)
       if (event) then
@@ -362,7 +378,7 @@ contains
       else if (self%since == early_steps) then
          self%t_pace = t
          self%pace_of_trial = 0.0_wp
-      else if (self%handle%problem%rings .and. self%since < trial) then
+      else if (self%handle%problem%remembers .and. self%since < trial) then
          if (mod(self%since - early_steps, growth_steps) /= 0) return
          pace = (t - self%t_pace)/growth_steps
          self%t_pace = t
@@ -389,7 +405,7 @@ contains
          self%change = .true.
          self%since = 0
          self%patience = min(2*self%patience, merge(largest_patience_ringing, &
-            largest_patience, self%handle%problem%rings))
+            largest_patience, self%handle%problem%remembers))
          self%steps_of_trial = trial
       end subroutine give_up
 
@@ -442,8 +458,74 @@ contains
       flag = min(flag, FCVodeReInit(self%memory, t, self%vector))
       flag = min(flag, FCVodeSetStopTime(self%memory, min(self%t_end, &
          self%t_stop)))
+      if (self%handle%problem%remembers) flag = min(flag, begin_graded(self, t, y))
       if (flag < 0) call fatal(error, "CVODE could not be started again", status_failed)
    end subroutine restart
+
+   !> Set the first step, graded: CVODE's own depends on the directions of the axes. It is a
+   !> share of that whose second-order term is of the size of the tolerance, sought as CVODE does.
+   integer(c_int) function begin_graded(self, t, y) result(flag)
+      class(cvode_type), intent(inout) :: self
+      !> Time [s].
+      real(wp), intent(in) :: t
+      real(wp), intent(in) :: y(:)
+      real(wp), dimension(size(y)) :: weight, rate, rate_there
+      real(wp) :: span, shortest, longest, h, h_new, bend
+      logical :: outside
+      integer :: i
+
+      flag = 0
+      associate (problem => self%handle%problem)
+         span = min(self%t_end, self%t_stop) - t
+         call problem%derivative(t, y, rate, outside)
+         self%before%derivatives = self%before%derivatives + 1
+         if (outside .or. .not. span > 0.0_wp) return
+         call problem%admissible_error(y, weight)
+         weight = 1.0_wp/weight
+         shortest = 100.0_wp*max(spacing(t), epsilon(span)*span)
+         longest = 0.1_wp*span
+         longest = min(longest, (0.1_wp*rms(y*weight) + 1.0_wp)/max(rms(rate*weight), tiny(h)))
+         longest = max(longest, shortest)
+         h = sqrt(shortest*longest)
+         do i = 1, most_guesses
+            call problem%derivative(t + h, y + h*rate, rate_there, outside)
+            self%before%derivatives = self%before%derivatives + 1
+            if (outside) then
+               h = max(0.2_wp*h, shortest)
+               cycle
+            end if
+            bend = rms((rate_there - rate)*weight)/h
+            h_new = sqrt(h*longest)
+            if (bend*longest**2 > 2.0_wp) h_new = sqrt(2.0_wp/bend)
+            if (h_new > 0.5_wp*h .and. h_new < 2.0_wp*h) exit
+            h = min(max(h_new, shortest), longest)
+         end do
+      end associate
+      flag = FCVodeSetInitStep(self%memory, graded(min(max(first_share*h, shortest), longest)))
+   end function begin_graded
+
+   !> Root of the mean of the squares.
+   pure real(wp) function rms(values)
+      real(wp), intent(in) :: values(:)
+
+      rms = sqrt(dot_product(values, values)/size(values))
+   end function rms
+
+   !> Let the next step be graded: CVODE shortens it to end at a given time.
+   integer(c_int) function grade(self) result(flag)
+      class(cvode_type), intent(in) :: self
+      real(c_double) :: h(1), t(1)
+      real(wp) :: stop, shorter
+
+      stop = min(self%t_end, self%t_stop)
+      flag = min(FCVodeGetCurrentStep(self%memory, h), FCVodeGetCurrentTime(self%memory, t))
+      if (flag >= 0 .and. h(1) > 0.0_wp .and. self%steps_of_no_path < soon) then
+         shorter = graded(h(1))
+         ! What differs by rounding is graded.
+         if (h(1) > shorter*(1.0_wp + 1.0e-9_wp)) stop = min(stop, t(1) + shorter)
+      end if
+      flag = FCVodeSetStopTime(self%memory, stop)
+   end function grade
 
    subroutine bound_step(self, max_step)
       class(cvode_type), intent(inout) :: self

@@ -16,7 +16,7 @@ module contensou_integrate_explicit8
    use contensou_base_errors, only : error_type, fatal, status_failed
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : power_text
-   use contensou_integrate_integrator, only : integrator_type, statistics_type
+   use contensou_integrate_integrator, only : graded, integrator_type, statistics_type
    use contensou_integrate_problem, only : problem_type
    use contensou_integrate_rk8pd, only : begin_rk8pd, end_rk8pd, evaluate, extend, last_stage, &
       rk8pd_type, take_step, value_within
@@ -36,6 +36,14 @@ module contensou_integrate_explicit8
 
    !> Largest growth of a step.
    real(wp), parameter :: largest_growth = 6.0_wp
+
+   !> Error below which it is rounding for the most part, 1 at the tolerance, and the growth of a
+   !> step then, where lengths are not to depend on that.
+   real(wp), parameter :: rounding_error = 0.1_wp, growth_by_rounding = 1.3_wp
+
+   !> Largest error of a first step where contacts remember, 1 at the tolerance: it may begin at a
+   !> touch, where the force grows with the power 3/2 of the overlap, and the estimate is too small.
+   real(wp), parameter :: first_error = 0.01_wp
 
    !> Largest decrease of a step.
    real(wp), parameter :: largest_decrease = 0.05_wp
@@ -112,6 +120,8 @@ module contensou_integrate_explicit8
       real(wp) :: last_error = 1.0_wp
       !> Whether the right-hand side at `t` is yet to be evaluated.
       logical :: fresh = .true.
+      !> Whether the next step is the first one.
+      logical :: at_start = .true.
       !> Whether the continuous extension of the last step is set.
       logical :: dense_set = .false.
       !> State at the beginning of the last step.
@@ -125,6 +135,8 @@ module contensou_integrate_explicit8
       type(rk8pd_type) :: pair
       !> Sign of each event function since it last changed; 0 before it has left zero.
       integer, allocatable :: side(:)
+      !> The same at the beginning of the last step.
+      integer, allocatable :: side_old(:)
       !> Values of the event functions.
       real(wp), allocatable :: g(:)
       !> States at multiples of `spacing_of_states`, the latest last.
@@ -176,7 +188,7 @@ contains
       self%t_end = t_end
       associate (n => problem%n, m => problem%n_events)
          allocate(self%y_old(n), self%y(n), self%z(n), self%weight(n))
-         allocate(self%side(m), self%g(m), self%y_kept(n, kept))
+         allocate(self%side(m), self%side_old(m), self%g(m), self%y_kept(n, kept))
       end associate
       call begin_rk8pd(self%pair, problem)
       call self%bound_step(max_step)
@@ -196,11 +208,12 @@ contains
       self%y = y
       self%y_old = y
       self%fresh = .true.
+      self%at_start = .true.
       self%dense_set = .false.
       self%last_error = 1.0_wp
       call forget_states(self)
       if (size(self%g) > 0) call self%problem%events(t, self%y, self%g)
-      self%side = side_of(self%g)
+      self%side = merge(0, side_of(self%g), abs(self%g) <= self%problem%rounding)
    end subroutine begin_at
 
    !> Sign of a value, 0 for zero.
@@ -231,6 +244,7 @@ contains
       !> Set when the integration cannot go on.
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: h, t_new, t_last, estimate, factor, h_event
+      real(wp) :: admitted
       logical :: outside, rejected, was_outside, last
 
       events = 0
@@ -242,6 +256,8 @@ contains
       rejected = .false.
       was_outside = .false.
       t_last = min(self%t_end, self%t_stop)
+      admitted = 1.0_wp
+      if (self%problem%remembers .and. self%at_start) admitted = first_error
       do
          h = self%h_next
          if (self%max_step > 0.0_wp) h = min(h, self%max_step)
@@ -265,7 +281,7 @@ contains
          end if
          estimate = size_of(self%pair%error, self%weight)
          if (.not. ieee_is_finite(estimate)) estimate = huge(estimate)
-         if (estimate <= 1.0_wp) then
+         if (estimate <= admitted) then
             call evaluate(self%pair, last_stage, t_new, self%z, outside)
             if (.not. outside) then
                associate (k => self%pair%k)
@@ -278,18 +294,25 @@ contains
             self%h_next = decrease_outside*h
          else
             self%h_next = h*max(largest_decrease, safety*estimate**(-0.125_wp))
+            ! There it hardly falls faster than with the cube of the step.
+            if (admitted < 1.0_wp) self%h_next = h*max(largest_decrease, &
+               safety*(admitted/estimate)**(1.0_wp/3.0_wp))
+            if (self%problem%remembers) self%h_next = graded(self%h_next)
          end if
          rejected = .true.
          self%counters%error_test_failures = self%counters%error_test_failures + 1
       end do
 
+      self%at_start = .false.
       call take_end(self, h, t_new)
       estimate = max(estimate, 1.0e-10_wp)
       factor = safety*estimate**(-exponent)*self%last_error**memory_exponent
+      if (self%problem%remembers .and. estimate < rounding_error) factor = growth_by_rounding
       factor = min(max(factor, largest_decrease), merge(1.0_wp, largest_growth, rejected))
-      self%last_error = max(estimate, 1.0e-4_wp)
+      self%last_error = max(estimate, merge(rounding_error, 1.0e-4_wp, self%problem%remembers))
       ! A step that is short because time ends says nothing of the next one's length.
       self%h_next = merge(max(self%h_next, h*factor), h*factor, last .and. .not. rejected)
+      if (self%problem%remembers) self%h_next = graded(self%h_next)
 
       if (size(events) > 0) then
          self%problem%at_last = .true.
@@ -343,6 +366,7 @@ contains
       self%pair%t_last = min(self%t_end, self%t_stop)
       self%t_old = self%t
       self%y_old = self%y
+      self%side_old = self%side
       self%dense_set = .false.
       call self%problem%admissible_error(self%y, self%weight)
       self%weight = 1.0_wp/self%weight
@@ -395,6 +419,7 @@ contains
       self%h_next = max(1.0e-6_wp, 1.0e-3_wp*h0)
       if (max(d1, d2) > 1.0e-15_wp) self%h_next = (0.01_wp/max(d1, d2))**0.125_wp
       self%h_next = min(100.0_wp*h0, self%h_next)
+      if (self%problem%remembers) self%h_next = graded(self%h_next)
    end subroutine guess_step
 
    !> End the step at the state that was tried, whose right-hand side is the last one evaluated.
@@ -538,14 +563,25 @@ contains
       !> Never set.
       type(error_type), allocatable, intent(out) :: error
       integer :: side(size(self%side))
+      real(wp) :: g(size(self%side))
       logical :: same
 
       ! At an event the sides are those after it, whatever the rounding of the values; another
-      ! state has sides of its own.
+      ! state has sides of its own, unless it is another one of what has no part in them.
       same = abs(t - self%t) <= 0.0_wp .and. maxval(abs(y - self%y)) <= 0.0_wp
       side = self%side
+      g = huge(g)
+      if (self%problem%remembers .and. .not. same) then
+         if (abs(t - self%t) <= 0.0_wp) then
+            call self%problem%events(t, self%y, g)
+         else if (abs(t - self%t_old) <= 0.0_wp) then
+            ! The last step is taken again.
+            same = maxval(abs(y - self%y_old)) <= 0.0_wp
+            side = self%side_old
+         end if
+      end if
       call begin_at(self, t, y)
-      if (same) self%side = side
+      where (same .or. abs(self%g - g) <= 0.0_wp) self%side = side
    end subroutine restart
 
    subroutine bound_step(self, max_step)
@@ -570,7 +606,8 @@ contains
       class(explicit8_type), intent(inout) :: self
 
       if (allocated(self%y)) then
-         deallocate(self%y_old, self%y, self%z, self%weight, self%side, self%g, self%y_kept)
+         deallocate(self%y_old, self%y, self%z, self%weight, self%side, self%side_old, &
+            self%g, self%y_kept)
       end if
       call end_rk8pd(self%pair)
       if (allocated(self%advice)) deallocate(self%advice)

@@ -4,6 +4,7 @@ module contensou_integrate_history
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
+   use contensou_integrate_integrator, only : graded
    use contensou_integrate_motion, only : motion_type
    use contensou_integrate_step, only : march_type
    implicit none(type, external)
@@ -19,6 +20,9 @@ module contensou_integrate_history
 
    !> How far its steps may bend away from straight ones, over an overlap.
    real(wp), parameter :: admitted_bend = 1.0e-3_wp
+
+   !> Deviation of a step in which the path does not count.
+   real(wp), parameter :: of_no_account = 1.0e-7_wp
 
    !> Part of the step that would just do, and the smallest and the largest change of a step.
    real(wp), parameter :: cautious = 0.7_wp, shrinking = 0.1_wp, growing = 4.0_wp
@@ -42,11 +46,14 @@ contains
          time_step = t - self%t_before
          call self%motion%system%evaluate_memory(memory%t, memory%y)
          call deviate(self%motion, time_step, largest)
+         associate (steps => self%integrator%steps_of_no_path)
+            steps = merge(0, steps + 1, largest > of_no_account)
+         end associate
          bound = admitted*sqrt(self%motion%scales%rtol)
          self%next_step = time_step*cautious*sqrt(bound/max(largest, tiny(largest)))
          again = largest > bound .and. time_step > shortest*spacing(t)
          if (.not. again) return
-         call self%integrator%bound_step(max(self%next_step, shrinking*time_step))
+         call self%integrator%bound_step(graded(max(self%next_step, shrinking*time_step)))
          self%bounded = .true.
          t = self%t_before
          memory%y = self%y_before
@@ -123,7 +130,7 @@ contains
          if (memory%bounded_until > 0.0_wp) return
          time_step = memory%t - self%t_before
          ! A step that an event cut short may be less than time resolves.
-         bound = max(min(self%next_step, growing*time_step), shortest*spacing(memory%t))
+         bound = graded(max(min(self%next_step, growing*time_step), shortest*spacing(memory%t)))
          if (self%plan%max_step > 0.0_wp) bound = min(bound, self%plan%max_step)
          if (self%next_step < growing*time_step) then
             call self%integrator%bound_step(bound)

@@ -7,7 +7,13 @@ module contensou_integrate_integrator
    implicit none(type, external)
    private
 
-   public :: integrator_type, statistics_type
+   public :: graded, integrator_type, statistics_type
+
+   !> Lengths of steps between one and its double, where they are graded.
+   integer, parameter :: grades = 16
+
+   !> What a length may fall short of its grade.
+   real(wp), parameter :: edge = 1.0e-6_wp
 
    !> Counters of an integration.
    type :: statistics_type
@@ -44,6 +50,8 @@ module contensou_integrate_integrator
       logical :: free_interpolation = .false.
       !> Whether the right-hand side changes more within a step than a Jacobian tells.
       logical :: steep = .false.
+      !> Steps since the path within one was of account for what contacts remember.
+      integer :: steps_of_no_path = 0
       !> Whether the event functions at the end of the last step are what was evaluated last.
       logical :: events_last = .false.
       !> Time at which a step must end, as the right-hand side is not smooth there [s]; taken note
@@ -150,6 +158,15 @@ module contensou_integrate_integrator
    end interface
 
 contains
+
+   !> The next shorter length of a scale by which lengths of steps do not depend on rounding, of the
+   !> directions in which a scene happens to lie, but for where one is at the very edge of a grade.
+   pure real(wp) function graded(length)
+      !> > 0 [s].
+      real(wp), intent(in) :: length
+
+      graded = 2.0_wp**(real(floor(grades*log(length)/log(2.0_wp) + edge), wp)/grades)
+   end function graded
 
    !> Time derivative of the state within the last step; not known here.
    subroutine interpolate_rate(self, t, rate, known)

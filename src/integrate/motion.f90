@@ -57,6 +57,12 @@ module contensou_integrate_motion
    !> Usual overlap of a contact over the length scale of the integration.
    real(wp), parameter :: overlap_over_length = 10.0_wp
 
+   !> Gap that is as good as none, over the length scale of the integration.
+   real(wp), parameter :: brink_over_length = 1.0e-6_wp
+
+   !> Admissible error of what is of no account.
+   real(wp), parameter :: of_no_account = 1.0e30_wp
+
    !> Motion of a system.
    type, extends(problem_type) :: motion_type
       type(system_type) :: system
@@ -80,6 +86,7 @@ module contensou_integrate_motion
       procedure :: nominals
       procedure :: set_tolerance
       procedure, private :: admit_states
+      procedure, private :: error_scales
    end type motion_type
 
 contains
@@ -98,9 +105,8 @@ contains
       if (allocated(motion%row)) deallocate(motion%column_start, motion%row)
       motion%differences = scene%integrator%differences
       motion%jacobian_steps = scene%integrator%jacobian_steps
-      ! What sticks rings on the tangential stiffness.
-      motion%rings = motion%system%remembers
-      motion%settles = motion%rings
+      motion%remembers = motion%system%remembers
+      motion%settles = motion%remembers
       do i = 1, size(motion%system%contacts)
          associate (contact => motion%system%contacts(i))
             if (.not. allocated(contact%tangential)) cycle
@@ -122,8 +128,12 @@ contains
          motion%contact_time = contact_time(scene, motion%system, s%velocity)
          do i = 1, size(motion%system%contacts)
             associate (contact => motion%system%contacts(i))
-               if (allocated(contact%tangential)) contact%tangential%reference = &
-                  contact%tangential%coefficient*contact%law%normal%force(s%usual_overlap())
+               if (.not. allocated(contact%tangential)) cycle
+               contact%tangential%reference = contact%tangential%coefficient &
+                  *contact%law%normal%force(s%usual_overlap())
+               if (contact%rigid) cycle
+               contact%brink = brink_over_length*s%length
+               motion%rounding = contact%brink
             end associate
          end do
          s%energy = kinetic
@@ -290,8 +300,32 @@ contains
 
    end subroutine events
 
-   !> Admissible local error of each unknown.
+   !> Admissible local error of each unknown. Shifts begin where surfaces touch: what a step through
+   !> that makes of them before it is cut there is of no account.
    subroutine admissible_error(self, y, size_of_error)
+      class(motion_type), intent(in) :: self
+      real(wp), intent(in) :: y(:)
+      !> Admissible error.
+      real(wp), intent(out) :: size_of_error(:)
+      integer :: i
+
+      call self%error_scales(y, size_of_error)
+      if (.not. self%remembers) return
+      do i = 1, size(self%system%contacts)
+         associate (contact => self%system%contacts(i))
+            if (.not. allocated(contact%tangential)) cycle
+            if (contact%rigid .or. contact%tangential%is_loaded()) cycle
+            ! After those of damping, which are numbers.
+            associate (states => contact%states)
+               size_of_error(states%first + states%n_damping:states%first + states%n - 1) &
+                  = of_no_account
+            end associate
+         end associate
+      end do
+   end subroutine admissible_error
+
+   !> Admissible local error of each unknown, whether it is of account or not.
+   subroutine error_scales(self, y, size_of_error)
       class(motion_type), intent(in) :: self
       real(wp), intent(in) :: y(:)
       !> Admissible error.
@@ -321,6 +355,8 @@ contains
             ! No finer than the rounding of the position itself.
             size_of_error(at_position:at_position + 2) = max(s%rtol*s%length, &
                64.0_wp*epsilon(s%rtol)*abs(y(at_position:at_position + 2)))
+            if (self%remembers) size_of_error(at_position:at_position + 2) = max(s%rtol*s%length, &
+               64.0_wp*epsilon(s%rtol)*norm2(y(at_position:at_position + 2)))
             size_of_error(at_quaternion:at_quaternion + 3) = s%rtol*s%rotation
             size_of_error(at_velocity:at_velocity + 2) = s%rtol*max(s%velocity, &
                norm2(y(at_velocity:at_velocity + 2)))
@@ -329,7 +365,7 @@ contains
          end associate
       end subroutine admit
 
-   end subroutine admissible_error
+   end subroutine error_scales
 
    !> What is usual of each unknown: methods of other programs measure its error against its size
    !> and that. Of a position it is the size of a body; the length scale, which is a part of an
@@ -358,7 +394,7 @@ contains
       if (smallest < huge(smallest)) self%scales%length = max(smallest, own%length)
       self%scales%energy = max(own%energy, lift)
       at_rest = 0.0_wp
-      call self%admissible_error(at_rest, values)
+      call self%error_scales(at_rest, values)
       self%scales = own
       where (.not. values > 0.0_wp) values = 1.0_wp
    end subroutine nominals

@@ -19,9 +19,13 @@ module contensou_integrate_problem
       integer, allocatable :: row(:)
       !> Steps after which an implicit method renews its Jacobian, >= 1.
       integer :: jacobian_steps = 10
-      !> Whether there are oscillations that hardly decay but at last leave nothing to follow: a
-      !> method then looks at the limits of its stability in each step.
-      logical :: rings = .false.
+      !> Whether what a step does remains. The lengths of steps are part of the result then: they
+      !> are not to depend on rounding. And what sticks rings, on the tangential stiffness, and
+      !> hardly decays, but at last leaves nothing to follow: a method looks at the limits of its
+      !> stability in each step.
+      logical :: remembers = .false.
+      !> Value of an event function up to which it counts as zero where an integration begins.
+      real(wp) :: rounding = 0.0_wp
       !> Whether what rings may come to rest: rolling with a law of creep does not end by that.
       logical :: settles = .false.
       !> Whether the event functions are asked for at the very state at which the right-hand side

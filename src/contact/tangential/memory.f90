@@ -91,6 +91,8 @@ module contensou_contact_tangential_memory
    contains
       procedure :: begin
       procedure :: forget
+      procedure :: is_loaded
+      procedure, nopass :: free_rates
       procedure :: evolve
       procedure :: vary
       procedure :: tell
@@ -152,6 +154,28 @@ contains
       self%limit = 0.0_wp
       self%a = 0.0_wp
    end subroutine forget
+
+   !> Whether there was a spot at the last accepted step.
+   pure logical function is_loaded(self)
+      class(tangential_type), intent(in) :: self
+
+      is_loaded = self%past%n > 0
+   end function is_loaded
+
+   !> Rates of the states where nothing is borne.
+   pure function free_rates(motion, states) result(rates)
+      !> Sliding velocity along the axes of the spot [m/s] and spin [rad/s].
+      real(wp), intent(in) :: motion(3)
+      !> Six, nine with a law of creep.
+      real(wp), intent(in) :: states(:)
+      real(wp) :: rates(size(states))
+      real(wp) :: axis(2)
+
+      axis = states(1:2)/sqrt(states(1)**2 + states(2)**2)
+      rates = 0.0_wp
+      rates(3:5) = [axis(1)*motion(1) + axis(2)*motion(2), &
+         axis(1)*motion(2) - axis(2)*motion(1), motion(3)]
+   end function free_rates
 
    !> Wrench at given states, and the rates of these.
    pure subroutine evolve(self, friction, shape, rolls, states, wrench, rates, slopes)

@@ -15,6 +15,10 @@ module contensou_contact_tangential_nest
    !> Share of the shells, as an inverse, that a spot keeps at least while it shrinks.
    integer, parameter :: fewest = 10
 
+   !> Difference of two widths that are the same, as those of new shells are: of these the inner one
+   !> counts, not the one whose rounding errors happen to be the smaller ones.
+   real(wp), parameter :: even = 1.0e-9_wp
+
    !> Shells of the area by which a spot has grown in a step, at most.
    integer, parameter :: most_new = 6
 
@@ -495,7 +499,7 @@ contains
       least = huge(least)
       do j = 1, self%n - 1
          width = share_of(self%edge(j + 1)) - share_of(self%edge(j - 1))
-         if (width < least) then
+         if (width < (1.0_wp - even)*least) then
             least = width
             at = j
          end if
@@ -530,7 +534,7 @@ contains
       most = -1.0_wp
       do j = 1, self%n
          width = share_of(self%edge(j)) - share_of(self%edge(j - 1))
-         if (width > most) then
+         if (width > (1.0_wp + even)*most) then
             most = width
             at = j
          end if

@@ -349,14 +349,15 @@ def test_full_sliding_is_that_of_each_friction_model(ball, run, friction):
     expected = np.array([line.split(",")[-3:] for line in done.out.split()[1:]], dtype=float)
     load = 0.3 * rows["normal_force"][sliding, :1]
     found = rows["friction_force"][sliding, 0, :2]
-    # To the root of rtol, in which steps of memory are taken; most rows come long after the last.
+    # At the ends of steps of memory to the root of rtol, within them, after a shorter way, to twice
+    # that; most rows come long after the last.
     error = np.abs((found - expected[:, :2]) / load).max(axis=1)
     assert np.median(error) < 1e-12
-    assert error.max() < 1e-4
+    assert error.max() < 2e-4
     torque = rows["friction_torque"][sliding, 0] - expected[:, 2]
     error = np.abs(torque / (load[:, 0] * rows["semi_axes"][sliding, 0, 0]))
     assert np.median(error) < 1e-12
-    assert error.max() < 1e-4
+    assert error.max() < 2e-4
     assert closed_to(rows, 1e-7)
 
 

@@ -27,8 +27,8 @@ contains
 
    !> Run all tests.
    subroutine run_transient_tests()
-      call test_onset(1.0_wp, [0.3_wp, 0.6_wp, 0.9_wp], 0.017_wp)
-      call test_onset(2.0_wp, [0.6_wp], 0.016_wp)
+      call test_onset(1.0_wp, [0.3_wp, 0.6_wp, 0.9_wp], 0.016_wp)
+      call test_onset(2.0_wp, [0.6_wp], 0.017_wp)
       call test_onset(0.5_wp, [0.6_wp], 0.012_wp)
       call test_onset(5.0_wp, [0.3_wp, 0.9_wp], 0.02_wp)
       call test_spin(1.0_wp, 0.3_wp, [0.033_wp, 0.024_wp])

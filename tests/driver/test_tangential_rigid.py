@@ -23,7 +23,7 @@ BALL = """
 &surface name = 'floor' body = 'ground' material = 'steel' shape = 'plane' normal = 0, 0, 1 /
 &contact name = 'c' surfaces = 'floor', 'skin' normal = 'rigid' friction = 'contensou_exact'
    friction_coefficient = 0.3 tangential = '{tangential}' {more} /
-&integrator method = '{method}' rtol = {rtol} /
+&integrator method = '{method}' rtol = {rtol} {steps} /
 &output file = 'o.h5' interval = {interval} /
 """
 USUAL = {
@@ -34,6 +34,7 @@ USUAL = {
     "more": "",
     "method": "explicit8",
     "rtol": 1e-9,
+    "steps": "",
     "interval": 1e-6,
 }
 
@@ -167,7 +168,9 @@ def test_feet_that_open_while_they_stick_lose_what_they_held(table, method):
 
 @pytest.mark.parametrize("tangential", ["elastic", "spring"])
 def test_impacts_are_those_without(ball, tangential):
+    """In steps of the same lengths."""
     changes = {
+        "steps": "max_step = 1e-4",
         "height": 0.003,
         "motion": "velocity = 0.05, 0.02, 0 angular_velocity = 0, 3, 20",
         "more": "restitution = 0.5",

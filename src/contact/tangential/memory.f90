@@ -16,8 +16,8 @@
 !> the twist are then what is left of them when the creep is taken off, and the creepage that the
 !> material carries out of the spot is a state, along the axes of the spot.
 !>
-!> Where the bodies have slid by many times what the spot can be strained since the last step, in
-!> the direction in which they slide now, the wrench is that of sliding (`share` 1).
+!> Where the bodies have slid by many times what the spot can be strained, in the direction in which
+!> they slide now and with nothing that stuck, the wrench is that of sliding (`share` 1).
 module contensou_contact_tangential_memory
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_kinds, only : wp
@@ -35,9 +35,12 @@ module contensou_contact_tangential_memory
    !> Numbers of state without a law of creep, and with one.
    integer, parameter :: n_states = 6, n_all_states = n_states + 3
 
-   !> Shift since the last step, over what the whole spot can be strained, from which on sliding
+   !> Shift since something stuck, over what the whole spot can be strained, from which on sliding
    !> begins to take over, and from which on nothing else is left.
    real(wp), parameter :: long_shift(2) = [12.0_wp, 24.0_wp]
+
+   !> Shift that is remembered, likewise: more than the longest of these, as limits change.
+   real(wp), parameter :: longest_shift = 36.0_wp
 
    !> Cosine between that shift and the sliding velocity, likewise.
    real(wp), parameter :: aligned(2) = [0.9_wp, 0.99_wp]
@@ -77,6 +80,8 @@ module contensou_contact_tangential_memory
       type(shells_type) :: past, now, half
       !> Shifts, twist and way at the last accepted step, and their rates.
       real(wp) :: anchor(4) = 0.0_wp, rates(4) = 0.0_wp
+      !> Shifts and twist of the sliding up to there.
+      real(wp) :: slid(3) = 0.0_wp
       !> Limit [N] and size of the spot [m] there.
       real(wp) :: limit = 0.0_wp, a = 0.0_wp
       !> Of the last state that was evaluated: the spot; step and its rates, as `anchor`; the axis
@@ -151,6 +156,7 @@ contains
       call self%past%clear()
       self%anchor = 0.0_wp
       self%rates = 0.0_wp
+      self%slid = 0.0_wp
       self%limit = 0.0_wp
       self%a = 0.0_wp
    end subroutine forget
@@ -342,22 +348,50 @@ contains
    pure real(wp) function sliding_share(self, step) result(share)
       class(tangential_type), intent(in) :: self
       real(wp), intent(in) :: step(4)
-      real(wp) :: weight(3), shift(3), speed(3), way, fast
+      real(wp) :: shift(3), speed(3), way, fast
 
       share = 0.0_wp
-      associate (spot => self%spot)
-         if (.not. (spot%limit > 0.0_wp .and. spot%a > 0.0_wp)) return
-         weight = spot%stiffness/(spot%limit*[1.0_wp, 1.0_wp, spot%a*spot%shape%torque])
-      end associate
-      if (.not. self%drilling) weight(3) = 0.0_wp
-      shift = step(1:3)*weight*left_of_growth(lengths(step, self%spot))
+      if (.not. (self%spot%limit > 0.0_wp .and. self%spot%a > 0.0_wp)) return
+      shift = in_strains(self, sliding_to(self, step))
       way = sqrt(dot_product(shift, shift))
       if (way <= long_shift(1)) return
-      speed = self%step_rates(1:3)*weight
+      speed = in_strains(self, self%step_rates(1:3))
       fast = sqrt(dot_product(speed, speed))
       if (.not. fast > 0.0_wp) return
       share = rise(way, long_shift)*rise(dot_product(shift, speed)/(way*fast), aligned)
    end function sliding_share
+
+   !> Shifts and twist since something stuck, as far as rolling has left of them.
+   pure function sliding_to(self, step) result(shift)
+      class(tangential_type), intent(in) :: self
+      real(wp), intent(in) :: step(4)
+      real(wp) :: shift(3), way
+
+      way = lengths(step, self%spot)
+      shift = left(way)*self%slid + left_of_growth(way)*step(1:3)
+   end function sliding_to
+
+   !> Shifts and twist, or their rates, over what the whole spot can be strained: now or at the last
+   !> accepted step, whichever is more. Where it can bear less than it did it slips without sliding.
+   pure function in_strains(self, shift) result(strains)
+      class(tangential_type), intent(in) :: self
+      real(wp), intent(in) :: shift(3)
+      real(wp) :: strains(3)
+
+      associate (spot => self%spot)
+         strains = shift*spot%stiffness/(spot%limit*[1.0_wp, 1.0_wp, spot%a*spot%shape%torque]) &
+            /fall(self)
+      end associate
+      if (.not. self%drilling) strains(3) = 0.0_wp
+   end function in_strains
+
+   !> What the spot could be strained at the last accepted step over what it can be now, if more.
+   pure real(wp) function fall(self)
+      class(tangential_type), intent(in) :: self
+
+      fall = 1.0_wp
+      if (self%a > 0.0_wp) fall = max(self%limit*self%spot%a/(self%spot%limit*self%a), 1.0_wp)
+   end function fall
 
    !> Smooth step from 0 to 1.
    pure real(wp) function rise(x, between)
@@ -574,6 +608,7 @@ contains
       class(tangential_type), intent(inout) :: self
 
       call complete(self)
+      call note_sliding(self)
       call self%now%turn_to(self%axis)
       call self%now%settle()
       call self%past%take(self%now, [1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp])
@@ -585,6 +620,24 @@ contains
       self%a = self%spot%a
    end subroutine keep
 
+   !> Remember how far the bodies have slid, unless something sticks or slips against the sliding.
+   pure subroutine note_sliding(self)
+      class(tangential_type), intent(inout) :: self
+      real(wp) :: slid(3), shift(3), speed(3), way, fast
+
+      slid = sliding_to(self, self%step)
+      self%slid = 0.0_wp
+      if (.not. (self%spot%limit > 0.0_wp .and. self%spot%a > 0.0_wp)) return
+      if (self%share <= 0.0_wp .and. self%now%stuck_share() > 0.0_wp) return
+      if (dot_product(self%wrench, self%velocity) >= 0.0_wp) return
+      shift = in_strains(self, slid)
+      speed = in_strains(self, self%step_rates(1:3))
+      way = sqrt(dot_product(shift, shift))
+      fast = sqrt(dot_product(speed, speed))
+      if (dot_product(shift, speed) <= aligned(1)*way*fast) return
+      self%slid = slid*(min(1.0_wp, longest_shift/way)/fall(self))
+   end subroutine note_sliding
+
    !> Write what is remembered to a checkpoint or read it back.
    subroutine exchange(self, checkpoint)
       class(tangential_type), intent(inout) :: self
@@ -592,6 +645,7 @@ contains
 
       call checkpoint%exchange("tangential_anchor", self%anchor)
       call checkpoint%exchange("tangential_rates", self%rates)
+      call checkpoint%exchange("tangential_slid", self%slid)
       call checkpoint%exchange("tangential_limit", self%limit)
       call checkpoint%exchange("tangential_a", self%a)
       call self%past%exchange(checkpoint)

@@ -33,7 +33,8 @@ contains
          has_templates = has_templates .or. is_template(document%groups(i))
       end do
       do i = 1, size(overrides)
-         has_templates = has_templates .or. repeats(overrides(i)%s)
+         has_templates = has_templates .or. repeats(overrides(i)%s) .or. &
+            object_of_override(overrides(i)%s) == defaults_group
       end do
    end function has_templates
 
@@ -78,6 +79,8 @@ contains
          if (is_template(document%groups(i))) call bodies%add(name_of(document%groups(i)), i)
       end do
       call names%add("material", 1)
+      ! The group may be one that is set only.
+      call names%add(defaults_group, 1)
       do i = 1, document%n_groups
          associate (group => document%groups(i))
             if (group%name == "surface") then

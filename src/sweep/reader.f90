@@ -786,6 +786,9 @@ contains
          end do
          sweep%expands = sweep%expands .or. any(sweep%parameters(i)%targets%expands)
       end do
+      ! A scene without templates is as it was read, but for what is set anyway.
+      if (sweep%expands .and. .not. allocated(sweep%base%raw%groups)) &
+         sweep%base%raw = sweep%base%document
 
       n_set = 0
       if (main%is_set("set")) n_set = main%count("set")

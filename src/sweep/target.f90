@@ -11,7 +11,9 @@ module contensou_sweep_target
       kind_reference, kind_text, schema_type
    use contensou_base_settings, only : group_settings_type, new_setting, settings_type
    use contensou_base_text, only : lower, nearest, quote, string_type
-   use contensou_scene_overrides, only : find_path, index_groups, index_type, path_type
+   use contensou_scene_defaults, only : defaults_group
+   use contensou_scene_overrides, only : find_path, index_groups, index_type, &
+      object_of_override, path_type
    use contensou_scene_reader, only : loaded_scene_type
    use contensou_scene_repeats, only : repeat_keys
    use contensou_scene_templates, only : concerns_templates, template_names
@@ -62,9 +64,12 @@ contains
       integer :: g, k
 
       target%path = lower(trim(adjustl(text)))
-      if (allocated(scene%raw%groups)) target%expands = &
-         concerns_templates(template_names(scene%raw), target%path // "=")
-      if (target%expands) then
+      if (allocated(scene%raw%groups)) then
+         target%expands = concerns_templates(template_names(scene%raw), target%path // "=")
+      else
+         target%expands = object_of_override(target%path // "=") == defaults_group
+      end if
+      if (target%expands .and. allocated(scene%raw%groups)) then
          call index_groups(scene%raw, scene%schema, index_of)
          call find_path(scene%raw, scene%schema, index_of, target%path, origin, path, found, &
             diagnostics)

@@ -464,6 +464,26 @@ def test_defaults_and_what_is_set(expand):
     )["friction"] == ["coulomb"]
 
 
+def test_defaults_that_are_set_only(expand, run, tmp_path):
+    text = (ROOT / "inputs" / "sliding_ball.nml").read_text()
+    assert "&defaults" not in text
+    found = expand(text, "defaults.tangential=elastic", "defaults.layers=7")
+    contact = group(found, "contact")
+    assert (contact["tangential"], contact["layers"]) == (["elastic"], [7])
+    said = run("check", tmp_path / "scene.nml", "--set", "defaults.half_angle=1")
+    assert said.status == 2
+    assert "no surface or contact takes 'half_angle'" in said.err
+    (tmp_path / "sweep.nml").write_text(
+        "&sweep scene = 'scene.nml', set = 'scene.t_end=0.001', keep = 'steps' /\n"
+        "&parameter name = 'defaults.tangential', values = 'none', 'elastic' /\n"
+    )
+    result = run("sweep", tmp_path / "sweep.nml", "-j", "1")
+    assert result.status == 0, result.err
+    with h5py.File(tmp_path / "sweep.h5") as file:
+        none, elastic = file["results/steps"]
+    assert elastic > none
+
+
 def test_a_key_takes_the_place_of_a_default(expand):
     text = PAIR.format(more="").replace("'a', 'b' /", "'a', 'b', damping_coefficient = 0.1 /")
     ab = group(expand(text), "contact", "ab")

@@ -45,6 +45,14 @@ module contensou_contact_tangential_memory
    !> Cosine between that shift and the sliding velocity, likewise.
    real(wp), parameter :: aligned(2) = [0.9_wp, 0.99_wp]
 
+   !> What a force may lag behind sliding that turns, or whose strain is carried out, over its limit,
+   !> for sliding to take over.
+   real(wp), parameter :: largest_lag = 1.0e-4_wp
+
+   !> That over the angle by which sliding turns within a strain: the mean displacement of springs
+   !> side by side that slide, over what the spot can be strained.
+   real(wp), parameter :: lag_of_turn = 1.2_wp
+
    !> Step of differences, over what the spot can be strained.
    real(wp), parameter :: step_of_differences = 1.0e-5_wp
 
@@ -91,8 +99,8 @@ module contensou_contact_tangential_memory
       real(wp) :: axis(2) = [1.0_wp, 0.0_wp]
       real(wp) :: velocity(3) = 0.0_wp
       real(wp) :: share = 0.0_wp
-      !> Wrench of the last state, along the axes of the shells [N, N m].
-      real(wp) :: wrench(3) = 0.0_wp
+      !> Wrench of the last state, along the axes of the shells [N, N m], and that of its shells.
+      real(wp) :: wrench(3) = 0.0_wp, borne(3) = 0.0_wp
    contains
       procedure :: begin
       procedure :: forget
@@ -231,6 +239,7 @@ contains
       self%share = self%sliding_share(self%step)
       if (self%share < 1.0_wp) call self%strain(self%past, self%axis, self%spot, self%step, &
          self%wrench, slopes)
+      self%borne = self%wrench
       if (self%share > 0.0_wp) then
          steady = rolls%sliding_type
          steady%vx = self%velocity(1)
@@ -598,7 +607,7 @@ contains
       call self%half%take(self%now, [1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp])
       call self%half%turn_to(self%axis)
       call self%strain(self%half, self%axis, self%spot, self%step - first, wrench)
-      wrench = (1.0_wp - self%share)*(wrench - self%wrench)
+      wrench = (1.0_wp - self%share)*(wrench - self%borne)
       wrench(3) = wrench(3)/self%spot%a
       deviation = 2.0_wp*sqrt(dot_product(wrench, wrench))/scale
    end subroutine deviate
@@ -606,9 +615,13 @@ contains
    !> Accept the last state that was evaluated: it is remembered.
    pure subroutine keep(self)
       class(tangential_type), intent(inout) :: self
+      real(wp) :: wrench(3)
 
-      call complete(self)
+      call self%strain(self%past, self%axis, self%spot, self%step, wrench)
       call note_sliding(self)
+      ! The wrench is to go on where it was: with the same share if the way of sliding goes on.
+      if (self%share >= 1.0_wp .or. (self%share > 0.0_wp .and. all(abs(self%slid) <= 0.0_wp))) &
+         call self%now%slide(self%spot, self%velocity, self%share)
       call self%now%turn_to(self%axis)
       call self%now%settle()
       call self%past%take(self%now, [1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp])
@@ -620,10 +633,11 @@ contains
       self%a = self%spot%a
    end subroutine keep
 
-   !> Remember how far the bodies have slid, unless something sticks or slips against the sliding.
+   !> Remember how far the bodies have slid, unless something sticks, slips against the sliding, or
+   !> the sliding turns or is made up for what rolling carries out so that the force lags behind.
    pure subroutine note_sliding(self)
       class(tangential_type), intent(inout) :: self
-      real(wp) :: slid(3), shift(3), speed(3), way, fast
+      real(wp) :: slid(3), shift(3), speed(3), before(3), way, fast, turn, step
 
       slid = sliding_to(self, self%step)
       self%slid = 0.0_wp
@@ -635,6 +649,11 @@ contains
       way = sqrt(dot_product(shift, shift))
       fast = sqrt(dot_product(speed, speed))
       if (dot_product(shift, speed) <= aligned(1)*way*fast) return
+      speed = speed/fast
+      before = in_strains(self, self%rates(1:3))
+      turn = norm2(before - dot_product(before, speed)*speed)/fast
+      step = norm2(in_strains(self, self%step(1:3)))
+      if (lag_of_turn*turn + lengths(self%step, self%spot) > largest_lag*step) return
       self%slid = slid*(min(1.0_wp, longest_shift/way)/fall(self))
    end subroutine note_sliding
 

@@ -787,8 +787,9 @@ contains
          sweep%expands = sweep%expands .or. any(sweep%parameters(i)%targets%expands)
       end do
       ! A scene without templates is as it was read, but for what is set anyway.
-      if (sweep%expands .and. .not. allocated(sweep%base%raw%groups)) &
+      if (sweep%expands .and. .not. allocated(sweep%base%raw%groups)) then
          sweep%base%raw = sweep%base%document
+      end if
 
       n_set = 0
       if (main%is_set("set")) n_set = main%count("set")

@@ -378,8 +378,8 @@ def test_full_sliding_needs_no_steps_of_the_size_of_a_strain(simulate, method, v
 
 
 def test_a_force_lags_behind_sliding_that_turns(simulate, run):
-    # Rubber is strained by 2e-5 m; within that way the sliding turns by some 1e-3 rad, and more as it
-    # slows down while the drilling goes on.
+    # Rubber is strained by 2e-5 m; within that way the sliding turns by some 1e-3 rad, and by more
+    # as it slows down while the drilling goes on.
     text = (INPUTS / "sliding_ball.nml").read_text().replace("t_end = 2.5", "t_end = 0.01")
     rows = simulate(text.replace("friction_co", "tangential = 'elastic', friction_co")).columns
     slides = rows["time"] > 0.002

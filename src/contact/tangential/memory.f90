@@ -45,8 +45,7 @@ module contensou_contact_tangential_memory
    !> Cosine between that shift and the sliding velocity, likewise.
    real(wp), parameter :: aligned(2) = [0.9_wp, 0.99_wp]
 
-   !> What a force may lag behind sliding that turns, or whose strain is carried out, over its limit,
-   !> for sliding to take over.
+   !> What a force may lag behind, over its limit, for sliding to take over.
    real(wp), parameter :: largest_lag = 1.0e-4_wp
 
    !> That over the angle by which sliding turns within a strain: the mean displacement of springs
@@ -183,13 +182,22 @@ contains
       !> Six, nine with a law of creep.
       real(wp), intent(in) :: states(:)
       real(wp) :: rates(size(states))
-      real(wp) :: axis(2)
 
-      axis = states(1:2)/sqrt(states(1)**2 + states(2)**2)
       rates = 0.0_wp
-      rates(3:5) = [axis(1)*motion(1) + axis(2)*motion(2), &
-         axis(1)*motion(2) - axis(2)*motion(1), motion(3)]
+      rates(3:5) = along(states(1:2)/sqrt(states(1)**2 + states(2)**2), motion)
    end function free_rates
+
+   !> A motion along the axis and across it.
+   pure function along(axis, motion)
+      !> Unit vector.
+      real(wp), intent(in) :: axis(2)
+      !> Along the axes of the spot, and about the normal.
+      real(wp), intent(in) :: motion(3)
+      real(wp) :: along(3)
+
+      along = [axis(1)*motion(1) + axis(2)*motion(2), axis(1)*motion(2) - axis(2)*motion(1), &
+         motion(3)]
+   end function along
 
    !> Wrench at given states, and the rates of these.
    pure subroutine evolve(self, friction, shape, rolls, states, wrench, rates, slopes)
@@ -208,7 +216,7 @@ contains
       !> meant where sliding has no share.
       real(wp), intent(out), optional :: slopes(3, 4)
       type(sliding_type) :: steady
-      real(wp) :: axis(2), along(2), carried(2), sliding(3), speed, lost_to_creep(3)
+      real(wp) :: axis(2), carried(2), sliding(3), speed, lost_to_creep(3)
       logical :: circle
 
       circle = .not. abs(1.0_wp - shape%k) > 0.0_wp
@@ -227,14 +235,12 @@ contains
          self%velocity = self%velocity - speed*states(7:9)
          self%step(4) = 0.0_wp
       end if
-      along = [axis(1)*self%velocity(1) + axis(2)*self%velocity(2), &
-         axis(1)*self%velocity(2) - axis(2)*self%velocity(1)]
-      self%step_rates = [along, self%velocity(3), self%way_rate(carried)]
+      self%step_rates = [along(axis, self%velocity), self%way_rate(carried)]
       rates(:6) = [0.0_wp, 0.0_wp, self%step_rates]
       ! On a circle all axes are alike, and the axis does as well as any.
       self%axis = axis
       if (circle) self%axis = [1.0_wp, 0.0_wp]
-      if (circle) self%velocity(1:2) = along
+      if (circle) self%velocity(1:2) = self%step_rates(1:2)
       self%wrench = 0.0_wp
       self%share = self%sliding_share(self%step)
       if (self%share < 1.0_wp) call self%strain(self%past, self%axis, self%spot, self%step, &
@@ -261,9 +267,7 @@ contains
       if (.not. allocated(self%carry)) return
       call self%carry%lose(shape, carried_type(rolls%load, rolls%a, carried, states(7:9), &
          wrench, self%reference), lost_to_creep, rates(7:9))
-      sliding = [rolls%vx, rolls%vy, rolls%w] - lost_to_creep
-      self%step_rates(1:3) = [axis(1)*sliding(1) + axis(2)*sliding(2), &
-         axis(1)*sliding(2) - axis(2)*sliding(1), sliding(3)]
+      self%step_rates(1:3) = along(axis, [rolls%vx, rolls%vy, rolls%w] - lost_to_creep)
       rates(3:5) = self%step_rates(1:3)
    end subroutine evolve
 
@@ -334,7 +338,7 @@ contains
       real(wp), intent(out) :: wrench(3)
       !> Derivatives of the wrench by shifts and twist, and by the limit.
       real(wp), intent(out), optional :: slopes(3, 4)
-      real(wp) :: motion(3), way, twisted, along(3)
+      real(wp) :: motion(3), way, twisted, by_shift(3)
 
       way = lengths(step, spot)
       twisted = way*twist_rate(self%poisson)
@@ -346,9 +350,9 @@ contains
       call self%now%take(past, axis, [left(way), left(way), left(twisted)])
       call self%now%advance(spot, motion, wrench, settled=.false., slopes=slopes)
       if (.not. present(slopes)) return
-      along = slopes(:, 1)
-      slopes(:, 1) = left_of_growth(way)*(axis(1)*along + axis(2)*slopes(:, 2))
-      slopes(:, 2) = left_of_growth(way)*(axis(1)*slopes(:, 2) - axis(2)*along)
+      by_shift = slopes(:, 1)
+      slopes(:, 1) = left_of_growth(way)*(axis(1)*by_shift + axis(2)*slopes(:, 2))
+      slopes(:, 2) = left_of_growth(way)*(axis(1)*slopes(:, 2) - axis(2)*by_shift)
       slopes(:, 3) = left_of_growth(twisted)*slopes(:, 3)
       if (.not. self%drilling) slopes(:, 3) = 0.0_wp
    end subroutine strain
@@ -548,29 +552,23 @@ contains
       real(wp), intent(out) :: stuck
       !> Elastic displacement of B against A over the whole spot, along the axis and across it [m].
       real(wp), intent(out) :: displacement(2)
-      real(wp) :: shift(2)
+      real(wp) :: shift(2), wrench(3)
 
       stored = 0.0_wp
       stuck = 0.0_wp
       displacement = 0.0_wp
       if (.not. (self%spot%limit > 0.0_wp .and. self%spot%a > 0.0_wp)) return
       ! Where sliding is all that is left the shells are not moved yet.
-      if (self%share > 0.0_wp) call complete(self)
+      if (self%share > 0.0_wp) then
+         call self%strain(self%past, self%axis, self%spot, self%step, wrench)
+         call self%now%slide(self%spot, self%velocity, self%share)
+      end if
       stored = self%now%energy()
       if (self%share <= 0.0_wp) stuck = self%now%stuck_share()
       shift = -self%wrench(1:2)/self%spot%stiffness(1:2)
       displacement(1) = self%axis(1)*shift(1) + self%axis(2)*shift(2)
       displacement(2) = self%axis(1)*shift(2) - self%axis(2)*shift(1)
    end subroutine tell
-
-   !> The shells of the last state that was evaluated.
-   pure subroutine complete(self)
-      class(tangential_type), intent(inout) :: self
-      real(wp) :: wrench(3)
-
-      call self%strain(self%past, self%axis, self%spot, self%step, wrench)
-      if (self%share > 0.0_wp) call self%now%slide(self%spot, self%velocity, self%share)
-   end subroutine complete
 
    !> Take note that the surfaces are apart.
    pure subroutine part(self)
@@ -620,8 +618,9 @@ contains
       call self%strain(self%past, self%axis, self%spot, self%step, wrench)
       call note_sliding(self)
       ! The wrench is to go on where it was: with the same share if the way of sliding goes on.
-      if (self%share >= 1.0_wp .or. (self%share > 0.0_wp .and. all(abs(self%slid) <= 0.0_wp))) &
+      if (self%share >= 1.0_wp .or. (self%share > 0.0_wp .and. all(abs(self%slid) <= 0.0_wp))) then
          call self%now%slide(self%spot, self%velocity, self%share)
+      end if
       call self%now%turn_to(self%axis)
       call self%now%settle()
       call self%past%take(self%now, [1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp])

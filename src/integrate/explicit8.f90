@@ -260,6 +260,7 @@ contains
       if (self%problem%remembers .and. self%at_start) admitted = first_error
       do
          h = self%h_next
+         if (self%problem%remembers) h = graded(h)
          if (self%max_step > 0.0_wp) h = min(h, self%max_step)
          last = h*(1.0_wp + 1.0e-9_wp) >= t_last - self%t
          if (last) h = t_last - self%t
@@ -297,7 +298,6 @@ contains
             ! There it hardly falls faster than with the cube of the step.
             if (admitted < 1.0_wp) self%h_next = h*max(largest_decrease, &
                safety*(admitted/estimate)**(1.0_wp/3.0_wp))
-            if (self%problem%remembers) self%h_next = graded(self%h_next)
          end if
          rejected = .true.
          self%counters%error_test_failures = self%counters%error_test_failures + 1
@@ -312,7 +312,6 @@ contains
       self%last_error = max(estimate, merge(rounding_error, 1.0e-4_wp, self%problem%remembers))
       ! A step that is short because time ends says nothing of the next one's length.
       self%h_next = merge(max(self%h_next, h*factor), h*factor, last .and. .not. rejected)
-      if (self%problem%remembers) self%h_next = graded(self%h_next)
 
       if (size(events) > 0) then
          self%problem%at_last = .true.
@@ -419,7 +418,6 @@ contains
       self%h_next = max(1.0e-6_wp, 1.0e-3_wp*h0)
       if (max(d1, d2) > 1.0e-15_wp) self%h_next = (0.01_wp/max(d1, d2))**0.125_wp
       self%h_next = min(100.0_wp*h0, self%h_next)
-      if (self%problem%remembers) self%h_next = graded(self%h_next)
    end subroutine guess_step
 
    !> End the step at the state that was tried, whose right-hand side is the last one evaluated.

@@ -15,7 +15,7 @@ in the sense of least squares. Forces are those of the lowest degrees.
 
 Tabulated are C11, C12, C22, C13, C23, C33 in axes along and across the rolling direction, by
 
-    ln(a/b), the angle phi = atan(sqrt(a/b) tan chi), and Poisson's ratio,
+    ln(a/b), p = t/(1 + t) with t = sqrt(a/b) tan chi, and Poisson's ratio,
 
 as coefficients of cubic splines in the first two and values at Chebyshev points of the third.
 Those of reciprocity, C12 = C21, C13 = -C31, C23 = -C32, are averaged.
@@ -43,8 +43,8 @@ TARGET = ROOT / "src" / "contact" / "kalker_values.f90"
 # Degree of the polynomials.
 DEGREE = 40
 
-# Distance and number of ln(a/b) from zero on; of the angles from 0 to 90 degrees; of nu.
-STEP, RATIOS, ANGLES, POISSONS = 0.25, 13, 25, 6
+# Distance and number of ln(a/b) from zero on; number of p from 0 to 1; of nu.
+STEP, RATIOS, DIRECTIONS, POISSONS = 0.25, 13, 25, 6
 
 
 def poissons() -> np.ndarray:
@@ -158,59 +158,61 @@ def spline(values: np.ndarray) -> np.ndarray:
     return np.tensordot(np.linalg.inv(matrix), np.concatenate([ends, values, ends]), 1)
 
 
-def periodic_spline(values: np.ndarray) -> np.ndarray:
-    """Coefficients of the periodic cubic spline along the first axis."""
+def spline_in_direction(values: np.ndarray, even: bool) -> np.ndarray:
+    """The same in p; values are even or odd functions of the angle at both ends."""
     n = len(values)
-    matrix = np.zeros((n, n))
+    matrix = np.zeros((n + 2, n + 2))
     for i in range(n):
-        matrix[i, i] += 4 / 6
-        matrix[i, (i + 1) % n] += 1 / 6
-        matrix[i, i - 1] += 1 / 6
-    return np.tensordot(np.linalg.inv(matrix), values, 1)
+        matrix[i + 1, i : i + 3] = 1 / 6, 4 / 6, 1 / 6
+    # The slope is zero, or the curvature by the angle, d2/dp2 - 2 d/dp.
+    ends = (-1, 0, 1) if even else (1 + 1 / (n - 1), -2, 1 - 1 / (n - 1))
+    matrix[0, :3] = ends
+    matrix[-1, -3:] = ends[::-1]
+    zero = np.zeros((1, *values.shape[1:]))
+    return np.tensordot(np.linalg.inv(matrix), np.concatenate([zero, values, zero]), 1)
 
 
 def table() -> np.ndarray:
-    """Coefficients [ratio, angle, nu, component]."""
-    last = ANGLES - 1
-    phi = np.pi / 2 * np.arange(ANGLES) / last
-    values = np.zeros((ANGLES, RATIOS, POISSONS, 6))
+    """Coefficients [ratio, direction, nu, component]."""
+    p = np.arange(DIRECTIONS) / (DIRECTIONS - 1)
+    values = np.zeros((DIRECTIONS, RATIOS, POISSONS, 6))
     for i in range(RATIOS):
         g = math.exp(STEP * i)
-        chi = np.arctan2(np.sin(phi), math.sqrt(g) * np.cos(phi))
+        chi = np.arctan2(p, math.sqrt(g) * (1 - p))
         for j, nu in enumerate(poissons()):
             values[:, i, j] = coefficients(math.sqrt(g), 1 / math.sqrt(g), nu, chi)
-    mirror = np.array([1, -1, 1, -1, 1, 1])
-    values[[0, last]] *= mirror > 0
-    around = np.concatenate([values, values[last - 1 : 0 : -1] * mirror])
-    angular = periodic_spline(around)
-    # From the node before the first to that behind the last.
-    kept = angular[np.arange(-1, ANGLES + 1)]
-    return np.moveaxis(spline(np.moveaxis(kept, 1, 0)), 0, 0)
+    even = np.array([True, False, True, False, True, True])
+    values[[0, -1]] *= even
+    directed = np.zeros((DIRECTIONS + 2, RATIOS, POISSONS, 6))
+    for kind in (True, False):
+        directed[..., even == kind] = spline_in_direction(values[..., even == kind], kind)
+    return spline(np.moveaxis(directed, 1, 0))
 
 
 def written(values: np.ndarray) -> str:
     """The module."""
     lines = [
         f"""\
-!> Table of Kalker's coefficients: of splines in ln(a/b) and in an angle, and of Chebyshev points in
-!> Poisson's ratio. Written by scripts/generate_kalker.py, which explains them.
+!> Table of Kalker's coefficients: of splines in ln(a/b) and in p, which is 0 where the spot rolls
+!> along its major axis and 1 along the minor one, and of Chebyshev points in Poisson's ratio. Written by scripts/generate_kalker.py, which explains them.
 module contensou_contact_kalker_values
    use contensou_base_kinds, only : wp
    implicit none(type, external)
    private
 
-   !> Number of ln(a/b), of angles from 0 to 90 degrees, and of Poisson's ratios.
-   integer, parameter, public :: n_ratios = {RATIOS}, n_angles = {ANGLES}, n_poissons = {POISSONS}
+   !> Number of ln(a/b), of p from 0 to 1, and of Poisson's ratios.
+   integer, parameter, public :: n_ratios = {RATIOS}, n_directions = {DIRECTIONS}, &
+      n_poissons = {POISSONS}
 
    !> Distance of ln(a/b), which begin at zero.
    real(wp), parameter, public :: ratio_step = {STEP}_wp
 
-   !> C11, C12, C22, C13, C23, C33 by Poisson's ratio, angle and ln(a/b).
-   real(wp), protected, public :: coefficients(6, n_poissons, -1:n_angles, -1:n_ratios)
+   !> C11, C12, C22, C13, C23, C33 by Poisson's ratio, p and ln(a/b).
+   real(wp), protected, public :: coefficients(6, n_poissons, -1:n_directions, -1:n_ratios)
 """
     ]
-    for i, by_angle in enumerate(values):
-        for j, part in enumerate(by_angle):
+    for i, by_direction in enumerate(values):
+        for j, part in enumerate(by_direction):
             lines.append(f"   data coefficients(:, :, {j - 1}, {i - 1}) / &")
             words = [f"{x + 0.0:.10e}_wp" for x in part.reshape(-1)]
             lines += [
@@ -237,11 +239,12 @@ def check(number: int, seed: int) -> int:
         g, nu = math.exp(draw.uniform(0, STEP * (RATIOS - 1))), draw.uniform(0, 0.5)
         chi = draw.uniform(0, math.pi / 2)
         exact = coefficients(math.sqrt(g), 1 / math.sqrt(g), nu, np.array([chi]))[0]
-        phi = math.atan2(math.sqrt(g) * math.sin(chi), math.cos(chi)) * 2 / math.pi * (ANGLES - 1)
+        across = math.sqrt(g) * math.sin(chi)
+        place = across / (math.cos(chi) + across) * (DIRECTIONS - 1)
         s = math.log(g) / STEP
-        i, j = min(int(s), RATIOS - 2), min(int(phi), ANGLES - 2)
+        i, j = min(int(s), RATIOS - 2), min(int(place), DIRECTIONS - 2)
         part = np.tensordot(bases(s - i), values[i : i + 4], 1)
-        part = np.tensordot(bases(phi - j), part[j : j + 4], 1)
+        part = np.tensordot(bases(place - j), part[j : j + 4], 1)
         points = poissons()
         found = sum(
             part[k] * np.prod([(nu - q) / (p - q) for q in points if q != p])

@@ -6,23 +6,24 @@
 !>    T  = -G (a b)^(3/2) (-C13 xi - C23 eta + sqrt(a b) C33 phi)
 !> Rolling along an axis of the spot has C12 = C13 = 0.
 !>
-!> From a table over ln(a/b), an angle and Poisson's ratio: cubic splines in the first two, so that
-!> the coefficients have continuous curvature, and a polynomial in the third. The angle phi of the
-!> table, tan phi = sqrt(a/b) tan chi, spreads directions near the major axis of needles.
-!> scripts/generate_kalker.py makes it. Errors: 1e-5 for a/b = 1/3 to 3 along the axes, 5e-4 of the
-!> largest coefficient of the kind to a/b = 1/20 and 20; beyond these the ratio is that of the end.
+!> From a table over ln(a/b), the direction and Poisson's ratio: cubic splines in the first two, so
+!> that the coefficients have continuous curvature, and a polynomial in the third. The direction is
+!> p = t/(1 + t) with t = sqrt(a/b) |tan chi|, which spreads directions near the major axis of
+!> needles and takes no function of a library. scripts/generate_kalker.py makes it. Errors: 1e-5 for
+!> a/b = 1/3 to 3 along the axes, 5e-4 of the largest coefficient of the kind to a/b = 1/20 and 20;
+!> beyond these the ratio is that of the end.
 !>
-!> Most of the work are the sums over the ratio and Poisson's ratio. `kalker_by_angle` has them for
-!> all angles, for spots whose shape does not change; who has them passes them on.
+!> Most of the work are the sums over the ratio and Poisson's ratio. `kalker_by_direction` has them
+!> for all directions, for spots whose shape does not change; who has them passes them on.
 module contensou_contact_kalker
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_quiet_nan, ieee_value
    use contensou_base_kinds, only : i8, pi, wp
-   use contensou_contact_kalker_values, only : coefficients, n_angles, n_poissons, n_ratios, &
-      ratio_step
+   use contensou_contact_kalker_values, only : coefficients, n_directions, n_poissons, &
+      n_ratios, ratio_step
    implicit none(type, external)
    private
 
-   public :: kalker_matrix, kalker_six, kalker_by_angle, kalker_coefficients, least_ratio
+   public :: kalker_matrix, kalker_six, kalker_by_direction, kalker_coefficients, least_ratio
 
    !> Ratio of the minor to the major axis where the table ends.
    real(wp), parameter :: least_ratio = exp(-ratio_step*real(n_ratios - 1, wp))
@@ -41,40 +42,15 @@ module contensou_contact_kalker
       (real(1 - 2*mod(index, 2), wp)*merge(0.5_wp, 1.0_wp, index == 0 .or. &
       index == n_poissons - 1), index=0, n_poissons - 1)]
 
-   !> Parts of the tangent of an angle up to 45 degrees, and the degree in what is left of it.
-   integer, parameter :: parts = 64, degree = 6
-
-   !> What is added to a number to round it to a part, or to a whole number: the last bits of the
-   !> sum have the number of it. A conversion takes longer.
-   real(wp), parameter :: to_parts = 1.5_wp*2.0_wp**(digits(1.0_wp) - 1)/real(parts, wp)
+   !> What is added to a number to round it to a whole one: the last bits of the sum have the number
+   !> of it. A conversion takes longer.
    real(wp), parameter :: to_whole = 1.5_wp*2.0_wp**(digits(1.0_wp) - 1)
 
    !> Rounding a place less this gives its cell; where two meet, the one that begins.
    real(wp), parameter :: before = 0.5_wp - 2.0_wp**(-20)
 
-   !> Cells to a radian.
-   real(wp), parameter :: per_angle = real(n_angles - 1, wp)*2.0_wp/pi
-
-   integer :: power
-
-   !> Angles of the middles of the parts.
-   real(wp), parameter :: middles(0:parts) = [(atan(real(index, wp)/real(parts, wp)), &
-      index=0, parts)]
-
-   !> The angle in cells, by powers of the tangent beside the middle of its part (Taylor's series);
-   !> before them the angle at the middle once more.
-   real(wp), parameter :: arcs(-1:degree, 0:parts) = per_angle*reshape([((merge(middles(index), &
-      (-1.0_wp)**(power - 1)/real(max(power, 1), wp)*cos(middles(index))**power &
-      *sin(real(power, wp)*(0.5_wp*pi - middles(index))), power < 1), power=-1, degree), &
-      index=0, parts)], [degree + 2, parts + 1])
-
-   !> Places in the table of angles likewise, by the tangent from the major axis and then by that
-   !> from the minor one, with which they fall. The first row is what is rounded.
-   real(wp), parameter :: places(-1:degree, 0:2*parts + 1) = reshape([ &
-      ((arcs(power, index) - merge(before, 0.0_wp, power == -1), power=-1, degree), &
-      index=0, parts), &
-      ((merge(real(n_angles - 1, wp) - merge(before, 0.0_wp, power == -1), 0.0_wp, power < 1) &
-      - arcs(power, index), power=-1, degree), index=0, parts)], [degree + 2, 2*(parts + 1)])
+   !> Cells of the direction.
+   real(wp), parameter :: cells = real(n_directions - 1, wp)
 
 contains
 
@@ -107,7 +83,7 @@ contains
    end function kalker_coefficients
 
    !> The matrix of the coefficients, and its derivative by the angle of the rolling direction.
-   pure subroutine kalker_matrix(k, poisson, e, matrix, slope, by_angle)
+   pure subroutine kalker_matrix(k, poisson, e, matrix, slope, by_direction)
       !> Ratio of the minor to the major axis, in (0, 1].
       real(wp), intent(in) :: k
       !> Poisson's ratio, from 0 to 1/2.
@@ -117,8 +93,8 @@ contains
       !> C of F/(G a b) = -C (xi, eta, sqrt(a b) phi).
       real(wp), intent(out) :: matrix(3, 3)
       real(wp), intent(out) :: slope(3, 3)
-      !> What `kalker_by_angle` has for these ratios.
-      real(wp), intent(in), optional :: by_angle(6, 0:3, 0:n_angles - 1)
+      !> What `kalker_by_direction` has for these ratios.
+      real(wp), intent(in), optional :: by_direction(6, 0:3, 0:n_directions - 1)
       real(wp) :: columns(6, 4), weights(4), rate(4), c(6), c_rate(6)
       real(wp) :: place, x, ratio, along, across, root, mirror
       integer :: j, sector
@@ -128,11 +104,11 @@ contains
       along = abs(e(1))*root
       across = abs(e(2))/root
       mirror = sign(1.0_wp, e(1))*sign(1.0_wp, e(2))
-      place = atan2(across, along)*per_angle
-      sector = min(int(place), n_angles - 2)
+      place = cells*(across/(along + across))
+      sector = min(int(place), n_directions - 2)
       x = place - real(sector, wp)
-      if (present(by_angle)) then
-         columns = by_angle(:, :, sector)
+      if (present(by_direction)) then
+         columns = by_direction(:, :, sector)
          weights = [1.0_wp, x, x*x, x**3]
          rate = [0.0_wp, 1.0_wp, 2.0_wp*x, 3.0_wp*x*x]
       else
@@ -141,7 +117,7 @@ contains
          rate = [-(1.0_wp - x)**2, x*(3.0_wp*x - 4.0_wp), 1.0_wp + x*(2.0_wp - 3.0_wp*x), &
             x*x]/2.0_wp
       end if
-      rate = rate*(per_angle/(along**2 + across**2))
+      rate = rate*(cells/(along + across)**2)
       c = 0.0_wp
       c_rate = 0.0_wp
       do j = 1, 4
@@ -161,66 +137,56 @@ contains
 
    !> The coefficients alone, C11, C12, C22, C13, C23, C33, of a spot whose splines are known,
    !> without functions of a library; those of `kalker_matrix` to rounding.
-   pure subroutine kalker_six(by_angle, root_k, ex, ey, c)
-      !> What `kalker_by_angle` has.
-      real(wp), intent(in) :: by_angle(6, 0:3, 0:n_angles - 1)
+   pure subroutine kalker_six(by_direction, root_k, ex, ey, c)
+      !> What `kalker_by_direction` has.
+      real(wp), intent(in) :: by_direction(6, 0:3, 0:n_directions - 1)
       !> Root of the ratio of the minor to the major axis, in (0, 1].
       real(wp), intent(in) :: root_k
       !> Rolling direction along the major and the minor axis, >= 0; the square of its length is
       !> normal. Between the other axes C12 and C13 have the other sign.
       real(wp), intent(in) :: ex, ey
       real(wp), intent(out) :: c(6)
-      real(wp) :: along, tangent, rounded, x, x2, place
+      real(wp) :: place, rounded, x, x2
       integer(i8) :: j
 
-      along = max(root_k, least_root)*ex
-      tangent = min(along, ey)/max(along, ey)
-      rounded = tangent + to_parts
-      ! By the bit of the sign: the compiler would make a branch, which fails as often as not.
-      j = iand(transfer(rounded, 0_i8), 255_i8) &
-         + iand(shifta(transfer(along - ey, 0_i8), 63), int(parts + 1, i8))
-      x = tangent - (rounded - to_parts)
-      ! The cell by the linear part of the series, which errs by up to 3e-4 of a cell: that far
-      ! beyond their ends the cubics of two cells are the same to rounding.
-      rounded = (places(-1, j) + x*places(1, j)) + to_whole
-      x2 = x*x
-      place = ((places(0, j) + x*places(1, j)) + x2*(places(2, j) + x*places(3, j))) &
-         + (x2*x2)*((places(4, j) + x*places(5, j)) + x2*places(6, j))
+      place = cells*(ey/(max(root_k, least_root)*ex + ey))
+      rounded = (place - before) + to_whole
       j = iand(transfer(rounded, 0_i8), 255_i8)
       x = place - (rounded - to_whole)
       x2 = x*x
-      c = (by_angle(:, 0, j) + x*by_angle(:, 1, j)) + x2*(by_angle(:, 2, j) + x*by_angle(:, 3, j))
+      c = (by_direction(:, 0, j) + x*by_direction(:, 1, j)) &
+         + x2*(by_direction(:, 2, j) + x*by_direction(:, 3, j))
    end subroutine kalker_six
 
-   !> Powers of the splines in the angle, for one ratio of the axes and one of Poisson.
-   pure function kalker_by_angle(k, poisson) result(powers)
+   !> Powers of the splines in the direction, for one ratio of the axes and one of Poisson.
+   pure function kalker_by_direction(k, poisson) result(powers)
       !> Ratio of the minor to the major axis, in (0, 1].
       real(wp), intent(in) :: k
       !> Poisson's ratio, from 0 to 1/2.
       real(wp), intent(in) :: poisson
-      real(wp) :: powers(6, 0:3, 0:n_angles - 1)
-      real(wp) :: columns(6, -1:n_angles)
+      real(wp) :: powers(6, 0:3, 0:n_directions - 1)
+      real(wp) :: columns(6, -1:n_directions)
       integer :: j
 
       call sum_columns(k, poisson, -1, columns)
-      do j = 0, n_angles - 1
+      do j = 0, n_directions - 1
          powers(:, 0, j) = ((columns(:, j - 1) + columns(:, j + 1)) + 4.0_wp*columns(:, j))/6.0_wp
          powers(:, 1, j) = (columns(:, j + 1) - columns(:, j - 1))/2.0_wp
          powers(:, 2, j) = ((columns(:, j - 1) + columns(:, j + 1)) - 2.0_wp*columns(:, j))/2.0_wp
          powers(:, 3, j) = 0.0_wp
-         if (j < n_angles - 1) powers(:, 3, j) = ((columns(:, j + 2) - columns(:, j - 1)) &
+         if (j < n_directions - 1) powers(:, 3, j) = ((columns(:, j + 2) - columns(:, j - 1)) &
             + 3.0_wp*(columns(:, j) - columns(:, j + 1)))/6.0_wp
       end do
       ! Along the axes they vanish but for rounding.
       powers([2, 4], 0, 0) = 0.0_wp
-      powers([2, 4], 0, n_angles - 1) = 0.0_wp
-   end function kalker_by_angle
+      powers([2, 4], 0, n_directions - 1) = 0.0_wp
+   end function kalker_by_direction
 
    !> Some of them.
    pure subroutine sum_columns(k, poisson, first, columns)
       real(wp), intent(in) :: k
       real(wp), intent(in) :: poisson
-      !> Where in the table of angles they begin.
+      !> Where in the table of directions they begin.
       integer, intent(in) :: first
       real(wp), intent(out) :: columns(:, :)
       real(wp) :: by_ratio(4), by_poisson(n_poissons), weight, column(6), place

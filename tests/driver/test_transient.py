@@ -108,11 +108,13 @@ HOPPING = """
 def test_a_ball_that_hops_with_spin(roll, law):
     """Spots that shrink to nothing keep a creepage that is bounded, and cost few steps."""
     found = [
-        roll(HOPPING, f"integrator.method={method}", f"spot.creep={law}")
+        roll(HOPPING, f"integrator.method={method}", f"spot.creep={law}", "integrator.rtol=3e-9")
         for method in ("cvode_bdf", "explicit8")
     ]
-    for rows in found:
-        assert np.abs(rows["energy_error"]).max() <= 1e-7 * rows["energy_kinetic"][0]
+    # What BDF loses in 13,000 steps depends on each of them: tolerances that differ by a per cent
+    # have three times as much, or a third.
+    for rows, bound in zip(found, (1e-7, 1e-11), strict=True):
+        assert np.abs(rows["energy_error"]).max() <= bound * rows["energy_kinetic"][0]
         assert np.abs(rows["carried_creepage"]).max() <= 1
         assert (np.diff(rows["gap"][:, 0] > 0) != 0).sum() >= 4
     for name in ("velocity", "angular_velocity"):

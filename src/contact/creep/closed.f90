@@ -137,8 +137,8 @@ contains
       ex = inverse*motion%rx
       ey = inverse*motion%ry
       spin = (mirror*((1.5_wp/pi)*inverse))*(motion%spin*root_k)
-      if (allocated(spot%by_angle)) then
-         call kalker_six(spot%by_angle, root_k, abs(motion%rx), abs(motion%ry), c)
+      if (allocated(spot%by_direction)) then
+         call kalker_six(spot%by_direction, root_k, abs(motion%rx), abs(motion%ry), c)
       else
          call linear_theory(spot, abs(motion%rx), abs(motion%ry), c)
       end if

@@ -19,7 +19,7 @@ module contensou_contact_creep_law
    use contensou_base_kinds, only : i8, pi, wp
    use contensou_contact_catalogue, only : model_type
    use contensou_contact_friction_law, only : sliding_type
-   use contensou_contact_kalker, only : kalker_by_angle, kalker_matrix
+   use contensou_contact_kalker, only : kalker_by_direction, kalker_matrix
    use contensou_contact_parameters, only : parameters_type
    use contensou_contact_spot, only : spot_shape_type
    use contensou_contact_wrench_scaling, only : rescaled
@@ -56,9 +56,9 @@ module contensou_contact_creep_law
       real(wp) :: modulus
       !> Poisson's ratio of both together, nu/G = (nu1/G1 + nu2/G2)/2.
       real(wp) :: poisson
-      !> Kalker's coefficients by the angle, of shapes that do not change; else there are none, and
+      !> Kalker's coefficients by the direction, of shapes that do not change; else there are none, and
       !> each call makes its own.
-      real(wp), allocatable :: by_angle(:, :, :)
+      real(wp), allocatable :: by_direction(:, :, :)
    end type creep_spot_type
 
    !> Makes a spot for one call, or a few, from its shape and material.
@@ -159,7 +159,7 @@ contains
       type(creep_spot_type) :: settled
 
       settled = spot
-      settled%by_angle = kalker_by_angle(spot%shape%k, spot%poisson)
+      settled%by_direction = kalker_by_direction(spot%shape%k, spot%poisson)
    end function settled_spot
 
    !> Kalker's coefficients C11, C12, C22, C13, C23, C33 of a spot that rolls.
@@ -171,7 +171,7 @@ contains
       real(wp) :: matrix(3, 3), slope(3, 3)
 
       call kalker_matrix(spot%shape%k, spot%poisson, [rx, ry]/sqrt(rx*rx + ry*ry), matrix, slope, &
-         spot%by_angle)
+         spot%by_direction)
       c = [matrix(1, 1), matrix(1, 2), matrix(2, 2), matrix(1, 3), matrix(2, 3), matrix(3, 3)]
    end subroutine linear_theory
 

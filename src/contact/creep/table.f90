@@ -175,7 +175,7 @@ contains
       associate(e => frame%e)
          frame%e = -[motion%rx, motion%ry]/rolling
          k = spot%shape%k
-         call kalker_matrix(k, spot%poisson, e, c, c_slope, spot%by_angle)
+         call kalker_matrix(k, spot%poisson, e, c, c_slope, spot%by_direction)
          frame%linear = -force_unit*c
          limit = spot%shape%torque/sqrt(k)
          frame%scales = force_unit*[c(1, 1), c(2, 2), hypot(c(2, 3), c(3, 3)/limit)]

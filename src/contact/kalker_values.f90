@@ -1,5 +1,6 @@
 !> Table of Kalker's coefficients: of splines in ln(a/b) and in p, which is 0 where the spot rolls
-!> along its major axis and 1 along the minor one, and of Chebyshev points in Poisson's ratio. Written by scripts/generate_kalker.py, which explains them.
+!> along its major axis and 1 along the minor one, and of Chebyshev points in Poisson's
+!> ratio. Written by scripts/generate_kalker.py, which explains them.
 module contensou_contact_kalker_values
    use contensou_base_kinds, only : wp
    implicit none(type, external)

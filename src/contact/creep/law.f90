@@ -56,8 +56,8 @@ module contensou_contact_creep_law
       real(wp) :: modulus
       !> Poisson's ratio of both together, nu/G = (nu1/G1 + nu2/G2)/2.
       real(wp) :: poisson
-      !> Kalker's coefficients by the direction, of shapes that do not change; else there are none, and
-      !> each call makes its own.
+      !> Kalker's coefficients by the direction, of shapes that do not change; else there are none,
+      !> and each call makes its own.
       real(wp), allocatable :: by_direction(:, :, :)
    end type creep_spot_type
 

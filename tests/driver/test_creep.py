@@ -9,6 +9,7 @@ import random
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from reference_tables import table
 
@@ -146,6 +147,43 @@ def test_brush_has_no_steps_with_spin(evaluate, spin, along):
     bends = [abs(one - two) for one, two in zip(changes[1:], changes, strict=False)]
     i = bends.index(max(bends))
     assert max(line(lateral[i], lateral[i + 2], 1000)[1]) < 3e-4
+
+
+@pytest.mark.parametrize(
+    ("law", "most", "largest"),
+    [("strip", 1e-4, 0.03), ("polach", 1e-4, 1e-3), ("table", 2e-4, 1e-3), ("brush", 1e-3, 0.2)],
+)
+def test_derivatives_have_no_jumps(evaluate, law, most, largest):
+    """Along lines of creepages, a ten thousandth of them from one to the next: changes of the
+    difference quotient beyond the mean one, over the largest quotient. That of `strip` falls to
+    zero as a root where all slips; with spin, where what slips sticks again, some of `brush` are
+    steep."""
+    draw = random.Random(11)
+    step, number, lines = 1e-4, 2001, 60
+    jumps = []
+    for _ in range(lines):
+        a, b = (1e-3 * 5 ** draw.uniform(-0.5, 0.5) for _ in range(2))
+        load, f, g = 1000, 0.3, 8e10
+        e0 = 1.5 * f * load / (math.pi * a * b * g)
+        turn, rolls = (draw.uniform(-math.pi, math.pi) for _ in range(2))
+        slides = e0 * 10 ** draw.uniform(-0.7, 0.7)
+        spin = draw.choice((-1, 1)) * e0 * 10 ** draw.uniform(-0.7, 0.9) / (a * b) ** 0.5
+        motion = (slides * math.cos(turn), slides * math.sin(turn), spin)
+        along = [draw.uniform(-1, 1) for _ in motion]
+        spot, flow = (load, a, b, f, g, 0.3), (math.cos(rolls), math.sin(rolls))
+        ways = zip(motion, along, strict=True)
+        rates = [(x, x * step * part) for x, part in ways]
+        rows = [(*spot, *(x + i * rate for x, rate in rates), *flow) for i in range(number)]
+        unit = load * f
+        units = {"Fx": unit, "Fy": unit, "Tz": unit * (a * b) ** 0.5}
+        found = evaluate("creep", INPUTS, rows, "--model", law)
+        wrench = np.array([[one[name] / units[name] for name in units] for one in found])
+        slopes = np.diff(wrench, axis=0) / step
+        changes = np.abs(np.diff(slopes, axis=0))
+        jumps.append((changes.max(axis=0) - changes.mean(axis=0)).max() / np.abs(slopes).max())
+    jumps.sort()
+    assert jumps[int(0.9 * lines)] <= most
+    assert jumps[-1] <= largest
 
 
 def test_small_creep_of_the_brush_is_linear(evaluate):

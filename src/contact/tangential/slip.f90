@@ -98,6 +98,10 @@ module contensou_contact_tangential_slip
    !> Slip in units of the trial for which a direction is sought where there is none.
    real(wp), parameter :: short_slip = 1.0e-3_wp
 
+   !> Slip in units of the trial below which the steps of a direction are those of that slip:
+   !> without one nothing is known of the step along the direction, which is left out anyway.
+   real(wp), parameter :: least_slip = 1.0e-10_wp
+
    !> Least pivot of a step.
    real(wp), parameter :: least_pivot = 1.0e-100_wp
 
@@ -432,10 +436,11 @@ contains
       real(wp), intent(out) :: work
       real(wp) :: stiffness(3), gain, new_gain, length, u(3), new(3), f(3), new_f(3), &
          hessian(3, 3), new_hessian(3, 3), bends(4), new_bends(4), step(3), bent(3), more(3), &
-         rest(3), size, tolerance
+         rest(3), size, tolerance, diagonal(3), trial
       integer :: i, k
 
       stiffness = shell%stiffness
+      trial = sqrt(dot_product(shell%trial, shell%trial))
       slips = .false.
       work = 0.0_wp
       gain = -1.0_wp
@@ -461,10 +466,11 @@ contains
          tolerance = close_enough
          length = dot_product(force - f, u)/dot_product(u, stiffness*u)
          if (length > 0.0_wp) then
-            call solve(hessian, length*stiffness, force - f - length*stiffness*u, step)
+            diagonal = max(length, least_slip*trial)*stiffness
+            call solve(hessian, diagonal, force - f - length*stiffness*u, step)
             if (abs(u(3)) > least_spin .and. maxval(abs(step)) > close_enough) then
                call change_slopes(hessian, bends, u, step, bent)
-               call solve(hessian, length*stiffness, -0.5_wp*bent, more)
+               call solve(hessian, diagonal, -0.5_wp*bent, more)
                size = maxval(abs(step))
                if (maxval(abs(more)) < 0.5_wp*size) step = step + more
                ! Each order is to the next one as that was to it.
@@ -473,8 +479,8 @@ contains
             end if
          else
             if (within_limit(shell, force, f)) exit
-            call solve((1.0_wp + gain)*hessian, short_slip*sqrt(dot_product(shell%trial, &
-               shell%trial))*stiffness, force - (1.0_wp + gain)*f, step)
+            call solve((1.0_wp + gain)*hessian, short_slip*trial*stiffness, &
+               force - (1.0_wp + gain)*f, step)
          end if
          step = step - dot_product(step, u)*u
          size = sqrt(dot_product(step, step))

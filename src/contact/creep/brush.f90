@@ -372,9 +372,12 @@ contains
                /min(a(0), -tiny(a))), [-deep, 0.0_wp])
             ! No more where the maximum leaves by the outlet; its place without the root, whose
             ! slope has no bound where maxima come and go.
-            inverse = turning/sqrt(max(turning, 0.0_wp) + (at_birth*a(2))**2) - a(2)
-            drawn = merge(drawn*smooth_step(2.0_wp - a(1)/(strip%l*inverse), [0.0_wp, deep]), &
-               0.0_wp, inverse > 0.0_wp)
+            inverse = turning/max(sqrt(max(turning, 0.0_wp) + (at_birth*a(2))**2), least) - a(2)
+            if (a(1) < 2.0_wp*strip%l*inverse) then
+               drawn = drawn*smooth_step(2.0_wp - a(1)/(strip%l*inverse), [0.0_wp, deep])
+            else
+               drawn = 0.0_wp
+            end if
          end if
          peak = min(peak, 2.0_wp*strip%l)
       end if

@@ -14,6 +14,7 @@ module contensou_drivers_eval
    use contensou_base_text, only : did_you_mean, join, lower, quote, strings
    use contensou_contact_catalogue, only : law_keys_type
    use contensou_contact_creep, only : creep_model_type, creep_models, creep_type, default_creep
+   use contensou_contact_creep_boundary_elements, only : elements_key, least_elements, most_elements
    use contensou_contact_creep_law, only : creep_spot, passing_type
    use contensou_contact_curved_spot, only : curved_spot_type
    use contensou_contact_kalker, only : kalker_coefficients
@@ -54,7 +55,10 @@ module contensou_drivers_eval
       needs="a number >= 0", takes=takes_non_negative), &
       option_type("--layers", "N", &
       "layers of tangential and oblique_impact, 1 to 128, default 10", &
-      needs="a number of layers from 1 to 128", takes=takes_count)]
+      needs="a number of layers from 1 to 128", takes=takes_count), &
+      option_type("--elements", "N", &
+      "elements across the spot of boundary_elements, even, 4 to 96, default 36", &
+      needs="an even number of elements from 4 to 96", takes=takes_count)]
 
    !> What the user asks for, in the words of the options; texts blank for the default.
    type :: eval_config_type
@@ -65,6 +69,8 @@ module contensou_drivers_eval
       real(wp) :: error = 0.0_wp
       !> Layers of tangential elasticity; zero for the default.
       integer :: layers = 0
+      !> Elements across the spot of boundary elements; zero for the default.
+      integer :: elements = 0
    end type eval_config_type
 
    !> Names of the kernels.
@@ -277,6 +283,7 @@ contains
       config%jacobian = line%has("--jacobian")
       config%error = line%number("--error", config%error)
       config%layers = nint(line%number("--layers", 0.0_wp))
+      config%elements = nint(line%number("--elements", 0.0_wp))
 
       kernel = findloc(kernels == lower(config%kernel), .true., dim=1)
       if (kernel == 0) then
@@ -298,6 +305,10 @@ contains
       if (config%layers > 0 .and. all(kernels(kernel) /= ["tangential    ", "oblique_impact"])) then
          call fatal(error, "--layers goes with the kernels tangential and oblique_impact", &
             status_usage)
+         return
+      end if
+      if (config%elements > 0 .and. kernels(kernel) /= "creep") then
+         call fatal(error, "--elements goes with the kernel creep", status_usage)
       end if
    end subroutine read_config
 
@@ -419,6 +430,18 @@ contains
       if (allocated(error)) return
       evaluation%magnitudes = creep_magnitudes
       evaluation%magnitude_names = "N, a, b, f and G"
+      if (config%elements > 0) then
+         if (models(i)%info%name /= "boundary_elements") then
+            call fatal(error, "--elements goes with the model boundary_elements", status_usage)
+            return
+         else if (config%elements < least_elements .or. config%elements > most_elements .or. &
+            mod(config%elements, 2) /= 0) then
+            call fatal(error, "--elements needs an even number of elements from 4 to 96", &
+               status_usage)
+            return
+         end if
+         call evaluation%parameters%set(elements_key, real(config%elements, wp))
+      end if
       call models(i)%create(models(i)%completed(evaluation%parameters), evaluation%creep)
    end subroutine choose_creep
 

@@ -24,8 +24,8 @@ module contensou_scene_contacts
    !> Friction whose limit steady rolling has, and that of curved spots.
    character(len=*), parameter :: exact_friction = "contensou_exact"
 
-   !> Friction without a torque, and friction at whose kinks the slip of a shell is not determined.
-   character(len=*), parameter :: without_torque = "coulomb", with_kinks = "contensou_simplified"
+   !> Friction without a torque.
+   character(len=*), parameter :: without_torque = "coulomb"
 
    !> Law of creep with which nothing sticks.
    character(len=*), parameter :: without_stick = "sliding"
@@ -86,7 +86,7 @@ contains
          associate (model => models(contact%friction))
             fits = model%info%name == exact_friction
             if (remembers(contact%tangential) .and. .not. transient) fits = &
-               associated(model%jacobian) .and. model%info%name /= with_kinks
+               associated(model%jacobian)
             if (.not. fits) call diagnostics%add(group%place("tangential", 1), &
                what // " is not available with friction = " // quote(trim(model%info%name)), &
                "friction = " // quote(exact_friction) // ", or tangential = 'none'")

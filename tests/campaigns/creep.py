@@ -2,8 +2,9 @@
 
     python tests/campaigns/creep.py EXECUTABLE [NUMBER [FIRST [LAW...]]]
 
-evaluates NUMBER (1,000,000) states, from seed FIRST (1) on, of each law but `boundary_elements`,
-of which it takes a thousandth: ratios of the axes from 1/25 to 25, Poisson's ratios from 0 to 1/2,
+evaluates NUMBER (1,000,000) states, from seed FIRST (1) on, of each law; a law may have a number of
+elements behind a colon. Of `boundary_elements` with as many as they usually have it takes a
+thousandth: ratios of the axes from 1/25 to 25, Poisson's ratios from 0 to 1/2,
 creepages over six decades about their scale, spin over another two, rolling in every direction or
 not at all. Reports states in which F.v + T w is above zero, the force is above 1.001 f N, or
 something is not finite. `linear` has no bound, and no value where nothing rolls. Exit status 1 if
@@ -19,7 +20,10 @@ from pathlib import Path
 import numpy as np
 
 NAMES = "N,a,b,f,G,nu,vx,vy,w,cx,cy"
-LAWS = ("sliding", "linear", "strip", "polach", "fastsim", "brush", "table", "boundary_elements")
+LAWS = ("sliding", "linear", "strip", "polach", "fastsim", "brush", "table") + (
+    "boundary_elements:8",
+    "boundary_elements",
+)
 BLOCK = 20000
 
 
@@ -43,8 +47,10 @@ def states(seed: int, number: int) -> np.ndarray:
 def wrenches(executable: Path, law: str, rows: np.ndarray) -> np.ndarray:
     """Fx, Fy and Tz of the states."""
     lines = (",".join(map(repr, row)) for row in rows.tolist())
+    model, _, elements = law.partition(":")
+    words = ["--model", model, *(["--elements", elements] if elements else [])]
     done = subprocess.run(
-        [executable, "eval", "creep", "--model", law],
+        [executable, "eval", "creep", *words],
         input="\n".join([NAMES, *lines]) + "\n",
         capture_output=True,
         text=True,

@@ -194,7 +194,7 @@ def test_small_creep_of_the_brush_is_linear(evaluate):
         assert off(row, one, other) <= 1e-5 * off(row, other, nothing)
 
 
-@pytest.mark.parametrize("law", ["sliding", "linear", *LAWS, "table"])
+@pytest.mark.parametrize("law", ["sliding", "linear", *LAWS, "table", "boundary_elements:8"])
 def test_dissipation(executable, law):
     """Of all ratios and directions; tests/campaigns/creep.py draws a million."""
     wrong, power, _ = creep.faults(executable, law, 4, 4000)

@@ -322,7 +322,9 @@ def test_corners_of_the_law(ball, method, changes):
         assert np.all(axes[:, 1] / axes[:, 0] < 1.1e-3)
 
 
-@pytest.mark.parametrize("friction", ["coulomb", "pade11", "pade22", "contensou_exact"])
+@pytest.mark.parametrize(
+    "friction", ["coulomb", "contensou_simplified", "pade11", "pade22", "contensou_exact"]
+)
 def test_full_sliding_is_that_of_each_friction_model(ball, run, friction):
     smooth = 1e-6 if friction == "coulomb" else 0.0
     rows = ball(
@@ -399,12 +401,21 @@ def test_a_force_lags_behind_sliding_that_turns(simulate, run):
     assert lag[-1] > 0.1
 
 
-def test_shells_have_no_limit_with_kinks(fails, tmp_path):
-    scene = BALL.format(**{**USUAL, "friction": "contensou_simplified"})
-    said = fails(scene, status=2)
-    assert "scene.nml:" in said
-    assert "contensou_simplified" in said
-    assert not (tmp_path / "o.h5").exists()
+@pytest.mark.parametrize("method", ["explicit8", "cvode_bdf"])
+@pytest.mark.parametrize("friction", ["contensou_simplified", "pade11", "pade22"])
+def test_rungs_stick(ball, friction, method):
+    """What slides and spins comes to rest, and its energy is all told."""
+    rows = ball(
+        **AT_REST,
+        friction=friction,
+        more="damping = 'hunt_crossley' damping_coefficient = 100",
+        motion="velocity = 0.01, 0, 0 spin = 0, 0, 1",
+        method=method,
+        t_end=0.2,
+        interval=0.01,
+    )
+    assert rows["stuck_share"][-1, 0] > 0.99
+    assert closed_to(rows, 1e-6)
 
 
 def springs(shifts, limit, stiffness, number=2000):

@@ -210,7 +210,6 @@ def test_the_shipped_incline_holds_up_to_its_limit(rows_of):
         (("tangential = 'elastic'", "tangential = 'spring' layers = 3"), "'layers' has no meaning"),
         (("tangential = 'elastic'", "tangential = 'elastic' layers = 2.5"), "layers"),
         (("tangential = 'elastic'", "tangential = 'elastic' layers = 129"), "layers"),
-        (("'contensou_exact'", "'contensou_simplified'"), "friction = 'contensou_exact'"),
         (("tangential", "regularization_velocity = 1e-3 tangential"), "regularization_velocity"),
         (("tangential", "drilling = .false. tangential"), "drilling = .true."),
     ],

@@ -14,7 +14,7 @@ module test_tangential
    use contensou_contact_tangential_slip, only : shared_type, shell_type, sliding_force
    use contensou_contact_tangential_stiffness, only : tangential_stiffness
    use contensou_contact_wrench, only : wrench_jacobian_kernel, wrench_pade11_jacobian, &
-      wrench_pade22_jacobian
+      wrench_pade22_jacobian, wrench_simplified_jacobian
    use contensou_contact_wrench_exact, only : wrench_exact, wrench_exact_jacobian
    use contensou_contact_wrench_scaling, only : slip_type
    use test_harness, only : check, check_close, check_relative, random_type, worst_type
@@ -659,20 +659,22 @@ contains
    end subroutine test_narrow_rim
 
    !> Shells with the limit of other friction models: full sliding is that of the model, and pure
-   !> shift and pure twist are those of the exact wrench.
+   !> shift and pure twist are those of the exact wrench; the wrench does not jump, but for the limit
+   !> of `pade11`, which is not convex.
    subroutine test_rungs()
       type(spring_spot_type) :: spot
       type(shells_type) :: shells, exact
       type(random_type) :: random
-      type(worst_type) :: worst, alike
+      type(worst_type) :: worst, alike, jumps
       procedure(wrench_jacobian_kernel), pointer :: rung
       real(wp) :: wrench(3), other(3), stored, lost, u(3), unit(3), expected(3), slopes(3, 3), &
          step(3)
       integer :: model, i, j, k
 
-      do model = 1, 2
+      do model = 1, 3
          rung => wrench_pade11_jacobian
          if (model == 2) rung => wrench_pade22_jacobian
+         if (model == 3) rung => wrench_simplified_jacobian
          do i = 1, 2
             spot%shape = circular_shape
             if (i == 2) spot%shape = elliptic_shape(0.5_wp)
@@ -691,6 +693,7 @@ contains
                end do
                call rung(spot%shape, slip_type(u(1), u(2), u(3)), expected, slopes)
                call worst%note(maxval(abs(wrench/(limit*[1.0_wp, 1.0_wp, a]) - expected)), j)
+               if (model > 1) call note_jumps(spot, shells, random%vector(3)*unit, jumps)
             end do
             ! To and fro without twist, and the twist alone.
             exact = shells_of(4)
@@ -713,7 +716,32 @@ contains
       end do
       call worst%check_below(1.0e-4_wp, "rungs: full sliding with spinning")
       call alike%check_below(1.0e-9_wp, "rungs: shift or twist alone")
+      call jumps%check_below(3.0_wp, "rungs: steepness over that of the springs")
    end subroutine test_rungs
+
+   !> The largest change of the wrench between two steps that are nearly the same, over that of
+   !> what is elastic; work of the slip is not below zero.
+   subroutine note_jumps(spot, shells, far, jumps)
+      type(spring_spot_type), intent(in) :: spot
+      !> What is moved.
+      type(shells_type), intent(in) :: shells
+      !> The longest step.
+      real(wp), intent(in) :: far(3)
+      type(worst_type), intent(inout) :: jumps
+      integer, parameter :: n = 200
+      type(shells_type) :: moved
+      real(wp) :: wrench(3), last(3), lost, stored
+      integer :: i
+
+      do i = 0, n
+         moved = shells
+         call moved%advance(spot, far*(real(i, wp)/real(n, wp)), wrench, stored, lost)
+         call check(lost >= 0.0_wp, "rungs: work of the slip")
+         if (i > 0) call jumps%note(maxval(abs(wrench - last)/[1.0_wp, 1.0_wp, spot%a]) &
+            /maxval(abs(spot%stiffness*far)/[1.0_wp, 1.0_wp, spot%a])*real(n, wp), i)
+         last = wrench
+      end do
+   end subroutine note_jumps
 
    !> Shells without a contact.
    pure function shells_of(layers) result(shells)

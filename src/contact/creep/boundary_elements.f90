@@ -22,11 +22,18 @@ module contensou_contact_creep_boundary_elements
    implicit none(type, external)
    private
 
-   public :: boundary_elements, elements_type, new_elements, roll
+   public :: boundary_elements, elements_type, new_elements, roll, elements_key, least_elements, &
+      most_elements
 
-   !> Elements across the spot, of the coarse and of the fine lattice: the areas of both discs of
-   !> elements, extrapolated, err by 0.2 % only, which those of most pairs do not.
-   integer, parameter :: across(2) = [18, 36]
+   !> Elements across the spot, of the fine lattice; the coarse one has half of them. The areas of
+   !> both discs of elements, extrapolated, err by 0.2 % only, which those of most pairs do not.
+   integer, parameter :: default_elements = 36
+
+   !> The fewest and the most of them.
+   integer, parameter :: least_elements = 4, most_elements = 96
+
+   !> Their name among the values that the law is made of.
+   character(len=*), parameter :: elements_key = "elements"
 
    !> Errors of tractions, times the creepage where that is less than e0.
    real(wp), parameter :: tolerance = 1.0e-7_wp
@@ -39,6 +46,8 @@ module contensou_contact_creep_boundary_elements
    real(wp), parameter :: sliding_creepage = 30.0_wp
 
    type, extends(creep_type) :: boundary_elements_type
+      !> Elements across the spot, of the coarse and of the fine lattice.
+      integer, private :: across(2) = [default_elements/2, default_elements]
    contains
       procedure :: kernel
    end type boundary_elements_type
@@ -80,8 +89,11 @@ contains
    subroutine new_boundary_elements(parameters, creep)
       type(parameters_type), intent(in) :: parameters
       class(creep_type), allocatable, intent(out) :: creep
+      type(boundary_elements_type), allocatable :: made
 
-      allocate(boundary_elements_type :: creep)
+      allocate(made)
+      made%across = nint(parameters%number(elements_key, real(default_elements, wp)))*[1, 2]/2
+      call move_alloc(made, creep)
    end subroutine new_boundary_elements
 
    !> Wrench of the tractions that are solved for on all elements.
@@ -102,14 +114,14 @@ contains
       root = sqrt(spot%shape%k)
       sliding = [frame%e(1)*wrench(1) + frame%e(2)*wrench(2), &
          frame%e(1)*wrench(2) - frame%e(2)*wrench(1), wrench(3)/root]
-      elements = new_elements(across, frame%half_length, frame%shear, spot%poisson)
+      elements = new_elements(self%across, frame%half_length, frame%shear, spot%poisson)
       call roll(elements, frame%creepage, sliding, wrench)
       small = sum(frame%creepage**2)
       if (small < 1.0_wp) then
          call stick(elements, frame%creepage, linear)
          small = max(small, linear(1)**2 + linear(2)**2 + (root*linear(3)/spot%shape%torque)**2)
          if (small < 1.0_wp) wrench = wrench &
-            + (1.0_wp - small)**3*missing(spot%shape%k, spot%poisson, motion, frame, linear)
+            + (1.0_wp - small)**3*missing(self%across, spot, motion, frame, linear)
       end if
       wrench = [frame%e(1)*wrench(1) - frame%e(2)*wrench(2), &
          frame%e(2)*wrench(1) + frame%e(1)*wrench(2), root*wrench(3)]
@@ -117,9 +129,10 @@ contains
    end subroutine kernel
 
    !> What lattices miss of the linear theory, in the rolling frame.
-   pure function missing(k, poisson, motion, frame, linear)
-      !> Ratio of the minor to the major axis, and Poisson's ratio.
-      real(wp), intent(in) :: k, poisson
+   pure function missing(across, spot, motion, frame, linear)
+      !> Elements across, of the coarse and of the fine lattice.
+      integer, intent(in) :: across(2)
+      type(creep_spot_type), intent(in) :: spot
       type(creep_motion_type), intent(in) :: motion
       !> How the spot rolls.
       type(rolling_frame_type), intent(in) :: frame
@@ -129,14 +142,14 @@ contains
       type(rolling_frame_type) :: stout
       type(elements_type) :: elements
 
-      call kalker_matrix(k, poisson, frame%e, c, c_slope)
+      call kalker_matrix(spot%shape%k, spot%poisson, frame%e, c, c_slope)
       missing = -(1.5_wp/pi)*matmul(c, frame%creepage)
-      if (k >= least_ratio) then
+      if (spot%shape%k >= least_ratio) then
          missing = missing - linear
          return
       end if
       stout = rolling_frame(least_ratio, motion)
-      elements = new_elements(across, stout%half_length, stout%shear, poisson)
+      elements = new_elements(across, stout%half_length, stout%shear, spot%poisson)
       call stick(elements, frame%creepage, last)
       missing = (missing - last)*(norm2(linear)/norm2(last))
    end function missing

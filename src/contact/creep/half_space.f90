@@ -55,6 +55,14 @@ module contensou_contact_creep_half_space
       real(wp), allocatable :: ex(:, :), ey(:, :)
    end type newton_type
 
+   !> Shares of the slip from which solutions are followed, tried in turn, and the first parts of the
+   !> way on a logarithmic scale.
+   real(wp), parameter :: first_shares(4) = [1.0_wp/64.0_wp, 64.0_wp, 1.0_wp/64.0_wp, 64.0_wp]
+   real(wp), parameter :: first_parts(4) = [1.0_wp, 1.0_wp, 0.25_wp, 0.25_wp]/6.0_wp
+
+   !> Part below which a solution is not followed farther.
+   real(wp), parameter :: least_part = 2.0e-5_wp
+
    !> Parts 1/B(0) that rho may be, tried in turn.
    real(wp), parameter :: rho_parts(3) = [0.3_wp, 0.1_wp, 0.03_wp]
 
@@ -188,13 +196,79 @@ contains
       real(wp), intent(out) :: residual
       integer :: i
 
+      call solve_from(lattice, influence, rigid_x, rigid_y, bounded, tolerance, px, py, residual)
+      if (.not. bounded) return
+      do i = 1, size(first_shares)
+         if (residual <= tolerance) return
+         call follow_slip(lattice, influence, rigid_x, rigid_y, tolerance, first_shares(i), &
+            first_parts(i), px, py, residual)
+      end do
+   end subroutine solve_tractions
+
+   !> The same, bounded, by way of slips that are smaller or larger by a factor that tends to one:
+   !> on needles that roll nearly along their axis there are several solutions, and hardly any guess
+   !> is near one.
+   pure subroutine follow_slip(lattice, influence, rigid_x, rigid_y, tolerance, first_share, &
+      first_part, px, py, residual)
+      type(lattice_type), intent(in) :: lattice
+      type(influence_type), intent(in) :: influence
+      !> Slip without tractions.
+      real(wp), intent(in) :: rigid_x(:, :), rigid_y(:, :)
+      real(wp), intent(in) :: tolerance
+      !> The first of these factors, and the first part of the way from there.
+      real(wp), intent(in) :: first_share, first_part
+      !> Tractions.
+      real(wp), intent(out) :: px(:, :), py(:, :)
+      !> Error that is left, above the tolerance if the solution was not found.
+      real(wp), intent(out) :: residual
+      real(wp), dimension(lattice%n, lattice%n) :: known_x, known_y
+      real(wp) :: known, now, part, share
+
+      known_x = 0.0_wp
+      known_y = 0.0_wp
+      known = 1.0_wp
+      now = 1.0_wp
+      part = first_part
+      do
+         share = first_share**now
+         px = known_x
+         py = known_y
+         call solve_from(lattice, influence, share*rigid_x, share*rigid_y, .true., tolerance, px, &
+            py, residual)
+         if (residual <= tolerance) then
+            if (now <= 0.0_wp) return
+            known = now
+            known_x = px
+            known_y = py
+            part = 1.5_wp*part
+         else
+            part = 0.5_wp*part
+            ! Here solutions end.
+            if (part < least_part) return
+         end if
+         now = max(known - part, 0.0_wp)
+      end do
+   end subroutine follow_slip
+
+   !> The same from the guess, with the parts that rho may be in turn.
+   pure subroutine solve_from(lattice, influence, rigid_x, rigid_y, bounded, tolerance, px, py, &
+      residual)
+      type(lattice_type), intent(in) :: lattice
+      type(influence_type), intent(in) :: influence
+      real(wp), intent(in) :: rigid_x(:, :), rigid_y(:, :)
+      logical, intent(in) :: bounded
+      real(wp), intent(in) :: tolerance
+      real(wp), intent(inout) :: px(:, :), py(:, :)
+      real(wp), intent(out) :: residual
+      integer :: i
+
       residual = huge(residual)
       do i = 1, size(rho_parts)
          call iterate(lattice, influence, rho_parts(i)/influence%xx(0, 0), rigid_x, rigid_y, &
             bounded, tolerance, px, py, residual)
          if (residual <= tolerance) return
       end do
-   end subroutine solve_tractions
+   end subroutine solve_from
 
    !> Newton's method for p = P(p - rho s).
    pure subroutine iterate(lattice, influence, rho, rigid_x, rigid_y, bounded, tolerance, px, py, &

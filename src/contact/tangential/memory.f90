@@ -652,7 +652,9 @@ contains
       before = in_strains(self, self%rates(1:3))
       turn = norm2(before - dot_product(before, speed)*speed)/fast
       step = norm2(in_strains(self, self%step(1:3)))
-      if (lag_of_turn*turn + lengths(self%step, self%spot) > largest_lag*step) return
+      ! After a step that is long by itself the next one begins as that has ended.
+      if (step < longest_shift .and. lag_of_turn*turn + lengths(self%step, self%spot) &
+         > largest_lag*step) return
       self%slid = slid*(min(1.0_wp, longest_shift/way)/fall(self))
    end subroutine note_sliding
 

@@ -12,8 +12,9 @@
 !> - else Newton's method for the direction, with the derivatives of the exact wrench.
 !> Where a shell slips steps are of the third order, as its second derivatives cost little more.
 !>
-!> A rung is another friction model in the place of the exact wrench W = -dPhi: f = -(l2 W(v, c2 w)
-!> - l1 W(v, c1 w)). Most have no potential, and their limits need not be convex.
+!> A rung is another friction model with the wrench W of the whole spot in the place of -dPhi: of its
+!> force each shell has the share l2 - l1, of its torque l2 c2 - l1 c1. Most have no potential, and
+!> their limits need not be convex.
 module contensou_contact_tangential_slip
    use contensou_base_kinds, only : pi, wp
    use contensou_base_vectors, only : cross
@@ -585,8 +586,9 @@ contains
    end function within_limit
 
    !> Slip of a shell by a rung of the ladder: Newton's method for the direction as on an ellipse,
-   !> without a potential to gain. What it comes closest with does where it does not converge, as at
-   !> the kinks of a rung: the force is one of sliding all the same.
+   !> without a potential to gain: from the last direction and from that of a short slip, with whole
+   !> steps, and with steps after which less is left across. What it comes closest with does where
+   !> it does not converge, as at the kinks of a rung: the force is one of sliding all the same.
    pure subroutine slip_by_rung(shell, force, direction, slips, work)
       type(shell_type), intent(in) :: shell
       !> Force of the trial on entry; that of sliding if it slips.
@@ -595,44 +597,90 @@ contains
       real(wp), intent(inout) :: direction(3)
       logical, intent(out) :: slips
       real(wp), intent(out) :: work
-      real(wp) :: stiffness(3), u(3), f(3), hessian(3, 3), rest(3), step(3), length, size, least, &
-         best(3), best_f(3)
-      type(shared_type) :: shared
+      real(wp) :: u(3), f(3), best_f(3), best(3), left, least
+      logical :: found
       integer :: i
 
-      stiffness = shell%stiffness
       work = 0.0_wp
       u = direction
-      ! The last direction is a good beginning where the trial pulls along it still.
-      if (.not. dot_product(u, force) > 0.0_wp) u = first_direction(shell, force)
-      least = huge(least)
-      best = u
+      best = 0.0_wp
       best_f = 0.0_wp
-      do i = 1, most_iterations
-         call sliding_force(shell, u, shared, f, hessian)
-         length = dot_product(force - f, u)/dot_product(u, stiffness*u)
-         rest = force - f
-         if (length > 0.0_wp) rest = rest - length*stiffness*u
-         rest = rest - dot_product(rest, u)*u
-         size = norm2(rest)
-         if (size < least) then
-            least = size
+      least = huge(least)
+      do i = 1, 4
+         ! The last direction is a good beginning where the trial pulls along it still.
+         if (i == 3 .or. .not. dot_product(u, force) > 0.0_wp) u = first_direction(shell, force)
+         call follow_rung(shell, force, mod(i, 2) == 0, u, f, left, found)
+         ! Of a limit that is not convex not all directions along which nothing slips say so.
+         found = found .and. dot_product(force - f, u) > 0.0_wp
+         if (left < least .or. found) then
+            least = left
             best = u
             best_f = f
          end if
-         call solve_any(hessian, max(length, short_slip*norm2(shell%trial))*stiffness, rest, step)
-         step = step - dot_product(step, u)*u
-         size = norm2(step)
-         if (.not. size >= close_enough) exit
-         if (size > longest_step) step = step*(longest_step/size)
-         u = (u + step)/norm2(u + step)
+         if (found) exit
       end do
       slips = dot_product(force - best_f, best) > 0.0_wp
       if (.not. slips) return
       direction = best
-      work = dot_product(best_f, (force - best_f)/stiffness)
+      work = dot_product(best_f, best)*dot_product(force - best_f, best) &
+         /dot_product(best, shell%stiffness*best)
       force = best_f
    end subroutine slip_by_rung
+
+   !> Newton's method for the direction of the slip by a rung.
+   pure subroutine follow_rung(shell, force, descends, u, f, left, found)
+      type(shell_type), intent(in) :: shell
+      !> Force of the trial.
+      real(wp), intent(in) :: force(3)
+      !> Whether each step leaves less across.
+      logical, intent(in) :: descends
+      !> Direction to begin with, then the one that leaves the least.
+      real(wp), intent(inout) :: u(3)
+      !> Force of sliding along it, and the size of what it leaves across.
+      real(wp), intent(out) :: f(3), left
+      !> Whether it is the direction.
+      logical, intent(out) :: found
+      real(wp) :: stiffness(3), hessian(3, 3), rest(3), step(3), length, size, now(3), force_now(3)
+      integer :: i
+
+      stiffness = shell%stiffness
+      left = huge(left)
+      f = 0.0_wp
+      now = u
+      found = .false.
+      step = 0.0_wp
+      do i = 1, most_iterations
+         call share_of_rung(shell, now, force_now, hessian)
+         rest = force - force_now
+         length = dot_product(rest, now)/dot_product(now, stiffness*now)
+         if (length > 0.0_wp) rest = rest - length*stiffness*now
+         rest = rest - dot_product(rest, now)*now
+         size = norm2(rest)
+         if (size < left) then
+            left = size
+            u = now
+            f = force_now
+         else if (descends) then
+            step = 0.5_wp*step
+            if (.not. norm2(step) >= close_enough) exit
+            now = (u + step)/norm2(u + step)
+            cycle
+         end if
+         call solve_any(hessian, max(length, short_slip*norm2(shell%trial))*stiffness, rest, step)
+         step = step - dot_product(step, now)*now
+         size = norm2(step)
+         found = size < close_enough
+         if (found) then
+            u = now + step
+            f = force_now + matmul(hessian, step)
+            exit
+         end if
+         ! Where the derivatives are singular there is no step.
+         if (.not. size < huge(size)) exit
+         if (size > longest_step) step = step*(longest_step/size)
+         now = (now + step)/norm2(now + step)
+      end do
+   end subroutine follow_rung
 
    !> Direction of an infinitely short slip, about.
    pure function first_direction(shell, force) result(u)
@@ -660,6 +708,11 @@ contains
       real(wp) :: bends_of_all(4)
       logical :: known
 
+      if (associated(shell%rung)) then
+         call share_of_rung(shell, u, force, hessian)
+         if (present(bends)) bends = 0.0_wp
+         return
+      end if
       known = abs(shared%load - shell%outer%load) <= 0.0_wp
       if (known) known = all(abs(shared%u - u) <= 0.0_wp)
       if (known) then
@@ -667,37 +720,49 @@ contains
          hessian = shared%hessian
          bends_of_all = shared%bends
       else
-         call sliding_within(shell%shape, shell%outer, shell%rung, u, force, hessian, &
-            bends_of_all)
+         call sliding_within(shell%shape, shell%outer, u, force, hessian, bends_of_all)
       end if
       shared%load = shell%inner%load
       shared%u = u
       if (present(bends)) bends = bends_of_all
       if (.not. shell%inner%load > 0.0_wp) return
-      call sliding_within(shell%shape, shell%inner, shell%rung, u, shared%force, shared%hessian, &
-         shared%bends)
+      call sliding_within(shell%shape, shell%inner, u, shared%force, shared%hessian, shared%bends)
       force = force - shared%force
       hessian = hessian - shared%hessian
       if (present(bends)) bends = bends - shared%bends
    end subroutine sliding_force
 
-   !> The same of what is within an edge.
-   pure subroutine sliding_within(shape, edge, rung, u, force, hessian, bends)
+   !> The same by a rung: its wrench for the whole spot, the force by the share of the load and the
+   !> torque by that of the torque of spinning. What its wrench within two edges differs by would not
+   !> be a limit: where one of them is on the flat side of a kink force would grow against the slip.
+   pure subroutine share_of_rung(shell, u, force, hessian)
+      type(shell_type), intent(in) :: shell
+      !> Direction of the slip.
+      real(wp), intent(in) :: u(3)
+      real(wp), intent(out) :: force(3), hessian(3, 3)
+      real(wp) :: shares(3)
+      integer :: i
+
+      call shell%rung(shell%shape, slip_type(u(1), u(2), u(3)), force, hessian)
+      shares(1:2) = -shell%load()
+      shares(3) = -(shell%outer%load*shell%outer%size - shell%inner%load*shell%inner%size)
+      force = shares*force
+      do i = 1, 3
+         hessian(:, i) = shares*hessian(:, i)
+      end do
+   end subroutine share_of_rung
+
+   !> Force of sliding of what is within an edge, by the exact wrench, and its derivatives.
+   pure subroutine sliding_within(shape, edge, u, force, hessian, bends)
       type(spot_shape_type), intent(in) :: shape
       type(edge_type), intent(in) :: edge
-      procedure(wrench_jacobian_kernel), pointer, intent(in) :: rung
       real(wp), intent(in) :: u(3)
       real(wp), intent(out) :: force(3), hessian(3, 3), bends(4)
       real(wp) :: arm
       integer :: i
 
-      if (associated(rung)) then
-         call rung(shape, slip_type(u(1), u(2), edge%size*u(3)), force, hessian)
-         bends = 0.0_wp
-      else
-         call wrench_exact_bends(shape, u(1), u(2), edge%size*u(3), force, hessian, bends)
-         bends = -edge%load*bends
-      end if
+      call wrench_exact_bends(shape, u(1), u(2), edge%size*u(3), force, hessian, bends)
+      bends = -edge%load*bends
       arm = edge%load*edge%size
       force(1) = -edge%load*force(1)
       force(2) = -edge%load*force(2)

@@ -27,7 +27,8 @@ module contensou_contact_creep_brush
    use contensou_contact_creep_bounds, only : confine
    use contensou_contact_creep_law, only : creep_model_type, creep_motion_type, creep_spot_type, &
       creep_type
-   use contensou_contact_creep_strips, only : flow_type, new_flow, strip_at, strip_type, to_axes
+   use contensou_contact_creep_strips, only : cut, flow_type, new_flow, strip_at, strip_type, &
+      to_axes
    use contensou_contact_parameters, only : parameters_type
    use contensou_contact_wrench, only : slip_type, wrench_exact
    use contensou_special_angle, only : quadrant_angle, small_turn
@@ -280,7 +281,7 @@ contains
       !> Number of steps.
       integer, intent(in) :: n
       real(wp), dimension(n_strips) :: c, s, y, x, z, width
-      real(wp) :: way, bound, area, gx, gy, factor, before, place, rest, near
+      real(wp) :: way, bound, area, gx, gy, factor, before, place, rest
       integer :: i, j
 
       rest = (no_direction*strips%rolls*strips%bound(1)/strips%l(1))**2
@@ -322,14 +323,8 @@ contains
             strips%sliding(i, 3) = strips%sliding(i, 3) + factor*(place*gy - strips%eta(i)*gx)
             x(i) = x(i) + way*gx
             z(i) = z(i) + way*gy
-            ! Up to the corner the factor is one, from the bound on the bound over |t|, and there as
-            ! a cubic between with the same slopes.
             bound = max(bound*strips%rolls, least)
-            before = max(sqrt(x(i)*x(i) + z(i)*z(i)), least)
-            factor = before/bound
-            near = min(max((factor - 1.0_wp)/corner + 1.0_wp, 0.0_wp), 1.0_wp)
-            factor = (min(factor, 1.0_wp - corner) + corner*near*(1.0_wp + near*(1.0_wp - near))) &
-               *bound/before
+            factor = cut(max(sqrt(x(i)*x(i) + z(i)*z(i)), least)/bound, corner)
             x(i) = factor*x(i)
             z(i) = factor*z(i)
             strips%tractions(i, 1) = strips%tractions(i, 1) + area*x(i)

@@ -151,12 +151,19 @@ def test_brush_has_no_steps_with_spin(evaluate, spin, along):
 
 @pytest.mark.parametrize(
     ("law", "most", "largest"),
-    [("strip", 1e-4, 0.03), ("polach", 1e-4, 1e-3), ("table", 2e-4, 1e-3)],
+    [
+        ("strip", 1e-4, 0.03),
+        ("polach", 1e-4, 1e-3),
+        ("table", 2e-4, 1e-3),
+        ("fastsim", 1e-3, 0.1),
+        ("brush", 1e-3, 0.2),
+    ],
 )
 def test_derivatives_have_no_jumps(evaluate, law, most, largest):
     """Along lines of creepages, a ten thousandth of them from one to the next: changes of the
     difference quotient beyond the mean one, over the largest quotient. That of `strip` falls to
-    zero as a root where all slips."""
+    zero as a root where all slips; with spin, where what slips sticks again, some of `brush` are
+    steep."""
     draw = random.Random(11)
     step, number, lines = 1e-4, 2001, 60
     jumps = []

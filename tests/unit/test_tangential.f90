@@ -54,6 +54,7 @@ contains
       call test_oblique_sliding()
       call test_tangent()
       call test_narrow_rim()
+      call test_narrow_rim_that_slips()
       call test_rungs()
    end subroutine run_tangential_tests
 
@@ -657,6 +658,39 @@ contains
          call check(all(ieee_is_finite(slopes)), "a rim that nothing has moved: derivatives")
       end do
    end subroutine test_narrow_rim
+
+   !> A new rim so narrow that its derivatives are rounding errors, and that slips: the stiffness of
+   !> the spot is not negative, nor above that where all sticks.
+   subroutine test_narrow_rim_that_slips()
+      type(shells_type) :: shells, grown
+      type(spring_spot_type) :: spot, larger
+      type(random_type) :: random
+      type(worst_type) :: worst
+      real(wp) :: wrench(3), slopes(3, 4), part(3), unit(3), u(3)
+      integer :: i, j, k
+
+      do k = 1, 2
+         spot = spot_of(ratios(k), a, limit, poisson)
+         unit = sliding_shift(spot)/[1.0_wp, 1.0_wp, a]
+         call shells%begin()
+         call shells%advance(spot, 0.1_wp*unit*random%vector(3), wrench)
+         do i = 20, 52
+            do j = 1, 100
+               larger = spot_of(ratios(k), a*(1.0_wp + 0.5_wp**i), limit*(1.0_wp + 3.0_wp &
+                  *0.5_wp**i), poisson)
+               grown = shells
+               call grown%advance(larger, random%decades(-10.0_wp, -3.0_wp)*unit &
+                  *random%vector(3), wrench, settled=.false., slopes=slopes)
+               u = random%vector(3)
+               part = matmul(slopes(:, :3), u/sqrt(larger%stiffness)) &
+                  /sqrt(larger%stiffness)
+               call worst%note(max(dot_product(part, u)/dot_product(u, u), norm2(part)/norm2(u) &
+                  - 1.0_wp), i)
+            end do
+         end do
+      end do
+      call worst%check_below(1.0e-6_wp, "stiffness of a spot whose narrow rim slips")
+   end subroutine test_narrow_rim_that_slips
 
    !> Shells with the limit of other friction models: full sliding is that of the model, and pure
    !> shift and pure twist are those of the exact wrench; the wrench does not jump, but for the limit

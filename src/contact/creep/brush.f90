@@ -14,6 +14,11 @@
 !> Their error is proportional to the step, and is taken off by steps of half the length. What the
 !> quadrature misses of full sliding, times gamma, is added: at V = 0 the wrench is the exact one.
 !>
+!> Derivatives would have kinks where a step begins to slip or a node of the quadrature is where
+!> nothing slides, and slopes without bound where a strip may slip first in either of two places. So
+!> P is rounded, directions g/|g| are those of g/sqrt(|g|^2 + (0.1 V f p0/l0)^2), and the place of
+!> the first slip is drawn from one root to the other.
+!>
 !> Each step waits for the one before it, for a root and a quotient. So all strips take it together:
 !> loops over strips are innermost, without branches, and become vector operations.
 module contensou_contact_creep_brush
@@ -22,11 +27,13 @@ module contensou_contact_creep_brush
    use contensou_contact_creep_bounds, only : confine
    use contensou_contact_creep_law, only : creep_model_type, creep_motion_type, creep_spot_type, &
       creep_type
-   use contensou_contact_creep_strips, only : flow_type, new_flow, strip_at, strip_type, to_axes
+   use contensou_contact_creep_strips, only : cut, flow_type, new_flow, strip_at, strip_type, &
+      to_axes
    use contensou_contact_parameters, only : parameters_type
    use contensou_contact_wrench, only : slip_type, wrench_exact
    use contensou_special_angle, only : quadrant_angle, small_turn
    use contensou_special_quadrature, only : w_6, x_6
+   use contensou_special_smooth_step, only : smooth_step
    implicit none(type, external)
    private
 
@@ -68,8 +75,18 @@ module contensou_contact_creep_brush
       index=1, n_strips)]
    real(wp), parameter :: weights(n_strips) = 0.5_wp*pi*w_strips*shares
 
-   !> How deep below zero, over its range, a maximum of the cubic has no part in where steps begin.
+   !> How far from zero, over its range, a maximum of the cubic has no part in where steps begin.
    real(wp), parameter :: deep = 0.3_wp
+
+   !> Part of its slope at the inlet below which the cubic is flat, and part of the square of its
+   !> second coefficient at which maxima come and go.
+   real(wp), parameter :: flat = 0.1_wp, at_birth = 0.2_wp
+
+   !> Part of the bound within which a traction comes to it in a rounded corner.
+   real(wp), parameter :: corner = 0.2_wp
+
+   !> What stretches the bristles, over V f p0/l0, below which they have no direction of sliding.
+   real(wp), parameter :: no_direction = 0.1_wp
 
    !> Square of the tau at which half of the flexibilities is blended.
    real(wp), parameter :: blend = 36.0_wp
@@ -211,9 +228,10 @@ contains
       !> Cosine and sine of half a step.
       real(wp), intent(in) :: half_c(n_strips), half_s(n_strips)
       real(wp), dimension(n_strips) :: c, s
-      real(wp) :: y, area, tx, ty, before, turn_c, turn_s
+      real(wp) :: y, area, tx, ty, before, turn_c, turn_s, rest
       integer :: i, j
 
+      rest = (no_direction*strips%rolls*strips%bound(1)/strips%l(1))**2
       ! Two nodes are exact for a cubic.
       do j = -1, 1, 2
          do i = 1, n_strips
@@ -235,7 +253,7 @@ contains
             tx = strips%x0(i) + y*strips%x1
             ty = strips%y0(i) + y*strips%y1
             area = strips%width(i)*step(i)*strips%l(i)*strips%bound(i)*s(i)*s(i) &
-               /max(sqrt(tx*tx + ty*ty), least)
+               /max(sqrt(tx*tx + ty*ty + rest), least)
             tx = area*tx
             ty = area*ty
             strips%sliding(i, 1) = strips%sliding(i, 1) + tx
@@ -263,9 +281,10 @@ contains
       !> Number of steps.
       integer, intent(in) :: n
       real(wp), dimension(n_strips) :: c, s, y, x, z, width
-      real(wp) :: way, bound, area, gx, gy, factor, before, place
+      real(wp) :: way, bound, area, gx, gy, factor, before, place, rest
       integer :: i, j
 
+      rest = (no_direction*strips%rolls*strips%bound(1)/strips%l(1))**2
       do i = 1, n_strips
          c(i) = along(i)
          s(i) = across(i)
@@ -277,7 +296,7 @@ contains
          area = 0.5_wp*width(i)*s(i)
          gx = strips%x0(i) + y(i)*strips%x1
          gy = strips%y0(i) + y(i)*strips%y1
-         factor = area*strips%bound(i)*s(i)/max(sqrt(gx*gx + gy*gy), least)
+         factor = area*strips%bound(i)*s(i)/max(sqrt(gx*gx + gy*gy + rest), least)
          place = strips%front(i) + y(i)
          strips%sliding(i, 1) = strips%sliding(i, 1) + factor*gx
          strips%sliding(i, 2) = strips%sliding(i, 2) + factor*gy
@@ -298,15 +317,14 @@ contains
             place = strips%front(i) + y(i)
             bound = strips%bound(i)*s(i)
             area = width(i)*s(i)
-            factor = area*bound/max(sqrt(gx*gx + gy*gy), least)
+            factor = area*bound/max(sqrt(gx*gx + gy*gy + rest), least)
             strips%sliding(i, 1) = strips%sliding(i, 1) + factor*gx
             strips%sliding(i, 2) = strips%sliding(i, 2) + factor*gy
             strips%sliding(i, 3) = strips%sliding(i, 3) + factor*(place*gy - strips%eta(i)*gx)
             x(i) = x(i) + way*gx
             z(i) = z(i) + way*gy
-            ! Within the bound the factor is one exactly.
-            bound = bound*strips%rolls
-            factor = bound/max(sqrt(x(i)*x(i) + z(i)*z(i)), bound, least)
+            bound = max(bound*strips%rolls, least)
+            factor = cut(max(sqrt(x(i)*x(i) + z(i)*z(i)), least)/bound, corner)
             x(i) = factor*x(i)
             z(i) = factor*z(i)
             strips%tractions(i, 1) = strips%tractions(i, 1) + area*x(i)
@@ -318,53 +336,81 @@ contains
    end subroutine slip
 
    !> Way from the inlet up to where a strip surely sticks: the smallest root in (0, 2 l] of
-   !> |g0 + g1 y/2|^2 y - k^2 (2 l - y), by Newton's method within bounds. As that root jumps where
-   !> a maximum of the cubic rises through zero, it is drawn to a maximum before it that is near
-   !> zero.
+   !> |g0 + g1 y/2|^2 y - k^2 (2 l - y). As that root jumps where a maximum of the cubic rises
+   !> through zero, it is drawn to the one of the cubic raised by a part of its range, which has
+   !> jumped before it is drawn to.
    pure real(wp) function first_slip(strip, k) result(y)
       type(strip_type), intent(in) :: strip
       !> f p0 V/l0.
       real(wp), intent(in) :: k
-      real(wp) :: a0, a1, a2, a3, low, high, f, slope, turning, next, peak, depth
-      integer :: i
+      real(wp) :: a(0:3), peak, turning, top, slope, drawn, inverse
 
-      a3 = 0.25_wp*(strip%g1(1)**2 + strip%g1(2)**2)
-      a2 = strip%g0(1)*strip%g1(1) + strip%g0(2)*strip%g1(2)
-      a1 = strip%g0(1)**2 + strip%g0(2)**2 + k*k
-      a0 = -2.0_wp*strip%l*k*k
-      low = 0.0_wp
-      high = 2.0_wp*strip%l
-      ! The maximum, or where the cubic is flattest; and how far below zero and how steep, over its
-      ! range.
-      peak = high
-      depth = 1.0_wp
-      if (a2 < 0.0_wp) then
-         turning = a2*a2 - 3.0_wp*a3*a1
+      a(3) = 0.25_wp*(strip%g1(1)**2 + strip%g1(2)**2)
+      a(2) = strip%g0(1)*strip%g1(1) + strip%g0(2)*strip%g1(2)
+      a(1) = strip%g0(1)**2 + strip%g0(2)**2 + k*k
+      a(0) = -2.0_wp*strip%l*k*k
+      peak = 2.0_wp*strip%l
+      drawn = 0.0_wp
+      if (a(2) < 0.0_wp) then
+         ! The maximum, or where the cubic is flattest.
+         turning = a(2)*a(2) - 3.0_wp*a(3)*a(1)
          if (turning > 0.0_wp) then
-            peak = a1/(sqrt(turning) - a2)
+            peak = a(1)/(sqrt(turning) - a(2))
          else
-            peak = -a2/(3.0_wp*a3)
+            peak = -a(2)/(3.0_wp*a(3))
          end if
-         if (peak < high) then
-            f = a0 + peak*(a1 + peak*(a2 + peak*a3))
-            if (f >= 0.0_wp) then
-               high = peak
+         if (peak < 2.0_wp*strip%l) then
+            ! How far from zero that is, and how steep, over the range of the cubic.
+            slope = max(a(1) + peak*(2.0_wp*a(2) + 3.0_wp*peak*a(3)), 0.0_wp)
+            top = a(0) + peak*(a(1) + peak*(a(2) + peak*a(3)))
+            drawn = smooth_step(-abs((top - strip%l*slope*slope/(slope + flat*a(1))) &
+               /min(a(0), -tiny(a))), [-deep, 0.0_wp])
+            ! No more where the maximum leaves by the outlet; its place without the root, whose
+            ! slope has no bound where maxima come and go.
+            inverse = turning/max(sqrt(max(turning, 0.0_wp) + (at_birth*a(2))**2), least) - a(2)
+            if (a(1) < 2.0_wp*strip%l*inverse) then
+               drawn = drawn*smooth_step(2.0_wp - a(1)/(strip%l*inverse), [0.0_wp, deep])
             else
-               low = peak
-               depth = (f - strip%l*max(a1 + peak*(2.0_wp*a2 + 3.0_wp*peak*a3), 0.0_wp)) &
-                  /min(a0, -tiny(a0))
+               drawn = 0.0_wp
             end if
          end if
+         peak = min(peak, 2.0_wp*strip%l)
       end if
-      y = min(max(-a0/a1, low), high)
+      y = root_of(a, peak, 2.0_wp*strip%l)
+      if (.not. drawn > 0.0_wp) return
+      a(0) = (1.0_wp - deep)*a(0)
+      y = y - drawn*(y - root_of(a, peak, 2.0_wp*strip%l))
+   end function first_slip
+
+   !> Smallest root of a cubic that begins below zero, by Newton's method within bounds.
+   pure real(wp) function root_of(a, peak, last) result(y)
+      !> Its coefficients.
+      real(wp), intent(in) :: a(0:3)
+      !> Its maximum, or where it is flattest.
+      real(wp), intent(in) :: peak
+      !> Where it is not below zero any more.
+      real(wp), intent(in) :: last
+      real(wp) :: low, high, f, slope, next
+      integer :: i
+
+      low = 0.0_wp
+      high = last
+      if (peak < last) then
+         if (a(0) + peak*(a(1) + peak*(a(2) + peak*a(3))) < 0.0_wp) then
+            low = peak
+         else
+            high = peak
+         end if
+      end if
+      y = min(max(-a(0)/a(1), low), high)
       do i = 1, 60
-         f = a0 + y*(a1 + y*(a2 + y*a3))
+         f = a(0) + y*(a(1) + y*(a(2) + y*a(3)))
          if (f > 0.0_wp) then
             high = y
          else
             low = y
          end if
-         slope = a1 + y*(2.0_wp*a2 + 3.0_wp*y*a3)
+         slope = a(1) + y*(2.0_wp*a(2) + 3.0_wp*y*a(3))
          next = 0.5_wp*(low + high)
          if (abs(slope) > 0.0_wp) then
             ! Before the bounds: one of them is y by now.
@@ -374,7 +420,6 @@ contains
          if (abs(next - y) <= 4.0_wp*epsilon(y)*y) exit
          y = next
       end do
-      if (peak < y) y = y - (y - peak)*max(1.0_wp - depth/deep, 0.0_wp)**2
-   end function first_slip
+   end function root_of
 
 end module contensou_contact_creep_brush

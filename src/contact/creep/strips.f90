@@ -12,7 +12,7 @@ module contensou_contact_creep_strips
    implicit none(type, external)
    private
 
-   public :: flow_type, strip_type, new_flow, strip_at, to_axes
+   public :: flow_type, strip_type, new_flow, strip_at, to_axes, cut
 
    !> How material flows through a spot, and the flexibilities of its bristles.
    type :: flow_type
@@ -81,6 +81,19 @@ contains
       strip%g0 = matmul(flow%m, flow%u) + (strip%xi - strip%l)*strip%g1
       strip%g0(1) = strip%g0(1) - spin*strip%eta*flow%third(2)
    end function strip_at
+
+   !> What a traction is multiplied by that comes to the bound: one up to a corner, the bound over
+   !> the traction beyond the bound; between what comes of it is a cubic, with the same slopes.
+   elemental real(wp) function cut(traction, corner)
+      !> Over the bound, > 0.
+      real(wp), intent(in) :: traction
+      !> Size of the corner as a part of the bound.
+      real(wp), intent(in) :: corner
+      real(wp) :: near
+
+      near = min(max((traction - 1.0_wp)/corner + 1.0_wp, 0.0_wp), 1.0_wp)
+      cut = (min(traction, 1.0_wp - corner) + corner*near*(1.0_wp + near*(1.0_wp - near)))/traction
+   end function cut
 
    !> A wrench along the axes of the spot from that along and across the flow.
    pure function to_axes(flow, wrench) result(turned)

@@ -27,6 +27,7 @@ module contensou_contact_tangential_memory
    use contensou_contact_states, only : against_length, state_list_type
    use contensou_contact_tangential_carry, only : carried_type, carry_type
    use contensou_contact_tangential_shells, only : make_room, shells_type, spring_spot_type
+   use contensou_special_smooth_step, only : smooth_step
    implicit none(type, external)
    private
 
@@ -371,7 +372,8 @@ contains
       speed = in_strains(self, self%step_rates(1:3))
       fast = sqrt(dot_product(speed, speed))
       if (.not. fast > 0.0_wp) return
-      share = rise(way, long_shift)*rise(dot_product(shift, speed)/(way*fast), aligned)
+      share = smooth_step(way, long_shift) &
+         *smooth_step(dot_product(shift, speed)/(way*fast), aligned)
    end function sliding_share
 
    !> Shifts and twist since something stuck, as far as rolling has left of them.
@@ -405,16 +407,6 @@ contains
       fall = 1.0_wp
       if (self%a > 0.0_wp) fall = max(self%limit*self%spot%a/(self%spot%limit*self%a), 1.0_wp)
    end function fall
-
-   !> Smooth step from 0 to 1.
-   pure real(wp) function rise(x, between)
-      real(wp), intent(in) :: x
-      !> Where it begins and ends.
-      real(wp), intent(in) :: between(2)
-
-      rise = min(max((x - between(1))/(between(2) - between(1)), 0.0_wp), 1.0_wp)
-      rise = rise*rise*(3.0_wp - 2.0_wp*rise)
-   end function rise
 
    !> Wrench and rates of the states, and their derivatives by normal force, size of the spot,
    !> velocities and states. Those by load, shift and twist are the consistent ones of the shells;

@@ -42,6 +42,9 @@ module contensou_contact_tangential_shells
    !> Slip over the elastic displacement below which the stiffness after it is that of this one.
    real(wp), parameter :: shortest_slip = 1.0e-8_wp
 
+   !> Load of a shell, in that of the spot, below which its derivatives are but rounding errors.
+   real(wp), parameter :: least_load = 1.0e-13_wp
+
    !> Distance of a shell, in those of its neighbours, over which a direction is extrapolated.
    real(wp), parameter :: farthest_guess = 4.0_wp
 
@@ -348,6 +351,7 @@ contains
       if (.not. minval(k) > 0.0_wp) return
       ! So narrow that it bears nothing, where nothing has moved.
       if (.not. any(abs(direction) > 0.0_wp)) return
+      if (shell%load() < least_load) return
       slip = trial*(units/spot%limit) - bearing/k
       length = max(norm2(slip), shortest_slip*norm2(bearing/k))
       shell%stiffness = k

@@ -828,24 +828,25 @@ contains
          /dot_product(a(:, 1), cross(a(:, 2), a(:, 3)))
    end subroutine solve_any
 
-   !> Solve (hessian + diagonal) x = right; the matrix is symmetric and positive definite. What
-   !> rounding makes of that where the diagonal is small is bounded from below.
+   !> Solve (hessian + diagonal) x = right; the matrix is symmetric and positive definite. Pivots
+   !> are not below the diagonal, unless by what rounding makes of them, as the hessian is that of a
+   !> convex function.
    pure subroutine solve(hessian, diagonal, right, x)
       real(wp), intent(in) :: hessian(3, 3), diagonal(3), right(3)
       real(wp), intent(out) :: x(3)
       real(wp) :: a11, a21, a31, a22, a32, a33, l21, l31, l32
 
-      a11 = max(hessian(1, 1) + diagonal(1), least_pivot)
+      a11 = max(hessian(1, 1) + diagonal(1), diagonal(1), least_pivot)
       a21 = hessian(2, 1)
       a31 = hessian(3, 1)
       l21 = a21/a11
       l31 = a31/a11
       a22 = max(hessian(2, 2) + diagonal(2) - l21*a21, &
-         epsilon(a22)*(hessian(2, 2) + diagonal(2)), least_pivot)
+         epsilon(a22)*(hessian(2, 2) + diagonal(2)), diagonal(2), least_pivot)
       a32 = hessian(3, 2) - l21*a31
       l32 = a32/a22
       a33 = max(hessian(3, 3) + diagonal(3) - l31*a31 - l32*a32, &
-         epsilon(a33)*(hessian(3, 3) + diagonal(3)), least_pivot)
+         epsilon(a33)*(hessian(3, 3) + diagonal(3)), diagonal(3), least_pivot)
       x(1) = right(1)
       x(2) = right(2) - l21*x(1)
       x(3) = right(3) - l31*x(1) - l32*x(2)

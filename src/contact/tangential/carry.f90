@@ -3,17 +3,21 @@
 !> The shells of a spot are strained by what is left of the sliding v when the creep u is taken off
 !> that the material loses on its way out. With xi the creepage that it carries, a state, V the
 !> velocity of the material through the spot and W the wrench of the shells,
-!>    u = V (xi + g Theta d),   xi' = (V/l) g^5 M^-1 d,   d = L^-1 (W_law(xi) - W),
-!> Theta = diag(0.3, 0.45, 0.45) and M = diag(0.73, m, m) along the rolling, across and about the
-!> normal, m = 0.11 + 0.74 w^2/(l^2 + w^2), L being Kalker's matrix, W = -L xi where nothing slips,
-!> and l and w the half-length and the half-width of the spot along the rolling and across. d is
-!> what is missing of xi to bear W, by the linear theory. Steady is xi = v/V and W = W_law(v): the
-!> steady state of the memory is the law of creep, whichever it is. Without rolling the shells are
-!> all there is. Strain that enters leaves the spot after some way.
+!>    u = V (xi + g Theta d),  xi' = (V/l) g^4 (1 + B s) M^-1 d,  d = L^-1 (W_law(xi) - W),
+!> Theta = diag(0.45, t, 0.45), M = diag(2.1, m, m) and B = diag(15, 5.5, 5.5) along the rolling,
+!> across and about the normal, t = 0.53 + 0.45 (l^2/(l^2 + w^2))^4, m = 0.27 + 1.25 w^2/(l^2 +
+!> w^2), L being Kalker's matrix, W = -L xi where nothing slips, and l and w the half-length and the
+!> half-width of the spot along the rolling and across. d is what is missing of xi to bear W, by the
+!> linear theory. Steady is xi = v/V and W = W_law(v): the steady state of the memory is the law of
+!> creep, whichever it is. Without rolling the shells are all there is. Strain that enters leaves
+!> the spot after some way.
 !>
-!> g = 1/(q + (1 - q) sqrt(1 - r)), with q = 4/(3 pi) and r the share of the limit that W has, is
-!> about the creepage by which strips bear W over that of the linear theory. Theta and M are fitted
-!> to the onset of rolling under a constant force, by boundary elements in time: docs/rolling.md.
+!> With r the share of the limit that W has, and r_law that of W_law(xi), s = r_law^2/(r_law^2 + r^2
+!> + 1e-6), from 0 to 1 and 1/2 where nothing is missing: what is carried grows the faster, the more
+!> of it there is, as the material behind strains and leaves after that in front. g = 1/(q + (1 - q)
+!> sqrt(1 - r)), with q = 4/(3 pi), is about the creepage by which strips bear W over that of the
+!> linear theory. Theta, M, B and the power of g are fitted to the onset of rolling under a constant
+!> force, by boundary elements in time: docs/rolling.md.
 !> Where surfaces touch V/l has no bound, and d counts the less the smaller the spot is.
 module contensou_contact_tangential_carry
    use contensou_base_kinds, only : pi, wp
@@ -26,12 +30,22 @@ module contensou_contact_tangential_carry
 
    public :: carry_type, carried_type
 
-   !> Share of what is missing that is lost at once: along the rolling, across and about the normal.
-   real(wp), parameter :: theta(3) = [0.3_wp, 0.45_wp, 0.45_wp]
+   !> Share of what is missing that is lost at once: along the rolling, across for a spot without
+   !> length and what it is more for one without width, and about the normal.
+   real(wp), parameter :: theta_along = 0.45_wp, theta_across = 0.53_wp, theta_more = 0.45_wp, &
+      theta_about = 0.45_wp
 
-   !> Way in half-lengths of the spot over which the rest follows along the rolling; across and
-   !> about the normal for a spot without width, and what it is more for one without length.
-   real(wp), parameter :: mu_along = 0.73_wp, mu_across = 0.11_wp, mu_more = 0.74_wp
+   !> Way in half-lengths of the spot over which the rest follows while nothing is carried: along
+   !> the rolling; across and about the normal for a spot without width, and what it is more for one
+   !> without length.
+   real(wp), parameter :: mu_along = 2.1_wp, mu_across = 0.27_wp, mu_more = 1.25_wp
+
+   !> How much faster it follows where all is carried and nothing borne: along the rolling, across
+   !> and about the normal.
+   real(wp), parameter :: faster(3) = [15.0_wp, 5.5_wp, 5.5_wp]
+
+   !> Square of a share of the limit that is as good as none.
+   real(wp), parameter :: least_share = 1.0e-6_wp
 
    !> Linear over limiting creepage of strips, inverse.
    real(wp), parameter :: q = 4.0_wp/(3.0_wp*pi)
@@ -105,8 +119,8 @@ contains
       !> Time derivative of the creepage [1/s].
       real(wp), intent(out) :: rate(3)
       type(creep_spot_type) :: spot
-      real(wp) :: speed, e(2), c(3, 3), slope(3, 3), e0, root, limit, bears(3), missing(3), share, g
-      real(wp) :: square, along, mu
+      real(wp) :: speed, e(2), c(3, 3), slope(3, 3), e0, root, limit, bears(3), missing(3), g
+      real(wp) :: square, along, wide, mu, borne, carried
 
       lost = 0.0_wp
       rate = 0.0_wp
@@ -130,17 +144,29 @@ contains
          *(square/(square + smallest**2*at%usual**(2.0_wp/3.0_wp)))
       ! Half-length of the spot, inverse, in semi-axes. w^2/(l^2 + w^2) is linear in its square.
       along = sqrt(e(1)**2 + (e(2)/shape%k)**2)
-      mu = mu_across + mu_more*((e(1)*shape%k)**2 + e(2)**2)/(1.0_wp + shape%k**2)
-      rate = missing/[mu_along, mu, mu]
-      missing = theta*missing
+      wide = ((e(1)*shape%k)**2 + e(2)**2)/(1.0_wp + shape%k**2)
+      mu = mu_across + mu_more*wide
+      borne = share_squared(at%wrench)
+      carried = share_squared(bears)
+      rate = (1.0_wp + faster*(carried/(carried + borne + least_share)))*missing/[mu_along, mu, mu]
+      missing = [theta_along, theta_across + theta_more*(1.0_wp - wide)**4, theta_about]*missing
       missing = [e(1)*missing(1) - e(2)*missing(2), e(2)*missing(1) + e(1)*missing(2), &
          missing(3)/(at%a*root)]
       rate = [e(1)*rate(1) - e(2)*rate(2), e(2)*rate(1) + e(1)*rate(2), rate(3)/(at%a*root)]
-      share = min(sqrt(at%wrench(1)**2 + at%wrench(2)**2 &
-         + (at%wrench(3)/(at%a*shape%torque))**2)/limit, 1.0_wp)
-      g = 1.0_wp/(q + (1.0_wp - q)*sqrt(1.0_wp - share))
+      g = 1.0_wp/(q + (1.0_wp - q)*sqrt(1.0_wp - min(sqrt(borne), 1.0_wp)))
       lost = speed*(at%creepage + g*missing)
-      rate = (speed/at%a*along*g**5)*rate
+      rate = (speed/at%a*along*g**4)*rate
+
+   contains
+
+      !> Square of the share of the limit that a wrench has.
+      pure real(wp) function share_squared(wrench)
+         real(wp), intent(in) :: wrench(3)
+
+         share_squared = (wrench(1)/limit)**2 + (wrench(2)/limit)**2 &
+            + (wrench(3)/(limit*at%a*shape%torque))**2
+      end function share_squared
+
    end subroutine lose
 
    !> The same with the derivatives of loss and rate, by differences: by load, size, creepage and

@@ -20,9 +20,9 @@ from pathlib import Path
 import numpy as np
 
 NAMES = "N,a,b,f,G,nu,vx,vy,w,cx,cy"
-LAWS = ("sliding", "linear", "strip", "polach", "fastsim", "brush", "table") + (
-    "boundary_elements:8",
-    "boundary_elements",
+LAWS = (
+    *("sliding", "linear", "strip", "polach", "fastsim", "brush", "table"),
+    *("boundary_elements:8", "boundary_elements"),
 )
 BLOCK = 20000
 

@@ -172,6 +172,60 @@ def test_a_needle_that_rolls_nearly_along_itself(wrenches, build_kind):
     assert np.abs(elements - table_).max() <= 0.02 * np.abs(table_).max()
 
 
+# Newton's method alone runs into cycles.
+SHEARED = """\
+15.7,2.939e-5,6.6336e-4,0.53922,1.0039927e10,0.43371,2.48e-5,6.0896e-6,-9.1857,0.015442,1.08
+286.85,7.3528e-3,3.4563e-4,0.41276,4.1863e8,0.4802,-1.60334e-4,2.99199e-4,0.20289,0.52474,8.604e-3
+3.45688,2.33247e-4,5.68847e-3,0.49689,1.63445e9,0.38660,1.94816e-5,6.861e-6,-2.232e-3,0.01914,-1.17
+"""
+
+
+def test_needles_that_roll_nearly_along_their_axis(run):
+    text = f"{INPUTS}\n{SHEARED}"
+    done = run("eval", "creep", "--model", "boundary_elements", "--elements", "8", input=text)
+    assert done.status == 0, done.err
+    for row in csv.DictReader(io.StringIO(done.out)):
+        state = {name: float(value) for name, value in row.items()}
+        limit = state["N"] * state["f"]
+        assert 0.05 * limit < math.hypot(state["Fx"], state["Fy"]) <= limit
+        power = state["Fx"] * state["vx"] + state["Fy"] * state["vy"] + state["Tz"] * state["w"]
+        assert power < 0
+
+
+@pytest.mark.parametrize(("elements", "mean", "worst"), [(8, 0.021, 0.05), (16, 0.008, 0.029)])
+def test_fewer_elements_err_as_told(run, elements, mean, worst):
+    rows, expected = [], []
+    for row in table("creep.csv"):
+        slip = (row["cx"] * E0, row["cy"] * E0, row["cphi"] * E0 / SIZE, -1.0, 0.0)
+        rows.append((*spot(row["a_over_b"], row["nu"]), *slip))
+        expected.append([row[name] for name in ("Fx", "Fy", "Tz")])
+    text = "".join(",".join(map(str, row)) + "\n" for row in [INPUTS.split(","), *rows])
+    words = ("--model", "boundary_elements", "--elements", str(elements))
+    done = run("eval", "creep", *words, input=text)
+    assert done.status == 0, done.err
+    found = np.array([line.split(",")[-3:] for line in done.out.split()[1:]], dtype=float)
+    limit = np.array(rows)[:, [0]] * F
+    error = np.abs(found / (limit * [1, 1, SIZE]) - expected).max(axis=1)
+    assert error.mean() <= mean
+    assert error.max() <= worst
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("creep", "--model", "boundary_elements", "--elements", "9"), "an even number"),
+        (("creep", "--model", "boundary_elements", "--elements", "98"), "from 4 to 96"),
+        (("creep", "--elements", "8"), "--elements goes with the model boundary_elements"),
+        (("wrench", "--elements", "8"), "--elements goes with the kernel creep"),
+    ],
+)
+def test_elements_wrong(run, words, message):
+    done = run("eval", *words, input=INPUTS + "\n")
+    assert done.status == 2
+    assert done.out == ""
+    assert message in done.err
+
+
 @pytest.mark.parametrize("model", ["table", "boundary_elements"])
 @pytest.mark.parametrize("ratio", [20.0, 100.0, 1e-2, 1e3])
 def test_needles(wrenches, build_kind, model, ratio):

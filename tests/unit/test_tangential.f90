@@ -693,8 +693,8 @@ contains
    end subroutine test_narrow_rim_that_slips
 
    !> Shells with the limit of other friction models: full sliding is that of the model, and pure
-   !> shift and pure twist are those of the exact wrench; the wrench does not jump, but for the limit
-   !> of `pade11`, which is not convex.
+   !> shift and pure twist are those of the exact wrench; the wrench does not jump, but with
+   !> `pade11`, whose limit is not convex.
    subroutine test_rungs()
       type(spring_spot_type) :: spot
       type(shells_type) :: shells, exact

@@ -55,8 +55,8 @@ module contensou_contact_creep_half_space
       real(wp), allocatable :: ex(:, :), ey(:, :)
    end type newton_type
 
-   !> Shares of the slip from which solutions are followed, tried in turn, and the first parts of the
-   !> way on a logarithmic scale.
+   !> Shares of the slip from which solutions are followed, tried in turn, and the first parts of
+   !> the way on a logarithmic scale.
    real(wp), parameter :: first_shares(4) = [1.0_wp/64.0_wp, 64.0_wp, 1.0_wp/64.0_wp, 64.0_wp]
    real(wp), parameter :: first_parts(4) = [1.0_wp, 1.0_wp, 0.25_wp, 0.25_wp]/6.0_wp
 

@@ -12,9 +12,9 @@
 !> - else Newton's method for the direction, with the derivatives of the exact wrench.
 !> Where a shell slips steps are of the third order, as its second derivatives cost little more.
 !>
-!> A rung is another friction model with the wrench W of the whole spot in the place of -dPhi: of its
-!> force each shell has the share l2 - l1, of its torque l2 c2 - l1 c1. Most have no potential, and
-!> their limits need not be convex.
+!> A rung is another friction model with the wrench W of the whole spot in the place of -dPhi: of
+!> its force each shell has the share l2 - l1, of its torque l2 c2 - l1 c1. Most have no potential,
+!> and their limits need not be convex.
 module contensou_contact_tangential_slip
    use contensou_base_kinds, only : pi, wp
    use contensou_base_vectors, only : cross
@@ -733,8 +733,8 @@ contains
    end subroutine sliding_force
 
    !> The same by a rung: its wrench for the whole spot, the force by the share of the load and the
-   !> torque by that of the torque of spinning. What its wrench within two edges differs by would not
-   !> be a limit: where one of them is on the flat side of a kink force would grow against the slip.
+   !> torque by that of the torque of spinning. What its wrench within two edges differs by is no
+   !> limit: where one of them is on the flat side of a kink force would grow against the slip.
    pure subroutine share_of_rung(shell, u, force, hessian)
       type(shell_type), intent(in) :: shell
       !> Direction of the slip.

@@ -61,7 +61,8 @@ contains
       type(creep_model_type) :: model
 
       model%info = model_info_type("fastsim", "bristles with a parabolic bound, on 20 x 20 " // &
-         "elements, as published", "", "J. J. Kalker, Vehicle System Dynamics 11 (1982) 1")
+         "elements, as published but for a rounded corner of the bound", "", &
+         "J. J. Kalker, Vehicle System Dynamics 11 (1982) 1")
       model%create => new_fastsim
    end function fastsim
 

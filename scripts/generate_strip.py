@@ -4,9 +4,15 @@ With s = 4 tau/(3 pi) and h = sqrt(1 - s^2) the force R of the theory of strips 
 
     R/tau = (2/pi) (acos s + s^3 (2 + h)/(3 (1 + h)^2)),   dR/dtau = (2/pi) (acos s - s h)
 
-where s < 1. These functions are analytic in s where s^2 < 1/2, in h above. The unit interval of the
-one whose square is at most 1/2 is cut into parts, a power of two of them, which have polynomials
-about their middle through Chebyshev points.
+where s < 1, and 1/tau and 0 from there on. As acos s = pi/2 - asin s = asin h,
+
+    R/tau = 1 - (2/pi) s (asin s/s - s^2 (2 + h)/(3 (1 + h)^2)),  dR/dtau = 1 - (2/pi) s (asin s/s + h)
+    R/tau = 1/tau - (2/pi) h ((3 - h^2)/(3 s) - asin h/h),        dR/dtau = (2/pi) h (asin h/h - s)
+
+where what s or h multiplies is analytic in s^2, in the first line but for s = 1, in the second but
+for s = 0. So the unit interval of s^2 is cut into parts, a power of two of them, rounded to which
+s^2 has the same number; the first line serves where that is less than FIRST, the second from there
+on. Each has polynomials about its middle through Chebyshev points.
 
     generate_strip.py            write the table, in seconds
     generate_strip.py --check    compute the table and compare it with the file
@@ -24,29 +30,35 @@ import mpmath as mp
 
 TARGET = Path(__file__).resolve().parent.parent / "src" / "contact" / "creep" / "strip_values.f90"
 
-# Parts of the unit interval, and degree of the polynomials: 2.5e-17 at worst.
+mp.mp.dps = 60
+
+# Parts of the unit interval, degree of the polynomials, and the first part by h: 2.1e-17 of R/tau
+# and 1.8e-17 of dR/dtau at worst.
 PARTS = 64
-DEGREE = 7
+DEGREE = 6
+FIRST = 44
 
-mp.mp.dps = 40
+# Where the parts by h begin.
+SPLIT = (mp.mpf(FIRST) - 0.5) / PARTS
 
-
-def reductions(s: mp.mpf, h: mp.mpf, angle: mp.mpf) -> tuple[mp.mpf, mp.mpf]:
-    """R/tau and dR/dtau."""
+def below(square: mp.mpf) -> tuple[mp.mpf, mp.mpf]:
+    """What the root multiplies where that is s sqrt(1/SPLIT - 1), by s^2 != 0."""
+    s = mp.sqrt(mp.mpc(square))
+    h = mp.sqrt(1 - square)
+    arc = mp.asin(s) / s
+    factor = -1.5 / mp.sqrt(1 / SPLIT - 1)
     return (
-        2 / mp.pi * (angle + s**3 * (2 + h) / (3 * (1 + h) ** 2)),
-        2 / mp.pi * (angle - s * h),
+        factor * mp.re(arc - square * (2 + h) / (3 * (1 + h) ** 2)),
+        factor * mp.re(arc + h),
     )
 
 
-def below(s: mp.mpf) -> tuple[mp.mpf, mp.mpf]:
-    """The same by s."""
-    return reductions(s, mp.sqrt(1 - s * s), mp.acos(s))
-
-
-def above(h: mp.mpf) -> tuple[mp.mpf, mp.mpf]:
-    """The same by h."""
-    return reductions(mp.sqrt(1 - h * h), h, mp.asin(h))
+def above(square: mp.mpf) -> tuple[mp.mpf, mp.mpf]:
+    """The same where it is h, by s^2 != 1."""
+    s = mp.sqrt(square)
+    h = mp.sqrt(mp.mpc(1 - square))
+    arc = mp.asin(h) / h
+    return 1.5 * mp.re(arc - (3 - h * h) / (3 * s)), 1.5 * mp.re(arc - s)
 
 
 def fitted(function, middle: mp.mpf) -> list[tuple[mp.mpf, mp.mpf]]:
@@ -55,19 +67,22 @@ def fitted(function, middle: mp.mpf) -> list[tuple[mp.mpf, mp.mpf]]:
     half = mp.mpf(1) / (2 * PARTS)
     places = [mp.cos(mp.pi * (2 * k + 1) / (2 * number)) for k in range(number)]
     powers = mp.matrix([[x**j for j in range(number)] for x in places])
-    values = [function(middle + half * x) for x in places]
+    # Not the middle of the first part and that of the last, where 0/0 is to be found.
+    values = [function(middle + half * (x + mp.mpf("1e-50"))) for x in places]
     both = [mp.lu_solve(powers, mp.matrix([v[i] for v in values])) for i in range(2)]
     return [(both[0][j] / half**j, both[1][j] / half**j) for j in range(number)]
 
 
-def table() -> list[tuple[mp.mpf, list[tuple[mp.mpf, mp.mpf]]]]:
-    """Middles and coefficients of all parts: those by s, then those by h."""
-    last = int(mp.nint(mp.sqrt(0.5) * PARTS))
+def table() -> list[list[tuple[mp.mpf, mp.mpf]]]:
+    """What is added to the product and coefficients, of all parts."""
+    one = 3 * mp.pi / 4
     rows = []
-    for function in (below, above):
-        for j in range(last + 1):
-            middle = mp.mpf(j) / PARTS
-            rows.append((middle, fitted(function, middle)))
+    for j in range(PARTS + 1):
+        middle = mp.mpf(j) / PARTS
+        if j < FIRST:
+            rows.append([(one - 1 / mp.sqrt(SPLIT), one), *fitted(below, middle)])
+        else:
+            rows.append([(mp.mpf(0), mp.mpf(0)), *fitted(above, middle)])
     return rows
 
 
@@ -76,23 +91,27 @@ def written() -> str:
     rows = table()
     lines = [
         f"""\
-!> Table of the reduction by strips: polynomials by s and by h. Written by
-!> scripts/generate_strip.py, which explains them.
+!> Table of the reduction by strips: polynomials by s^2. Written by scripts/generate_strip.py, which
+!> explains them.
 module contensou_contact_creep_strip_values
    use contensou_base_kinds, only : wp
    implicit none(type, external)
    private
 
-   !> Parts of the unit interval, degree of the polynomials, and where those by h begin.
-   integer, parameter, public :: parts = {PARTS}, degree = {DEGREE}, by_h = {len(rows) // 2}
+   !> Parts of the unit interval and degree of the polynomials.
+   integer, parameter, public :: parts = {PARTS}, degree = {DEGREE}
 
-   !> Of R/tau and dR/dtau: twice the middle of the part, then the coefficients by powers.
-   real(wp), protected, public :: reductions(2, -1:degree, 0:2*by_h - 1)
+   !> s^2 from where h is the root.
+   real(wp), parameter, public :: split = {float(SPLIT)!r}_wp
+
+   !> Of R/s - 1/max(s, sqrt(split)) and (dR/dtau) tau/s: what has no root, then the coefficients of
+   !> what the root multiplies.
+   real(wp), protected, public :: reductions(2, -1:degree, 0:parts)
 """
     ]
-    for j, (middle, coefficients) in enumerate(rows):
-        words = [x for pair in [(middle, middle), *coefficients] for x in pair]
-        # Some coefficients vanish but for the rounding of 40 digits.
+    for j, row in enumerate(rows):
+        words = [x for pair in row for x in pair]
+        # Some coefficients vanish but for the rounding of 60 digits.
         texts = [f"{float(x) if abs(x) > 1e-25 else 0.0:.16e}_wp" for x in words]
         lines.append(f"   data reductions(:, :, {j}) / &")
         lines += [

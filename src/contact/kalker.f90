@@ -42,12 +42,12 @@ module contensou_contact_kalker
       (real(1 - 2*mod(index, 2), wp)*merge(0.5_wp, 1.0_wp, index == 0 .or. &
       index == n_poissons - 1), index=0, n_poissons - 1)]
 
-   !> What is added to a number to round it to a whole one: the last bits of the sum have the number
-   !> of it. A conversion takes longer.
-   real(wp), parameter :: to_whole = 1.5_wp*2.0_wp**(digits(1.0_wp) - 1)
+   !> Bits of a place below one.
+   integer, parameter :: fine = 20
 
-   !> Rounding a place less this gives its cell; where two meet, the one that begins.
-   real(wp), parameter :: before = 0.5_wp - 2.0_wp**(-20)
+   !> What is added to a place to round it to these: the last bits of the sum have the number of its
+   !> cell, then these; where two cells meet, the one that begins. A conversion takes longer.
+   real(wp), parameter :: to_fine = 1.5_wp*2.0_wp**(digits(1.0_wp) - 1 - fine)
 
    !> Cells of the direction.
    real(wp), parameter :: cells = real(n_directions - 1, wp)
@@ -137,7 +137,7 @@ contains
 
    !> The coefficients alone, C11, C12, C22, C13, C23, C33, of a spot whose splines are known,
    !> without functions of a library; those of `kalker_matrix` to rounding.
-   pure subroutine kalker_six(by_direction, root_k, ex, ey, c)
+   pure subroutine kalker_six(by_direction, root_k, ex, ey, c11, c12, c22, c13, c23, c33)
       !> What `kalker_by_direction` has.
       real(wp), intent(in) :: by_direction(6, 0:3, 0:n_directions - 1)
       !> Root of the ratio of the minor to the major axis, in (0, 1].
@@ -145,17 +145,25 @@ contains
       !> Rolling direction along the major and the minor axis, >= 0; the square of its length is
       !> normal. Between the other axes C12 and C13 have the other sign.
       real(wp), intent(in) :: ex, ey
-      real(wp), intent(out) :: c(6)
-      real(wp) :: place, rounded, x, x2
+      real(wp), intent(out) :: c11, c12, c22, c13, c23, c33
+      real(wp) :: place, rounded, x, x2, c(6)
       integer(i8) :: j
 
       place = cells*(ey/(max(root_k, least_root)*ex + ey))
-      rounded = (place - before) + to_whole
-      j = iand(transfer(rounded, 0_i8), 255_i8)
-      x = place - (rounded - to_whole)
+      rounded = place + to_fine
+      j = iand(shiftr(transfer(rounded, 0_i8), fine), 255_i8)
+      x = place - (transfer(iand(transfer(rounded, 0_i8), -2_i8**fine), 0.0_wp) - to_fine)
       x2 = x*x
       c = (by_direction(:, 0, j) + x*by_direction(:, 1, j)) &
          + x2*(by_direction(:, 2, j) + x*by_direction(:, 3, j))
+      ! Not returned as an array, which the caller would share with others: these are computed in
+      ! pairs, and taken from the registers.
+      c11 = c(1)
+      c12 = c(2)
+      c22 = c(3)
+      c13 = c(4)
+      c23 = c(5)
+      c33 = c(6)
    end subroutine kalker_six
 
    !> Powers of the splines in the direction, for one ratio of the axes and one of Poisson.

@@ -16,7 +16,7 @@ module contensou_contact_creep_closed
    use contensou_contact_catalogue, only : model_info_type
    use contensou_contact_creep_law, only : creep_model_type, creep_motion_type, creep_spot_type, &
       creep_type, linear_theory
-   use contensou_contact_creep_strip_values, only : by_h, parts, reductions
+   use contensou_contact_creep_strip_values, only : parts, reductions, split
    use contensou_contact_kalker, only : kalker_six
    use contensou_contact_parameters, only : parameters_type
    implicit none(type, external)
@@ -35,6 +35,8 @@ module contensou_contact_creep_closed
    type, extends(creep_type) :: closed_type
       !> One of the reductions. No pointer to a procedure: what is called cannot be inlined.
       integer :: reduction = nothing
+      !> Force of a creepage of e0 in units of C f N, or of what the reduction takes: against it.
+      real(wp) :: factor = -1.5_wp/pi
    contains
       procedure :: kernel
    end type closed_type
@@ -103,6 +105,7 @@ contains
 
       allocate(made)
       made%reduction = reduction
+      if (reduction == strips) made%factor = (4.0_wp/(3.0_wp*pi))*made%factor
       call move_alloc(made, creep)
    end subroutine new_closed
 
@@ -113,10 +116,13 @@ contains
       type(creep_motion_type), intent(in) :: motion
       !> Force along the major and the minor axis, torque about the normal.
       real(wp), intent(out) :: wrench(3)
-      real(wp) :: inverse, ex, ey, x, y, spin, fx, fy, torque, gx, gy, twist, root_k
-      real(wp) :: square, ratio, slope, mirror, c(6)
+      real(wp) :: rx, ry, inverse, ex, ey, x, y, spin, mirror, mx, my, mspin, root_k
+      real(wp) :: c11, c12, c22, c13, c23, c33, c(6)
+      real(wp) :: fx, fy, torque, gx, gy, twist, square, ratio, slope
 
-      inverse = motion%rx**2 + motion%ry**2
+      rx = motion%rx
+      ry = motion%ry
+      inverse = rx**2 + ry**2
       if (.not. inverse > 0.0_wp) then
          if (abs(motion%x) + abs(motion%y) + abs(motion%spin) > 0.0_wp) then
             call at_rest(self, spot, motion, wrench)
@@ -125,29 +131,38 @@ contains
          end if
          return
       end if
-      ! Creepages in units of e0 and, for spin, of e0/sqrt(ab); G a b e0 = (3/(2 pi)) f N. With the
-      ! sign of the force, against them: rolling is against what passes. Across, and for spin, as in
-      ! the mirror where rolling is between the other axes. First, as the coefficients take longer.
+      ! Creepages in units of e0 and, for spin, of e0/sqrt(ab); G a b e0 = (3/(2 pi)) f N. Along what
+      ! passes, which is against rolling: force and torque of spin have the other sign than those of
+      ! creepage. So have C12 and C13 between the other axes. First, as the coefficients take longer.
       root_k = spot%root_k
-      mirror = sign(1.0_wp, motion%rx*motion%ry)
       inverse = 1.0_wp/inverse
-      x = ((1.5_wp/pi)*inverse)*(motion%x*motion%rx + motion%y*motion%ry)
-      y = (mirror*((1.5_wp/pi)*inverse))*(motion%y*motion%rx - motion%x*motion%ry)
-      inverse = -sqrt(inverse)
-      ex = inverse*motion%rx
-      ey = inverse*motion%ry
-      spin = (mirror*((1.5_wp/pi)*inverse))*(motion%spin*root_k)
+      x = (self%factor*inverse)*(motion%x*rx + motion%y*ry)
+      y = (self%factor*inverse)*(motion%y*rx - motion%x*ry)
+      inverse = sqrt(inverse)
+      ex = inverse*rx
+      ey = inverse*ry
+      spin = (self%factor*inverse)*(motion%spin*root_k)
+      mirror = sign(1.0_wp, rx*ry)
+      mx = mirror*x
+      my = mirror*y
+      mspin = mirror*spin
       if (allocated(spot%by_direction)) then
-         call kalker_six(spot%by_direction, root_k, abs(motion%rx), abs(motion%ry), c)
+         call kalker_six(spot%by_direction, root_k, abs(rx), abs(ry), c11, c12, c22, c13, c23, c33)
       else
-         call linear_theory(spot, abs(motion%rx), abs(motion%ry), c)
+         call linear_theory(spot, abs(rx), abs(ry), c)
+         c11 = c(1)
+         c12 = c(2)
+         c22 = c(3)
+         c13 = c(4)
+         c23 = c(5)
+         c33 = c(6)
       end if
-      fx = c(1)*x + c(2)*y
-      fy = c(2)*x + c(3)*y
-      twist = c(4)*x + c(5)*y
-      gx = c(4)*spin
-      gy = c(5)*spin
-      torque = c(6)*spin
+      fx = c11*x + c12*my
+      fy = c12*mx + c22*y
+      twist = c13*mx + c23*y
+      gx = c13*mspin
+      gy = c23*spin
+      torque = c33*spin
       square = (fx**2 + fy**2) + (4.0_wp*torque**2 + (gx**2 + gy**2))
       select case (self%reduction)
       case (strips)
@@ -158,10 +173,11 @@ contains
          ratio = 1.0_wp
          slope = 1.0_wp
       end select
-      fx = ratio*fx + slope*gx
-      fy = ratio*fy + slope*gy
-      wrench = [fx*ex - fy*(mirror*ey), fy*(mirror*ex) + fx*ey, &
-         (mirror*root_k)*(ratio*torque - slope*twist)]
+      fx = ratio*fx - slope*gx
+      fy = ratio*fy - slope*gy
+      wrench(1) = fx*ex - fy*ey
+      wrench(2) = fy*ex + fx*ey
+      wrench(3) = root_k*(ratio*torque + slope*twist)
    end subroutine kernel
 
    !> Wrench without rolling: all slips; against the linear force, whose direction has no limit, so
@@ -188,29 +204,27 @@ contains
 
    !> Strips with Carter's solution.
    pure subroutine reduce_strips(square, ratio, slope)
-      !> Square of the linear force over f N.
+      !> s^2, in units of which the force is.
       real(wp), intent(in) :: square
-      !> R(tau)/tau, R'(tau).
+      !> R(tau)/s, R'(tau) tau/s.
       real(wp), intent(out) :: ratio, slope
-      real(wp) :: s2, root, rounded, d(2), d2(2), both(2)
+      real(wp) :: held, rounded, root, outer, d(2), d2(2), both(2)
       integer(i8) :: j
 
-      ! No branches, which would fail as often as not: from s = 1 on the table is read at its end,
-      ! and the bit of a sign adds where the rows by h begin.
-      s2 = min((4.0_wp/(3.0_wp*pi))**2*square, 1.0_wp)
-      root = sqrt(min(s2, 1.0_wp - s2))
-      rounded = root + to_parts
-      j = iand(transfer(rounded, 0_i8), 255_i8) &
-         + iand(shifta(transfer(0.5_wp - s2, 0_i8), 63), int(by_h, i8))
-      d = root - reductions(:, -1, j)
+      ! No branches, which would fail as often as not. The root is s below the split, but for a
+      ! factor which the table has, and h above; no part of the table waits for it.
+      held = min(square, 1.0_wp)
+      rounded = held + to_parts
+      j = iand(transfer(rounded, 0_i8), 255_i8)
+      d = held - (rounded - to_parts)
+      root = sqrt(min((1.0_wp/split - 1.0_wp)*held, 1.0_wp - held))
+      outer = 1.0_wp/sqrt(max(square, split))
       d2 = d*d
       both = ((reductions(:, 0, j) + d*reductions(:, 1, j)) &
          + d2*(reductions(:, 2, j) + d*reductions(:, 3, j))) &
-         + (d2*d2)*((reductions(:, 4, j) + d*reductions(:, 5, j)) &
-         + d2*(reductions(:, 6, j) + d*reductions(:, 7, j)))
-      ! R is at most one, and no less from s = 1 on.
-      ratio = min(both(1), 1.0_wp/sqrt(max(square, 1.0_wp)))
-      slope = both(2)
+         + (d2*d2)*((reductions(:, 4, j) + d*reductions(:, 5, j)) + d2*reductions(:, 6, j))
+      ratio = (root*both(1) + reductions(1, -1, j)) + outer
+      slope = root*both(2) + reductions(2, -1, j)
    end subroutine reduce_strips
 
    !> Brush with the pressure of Hertz.

@@ -131,21 +131,8 @@ contains
          end if
          return
       end if
-      ! Creepages in units of e0 and, for spin, of e0/sqrt(ab); G a b e0 = (3/(2 pi)) f N. Along what
-      ! passes, which is against rolling: force and torque of spin have the other sign than those of
-      ! creepage. So have C12 and C13 between the other axes. First, as the coefficients take longer.
+      ! The coefficients first: the rest takes less, and would keep their quotient waiting.
       root_k = spot%root_k
-      inverse = 1.0_wp/inverse
-      x = (self%factor*inverse)*(motion%x*rx + motion%y*ry)
-      y = (self%factor*inverse)*(motion%y*rx - motion%x*ry)
-      inverse = sqrt(inverse)
-      ex = inverse*rx
-      ey = inverse*ry
-      spin = (self%factor*inverse)*(motion%spin*root_k)
-      mirror = sign(1.0_wp, rx*ry)
-      mx = mirror*x
-      my = mirror*y
-      mspin = mirror*spin
       if (allocated(spot%by_direction)) then
          call kalker_six(spot%by_direction, root_k, abs(rx), abs(ry), c11, c12, c22, c13, c23, c33)
       else
@@ -157,6 +144,20 @@ contains
          c23 = c(5)
          c33 = c(6)
       end if
+      ! Creepages in units of e0 and, for spin, of e0/sqrt(ab); G a b e0 = (3/(2 pi)) f N. Along what
+      ! passes, which is against rolling: force and torque of spin have the other sign than those of
+      ! creepage. So have C12 and C13 between the other axes.
+      inverse = 1.0_wp/inverse
+      x = (self%factor*inverse)*(motion%x*rx + motion%y*ry)
+      y = (self%factor*inverse)*(motion%y*rx - motion%x*ry)
+      inverse = sqrt(inverse)
+      ex = inverse*rx
+      ey = inverse*ry
+      spin = (self%factor*inverse)*(motion%spin*root_k)
+      mirror = sign(1.0_wp, rx*ry)
+      mx = mirror*x
+      my = mirror*y
+      mspin = mirror*spin
       fx = c11*x + c12*my
       fy = c12*mx + c22*y
       twist = c13*mx + c23*y

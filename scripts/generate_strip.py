@@ -4,10 +4,10 @@ With s = 4 tau/(3 pi) and h = sqrt(1 - s^2) the force R of the theory of strips 
 
     R/tau = (2/pi) (acos s + s^3 (2 + h)/(3 (1 + h)^2)),   dR/dtau = (2/pi) (acos s - s h)
 
-where s < 1, and 1/tau and 0 from there on. As acos s = pi/2 - asin s = asin h,
+where s < 1, and 1/tau and 0 from there on. As acos s = pi/2 - asin s = asin h, they are
 
-    R/tau = 1 - (2/pi) s (asin s/s - s^2 (2 + h)/(3 (1 + h)^2)),  dR/dtau = 1 - (2/pi) s (asin s/s + h)
-    R/tau = 1/tau - (2/pi) h ((3 - h^2)/(3 s) - asin h/h),        dR/dtau = (2/pi) h (asin h/h - s)
+    1 - (2/pi) s (asin s/s - s^2 (2 + h)/(3 (1 + h)^2)),   1 - (2/pi) s (asin s/s + h)
+    1/tau - (2/pi) h ((3 - h^2)/(3 s) - asin h/h),         (2/pi) h (asin h/h - s)
 
 where what s or h multiplies is analytic in s^2, in the first line but for s = 1, in the second but
 for s = 0. So the unit interval of s^2 is cut into parts, a power of two of them, rounded to which
@@ -40,6 +40,7 @@ FIRST = 44
 
 # Where the parts by h begin.
 SPLIT = (mp.mpf(FIRST) - 0.5) / PARTS
+
 
 def below(square: mp.mpf) -> tuple[mp.mpf, mp.mpf]:
     """What the root multiplies where that is s sqrt(1/SPLIT - 1), by s^2 != 0."""

@@ -144,9 +144,9 @@ contains
          c23 = c(5)
          c33 = c(6)
       end if
-      ! Creepages in units of e0 and, for spin, of e0/sqrt(ab); G a b e0 = (3/(2 pi)) f N. Along what
-      ! passes, which is against rolling: force and torque of spin have the other sign than those of
-      ! creepage. So have C12 and C13 between the other axes.
+      ! Creepages in units of e0 and, for spin, of e0/sqrt(ab); G a b e0 = (3/(2 pi)) f N.
+      ! Along what passes, against rolling: force and torque of spin have another sign than those
+      ! of creepage. So have C12 and C13 between the other axes.
       inverse = 1.0_wp/inverse
       x = (self%factor*inverse)*(motion%x*rx + motion%y*ry)
       y = (self%factor*inverse)*(motion%y*rx - motion%x*ry)

@@ -3,21 +3,23 @@
 !> The shells of a spot are strained by what is left of the sliding v when the creep u is taken off
 !> that the material loses on its way out. With xi the creepage that it carries, a state, V the
 !> velocity of the material through the spot and W the wrench of the shells,
-!>    u = V (xi + g Theta d),  xi' = (V/l) g^4 (1 + B s) M^-1 d,  d = L^-1 (W_law(xi) - W),
-!> Theta = diag(0.45, t, 0.45), M = diag(2.1, m, m) and B = diag(15, 5.5, 5.5) along the rolling,
-!> across and about the normal, t = 0.53 + 0.45 (l^2/(l^2 + w^2))^4, m = 0.27 + 1.25 w^2/(l^2 +
-!> w^2), L being Kalker's matrix, W = -L xi where nothing slips, and l and w the half-length and the
-!> half-width of the spot along the rolling and across. d is what is missing of xi to bear W, by the
-!> linear theory. Steady is xi = v/V and W = W_law(v): the steady state of the memory is the law of
-!> creep, whichever it is. Without rolling the shells are all there is. Strain that enters leaves
-!> the spot after some way.
-!>
+!>    u = V (xi + g Theta d),  xi' = (V/l) g^4 diag(b) M^-1 d,  d = L^-1 (W_law(xi) - W),
+!> along the rolling, across and about the normal, L being Kalker's matrix, W = -L xi where nothing
+!> slips, and l and w the half-length and the half-width of the spot along the rolling and across. d
+!> is what is missing of xi to bear W, by the linear theory. Steady is xi = v/V and W = W_law(v):
+!> the steady state of the memory is the law of creep, whichever it is. Without rolling the shells
+!> are all there is. Strain that enters leaves the spot after some way. With p = w^2/(l^2 + w^2)
+!>    Theta = diag(0.54, 0.57 + 0.6 (1 - p)^7, 0.45),
+!>    M = diag(2.2, 0.25 + 1.1 p, 0.27 + 1.18 p),
+!>    b = (1 + 14 s, 1 + 2.5 s + 6 s^4, 1 + 6 s).
 !> With r the share of the limit that W has, and r_law that of W_law(xi), s = r_law^2/(r_law^2 + r^2
 !> + 1e-6), from 0 to 1 and 1/2 where nothing is missing: what is carried grows the faster, the more
 !> of it there is, as the material behind strains and leaves after that in front. g = 1/(q + (1 - q)
 !> sqrt(1 - r)), with q = 4/(3 pi), is about the creepage by which strips bear W over that of the
-!> linear theory. Theta, M, B and the power of g are fitted to the onset of rolling under a constant
-!> force, by boundary elements in time: docs/rolling.md.
+!> linear theory. Rolling turns a twist of the spot into a shift of what lies behind: beside its
+!> diagonal Theta has -0.5 l x^2 across, by what is missing of the spin, with x the part of r^2 that
+!> is the torque's. All this is fitted to the onset of rolling under a constant force, and of spin,
+!> by boundary elements in time: docs/rolling.md.
 !> Where surfaces touch V/l has no bound, and d counts the less the smaller the spot is.
 module contensou_contact_tangential_carry
    use contensou_base_kinds, only : pi, wp
@@ -32,17 +34,21 @@ module contensou_contact_tangential_carry
 
    !> Share of what is missing that is lost at once: along the rolling, across for a spot without
    !> length and what it is more for one without width, and about the normal.
-   real(wp), parameter :: theta_along = 0.45_wp, theta_across = 0.53_wp, theta_more = 0.45_wp, &
+   real(wp), parameter :: theta_along = 0.54_wp, theta_across = 0.57_wp, theta_more = 0.6_wp, &
       theta_about = 0.45_wp
 
-   !> Way in half-lengths of the spot over which the rest follows while nothing is carried: along
-   !> the rolling; across and about the normal for a spot without width, and what it is more for one
-   !> without length.
-   real(wp), parameter :: mu_along = 2.1_wp, mu_across = 0.27_wp, mu_more = 1.25_wp
+   !> Half-lengths by which what is missing of the spin is lost across, where all is torque.
+   real(wp), parameter :: theta_beside = 0.5_wp
 
-   !> How much faster it follows where all is carried and nothing borne: along the rolling, across
-   !> and about the normal.
-   real(wp), parameter :: faster(3) = [15.0_wp, 5.5_wp, 5.5_wp]
+   !> Way in half-lengths of the spot over which the rest follows while nothing is carried, for a
+   !> spot without width, and what it is more for one without length: along the rolling, across and
+   !> about the normal.
+   real(wp), parameter :: mu(3) = [2.2_wp, 0.25_wp, 0.27_wp], mu_more(3) = [0.0_wp, 1.1_wp, 1.18_wp]
+
+   !> How much faster it follows the more is carried, and where nearly all is carried and nothing
+   !> borne.
+   real(wp), parameter :: faster(3) = [14.0_wp, 2.5_wp, 6.0_wp], at_last(3) = [0.0_wp, 6.0_wp, &
+      0.0_wp]
 
    !> Square of a share of the limit that is as good as none.
    real(wp), parameter :: least_share = 1.0e-6_wp
@@ -120,7 +126,7 @@ contains
       real(wp), intent(out) :: rate(3)
       type(creep_spot_type) :: spot
       real(wp) :: speed, e(2), c(3, 3), slope(3, 3), e0, root, limit, bears(3), missing(3), g
-      real(wp) :: square, along, wide, mu, borne, carried
+      real(wp) :: square, along, wide, borne, carried, twisted, beside
 
       lost = 0.0_wp
       rate = 0.0_wp
@@ -145,11 +151,14 @@ contains
       ! Half-length of the spot, inverse, in semi-axes. w^2/(l^2 + w^2) is linear in its square.
       along = sqrt(e(1)**2 + (e(2)/shape%k)**2)
       wide = ((e(1)*shape%k)**2 + e(2)**2)/(1.0_wp + shape%k**2)
-      mu = mu_across + mu_more*wide
       borne = share_squared(at%wrench)
       carried = share_squared(bears)
-      rate = (1.0_wp + faster*(carried/(carried + borne + least_share)))*missing/[mu_along, mu, mu]
-      missing = [theta_along, theta_across + theta_more*(1.0_wp - wide)**4, theta_about]*missing
+      carried = carried/(carried + borne + least_share)
+      rate = (1.0_wp + faster*carried + at_last*carried**4)*missing/(mu + mu_more*wide)
+      twisted = (at%wrench(3)/(limit*at%a*shape%torque))**2/(borne + least_share)
+      beside = theta_beside/(along*root)*twisted**2*missing(3)
+      missing = [theta_along, theta_across + theta_more*(1.0_wp - wide)**7, theta_about]*missing
+      missing(2) = missing(2) - beside
       missing = [e(1)*missing(1) - e(2)*missing(2), e(2)*missing(1) + e(1)*missing(2), &
          missing(3)/(at%a*root)]
       rate = [e(1)*rate(1) - e(2)*rate(2), e(2)*rate(1) + e(1)*rate(2), rate(3)/(at%a*root)]

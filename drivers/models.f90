@@ -4,6 +4,7 @@ module contensou_drivers_models
    use contensou_base_operating_system, only : write_stdout
    use contensou_base_text, only : did_you_mean, lower, quote
    use contensou_contact_catalogue, only : model_info_type
+   use contensou_contact_creep, only : creep_model_type, creep_models
    use contensou_contact_hertz, only : hertz_model_type
    use contensou_contact_pairs, only : geometry_models
    use contensou_contact_parts, only : contact_parts, part_type
@@ -35,24 +36,28 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(part_type), allocatable :: parts(:)
       type(hertz_model_type), allocatable :: vilke(:)
+      type(creep_model_type), allocatable :: creep(:)
       character(len=:), allocatable :: name, text
-      character(len=24) :: names(64)
-      integer :: i, n
+      character(len=24), allocatable :: names(:)
+      integer :: i, j
 
       name = line%text("NAME")
       parts = contact_parts()
       vilke = vilke_models()
+      creep = creep_models()
       text = ""
-      n = 0
+      allocate(names(0))
       call list("surfaces (contact.surfaces)", geometry_models())
       do i = 1, size(parts)
          call list(trim(parts(i)%doc) // " (contact." // trim(parts(i)%name) // ")", &
             parts(i)%described())
          if (parts(i)%name == "normal") call list("spot of vilke (contact.ellipse)", vilke%info)
+         if (parts(i)%name == "tangential") call list("law of creep (contact.creep)", &
+            [(creep(j)%described(), j=1, size(creep))])
       end do
       if (text == "") then
          call fatal(error, "there is no model " // quote(name) // &
-            did_you_mean(name, names(:n), "contensou models lists them"), status_usage)
+            did_you_mean(name, names, "contensou models lists them"), status_usage)
          return
       end if
       call write_stdout(text, error)
@@ -68,9 +73,8 @@ contains
          logical :: first
 
          first = .true.
+         names = [names, info%name]
          do i = 1, size(info)
-            n = n + 1
-            names(n) = info(i)%name
             if (name /= "" .and. lower(name) /= info(i)%name) cycle
             if (first) text = text // title // nl
             first = .false.

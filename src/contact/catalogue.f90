@@ -78,6 +78,7 @@ module contensou_contact_catalogue
       procedure :: uses
       procedure :: keys_text
       procedure :: states_text
+      procedure :: described => described_model
       procedure :: misfit
       procedure :: completed
    end type model_type
@@ -256,6 +257,16 @@ contains
          end associate
       end do
    end function states_text
+
+   !> What a user reads about a model, its keys and states included.
+   function described_model(self) result(info)
+      class(model_type), intent(in) :: self
+      type(model_info_type) :: info
+
+      info = self%info
+      info%keys = self%keys_text()
+      info%states = self%states_text()
+   end function described_model
 
    !> Name, symbol and unit of a key, as "damping_coefficient alpha [s/m]".
    pure function law_key_text(self) result(text)

@@ -134,10 +134,9 @@ contains
       type(model_info_type), allocatable :: info(:)
       integer :: i
 
-      info = self%models%info
+      allocate(info(size(self%models)))
       do i = 1, size(info)
-         info(i)%keys = self%models(i)%keys_text()
-         info(i)%states = self%models(i)%states_text()
+         info(i) = self%models(i)%described()
       end do
    end function described
 

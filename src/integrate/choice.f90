@@ -8,8 +8,10 @@
 module contensou_integrate_choice
    use contensou_base_kinds, only : wp
    use contensou_base_numbers, only : power_text, to_text
+   use contensou_base_vectors, only : cross
    use contensou_contact_geometry, only : contact_point_type, contact_variation_type, &
       rolling_velocity
+   use contensou_contact_tangential_spot, only : spring_spot_type
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_mechanism, only : body_type, relative_motion, slip_velocity
    use contensou_dynamics_scene, only : motion_free, motion_rotor, moves_freely
@@ -37,8 +39,12 @@ module contensou_integrate_choice
       real(wp) :: damping_ratio = 0.0_wp
       !> Rate at which its friction takes away sliding at the beginning: f N (1/m + r^2/I) over the
       !> largest of delta, the sliding velocity, a w, what the tolerance resolves, and the creep at
-      !> which what rolls would slip everywhere [1/s].
+      !> which what rolls would slip everywhere [1/s]. Where it sticks by tangential elasticity, the
+      !> rate at which rolling by a law of creep carries strain out of the spot.
       real(wp) :: friction_rate = 0.0_wp
+      !> Angular frequency at which it rings along its tangent plane, sqrt(k (1/m + r^2/I)), where
+      !> it sticks by tangential elasticity; else 0 [rad/s].
+      real(wp) :: shear_frequency = 0.0_wp
       !> Fastest rate that only decays, of a contact that is closed at the beginning [1/s].
       real(wp) :: fastest = 0.0_wp
    end type choice_type
@@ -47,6 +53,10 @@ module contensou_integrate_choice
    !> be followed by this factor. Between 3 and 30 either method does.
    real(wp), parameter :: stiff_from = 10.0_wp
 
+   !> Rate at which a law of creep carries strain out of a spot that rolls steadily, over the
+   !> velocity of the material through it and its half-length [-].
+   real(wp), parameter :: carried_out = 4.0_wp
+
 contains
 
    !> The method for a motion, by the rates of its contacts where it begins.
@@ -54,7 +64,7 @@ contains
       class(motion_type), intent(inout) :: motion
       real(wp), intent(in) :: y(:)
       type(choice_type), intent(out) :: choice
-      real(wp) :: gap(motion%n_events), frequency, ratio, friction, decay, followed
+      real(wp) :: gap(motion%n_events), frequency, ratio, friction, shear, decay, followed
       integer :: i
 
       choice%unknowns = motion%n
@@ -62,7 +72,7 @@ contains
       call motion%system%gaps(y, gap)
       followed = fastest_spin(motion%system, y)
       do i = 1, motion%n_events
-         call figures_of(motion, y, i, gap(i), frequency, ratio, friction)
+         call figures_of(motion, y, i, gap(i), frequency, ratio, friction, shear)
          ! Beyond the critical damping one of two decays is fast.
          decay = 0.0_wp
          if (ratio > 1.0_wp) decay = frequency*(ratio + sqrt(ratio**2 - 1.0_wp))
@@ -73,9 +83,11 @@ contains
             choice%frequency = frequency
             choice%damping_ratio = ratio
             choice%friction_rate = friction
+            choice%shear_frequency = shear
             choice%fastest = decay
          end if
          if (ratio < 1.0_wp) followed = max(followed, frequency*sqrt(1.0_wp - ratio**2))
+         followed = max(followed, shear)
       end do
       if (choice%fastest > stiff_from*followed) choice%method = "cvode_bdf"
    end subroutine choose_method
@@ -92,8 +104,8 @@ contains
       end do
    end function fastest_spin
 
-   !> Frequency, damping ratio and rate of friction of a contact.
-   subroutine figures_of(motion, y, index, gap, frequency, ratio, friction)
+   !> Frequency, damping ratio, rate of friction and tangential frequency of a contact.
+   subroutine figures_of(motion, y, index, gap, frequency, ratio, friction, shear)
       !> The motion; the poses of its system are those of the state.
       class(motion_type), intent(inout) :: motion
       real(wp), intent(in) :: y(:)
@@ -107,13 +119,17 @@ contains
       real(wp), intent(out) :: ratio
       !> Rate of friction [1/s].
       real(wp), intent(out) :: friction
+      !> Angular frequency along the tangent plane [rad/s]; 0 for what does not stick elastically.
+      real(wp), intent(out) :: shear
       type(contact_point_type) :: at
       type(contact_variation_type) :: variation
       real(wp) :: yields, turns, load, approach, stiffness, slopes(3), velocity(3), spin(3)
-      real(wp) :: slip, arm(3)
+      real(wp) :: slip, limit, rolling(3), along, across, carried, arm(3)
+      type(spring_spot_type) :: spot
 
       ratio = 0.0_wp
       friction = 0.0_wp
+      shear = 0.0_wp
       associate (system => motion%system, c => motion%system%contacts(index))
          yields = mobility(system, c%a) + mobility(system, c%b)
          stiffness = c%law%normal%stiffness
@@ -133,8 +149,18 @@ contains
             call relative_motion(a, b, at%point, velocity, spin)
             slip = norm2(slip_velocity(velocity, at%normal))
             slip = max(slip, c%law%friction%delta, &
-               sqrt(system%resolution%of(a, b, at%point)), &
                c%law%normal%major_axis(approach)*abs(dot_product(spin, at%normal)))
+            carried = 0.0_wp
+            if (.not. allocated(c%tangential)) then
+               slip = max(slip, sqrt(system%resolution%of(a, b, at%point)))
+            else if (allocated(c%tangential%carry)) then
+               call c%law%geometry%vary(a, b, c%track, at, variation)
+               rolling = slip_velocity(rolling_velocity(variation, velocity, spin), at%normal)
+               along = dot_product(rolling, at%major)
+               across = dot_product(rolling, cross(at%normal, at%major))
+               carried = carried_out*norm2([along, across/c%law%normal%shape%k]) &
+                  /c%law%normal%major_axis(approach)
+            end if
             if (allocated(c%law%steady)) then
                call c%law%geometry%vary(a, b, c%track, at, variation)
                slip = max(slip, c%law%steady%reach(c%law%normal%shape, load, &
@@ -151,7 +177,20 @@ contains
                turns = turns + leverage(system%bodies(c%b), norm2(arm))
             end if
          end associate
-         if (slip > 0.0_wp) friction = c%law%friction%coefficient*load*(yields + turns)/slip
+         limit = c%law%friction%coefficient*load
+         if (allocated(c%tangential)) then
+            spot = spring_spot_type(c%law%normal%shape, c%law%normal%major_axis(approach), limit, &
+               c%tangential%modulus, c%tangential%poisson)
+            shear = sqrt(maxval(spot%stiffness(1:2))*(yields + turns))
+            ! It sticks while sliding does not outrun the ringing, whose speed is at most limit
+            ! (yields + turns)/shear; beyond, friction takes sliding away more slowly than that.
+            if (limit*(yields + turns) >= shear*slip) then
+               friction = carried
+               return
+            end if
+            shear = 0.0_wp
+         end if
+         if (slip > 0.0_wp) friction = limit*(yields + turns)/slip
       end associate
    end subroutine figures_of
 
@@ -192,14 +231,24 @@ contains
       end if
       text = "because contact " // contact // " "
       if (choice%method == "explicit8") then
-         text = text // "decays no faster than it rings"
+         text = text // "decays " // trim(merge("not much faster", "no faster      ", &
+            choice%shear_frequency > 0.0_wp .and. &
+            choice%fastest > max(choice%frequency, choice%shear_frequency))) // " than it rings"
       else
          text = text // "decays far faster than anything turns or rings"
       end if
       text = trim(choice%method) // ", " // text // ": frequency " // &
          power_text(choice%frequency, 2) // " rad/s, damping ratio " // &
-         power_text(choice%damping_ratio, 2) // ", friction " // &
-         power_text(choice%friction_rate, 2) // " 1/s; " // to_text(choice%unknowns) // " unknowns"
+         power_text(choice%damping_ratio, 2)
+      if (choice%shear_frequency > 0.0_wp) then
+         text = text // ", tangential frequency " // power_text(choice%shear_frequency, 2) // &
+            " rad/s"
+         if (choice%friction_rate > 0.0_wp) text = text // ", creep " // &
+            power_text(choice%friction_rate, 2) // " 1/s"
+      else
+         text = text // ", friction " // power_text(choice%friction_rate, 2) // " 1/s"
+      end if
+      text = text // "; " // to_text(choice%unknowns) // " unknowns"
    end function choice_text
 
 end module contensou_integrate_choice

@@ -305,7 +305,7 @@ def test_models_are_those_that_a_scene_admits(run, keys):
     assert result.status == 0
     assert result.err == ""
     tables = models_of(result.out)
-    for key in ("normal", "damping", "friction"):
+    for key in ("normal", "damping", "friction", "rolling", "tangential", "creep", "spot"):
         admitted = keys["contact"][key].partition(",")[0].split(" | ")
         assert tables[f"contact.{key}"] == admitted
     assert tables["contact.friction"] == ["none", *FRICTION]
@@ -331,6 +331,12 @@ def test_models_name_their_keys_and_units(run):
     assert "damping_coefficient alpha [s/m]" in run("models", "hunt_crossley").out
     assert "regularization_velocity [m/s]" in run("models", "coulomb").out
     assert "reference: " in run("models", "contensou_exact").out
+
+
+def test_laws_of_creep_tell_what_they_are(run):
+    described = run("models", "strip").out
+    assert described.startswith("law of creep (contact.creep)\n  strip\n      Carter's solution")
+    assert "reference: D. J. Haines, E. Ollerton" in described
 
 
 @pytest.mark.parametrize(

@@ -174,9 +174,11 @@ def test_bodies_that_a_drive_turns_and_springs_count(run, inputs, tmp_path):
     # What the spot rings with is known though both bodies turn with drives.
     done = run("run", scene, "-o", "auto.h5", "--set", "integrator.method='auto'")
     assert done.status == 0, done.err
-    chosen = re.search(r"frequency (\S+) rad/s, damping ratio (\S+), friction (\S+) 1/s", done.out)
+    figures = r"frequency (\S+) rad/s, damping ratio (\S+), tangential frequency (\S+) rad/s"
+    chosen = re.search(figures, done.out)
     assert 1e3 < float(chosen[1]) < 1e4
     assert 0.01 < float(chosen[2]) < 1
+    assert 1e3 < float(chosen[3]) < 1e4
 
 
 def test_scaled_error_and_pareto_front(study):
@@ -415,6 +417,94 @@ def test_auto_changes_with_stiffness(run, scene, tmp_path):
     assert all(a != b for a, b in itertools.pairwise(methods))
     assert (np.diff(since) > 0).all()
     assert "auto             explicit8" in run("check", scene, *options[:2]).out
+
+
+# What a shipped scene with a tangential model begins with, and a figure that says why.
+CHOICES = {
+    "cattaneo": "tangential frequency 4.0E+03 rad/s; 36",
+    "dish": "tangential frequency 9.5E+02 rad/s; 22",
+    "incline": "tangential frequency 1.0E+04 rad/s; 36",
+    "oblique_impact": "friction 1.1E+02 1/s; 21",
+    "bearing_6205_rolling": "friction 5.6E+05 1/s; 146",
+    "bowling_hook": "friction 5.7E-01 1/s; 15",
+    "euler_disc": "friction 8.7E+01 1/s; 15",
+    "rolling_bend": "friction 2.6E+02 1/s; 15",
+    "wheelset": "friction 7.7E+02 1/s; 29",
+}
+
+
+def test_all_scenes_with_a_tangential_model_have_a_choice(inputs):
+    found = [
+        path.stem for path in scenes(inputs / "examples") if "tangential = " in path.read_text()
+    ]
+    assert found == sorted(CHOICES)
+
+
+@pytest.mark.parametrize("scene", CHOICES)
+def test_auto_begins_with_what_rings(run, inputs, scene):
+    """What sticks by tangential elasticity rings, and does not decay as regularised friction."""
+    path = inputs / "examples" / f"{scene}.nml"
+    told = run("check", path, "--set", "integrator.method='auto'").out
+    assert re.search(r"auto +explicit8, because contact \w+ decays no faster than it rings", told)
+    assert CHOICES[scene] in told
+
+
+@pytest.mark.parametrize(
+    ("scene", "methods"),
+    [
+        ("oblique_impact", ["explicit8"]),
+        ("cattaneo", ["explicit8"]),
+        ("incline", ["explicit8", "cvode_bdf"]),
+        ("dish", ["explicit8", "cvode_bdf"]),
+    ],
+)
+def test_auto_is_as_quick_with_memory_as_the_better_method(
+    run, inputs, tmp_path, slow_build, scene, methods
+):
+    """It follows what rings with explicit8, and what rests with cvode_bdf."""
+    if slow_build and scene == "dish":
+        pytest.skip("a hundred thousand steps")
+    steps = {}
+    for method in ("explicit8", "cvode_bdf", "auto"):
+        done = run("run", inputs / "examples" / f"{scene}.nml", "-q", "-o", f"{method}.h5",
+                   "--set", f"integrator.method='{method}'", timeout=600)  # fmt: skip
+        assert done.status == 0, done.err
+        with h5py.File(tmp_path / f"{method}.h5") as file:
+            steps[method] = int(file["integrator/steps"][()])
+            used = list(map(text, file["integrator/method"]))
+    assert used[:2] == methods
+    assert steps["auto"] <= min(steps["explicit8"], steps["cvode_bdf"])
+
+
+def test_auto_begins_with_cvode_bdf_where_rolling_carries_strain_away(run, tmp_path):
+    """A ball of steel at 10 m/s takes ten times as many steps of explicit8."""
+    (tmp_path / "fast.nml").write_text(FAST)
+    told = run("check", "fast.nml").out
+    assert "cvode_bdf, because contact spot decays far faster than anything turns or rings" in told
+    assert "creep 1.5E+06 1/s" in told
+    slow = run(
+        "check", "fast.nml", "--set", "ball.velocity=1,0,0", "--set", "ball.spin=0,100,0"
+    ).out
+    assert "explicit8, because contact spot decays not much faster than it rings" in slow
+    still = run("check", "fast.nml", "--set", "ball.velocity=0,0,0", "--set", "ball.spin=0,0,0")
+    assert "explicit8, because contact spot decays no faster than it rings" in still.out
+    slides = run("check", "fast.nml", "--set", "ball.spin=0,0,0").out
+    assert "explicit8" in slides
+    assert "tangential frequency" not in slides
+
+
+FAST = """
+&scene gravity = 0.5, 0, -9.81, t_end = 0.2 /
+&material name = 'steel', young = 2.1e11, poisson = 0.3 /
+&body name = 'ball', density = 7800, position = 0, 0, 0.01, place = 'touch',
+   velocity = 10, 0, 0, spin = 0, 1000, 0 /
+&surface name = 'skin', body = 'ball', shape = 'sphere', radius = 0.01, material = 'steel' /
+&surface name = 'table', body = 'ground', shape = 'plane', material = 'steel' /
+&contact name = 'spot', surfaces = 'table', 'skin', damping = 'hunt_crossley',
+   damping_coefficient = 100, friction = 'contensou_exact', friction_coefficient = 0.3,
+   tangential = 'elastic', creep = 'table' /
+&integrator method = 'auto', rtol = 1e-7 /
+"""
 
 
 def test_profile(run, scene, tmp_path):

@@ -70,6 +70,12 @@ def strip(generator):
     return generator("scripts/generate_strip.py", "src/contact/creep/strip_values.f90")
 
 
+@pytest.fixture
+def circle(generator):
+    """The generator of the table of sliding of circular spots."""
+    return generator("scripts/generate_circle.py", "src/contact/tangential/circle_values.f90")
+
+
 def change_digits(table: Path) -> None:
     """Change the last digit of some number in each line of the table."""
     text = table.read_text(encoding="utf-8")
@@ -149,5 +155,22 @@ def test_table_of_strips_is_checked(strip):
     assert done.returncode == 0, done.stdout + done.stderr
     change_digits(strip.table)
     done = strip.run("--check")
+    assert done.returncode == 1
+    assert "differs" in done.stdout + done.stderr
+
+
+def test_table_of_circles_is_what_is_generated(circle):
+    checked_in = circle.table.read_bytes()
+    circle.table.unlink()
+    done = circle.run()
+    assert done.returncode == 0, done.stderr
+    assert circle.table.read_bytes() == checked_in
+
+
+def test_table_of_circles_is_checked(circle):
+    done = circle.run("--check")
+    assert done.returncode == 0, done.stdout + done.stderr
+    change_digits(circle.table)
+    done = circle.run("--check")
     assert done.returncode == 1
     assert "differs" in done.stdout + done.stderr

@@ -20,8 +20,8 @@ module contensou_contact_tangential_shells
    use contensou_contact_spot, only : spot_shape_type
    use contensou_contact_tangential_edges, only : edge_type
    use contensou_contact_tangential_nest, only : make_room, nest_type
-   use contensou_contact_tangential_slip, only : shared_type, shell_type, slip_of_shell, &
-      sliding_force, stiffness_after, within_rungs
+   use contensou_contact_tangential_slip, only : abreast, shared_type, shell_type, slip_in_plane, &
+      slip_of_shell, slip_on_circles, sliding_force, stiffness_after, within_rungs
    use contensou_contact_tangential_spot, only : spring_spot_type
    implicit none(type, external)
    private
@@ -132,7 +132,20 @@ contains
       call try_elastic(self%n, new, spot, step, self%load, self%size, self%share, self%shift, &
          self%excess)
       work = 0.0_wp
-      call let_slip(self, new, spot, work, slopes)
+      self%slipped(:self%n) = .false.
+      if (.not. any(abs(self%shift(:self%n, 3)) > 0.0_wp)) then
+         do j = self%n, 1, -abreast
+            call let_slip_in_plane(self, max(j - abreast + 1, 1), j, new, spot, work, slopes)
+         end do
+      else
+         if (.not. (associated(spot%rung) .or. spot%shape%c > 0.0_wp)) then
+            do j = self%n, 1, -abreast
+               call let_slip_on_circle(self, max(j - abreast + 1, 1), j, new, spot, work, slopes)
+            end do
+         end if
+         call let_slip(self, new, spot, work, slopes)
+      end if
+      if (present(slopes)) call add_springs(self, new, slopes)
       if (present(lost)) lost = lost + spot%limit*work
       do j = 1, self%n
          wrench(1) = wrench(1) - self%share(j, 1)*self%shift(j, 1)
@@ -219,7 +232,6 @@ contains
       shell%shape = spot%shape
       shell%rung => spot%rung
       do j = self%n, 1, -1
-         self%slipped(j) = .false.
          if (self%excess(j) < 0.0_wp) then
             course%known = 0
             cycle
@@ -257,14 +269,227 @@ contains
          end do
          work = work + done
       end do
+   end subroutine let_slip
+
+   !> Let some of the shells of a circle slip, side by side. Those whose slip is not found soon, or
+   !> not by this way, are left to `let_slip`; the excess of all others is below zero then.
+   pure subroutine let_slip_on_circle(self, from, to, new, spot, work, slopes)
+      !> The shells, after `try_elastic`.
+      class(shells_type), intent(inout) :: self
+      !> The first and the last of them, and the number of the shells at the rim that are new.
+      integer, intent(in) :: from, to, new
+      type(spring_spot_type), intent(in) :: spot
+      !> Work of the slip over the limit, added to.
+      real(wp), intent(inout) :: work
+      !> Derivatives of the wrench, added to.
+      real(wp), intent(inout), optional :: slopes(3, 4)
+      real(wp), dimension(abreast, 2) :: stiffness, plane, trial, u, force
+      real(wp), dimension(2, abreast) :: load, size
+      real(wp) :: shift(abreast, 3), direction(abreast, 3), length(abreast), done(abreast), &
+         per_limit, across, along, spinning, inverse
+      logical :: found(abreast)
+      type(shell_type) :: shell
+      integer :: at(abreast), i, j, n
+
+      per_limit = 1.0_wp/spot%limit
+      call gather(from, to, self%excess, self%load, self%size, self%share, self%shift, &
+         self%direction, n, at, load, size, stiffness, shift, direction)
+      if (n == 0) return
+      inverse = 1.0_wp/spot%a
+      do i = 1, n
+         stiffness(i, 1) = stiffness(i, 1)*per_limit
+         stiffness(i, 2) = stiffness(i, 2)*per_limit*inverse*inverse
+         across = sqrt(shift(i, 1)**2 + shift(i, 2)**2)
+         along = 1.0_wp/max(across, tiny(across))
+         plane(i, 1) = shift(i, 1)*along
+         plane(i, 2) = shift(i, 2)*along
+         trial(i, 1) = stiffness(i, 1)*across
+         trial(i, 2) = stiffness(i, 2)*abs(shift(i, 3))*spot%a
+         along = direction(i, 1)*plane(i, 1) + direction(i, 2)*plane(i, 2)
+         spinning = direction(i, 3)*sign(1.0_wp, shift(i, 3))
+         length(i) = min(along, spinning)
+         ! Else between those of an infinitely short and an infinitely long slip.
+         u(i, 1) = merge(along, trial(i, 1)*(load(1, i)*size(1, i) - load(2, i)*size(2, i))**2, &
+            length(i) > 0.0_wp)
+         u(i, 2) = merge(spinning, trial(i, 2)*(load(1, i) - load(2, i))**2, length(i) > 0.0_wp)
+         along = 1.0_wp/sqrt(max(u(i, 1)**2 + u(i, 2)**2, tiny(along)))
+         u(i, 1) = u(i, 1)*along
+         u(i, 2) = u(i, 2)*along
+      end do
+      call slip_on_circles(n, load, size, stiffness, trial, u, force, found)
+      do i = 1, n
+         length(i) = (trial(i, 1) - force(i, 1))*u(i, 1) + (trial(i, 2) - force(i, 2))*u(i, 2)
+         done(i) = (force(i, 1)*u(i, 1) + force(i, 2)*u(i, 2))*length(i) &
+            /(stiffness(i, 1)*u(i, 1)**2 + stiffness(i, 2)*u(i, 2)**2)
+      end do
+      call scatter(n, at, found, length, u, plane, force, stiffness, 1.0_wp/spot%a, self%excess, &
+         self%slipped, self%shift, self%direction)
+      do i = 1, n
+         if (found(i) .and. length(i) > 0.0_wp) work = work + done(i)
+      end do
       if (.not. present(slopes)) return
+      do i = 1, n
+         j = at(i)
+         if (.not. (found(i) .and. self%slipped(j))) cycle
+         shell%shape = spot%shape
+         shell%inner = edge_type(load(2, i), size(2, i), 0.0_wp)
+         shell%outer = edge_type(load(1, i), size(1, i), 0.0_wp)
+         call add_slopes(shell, spot, self%share(j, :), shift(i, :), [force(i, 1)*plane(i, :), &
+            sign(force(i, 2), shift(i, 3))], self%direction(j, :), part_of_step(j, self%n, new), &
+            slopes)
+      end do
+   end subroutine let_slip_on_circle
+
+   !> Note the slips of shells of a circle.
+   pure subroutine scatter(n, at, found, length, u, plane, force, stiffness, per_size, excess, &
+      slipped, shift, direction)
+      !> Number of the shells, and which they are.
+      integer, intent(in) :: n, at(abreast)
+      !> Whether it is known how they slip.
+      logical, intent(in) :: found(abreast)
+      !> > 0 if they do.
+      real(wp), intent(in) :: length(abreast)
+      !> Sliding and spinning, the direction of sliding, and the force.
+      real(wp), intent(in), dimension(abreast, 2) :: u, plane, force, stiffness
+      !> One over the semi-axis.
+      real(wp), intent(in) :: per_size
+      !> As of `shells_type`.
+      real(wp), intent(inout), contiguous :: excess(:)
+      logical, intent(inout), contiguous :: slipped(:)
+      real(wp), intent(inout), contiguous :: shift(:, :), direction(:, :)
+      real(wp) :: along
+      integer :: i, j
+
+      do i = 1, n
+         if (.not. found(i)) cycle
+         j = at(i)
+         excess(j) = -1.0_wp
+         if (.not. length(i) > 0.0_wp) cycle
+         slipped(j) = .true.
+         direction(j, 1) = u(i, 1)*plane(i, 1)
+         direction(j, 2) = u(i, 1)*plane(i, 2)
+         direction(j, 3) = sign(u(i, 2), shift(j, 3))
+         along = force(i, 1)/stiffness(i, 1)
+         shift(j, 1) = along*plane(i, 1)
+         shift(j, 2) = along*plane(i, 2)
+         shift(j, 3) = sign(force(i, 2)*per_size/stiffness(i, 2), shift(j, 3))
+      end do
+   end subroutine scatter
+
+   !> The shells of a circle that may slip and are twisted, side by side.
+   pure subroutine gather(from, to, excess, load, size, share, shift, direction, n, at, loads, &
+      sizes, stiffness, shifts, directions)
+      !> The first and the last shell.
+      integer, intent(in) :: from, to
+      !> As of `shells_type`.
+      real(wp), intent(in) :: excess(to), load(0:to), size(0:to)
+      real(wp), intent(in), contiguous :: share(:, :), shift(:, :), direction(:, :)
+      !> Number of those that may slip, and which they are.
+      integer, intent(out) :: n, at(abreast)
+      !> Of their outer and inner edges.
+      real(wp), intent(inout) :: loads(2, abreast), sizes(2, abreast)
+      !> Against shift and twist.
+      real(wp), intent(inout) :: stiffness(abreast, 2)
+      real(wp), intent(inout) :: shifts(abreast, 3), directions(abreast, 3)
+      integer :: i, j
+
+      n = 0
+      do j = to, from, -1
+         if (excess(j) < 0.0_wp) cycle
+         i = n + 1
+         at(i) = j
+         loads(1, i) = load(j)
+         loads(2, i) = load(j - 1)
+         sizes(1, i) = size(j)
+         sizes(2, i) = size(j - 1)
+         stiffness(i, 1) = share(j, 2)
+         stiffness(i, 2) = share(j, 3)
+         shifts(i, 1) = shift(j, 1)
+         shifts(i, 2) = shift(j, 2)
+         shifts(i, 3) = shift(j, 3)
+         directions(i, 1) = direction(j, 1)
+         directions(i, 2) = direction(j, 2)
+         directions(i, 3) = direction(j, 3)
+         if (abs(share(j, 1) - share(j, 2)) <= 0.0_wp .and. load(j) > load(j - 1) .and. &
+            share(j, 2) > 0.0_wp .and. share(j, 3) > 0.0_wp .and. abs(shift(j, 3)) > 0.0_wp .and. &
+            abs(shift(j, 1)) + abs(shift(j, 2)) > 0.0_wp) n = i
+      end do
+   end subroutine gather
+
+   !> Let some of the shells slip where nothing is twisted, and none depends on another.
+   pure subroutine let_slip_in_plane(self, from, to, new, spot, work, slopes)
+      !> The shells, after `try_elastic`.
+      class(shells_type), intent(inout) :: self
+      !> The first and the last of them, and the number of the shells at the rim that are new.
+      integer, intent(in) :: from, to, new
+      type(spring_spot_type), intent(in) :: spot
+      !> Work of the slip over the limit, added to.
+      real(wp), intent(inout) :: work
+      !> Derivatives of the wrench, added to.
+      real(wp), intent(inout), optional :: slopes(3, 4)
+      real(wp), dimension(abreast, 2) :: stiffness, trial, force, direction
+      real(wp) :: load(abreast), done(abreast), per_limit
+      type(shell_type) :: shell
+      integer :: at(abreast), i, j, n
+
+      shell%shape = spot%shape
+      shell%rung => spot%rung
+      per_limit = 1.0_wp/spot%limit
+      n = 0
+      do j = to, from, -1
+         if (self%excess(j) < 0.0_wp) cycle
+         i = n + 1
+         at(i) = j
+         load(i) = self%load(j) - self%load(j - 1)
+         stiffness(i, 1) = self%share(j, 1)*per_limit
+         stiffness(i, 2) = self%share(j, 2)*per_limit
+         trial(i, 1) = self%shift(j, 1)
+         trial(i, 2) = self%shift(j, 2)
+         force(i, 1) = stiffness(i, 1)*trial(i, 1)
+         force(i, 2) = stiffness(i, 2)*trial(i, 2)
+         if (.not. min(load(i), stiffness(i, 1), stiffness(i, 2)) > 0.0_wp) then
+            ! So narrow that rounding errors leave nothing of it.
+            self%slipped(j) = .true.
+            self%shift(j, :) = 0.0_wp
+         else if (force(i, 1)**2 + force(i, 2)**2 > load(i)**2) then
+            n = i
+         end if
+      end do
+      call slip_in_plane(n, load, stiffness, trial, force, direction, done)
+      do i = 1, n
+         j = at(i)
+         self%slipped(j) = .true.
+         if (present(slopes)) then
+            shell%inner = edge_type(self%load(j - 1), self%size(j - 1), 0.0_wp)
+            shell%outer = edge_type(self%load(j), self%size(j), 0.0_wp)
+            call add_slopes(shell, spot, self%share(j, :), [trial(i, :), 0.0_wp], &
+               [force(i, :), 0.0_wp], [direction(i, :), 0.0_wp], part_of_step(j, self%n, new), &
+               slopes)
+         end if
+         self%shift(j, 1) = force(i, 1)/stiffness(i, 1)
+         self%shift(j, 2) = force(i, 2)/stiffness(i, 2)
+         self%direction(j, 1) = direction(i, 1)
+         self%direction(j, 2) = direction(i, 2)
+         self%direction(j, 3) = 0.0_wp
+         work = work + done(i)
+      end do
+   end subroutine let_slip_in_plane
+
+   !> Add what shells that stick contribute to the derivatives of the wrench.
+   pure subroutine add_springs(self, new, slopes)
+      class(shells_type), intent(in) :: self
+      !> Number of the shells at the rim that are new.
+      integer, intent(in) :: new
+      real(wp), intent(inout) :: slopes(3, 4)
+      integer :: i, j
+
       do j = 1, self%n
          if (self%slipped(j)) cycle
          do i = 1, 3
             slopes(i, i) = slopes(i, i) - part_of_step(j, self%n, new)*self%share(j, i)
          end do
       end do
-   end subroutine let_slip
+   end subroutine add_springs
 
    !> Guess the direction of the slip of a shell.
    pure subroutine foresee(self, place, before, direction)

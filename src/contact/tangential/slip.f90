@@ -1,4 +1,4 @@
-!> Slip of one of the nested shells of `contensou_contact_tangential_shells` after an elastic trial.
+!> Slip of the nested shells of `contensou_contact_tangential_shells` after an elastic trial.
 !>
 !> In units of f N and of a length, with twists times the major semi-axis: a shell of the stiffness
 !> K that bears g = K e after the trial e slips by the length s along u, |u| = 1, so that
@@ -6,11 +6,11 @@
 !> or sticks where h(u) = g.u - phi(u) is above zero for no u. Closed cases come first:
 !> - neither torque nor twist: the limit is a circle of forces, and what is sought is one number;
 !> - a circular spot: the slip has the direction of the trial in the plane, which leaves one angle,
-!>   and with tau = W/v, sin theta = tau the friction potential is elementary,
-!>      F = (3/2) [(theta + tau c)/2 - (theta - tau c (1 - 2 tau^2))/(8 tau^2)]/tau,   tau <= 1,
-!>   c = cos theta, and likewise T; a cubic and a quartic of 1/tau above;
+!>   and with tau = W/v force and torque follow from one function, which is tabulated for tau <= 1
+!>   with its derivative; a cubic and a quartic of 1/tau above;
 !> - else Newton's method for the direction, with the derivatives of the exact wrench.
-!> Where a shell slips steps are of the third order, as its second derivatives cost little more.
+!> Where a shell slips steps are of the third order, as its second derivatives cost little more, and
+!> on a circle of the fourth.
 !>
 !> A rung is another friction model with the wrench W of the whole spot in the place of -dPhi: of
 !> its force each shell has the share l2 - l1, of its torque l2 c2 - l1 c1. Most have no potential,
@@ -19,6 +19,7 @@ module contensou_contact_tangential_slip
    use contensou_base_kinds, only : pi, wp
    use contensou_base_vectors, only : cross
    use contensou_contact_spot, only : spot_shape_type
+   use contensou_contact_tangential_circle_values, only : degree, parts, table => values
    use contensou_contact_tangential_edges, only : edge_type
    use contensou_contact_wrench, only : wrench_jacobian_kernel
    use contensou_contact_wrench_exact, only : wrench_exact_bends
@@ -26,7 +27,8 @@ module contensou_contact_tangential_slip
    implicit none(type, external)
    private
 
-   public :: slip_of_shell, sliding_force, stiffness_after, within_rungs, shell_type, shared_type
+   public :: slip_of_shell, slip_in_plane, slip_on_circles, sliding_force, stiffness_after, &
+      within_rungs, abreast, shell_type, shared_type
 
    !> A shell after an elastic trial, in units of f N and of a length.
    type :: shell_type
@@ -58,16 +60,6 @@ module contensou_contact_tangential_slip
       real(wp) :: bends(4) = 0.0_wp
    end type shared_type
 
-   !> T/tau in powers of tau^2 on the circle, to 2e-17 up to `small_ratio`.
-   real(wp), parameter :: torques(0:10) = [ &
-      0.200000000000000012_wp, 0.0142857142857025162_wp, 0.00357142857328993908_wp, &
-      0.00135281373828743556_wp, 0.00063738705151089837_wp, 0.000344121301791477107_wp, &
-      0.000204893484858696449_wp, 0.000124367817590862566_wp, 0.000111004703097525908_wp, &
-      -4.70542966610860551e-6_wp, 0.000134378195210621521_wp]
-
-   !> tau^2 up to which the powers are used; the closed form cancels there.
-   real(wp), parameter :: small_ratio = 0.25_wp
-
    !> A step of the direction of slip below this size is the last one: the next one is its square.
    real(wp), parameter :: close_enough = 3.0e-7_wp
 
@@ -83,6 +75,13 @@ module contensou_contact_tangential_slip
    !> Share of spinning in a direction above which the second derivatives are taken: those by it are
    !> divided by it.
    real(wp), parameter :: least_spin = 1.0e-3_wp
+
+   !> Speeds below this, where they are of the size one, have no powers to divide by; they are those
+   !> of an edge at the very centre, which bears nothing.
+   real(wp), parameter :: least_speed = 1.0e-30_wp
+
+   !> Steps of shells side by side.
+   integer, parameter :: most_passes = 5
 
    !> Below this size a step is Newton's whatever it gains, which rounding errors hide.
    real(wp), parameter :: close_by = 1.0e-4_wp
@@ -113,6 +112,9 @@ module contensou_contact_tangential_slip
    !> narrow shell bends sharply where the centre of rotation is on it, and Newton's steps may jump
    !> to and fro there.
    integer, parameter :: newton_alone = 8
+
+   !> Most shells side by side.
+   integer, parameter :: abreast = 32
 
    !> What is within the limits of all rungs, as a part of the double cone of pure sliding and pure
    !> spinning: `pade11` on a circle comes down to 0.77.
@@ -154,8 +156,9 @@ contains
 
       slips = .false.
       work = 0.0_wp
-      load = shell%load()
-      torque = shell%torque()
+      load = shell%outer%load - shell%inner%load
+      torque = shell%shape%torque*(shell%outer%load*shell%outer%size &
+         - shell%inner%load*shell%inner%size)
       if (.not. (load > 0.0_wp .and. torque > 0.0_wp .and. shell%stiffness(1) > 0.0_wp .and. &
          shell%stiffness(2) > 0.0_wp .and. shell%stiffness(3) > 0.0_wp)) then
          ! So narrow that rounding errors leave nothing of it.
@@ -171,247 +174,405 @@ contains
       if (sliding*torque + abs(force(3))*load <= inside*load*torque) return
       if (abs(force(3)) <= 0.0_wp .and. abs(shell%trial(3)) <= 0.0_wp) then
          slips = .true.
-         call slip_without_twist(load, shell%stiffness(1:2), shell%trial(1:2), sliding, &
-            force(1:2), direction, work)
+         call slip_alone(load, shell%stiffness, shell%trial, force, direction, work)
       else if (associated(shell%rung)) then
          call slip_by_rung(shell, force, direction, slips, work)
       else if (abs(shell%stiffness(1) - shell%stiffness(2)) <= 0.0_wp .and. &
          .not. shell%shape%c > 0.0_wp) then
-         call slip_on_circle(shell, shared, force, direction, slips, work)
+         call slip_on_circle(shell, force, direction, slips, work)
       else
          call slip_on_ellipse(shell, doubt, shared, force, direction, slips, work)
       end if
    end subroutine slip_of_shell
 
-   !> Slip of a shell that slips along the plane only: the force has the size of the load, and the
-   !> slip, along the force, is mu times it. 1/|g/(1 + mu K)| is nearly linear in mu.
-   pure subroutine slip_without_twist(load, stiffness, trial, bearing, force, direction, work)
+   !> Slip of one shell that slips along the plane only.
+   pure subroutine slip_alone(load, stiffness, trial, force, direction, work)
       real(wp), intent(in) :: load
-      real(wp), intent(in) :: stiffness(2)
-      real(wp), intent(in) :: trial(2)
-      !> Size of the force of the trial, above the load.
-      real(wp), intent(in) :: bearing
-      !> Force of the trial on entry, of sliding on return.
-      real(wp), intent(inout) :: force(2)
+      real(wp), intent(in) :: stiffness(3)
+      real(wp), intent(in) :: trial(3)
+      !> Force of the trial on entry, larger than the load; of sliding on return.
+      real(wp), intent(inout) :: force(3)
       real(wp), intent(out) :: direction(3)
       real(wp), intent(out) :: work
-      real(wp) :: mu, now(2), size, change
+      real(wp), dimension(abreast, 2) :: stiffnesses, trials, forces, directions
+      real(wp), dimension(abreast) :: loads, works
+
+      loads(1) = load
+      stiffnesses(1, :) = stiffness(1:2)
+      trials(1, :) = trial(1:2)
+      forces(1, :) = force(1:2)
+      call slip_in_plane(1, loads, stiffnesses, trials, forces, directions, works)
+      force(1:2) = forces(1, :)
+      direction = [directions(1, :), 0.0_wp]
+      work = works(1)
+   end subroutine slip_alone
+
+   !> Slip of shells that slip along the plane only, side by side: the force has the size of the
+   !> load, and the slip, along the force, is mu times it, so the force is along g/(1 + mu K).
+   !>
+   !> With v = g/|g|, m = v.K v, d = (K1 - K2)/m and t = d mu m/(1 + mu m) it is along
+   !> s = (v1 (1 - t v1^2), v2 (1 + t v2^2)). With t = d (1 - y load/|g|) what is sought is the y
+   !> near one where y |s| = (1 - t v1^2) (1 + t v2^2). The squares of both sides are polynomials,
+   !> steps Halley's, from the y to the third order of d on. (K1/K2 is from
+   !> 1/2 to 2.)
+   pure subroutine slip_in_plane(n, load, stiffness, trial, force, direction, work)
+      !> Number of shells.
+      integer, intent(in) :: n
+      real(wp), intent(in) :: load(abreast), stiffness(abreast, 2)
+      !> Elastic displacement of the trial.
+      real(wp), intent(in) :: trial(abreast, 2)
+      !> Force of the trial on entry, larger than the load; of sliding on return.
+      real(wp), intent(inout) :: force(abreast, 2)
+      real(wp), intent(inout) :: direction(abreast, 2), work(abreast)
+      real(wp) :: ratio(abreast), apart(abreast), y(abreast), inverse, w1, w2, t, more, both, &
+         rest, rate, square, product, slope1, slope2, excess, slope, curve, step, largest
+      integer :: i, j
+
+      do j = 1, n
+         inverse = 1.0_wp/sqrt(force(j, 1)**2 + force(j, 2)**2)
+         ratio(j) = load(j)*inverse
+         direction(j, 1) = force(j, 1)*inverse
+         direction(j, 2) = force(j, 2)*inverse
+         w1 = direction(j, 1)**2
+         w2 = direction(j, 2)**2
+         apart(j) = (stiffness(j, 1) - stiffness(j, 2))/(w1*stiffness(j, 1) + w2*stiffness(j, 2))
+         t = apart(j)*(1.0_wp - ratio(j))
+         y(j) = 1.0_wp - w1*w2*t*t*(1.5_wp - 2.0_wp*t*(w2 - w1))
+      end do
+      if (any(abs(apart(:n)) > 0.0_wp)) then
+         do i = 1, most_iterations
+            largest = 0.0_wp
+            do j = 1, n
+               w1 = direction(j, 1)**2
+               w2 = direction(j, 2)**2
+               more = w2 - w1
+               both = w1*w2
+               rest = 1.0_wp - 3.0_wp*both
+               rate = ratio(j)*apart(j)
+               t = apart(j) - rate*y(j)
+               ! |s|^2 and the product, and their derivatives by -y.
+               square = 1.0_wp + t*(2.0_wp*more + t*rest)
+               product = 1.0_wp + t*(more - t*both)
+               slope1 = 2.0_wp*rate*(more + t*rest)
+               slope2 = rate*(more - 2.0_wp*t*both)
+               excess = y(j)*y(j)*square - product*product
+               slope = 2.0_wp*(y(j)*square + product*slope2) - y(j)*y(j)*slope1
+               curve = square - 2.0_wp*y(j)*slope1 + rate*rate*(y(j)*y(j)*rest &
+                  + 2.0_wp*product*both) - slope2*slope2
+               step = excess*slope/(slope*slope - excess*curve)
+               y(j) = y(j) - step
+               largest = max(largest, abs(step))
+            end do
+            if (largest < close_by_bends) exit
+         end do
+         do j = 1, n
+            t = apart(j)*(1.0_wp - ratio(j)*y(j))
+            direction(j, 1) = direction(j, 1)*(1.0_wp - t*direction(j, 1)**2)
+            direction(j, 2) = direction(j, 2)*(1.0_wp + t*direction(j, 2)**2)
+            inverse = 1.0_wp/sqrt(direction(j, 1)**2 + direction(j, 2)**2)
+            direction(j, 1) = direction(j, 1)*inverse
+            direction(j, 2) = direction(j, 2)*inverse
+         end do
+      end if
+      do j = 1, n
+         force(j, 1) = load(j)*direction(j, 1)
+         force(j, 2) = load(j)*direction(j, 2)
+         ! Not below zero by rounding.
+         work(j) = max((trial(j, 1) - force(j, 1)/stiffness(j, 1))*force(j, 1) &
+            + (trial(j, 2) - force(j, 2)/stiffness(j, 2))*force(j, 2), 0.0_wp)
+      end do
+   end subroutine slip_in_plane
+
+   !> Slip of shells of a circular spot, side by side, from the direction in the step before. What a
+   !> few steps do not find is left to `slip_on_circle`.
+   pure subroutine slip_on_circles(n, load, size, stiffness, trial, u, force, found)
+      !> Number of shells.
+      integer, intent(in) :: n
+      !> Of the outer and of the inner edges.
+      real(wp), intent(in) :: load(2, abreast), size(2, abreast)
+      !> Against shift and twist, and the force of the trial, > 0.
+      real(wp), intent(in) :: stiffness(abreast, 2), trial(abreast, 2)
+      !> Sliding and spinning, > 0, of the size one.
+      real(wp), intent(inout) :: u(abreast, 2)
+      !> Force of sliding; that of the trial where it is not found.
+      real(wp), intent(inout) :: force(abreast, 2)
+      logical, intent(inout) :: found(abreast)
+      real(wp), dimension(abreast, 2) :: k, g, v, new, f
+      real(wp), dimension(2, abreast) :: loads, sizes
+      real(wp) :: off(abreast)
+      integer :: at(abreast), i, j, m, pass
+
+      found(:n) = .false.
+      force(:n, :) = trial(:n, :)
+      m = n
+      loads(:, :n) = load(:, :n)
+      sizes(:, :n) = size(:, :n)
+      k(:n, :) = stiffness(:n, :)
+      g(:n, :) = trial(:n, :)
+      v(:n, :) = u(:n, :)
+      do i = 1, n
+         at(i) = i
+      end do
+      do pass = 1, most_passes
+         call step_on_circles(m, loads, sizes, k, g, v, off, new, f)
+         j = 0
+         do i = 1, m
+            if (off(i) <= 1.0_wp) then
+               found(at(i)) = .true.
+               u(at(i), :) = new(i, :)
+               force(at(i), :) = f(i, :)
+            else if (min(new(i, 1), new(i, 2)) > 0.0_wp) then
+               j = j + 1
+               at(j) = at(i)
+               loads(:, j) = loads(:, i)
+               sizes(:, j) = sizes(:, i)
+               k(j, :) = k(i, :)
+               g(j, :) = g(i, :)
+               v(j, :) = new(i, :)
+            end if
+         end do
+         m = j
+         if (m == 0) exit
+      end do
+   end subroutine slip_on_circles
+
+   !> Steps of the directions u of the slips of shells of a circular spot. With
+   !>    r = (g1 - f1) k2 u2 - (g2 - f2) k1 u1,
+   !> zero where g - f is along K u, they are Householder's of the fourth order.
+   pure subroutine step_on_circles(n, load, size, stiffness, trial, u, off, new, force)
+      !> Number of shells.
+      integer, intent(in) :: n
+      !> Of the outer and of the inner edges.
+      real(wp), intent(in) :: load(2, abreast), size(2, abreast)
+      !> Against shift and twist, and the force of the trial.
+      real(wp), intent(in) :: stiffness(abreast, 2), trial(abreast, 2)
+      !> Sliding and spinning, >= 0, of the size one.
+      real(wp), intent(in) :: u(abreast, 2)
+      !> What the force may be off after the step, over what it may be.
+      real(wp), intent(inout) :: off(abreast)
+      !> The direction after it, and the force there.
+      real(wp), intent(inout) :: new(abreast, 2), force(abreast, 2)
+      real(wp) :: k1, k2, g1, g2, u1, u2, h, h1, h2, r, bent, slope, inverse, spread, twisted, &
+         curve, rate, second, third, square, along, across, half, reach, step, good, &
+         f1, f2, edges(2, abreast, 5), all_u(2, abreast, 2)
       integer :: i
 
-      direction(3) = 0.0_wp
-      if (abs(stiffness(1) - stiffness(2)) <= 0.0_wp) then
-         direction(1:2) = force/bearing
-      else
-         mu = 0.0_wp
-         do i = 1, most_iterations
-            now = force/(1.0_wp + mu*stiffness)
-            size = sqrt(dot_product(now, now))
-            change = (size/load - 1.0_wp)*size*size &
-               /dot_product(now*stiffness/(1.0_wp + mu*stiffness), now)
-            mu = mu + change
-            if (abs(change) <= close_enough*mu) exit
-         end do
-         now = force/(1.0_wp + mu*stiffness)
-         direction(1:2) = now/sqrt(dot_product(now, now))
-      end if
-      force = load*direction(1:2)
-      work = dot_product(trial - force/stiffness, force)
-   end subroutine slip_without_twist
+      do i = 1, n
+         all_u(:, i, 1) = u(i, 1)
+         all_u(:, i, 2) = u(i, 2)
+      end do
+      call slide_on_circle(2*n, load, size, all_u, edges)
+      do i = 1, n
+         k1 = stiffness(i, 1)
+         k2 = stiffness(i, 2)
+         u1 = u(i, 1)
+         u2 = u(i, 2)
+         f1 = edges(1, i, 1) - edges(2, i, 1)
+         f2 = edges(1, i, 2) - edges(2, i, 2)
+         h = edges(1, i, 3) - edges(2, i, 3)
+         h1 = edges(1, i, 4) - edges(2, i, 4)
+         h2 = edges(1, i, 5) - edges(2, i, 5)
+         g1 = trial(i, 1) - f1
+         g2 = trial(i, 2) - f2
+         r = g1*k2*u2 - g2*k1*u1
+         bent = k2*u2*u2 + k1*u1*u1
+         slope = h*bent + g1*k2*u1 + g2*k1*u2
+         inverse = 1.0_wp/max(slope, abs(r), least_pivot)
+         step = -r*inverse
+         ! What the second and the third order of r are to the first.
+         spread = k2 - k1
+         twisted = u1*u2*spread
+         curve = 0.5_wp*step*(h1*bent + 3.0_wp*h*twisted - r)*inverse
+         rate = step*step*((h2*bent + 5.0_wp*h1*twisted + 3.0_wp*h*spread*(u1*u1 - u2*u2)) &
+            *inverse - 1.0_wp)*(1.0_wp/6.0_wp)
+         ! Where that is not small a step is Newton's, of one at most.
+         good = 0.5_wp + sign(0.5_wp, min(slope - abs(r), 0.5_wp - 2.0_wp*abs(curve) - abs(rate)))
+         curve = good*curve
+         rate = good*rate
+         off(i) = 5.0_wp*h*abs(step*curve)*(curve*curve + abs(rate))
+         step = step*(1.0_wp + curve)/(1.0_wp + (2.0_wp*curve + rate))
+         square = step*step
+         second = 0.5_wp*h1*square
+         third = (1.0_wp/6.0_wp)*h2*square*step
+         ! The next order of the force, by the distance to where the centre of rotation is on an
+         ! edge, about.
+         reach = min(abs(u1 - size(1, i)*u2), abs(u1 - size(2, i)*u2))
+         off(i) = off(i)*reach*reach + (abs(third)*max(reach, abs(step)) + abs(second*step)) &
+            *abs(step)
+         off(i) = off(i)/max(smallest_force*reach*reach, least_pivot)
+         off(i) = off(i)*(0.5_wp + sign(0.5_wp, abs(step) - close_enough)) + 2.0_wp*(1.0_wp - good)
+         ! The force turns with the angle, and so does its change.
+         across = step*h*(1.0_wp - (1.0_wp/6.0_wp)*square) + second + third
+         along = 0.5_wp*square*h*(1.0_wp - (1.0_wp/12.0_wp)*square) &
+            + step*((2.0_wp/3.0_wp)*second + 0.75_wp*third)
+         force(i, 1) = f1 - across*u2 - along*u1
+         force(i, 2) = f2 + across*u1 - along*u2
+         ! By the tangent of half the angle.
+         half = 0.5_wp*step*(1.0_wp + square*((1.0_wp/12.0_wp) + (1.0_wp/120.0_wp)*square))
+         inverse = 1.0_wp/(1.0_wp + half*half)
+         along = (1.0_wp - half*half)*inverse
+         across = 2.0_wp*half*inverse
+         new(i, 1) = u1*along - u2*across
+         new(i, 2) = u2*along + u1*across
+      end do
+   end subroutine step_on_circles
 
-   !> Slip of a shell of a circular spot. With u = (cos, sin) of an angle between the direction of
-   !> the trial in the plane and the twist, g - f is along K u where
-   !>    r = (g1 - f1) k2 u2 - (g2 - f2) k1 u1 = 0,
-   !> which has one root in the quadrant where the shell slips. Halley's steps are kept between the
-   !> directions where r is known to be below and above.
-   pure subroutine slip_on_circle(shell, shared, force, direction, slips, work)
+   !> Forces and torques of sliding of what is within edges of a circular spot, the second
+   !> derivative h of the potential across the direction, by which they change along that, and two
+   !> derivatives of h by the angle.
+   pure subroutine slide_on_circle(n, load, size, u, values)
+      !> Number of edges, those within which the centre of rotation is come first for the most.
+      integer, intent(in) :: n
+      real(wp), intent(in) :: load(2*abreast), size(2*abreast)
+      !> Sliding and spinning, >= 0, of the size one.
+      real(wp), intent(in) :: u(2*abreast, 2)
+      real(wp), intent(inout) :: values(2*abreast, 5)
+      integer :: i, last
+
+      do last = n, 1, -1
+         if (size(last)*u(last, 2) >= u(last, 1)) exit
+      end do
+      call turn_inside(last, load, size, u, values)
+      call turn_outside(last + 1, n, load, size, u, values)
+      do i = 1, last
+         if (size(i)*u(i, 2) < u(i, 1)) call turn_outside(i, i, load, size, u, values)
+      end do
+   end subroutine slide_on_circle
+
+   !> The same with the centre of rotation inside: polynomials of v/W.
+   pure subroutine turn_inside(n, load, size, u, values)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: load(2*abreast), size(2*abreast), u(2*abreast, 2)
+      real(wp), intent(inout) :: values(2*abreast, 5)
+      real(wp) :: x, y, inverse, around, full, slope, bent, h, h1
+      integer :: i
+
+      do i = 1, n
+         ! What is outside is not used.
+         inverse = 1.0_wp/max(size(i)*u(i, 2), u(i, 1), least_speed)
+         x = u(i, 1)*inverse
+         y = x*x
+         full = (3.0_wp*pi/8.0_wp)*load(i)
+         around = size(i)*inverse*inverse
+         slope = 3.0_wp*size(i)*x
+         values(i, 1) = full*x*(1.0_wp - 0.25_wp*y)
+         values(i, 2) = 0.5_wp*full*size(i)*(1.0_wp - y*(1.0_wp - 0.375_wp*y))
+         bent = full*size(i)*inverse*around
+         h = bent*(1.0_wp - 0.75_wp*y)
+         bent = 1.5_wp*bent*around
+         h1 = bent*x - slope*h
+         values(i, 3) = h
+         values(i, 4) = h1
+         values(i, 5) = 3.0_wp*size(i)*around*h - slope*h1 - bent*((5.0_wp/3.0_wp)*slope*x + around)
+      end do
+   end subroutine turn_inside
+
+   !> The same with the centre of rotation outside. With G of scripts/generate_circle.py, G'' is
+   !> that of a hypergeometric function.
+   pure subroutine turn_outside(from, to, load, size, u, values)
+      integer, intent(in) :: from, to
+      real(wp), intent(in) :: load(2*abreast), size(2*abreast), u(2*abreast, 2)
+      real(wp), intent(inout) :: values(2*abreast, 5)
+      real(wp), dimension(2*abreast) :: root, g, slope
+      real(wp) :: x, y, inverse, tau, rest, bent, p, h, h1, h2, both(2)
+      integer :: i, j, k
+
+      do i = from, to
+         tau = size(i)*u(i, 2)/max(u(i, 1), least_speed)
+         root(i) = sqrt(max(1.0_wp - tau*tau, epsilon(tau)))
+      end do
+      do i = from, to
+         j = int(root(i)*parts + 0.5_wp)
+         x = root(i) - real(j, wp)*(1.0_wp/parts)
+         both = table(:, degree, j)
+         do k = degree - 1, 0, -1
+            both = both*x + table(:, k, j)
+         end do
+         g(i) = both(1)
+         slope(i) = both(2)
+      end do
+      do i = from, to
+         inverse = 1.0_wp/max(u(i, 1), least_speed)
+         p = u(i, 2)*inverse
+         tau = size(i)*p
+         y = tau*tau
+         rest = max(1.0_wp - y, epsilon(y))
+         bent = y*rest*slope(i)
+         values(i, 1) = load(i)*((1.0_wp - 0.4_wp*y)*g(i) + 0.4_wp*bent)
+         values(i, 2) = (0.2_wp*load(i)*size(i))*tau*((1.0_wp - 0.25_wp*y)*g(i) + 0.5_wp*bent)
+         x = size(i)*inverse
+         h = (0.2_wp*load(i)*inverse)*x*x
+         x = x*inverse
+         h2 = h*x*x*(3.0_wp*g(i) - (12.0_wp - 10.0_wp*y)*slope(i))/rest
+         h1 = 2.0_wp*h*x*tau*slope(i)
+         h = h*g(i)
+         values(i, 3) = h
+         values(i, 4) = h1 + 3.0_wp*p*h
+         values(i, 5) = h2 + 8.0_wp*p*h1 + (3.0_wp + 12.0_wp*p*p)*h
+      end do
+   end subroutine turn_outside
+
+   !> Slip of a shell of a circular spot: steps as of `step_on_circles` are kept between directions
+   !> where less and more spin is known to be needed, in the quadrant where the shell slips.
+   pure subroutine slip_on_circle(shell, force, direction, slips, work)
       type(shell_type), intent(in) :: shell
-      !> What was found for the shell outside of it, if any, and for this one.
-      type(shared_type), intent(inout) :: shared
       !> Force of the trial on entry; that of sliding if it slips.
       real(wp), intent(inout) :: force(3)
       !> Direction where it is sought first, or zero; that of the slip.
       real(wp), intent(inout) :: direction(3)
       logical, intent(out) :: slips
       real(wp), intent(out) :: work
-      real(wp) :: stiffness(2), plane(2), g1, g2, u(2), low(2), high(2), new(2), values(4), &
-         rest1, rest2, h, r, slope, curve, step, size, length, plus, less, bent
-      type(edge_type) :: inner, outer
+      real(wp), dimension(abreast, 2) :: stiffness, g, u, new, f
+      real(wp), dimension(2, abreast) :: load, size
+      real(wp) :: off(abreast), plane(2), low(2), high(2), length
       integer :: i
 
       ! Against shift and twist.
-      stiffness = shell%stiffness(2:3)
-      ! Copies, as parts of an argument would be read again after each call.
-      inner = shell%inner
-      outer = shell%outer
-      size = sqrt(shell%trial(1)**2 + shell%trial(2)**2)
+      stiffness(1, :) = shell%stiffness(2:3)
+      load(:, 1) = [shell%outer%load, shell%inner%load]
+      size(:, 1) = [shell%outer%size, shell%inner%size]
+      length = sqrt(shell%trial(1)**2 + shell%trial(2)**2)
       plane = 0.0_wp
-      if (size > 0.0_wp) then
-         plane(1) = shell%trial(1)/size
-         plane(2) = shell%trial(2)/size
-      end if
-      g1 = stiffness(1)*size
-      g2 = abs(force(3))
-      u(1) = direction(1)*plane(1) + direction(2)*plane(2)
-      u(2) = direction(3)*sign(1.0_wp, force(3))
-      if (.not. min(u(1), u(2)) > 0.0_wp) then
+      if (length > 0.0_wp) plane = shell%trial(1:2)/length
+      g(1, :) = [stiffness(1, 1)*length, abs(force(3))]
+      u(1, 1) = direction(1)*plane(1) + direction(2)*plane(2)
+      u(1, 2) = direction(3)*sign(1.0_wp, force(3))
+      if (.not. min(u(1, 1), u(1, 2)) > 0.0_wp) then
          ! Between those of an infinitely short and an infinitely long slip.
-         u(1) = g1/shell%load()**2
-         u(2) = g2/(shell%outer%load*shell%outer%size - shell%inner%load*shell%inner%size)**2
+         u(1, 1) = g(1, 1)/shell%load()**2
+         u(1, 2) = g(1, 2)/(load(1, 1)*size(1, 1) - load(2, 1)*size(2, 1))**2
       end if
-      size = 1.0_wp/sqrt(u(1)**2 + u(2)**2)
-      u = u*size
-      ! That of the shell outside of it if that is as good.
-      if (max(abs(u(1) - shared%u(1)), abs(u(2) - shared%u(2))) < close_by_bends .and. &
-         shared%load > 0.0_wp) u = shared%u(1:2)
+      u(1, :) = u(1, :)/sqrt(u(1, 1)**2 + u(1, 2)**2)
       low = [1.0_wp, 0.0_wp]
       high = [0.0_wp, 1.0_wp]
+      f = 0.0_wp
       do i = 1, most_iterations
-         call sliding_on_circle(inner, outer, u, shared, values)
-         h = values(3)
-         rest1 = g1 - values(1)
-         rest2 = g2 - values(2)
-         plus = stiffness(2)*u(2)
-         less = stiffness(1)*u(1)
-         r = rest1*plus - rest2*less
-         bent = plus*u(2) + less*u(1)
-         slope = h*bent + rest1*stiffness(2)*u(1) + rest2*stiffness(1)*u(2)
-         if (r < 0.0_wp) then
-            low = u
-         else
-            high = u
-         end if
-         step = huge(step)
-         curve = 0.0_wp
-         if (slope > abs(r)) then
-            step = -r/slope
-            ! Over the slope, what the second order is to the first, as the third is to that.
-            curve = 0.5_wp*step*(values(4)*bent + 3.0_wp*h*u(1)*u(2)*(stiffness(2) &
-               - stiffness(1)) - r)
-            if (abs(curve) < 0.5_wp*slope) step = -r/(slope + curve)
-         end if
-         if (abs(step) < close_enough .or. (abs(step) < close_by_bends .and. &
-            abs(step)*curve**2 <= smallest_force*slope**2 .and. &
-            abs(step)*(values(4)*step)**2 <= 4.0_wp*smallest_force*h)) then
-            ! The force turns with the angle, and so does its change.
-            r = step*(h + 0.5_wp*values(4)*step)
-            h = 0.5_wp*h*step*step
-            values(1) = values(1) - r*u(2) - h*u(1)
-            values(2) = values(2) + r*u(1) - h*u(2)
-            r = u(1)
-            u(1) = r - step*(u(2) + 0.5_wp*step*r)
-            u(2) = u(2) + step*(r - 0.5_wp*step*u(2))
+         call step_on_circles(1, load, size, stiffness, g, u, off, new, f)
+         if (off(1) <= 1.0_wp) then
+            u(1, :) = new(1, :)
             exit
          end if
-         new = low + high
-         if (abs(step) < 1.0_wp .and. (i <= newton_alone .or. mod(i, 2) == 0)) then
-            new(1) = u(1) - step*u(2)
-            new(2) = u(2) + step*u(1)
-            if (min(low(1)*new(2) - low(2)*new(1), new(1)*high(2) - new(2)*high(1)) < 0.0_wp) then
-               new = low + high
-            end if
+         if (new(1, 2)*u(1, 1) > new(1, 1)*u(1, 2)) then
+            low = u(1, :)
+         else
+            high = u(1, :)
          end if
-         u = new*(1.0_wp/sqrt(new(1)**2 + new(2)**2))
+         if (.not. ((i <= newton_alone .or. mod(i, 2) == 0) .and. &
+            min(low(1)*new(1, 2) - low(2)*new(1, 1), new(1, 1)*high(2) - new(1, 2)*high(1)) &
+            >= 0.0_wp)) then
+            new(1, :) = (low + high)/sqrt((low(1) + high(1))**2 + (low(2) + high(2))**2)
+         end if
+         u(1, :) = new(1, :)
       end do
-      length = (g1 - values(1))*u(1) + (g2 - values(2))*u(2)
+      length = (g(1, 1) - f(1, 1))*u(1, 1) + (g(1, 2) - f(1, 2))*u(1, 2)
       slips = length > 0.0_wp
       work = 0.0_wp
       if (.not. slips) return
-      direction(1) = u(1)*plane(1)
-      direction(2) = u(1)*plane(2)
-      direction(3) = sign(u(2), force(3))
-      work = (values(1)*u(1) + values(2)*u(2))*length/(stiffness(1)*u(1)**2 + stiffness(2)*u(2)**2)
-      force(1) = values(1)*plane(1)
-      force(2) = values(1)*plane(2)
-      force(3) = sign(values(2), force(3))
+      direction = [u(1, 1)*plane, sign(u(1, 2), force(3))]
+      work = (f(1, 1)*u(1, 1) + f(1, 2)*u(1, 2))*length/(stiffness(1, 1)*u(1, 1)**2 &
+         + stiffness(1, 2)*u(1, 2)**2)
+      force = [f(1, 1)*plane, sign(f(1, 2), force(3))]
    end subroutine slip_on_circle
-
-   !> Force and torque of sliding of a shell of a circular spot, the second derivative h of its
-   !> potential across the direction, by which they change along that, and the change of h.
-   pure subroutine sliding_on_circle(inner, outer, u, shared, values)
-      type(edge_type), intent(in) :: inner, outer
-      !> Sliding and spinning, >= 0, of the size one.
-      real(wp), intent(in) :: u(2)
-      !> What was found for an edge, taken if it is the outer one; that for the inner edge.
-      type(shared_type), intent(inout) :: shared
-      !> As of `spot_on_circle`.
-      real(wp), intent(out) :: values(4)
-
-      if (abs(shared%load - outer%load) <= 0.0_wp .and. abs(shared%u(1) - u(1)) <= 0.0_wp .and. &
-         abs(shared%u(2) - u(2)) <= 0.0_wp) then
-         values = shared%bends
-      else
-         call spot_on_circle(outer, u, values)
-      end if
-      shared%load = inner%load
-      shared%u(1) = u(1)
-      shared%u(2) = u(2)
-      if (.not. inner%load > 0.0_wp) return
-      call spot_on_circle(inner, u, shared%bends)
-      values = values - shared%bends
-   end subroutine sliding_on_circle
-
-   !> The same of what is within an edge.
-   pure subroutine spot_on_circle(edge, u, values)
-      type(edge_type), intent(in) :: edge
-      real(wp), intent(in) :: u(2)
-      !> Force, torque, second derivative and its change with the angle.
-      real(wp), intent(out) :: values(4)
-      real(wp) :: w, x, y, tau, theta, root, product, inverse, m1, m2, m3, i1, i2, f, t, g, rate
-      integer :: n
-
-      w = edge%size*u(2)
-      if (w >= u(1)) then
-         ! The centre of rotation is inside the spot.
-         inverse = 1.0_wp/w
-         x = u(1)*inverse
-         y = x*x
-         values(1) = edge%load*x*((3.0_wp*pi/8.0_wp) - (3.0_wp*pi/32.0_wp)*y)
-         values(2) = edge%load*edge%size*(3.0_wp*pi/16.0_wp)*(1.0_wp - y*(1.0_wp - 0.375_wp*y))
-         g = (3.0_wp*pi/8.0_wp)*edge%load*edge%size**2*inverse**3
-         values(3) = g*(1.0_wp - 0.75_wp*y)
-         values(4) = g*edge%size*inverse*(1.5_wp*x*inverse - 3.0_wp*u(1)*(1.0_wp - 0.75_wp*y))
-         return
-      end if
-      inverse = 1.0_wp/u(1)
-      tau = w*inverse
-      y = tau*tau
-      if (y <= small_ratio) then
-         t = 0.0_wp
-         f = 0.0_wp
-         g = 0.0_wp
-         rate = 0.0_wp
-         do n = ubound(torques, 1), 0, -1
-            t = t*y + torques(n)
-            f = f*y + torques(n)*(real(2*n + 1, wp)/real(2*n + 2, wp))
-            rate = rate*y + g
-            g = g*y + torques(n)*real(2*n + 1, wp)
-         end do
-         t = t*tau
-         f = 1.0_wp - y*f
-         rate = 2.0_wp*tau*rate
-      else
-         ! Integrals of even powers of the sine.
-         theta = asin(tau)
-         root = sqrt(1.0_wp - y)
-         product = tau*root
-         m1 = 0.5_wp*(theta - product)
-         product = product*y
-         m2 = 0.25_wp*(3.0_wp*m1 - product)
-         m3 = (5.0_wp*m2 - product*y)*(1.0_wp/6.0_wp)
-         i1 = theta - m1
-         i2 = m1 - m2
-         x = 1.0_wp/y
-         f = 1.5_wp*(i1 - i2*x)/tau
-         t = 0.75_wp*((1.0_wp + 2.0_wp*x)*m1 + x*((3.0_wp*m3 - 2.0_wp*m2)*x - 4.0_wp*m2))
-         g = 1.5_wp*(i1*y - 3.0_wp*i2)*x*x/tau
-         rate = 1.5_wp*(15.0_wp*i2*x - 3.0_wp*i1 - 2.0_wp*tau*root)*x*x
-      end if
-      values(1) = edge%load*f
-      values(2) = edge%load*edge%size*t
-      g = edge%load*edge%size**2*inverse**3*g
-      values(3) = g
-      values(4) = inverse*(3.0_wp*u(2)*g + edge%load*edge%size**3*inverse**4*rate)
-   end subroutine spot_on_circle
 
    !> Slip of a shell of any spot.
    !>

@@ -57,9 +57,10 @@ module contensou_contact_creep_half_space
 
    !> Shares of the slip from which solutions are followed, tried in turn, and the first parts of
    !> the way on a logarithmic scale.
-   real(wp), parameter :: first_shares(6) = [1.0_wp/64.0_wp, 64.0_wp, 1.0_wp/64.0_wp, 64.0_wp, &
-      8.0_wp, 1.0_wp/8.0_wp]
-   real(wp), parameter :: first_parts(6) = [1.0_wp, 1.0_wp, 0.25_wp, 0.25_wp, 0.6_wp, 0.6_wp]/6.0_wp
+   real(wp), parameter :: first_shares(8) = [1.0_wp/64.0_wp, 64.0_wp, 1.0_wp/64.0_wp, 64.0_wp, &
+      1.0_wp/64.0_wp, 64.0_wp, 8.0_wp, 1.0_wp/8.0_wp]
+   real(wp), parameter :: first_parts(8) = [1.0_wp, 1.0_wp, 0.25_wp, 0.25_wp, 0.06_wp, 0.06_wp, &
+      0.6_wp, 0.6_wp]/6.0_wp
 
    !> Part below which a solution is not followed farther.
    real(wp), parameter :: least_part = 2.0e-5_wp

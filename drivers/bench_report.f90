@@ -161,8 +161,12 @@ contains
                last_case = rung%place
                text = text // "   " // rung%name // " "
                do group = 1, maxval(layout%groups)
-                  text = text // cell(largest_of(rung%error_max, layout, group), 9) // &
-                     cell(largest_of(rung%error_median, layout, group), 9)
+                  if (rung%is_reference) then
+                     text = text // right("reference", 18)
+                  else
+                     text = text // cell(largest_of(rung%error_max, layout, group), 9) // &
+                        cell(largest_of(rung%error_median, layout, group), 9)
+                  end if
                end do
                text = text // right(percentage(rung%misses, c%checked), 9)
                text = text // cell(1.0e9_wp*rung%seconds(1), 8) // &

@@ -2,13 +2,16 @@
 !> to compute) on them.
 module contensou_drivers_bench_suite
    use contensou_base_kinds, only : i8, pi, wp
+   use contensou_base_numbers, only : to_text
    use contensou_contact_creep, only : creep_model_type, creep_models, creep_type, &
       default_creep
+   use contensou_contact_creep_boundary_elements, only : elements_key
    use contensou_contact_creep_law, only : creep_motion_type, creep_spot, creep_spot_type, &
       settled_spot
    use contensou_contact_friction, only : friction_model_type, friction_models
    use contensou_contact_hertz, only : hertz_kernel, hertz_model_type, hertz_models, hertz_type, &
       new_hertz
+   use contensou_contact_parameters, only : parameters_type
    use contensou_contact_spot, only : elliptic_shape, spot_shape_type
    use contensou_contact_vilke, only : vilke_models
    use contensou_contact_wrench, only : wrench_exact, wrench_exact_jacobian, &
@@ -55,6 +58,11 @@ module contensou_drivers_bench_suite
    !> Largest number of arguments and of results of a kernel.
    integer, parameter :: max_inputs = 4, max_results = 12
 
+   !> The law of creep that is the reference, and elements across the spot of its rungs that have
+   !> fewer.
+   character(len=*), parameter :: exact_creep = "boundary_elements"
+   integer, parameter :: fewer_elements(2) = [8, 16]
+
    !> Modulus and multiplier of the random numbers (Park and Miller).
    integer(i8), parameter :: random_modulus = 2147483647_i8, random_multiplier = 48271_i8
 
@@ -83,6 +91,9 @@ module contensou_drivers_bench_suite
       type(creep_spot_type) :: spot
       real(wp) :: rolling(2) = 0.0_wp
       type(law_type), allocatable :: laws(:)
+      !> The law that is the reference, and the time of a call of it [s].
+      integer :: reference_law = 0
+      real(wp) :: reference_seconds = 0.0_wp
    end type case_type
 
    !> A way to compute a kernel, on a case.
@@ -94,6 +105,11 @@ module contensou_drivers_bench_suite
       integer :: way = 0
       !> Index of a law of creep.
       integer :: law = 0
+      !> Whether that law is the reference: it has no error, and is timed as that is made.
+      logical :: is_reference = .false.
+      !> Whether a call takes so long that it is timed with the arguments that are compared, and in
+      !> throughput alone: a wait for the results before is nothing to it.
+      logical :: is_long = .false.
       !> Layers of tangential elasticity.
       integer :: layers = 0
       !> The procedure, if it is one for all elliptic integrals.
@@ -470,19 +486,41 @@ contains
          logical, intent(in) :: steady
          integer :: i
 
-         allocate(suite%cases(place)%laws(size(creep)))
+         allocate(suite%cases(place)%laws(size(creep) + size(fewer_elements)))
          do i = 1, size(creep)
             call creep(i)%make(suite%cases(place)%laws(i)%creep)
+            if (creep(i)%info%name == exact_creep) then
+               suite%cases(place)%reference_law = i
+               if (steady) call add_elements(i)
+            end if
             rung%law = i
+            rung%is_reference = creep(i)%info%name == exact_creep
             if (steady) then
-               ! The last one is the reference.
-               if (i < size(creep)) call add(creep(i)%info%name, way_creep)
+               call add(creep(i)%info%name, way_creep)
             else if (creep(i)%info%name == "sliding" .or. creep(i)%info%name == &
                default_creep) then
                call add(creep(i)%info%name, way_creep_jacobian)
             end if
          end do
       end subroutine add_laws
+
+      !> Add boundary elements with fewer elements.
+      subroutine add_elements(law)
+         !> Index of the law.
+         integer, intent(in) :: law
+         type(parameters_type) :: parameters
+         integer :: i
+
+         rung%is_long = .true.
+         do i = 1, size(fewer_elements)
+            rung%law = size(creep) + i
+            call parameters%set(elements_key, real(fewer_elements(i), wp))
+            call creep(law)%create(creep(law)%completed(parameters), &
+               suite%cases(place)%laws(rung%law)%creep)
+            call add(exact_creep // "_" // to_text(fewer_elements(i)), way_creep)
+         end do
+         rung%is_long = .false.
+      end subroutine add_elements
 
       !> Add a rung.
       subroutine add(name, way)

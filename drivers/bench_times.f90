@@ -1,9 +1,10 @@
 !> Times of the rungs of `contensou bench kernels`.
 !>
-!> A batch is one pass of a rung over all arguments of its case, repeated if that is short. In
-!> throughput the calls do not depend on each other; in a chain the next argument takes bits of the
-!> last results by way of a mask that is zero, which the compiler does not know. Results are
-!> returned through arguments of external procedures or kept in a volatile variable.
+!> A batch is one pass of a rung over all arguments of its case, or over those that are compared if
+!> a call is long, repeated if that is short. In throughput the calls do not depend on each other;
+!> in a chain the next argument takes bits of the last results by way of a mask that is zero, which
+!> the compiler does not know. Results are returned through arguments of external procedures or kept
+!> in a volatile variable.
 module contensou_drivers_bench_times
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : wall_seconds
@@ -48,10 +49,12 @@ contains
       integer :: i, mode
       logical :: slow(2, size(suite%rungs))
 
+      slow = .false.
       ! What a pass takes, the second time: the first one loads tables and libraries.
       do i = 1, size(suite%rungs)
          do mode = 1, 2
             associate (rung => suite%rungs(i))
+               if (.not. is_timed(rung, mode)) cycle
                call time_batch(rung, suite%cases(rung%place), mode, pass_time)
                call time_batch(rung, suite%cases(rung%place), mode, pass_time)
                slow(mode, i) = pass_time > slow_pass
@@ -65,16 +68,40 @@ contains
          do i = 1, size(suite%rungs)
             do mode = 1, 2
                associate (rung => suite%rungs(i))
+                  if (.not. is_timed(rung, mode)) cycle
                   if (slow(mode, i) .and. mod(rounds, slow_stride) /= 0) cycle
                   call time_batch(rung, suite%cases(rung%place), mode, pass_time)
-                  rung%seconds(mode) = min(rung%seconds(mode), pass_time/n_arguments)
+                  rung%seconds(mode) = min(rung%seconds(mode), &
+                     pass_time/arguments_of(rung, suite%cases(rung%place)))
                end associate
             end do
          end do
          rounds = rounds + 1
          if (wall_seconds() - start > duration) exit
       end do
+      do i = 1, size(suite%rungs)
+         associate (rung => suite%rungs(i))
+            if (rung%is_long) rung%seconds(2) = rung%seconds(1)
+         end associate
+      end do
    end subroutine measure_times
+
+   !> Whether a rung takes part in a mode.
+   pure logical function is_timed(rung, mode)
+      type(rung_type), intent(in) :: rung
+      !> 1 for throughput, 2 for a chain.
+      integer, intent(in) :: mode
+
+      is_timed = .not. rung%is_reference .and. (mode == 1 .or. .not. rung%is_long)
+   end function is_timed
+
+   !> Number of arguments of a pass.
+   pure integer function arguments_of(rung, c)
+      type(rung_type), intent(in) :: rung
+      type(case_type), intent(in) :: c
+
+      arguments_of = merge(c%checked, n_arguments, rung%is_long)
+   end function arguments_of
 
    !> Mean wall time of a pass over the arguments of a case.
    subroutine time_batch(rung, c, mode, pass_time)
@@ -150,7 +177,7 @@ contains
             end do
             total = wrench(1)
          case (way_creep)
-            do i = 1, n_arguments
+            do i = 1, arguments_of(rung, c)
                call c%laws(rung%law)%creep%kernel(c%spot, motion_of(c, x(:3, i)), wrench)
             end do
             total = wrench(1)

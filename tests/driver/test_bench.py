@@ -79,7 +79,10 @@ RUNGS = {
         *("within_1e-10", "within_1e-6", "within_1e-4"),
         *("mapped", "slender", "product", "flat"),
     },
-    "creep": {"sliding", "linear", "strip", "polach", "fastsim", "brush", "table"},
+    "creep": {
+        *("sliding", "linear", "strip", "polach", "fastsim", "brush", "table"),
+        *("boundary_elements_8", "boundary_elements_16", "boundary_elements"),
+    },
     "creep_jacobian": {"sliding", "table"},
     "tangential": {"spring", "layers_1", "layers_5", "layers_10", "layers_20"},
 }
@@ -156,6 +159,10 @@ def test_rungs_are_those_of_eval_and_models(bench, run):
     table = run("models").out.partition("\nfriction")[2].partition("\nrolling")[0]
     friction = re.findall(r"^  (\w+)$", table, re.MULTILINE)
     assert set(friction) - {"none"} == RUNGS["wrench"]
+    table = run("models").out.partition("\nlaw of creep")[2].partition("\ncurvature")[0]
+    laws = set(re.findall(r"^  (\w+)$", table, re.MULTILINE))
+    assert "boundary_elements" in laws
+    assert {re.sub(r"_\d+$", "", rung) for rung in RUNGS["creep"]} == laws
     usage = run("eval", "--help").out
     for rung in RUNGS["elliptic"] | RUNGS["wrench"] | {"newton", "brewe_hamrock", "greenwood"}:
         assert rung in usage
@@ -185,9 +192,10 @@ def test_units(bench):
 
 
 def test_times_are_times(bench):
-    for row in bench.rows.values():
+    for key, row in bench.rows.items():
+        most = 1e11 if key[2].startswith("boundary_elements") else 1e7
         for column in ("ns", "ns_chain", "log_ratio", "log_ratio_chain"):
-            assert 1e-3 < float(row[column]) < 1e7
+            assert 1e-3 < float(row[column]) < most
     log = re.search(r"one log\(\) takes (\S+) ns in throughput and (\S+) ns in a chain", bench.out)
     for row in bench.rows.values():
         ratio = float(row["ns"]) / float(row["log_ratio"])
@@ -445,6 +453,25 @@ def test_errors_of_creep(bench):
     assert max(bench.errors("creep", "table", "F", "no_spin")) <= 0.01
     assert max(bench.errors("creep", "brush", "F")) <= 0.2
     assert max(bench.errors("creep", "linear", "F")) > 0.5
+    assert 1e-3 < max(bench.errors("creep", "boundary_elements_16", "F")) <= 0.02
+    assert max(bench.errors("creep", "boundary_elements_16", "T")) <= 0.02
+    assert 5e-3 < max(bench.errors("creep", "boundary_elements_8", "F")) <= 0.06
+    assert max(bench.errors("creep", "boundary_elements_8", "T")) <= 0.05
     assert bench.errors("creep", "table", "F") == pytest.approx(
         bench.errors("creep_jacobian", "table", "F"), abs=1e-12
     )
+
+
+def test_reference_of_creep_has_a_time_and_no_error(bench):
+    rows = [row for key, row in bench.rows.items() if key[2] == "boundary_elements"]
+    assert len(rows) == 6
+    for row in rows:
+        assert row["error_max"] == row["error_median"] == "NaN"
+        assert row["misses"] == "0"
+        # More elements take longer.
+        fewer = bench.rows["creep", row["case"], "boundary_elements_8", row["quantity"]]
+        assert float(row["ns"]) > 5 * float(fewer["ns"])
+        for long in (row, fewer):
+            assert long["ns_chain"] == long["ns"]
+    shown = re.findall(r"^   boundary_elements +reference +reference +0 ", bench.out, re.MULTILINE)
+    assert len(shown) == 3

@@ -5,6 +5,7 @@ module contensou_special_elimination
    private
 
    public :: solve_linear, independent_rows, factorize, solve_factorized, solve_with_gaps
+   public :: factorize_with_pivots, solve_with_pivots
 
    !> Square of the distance of a row of a unit length from those before it, below which it counts
    !> as dependent on them.
@@ -178,6 +179,65 @@ contains
          right(i) = (right(i) - dot_product(factor(i + 1:n, i), right(i + 1:n)))/factor(i, i)
       end do
    end subroutine solve_factorized
+
+   !> Factorize a full matrix by elimination with row pivots.
+   pure subroutine factorize_with_pivots(n, matrix, pivots, handed)
+      !> Number of rows.
+      integer, intent(in) :: n
+      !> The matrix; both factors on return.
+      real(wp), intent(inout) :: matrix(:, :)
+      !> The row that each was exchanged with.
+      integer, intent(out) :: pivots(:)
+      !> Sign of the determinant; zero if a pivot is.
+      integer, intent(out) :: handed
+      real(wp) :: held
+      integer :: j, k
+
+      handed = 1
+      do k = 1, n
+         pivots(k) = k - 1 + maxloc(abs(matrix(k:n, k)), dim=1)
+         if (.not. abs(matrix(pivots(k), k)) > 0.0_wp) then
+            handed = 0
+            return
+         end if
+         if (pivots(k) /= k) handed = -handed
+         if (matrix(pivots(k), k) < 0.0_wp) handed = -handed
+         do j = 1, n
+            held = matrix(pivots(k), j)
+            matrix(pivots(k), j) = matrix(k, j)
+            matrix(k, j) = held
+         end do
+         matrix(k + 1:n, k) = matrix(k + 1:n, k)/matrix(k, k)
+         do j = k + 1, n
+            matrix(k + 1:n, j) = matrix(k + 1:n, j) - matrix(k, j)*matrix(k + 1:n, k)
+         end do
+      end do
+   end subroutine factorize_with_pivots
+
+   !> Solve with the factors of `factorize_with_pivots`.
+   pure subroutine solve_with_pivots(n, factors, pivots, right)
+      !> Number of unknowns.
+      integer, intent(in) :: n
+      real(wp), intent(in) :: factors(:, :)
+      integer, intent(in) :: pivots(:)
+      !> Right-hand side; the solution on return.
+      real(wp), intent(inout) :: right(:)
+      real(wp) :: held
+      integer :: k
+
+      do k = 1, n
+         held = right(pivots(k))
+         right(pivots(k)) = right(k)
+         right(k) = held
+      end do
+      do k = 1, n
+         right(k + 1:n) = right(k + 1:n) - right(k)*factors(k + 1:n, k)
+      end do
+      do k = n, 1, -1
+         right(k) = right(k)/factors(k, k)
+         right(:k - 1) = right(:k - 1) - right(k)*factors(:k - 1, k)
+      end do
+   end subroutine solve_with_pivots
 
    !> Solve a system for several right-hand sides by elimination along the diagonal; an unknown
    !> whose pivot is too small is zero.

@@ -192,6 +192,30 @@ def test_needles_that_roll_nearly_along_their_axis(run):
         assert power < 0
 
 
+# The solution turns back on the way from any slip, smaller or larger.
+TURNING = (
+    *(5.07336629550558, 1.257141378880205e-4, 3.0213832958429733e-3, 0.8676623661887137),
+    *(49502877.44700741, 0.3700076748674096, -3.009386752748587e-4, -2.3653777144545906e-3),
+    *(0.6218923025389188, -0.033740332887499655, 2.55548954050088),
+)
+
+
+def test_needle_whose_solution_turns_back(run):
+    text = f"{INPUTS}\n{','.join(map(repr, TURNING))}\n"
+    found = []
+    for elements in ("6", "8", "10"):
+        words = ("--model", "boundary_elements", "--elements", elements)
+        done = run("eval", "creep", *words, input=text)
+        assert done.status == 0, done.err
+        found.append([float(value) for value in done.out.splitlines()[1].split(",")[-3:]])
+    limit = TURNING[0] * TURNING[3]
+    size = math.sqrt(TURNING[1] * TURNING[2])
+    found = np.array(found) / (limit * np.array([1, 1, size]))
+    # Between those with fewer and with more elements, which are found otherwise.
+    assert np.abs(found[1] - 0.5 * (found[0] + found[2])).max() <= 0.05
+    assert (found * np.array(TURNING[6:9]) * [1, 1, size]).sum(axis=1).max() < 0
+
+
 @pytest.mark.parametrize(("elements", "mean", "worst"), [(8, 0.021, 0.05), (16, 0.008, 0.029)])
 def test_fewer_elements_err_as_told(run, elements, mean, worst):
     rows, expected = [], []

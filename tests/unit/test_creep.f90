@@ -5,9 +5,10 @@ module test_creep
    use contensou_contact_creep, only : creep_model_type, creep_models, creep_type
    use contensou_contact_creep_law, only : creep_motion_type, creep_spot, creep_spot_type, &
       settled_spot
+   use contensou_contact_creep_slip_path, only : follow_path
    use contensou_contact_spot, only : elliptic_shape
    use contensou_special_angle, only : largest_small, quadrant_angle, small_turn
-   use test_harness, only : check_close, random_type, worst_type
+   use test_harness, only : check, check_close, random_type, worst_type
    implicit none(type, external)
    private
 
@@ -20,7 +21,49 @@ contains
       call test_angles()
       call test_settled_spots()
       call test_strips()
+      call test_slip_path()
    end subroutine run_creep_tests
+
+   !> The path from full sliding comes to tractions that meet the conditions, with any influences:
+   !> with those that are not positive, it turns back on its way.
+   subroutine test_slip_path()
+      integer, parameter :: n = 4
+      real(wp), parameter :: rho = 0.5_wp, share = 1.0e4_wp
+      type(random_type) :: random
+      type(worst_type) :: worst
+      real(wp) :: influence(2*n, 2*n), rigid(2*n), bound(n), p(2*n), q(2*n), speed(n)
+      integer :: i, j, k, stuck, lost
+      logical :: found
+
+      stuck = 0
+      lost = 0
+      do k = 1, 300
+         do j = 1, 2*n
+            rigid(j) = 0.4_wp*random%uniform(-1.0_wp, 1.0_wp)
+            do i = 1, 2*n
+               influence(i, j) = random%uniform(-0.5_wp, 0.5_wp)
+            end do
+            influence(j, j) = 1.0_wp
+         end do
+         do i = 1, n
+            bound(i) = random%uniform(0.3_wp, 1.0_wp)
+         end do
+         speed = hypot(rigid(:n), rigid(n + 1:))
+         p = -[bound*rigid(:n)/speed, bound*rigid(n + 1:)/speed]
+         call follow_path(influence, rigid, bound, rho, 1.0e-10_wp, share, p, found)
+         if (.not. found) lost = lost + 1
+         if (.not. found) cycle
+         q = p - rho*(rigid + matmul(influence, p))
+         speed = hypot(q(:n), q(n + 1:))
+         stuck = stuck + count(speed <= bound)
+         speed = min(1.0_wp, bound/speed)
+         ! An element may be past its turn by a part of 1e-6.
+         call worst%note(maxval(abs(p - [speed*q(:n), speed*q(n + 1:)])), k)
+      end do
+      call check(lost == 0, "the path comes to its end")
+      call check(stuck > n .and. stuck < 300*n - n, "some elements stick, some slip")
+      call worst%check_below(2.0e-6_wp, "tractions at the end of the path")
+   end subroutine test_slip_path
 
    !> Angles of unit vectors, and rotations, against functions of the library.
    subroutine test_angles()

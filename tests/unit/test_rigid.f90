@@ -13,7 +13,8 @@ module test_rigid
    use contensou_dynamics_scene, only : scene_type
    use contensou_integrate_motion, only : motion_type
    use contensou_special_complementarity, only : solve_complementarity
-   use contensou_special_elimination, only : independent_rows, solve_linear
+   use contensou_special_elimination, only : factorize_with_pivots, independent_rows, &
+      solve_linear, solve_with_pivots
    use contensou_study_quantity, only : moment_type
    use test_harness, only : check, check_close, check_relative, random_type, worst_type
    use test_scenes, only : ball, friction_index, random_touch, rolling_index, set_motion, two_bodies
@@ -53,7 +54,52 @@ contains
       call solve_linear(3, matrix, right, singular)
       call check(singular, "a singular matrix is seen")
       call test_two_unknowns()
+      call test_factors()
    end subroutine test_elimination
+
+   !> Factors with pivots solve for several right-hand sides, and know the sign of the determinant.
+   subroutine test_factors()
+      integer, parameter :: n = 6
+      type(random_type) :: random
+      type(worst_type) :: worst
+      real(wp) :: matrix(n, n), factors(n, n), solution(n), right(n)
+      integer :: pivots(n), handed, first_handed, i, j, k
+
+      do k = 1, 100
+         do j = 1, n
+            do i = 1, n
+               matrix(i, j) = random%uniform(-1.0_wp, 1.0_wp)
+            end do
+         end do
+         matrix(1, 1) = 0.0_wp
+         factors = matrix
+         call factorize_with_pivots(n, factors, pivots, first_handed)
+         do j = 1, 2
+            do i = 1, n
+               solution(i) = random%uniform(-1.0_wp, 1.0_wp)
+            end do
+            right = matmul(matrix, solution)
+            call solve_with_pivots(n, factors, pivots, right)
+            call worst%note(maxval(abs(right - solution)), k)
+         end do
+         ! Two rows exchanged.
+         factors = matrix
+         factors([2, 5], :) = matrix([5, 2], :)
+         call factorize_with_pivots(n, factors, pivots, handed)
+         call check(abs(handed) == 1 .and. handed == -first_handed, "the determinant's sign turns")
+      end do
+      call worst%check_below(1.0e-11_wp, "solution with factors")
+      matrix = 0.0_wp
+      do i = 1, n
+         matrix(i, i) = real(i, wp)
+      end do
+      matrix(3, 3) = -3.0_wp
+      call factorize_with_pivots(n, matrix, pivots, handed)
+      call check(handed == -1, "a negative determinant")
+      matrix = 1.0_wp
+      call factorize_with_pivots(n, matrix, pivots, handed)
+      call check(handed == 0, "no determinant")
+   end subroutine test_factors
 
    !> Two unknowns have steps of their own, with the same digits as those for more.
    subroutine test_two_unknowns()

@@ -18,6 +18,7 @@
 !> cycles.
 module contensou_contact_creep_half_space
    use contensou_base_kinds, only : pi, wp
+   use contensou_contact_creep_slip_path, only : follow_path
    implicit none(type, external)
    private
 
@@ -64,6 +65,12 @@ module contensou_contact_creep_half_space
 
    !> Part below which a solution is not followed farther.
    real(wp), parameter :: least_part = 2.0e-5_wp
+
+   !> Most elements whose path from full sliding is followed: 24 across.
+   integer, parameter :: most_on_path = 460
+
+   !> Mean slip, and least share of it, from where this path is followed.
+   real(wp), parameter :: sliding_slip = 1.0e3_wp, least_path = 8.0_wp
 
    !> Parts 1/B(0) that rho may be, tried in turn.
    real(wp), parameter :: rho_parts(3) = [0.3_wp, 0.1_wp, 0.03_wp]
@@ -205,7 +212,66 @@ contains
          call follow_slip(lattice, influence, rigid_x, rigid_y, tolerance, first_shares(i), &
             first_parts(i), px, py, residual)
       end do
+      if (residual <= tolerance .or. count(lattice%bound > 0.0_wp) > most_on_path) return
+      call follow_from_sliding(lattice, influence, rigid_x, rigid_y, tolerance, px, py, residual)
    end subroutine solve_tractions
+
+   !> The same, bounded, along the path of solutions from full sliding: the last resort, as its full
+   !> matrices are solved at every turn of an element.
+   pure subroutine follow_from_sliding(lattice, influence, rigid_x, rigid_y, tolerance, px, py, &
+      residual)
+      type(lattice_type), intent(in) :: lattice
+      type(influence_type), intent(in) :: influence
+      !> Slip without tractions.
+      real(wp), intent(in) :: rigid_x(:, :), rigid_y(:, :)
+      real(wp), intent(in) :: tolerance
+      !> Tractions.
+      real(wp), intent(out) :: px(:, :), py(:, :)
+      !> Error that is left, above the tolerance if the solution was not found.
+      real(wp), intent(out) :: residual
+      real(wp), dimension(lattice%n, lattice%n) :: slip
+      real(wp), allocatable :: matrix(:, :), p(:), bound(:)
+      integer, allocatable :: place(:, :)
+      real(wp) :: share
+      integer :: i, j, n
+      logical :: found, within(lattice%n, lattice%n)
+
+      within = lattice%bound > 0.0_wp
+      bound = pack(lattice%bound, within)
+      n = size(bound)
+      ! Full sliding, at a slip where it is.
+      slip = max(hypot(rigid_x, rigid_y), tiny(share))
+      share = max(least_path, sliding_slip*sqrt(real(n, wp)/sum(slip**2, mask=within)))
+      px = -lattice%bound*rigid_x/slip
+      py = -lattice%bound*rigid_y/slip
+      call solve_from(lattice, influence, share*rigid_x, share*rigid_y, .true., tolerance, px, py, &
+         residual)
+      if (residual > tolerance) return
+
+      allocate(place(2, n), matrix(2*n, 2*n))
+      place(1, :) = pack(spread([(i, i=1, lattice%n)], 2, lattice%n), within)
+      place(2, :) = pack(spread([(j, j=1, lattice%n)], 1, lattice%n), within)
+      do j = 1, n
+         do i = 1, n
+            associate (dx => place(1, i) - place(1, j), dy => place(2, i) - place(2, j))
+               matrix(i, j) = influence%xx(dx, dy)
+               matrix(i, n + j) = influence%xy(dx, dy)
+               matrix(n + i, j) = influence%xy(dx, dy)
+               matrix(n + i, n + j) = influence%yy(dx, dy)
+            end associate
+         end do
+      end do
+      p = [pack(px, within), pack(py, within)]
+      call follow_path(matrix, [pack(rigid_x, within), pack(rigid_y, within)], bound, &
+         rho_parts(1)/influence%xx(0, 0), 0.1_wp*tolerance, share, p, found)
+      px = unpack(p(:n), within, 0.0_wp)
+      py = unpack(p(n + 1:), within, 0.0_wp)
+      if (found) then
+         call solve_from(lattice, influence, rigid_x, rigid_y, .true., tolerance, px, py, residual)
+      else
+         residual = huge(residual)
+      end if
+   end subroutine follow_from_sliding
 
    !> The same, bounded, by way of slips that are smaller or larger by a factor that tends to one:
    !> on needles that roll nearly along their axis there are several solutions, and hardly any guess

@@ -594,7 +594,7 @@ contains
       spot%a = 0.5_wp*(self%a + self%spot%a)
       call spot%stiffen(self%modulus, self%poisson)
       call self%strain(self%past, self%axis, spot, first, wrench)
-      call self%half%take(self%now, [1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp])
+      call self%half%copy(self%now)
       call self%half%turn_to(self%axis)
       call self%strain(self%half, self%axis, self%spot, self%step - first, wrench)
       wrench = (1.0_wp - self%share)*(wrench - self%borne)
@@ -615,7 +615,7 @@ contains
       end if
       call self%now%turn_to(self%axis)
       call self%now%settle()
-      call self%past%take(self%now, [1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp])
+      call self%past%copy(self%now)
       call self%past%foresee(self%spot%a - self%a)
       self%anchor = self%anchor + self%step
       self%step = 0.0_wp

@@ -58,6 +58,7 @@ module contensou_contact_tangential_nest
       procedure :: clear
       procedure :: turn
       procedure :: energy
+      procedure :: copy
       procedure :: take
       procedure :: turn_to
       procedure :: settle
@@ -326,6 +327,15 @@ contains
       end do
    end subroutine settle
 
+   !> Be as others are.
+   pure subroutine copy(self, others)
+      class(nest_type), intent(inout) :: self
+      class(nest_type), intent(in) :: others
+
+      call copy_nest(self, others, [1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp])
+      self%axis = others%axis
+   end subroutine copy
+
    !> Be as others are, with components along the axes of a spot in the place of those along an
    !> axis, and some of the displacements let go. Where the stiffness is not the same in all
    !> directions turning it over what is strained makes no energy.
@@ -337,7 +347,26 @@ contains
       !> What is left of the displacements along the axes and about the normal, from 0 to 1.
       real(wp), intent(in) :: left(3)
       real(wp) :: q(2), k(2), before, after
-      integer :: j, n
+      integer :: j
+
+      call copy_nest(self, others, axis, left)
+      k = self%stiffness(1:2)
+      if (.not. abs(k(1) - k(2)) > 0.0_wp) return
+      do j = 1, self%n
+         q = turned(others%axis, others%shift(j, 1:2))*left(1:2)
+         before = k(1)*q(1)**2 + k(2)*q(2)**2
+         after = k(1)*self%shift(j, 1)**2 + k(2)*self%shift(j, 2)**2
+         if (after > before) self%shift(j, 1:2) = self%shift(j, 1:2)*sqrt(before/after)
+      end do
+   end subroutine take
+
+   !> Be as others are, with displacements and directions as `copy_shells` makes them.
+   pure subroutine copy_nest(self, others, axis, left)
+      class(nest_type), intent(inout) :: self
+      class(nest_type), intent(in) :: others
+      !> As for `take`.
+      real(wp), intent(in) :: axis(2), left(3)
+      integer :: n
 
       n = others%n
       self%n = n
@@ -354,15 +383,7 @@ contains
       self%slipped(:n) = others%slipped(:n)
       call copy_shells(n, axis, left, others%share, others%shift, others%direction, self%share, &
          self%shift, self%direction)
-      k = self%stiffness(1:2)
-      if (.not. abs(k(1) - k(2)) > 0.0_wp) return
-      do j = 1, n
-         q = turned(others%axis, others%shift(j, 1:2))*left(1:2)
-         before = k(1)*q(1)**2 + k(2)*q(2)**2
-         after = k(1)*self%shift(j, 1)**2 + k(2)*self%shift(j, 2)**2
-         if (after > before) self%shift(j, 1:2) = self%shift(j, 1:2)*sqrt(before/after)
-      end do
-   end subroutine take
+   end subroutine copy_nest
 
    !> Stiffness, displacements and directions of shells as those of others, which have them along
    !> an axis.

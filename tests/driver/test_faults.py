@@ -138,6 +138,16 @@ FAULTS = {
         "         + self%share(at + 1, :)*self%shift(at + 1, :))/total",
         "self%shift(at, :) = 0.5_wp*(self%shift(at, :) + self%shift(at + 1, :))",
     ),
+    "strain that is let go with each step on an ellipse": (
+        "contact/tangential/nest.f90",
+        "self%axis = others%axis",
+        "call self%take(others, [1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp])",
+    ),
+    "steady rolling that rings": (
+        "contact/tangential/carry.f90",
+        "steadying(3) = [0.3_wp, 0.35_wp, 1.0_wp]",
+        "steadying(3) = [0.0_wp, 0.0_wp, 0.0_wp]",
+    ),
     "creep that is not lost": (
         "contact/tangential/carry.f90",
         "lost = speed*(at%creepage + g*missing)",

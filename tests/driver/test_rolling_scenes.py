@@ -152,6 +152,25 @@ def test_growth_of_hunting(speed, stiffness, hunt):
     assert found.imag == pytest.approx(expected.imag, rel=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("scene", "t_end", "most", "within"),
+    [("wheelset", 1.0, 40000, 2e-6), ("bowling_hook", 4.0, 40000, 2e-4)],
+)
+def test_memory_changes_little_where_all_rolls(root, roll, tmp_path, scene, t_end, most, within):
+    """The transient law stays in steady rolling: a spot crosses itself in few steps, as it were."""
+    path = root / "inputs" / "examples" / f"{scene}.nml"
+    end = f"scene.t_end={t_end}"
+    steady = roll(path, end, name="steady")
+    memory = path.read_text().replace("'rolling'", "'elastic', creep = 'table'")
+    assert memory.count("'elastic'") == 1
+    transient = roll(memory, end, name="memory")
+    assert np.abs(transient["position"][-1, 0] - steady["position"][-1, 0]).max() < within
+    with h5py.File(tmp_path / "memory.h5") as file:
+        assert file["summary/steps"][()] < most
+    stuck = transient["stuck_share"][-20:]
+    assert stuck.min() > 0.2
+
+
 def test_energy_is_closed_and_friction_takes(roll):
     rows = roll(BALL)
     assert abs(rows["energy_error"]).max() < 1e-8 * rows["energy_kinetic"][0]

@@ -3,23 +3,27 @@
 !> The shells of a spot are strained by what is left of the sliding v when the creep u is taken off
 !> that the material loses on its way out. With xi the creepage that it carries, a state, V the
 !> velocity of the material through the spot and W the wrench of the shells,
-!>    u = V (xi + g Theta d),  xi' = (V/l) g^4 diag(b) M^-1 d,  d = L^-1 (W_law(xi) - W),
+!>    u = V (xi + g h Theta d),  xi' = (V/l) g^4 diag(b) M^-1 d,  d = L^-1 (W_law(xi) - W),
 !> along the rolling, across and about the normal, L being Kalker's matrix, W = -L xi where nothing
 !> slips, and l and w the half-length and the half-width of the spot along the rolling and across. d
 !> is what is missing of xi to bear W, by the linear theory. Steady is xi = v/V and W = W_law(v):
 !> the steady state of the memory is the law of creep, whichever it is. Without rolling the shells
 !> are all there is. Strain that enters leaves the spot after some way. With p = w^2/(l^2 + w^2)
-!>    Theta = diag(0.54, 0.57 + 0.6 (1 - p)^7, 0.45),
-!>    M = diag(2.2, 0.25 + 1.1 p, 0.27 + 1.18 p),
-!>    b = (1 + 14 s, 1 + 2.5 s + 6 s^4, 1 + 6 s).
+!>    Theta = diag(0.59, 0.61 + 0.4 (1 - p)^7, 0.38),
+!>    M = diag(3.9, 0.34 + 1.28 p, 0.23 + 1.1 p),
+!>    b = (1 + 34 s, 1 + 2.6 s + 14 s^4, 1 + 8 s).
 !> With r the share of the limit that W has, and r_law that of W_law(xi), s = r_law^2/(r_law^2 + r^2
 !> + 1e-6), from 0 to 1 and 1/2 where nothing is missing: what is carried grows the faster, the more
-!> of it there is, as the material behind strains and leaves after that in front. g = 1/(q + (1 - q)
-!> sqrt(1 - r)), with q = 4/(3 pi), is about the creepage by which strips bear W over that of the
-!> linear theory. Rolling turns a twist of the spot into a shift of what lies behind: beside its
-!> diagonal Theta has -0.5 l x^2 across, by what is missing of the spin, with x the part of r^2 that
-!> is the torque's. All this is fitted to the onset of rolling under a constant force, and of spin,
-!> by boundary elements in time: docs/rolling.md.
+!> of it there is, as the material behind strains and leaves after that in front. With q = 4/(3 pi)
+!> g = 1/(q + (1 - q) sqrt(1.001 - r)) is about the creepage by which strips bear W over that of the
+!> linear theory; 1.001 in the place of 1 keeps its slope finite, by which rounding would grow.
+!> Rolling turns a twist of the spot into a shift of what lies behind: beside its diagonal Theta has
+!> -0.4 l x^2 across, by what is missing of the spin, with x the part of r^2 that is the torque's.
+!> The less the law rises the more creepage is missing for the same d, hence g^4; with it in xi'
+!> alone W would ring about steady rolling, and with spin leave it. So near there u has it, too,
+!>    h = 1 + diag(0.3, 0.35, 1) (g^3 - 1) (4 s (1 - s))^32 .
+!> All this is fitted to the onset of rolling under a constant force, and of spin, by boundary
+!> elements in time: docs/rolling.md.
 !> Where surfaces touch V/l has no bound, and d counts the less the smaller the spot is.
 module contensou_contact_tangential_carry
    use contensou_base_kinds, only : pi, wp
@@ -34,27 +38,35 @@ module contensou_contact_tangential_carry
 
    !> Share of what is missing that is lost at once: along the rolling, across for a spot without
    !> length and what it is more for one without width, and about the normal.
-   real(wp), parameter :: theta_along = 0.54_wp, theta_across = 0.57_wp, theta_more = 0.6_wp, &
-      theta_about = 0.45_wp
+   real(wp), parameter :: theta_along = 0.59_wp, theta_across = 0.61_wp, theta_more = 0.4_wp, &
+      theta_about = 0.38_wp
 
    !> Half-lengths by which what is missing of the spin is lost across, where all is torque.
-   real(wp), parameter :: theta_beside = 0.5_wp
+   real(wp), parameter :: theta_beside = 0.4_wp
 
    !> Way in half-lengths of the spot over which the rest follows while nothing is carried, for a
    !> spot without width, and what it is more for one without length: along the rolling, across and
    !> about the normal.
-   real(wp), parameter :: mu(3) = [2.2_wp, 0.25_wp, 0.27_wp], mu_more(3) = [0.0_wp, 1.1_wp, 1.18_wp]
+   real(wp), parameter :: mu(3) = [3.9_wp, 0.34_wp, 0.23_wp], mu_more(3) = [0.0_wp, 1.28_wp, 1.1_wp]
 
    !> How much faster it follows the more is carried, and where nearly all is carried and nothing
    !> borne.
-   real(wp), parameter :: faster(3) = [14.0_wp, 2.5_wp, 6.0_wp], at_last(3) = [0.0_wp, 6.0_wp, &
+   real(wp), parameter :: faster(3) = [34.0_wp, 2.6_wp, 8.0_wp], at_last(3) = [0.0_wp, 14.0_wp, &
       0.0_wp]
 
    !> Square of a share of the limit that is as good as none.
    real(wp), parameter :: least_share = 1.0e-6_wp
 
+   !> What of g^3 - 1 is lost at once, too, where nothing is missing, and the power of what is one
+   !> there: steady rolling is stable by it.
+   real(wp), parameter :: steadying(3) = [0.3_wp, 0.35_wp, 1.0_wp]
+   integer, parameter :: nearly = 32
+
    !> Linear over limiting creepage of strips, inverse.
    real(wp), parameter :: q = 4.0_wp/(3.0_wp*pi)
+
+   !> What rounds the root of 1 - r, by which this ends where all slips.
+   real(wp), parameter :: rounded = 1.0e-3_wp
 
    !> Spots below this part of the usual size carry nothing more: V/l has no bound where surfaces
    !> touch, and what rounding makes of a spot there would be followed.
@@ -155,14 +167,16 @@ contains
       carried = share_squared(bears)
       carried = carried/(carried + borne + least_share)
       rate = (1.0_wp + faster*carried + at_last*carried**4)*missing/(mu + mu_more*wide)
+      g = 1.0_wp/(q + (1.0_wp - q)*sqrt(1.0_wp + rounded - min(sqrt(borne), 1.0_wp)))
       twisted = (at%wrench(3)/(limit*at%a*shape%torque))**2/(borne + least_share)
       beside = theta_beside/(along*root)*twisted**2*missing(3)
       missing = [theta_along, theta_across + theta_more*(1.0_wp - wide)**7, theta_about]*missing
       missing(2) = missing(2) - beside
+      missing = (1.0_wp + steadying*((g**3 - 1.0_wp)*(4.0_wp*carried*(1.0_wp - carried))**nearly)) &
+         *missing
       missing = [e(1)*missing(1) - e(2)*missing(2), e(2)*missing(1) + e(1)*missing(2), &
          missing(3)/(at%a*root)]
       rate = [e(1)*rate(1) - e(2)*rate(2), e(2)*rate(1) + e(1)*rate(2), rate(3)/(at%a*root)]
-      g = 1.0_wp/(q + (1.0_wp - q)*sqrt(1.0_wp - min(sqrt(borne), 1.0_wp)))
       lost = speed*(at%creepage + g*missing)
       rate = (speed/at%a*along*g**4)*rate
 

@@ -140,8 +140,8 @@ FAULTS = {
     ),
     "strain that is let go with each step on an ellipse": (
         "contact/tangential/nest.f90",
-        "self%axis = others%axis",
-        "call self%take(others, [1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp])",
+        "q = turned(others%axis, others%shift(j, 1:2))*left(1:2)",
+        "q = turned([1.0_wp, 0.0_wp], others%shift(j, 1:2))*left(1:2)",
     ),
     "steady rolling that rings": (
         "contact/tangential/carry.f90",

@@ -330,18 +330,25 @@ contains
       type(rung_type) :: friction
       type(spot_shape_type) :: shape
       type(worst_type) :: worst
+      ! Shifts along the axes of the spot, which have their larger part along the other one seen
+      ! from the axis that turns with the material: what is taken for what gains or loses.
+      real(wp), parameter :: shifts(2, 2) = reshape([1.0_wp, -0.5_wp, 0.5_wp, 1.0_wp], [2, 2])
       real(wp) :: y(6), motion(3), wrench(3), before(3), limit
+      integer :: i
 
       shape = elliptic_shape(0.4_wp)
-      call make("", contact, friction)
-      y = 0.0_wp
-      y(1:2) = [0.6_wp, -0.8_wp]
       limit = friction_coefficient*load
-      motion = 0.3_wp*creep_scale(shape)*a*[1.0_wp, -0.5_wp, 0.2_wp/a]
-      call pass(contact, friction, shape, motion, [0.0_wp, 0.0_wp], 1.0_wp, 1, y, before)
-      call check(norm2(before(1:2)) > 0.1_wp*limit, "an ellipse bears a shift")
-      call pass(contact, friction, shape, 0.0_wp*motion, [0.0_wp, 0.0_wp], 1.0_wp, 20, y, wrench)
-      call worst%note(maxval(abs(wrench - before)/(limit*[1.0_wp, 1.0_wp, a])), 1)
+      do i = 1, 2
+         call make("", contact, friction)
+         y = 0.0_wp
+         y(1:2) = [0.8_wp, 0.6_wp]
+         motion = 0.3_wp*creep_scale(shape)*a*[shifts(:, i), 0.2_wp/a]
+         call pass(contact, friction, shape, motion, [0.0_wp, 0.0_wp], 1.0_wp, 1, y, before)
+         call check(norm2(before(1:2)) > 0.1_wp*limit, "an ellipse bears a shift")
+         motion = 0.0_wp
+         call pass(contact, friction, shape, motion, [0.0_wp, 0.0_wp], 1.0_wp, 20, y, wrench)
+         call worst%note(maxval(abs(wrench - before)/(limit*[1.0_wp, 1.0_wp, a])), i)
+      end do
       call worst%check_below(1.0e-13_wp, "an ellipse keeps what it bears")
    end subroutine test_kept_on_ellipse
 

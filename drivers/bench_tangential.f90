@@ -17,7 +17,7 @@ module contensou_drivers_bench_tangential
    integer, parameter :: one_spring = 0
 
    !> Layers of shells, `one_spring` for the model `spring`.
-   integer, parameter :: layers_of_rungs(*) = [one_spring, 1, 5, default_layers, 20]
+   integer, parameter :: layers_of_rungs(*) = [one_spring, 1, 6, default_layers, 24]
 
    !> Poisson's ratio of both bodies.
    real(wp), parameter :: poisson = 0.3_wp

@@ -54,7 +54,7 @@ module contensou_drivers_eval
       "bound of the error of curved_wrench over f N, default 1e-10", &
       needs="a number >= 0", takes=takes_non_negative), &
       option_type("--layers", "N", &
-      "layers of tangential and oblique_impact, 1 to 128, default 10", &
+      "layers of tangential and oblique_impact, 1 to 128, default 12", &
       needs="a number of layers from 1 to 128", takes=takes_count), &
       option_type("--elements", "N", &
       "elements across the spot of boundary_elements, even, 4 to 96, default 36", &

@@ -315,7 +315,7 @@ class Tangential:
     [-0.178, -0.178, 0.0053]
     """
 
-    def __init__(self, shear_modulus: float, poisson: float, layers: int = 10) -> None:
+    def __init__(self, shear_modulus: float, poisson: float, layers: int = 12) -> None:
         shear_modulus = arguments.number(shear_modulus, "shear_modulus")
         poisson = arguments.number(poisson, "poisson")
         # More than there can be are as many as C can have.

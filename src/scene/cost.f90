@@ -67,7 +67,7 @@ contains
          doc="normal force models that are compared, in place of that of each contact, each " // &
          "with each friction model; not given, that of each contact")
       call list%put("cost", "layers", kind_integer, values=most_values, fewer=.true., unit="1", &
-         default="0, 5, 10, 20", least=0.0_wp, most=real(most_layers, wp), &
+         default="0, 6, 12, 24", least=0.0_wp, most=real(most_layers, wp), &
          doc="layers of the contacts with memory that are compared, 0 for tangential = " // &
          "'spring'; the reference has the most")
       call list%put("cost", "creep", kind_choice, choices=creep_names, values=most_values, &

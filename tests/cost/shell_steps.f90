@@ -27,7 +27,7 @@ contains
       integer :: layers, n, i
       real(wp) :: ratio
 
-      layers = 10
+      layers = 12
       n = 20000
       if (command_argument_count() > 0) then
          call get_command_argument(1, word)

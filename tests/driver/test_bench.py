@@ -84,7 +84,7 @@ RUNGS = {
         *("boundary_elements_8", "boundary_elements_16", "boundary_elements"),
     },
     "creep_jacobian": {"sliding", "table"},
-    "tangential": {"spring", "layers_1", "layers_5", "layers_10", "layers_20"},
+    "tangential": {"spring", "layers_1", "layers_6", "layers_12", "layers_24"},
 }
 # Only where Boost is there.
 BASELINES = {

@@ -157,7 +157,7 @@ def test_bodies_that_a_drive_turns_and_springs_count(run, inputs, tmp_path):
 
     done = run(
         "cost", scene, "--csv", "c.csv", "-q", "--set", "scene.t_end=0.02", "--set",
-        "cost.layers=10", "--set", "cost.methods='explicit8','auto'", "--set", "cost.rtol=1e-5",
+        "cost.layers=12", "--set", "cost.methods='explicit8','auto'", "--set", "cost.rtol=1e-5",
         "--set", "cost.repeats=1", "--set", "cost.samples=200",
     )  # fmt: skip
     assert done.status == 0, done.err
@@ -581,7 +581,7 @@ def test_layers_of_contacts_that_remember(run, tmp_path):
     assert sorted(models) == ["contensou_exact+elastic_1", "contensou_exact+elastic_128"]
 
 
-LADDER = ("spring", "elastic_5", "elastic_10", "elastic_20")
+LADDER = ("spring", "elastic_6", "elastic_12", "elastic_24")
 
 
 @pytest.mark.parametrize(

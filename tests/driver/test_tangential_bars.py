@@ -45,7 +45,7 @@ USUAL = {
     "friction": "contensou_exact",
     "more": "",
     "coefficient": 0.3,
-    "layers": 10,
+    "layers": 12,
     "method": "explicit8",
     "rtol": 1e-8,
     "steps": "",
@@ -85,7 +85,7 @@ def test_a_ball_rings_on_the_tangential_stiffness(ball, method):
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.5])
 @pytest.mark.parametrize(
     ("method", "layers", "bound"),
-    [("cvode_bdf", 10, 0.02), ("explicit8", 10, 0.02), ("cvode_bdf", 20, 0.01)],
+    [("cvode_bdf", 12, 0.02), ("explicit8", 12, 0.02), ("cvode_bdf", 24, 0.01)],
 )
 def test_impacts_at_other_ratios_of_poisson(ball, poisson, method, layers, bound):
     with open(ROOT / "tests/reference/mbf.csv", encoding="utf-8") as file:

@@ -34,7 +34,7 @@ module contensou_contact_tangential_shells
    real(wp), parameter :: no_limit = 1.0e-75_wp
 
    !> Layers if nothing else is said, and the most.
-   integer, parameter :: default_layers = 10, most_layers = 128
+   integer, parameter :: default_layers = 12, most_layers = 128
 
    !> Shells in a layer, which slip one after the other.
    integer, parameter :: shells_per_layer = 3
@@ -81,7 +81,7 @@ contains
    !> Begin without a contact.
    pure subroutine begin(self, layers)
       class(shells_type), intent(inout) :: self
-      !> Number of layers, 1 to 128; 10 if not given.
+      !> Number of layers, 1 to 128; 12 if not given.
       integer, intent(in), optional :: layers
       integer :: number
 

@@ -114,7 +114,7 @@ module contensou_contact_tangential_slip
    integer, parameter :: newton_alone = 8
 
    !> Most shells side by side.
-   integer, parameter :: abreast = 32
+   integer, parameter :: abreast = 40
 
    !> What is within the limits of all rungs, as a part of the double cone of pure sliding and pure
    !> spinning: `pade11` on a circle comes down to 0.77.

@@ -156,9 +156,8 @@ contains
 
       slips = .false.
       work = 0.0_wp
-      load = shell%outer%load - shell%inner%load
-      torque = shell%shape%torque*(shell%outer%load*shell%outer%size &
-         - shell%inner%load*shell%inner%size)
+      load = shell%load()
+      torque = shell%torque()
       if (.not. (load > 0.0_wp .and. torque > 0.0_wp .and. shell%stiffness(1) > 0.0_wp .and. &
          shell%stiffness(2) > 0.0_wp .and. shell%stiffness(3) > 0.0_wp)) then
          ! So narrow that rounding errors leave nothing of it.

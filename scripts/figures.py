@@ -2,10 +2,11 @@
 
 Everything comes from fresh runs of the program: figures 2 and 3, the friction force and torque of
 each model, from `contensou eval wrench`; figures 6 to 8, the Tippe-Top, figure 10, the bearing, the
-rattleback and the egg, what tangential elasticity does, what rolls, from `contensou run`; the
-figures of error against cost, one for each kernel, from `contensou bench kernels`; `accuracy`,
-those and the tables of docs/accuracy.md, from `contensou cost`, only if it is named. The choice of
-curves and scales is ours; the figures are no copies of the printed ones.
+rattleback and the egg, what tangential elasticity does, what rolls, from `contensou run`; `creep`,
+the laws of creep and what of a spot sticks, from `contensou eval creep`; the figures of error
+against cost, one for each kernel, from `contensou bench kernels`; `accuracy`, those and the tables
+of docs/accuracy.md, from `contensou cost`, only if it is named. The choice of curves and scales is
+ours; the figures are no copies of the printed ones.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from lib import (
     figures_accuracy,
     figures_bearing,
     figures_cost,
+    figures_creep,
     figures_rolling,
     figures_scenes,
     figures_tangential,
@@ -36,6 +38,7 @@ FIGURES = {
     figures_cost.draw: ["cost"],
     figures_scenes.draw: ["rattleback", "egg"],
     figures_tangential.draw: ["impact", "incline", "cattaneo", "dish"],
+    figures_creep.draw: ["creep"],
     figures_rolling.draw: ["rolling"],
     figures_accuracy.draw: ["accuracy"],
 }

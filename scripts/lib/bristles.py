@@ -1,6 +1,6 @@
 """Tractions in a spot that rolls, by the simplified theory (J. Kalker, Vehicle System Dynamics 11
 (1982) 1): bristles of one flexibility on lines along which the material passes, the flexibility
-such that they make a given force and torque.
+with which they come nearest to a given force and torque.
 
 Places are in parts of the semi-axes, tractions in parts of f p0.
 """
@@ -13,7 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 STEPS = 100
+SPACING = 0.5  # of the logarithms of the flexibility
 HALVINGS = 40
+GOLDEN = 0.6180339887498949
 AROUND = 24
 
 Field = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
@@ -71,13 +73,19 @@ def field(spot: dict[str, float], force: np.ndarray) -> Field:
     lines = Lines(
         passing / np.linalg.norm(passing), slip / np.linalg.norm(slip), a / root, b / root
     )
-    wanted = np.linalg.norm(force / [1, 1, root]) / (spot["f"] * spot["N"])
-    low, high = -12.0, 14.0
+    wanted = force / [1, 1, root] / (spot["f"] * spot["N"])
+
+    def off(logarithm: float) -> float:
+        return float(np.linalg.norm(lines.wrench(float(np.exp(logarithm))) - wanted))
+
+    # The size of the wrench has no bound to be found by: with spin it falls again as all slips.
+    middle = min(np.arange(-12.0, 14.0, SPACING), key=off)
+    low, high = middle - SPACING, middle + SPACING
     for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        if np.linalg.norm(lines.wrench(float(np.exp(middle)))) > wanted:
-            low = middle
+        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        if off(left) < off(right):
+            high = right
         else:
-            high = middle
+            low = left
     flexibility = float(np.exp(high))
     return lambda x, y: lines.tractions(flexibility, x, y)

@@ -204,6 +204,39 @@ def test_derivatives_have_no_jumps(evaluate, law, most, largest, nearer):
     assert max(zooms) <= nearer
 
 
+@pytest.mark.parametrize("law", [*LAWS, "table"])
+@pytest.mark.parametrize("turns", [(1, 1, 0), (0, 0, 1)])
+def test_no_kink_where_there_is_no_spin_and_nothing_else(evaluate, law, turns):
+    """Derivatives by creepages from both sides, where spin or all sliding but it is zero."""
+    at, step = states(15, 60), 1e-5
+    one_sided = []
+    for index in (8, 6, 7):
+        if turns[index - 6]:
+            continue
+        for side in (-1, 1):
+            rows = []
+            for way in (0, 1, 2):
+                for row in at:
+                    e0 = 1.5 * row[3] * row[0] / (math.pi * row[1] * row[2] * row[4])
+                    unit = e0 * math.hypot(*row[9:11])
+                    unit /= (row[1] * row[2]) ** 0.5 if index == 8 else 1
+                    slip = [0.6 * e0 * math.hypot(*row[9:11]) * x for x in turns]
+                    slip[2] /= (row[1] * row[2]) ** 0.5
+                    slip[index - 6] += side * way * step * unit
+                    rows.append((*row[:6], *slip, *row[9:11]))
+            found = evaluate("creep", INPUTS, rows, "--model", law)
+            scales = [(1, 1, (row[1] * row[2]) ** 0.5) for row in at]
+            wrench = np.array([[one[key] for key in ("Fx", "Fy", "Tz")] for one in found])
+            wrench = wrench.reshape(3, len(at), 3) / [
+                [row[0] * row[3] * x for x in scale] for row, scale in zip(at, scales, strict=True)
+            ]
+            first = side * (4 * wrench[1] - wrench[2] - 3 * wrench[0]) / (2 * step)
+            one_sided.append(first)
+        before, after = one_sided[-2:]
+        size = np.maximum(abs(before).max(axis=1), abs(after).max(axis=1))
+        assert (abs(before - after).max(axis=1) <= 1e-3 * size).all()
+
+
 def test_small_creep_of_the_brush_is_linear(evaluate):
     rows = [(*row[:6], *(1e-9 * x for x in row[6:9]), *row[9:]) for row in states(3, 200)]
     found = evaluate("creep", INPUTS, rows, "--model", "brush")

@@ -97,6 +97,10 @@ module contensou_contact_creep_brush
    !> Parameters of the correction.
    real(wp), parameter :: q0 = 0.222_wp, q1 = 0.0258_wp, q2 = 0.0402_wp, q3 = 6.60_wp
 
+   !> Linear force and torque over f N below which the correction is even in them: else derivatives
+   !> would have kinks where there is no spin, or nothing but spin.
+   real(wp), parameter :: rounding = 0.1_wp
+
    !> Below any g that is not zero: there is none to divide by.
    real(wp), parameter :: least = 1.0e-200_wp
 
@@ -132,7 +136,7 @@ contains
       real(wp), intent(out) :: wrench(3)
       type(flow_type) :: flow
       real(wp) :: m(2, 2), single, forces(2), moment, moves2, turns2, moves, turns, factor, gamma
-      real(wp) :: tractions(3), sliding(3), missing
+      real(wp) :: tractions(3), sliding(3), missing, fading
 
       call wrench_exact(spot%shape, slip_type(motion%x, motion%y, motion%spin), .true., wrench)
       if (.not. max(abs(motion%rx), abs(motion%ry)) > 0.0_wp) return
@@ -155,8 +159,9 @@ contains
          gamma = gamma/(gamma + blend*rolls**2)
          moves = sqrt(moves2/(rolls**2 + moves2/most**2))
          turns = sqrt(turns2/(rolls**2 + turns2/most**2))
-         factor = 1.0_wp - q0*moves/((1.0_wp + moves)*(1.0_wp + q3*turns)) &
-            + moves**2*(q1 + q2*moves**2)/(1.0_wp + q3*turns)
+         fading = 1.0_wp + q3*(sqrt(turns**2 + rounding**2) - rounding)
+         factor = 1.0_wp + moves**2*(q1 + q2*moves**2 - q0/((1.0_wp + moves) &
+            *sqrt(moves**2 + rounding**2)))/fading
          single = factor*gamma*0.5_wp*(m(1, 1) + m(2, 2))
          m = factor*(1.0_wp - gamma)*m
          m(1, 1) = m(1, 1) + single

@@ -17,7 +17,9 @@ Tabulated are C11, C12, C22, C13, C23, C33 in axes along and across the rolling 
 
     ln(a/b), p = t/(1 + t) with t = sqrt(a/b) tan chi, and Poisson's ratio,
 
-as coefficients of cubic splines in the first two and values at Chebyshev points of the third.
+as coefficients of cubic splines in the first two and values at Chebyshev points of the third. With
+the axes exchanged ln(a/b) changes its sign, p becomes 1 - p, and C12 and C13 change theirs: splines
+through both halves are smooth at the circle as well.
 Those of reciprocity, C12 = C21, C13 = -C31, C23 = -C32, are averaged.
 
     generate_kalker.py           write the table, in a minute
@@ -186,7 +188,9 @@ def table() -> np.ndarray:
     directed = np.zeros((DIRECTIONS + 2, RATIOS, POISSONS, 6))
     for kind in (True, False):
         directed[..., even == kind] = spline_in_direction(values[..., even == kind], kind)
-    return spline(np.moveaxis(directed, 1, 0))
+    directed = np.moveaxis(directed, 1, 0)
+    mirrored = directed[:0:-1, ::-1] * np.where(even, 1.0, -1.0)
+    return spline(np.concatenate([mirrored, directed]))[RATIOS - 1 :]
 
 
 def written(values: np.ndarray) -> str:

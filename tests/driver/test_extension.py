@@ -32,8 +32,6 @@ OPTIONS = (
     *("-Dtests=false", "-Dlink_time_optimization=false"),
 )
 
-pytestmark = pytest.mark.xdist_group("extension")
-
 
 @dataclass
 class Hunk:

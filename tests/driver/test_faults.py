@@ -280,7 +280,6 @@ def build(root, executable, build_kind):
     return Build(root, folder)
 
 
-@pytest.mark.xdist_group("faults")
 @pytest.mark.parametrize("name", FAULTS)
 def test_fault_is_noticed(build, root, executable, tmp_path, name):
     file, line, wrong = FAULTS[name]

@@ -163,8 +163,8 @@ def pytest_collection_modifyitems(config, items):
     """Bring the tests into order, and leave out of the checked build what it need not do.
 
     A test that does not touch the executable (of a page, a script, a reference) is the same with
-    each build. What the release build proves of figures needs not be proved again by one that is
-    there to find wrong memory and wrong operations: it does all that there is to do, but less often.
+    each build. What the release build proves of figures need not be proved again by one that is
+    there to find wrong memory and wrong operations: it does all that can be done, but less often.
     """
     items.sort(key=place)
     if os.environ.get("CONTENSOU_BUILD", "release") == "release":

@@ -1,6 +1,6 @@
 """The order of the tests when several processes run them, and what stays in one process.
 
-Files that share something that takes long to build stay in one process (with pytest-xdist's
+What shares something that takes long to make stays in one process (with pytest-xdist's
 `--dist loadgroup`). They come first, then tests that take long, so that no process is idle at the
 end while another one is still at work.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 import pytest
 from xdist.scheduler import LoadScopeScheduling
 
-# What each file that shares a build belongs to.
+# What each file that shares something belongs to.
 GROUPS = {
     "test_python_package": "wheel",
     "test_kernel_arrays": "wheel",
@@ -18,9 +18,38 @@ GROUPS = {
     "test_extension": "extension",
     "test_library": "library",
     "test_slurm": "slurm",
+    "test_bench": "bench",
+    "test_bearing_table": "bearing",
 }
 # Tests that take more than some ten seconds with one of the builds, the longest first.
-LONG = ()
+LONG = (
+    "test_fault_is_noticed",
+    "test_an_hour_of_rows_is_small",
+    "test_random_scenes_run_or_end_with_a_message",
+    "test_rigid_scenes_are_the_limit_of_compliant_ones",
+    "test_two_spots_that_stick_in_a_bore",
+    "test_damaged_files",
+    "test_memory_changes_little_where_all_rolls",
+    "test_rungs_stick",
+    "test_small_creep_is_linear",
+    "test_directions",
+    "test_hostile_sizes",
+    "test_files_are_there_though_the_output_is_full",
+    "test_mutated_scenes",
+    "test_masses_from_dust_to_boulders",
+    "test_what_an_error_of_a_microsecond_costs",
+    "test_results_that_are_kept",
+    "test_bodies_that_a_drive_turns_and_springs_count",
+    "test_threads_and_shards_give_the_same_bits",
+    "test_the_shipped_incline_holds_up_to_its_limit",
+    "test_file_that_is_being_written",
+    "test_rigid_contact_allocates_nothing",
+    "test_pace_does_not_depend_on_the_number_of_cases",
+    "test_hertz_tables_are_what_is_generated",
+    "test_needles",
+    "test_kills_at_random_moments",
+    "test_derivatives_have_no_jumps",
+)
 
 
 def group_of(nodeid):

@@ -24,7 +24,6 @@ GROUPS = {
 # Tests that take more than some ten seconds with one of the builds, the longest first.
 LONG = (
     "test_fault_is_noticed",
-    "test_an_hour_of_rows_is_small",
     "test_random_scenes_run_or_end_with_a_message",
     "test_rigid_scenes_are_the_limit_of_compliant_ones",
     "test_two_spots_that_stick_in_a_bore",

@@ -33,7 +33,6 @@ LONG = (
     "test_small_creep_is_linear",
     "test_directions",
     "test_hostile_sizes",
-    "test_files_are_there_though_the_output_is_full",
     "test_mutated_scenes",
     "test_masses_from_dust_to_boulders",
     "test_what_an_error_of_a_microsecond_costs",

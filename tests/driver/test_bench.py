@@ -395,6 +395,7 @@ def test_folder_that_is_missing(run, tmp_path):
     assert result.err == "error: the output file out.h5 is a folder\n"
 
 
+@pytest.mark.release_only("takes half a minute, and runs what test_files does")
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
 def test_files_are_there_though_the_output_is_full(executable, tmp_path):
     with open("/dev/full", "w") as full:

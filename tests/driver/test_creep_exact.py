@@ -200,6 +200,7 @@ TURNING = (
 )
 
 
+@pytest.mark.release_only("takes long there")
 def test_needle_whose_solution_turns_back(run):
     text = f"{INPUTS}\n{','.join(map(repr, TURNING))}\n"
     found = []
@@ -342,6 +343,7 @@ def test_small_creep_is_linear(wrenches, run, model, ratio, turn):
     assert np.abs(found - expected).max() <= 1e-5 * np.abs(expected).max()
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("ratio", [-2.0, 0.0, 1.5])
 def test_nodes_of_the_table_are_what_is_generated(wrenches, executable, ratio):
     """At its nodes the law is what the generator computes there, but for omega."""

@@ -197,7 +197,7 @@ def test_two_spots_in_a_bore(simulate, method):
 
 
 @pytest.mark.sample(1)
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", METHODS[::-1])
 def test_two_spots_that_stick_in_a_bore(simulate, method):
     """Where both stick, the friction is too stiff for two of the methods, which leave it to BDF."""
     keys = RUBBING + ", friction_coefficient = 0.3"

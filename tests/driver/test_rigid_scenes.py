@@ -39,6 +39,7 @@ COMPARED = {"feet": (200, 2), "dumb-bell": (67, 2), "block": (67, 1), "stack": (
 RINGING = {"feet": {47}, "block": {2, 47}, "stack": {30, 34}}
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("kind", COMPARED)
 def test_rigid_scenes_are_the_limit_of_compliant_ones(executable, tmp_path, build_kind, kind):
     usual = COMPARED[kind][build_kind != "release"]

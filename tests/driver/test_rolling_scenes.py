@@ -121,6 +121,7 @@ def hunt(roll, inputs, creep_of):
     return hunt_it
 
 
+@pytest.mark.release_only("a figure of many revolutions")
 def test_wavelength_of_klingel(hunt):
     """In the limit of small creep, at 2 m/s, over a wave and a half."""
     rows, theory = hunt(2.0, FREE, 1e-3, 24.0)

@@ -548,6 +548,7 @@ def test_a_resumed_run_has_what_was_remembered_bit_for_bit(
     assert beats.min() > 0.9 * beats.max()
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("method", ["explicit8", "cvode_bdf"])
 def test_a_bearing_at_rest_sticks(simulate, method):
     text = (INPUTS / "bearing_6205.nml").read_text()

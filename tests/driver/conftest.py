@@ -8,6 +8,7 @@ one.
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import shutil
@@ -17,6 +18,7 @@ from pathlib import Path
 
 import pytest
 from folders import SWEEP
+from order import place, pytest_xdist_make_scheduler  # noqa: F401
 from python_package import contensou, unpacked, wheel  # noqa: F401
 from result import read
 
@@ -145,17 +147,41 @@ def parse_settings(text: str) -> list[tuple[str, dict[str, list]]]:
     return groups
 
 
-def pytest_collection_modifyitems(config, items):
-    """Leave out of the checked build what does not touch the executable.
+def pytest_configure(config):
+    """Tell the marks by which tests say what the checked build need not repeat."""
+    config.addinivalue_line("markers", "release_only(reason): with the release build only")
+    config.addinivalue_line("markers", "sample(n): with the checked build n of its cases only")
 
-    Such a test (of a page, a script, a reference) is the same with each build.
+
+def spread(things, number):
+    """So many of some things, evenly spread over them, the first among them."""
+    things = list(things)
+    return things[:: max(1, math.ceil(len(things) / number))]
+
+
+def pytest_collection_modifyitems(config, items):
+    """Bring the tests into order, and leave out of the checked build what it need not do.
+
+    A test that does not touch the executable (of a page, a script, a reference) is the same with
+    each build. What the release build proves of figures need not be proved again by one that is
+    there to find wrong memory and wrong operations: it does all that can be done, but less often.
     """
+    items.sort(key=place)
     if os.environ.get("CONTENSOU_BUILD", "release") == "release":
         return
-    same = [item for item in items if "executable" not in getattr(item, "fixturenames", ())]
-    if same:
-        config.hook.pytest_deselected(items=same)
-        items[:] = [item for item in items if item not in same]
+    left = [item for item in items if "executable" not in getattr(item, "fixturenames", ())]
+    cases = {}
+    for item in items:
+        if item.get_closest_marker("release_only"):
+            left.append(item)
+        elif mark := item.get_closest_marker("sample"):
+            cases.setdefault((item.path, item.originalname, mark.args[0]), []).append(item)
+    for (*_, number), those in cases.items():
+        left += [item for item in those if item not in spread(those, number)]
+    if left:
+        left = set(left)
+        config.hook.pytest_deselected(items=[item for item in items if item in left])
+        items[:] = [item for item in items if item not in left]
 
 
 @pytest.fixture(scope="session")
@@ -251,6 +277,12 @@ def simulate(run, tmp_path):
 def slow_build(build_kind) -> bool:
     """Whether the build is far slower than a release."""
     return build_kind != "release"
+
+
+@pytest.fixture
+def sample(slow_build):
+    """Function from a sequence and a number: all of it, with a slow build so many of it."""
+    return lambda things, number: spread(things, number) if slow_build else list(things)
 
 
 @pytest.fixture

@@ -98,6 +98,7 @@ def test_table(result, run):
     assert float(re.search(r"deg: (\S+) million", angled.out)[1]) > 1.2 * life
 
 
+@pytest.mark.release_only("a figure that a run proves")
 def test_a_drag_is_no_friction_of_the_bearing(executable, run, tmp_path):
     text = (ROOT / "inputs" / "bearing_6205.nml").read_text(encoding="utf-8")
     drag = "&spring name = 'drag', bodies = 'ground', 'bearing_inner', rotational_damping = 0.1 /\n"

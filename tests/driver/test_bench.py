@@ -343,6 +343,7 @@ def test_arguments_without_a_result_are_counted(bench):
     assert 0 < int(row["misses"]) < int(row["checked"])
 
 
+@pytest.mark.release_only("takes half a minute, and runs what test_files does")
 def test_errors_are_the_same_in_each_run(bench, run):
     result = run("bench", "kernels", "--quick")
     assert result.status == 0
@@ -367,6 +368,7 @@ def test_existing_file_is_kept(run, tmp_path, name, existing):
     assert (tmp_path / existing).read_text() == "mine"
 
 
+@pytest.mark.release_only("takes half a minute, and runs what test_files does")
 def test_force_replaces_files(run, tmp_path):
     others = ["out.csv.part", "out.h5.part"]
     for name in ("out.csv", "out.h5", *others):
@@ -393,6 +395,7 @@ def test_folder_that_is_missing(run, tmp_path):
     assert result.err == "error: the output file out.h5 is a folder\n"
 
 
+@pytest.mark.release_only("takes half a minute, and runs what test_files does")
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
 def test_files_are_there_though_the_output_is_full(executable, tmp_path):
     with open("/dev/full", "w") as full:

@@ -68,6 +68,7 @@ def rows_and_events(executable, scene, steps, *settings):
     return dict(zip(widths, columns, strict=True)), events
 
 
+@pytest.mark.sample(13)
 @pytest.mark.parametrize("steps", [1, 53])
 @pytest.mark.parametrize("scene", SCENES, ids=lambda path: path.stem)
 def test_scenes_have_the_bits_of_a_run(executable, run, tmp_path, scene, steps, build_kind):

@@ -406,6 +406,7 @@ def first_touch(path, contact):
         return float(touch), int(file["/integrator/right_hand_sides"][()])
 
 
+@pytest.mark.release_only("right-hand sides are the same in each build")
 def test_explicit8_at_equal_error(executable, inputs, tmp_path, table):
     # A lightly damped top, which rings all the time, up to where its stem touches. At these
     # tolerances both methods have errors of about 5e-7 s.
@@ -456,6 +457,7 @@ JACOBIAN_SCENES = {
 }
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("name", JACOBIAN_SCENES)
 def test_the_analytic_jacobian_saves_right_hand_sides(executable, inputs, tmp_path, table, name):
     t_end, *bars = JACOBIAN_SCENES[name]

@@ -449,6 +449,7 @@ def test_auto_begins_with_what_rings(run, inputs, scene):
     assert CHOICES[scene] in told
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize(
     ("scene", "methods"),
     [

@@ -159,13 +159,13 @@ def test_brush_has_no_steps_with_spin(evaluate, spin, along):
         ("brush", 1e-3, 0.2, 2e-4),
     ],
 )
-def test_derivatives_have_no_jumps(evaluate, law, most, largest, nearer):
+def test_derivatives_have_no_jumps(evaluate, slow_build, law, most, largest, nearer):
     """Along lines of creepages, a ten thousandth of them from one to the next: changes of the
     difference quotient beyond the mean one, over the largest quotient; with spin, where what slips
     sticks again, some are steep. In steps of 1/2500 of that about the largest change it is at most
     `nearer`: it is no jump. That of `strip` falls to zero as a root where all slips."""
     draw = random.Random(11)
-    step, number, lines = 1e-4, 2001, 60
+    step, number, lines = 1e-4, 2001, 4 if slow_build else 60
     jumps, zooms = [], []
     for _ in range(lines):
         a, b = (1e-3 * 5 ** draw.uniform(-0.5, 0.5) for _ in range(2))
@@ -247,9 +247,9 @@ def test_small_creep_of_the_brush_is_linear(evaluate):
 
 
 @pytest.mark.parametrize("law", ["sliding", "linear", *LAWS, "table", "boundary_elements:8"])
-def test_dissipation(executable, law):
+def test_dissipation(executable, slow_build, law):
     """Of all ratios and directions; tests/campaigns/creep.py draws a million."""
-    wrong, power, _ = creep.faults(executable, law, 4, 4000)
+    wrong, power, _ = creep.faults(executable, law, 4, 400 if slow_build else 4000)
     assert wrong == 0
     assert power <= 0
 

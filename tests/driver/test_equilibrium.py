@@ -529,6 +529,7 @@ def yielding(run, tmp_path, text, frame, loads, steps):
     return np.linalg.solve(np.array(changed), np.array(moved)).T
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("angle", [0.0, 0.35, 0.6])
 @pytest.mark.parametrize("moment", [0.0, 20.0])
 def test_the_stiffness_of_a_ring(angle, moment, run, tmp_path):

@@ -92,6 +92,7 @@ def test_all_find_the_touch_of_the_stem(build, inputs, record_property):
         assert error <= 5e-6, method
 
 
+@pytest.mark.release_only("right-hand sides are the same in each build")
 def test_what_an_error_of_a_microsecond_costs(build, inputs, record_property):
     """Right-hand sides; `scripts/bench libraries` takes times."""
     study = explicit_libraries.Study(build, inputs)

@@ -214,6 +214,7 @@ def validate(*paths):
 SCENES = sorted([*(ROOT / "inputs").glob("*.nml"), *(ROOT / "inputs/examples").glob("*.nml")])
 
 
+@pytest.mark.sample(5)
 @pytest.mark.parametrize("path", SCENES, ids=lambda p: p.stem)
 def test_shipped_scenes(path, run, output, build_kind):
     """The poses of the animation are those of the rows, and the validator has nothing to say."""

@@ -23,6 +23,7 @@ from programs import captured
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "tests" / "extension"
+PROGRAM = "drivers/contensou"
 METHODS = ("cvode_bdf", "cvode_adams", "explicit8", "auto")
 NAMES = ("law", "law_with_state", "shape", "quantity", "command")
 # What a build needs of the tree.
@@ -31,8 +32,6 @@ OPTIONS = (
     *("--buildtype=debug", "-Doptimization=0", "-Ddebug=false"),
     *("-Dtests=false", "-Dlink_time_optimization=false"),
 )
-
-pytestmark = pytest.mark.xdist_group("extension")
 
 
 @dataclass
@@ -150,10 +149,10 @@ def extended_program(build_kind, tmp_path_factory) -> Path:
     copy_sources(tree)
     patches = [path.read_text(encoding="utf-8") for path in sorted(FOLDER.glob("*.patch"))]
     apply(patches, tree)
-    for words in (["meson", "setup", *OPTIONS, "build"], ["ninja", "-C", "build"]):
+    for words in (["meson", "setup", *OPTIONS, "build"], ["ninja", "-C", "build", PROGRAM]):
         done = captured(words, cwd=tree, timeout=600)
         assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-2000:]
-    return tree / "build" / "drivers" / "contensou"
+    return tree / "build" / PROGRAM
 
 
 def final_state(path: Path) -> np.ndarray:

@@ -516,6 +516,7 @@ def test_sliding_that_stops(attempt, picture):
     assert steps[100] <= 1.1 * steps[20]
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("coefficient", [1.0, 10.0])
 def test_long_rest_with_light_damping(attempt, picture, coefficient, slow_build):
     """A steel ball rings down on its floor with light damping and then rests for 100 s.
@@ -1000,6 +1001,7 @@ def test_nothing_happens_on_the_floor(attempt, picture):
     assert ball.steps < 20000
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("method", ["cvode_bdf", "cvode_adams", "explicit8"])
 def test_tolerances_from_coarse_to_fine(attempt, picture, method):
     """A spinning ball hits the floor obliquely and bounces, with tolerances from 1e-3 to

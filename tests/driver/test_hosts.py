@@ -31,8 +31,6 @@ from lib import browser  # noqa: E402
 # of the contact: 3.5e-6 s were found, and 1.6e-7 s with half the step, as the order says.
 NEAR = {"scipy": 1e-7, "mujoco": 5e-6, "exudyn": 5e-6}
 
-pytestmark = pytest.mark.xdist_group("python")
-
 
 def need(module):
     """Skip the test where a module is not installed."""

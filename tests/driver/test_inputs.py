@@ -53,6 +53,8 @@ def test_scene_is_in_order_and_says_what_it_shows(run, inputs, name, settings):
 def test_scene_balances_its_energy(ship, name, slow_build):
     # In a slow build the long ones are cut.
     sets = ["scene.t_end = 0.5"] if slow_build and re.match("tippe|rattle|egg", name) else []
+    if slow_build and name.startswith("bearing"):
+        sets = ["scene.t_end = 0.01"]
     scene = ship(name, *sets)
     assert scene.residual() <= 1e-7
     assert scene.summary["energy_error_relative"] <= 1e-7
@@ -153,12 +155,13 @@ def test_rattleback_turns_back_as_the_theory_says(ship, slow_build):
     assert np.linalg.norm(stone.slip_velocity[:, 0], axis=1).max() < 1e-2 * speed.max()
 
 
-def test_stiffer_rattlebacks_come_closer_to_the_theory(ship, slow_build):
+@pytest.mark.release_only("a limit; test_rattleback_turns_back_as_the_theory_says runs the scene")
+def test_stiffer_rattlebacks_come_closer_to_the_theory(ship):
     time, theory = no_slip_theory(5.0, 3.0, step=5e-4)
     first = reversals(time, theory)[0]
     assert first == pytest.approx(2.690, abs=1e-3)
     late, apart = [], []
-    for young in (2.1e12, 2.1e13, 2.1e14) if slow_build else (2.1e12, 2.1e13, 2.1e14, 2.1e15):
+    for young in (2.1e12, 2.1e13, 2.1e14, 2.1e15):
         overlap = 0.9 * 2.4e-9 * (2.1e14 / young) ** (2.0 / 3.0)
         stone = ship(
             "rattleback",
@@ -174,7 +177,7 @@ def test_stiffer_rattlebacks_come_closer_to_the_theory(ship, slow_build):
     # The slip under a spin goes with the size of the spot, with E^(-1/3): 2.15 times per decade.
     assert all(two < 0.6 * one for one, two in itertools.pairwise(late)), late
     assert all(two < 0.65 * one for one, two in itertools.pairwise(apart)), apart
-    assert late[-1] <= (5e-3 if slow_build else 2.5e-3)
+    assert late[-1] <= 2.5e-3
 
 
 def test_rattleback_goes_on_the_other_way(ship, slow_build):
@@ -222,6 +225,7 @@ def fixed_point(ratio):
 DISC_MASS, DISC_SPOT = 0.1, 0.999767358817601e-3
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize(("ratio", "terminal"), [(0.25, 1.0), (0.3, 0.816497), (0.4, 0.537779)])
 @pytest.mark.parametrize("start", [0.5, 0.97, 1.0, 1.03, 2.0])
 def test_disc_comes_to_the_fixed_point(ship, ratio, terminal, start):

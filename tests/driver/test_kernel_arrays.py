@@ -42,8 +42,6 @@ for _ in range(rounds):
 print(found[0].sum(), file=sys.stderr)
 """
 
-pytestmark = pytest.mark.xdist_group("python")
-
 
 def test_kernels_broadcast(contensou):
     radius, modulus = 0.01, np.array([1e9, 1e11])[:, None]

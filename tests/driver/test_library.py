@@ -30,8 +30,6 @@ MOST_LINES = {"fortran": 15, "c": 40}
 SETTINGS = re.compile(r'"((?:scene|output)\.[^"]*)"')
 NUMBER = re.compile(r"-?\d+\.\d+")
 
-pytestmark = pytest.mark.xdist_group("library")
-
 
 def called(words, folder, env=None, **more):
     """What a command that must succeed leaves."""

@@ -68,10 +68,7 @@ GROUPS = {
 }
 
 # Workers could not tell warnings of the package to a process that has no such package.
-pytestmark = [
-    pytest.mark.xdist_group("python"),
-    pytest.mark.filterwarnings("ignore::UserWarning"),
-]
+pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 
 
 @pytest.fixture

@@ -355,7 +355,7 @@ def attempt(executable, folder, seed, limit):
 
 
 def test_random_scenes_run_or_end_with_a_message(executable, tmp_path, build_kind):
-    usual = "400" if build_kind == "release" else "150"
+    usual = "400" if build_kind == "release" else "50"
     number = int(os.environ.get("CONTENSOU_RANDOM_SCENES", usual))
     start = int(os.environ.get("CONTENSOU_RANDOM_SEED", "1"))
     limit = 60 if build_kind == "release" else 600
@@ -384,9 +384,10 @@ STIFF = """\
 &integrator rtol = 1e-8 /
 &output file = 'out.h5', interval = 1e-4 /
 """
+BY_RELEASE = pytest.param("explicit8", marks=pytest.mark.release_only("takes a minute"))
 
 
-@pytest.mark.parametrize("method", ["explicit8", "cvode_adams"])
+@pytest.mark.parametrize("method", ["cvode_adams", BY_RELEASE])
 def test_a_bead_that_sticks_is_left_to_bdf(run, tmp_path, method):
     # Its rolling resistance at rest has a rate of 1e10 per second: tens of millions of steps.
     (tmp_path / "bead.nml").write_text(STIFF)
@@ -400,7 +401,7 @@ def test_a_bead_that_sticks_is_left_to_bdf(run, tmp_path, method):
         assert abs(file["trajectory/angular_velocity"][-1, 0, 0]) < 1e-9
 
 
-@pytest.mark.parametrize("method", ["explicit8", "cvode_adams"])
+@pytest.mark.parametrize("method", ["cvode_adams", BY_RELEASE])
 def test_a_stiff_bead_ends_with_a_message(run, tmp_path, method):
     # Without friction, with a damping of a million times the critical one.
     text = STIFF.replace("damping_coefficient = 1,", "damping_coefficient = 1e9,")

@@ -146,6 +146,7 @@ def test_a_case_can_be_added_and_renewed(executable, tmp_path, scene_text, build
 STIFF = {"bearing": 60, "rattleback": 5, "sliding_disc": 5}
 
 
+@pytest.mark.sample(14)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", CASES)
 def test_the_same_bits(run, executable, tmp_path, name, method, build_kind):

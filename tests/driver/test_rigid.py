@@ -495,6 +495,7 @@ def test_rigid_and_compliant_contacts_mix(simulate):
 HARD = Path(__file__).resolve().parents[1] / "hard"
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize("name", ["three_legs", "stool", "table", "slow_legs"])
 @pytest.mark.parametrize("method", ["cvode_bdf", "auto"])
 def test_legs_neither_pull_nor_sink(simulate, tmp_path, name, method):

@@ -17,7 +17,7 @@ from compliant_scenes import against_hertz, beyond_compliance, not_less
 from rigid_scenes import SCENES, attempt, campaign
 
 # How many of each kind: with the release build, and with the checked one.
-USUAL = {"random": (112, 28), "hostile": (60, 12), "impacts": (60, 12)}
+USUAL = {"random": (112, 16), "hostile": (60, 12), "impacts": (60, 12)}
 
 
 @pytest.mark.parametrize("kind", SCENES)
@@ -39,6 +39,7 @@ COMPARED = {"feet": (200, 2), "dumb-bell": (67, 2), "block": (67, 1), "stack": (
 RINGING = {"feet": {47}, "block": {2, 47}, "stack": {30, 34}}
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("kind", COMPARED)
 def test_rigid_scenes_are_the_limit_of_compliant_ones(executable, tmp_path, build_kind, kind):
     usual = COMPARED[kind][build_kind != "release"]
@@ -70,11 +71,13 @@ def test_feet_that_ring_by_themselves_need_damping(executable, tmp_path):
     assert stiff.forces < 0.5 * soft.forces < 2e-3
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize(("kind", "seed"), [("block", 2), ("block", 47), ("stack", 30)])
 def test_what_rings_by_itself_obeys_with_damping(executable, tmp_path, kind, seed):
     assert beyond_compliance(against_hertz(executable, tmp_path, seed, kind, damping=1000.0)) == []
 
 
+@pytest.mark.release_only("a limit of many steps")
 def test_a_stack_that_rings_has_the_same_limit(executable, tmp_path):
     # Three plates that slide and turn: the places obey with any damping, the velocities follow.
     soft, stiff = against_hertz(
@@ -85,6 +88,7 @@ def test_a_stack_that_rings_has_the_same_limit(executable, tmp_path):
     assert stiff.feet_velocities < 0.1 * soft.feet_velocities < 1e-4
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize(
     ("kind", "seed"),
     [("impacts", 120), ("random", 2177), ("random", 3660), ("random", 4166)],
@@ -100,6 +104,7 @@ def test_touches_do_not_pile_up(run, tmp_path, kind, seed):
         assert len(file["events/time"]) < 400
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("seed", [245, 4419, 5091])
 def test_what_seems_to_close_after_it_opened_is_no_step(run, tmp_path, seed):
     # An interpolant let gaps that had just opened fall below their thresholds, 2500 times within a
@@ -133,6 +138,7 @@ def test_a_method_that_was_left_gets_no_more_steps_each_time(run, tmp_path):
         assert file["integrator/steps"][()] < 25000
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("seed", [245, 676, 2356, 4104, 5000, 6796])
 def test_what_rocks_under_strong_friction_comes_to_rest(executable, tmp_path, seed):
     # Feet touched in turn 1e7 times a second, at 1e-7 m/s and less, and the run was given up; in
@@ -142,6 +148,7 @@ def test_what_rocks_under_strong_friction_comes_to_rest(executable, tmp_path, se
     assert figures["balance"] < 1e-6
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize(
     ("kind", "seed"),
     [

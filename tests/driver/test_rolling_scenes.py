@@ -121,6 +121,7 @@ def hunt(roll, inputs, creep_of):
     return hunt_it
 
 
+@pytest.mark.release_only("a figure of many revolutions")
 def test_wavelength_of_klingel(hunt):
     """In the limit of small creep, at 2 m/s, over a wave and a half."""
     rows, theory = hunt(2.0, FREE, 1e-3, 24.0)
@@ -137,6 +138,7 @@ def test_wavelength_of_klingel(hunt):
     assert sharp == pytest.approx(2 * np.pi * np.sqrt(0.46 * 0.75 * 40), rel=1e-12)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize(
     ("speed", "stiffness"), [(40.0, FREE), (30.0, 1e5), (45.0, 1e5), (60.0, 1e5)]
 )
@@ -154,7 +156,12 @@ def test_growth_of_hunting(speed, stiffness, hunt):
 
 @pytest.mark.parametrize(
     ("scene", "t_end", "most", "within"),
-    [("wheelset", 1.0, 40000, 2e-6), ("bowling_hook", 4.0, 40000, 2e-4)],
+    [
+        pytest.param(
+            *("wheelset", 1.0, 40000, 2e-6), marks=pytest.mark.release_only("takes a minute")
+        ),
+        ("bowling_hook", 4.0, 40000, 2e-4),
+    ],
 )
 def test_memory_changes_little_where_all_rolls(root, roll, tmp_path, scene, t_end, most, within):
     """The transient law stays in steady rolling: a spot crosses itself in few steps, as it were."""

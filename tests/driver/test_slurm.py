@@ -21,10 +21,6 @@ from slurm_cluster import NODES, Cluster, ClusterError, missing_programs, own_ad
 ROOT = Path(__file__).resolve().parents[2]
 SUBMIT = ROOT / "scripts" / "slurm" / "submit"
 
-# One worker of pytest-xdist runs all of them, on one cluster. They wait most of the time, and
-# scripts/test runs them beside the other tests.
-pytestmark = [pytest.mark.xdist_group("slurm")]
-
 SWEEP = """\
 &sweep
    scene = 'top.nml', set = 'integrator.method = explicit8', 'scene.t_end = 1.5'

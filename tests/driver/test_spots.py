@@ -291,6 +291,7 @@ def drawn(seed):
     )
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize("seed", range(12))
 def test_drawn_spots(run, tmp_path, seed):
     """All places that overlap have a spot and the energy closes, or the surfaces conform."""
@@ -307,6 +308,7 @@ def test_drawn_spots(run, tmp_path, seed):
     assert np.abs(rows.energy_error).max() <= 1e-5 * moved
 
 
+@pytest.mark.sample(8)
 @pytest.mark.parametrize("seed", range(15))
 def test_every_place_is_felt(executable, tmp_path, seed):
     """One of each kind of tests/campaigns/spots.py: gaps, energy and momentum."""

@@ -249,6 +249,7 @@ def engine(request, tmp_path):
     return request.param, folder, told
 
 
+@pytest.mark.sample(1)
 def test_engines_run_the_shards(engine, executable, sweep, run):
     """Shards that are there already are left out; the others and the last job make one table."""
     name, folder, told = engine

@@ -333,8 +333,9 @@ contains
       flag = FCVode(self%memory, self%t_end, self%vector, reached, CV_ONE_STEP)
       y = self%y
       if (self%handle%problem%remembers .and. flag >= 0) then
-         if (FCVodeGetNumSteps(self%memory, steps) >= 0 .and. steps(1) /= steps_before(1)) &
-            self%untold = flag == CV_ROOT_RETURN
+         if (FCVodeGetNumSteps(self%memory, steps) >= 0) then
+            if (steps(1) /= steps_before(1)) self%untold = flag == CV_ROOT_RETURN
+         end if
       end if
       if (flag == CV_ROOT_RETURN) flag = take_roots(self%memory, events)
       if (flag >= 0) then

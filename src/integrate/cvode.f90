@@ -11,10 +11,10 @@ module contensou_integrate_cvode
       CV_LSETUP_FAIL, CV_ONE_STEP, CV_REPTD_RHSFUNC_ERR, CV_ROOT_RETURN, CV_TOO_MUCH_ACC, &
       CV_TSTOP_RETURN, CV_UNREC_RHSFUNC_ERR, FCVode, FCVodeCreate, FCVodeFree, &
       FCVodeGetCurrentStep, FCVodeGetCurrentTime, FCVodeGetDky, FCVodeGetIntegratorStats, &
-      FCVodeGetNonlinSolvStats, FCVodeGetNumJacEvals, &
-      FCVodeGetNumLinRhsEvals, FCVodeGetRootInfo, FCVodeInit, FCVodeReInit, FCVodeRootInit, &
-      FCVodeSetErrFile, FCVodeSetInitStep, FCVodeSetJacEvalFrequency, FCVodeSetJacFn, &
-      FCVodeSetLinearSolver, &
+      FCVodeGetLastStep, FCVodeGetNonlinSolvStats, FCVodeGetNumJacEvals, &
+      FCVodeGetNumLinRhsEvals, FCVodeGetNumSteps, FCVodeGetRootInfo, FCVodeInit, FCVodeReInit, &
+      FCVodeRootInit, FCVodeSetErrFile, FCVodeSetInitStep, &
+      FCVodeSetJacEvalFrequency, FCVodeSetJacFn, FCVodeSetLinearSolver, &
       FCVodeSetLSetupFrequency, FCVodeSetMaxConvFails, FCVodeSetMaxErrTestFails, &
       FCVodeSetMaxHnilWarns, FCVodeSetMaxOrd, FCVodeSetMaxStep, FCVodeSetNoInactiveRootWarn, &
       FCVodeSetNonlinearSolver, FCVodeSetStabLimDet, FCVodeSetStopTime, FCVodeSetUserData, &
@@ -36,6 +36,7 @@ module contensou_integrate_cvode
    use contensou_base_numbers, only : to_text
    use contensou_integrate_integrator, only : graded, integrator_type, statistics_type
    use contensou_integrate_problem, only : problem_type
+   use contensou_integrate_step, only : zero_gap
    implicit none(type, external)
    private
 
@@ -52,6 +53,14 @@ module contensou_integrate_cvode
       logical :: sparse = .false.
       !> Entries of the Jacobian.
       real(wp), allocatable :: entries(:)
+      !> Memory of CVODE.
+      type(c_ptr) :: memory = c_null_ptr
+      !> Whether the time at which CVODE is to stop only shortens the step that begins.
+      logical :: grading = .false.
+      !> Time at which it is to stop else [s].
+      real(wp) :: stop = 0.0_wp
+      !> Whether the event functions are asked for where an integration begins.
+      logical :: beginning = .false.
    end type handle_type
 
    !> Steps between two factorizations where the Jacobian is as old: CVODE's own choice.
@@ -144,6 +153,8 @@ module contensou_integrate_cvode
       logical :: renews = .false.
       !> Whether the limit is to be changed before the next step.
       logical :: change = .false.
+      !> Whether the next step's length is not told, as an event was met within the last step.
+      logical :: untold = .false.
       !> Steps since the last event or change of the limit.
       integer :: since = 0
       !> Steps without an event before the next trial.
@@ -232,6 +243,7 @@ contains
          call fatal(error, "CVODE could not be set up", status_failed)
          return
       end if
+      self%handle%memory = self%memory
       flag = FCVodeSetErrFile(self%memory, c_null_ptr)
       flag = min(flag, FCVodeInit(self%memory, c_funloc(derivative_callback), t, self%vector))
       flag = min(flag, FCVodeSetUserData(self%memory, c_loc(self%handle)))
@@ -269,7 +281,10 @@ contains
       flag = min(flag, FCVodeSetMaxConvFails(self%memory, 60_c_int))
       flag = min(flag, FCVodeSetStopTime(self%memory, min(t_end, self%t_stop)))
       call self%bound_step(max_step)
-      if (problem%remembers) flag = min(flag, begin_graded(self, t, y))
+      if (problem%remembers) then
+         flag = min(flag, begin_graded(self, t, y))
+         self%handle%beginning = .true.
+      end if
       if (flag < 0) call fatal(error, "CVODE could not be set up", status_failed)
    end subroutine start
 
@@ -295,6 +310,7 @@ contains
       !> Set when the integration cannot go on; its message says why in CVODE's terms.
       type(error_type), allocatable, intent(out) :: error
       integer(c_int) :: flag
+      integer(c_long) :: steps(1), steps_before(1)
       real(c_double) :: reached(1)
 
       events = 0
@@ -309,10 +325,18 @@ contains
          self%renews = self%steep
          flag = renew_jacobian(self, merge(1, self%handle%problem%jacobian_steps, self%renews))
       end if
-      if (self%handle%problem%remembers) flag = grade(self)
+      if (self%handle%problem%remembers) then
+         flag = grade(self)
+         flag = FCVodeGetNumSteps(self%memory, steps_before)
+      end if
       reached = t
       flag = FCVode(self%memory, self%t_end, self%vector, reached, CV_ONE_STEP)
       y = self%y
+      if (self%handle%problem%remembers .and. flag >= 0) then
+         if (FCVodeGetNumSteps(self%memory, steps) >= 0) then
+            if (steps(1) /= steps_before(1)) self%untold = flag == CV_ROOT_RETURN
+         end if
+      end if
       if (flag == CV_ROOT_RETURN) flag = take_roots(self%memory, events)
       if (flag >= 0) then
          ! A spacing is two calls of the library, and no larger than this.
@@ -451,6 +475,7 @@ contains
       integer(c_int) :: flag
 
       self%before = self%statistics()
+      self%untold = .false.
       self%y = y
       flag = 0
       if (self%bdf) flag = FCVodeSetMaxOrd(self%memory, merge(stable_order, largest_order, &
@@ -511,20 +536,31 @@ contains
       rms = sqrt(dot_product(values, values)/size(values))
    end function rms
 
-   !> Let the next step be graded: CVODE shortens it to end at a given time.
+   !> Let the next step be graded: CVODE shortens it to end at a given time. When it has done so the
+   !> error weights are asked for, and the time is taken back: having stopped at one CVODE would not
+   !> tell the length of the step after it.
    integer(c_int) function grade(self) result(flag)
-      class(cvode_type), intent(in) :: self
+      class(cvode_type), intent(inout) :: self
       real(c_double) :: h(1), t(1)
+      integer(c_long) :: steps(1)
       real(wp) :: stop, shorter
 
-      stop = min(self%t_end, self%t_stop)
-      flag = min(FCVodeGetCurrentStep(self%memory, h), FCVodeGetCurrentTime(self%memory, t))
-      if (flag >= 0 .and. h(1) > 0.0_wp .and. self%steps_of_no_path < soon) then
-         shorter = graded(h(1))
-         ! What differs by rounding is graded.
-         if (h(1) > shorter*(1.0_wp + 1.0e-9_wp)) stop = min(stop, t(1) + shorter)
-      end if
-      flag = FCVodeSetStopTime(self%memory, stop)
+      associate (handle => self%handle)
+         handle%stop = min(self%t_end, self%t_stop)
+         handle%grading = .false.
+         stop = handle%stop
+         flag = min(FCVodeGetCurrentStep(self%memory, h), FCVodeGetCurrentTime(self%memory, t), &
+            FCVodeGetNumSteps(self%memory, steps))
+         ! One that is not told is no longer than the last one.
+         if (self%untold) flag = min(flag, FCVodeGetLastStep(self%memory, h))
+         if (flag >= 0 .and. steps(1) > 0 .and. self%steps_of_no_path < soon) then
+            shorter = graded(h(1))
+            ! What differs by rounding is graded.
+            handle%grading = self%untold .or. h(1) > shorter*(1.0_wp + 1.0e-9_wp)
+            if (handle%grading) stop = min(stop, t(1) + shorter)
+         end if
+         flag = FCVodeSetStopTime(self%memory, stop)
+      end associate
    end function grade
 
    subroutine bound_step(self, max_step)
@@ -586,6 +622,7 @@ contains
       self%before = statistics_type()
       self%standstill = 0
       self%limited = .false.
+      self%untold = .false.
       self%renews = .false.
       self%change = .false.
       self%since = 0
@@ -713,6 +750,10 @@ contains
       y => FN_VGetArrayPointer(vector_y)
       call c_f_pointer(g, values, [handle%problem%n_events])
       call handle%problem%events(t, y, values)
+      ! Whether a gap that is zero to rounding is a touch is not left to its sign.
+      if (handle%beginning) where (abs(values) <= min(handle%problem%rounding, zero_gap(y))) &
+         values = 0.0_wp
+      handle%beginning = .false.
       flag = 0
    end function events_callback
 
@@ -733,6 +774,8 @@ contains
       call handle%problem%admissible_error(y, weight)
       weight = 1.0_wp/weight
       flag = 0
+      if (handle%grading) flag = FCVodeSetStopTime(handle%memory, handle%stop)
+      handle%grading = .false.
    end function weights_callback
 
 end module contensou_integrate_cvode

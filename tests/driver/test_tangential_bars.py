@@ -166,6 +166,9 @@ def test_the_law_knows_no_axes(ball):
         ("explicit8", 1e-8, 0, [0, 0, 0]),
         ("explicit8", 1e-8, 1e-6, [0, 0, 0]),
         ("cvode_bdf", 1e-6, 1e-6, [0, 0, 0]),
+        ("cvode_bdf", 1e-6, 0, [0, 0, 0]),
+        ("cvode_bdf", 1e-8, 0, [0, 0, 0]),
+        ("cvode_bdf", 1e-8, 1e-6, [0, 0, 0]),
     ],
 )
 def test_a_turned_scene_takes_the_same_steps(ball, method, rtol, above, spin):

@@ -13,6 +13,8 @@ module contensou_scene_checks
       pose_type, track_type, trouble_lost, trouble_no_spot, trouble_none, trouble_text
    use contensou_contact_normal, only : normal_rigid
    use contensou_contact_pairs, only : geometry_models, new_geometry
+   use contensou_contact_parameters, only : surroundings_type
+   use contensou_contact_tangential_law, only : join_materials
    use contensou_dynamics_assembly, only : contact_length, initial_pose, &
       largest_relative_approach, place_spots
    use contensou_dynamics_equations, only : system_type
@@ -20,6 +22,7 @@ module contensou_scene_checks
    use contensou_dynamics_mechanism, only : contact_type
    use contensou_dynamics_scene, only : contact_spec_type, motion_rotor, motion_spindle, &
       moves_freely, scene_type
+   use contensou_scene_contacts, only : creeps
    use contensou_scene_remedies, only : remedy
    implicit none(type, external)
    private
@@ -53,6 +56,7 @@ contains
       class(geometry_type), allocatable :: geometry
       character(len=:), allocatable :: problem
       type(chains_type) :: seen
+      real(wp) :: modulus, poisson
       integer :: i, twin
 
       allocate(seen%newest(size(scene%surfaces)), source=0)
@@ -93,6 +97,14 @@ contains
                quote(a%name) // " and " // quote(b%name) // " of contact " // &
                quote(scene%contacts(i)%name) // ": " // problem, &
                "surfaces that touch in a point, of one of the pairs (" // pairs() // ")")
+            if (.not. creeps(scene%contacts(i))) cycle
+            call join_materials(surroundings_type(young=scene%materials([a%material, &
+               b%material])%young, poisson=scene%materials([a%material, b%material])%poisson), &
+               modulus, poisson)
+            if (poisson < 0.0_wp) call diagnostics%add(place, "Poisson's ratio of both bodies " &
+               // "of contact " // quote(scene%contacts(i)%name) // " together is " // &
+               to_text(rounded(poisson, 3)) // ", and laws of creep are for 0 to 0.5", &
+               "materials with poisson >= 0, or tangential = 'elastic' without creep")
          end associate
       end do
    end subroutine check_contacts

@@ -204,6 +204,28 @@ def test_derivatives_have_no_jumps(evaluate, slow_build, law, most, largest, nea
     assert max(zooms) <= nearer
 
 
+@pytest.mark.parametrize("law", ["linear", "strip", "polach", "fastsim", "brush", "table"])
+def test_axes_that_change_their_places_make_no_kink(evaluate, law):
+    """Where a spot becomes a circle and then longer across, rolling askew: the derivatives by its
+    size before and after, of the second order, over the force."""
+    draw = random.Random(17)
+    load, f, g, step = 1, 0.3, 8e4, 1e-4
+    e0 = 1.5 * f * load / (math.pi * g)
+    rows = []
+    for _ in range(40):
+        rolls, nu = draw.uniform(0.1, 1.47), draw.uniform(0, 0.5)
+        creeps = [0.3 * e0 * draw.gauss(0, 1) for _ in range(3)]
+        flow = (-math.cos(rolls), -math.sin(rolls))
+        rows += [(load, 1 + i * step, 1, f, g, nu, *creeps, *flow) for i in range(-2, 3)]
+    found = evaluate("creep", INPUTS, rows, "--model", law)
+    wrench = np.array([[row[name] for name in ("Fx", "Fy", "Tz")] for row in found])
+    one, two, three, four, five = wrench.reshape(-1, 5, 3).transpose(1, 0, 2)
+    before = 1.5 * three - 2 * two + 0.5 * one
+    after = -1.5 * three + 2 * four - 0.5 * five
+    unit = step * np.linalg.norm(three[:, :2], axis=1)[:, None]
+    assert (np.abs(after - before) / unit).max() < 1e-4
+
+
 @pytest.mark.parametrize("law", [*LAWS, "table"])
 @pytest.mark.parametrize("turns", [(1, 1, 0), (0, 0, 1)])
 def test_no_kink_where_there_is_no_spin_and_nothing_else(evaluate, law, turns):

@@ -285,3 +285,18 @@ def test_cost_of_laws_of_creep(run, tmp_path):
     done = run("cost", "ball.nml")
     assert done.status == 2
     assert "cost.creep: no contact of the scene has a law of creep" in done.err
+
+
+@pytest.mark.parametrize(
+    "keys", ["tangential = 'elastic', creep = 'table'", "tangential='rolling'"]
+)
+def test_materials_that_laws_of_creep_are_not_for(run, tmp_path, keys):
+    scene = BALL.replace("tangential = 'elastic', creep = 'table'", keys)
+    scene = scene.replace("poisson = 0.45", "poisson = -0.1")
+    (tmp_path / "ball.nml").write_text(scene)
+    done = run("run", "ball.nml", "-o", "ball.h5")
+    assert done.status == 2
+    line = next(i for i, text in enumerate(scene.splitlines(), 1) if "surfaces =" in text)
+    assert f"ball.nml:{line}:" in done.err
+    assert "together is -0.1, and laws of creep are for 0 to 0.5" in done.err
+    assert not list(tmp_path.glob("ball.h5*"))

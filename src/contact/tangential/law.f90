@@ -17,7 +17,7 @@ module contensou_contact_tangential_law
    implicit none(type, external)
    private
 
-   public :: tangential_model_type, spring, elastic, rolling, creep_names, creep_key
+   public :: tangential_model_type, spring, elastic, rolling, creep_names, creep_key, join_materials
 
    !> Key that names the law of creep.
    character(len=*), parameter :: creep_key = "creep"

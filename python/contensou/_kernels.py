@@ -312,7 +312,7 @@ class Tangential:
     >>> spot = Tangential(8e10, 0.3)
     >>> found = spot.advance(0.6, 1e-4, 1e-4, [1e-8, 0.0, -1e-8], 0.0, 0.0)
     >>> found.fx.round(4).tolist()
-    [-0.178, -0.178, 0.0053]
+    [-0.178, -0.178, 0.0052]
     """
 
     def __init__(self, shear_modulus: float, poisson: float, layers: int = 12) -> None:

@@ -29,7 +29,7 @@ contains
       read (number, *) rounds
       allocate(x(n), y(20, n))
       x = [(real(i, wp)/n, i=1, n)]
-      call shells%begin(10)
+      call shells%begin()
       do i = 1, rounds
          select case (kernel)
          case ("hertz")

@@ -300,6 +300,14 @@ def test_table_of_steady_rolling(wrenches):
     assert np.abs(error[:, 2]).max() <= 0.036
 
 
+def test_fastsim_of_steady_rolling(wrenches):
+    """Force along and across, and torque, mean and worst."""
+    rows, expected = steady_rolling()
+    error = np.abs(wrenches("fastsim", rows) - expected)
+    assert (error.mean(axis=0) <= [0.0155, 0.028, 0.023]).all()
+    assert (error.max(axis=0) <= [0.107, 0.145, 0.13]).all()
+
+
 def test_grid_of_the_table_of_steady_rolling(wrenches, executable, build_kind):
     """One lattice as wide as the table's makes its values where the law is far from them."""
     if build_kind == "checked":

@@ -2,7 +2,8 @@
 !>
 !> `cvode_bdf`: variable-order BDF with a Newton iteration, whose matrix is dense for few unknowns
 !> and sparse for many and comes from the problem's Jacobian if it has one; `cvode_adams`:
-!> variable-order Adams-Moulton with a fixed-point iteration.
+!> variable-order Adams-Moulton with a fixed-point iteration. With `cvode_bdf` the ways of a problem
+!> are unknowns beside its own, in the error test and in the iteration.
 !> A. C. Hindmarsh et al., ACM Trans. Math. Software 31 (2005) 363.
 module contensou_integrate_cvode
    use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_double, c_f_pointer, c_funloc, &
@@ -35,7 +36,7 @@ module contensou_integrate_cvode
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : to_text
    use contensou_integrate_integrator, only : graded, integrator_type, statistics_type
-   use contensou_integrate_problem, only : problem_type
+   use contensou_integrate_problem, only : problem_type, way_columns_of
    use contensou_integrate_step, only : zero_gap
    implicit none(type, external)
    private
@@ -51,8 +52,15 @@ module contensou_integrate_cvode
       class(problem_type), pointer :: problem => null()
       !> Whether the matrix of the Newton iteration is sparse.
       logical :: sparse = .false.
-      !> Entries of the Jacobian.
+      !> Unknowns of the problem, and these with the ways that are integrated along.
+      integer :: n = 0, n_all = 0
+      !> Entries of the Jacobian of the problem.
       real(wp), allocatable :: entries(:)
+      !> Entries of the whole matrix.
+      real(wp), allocatable :: all_entries(:)
+      !> Layout of the matrix, as that of a problem, and the places in it of the entries of the
+      !> Jacobian of the problem and of those of the ways, 0 for none.
+      integer, allocatable :: column_start(:), row(:), place(:), way_place(:, :)
       !> Memory of CVODE.
       type(c_ptr) :: memory = c_null_ptr
       !> Whether the time at which CVODE is to stop only shortens the step that begins.
@@ -226,13 +234,17 @@ contains
 
       call self%free()
       n = problem%n
+      if (method /= "cvode_adams") n = n + problem%n_ways
       allocate(self%handle)
       self%handle%problem => problem
+      self%handle%n = problem%n
+      self%handle%n_all = n
       self%t_end = t_end
       self%bdf = method /= "cvode_adams"
       self%free_interpolation = .true.
       allocate(self%y(n), self%y_between(n))
-      self%y = y
+      self%y(:problem%n) = y
+      self%y(problem%n + 1:) = 0.0_wp
       flag = FSUNContext_Create(c_null_ptr, self%context)
       self%vector => FN_VMake_Serial(int(n, i8), self%y, self%context)
       self%vector_between => FN_VMake_Serial(int(n, i8), self%y_between, self%context)
@@ -254,9 +266,10 @@ contains
       else
          call self%handle%problem%lay_out_jacobian()
          self%handle%sparse = allocated(problem%row) .and. n >= sparse_from
+         if (allocated(problem%row)) call lay_out_matrix(self%handle)
          if (self%handle%sparse) then
-            self%matrix => FSUNSparseMatrix(int(n, i8), int(n, i8), size(problem%row, kind=i8), &
-               CSC_MAT, self%context)
+            self%matrix => FSUNSparseMatrix(int(n, i8), int(n, i8), &
+               size(self%handle%row, kind=i8), CSC_MAT, self%context)
             self%linear_solver => FSUNLinSol_KLU(self%vector, self%matrix, self%context)
             flag = min(flag, FSUNLinSol_KLUSetOrdering(self%linear_solver, minimum_degree))
          else
@@ -266,6 +279,7 @@ contains
          flag = min(flag, FCVodeSetLinearSolver(self%memory, self%linear_solver, self%matrix))
          if (allocated(problem%row)) then
             allocate(self%handle%entries(size(problem%row)))
+            allocate(self%handle%all_entries(size(self%handle%row)))
             flag = min(flag, FCVodeSetJacFn(self%memory, c_funloc(jacobian_callback)))
          end if
          flag = min(flag, renew_jacobian(self, problem%jacobian_steps))
@@ -317,7 +331,7 @@ contains
       if (self%change) then
          self%change = .false.
          self%limited = .not. self%limited
-         y = self%y
+         y = self%y(:self%handle%n)
          call self%restart(t, y, error)
          if (allocated(error)) return
       end if
@@ -331,7 +345,7 @@ contains
       end if
       reached = t
       flag = FCVode(self%memory, self%t_end, self%vector, reached, CV_ONE_STEP)
-      y = self%y
+      y = self%y(:self%handle%n)
       if (self%handle%problem%remembers .and. flag >= 0) then
          if (FCVodeGetNumSteps(self%memory, steps) >= 0) then
             if (steps(1) /= steps_before(1)) self%untold = flag == CV_ROOT_RETURN
@@ -444,8 +458,8 @@ contains
       integer(c_int) :: flag
 
       flag = FCVodeGetDky(self%memory, t, 0_c_int, self%vector_between)
-      y = self%y_between
-      if (flag < 0) y = self%y
+      y = self%y_between(:self%handle%n)
+      if (flag < 0) y = self%y(:self%handle%n)
    end subroutine interpolate
 
    !> Time derivative of the state within the last step.
@@ -461,7 +475,7 @@ contains
       known = .false.
       if (.not. self%bdf) return
       known = FCVodeGetDky(self%memory, t, 1_c_int, self%vector_between) >= 0
-      if (known) rate = self%y_between
+      if (known) rate = self%y_between(:self%handle%n)
    end subroutine interpolate_rate
 
    !> Begin anew at a state after the right-hand side has changed.
@@ -476,7 +490,8 @@ contains
 
       self%before = self%statistics()
       self%untold = .false.
-      self%y = y
+      self%y(:self%handle%n) = y
+      self%y(self%handle%n + 1:) = 0.0_wp
       flag = 0
       if (self%bdf) flag = FCVodeSetMaxOrd(self%memory, merge(stable_order, largest_order, &
          self%limited))
@@ -505,6 +520,8 @@ contains
          call problem%derivative(t, y, rate, outside)
          self%before%derivatives = self%before%derivatives + 1
          if (outside .or. .not. span > 0.0_wp) return
+         ! The first error weights need them.
+         if (size(self%y) > size(y)) call problem%way_rates(self%y_between(size(y) + 1:))
          call problem%admissible_error(y, weight)
          weight = 1.0_wp/weight
          shortest = 100.0_wp*max(spacing(t), epsilon(span)*span)
@@ -553,8 +570,9 @@ contains
             FCVodeGetNumSteps(self%memory, steps))
          ! One that is not told is no longer than the last one.
          if (self%untold) flag = min(flag, FCVodeGetLastStep(self%memory, h))
-         if (flag >= 0 .and. steps(1) > 0 .and. self%steps_of_no_path < soon) then
-            shorter = graded(h(1))
+         if (flag >= 0 .and. steps(1) > 0 .and. (self%steps_of_no_path < soon .or. &
+            self%reach < h(1))) then
+            shorter = graded(min(h(1), self%reach))
             ! What differs by rounding is graded.
             handle%grading = self%untold .or. h(1) > shorter*(1.0_wp + 1.0e-9_wp)
             if (handle%grading) stop = min(stop, t(1) + shorter)
@@ -665,9 +683,11 @@ contains
       logical :: outside
 
       call c_f_pointer(user_data, handle)
-      call take_values(vector_y, handle%problem%n, y)
-      call take_values(vector_rate, handle%problem%n, rate)
-      call handle%problem%derivative(t, y, rate, outside)
+      call take_values(vector_y, handle%n_all, y)
+      call take_values(vector_rate, handle%n_all, rate)
+      call handle%problem%derivative(t, y(:handle%n), rate(:handle%n), outside)
+      if (handle%n_all > handle%n .and. .not. outside) call handle%problem%way_rates( &
+         rate(handle%n + 1:))
       flag = merge(1_c_int, 0_c_int, outside)
    end function derivative_callback
 
@@ -707,31 +727,95 @@ contains
 
       call c_f_pointer(user_data, handle)
       y => FN_VGetArrayPointer(vector_y)
-      associate (problem => handle%problem)
-         if (handle%sparse) then
-            first => FSUNSparseMatrix_Data(matrix)
-            call c_f_pointer(c_loc(first(1)), sparse, [size(problem%row)])
-            call problem%jacobian(t, y, sparse)
-            first_index => FSUNSparseMatrix_IndexPointers(matrix)
-            call c_f_pointer(c_loc(first_index(1)), starts, [problem%n + 1])
-            starts = problem%column_start - 1
-            first_index => FSUNSparseMatrix_IndexValues(matrix)
-            call c_f_pointer(c_loc(first_index(1)), rows, [size(problem%row)])
-            rows = problem%row - 1
-         else
-            call problem%jacobian(t, y, handle%entries)
-            first => FSUNDenseMatrix_Data(matrix)
-            call c_f_pointer(c_loc(first(1)), dense, [problem%n, problem%n])
-            dense = 0.0_wp
-            do j = 1, problem%n
-               do i = problem%column_start(j), problem%column_start(j + 1) - 1
-                  dense(problem%row(i), j) = handle%entries(i)
-               end do
+      if (handle%sparse) then
+         first => FSUNSparseMatrix_Data(matrix)
+         call c_f_pointer(c_loc(first(1)), sparse, [size(handle%row)])
+         call find_entries(handle, t, y(:handle%n), sparse)
+         first_index => FSUNSparseMatrix_IndexPointers(matrix)
+         call c_f_pointer(c_loc(first_index(1)), starts, [handle%n_all + 1])
+         starts = handle%column_start - 1
+         first_index => FSUNSparseMatrix_IndexValues(matrix)
+         call c_f_pointer(c_loc(first_index(1)), rows, [size(handle%row)])
+         rows = handle%row - 1
+      else
+         call find_entries(handle, t, y(:handle%n), handle%all_entries)
+         first => FSUNDenseMatrix_Data(matrix)
+         call c_f_pointer(c_loc(first(1)), dense, [handle%n_all, handle%n_all])
+         dense = 0.0_wp
+         do j = 1, handle%n_all
+            do i = handle%column_start(j), handle%column_start(j + 1) - 1
+               dense(handle%row(i), j) = handle%all_entries(i)
             end do
-         end if
-      end associate
+         end do
+      end if
       flag = 0
    end function jacobian_callback
+
+   !> Entries of the matrix.
+   subroutine find_entries(handle, t, y, entries)
+      type(handle_type), intent(inout) :: handle
+      !> Time [s].
+      real(wp), intent(in) :: t
+      !> Unknowns of the problem.
+      real(wp), intent(in) :: y(:)
+      !> In the order of `row` of the handle.
+      real(wp), intent(out) :: entries(:)
+      real(wp) :: slopes(way_columns_of)
+      integer :: i, k
+
+      if (handle%n_all == handle%n) then
+         call handle%problem%jacobian(t, y, entries)
+         return
+      end if
+      call handle%problem%jacobian(t, y, handle%entries)
+      entries = 0.0_wp
+      entries(handle%place) = handle%entries
+      do k = 1, handle%n_all - handle%n
+         call handle%problem%way_slopes(k, slopes)
+         do i = 1, size(slopes)
+            if (handle%way_place(i, k) > 0) entries(handle%way_place(i, k)) = slopes(i)
+         end do
+      end do
+   end subroutine find_entries
+
+   !> Lay out the matrix: the Jacobian of the problem and the rows of the ways.
+   subroutine lay_out_matrix(handle)
+      type(handle_type), intent(inout) :: handle
+      integer :: columns(way_columns_of, handle%n_all - handle%n)
+      integer :: i, j, k, next
+
+      associate (problem => handle%problem, n => handle%n, ways => handle%n_all - handle%n)
+         do k = 1, ways
+            call problem%way_columns(k, columns(:, k))
+         end do
+         allocate(handle%column_start(handle%n_all + 1), handle%place(size(problem%row)), &
+            handle%way_place(way_columns_of, ways), source=0)
+         allocate(handle%row(size(problem%row) + count(columns > 0) + ways))
+         next = 0
+         do j = 1, n
+            handle%column_start(j) = next + 1
+            do i = problem%column_start(j), problem%column_start(j + 1) - 1
+               next = next + 1
+               handle%row(next) = problem%row(i)
+               handle%place(i) = next
+            end do
+            do k = 1, ways
+               i = findloc(columns(:, k), j, dim=1)
+               if (i == 0) cycle
+               next = next + 1
+               handle%row(next) = n + k
+               handle%way_place(i, k) = next
+            end do
+         end do
+         do k = 1, ways
+            ! The ways act on nothing; the entry is there for the identity that a solver adds.
+            next = next + 1
+            handle%column_start(n + k) = next
+            handle%row(next) = n + k
+         end do
+         handle%column_start(handle%n_all + 1) = next + 1
+      end associate
+   end subroutine lay_out_matrix
 
    !> Event functions for CVODE.
    function events_callback(t, vector_y, g, user_data) result(flag) bind(c, name="")
@@ -749,10 +833,10 @@ contains
       call c_f_pointer(user_data, handle)
       y => FN_VGetArrayPointer(vector_y)
       call c_f_pointer(g, values, [handle%problem%n_events])
-      call handle%problem%events(t, y, values)
+      call handle%problem%events(t, y(:handle%n), values)
       ! Whether a gap that is zero to rounding is a touch is not left to its sign.
-      if (handle%beginning) where (abs(values) <= min(handle%problem%rounding, zero_gap(y))) &
-         values = 0.0_wp
+      if (handle%beginning) where (abs(values) <= min(handle%problem%rounding, &
+         zero_gap(y(:handle%n)))) values = 0.0_wp
       handle%beginning = .false.
       flag = 0
    end function events_callback
@@ -771,7 +855,8 @@ contains
       call c_f_pointer(user_data, handle)
       y => FN_VGetArrayPointer(vector_y)
       weight => FN_VGetArrayPointer(vector_weight)
-      call handle%problem%admissible_error(y, weight)
+      call handle%problem%admissible_error(y(:handle%n), weight(:handle%n))
+      if (handle%n_all > handle%n) call handle%problem%way_errors(weight(handle%n + 1:))
       weight = 1.0_wp/weight
       flag = 0
       if (handle%grading) flag = FCVodeSetStopTime(handle%memory, handle%stop)

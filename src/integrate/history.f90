@@ -4,6 +4,7 @@ module contensou_integrate_history
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
+   use contensou_contact_geometry, only : contact_motion_type
    use contensou_integrate_integrator, only : graded
    use contensou_integrate_motion, only : motion_type
    use contensou_integrate_step, only : march_type
@@ -26,6 +27,13 @@ module contensou_integrate_history
 
    !> Part of the step that would just do, and the smallest and the largest change of a step.
    real(wp), parameter :: cautious = 0.7_wp, shrinking = 0.1_wp, growing = 4.0_wp
+
+   !> Step over the time since a touch or until a lift-off: a force that goes as the power 1.5 of
+   !> the overlap is not smooth there, and an error test that looks back does not see it.
+   real(wp), parameter :: near_touch = 0.1_wp
+
+   !> Overlap, over a usual one, below which no step is shortened for that.
+   real(wp), parameter :: of_no_force = 1.0e-3_wp
 
    !> Step that is not taken again, in units of the rounding of the time.
    real(wp), parameter :: shortest = 64.0_wp
@@ -126,6 +134,7 @@ contains
          do i = 1, size(system%contacts)
             if (allocated(system%contacts(i)%tangential)) call system%contacts(i)%tangential%keep()
          end do
+         call heed_touches(self)
          ! Bounds for the sake of gaps are lifted elsewhere.
          if (memory%bounded_until > 0.0_wp) return
          time_step = memory%t - self%t_before
@@ -142,5 +151,28 @@ contains
          end if
       end associate
    end subroutine remember
+
+   !> Tell a method how long its next step may be where compliant contacts that remember have
+   !> touched or are about to lift off.
+   subroutine heed_touches(self)
+      !> The march, its poses those of the state that is reached.
+      type(march_type), intent(inout) :: self
+      type(contact_motion_type) :: now
+      real(wp) :: overlap, rate, least
+      integer :: i
+
+      least = of_no_force*self%motion%scales%usual_overlap()
+      associate (reach => self%integrator%reach, system => self%motion%system)
+         reach = huge(reach)
+         do i = 1, self%motion%n_ways
+            call system%observe(self%motion%way(i), now)
+            overlap = -now%at%gap
+            rate = now%gap_rate()
+            if (overlap < 0.0_wp .or. (rate > 0.0_wp .and. overlap < least)) cycle
+            if (abs(rate)*reach > near_touch*max(overlap, least)) reach = near_touch &
+               *max(overlap, least)/abs(rate)
+         end do
+      end associate
+   end subroutine heed_touches
 
 end module contensou_integrate_history

@@ -57,6 +57,9 @@ module contensou_integrate_integrator
       !> Time at which a step must end, as the right-hand side is not smooth there [s]; taken note
       !> of at a start and a restart.
       real(wp) :: t_stop = huge(1.0_wp)
+      !> What the next step should not exceed near a touch or a lift-off [s], for methods that
+      !> estimate its error from the steps before.
+      real(wp) :: reach = huge(1.0_wp)
    contains
       !> Begin at a state.
       procedure(start_interface), deferred :: start

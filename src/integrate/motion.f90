@@ -2,7 +2,9 @@
 module contensou_integrate_motion
    use contensou_base_kinds, only : i8, wp
    use contensou_base_operating_system, only : wall_seconds
-   use contensou_contact_geometry, only : contact_motion_type
+   use contensou_base_rotations, only : to_body
+   use contensou_base_vectors, only : cross
+   use contensou_contact_geometry, only : contact_motion_type, pose_type
    use contensou_contact_states, only : against_angular_velocity, against_energy, against_length, &
       against_velocity, state_type
    use contensou_dynamics_assembly, only : contact_time
@@ -12,7 +14,7 @@ module contensou_integrate_motion
    use contensou_dynamics_rests, only : sunk
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_state, only : at_position, at_quaternion, at_spin, at_velocity, body_size
-   use contensou_integrate_problem, only : problem_type
+   use contensou_integrate_problem, only : problem_type, way_columns_of
    use contensou_integrate_profile, only : profile_period, profile_type
    implicit none(type, external)
    private
@@ -63,6 +65,14 @@ module contensou_integrate_motion
    !> Admissible error of what is of no account.
    real(wp), parameter :: of_no_account = 1.0e30_wp
 
+   !> Admissible error of a gap that is integrated, over that of a position: a step of BDF that
+   !> errs by as much as that at low order, after a kink of the tangential force, loses some 1e-9 of
+   !> the energy of an impact. Finer ones feel the rounding of the forces.
+   real(wp), parameter :: fine_way = 3.0e-3_wp
+
+   !> Rate of a gap below which more is admitted, over the scale of velocities.
+   real(wp), parameter :: slow_way = 0.4_wp
+
    !> Motion of a system.
    type, extends(problem_type) :: motion_type
       type(system_type) :: system
@@ -77,12 +87,20 @@ module contensou_integrate_motion
       logical :: differences = .false.
       !> Whether forces of rigid contacts were not found where events were looked for.
       logical :: unfound = .false.
+      !> Contacts whose gaps are integrated as ways.
+      integer, allocatable :: way(:)
+      !> Rates of these at the last right-hand side [m/s].
+      real(wp), allocatable :: way_rate(:)
    contains
       procedure :: lay_out_jacobian
       procedure :: jacobian
       procedure :: derivative
       procedure :: events
       procedure :: admissible_error
+      procedure :: way_rates
+      procedure :: way_errors
+      procedure :: way_columns
+      procedure :: way_slopes
       procedure :: nominals
       procedure :: set_tolerance
       procedure, private :: admit_states
@@ -113,6 +131,10 @@ contains
             if (allocated(contact%tangential%carry)) motion%settles = .false.
          end associate
       end do
+      motion%way = pack([(i, i=1, motion%n_events)], [(allocated(motion%system%contacts(i) &
+         %tangential) .and. .not. motion%system%contacts(i)%rigid, i=1, motion%n_events)])
+      motion%n_ways = size(motion%way)
+      motion%way_rate = [(0.0_wp, i=1, motion%n_ways)]
       associate (s => motion%scales)
          s%asked = scene%integrator%rtol
          s%coarsest = huge(s%coarsest)
@@ -323,6 +345,93 @@ contains
          end associate
       end do
    end subroutine admissible_error
+
+   !> Rates of the gaps of the compliant contacts that remember, as long as they touch; also where
+   !> they have parted within the step, so that these have no jump there.
+   subroutine way_rates(self, rates)
+      class(motion_type), intent(inout) :: self
+      !> [m/s].
+      real(wp), intent(out) :: rates(:)
+      type(contact_motion_type) :: now
+      logical :: touches
+      integer :: i
+
+      do i = 1, size(rates)
+         call self%system%observe(self%way(i), now)
+         associate (contact => self%system%contacts(self%way(i)))
+            rates(i) = 0.0_wp
+            touches = contact%tangential%is_loaded() .or. now%at%gap < contact%brink
+            if (touches) rates(i) = now%gap_rate()
+         end associate
+      end do
+      self%way_rate = rates
+   end subroutine way_rates
+
+   !> Admissible local errors of the ways: finer than those of positions where a gap changes as in
+   !> an impact, of no account where it hardly does, as what rings at rest takes no such steps.
+   subroutine way_errors(self, size_of_error)
+      class(motion_type), intent(in) :: self
+      !> [m], > 0.
+      real(wp), intent(out) :: size_of_error(:)
+      real(wp) :: slowness
+      integer :: i
+
+      size_of_error = of_no_account
+      do i = 1, size(size_of_error)
+         if (.not. self%system%contacts(self%way(i))%tangential%is_loaded()) cycle
+         slowness = slow_way*self%scales%velocity/max(abs(self%way_rate(i)), tiny(slowness))
+         slowness = min(max(1.0_wp, slowness), of_no_account**0.25_wp)
+         size_of_error(i) = fine_way*slowness**4*self%scales%rtol*self%scales%length
+      end do
+   end subroutine way_errors
+
+   !> Unknowns on which the rate of a way depends: velocities of two bodies.
+   subroutine way_columns(self, way, columns)
+      class(motion_type), intent(in) :: self
+      integer, intent(in) :: way
+      !> Their indices, 0 for none.
+      integer, intent(out) :: columns(way_columns_of)
+      integer :: i
+
+      columns = 0
+      associate (contact => self%system%contacts(self%way(way)))
+         ! Velocity and angular velocity follow one another.
+         if (contact%a > 0) columns(:6) = body_size*(contact%a - 1) + at_velocity + [(i, i=0, 5)]
+         if (contact%b > 0) columns(7:) = body_size*(contact%b - 1) + at_velocity + [(i, i=0, 5)]
+      end associate
+   end subroutine way_columns
+
+   !> Derivatives of the rate of a way, where the right-hand side was evaluated last.
+   subroutine way_slopes(self, way, slopes)
+      class(motion_type), intent(inout) :: self
+      integer, intent(in) :: way
+      !> By the unknowns that `way_columns` names.
+      real(wp), intent(out) :: slopes(way_columns_of)
+      type(contact_motion_type) :: now
+
+      call self%system%observe(self%way(way), now)
+      slopes = 0.0_wp
+      associate (contact => self%system%contacts(self%way(way)), pose => self%system%pose, &
+         at => now%at)
+         if (.not. contact%tangential%is_loaded() .and. at%gap >= contact%brink) return
+         slopes(1:3) = -at%normal
+         slopes(7:9) = at%normal
+         if (contact%a > 0) slopes(4:6) = lever(pose(contact%a), -at%normal)
+         if (contact%b > 0) slopes(10:12) = lever(pose(contact%b), at%normal)
+      end associate
+
+   contains
+
+      !> Derivative of the velocity of a point along a direction by the angular velocity.
+      pure function lever(pose, direction)
+         type(pose_type), intent(in) :: pose
+         real(wp), intent(in) :: direction(3)
+         real(wp) :: lever(3)
+
+         lever = to_body(pose%rotation, cross(now%at%point - pose%position, direction))
+      end function lever
+
+   end subroutine way_slopes
 
    !> Admissible local error of each unknown, whether it is of account or not.
    subroutine error_scales(self, y, size_of_error)

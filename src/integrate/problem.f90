@@ -4,7 +4,10 @@ module contensou_integrate_problem
    implicit none(type, external)
    private
 
-   public :: problem_type
+   public :: problem_type, way_columns_of
+
+   !> Most unknowns on which the rate of a way depends: velocities of two bodies.
+   integer, parameter :: way_columns_of = 12
 
    !> y' = f(t, y) with error weights and functions whose zeros are events.
    type, abstract :: problem_type
@@ -24,6 +27,10 @@ module contensou_integrate_problem
       !> hardly decays, but at last leaves nothing to follow: a method looks at the limits of its
       !> stability in each step.
       logical :: remembers = .false.
+      !> Number of ways: lengths that a method may integrate beside the unknowns for the sake of its
+      !> estimates. They act on nothing, but their errors are those of positions, which have too few
+      !> digits to tell them.
+      integer :: n_ways = 0
       !> Value of an event function up to which it counts as zero where an integration begins.
       real(wp) :: rounding = 0.0_wp
       !> Whether what rings may come to rest: rolling with a law of creep does not end by that.
@@ -34,6 +41,10 @@ module contensou_integrate_problem
    contains
       procedure :: lay_out_jacobian
       procedure :: jacobian
+      procedure :: way_rates
+      procedure :: way_errors
+      procedure :: way_columns
+      procedure :: way_slopes
       !> Right-hand side.
       procedure(derivative_interface), deferred :: derivative
       !> Event functions.
@@ -103,5 +114,46 @@ contains
 
       value = 0.0_wp
    end subroutine jacobian
+
+   !> Rates of the ways, where the right-hand side was evaluated last; there are none unless a
+   !> problem says otherwise.
+   subroutine way_rates(self, rates)
+      class(problem_type), intent(inout) :: self
+      !> `n_ways` of them.
+      real(wp), intent(out) :: rates(:)
+
+      rates = 0.0_wp
+   end subroutine way_rates
+
+   !> Admissible local errors of the ways.
+   subroutine way_errors(self, size_of_error)
+      class(problem_type), intent(in) :: self
+      !> > 0.
+      real(wp), intent(out) :: size_of_error(:)
+
+      size_of_error = huge(size_of_error)
+   end subroutine way_errors
+
+   !> Unknowns on which the rate of a way depends.
+   subroutine way_columns(self, way, columns)
+      class(problem_type), intent(in) :: self
+      !> 1 to `n_ways`.
+      integer, intent(in) :: way
+      !> Their indices, 0 for none.
+      integer, intent(out) :: columns(way_columns_of)
+
+      columns = 0
+   end subroutine way_columns
+
+   !> Derivatives of the rate of a way, where the right-hand side was evaluated last.
+   subroutine way_slopes(self, way, slopes)
+      class(problem_type), intent(inout) :: self
+      !> 1 to `n_ways`.
+      integer, intent(in) :: way
+      !> By the unknowns that `way_columns` names.
+      real(wp), intent(out) :: slopes(way_columns_of)
+
+      slopes = 0.0_wp
+   end subroutine way_slopes
 
 end module contensou_integrate_problem

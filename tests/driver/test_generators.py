@@ -76,6 +76,12 @@ def circle(generator):
     return generator("scripts/generate_circle.py", "src/contact/tangential/circle_values.f90")
 
 
+@pytest.fixture
+def ellipse(generator):
+    """The generator of the table of sliding of elliptic spots."""
+    return generator("scripts/generate_ellipse.py", "src/contact/tangential/ellipse_values.f90")
+
+
 def change_digits(table: Path) -> None:
     """Change the last digit of some number in each line of the table."""
     text = table.read_text(encoding="utf-8")
@@ -172,5 +178,23 @@ def test_table_of_circles_is_checked(circle):
     assert done.returncode == 0, done.stdout + done.stderr
     change_digits(circle.table)
     done = circle.run("--check")
+    assert done.returncode == 1
+    assert "differs" in done.stdout + done.stderr
+
+
+def test_table_of_ellipses_is_what_is_generated(ellipse):
+    checked_in = ellipse.table.read_bytes()
+    ellipse.table.unlink()
+    done = ellipse.run()
+    assert done.returncode == 0, done.stderr
+    assert ellipse.table.read_bytes() == checked_in
+
+
+def test_table_of_ellipses_is_checked(ellipse, build_kind):
+    if build_kind == "release":
+        done = ellipse.run("--check")
+        assert done.returncode == 0, done.stdout + done.stderr
+    change_digits(ellipse.table)
+    done = ellipse.run("--check")
     assert done.returncode == 1
     assert "differs" in done.stdout + done.stderr

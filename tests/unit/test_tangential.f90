@@ -9,13 +9,16 @@ module test_tangential
    use contensou_contact_tangential_memory, only : n_states, tangential_type
    use contensou_contact_tangential_oblique, only : oblique_impact
    use contensou_contact_tangential_edges, only : edge_at, power_of
+   use contensou_contact_tangential_ellipse, only : ellipse_type, least_ratio
+   use contensou_contact_tangential_ellipse_values, only : bands, parts
    use contensou_contact_tangential_shells, only : default_layers, shells_type, single_spring, &
       spring_spot_type
-   use contensou_contact_tangential_slip, only : shared_type, shell_type, sliding_force
+   use contensou_contact_tangential_slip, only : abreast, shared_type, shell_type, sliding_force
    use contensou_contact_tangential_stiffness, only : tangential_stiffness
    use contensou_contact_wrench, only : wrench_jacobian_kernel, wrench_pade11_jacobian, &
       wrench_pade22_jacobian, wrench_simplified_jacobian
-   use contensou_contact_wrench_exact, only : wrench_exact, wrench_exact_jacobian
+   use contensou_contact_wrench_exact, only : wrench_exact, wrench_exact_bends, &
+      wrench_exact_jacobian
    use contensou_contact_wrench_scaling, only : slip_type
    use test_harness, only : check, check_close, check_relative, random_type, worst_type
    implicit none(type, external)
@@ -56,6 +59,7 @@ contains
       call test_narrow_rim()
       call test_narrow_rim_that_slips()
       call test_rungs()
+      call test_table()
    end subroutine run_tangential_tests
 
    !> A spot of steel.
@@ -780,6 +784,91 @@ contains
          last = wrench
       end do
    end subroutine note_jumps
+
+   !> The table of sliding on ellipses against the exact wrench: the whole range of axis ratios,
+   !> both sides of the borders of parts, and centres of rotation from inside the spot to infinity.
+   subroutine test_table()
+      integer, parameter :: n_ratios = 9
+      type(random_type) :: random
+      type(worst_type) :: force, torque, slope, bend
+      type(ellipse_type) :: table
+      type(spot_shape_type) :: shape
+      real(wp) :: ratio, border, x, rho, angle
+      integer :: i, j
+
+      border = least_ratio**(1.0_wp/real(bands, wp))
+      do i = 1, 4*n_ratios
+         select case (i)
+         case (1)
+            ratio = least_ratio
+         case (2)
+            ratio = border*(1.0_wp - 1.0e-15_wp)
+         case (3)
+            ratio = border*(1.0_wp + 1.0e-15_wp)
+         case (4)
+            ratio = 1.0_wp
+         case (5)
+            ratio = 1.0_wp - 1.0e-12_wp
+         case default
+            ratio = 10.0_wp**random%uniform(log10(least_ratio), 0.0_wp)
+         end select
+         shape = elliptic_shape(ratio)
+         do j = 1, 2000
+            x = random%uniform(0.0_wp, 1.0_wp)
+            ! At the borders, near the rim, and far away.
+            if (modulo(j, 4) == 0) x = real(modulo(j, parts), wp)/parts &
+               + random%uniform(-1.0e-14_wp, 1.0e-14_wp)
+            if (modulo(j, 4) == 1) x = 10.0_wp**random%uniform(-12.0_wp, 0.0_wp)
+            if (modulo(j, 8) == 3) x = 1.0_wp - 10.0_wp**random%uniform(-12.0_wp, 0.0_wp)
+            x = min(max(x, 0.0_wp), 1.0_wp)
+            rho = sqrt(ratio)*x
+            angle = random%uniform(-pi, pi)
+            if (modulo(j, 16) == 0) angle = 0.5_wp*pi*real(modulo(j, 7) - 3, wp)
+            ! The scale is 1 - x, so that x = 1 has no spin.
+            call note_sliding([cos(angle)*sqrt((ratio*(1.0_wp - x))**2 + rho**2), &
+               sin(angle)*sqrt((1.0_wp - x)**2 + rho**2), sign(1.0_wp - x, angle)])
+            ! Inside.
+            call note_sliding([x*ratio*cos(angle), x*sin(angle), sign(1.0_wp, angle)])
+         end do
+      end do
+      call force%check_below(4.0e-15_wp, "table of ellipses: force")
+      call torque%check_below(4.0e-15_wp, "table of ellipses: torque")
+      call slope%check_below(2.0e-14_wp, "table of ellipses: derivatives")
+      call bend%check_below(4.0e-14_wp, "table of ellipses: second derivatives")
+
+   contains
+
+      !> Compare what two edges bear, the second of half the size and a load of 1/4.
+      subroutine note_sliding(v)
+         !> Sliding velocity along the axes, and W.
+         real(wp), intent(in) :: v(3)
+         real(wp) :: load(2*abreast), size(2*abreast), u(2*abreast, 3), bears(2*abreast, 13), &
+            wrench(3), jacobian(3, 3), bends(4), expected(6), scale(6), w
+         integer :: k
+
+         load(1:2) = [1.0_wp, 0.25_wp]
+         size(1:2) = [1.0_wp, 0.5_wp]
+         do k = 1, 2
+            u(k, :) = v/norm2(v)
+         end do
+         call table%slide(shape, 2, load, size, u, bears)
+         do k = 1, 2
+            w = size(k)*u(k, 3)
+            call wrench_exact_bends(shape, u(k, 1), u(k, 2), w, wrench, jacobian, bends)
+            call force%note(maxval(abs(bears(k, 1:2) + load(k)*wrench(1:2)))/load(k), i)
+            call torque%note(abs(bears(k, 3) + load(k)*size(k)*wrench(3))/(load(k)*size(k)), i)
+            ! Of the size one, as W dF_x/dW is, and over the speed.
+            expected = [jacobian(1, 1), jacobian(1, 2), jacobian(2, 2), jacobian(1, 3), &
+               jacobian(2, 3), jacobian(3, 3)]
+            scale = load(k)*[1.0_wp, 1.0_wp, 1.0_wp, size(k), size(k), size(k)**2]
+            expected = bears(k, 4:9)/scale + expected
+            expected = expected*[1.0_wp, 1.0_wp, 1.0_wp, w, w, w*w]
+            call slope%note(maxval(abs(expected))*max(norm2(u(k, 1:2)), abs(w)), i)
+            call bend%note(maxval(abs(bears(k, 10:13) + load(k)*bends)) &
+               /(load(k)*max(maxval(abs(bends)), tiny(w))), i)
+         end do
+      end subroutine note_sliding
+   end subroutine test_table
 
    !> Shells without a contact.
    pure function shells_of(layers) result(shells)

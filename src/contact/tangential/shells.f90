@@ -19,6 +19,7 @@ module contensou_contact_tangential_shells
    use contensou_base_kinds, only : wp
    use contensou_contact_spot, only : spot_shape_type
    use contensou_contact_tangential_edges, only : edge_type
+   use contensou_contact_tangential_ellipse, only : ellipse_type, least_ratio, slip_on_ellipses
    use contensou_contact_tangential_nest, only : make_room, nest_type
    use contensou_contact_tangential_slip, only : abreast, shared_type, shell_type, slip_in_plane, &
       slip_of_shell, slip_on_circles, sliding_force, stiffness_after, within_rungs
@@ -50,6 +51,8 @@ module contensou_contact_tangential_shells
 
    !> The shells of a contact, from the centre to the rim, with what they remember.
    type, extends(nest_type) :: shells_type
+      !> What an elliptic spot keeps of the table of sliding.
+      type(ellipse_type), private :: ellipse
    contains
       procedure :: begin
       procedure :: advance
@@ -138,9 +141,14 @@ contains
             call let_slip_in_plane(self, max(j - abreast + 1, 1), j, new, spot, work, slopes)
          end do
       else
-         if (.not. (associated(spot%rung) .or. spot%shape%c > 0.0_wp)) then
+         if (.not. associated(spot%rung)) then
             do j = self%n, 1, -abreast
-               call let_slip_on_circle(self, max(j - abreast + 1, 1), j, new, spot, work, slopes)
+               if (.not. spot%shape%c > 0.0_wp) then
+                  call let_slip_on_circle(self, max(j - abreast + 1, 1), j, new, spot, work, slopes)
+               else if (spot%shape%k >= least_ratio) then
+                  call let_slip_on_ellipse(self, max(j - abreast + 1, 1), j, new, spot, work, &
+                     slopes)
+               end if
             end do
          end if
          call let_slip(self, new, spot, work, slopes)
@@ -284,6 +292,7 @@ contains
       !> Derivatives of the wrench, added to.
       real(wp), intent(inout), optional :: slopes(3, 4)
       real(wp), dimension(abreast, 2) :: stiffness, plane, trial, u, force
+      real(wp) :: springs(abreast, 3)
       real(wp), dimension(2, abreast) :: load, size
       real(wp) :: shift(abreast, 3), direction(abreast, 3), length(abreast), done(abreast), &
          per_limit, across, along, spinning, inverse
@@ -292,13 +301,13 @@ contains
       integer :: at(abreast), i, j, n
 
       per_limit = 1.0_wp/spot%limit
-      call gather(from, to, self%excess, self%load, self%size, self%share, self%shift, &
-         self%direction, n, at, load, size, stiffness, shift, direction)
+      call gather(from, to, .true., self%excess, self%load, self%size, self%share, self%shift, &
+         self%direction, n, at, load, size, springs, shift, direction)
       if (n == 0) return
       inverse = 1.0_wp/spot%a
       do i = 1, n
-         stiffness(i, 1) = stiffness(i, 1)*per_limit
-         stiffness(i, 2) = stiffness(i, 2)*per_limit*inverse*inverse
+         stiffness(i, 1) = springs(i, 2)*per_limit
+         stiffness(i, 2) = springs(i, 3)*per_limit*inverse*inverse
          across = sqrt(shift(i, 1)**2 + shift(i, 2)**2)
          along = 1.0_wp/max(across, tiny(across))
          plane(i, 1) = shift(i, 1)*along
@@ -376,11 +385,13 @@ contains
       end do
    end subroutine scatter
 
-   !> The shells of a circle that may slip and are twisted, side by side.
-   pure subroutine gather(from, to, excess, load, size, share, shift, direction, n, at, loads, &
-      sizes, stiffness, shifts, directions)
+   !> The shells that may slip and are twisted, side by side.
+   pure subroutine gather(from, to, circular, excess, load, size, share, shift, direction, n, at, &
+      loads, sizes, stiffness, shifts, directions)
       !> The first and the last shell.
       integer, intent(in) :: from, to
+      !> Whether the shells must be of a circle and shifted.
+      logical, intent(in) :: circular
       !> As of `shells_type`.
       real(wp), intent(in) :: excess(to), load(0:to), size(0:to)
       real(wp), intent(in), contiguous :: share(:, :), shift(:, :), direction(:, :)
@@ -388,9 +399,7 @@ contains
       integer, intent(out) :: n, at(abreast)
       !> Of their outer and inner edges.
       real(wp), intent(inout) :: loads(2, abreast), sizes(2, abreast)
-      !> Against shift and twist.
-      real(wp), intent(inout) :: stiffness(abreast, 2)
-      real(wp), intent(inout) :: shifts(abreast, 3), directions(abreast, 3)
+      real(wp), intent(inout), dimension(abreast, 3) :: stiffness, shifts, directions
       integer :: i, j
 
       n = 0
@@ -402,19 +411,98 @@ contains
          loads(2, i) = load(j - 1)
          sizes(1, i) = size(j)
          sizes(2, i) = size(j - 1)
-         stiffness(i, 1) = share(j, 2)
-         stiffness(i, 2) = share(j, 3)
+         stiffness(i, 1) = share(j, 1)
+         stiffness(i, 2) = share(j, 2)
+         stiffness(i, 3) = share(j, 3)
          shifts(i, 1) = shift(j, 1)
          shifts(i, 2) = shift(j, 2)
          shifts(i, 3) = shift(j, 3)
          directions(i, 1) = direction(j, 1)
          directions(i, 2) = direction(j, 2)
          directions(i, 3) = direction(j, 3)
-         if (abs(share(j, 1) - share(j, 2)) <= 0.0_wp .and. load(j) > load(j - 1) .and. &
-            share(j, 2) > 0.0_wp .and. share(j, 3) > 0.0_wp .and. abs(shift(j, 3)) > 0.0_wp .and. &
-            abs(shift(j, 1)) + abs(shift(j, 2)) > 0.0_wp) n = i
+         if (.not. (load(j) > load(j - 1) .and. share(j, 1) > 0.0_wp .and. share(j, 2) > 0.0_wp &
+            .and. share(j, 3) > 0.0_wp .and. abs(shift(j, 3)) > 0.0_wp)) cycle
+         if (circular .and. (abs(share(j, 1) - share(j, 2)) > 0.0_wp .or. &
+            .not. abs(shift(j, 1)) + abs(shift(j, 2)) > 0.0_wp)) cycle
+         n = i
       end do
    end subroutine gather
+
+   !> Let some of the shells of an ellipse slip, as `let_slip_on_circle` does.
+   pure subroutine let_slip_on_ellipse(self, from, to, new, spot, work, slopes)
+      !> The shells, after `try_elastic`.
+      class(shells_type), intent(inout) :: self
+      !> The first and the last of them, and the number of the shells at the rim that are new.
+      integer, intent(in) :: from, to, new
+      type(spring_spot_type), intent(in) :: spot
+      !> Work of the slip over the limit, added to.
+      real(wp), intent(inout) :: work
+      !> Derivatives of the wrench, added to.
+      real(wp), intent(inout), optional :: slopes(3, 4)
+      real(wp), dimension(abreast, 3) :: stiffness, springs, shift, trial, u, force
+      real(wp), dimension(2, abreast) :: load, size
+      real(wp) :: per_limit, torque, inverse, loads, along, towards, length, least, &
+         per_trial
+      logical :: found(abreast), slips(abreast)
+      type(shell_type) :: shell
+      integer :: at(abreast), i, j, n
+
+      call gather(from, to, .false., self%excess, self%load, self%size, self%share, self%shift, &
+         self%direction, n, at, load, size, springs, shift, u)
+      if (n == 0) return
+      per_limit = 1.0_wp/spot%limit
+      inverse = 1.0_wp/spot%a
+      do i = 1, n
+         stiffness(i, 1) = springs(i, 1)*per_limit
+         stiffness(i, 2) = springs(i, 2)*per_limit
+         stiffness(i, 3) = springs(i, 3)*per_limit*inverse*inverse
+         trial(i, 1) = stiffness(i, 1)*shift(i, 1)
+         trial(i, 2) = stiffness(i, 2)*shift(i, 2)
+         trial(i, 3) = stiffness(i, 3)*shift(i, 3)*spot%a
+         ! Else that of an infinitely short slip, about.
+         torque = spot%shape%torque*(load(1, i)*size(1, i) - load(2, i)*size(2, i))
+         loads = load(1, i) - load(2, i)
+         towards = u(i, 1)*trial(i, 1) + u(i, 2)*trial(i, 2) + u(i, 3)*trial(i, 3)
+         least = (torque/loads)**2
+         per_trial = 1.0_wp/max(abs(trial(i, 1)), abs(trial(i, 2)), abs(trial(i, 3)), no_limit)
+         u(i, 1) = merge(u(i, 1), trial(i, 1)*per_trial*least, towards > 0.0_wp)
+         u(i, 2) = merge(u(i, 2), trial(i, 2)*per_trial*least, towards > 0.0_wp)
+         u(i, 3) = merge(u(i, 3), trial(i, 3)*per_trial, towards > 0.0_wp)
+         along = 1.0_wp/sqrt(max(u(i, 1)**2 + u(i, 2)**2 + u(i, 3)**2, tiny(along)))
+         u(i, 1) = u(i, 1)*along
+         u(i, 2) = u(i, 2)*along
+         u(i, 3) = u(i, 3)*along
+      end do
+      call slip_on_ellipses(self%ellipse, spot%shape, n, load, size, stiffness, trial, u, force, &
+         found, slips)
+      do i = 1, n
+         if (.not. found(i)) cycle
+         j = at(i)
+         self%excess(j) = -1.0_wp
+         self%direction(j, 1) = u(i, 1)
+         self%direction(j, 2) = u(i, 2)
+         self%direction(j, 3) = u(i, 3)
+         if (.not. slips(i)) cycle
+         length = (trial(i, 1) - force(i, 1))*u(i, 1) + (trial(i, 2) - force(i, 2))*u(i, 2) &
+            + (trial(i, 3) - force(i, 3))*u(i, 3)
+         work = work + (force(i, 1)*u(i, 1) + force(i, 2)*u(i, 2) + force(i, 3)*u(i, 3))*length &
+            /(stiffness(i, 1)*u(i, 1)**2 + stiffness(i, 2)*u(i, 2)**2 + stiffness(i, 3)*u(i, 3)**2)
+         self%slipped(j) = .true.
+         self%shift(j, 1) = force(i, 1)/stiffness(i, 1)
+         self%shift(j, 2) = force(i, 2)/stiffness(i, 2)
+         self%shift(j, 3) = force(i, 3)*inverse/stiffness(i, 3)
+      end do
+      if (.not. present(slopes)) return
+      do i = 1, n
+         j = at(i)
+         if (.not. (found(i) .and. self%slipped(j))) cycle
+         shell%shape = spot%shape
+         shell%inner = edge_type(load(2, i), size(2, i), 0.0_wp)
+         shell%outer = edge_type(load(1, i), size(1, i), 0.0_wp)
+         call add_slopes(shell, spot, self%share(j, :), shift(i, :), force(i, :), u(i, :), &
+            part_of_step(j, self%n, new), slopes)
+      end do
+   end subroutine let_slip_on_ellipse
 
    !> Let some of the shells slip where nothing is twisted, and none depends on another.
    pure subroutine let_slip_in_plane(self, from, to, new, spot, work, slopes)

@@ -8,7 +8,8 @@
 !> - a circular spot: the slip has the direction of the trial in the plane, which leaves one angle,
 !>   and with tau = W/v force and torque follow from one function, which is tabulated for tau <= 1
 !>   with its derivative; a cubic and a quartic of 1/tau above;
-!> - else Newton's method for the direction, with the derivatives of the exact wrench.
+!> - else Newton's method for the direction, with the derivatives of the exact wrench; the shells of
+!>   `contensou_contact_tangential_ellipse` come side by side first.
 !> Where a shell slips steps are of the third order, as its second derivatives cost little more, and
 !> on a circle of the fourth.
 !>
@@ -28,7 +29,9 @@ module contensou_contact_tangential_slip
    private
 
    public :: slip_of_shell, slip_in_plane, slip_on_circles, sliding_force, stiffness_after, &
-      within_rungs, abreast, shell_type, shared_type
+      within_limit, within_rungs, abreast, close_by_bends, close_enough, close_to_limit, &
+      least_pivot, least_spin, longest_step, most_passes, shell_type, shared_type, short_slip, &
+      smallest_force
 
    !> A shell after an elastic trial, in units of f N and of a length.
    type :: shell_type
@@ -639,7 +642,7 @@ contains
                step = step/max(1.0_wp + dot_product(step, u), 0.5_wp)
             end if
          else
-            if (within_limit(shell, force, f)) exit
+            if (within_limit(shell%load(), shell%torque(), force, f)) exit
             call solve((1.0_wp + gain)*hessian, short_slip*trial*stiffness, &
                force - (1.0_wp + gain)*f, step)
          end if
@@ -723,15 +726,14 @@ contains
 
    !> Whether a force is surely within the limit of a shell: between one of sliding and the double
    !> cone of pure sliding and pure spinning.
-   pure logical function within_limit(shell, force, f)
-      type(shell_type), intent(in) :: shell
+   pure logical function within_limit(load, torque, force, f)
+      !> Force of pure sliding and torque of pure spinning.
+      real(wp), intent(in) :: load, torque
       real(wp), intent(in) :: force(3)
       !> That of sliding in a direction.
       real(wp), intent(in) :: f(3)
-      real(wp) :: rest(3), load, torque, size, share
+      real(wp) :: rest(3), size, share
 
-      load = shell%load()
-      torque = shell%torque()
       ! The part of f that leaves the least.
       size = sqrt(f(1)**2 + f(2)**2)
       if (size*torque > abs(f(3))*load) then

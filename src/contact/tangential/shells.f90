@@ -135,6 +135,11 @@ contains
       call try_elastic(self%n, new, spot, step, self%load, self%size, self%share, self%shift, &
          self%excess)
       work = 0.0_wp
+      ! Slip goes on inwards: there the direction is near that of the last shell that slips.
+      do j = 1, self%n - 1
+         if (self%slipped(j + 1) .and. .not. self%slipped(j)) self%direction(j, :) = &
+            self%direction(j + 1, :)
+      end do
       self%slipped(:self%n) = .false.
       if (.not. any(abs(self%shift(:self%n, 3)) > 0.0_wp)) then
          do j = self%n, 1, -abreast
@@ -258,6 +263,9 @@ contains
             call course%foresee(place, before, towards)
          else if (maxval(abs(before)) <= 0.0_wp) then
             towards = last
+         end if
+         if (follows .and. .not. spot%shape%c > 0.0_wp .and. j < self%n) then
+            if (self%slipped(j + 1)) towards = self%direction(j + 1, :)
          end if
          shell%inner = edge_type(self%load(j - 1), self%size(j - 1), 0.0_wp)
          shell%outer = edge_type(self%load(j), self%size(j), 0.0_wp)

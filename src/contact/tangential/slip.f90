@@ -302,39 +302,44 @@ contains
       real(wp), dimension(abreast, 2) :: k, g, v, new, f
       real(wp), dimension(2, abreast) :: loads, sizes
       real(wp) :: off(abreast)
-      integer :: at(abreast), i, j, m, pass
+      integer :: at(abreast), at_i, i, j, l, m, pass
 
-      found(:n) = .false.
-      force(:n, :) = trial(:n, :)
       m = n
-      loads(:, :n) = load(:, :n)
-      sizes(:, :n) = size(:, :n)
-      k(:n, :) = stiffness(:n, :)
-      g(:n, :) = trial(:n, :)
-      v(:n, :) = u(:n, :)
-      do i = 1, n
-         at(i) = i
-      end do
       do pass = 1, most_passes
-         call step_on_circles(m, loads, sizes, k, g, v, off, new, f)
+         if (pass == 1) then
+            call step_on_circles(n, load, size, stiffness, trial, u, off, new, f)
+         else
+            call step_on_circles(m, loads, sizes, k, g, v, off, new, f)
+         end if
          j = 0
          do i = 1, m
-            if (off(i) <= 1.0_wp) then
-               found(at(i)) = .true.
-               u(at(i), :) = new(i, :)
-               force(at(i), :) = f(i, :)
+            at_i = i
+            if (pass > 1) at_i = at(i)
+            found(at_i) = off(i) <= 1.0_wp
+            if (found(at_i)) then
+               u(at_i, 1) = new(i, 1)
+               u(at_i, 2) = new(i, 2)
+               force(at_i, 1) = f(i, 1)
+               force(at_i, 2) = f(i, 2)
             else if (min(new(i, 1), new(i, 2)) > 0.0_wp) then
                j = j + 1
-               at(j) = at(i)
-               loads(:, j) = loads(:, i)
-               sizes(:, j) = sizes(:, i)
-               k(j, :) = k(i, :)
-               g(j, :) = g(i, :)
-               v(j, :) = new(i, :)
+               at(j) = at_i
+               do l = 1, 2
+                  loads(l, j) = load(l, at_i)
+                  sizes(l, j) = size(l, at_i)
+                  k(j, l) = stiffness(at_i, l)
+                  g(j, l) = trial(at_i, l)
+                  v(j, l) = new(i, l)
+               end do
+            else
+               force(at_i, :) = trial(at_i, :)
             end if
          end do
          m = j
          if (m == 0) exit
+      end do
+      do i = 1, m
+         force(at(i), :) = trial(at(i), :)
       end do
    end subroutine slip_on_circles
 

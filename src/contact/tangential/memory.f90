@@ -614,7 +614,7 @@ contains
          call self%now%slide(self%spot, self%velocity, self%share)
       end if
       call self%now%turn_to(self%axis)
-      call self%now%settle()
+      call self%now%settle(self%spot)
       call self%past%copy(self%now)
       call self%past%foresee(self%spot%a - self%a)
       self%anchor = self%anchor + self%step

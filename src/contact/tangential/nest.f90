@@ -19,6 +19,14 @@ module contensou_contact_tangential_nest
    !> counts, not the one whose rounding errors happen to be the smaller ones.
    real(wp), parameter :: even = 1.0e-9_wp
 
+   !> A spot that is both sheared and twisted has one shell for so many, but not fewer than that:
+   !> more do not bring it closer to the exact theory, and each costs.
+   integer, parameter :: joined = 4, least_coupled = 9
+
+   !> Force and torque, over f N and f N a: both above the first couple, until one is below the
+   !> second while the other is above the third.
+   real(wp), parameter :: coupling = 1.0e-2_wp, gone = 1.0e-3_wp, alone = 0.1_wp
+
    !> Shells of the area by which a spot has grown in a step, at most.
    integer, parameter :: most_new = 6
 
@@ -26,8 +34,8 @@ module contensou_contact_tangential_nest
    type :: nest_type
       !> Number of shells when the spot has a size.
       integer :: most = 0
-      !> Number of shells now, zero without a contact.
-      integer :: n = 0
+      !> Number of shells now, zero without a contact, and the one aimed at.
+      integer :: n = 0, aim = 0
       !> Major semi-axis [m].
       real(wp) :: a = 0.0_wp
       !> k_x, k_y and k_T of the spot.
@@ -79,6 +87,7 @@ contains
          shells%torsion, shells%shift, shells%direction, shells%slipped, shells%share, &
          shells%excess)
       shells%most = number
+      shells%aim = number
       ! A step is also taken in two.
       n = number + 2*most_new
       allocate(shells%edge(0:n), source=0.0_wp)
@@ -98,6 +107,7 @@ contains
       class(nest_type), intent(inout) :: self
 
       self%n = 0
+      self%aim = self%most
       self%a = 0.0_wp
       self%stiffness = 0.0_wp
       self%new = most_new
@@ -266,11 +276,15 @@ contains
       ! As it was: bits that agree.
       if (abs(spot%a - self%a) <= 0.0_wp .and. &
          all(abs(spot%stiffness - self%stiffness) <= 0.0_wp)) then
-         if (settles) then
-            do while (self%n < self%most)
-               call split_widest(self)
-            end do
-         end if
+         if (.not. settles) return
+         call set_aim(self, spot)
+         do while (self%n < self%aim)
+            call split_widest(self)
+         end do
+         if (self%n == self%aim) return
+         if (present(lost)) before = self%energy()
+         call self%settle(spot)
+         if (present(lost)) lost = max(before - self%energy(), 0.0_wp)
          return
       end if
       if (present(lost)) before = self%energy()
@@ -309,16 +323,18 @@ contains
       call set_within(self)
       call stiffen_shells(self%n, self%stiffness, 1.0_wp/self%a, self%edge, self%torsion, &
          self%share, self%shift)
-      if (settles) call self%settle()
+      if (settles) call self%settle(spot)
       if (present(lost)) lost = max(before - self%energy(), 0.0_wp)
    end subroutine resize
 
-   !> Merge or divide shells so that their number stays.
-   pure subroutine settle(self)
+   !> Merge or divide shells so that their number is the one aimed at.
+   pure subroutine settle(self, spot)
       class(nest_type), intent(inout) :: self
+      type(spring_spot_type), intent(in) :: spot
 
       if (self%n == 0) return
-      do while (self%n > self%most)
+      call set_aim(self, spot)
+      do while (self%n > self%aim)
          call merge_narrowest(self)
       end do
       ! The halves of a shell that slides are not both at their limits: as late as will do.
@@ -326,6 +342,33 @@ contains
          call split_widest(self)
       end do
    end subroutine settle
+
+   !> Aim at fewer shells where the spot is both sheared and twisted, by the exact wrench.
+   pure subroutine set_aim(self, spot)
+      class(nest_type), intent(inout) :: self
+      type(spring_spot_type), intent(in) :: spot
+      real(wp) :: sheared, twisted, unit
+      integer :: j
+
+      if (associated(spot%rung)) return
+      ! Squares of what the spot would bear as a whole with these energies.
+      sheared = 0.0_wp
+      twisted = 0.0_wp
+      do j = 1, self%n
+         sheared = sheared + (self%share(j, 1)*self%shift(j, 1)**2 &
+            + self%share(j, 2)*self%shift(j, 2)**2)
+         twisted = twisted + self%share(j, 3)*self%shift(j, 3)**2
+      end do
+      sheared = sheared*self%stiffness(1)
+      twisted = twisted*self%stiffness(3)/self%a**2
+      unit = spot%limit**2
+      if (min(sheared, twisted) > coupling**2*unit) then
+         self%aim = self%most/max(min(self%most/least_coupled, joined), 1)
+      else if (min(sheared, twisted) < gone**2*unit .and. max(sheared, twisted) &
+         > alone**2*unit) then
+         self%aim = self%most
+      end if
+   end subroutine set_aim
 
    !> Be as others are.
    pure subroutine copy(self, others)
@@ -370,6 +413,7 @@ contains
 
       n = others%n
       self%n = n
+      self%aim = others%aim
       self%a = others%a
       self%new = others%new
       self%stiffness = others%stiffness
@@ -459,6 +503,7 @@ contains
       integer :: j
 
       call checkpoint%exchange("shells", self%n)
+      call checkpoint%exchange("shells_aim", self%aim)
       call checkpoint%exchange("shells_new", self%new)
       call checkpoint%exchange("shells_a", self%a)
       call checkpoint%exchange("shells_stiffness", self%stiffness)
@@ -487,7 +532,7 @@ contains
       self%new = most_new
       if (self%n == 0) return
       ! In widths of a shell at the rim of a spot whose shells are all new.
-      self%new = min(1 + int(min(1.5_wp*self%most*abs(change)/self%a, real(most_new, wp))), &
+      self%new = min(1 + int(min(1.5_wp*self%aim*abs(change)/self%a, real(most_new, wp))), &
          most_new)
    end subroutine foresee
 

@@ -128,6 +128,16 @@ FAULTS = {
         "<= (1.0_wp - share)*load*torque",
         "<= (1.05_wp - share)*load*torque",
     ),
+    "shell of an ellipse at its very limit": (
+        "contact/tangential/ellipse.f90",
+        "slips = merge(1.0_wp, 0.0_wp, slip > 0.0_wp)",
+        "slips = merge(1.0_wp, 0.0_wp, slip >= 0.0_wp)",
+    ),
+    "table of sliding on an ellipse": (
+        "contact/tangential/ellipse.f90",
+        "jaa = k2*jbb + c*ends*q(i)",
+        "jaa = k2*jbb - c*ends*q(i)",
+    ),
     "stiffening that makes energy": (
         "contact/tangential/nest.f90",
         "shift(j, 1) = shift(j, 1)*(before(1)/max(now(1), before(1)))",

@@ -49,6 +49,8 @@ contains
       call test_balance()
       call test_cycles()
       call test_directions()
+      call test_twist_at_the_limit()
+      call test_joined()
       call test_limits()
       call test_load()
       call test_extremes()
@@ -420,6 +422,65 @@ contains
       call shells%turn(.false.)
       call check(all(abs(shells%shift(2, 1:2) - wrench(1:2)) <= 0.0_wp), "and back")
    end subroutine test_directions
+
+   !> Shells that are at their very limit in the plane slip when they are twisted as others do that
+   !> remember no direction.
+   subroutine test_twist_at_the_limit()
+      real(wp), parameter :: ratios(*) = [1.0_wp, 0.99_wp, 0.6_wp, 0.2_wp, 0.05_wp]
+      type(spring_spot_type) :: spot
+      type(shells_type) :: shells, others
+      type(worst_type) :: worst
+      real(wp) :: wrench(3), other(3), shift
+      integer :: i, j
+
+      do i = 1, size(ratios)
+         do j = 1, 2
+            shells = shells_of(default_layers)
+            spot = spot_of(ratios(i), a, limit, poisson)
+            shift = sliding_shift(spot)
+            ! Some of them have slipped forth, and back.
+            call shells%advance(spot, [0.9_wp, 0.0_wp, 0.0_wp]*shift, wrench)
+            if (j > 1) call shells%advance(spot, [-0.8_wp, 0.0_wp, 0.0_wp]*shift, wrench)
+            others = shells
+            others%direction = 0.0_wp
+            call shells%advance(spot, [0.0_wp, 0.0_wp, 2.0_wp/a]*shift, wrench)
+            call others%advance(spot, [0.0_wp, 0.0_wp, 2.0_wp/a]*shift, other)
+            call worst%note(maxval(abs(wrench - other)/[1.0_wp, 1.0_wp, a])/limit, i)
+         end do
+      end do
+      call worst%check_below(1.0e-11_wp, "twist at the limit of shift")
+   end subroutine test_twist_at_the_limit
+
+   !> A spot that is both sheared and twisted has a quarter of its shells, which bear what all of
+   !> them have borne; one that is only sheared or only twisted keeps them.
+   subroutine test_joined()
+      type(spring_spot_type) :: spot
+      type(shells_type) :: shells
+      real(wp), parameter :: nothing(3) = 0.0_wp
+      real(wp) :: wrench(3), joined(3), stored, lost, before, shift
+      integer :: i, all_shells
+
+      do i = 1, 2
+         spot = spot_of(merge(1.0_wp, 0.5_wp, i == 1), a, limit, poisson)
+         shift = sliding_shift(spot)
+         shells = shells_of(default_layers)
+         call shells%advance(spot, [0.5_wp, 0.2_wp, 0.0_wp]*shift, wrench)
+         call shells%advance(spot, nothing, wrench)
+         all_shells = shells%n
+         call check(all_shells == 3*default_layers, "shells of a spot that is sheared")
+         call shells%advance(spot, [0.0_wp, 0.0_wp, 0.5_wp/a]*shift, wrench, before)
+         call shells%advance(spot, nothing, joined, stored, lost)
+         call check(shells%n == all_shells/4, "shells of a spot that is twisted as well")
+         call check(maxval(abs(joined - wrench)/[1.0_wp, 1.0_wp, a]) < 1.0e-12_wp*limit, &
+            "what is joined keeps its force")
+         call check(stored <= before .and. abs(before - stored - lost) < 1.0e-12_wp*before, &
+            "energy that joined shells let go")
+         call shells%clear()
+         call shells%advance(spot, [0.0_wp, 0.0_wp, 0.5_wp/a]*shift, wrench)
+         call shells%advance(spot, nothing, wrench)
+         call check(shells%n == all_shells, "shells of a spot that is twisted")
+      end do
+   end subroutine test_joined
 
    !> No shell bears more than its limit in any direction, whether it is found to stick or to slip,
    !> and the force does not depend on where the slip is sought first.

@@ -451,35 +451,47 @@ contains
       call worst%check_below(1.0e-11_wp, "twist at the limit of shift")
    end subroutine test_twist_at_the_limit
 
-   !> A spot that is both sheared and twisted has a quarter of its shells, which bear what all of
-   !> them have borne; one that is only sheared or only twisted keeps them.
+   !> A spot that goes on being both sheared and twisted has a quarter of its shells at last, which
+   !> bear what all of them have borne; one that is only sheared or only twisted keeps them, and so
+   !> does one whose size changes.
    subroutine test_joined()
+      !> Of shift along the axes and twist; what is at most a step of a way of 8.
+      real(wp), parameter :: motions(3, 4) = reshape([0.5_wp, 0.2_wp, 0.5_wp, 0.5_wp, 0.2_wp, &
+         0.0_wp, 0.0_wp, 0.0_wp, 0.5_wp, 0.5_wp, 0.2_wp, 0.5_wp], [3, 4])
+      real(wp), parameter :: nothing(3) = 0.0_wp
       type(spring_spot_type) :: spot
       type(shells_type) :: shells
-      real(wp), parameter :: nothing(3) = 0.0_wp
-      real(wp) :: wrench(3), joined(3), stored, lost, before, shift
-      integer :: i, all_shells
+      type(worst_type) :: force, energy
+      real(wp) :: wrench(3), after(3), before, stored, lost, shift, sense
+      integer :: i, j, k, n
 
       do i = 1, 2
-         spot = spot_of(merge(1.0_wp, 0.5_wp, i == 1), a, limit, poisson)
-         shift = sliding_shift(spot)
-         shells = shells_of(default_layers)
-         call shells%advance(spot, [0.5_wp, 0.2_wp, 0.0_wp]*shift, wrench)
-         call shells%advance(spot, nothing, wrench)
-         all_shells = shells%n
-         call check(all_shells == 3*default_layers, "shells of a spot that is sheared")
-         call shells%advance(spot, [0.0_wp, 0.0_wp, 0.5_wp/a]*shift, wrench, before)
-         call shells%advance(spot, nothing, joined, stored, lost)
-         call check(shells%n == all_shells/4, "shells of a spot that is twisted as well")
-         call check(maxval(abs(joined - wrench)/[1.0_wp, 1.0_wp, a]) < 1.0e-12_wp*limit, &
-            "what is joined keeps its force")
-         call check(stored <= before .and. abs(before - stored - lost) < 1.0e-12_wp*before, &
-            "energy that joined shells let go")
-         call shells%clear()
-         call shells%advance(spot, [0.0_wp, 0.0_wp, 0.5_wp/a]*shift, wrench)
-         call shells%advance(spot, nothing, wrench)
-         call check(shells%n == all_shells, "shells of a spot that is twisted")
+         do k = 1, size(motions, 2)
+            shells = shells_of(default_layers)
+            sense = 1.0_wp
+            do j = 1, 40
+               spot = spot_of(merge(1.0_wp, 0.5_wp, i == 1), a, limit, poisson)
+               if (k == 4 .and. modulo(j, 4) < 2) spot = spot_of(merge(1.0_wp, 0.5_wp, i == 1), &
+                  0.8_wp*a, 0.512_wp*limit, poisson)
+               shift = sliding_shift(spot)
+               call shells%advance(spot, sense*motions(:, k)*shift/[1.0_wp, 1.0_wp, a], wrench, &
+                  before)
+               sense = -sense
+               n = shells%n
+               if (k == 1 .and. j == 4) call check(n == 3*default_layers, "shells at first")
+               call shells%advance(spot, nothing, after, stored, lost)
+               call force%note(maxval(abs(after - wrench)/[1.0_wp, 1.0_wp, a])/limit, j)
+               call energy%note(abs(before - stored - lost)/before, j)
+            end do
+            if (k == 1) then
+               call check(shells%n == 3*default_layers/4, "shells of shear and twist")
+            else
+               call check(shells%n > 2*default_layers, "shells that are not joined")
+            end if
+         end do
       end do
+      call force%check_below(1.0e-11_wp, "what is joined keeps its force")
+      call energy%check_below(1.0e-11_wp, "energy that joined shells let go")
    end subroutine test_joined
 
    !> No shell bears more than its limit in any direction, whether it is found to stick or to slip,

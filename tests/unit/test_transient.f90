@@ -29,7 +29,7 @@ contains
    subroutine run_transient_tests()
       call test_onset(1.0_wp, poisson, [0.3_wp, 0.75_wp], 0.0145_wp)
       call test_onset(2.0_wp, poisson, [0.75_wp], 0.0175_wp)
-      call test_onset(0.5_wp, poisson, [0.6_wp], 0.0135_wp)
+      call test_onset(0.5_wp, poisson, [0.6_wp], 0.0125_wp)
       call test_onset(5.0_wp, poisson, [0.3_wp, 0.75_wp], 0.0195_wp)
       call test_onset(2.0_wp, 0.0_wp, [0.75_wp], 0.0195_wp, 14)
       call test_onset(5.0_wp, 0.5_wp, [0.3_wp, 0.75_wp], 0.0195_wp)

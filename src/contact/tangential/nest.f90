@@ -19,13 +19,17 @@ module contensou_contact_tangential_nest
    !> counts, not the one whose rounding errors happen to be the smaller ones.
    real(wp), parameter :: even = 1.0e-9_wp
 
-   !> A spot that is both sheared and twisted has one shell for so many, but not fewer than that:
-   !> more do not bring it closer to the exact theory, and each costs.
+   !> A spot that goes on being sheared and twisted has one shell for so many, but not fewer than
+   !> that: more do not bring it closer to the exact theory, and each costs.
    integer, parameter :: joined = 4, least_coupled = 9
 
    !> Force and torque, over f N and f N a: both above the first couple, until one is below the
    !> second while the other is above the third.
    real(wp), parameter :: coupling = 1.0e-2_wp, gone = 1.0e-3_wp, alone = 0.1_wp
+
+   !> Way of shift and twist, over those at which all slides, after which shells are joined, and the
+   !> change of size with which it begins anew: an impact keeps its shells.
+   real(wp), parameter :: long_way = 8.0_wp, other_size = 0.1_wp
 
    !> Shells of the area by which a spot has grown in a step, at most.
    integer, parameter :: most_new = 6
@@ -40,6 +44,8 @@ module contensou_contact_tangential_nest
       real(wp) :: a = 0.0_wp
       !> k_x, k_y and k_T of the spot.
       real(wp) :: stiffness(3) = 0.0_wp
+      !> Way of shift and twist, over those at which all slides, and the size [m] where it began.
+      real(wp) :: way = 0.0_wp, size_of_way = 0.0_wp
       !> Shells of the area by which it may grow in the next step.
       integer :: new = 1
       !> Outer edges along the major axis [m], from 0 on, and what is within them.
@@ -108,6 +114,8 @@ contains
 
       self%n = 0
       self%aim = self%most
+      self%way = 0.0_wp
+      self%size_of_way = 0.0_wp
       self%a = 0.0_wp
       self%stiffness = 0.0_wp
       self%new = most_new
@@ -343,7 +351,8 @@ contains
       end do
    end subroutine settle
 
-   !> Aim at fewer shells where the spot is both sheared and twisted, by the exact wrench.
+   !> Aim at fewer shells where the spot is both sheared and twisted, by the exact wrench, and has
+   !> long been moved with about the same size.
    pure subroutine set_aim(self, spot)
       class(nest_type), intent(inout) :: self
       type(spring_spot_type), intent(in) :: spot
@@ -351,6 +360,12 @@ contains
       integer :: j
 
       if (associated(spot%rung)) return
+      if (abs(self%a - self%size_of_way) > other_size*self%size_of_way) then
+         self%way = 0.0_wp
+         self%size_of_way = self%a
+         self%aim = self%most
+      end if
+      if (self%way < long_way) return
       ! Squares of what the spot would bear as a whole with these energies.
       sheared = 0.0_wp
       twisted = 0.0_wp
@@ -414,6 +429,8 @@ contains
       n = others%n
       self%n = n
       self%aim = others%aim
+      self%way = others%way
+      self%size_of_way = others%size_of_way
       self%a = others%a
       self%new = others%new
       self%stiffness = others%stiffness
@@ -504,6 +521,8 @@ contains
 
       call checkpoint%exchange("shells", self%n)
       call checkpoint%exchange("shells_aim", self%aim)
+      call checkpoint%exchange("shells_way", self%way)
+      call checkpoint%exchange("shells_size_of_way", self%size_of_way)
       call checkpoint%exchange("shells_new", self%new)
       call checkpoint%exchange("shells_a", self%a)
       call checkpoint%exchange("shells_stiffness", self%stiffness)

@@ -132,6 +132,8 @@ contains
          self%slipped(:self%n) = .false.
          return
       end if
+      self%way = self%way + sqrt((spot%stiffness(1)*step(1))**2 + (spot%stiffness(2)*step(2))**2 &
+         + (spot%stiffness(3)*step(3)/spot%a)**2)/spot%limit
       call try_elastic(self%n, new, spot, step, self%load, self%size, self%share, self%shift, &
          self%excess)
       work = 0.0_wp

@@ -743,8 +743,10 @@ contains
       size = sqrt(f(1)**2 + f(2)**2)
       if (size*torque > abs(f(3))*load) then
          share = (force(1)*f(1) + force(2)*f(2))/size**2
-      else
+      else if (abs(force(3)) < abs(f(3))) then
          share = force(3)/f(3)
+      else
+         share = merge(1.0_wp, 0.0_wp, min(force(3)*sign(1.0_wp, f(3)), abs(f(3))) > 0.0_wp)
       end if
       share = min(max(share, 0.0_wp), 1.0_wp)
       rest = force - share*f

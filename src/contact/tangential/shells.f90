@@ -434,6 +434,8 @@ contains
             .and. share(j, 3) > 0.0_wp .and. abs(shift(j, 3)) > 0.0_wp)) cycle
          if (circular .and. (abs(share(j, 1) - share(j, 2)) > 0.0_wp .or. &
             .not. abs(shift(j, 1)) + abs(shift(j, 2)) > 0.0_wp)) cycle
+         ! Powers of what is very narrow leave the range of numbers.
+         if (.not. circular .and. load(j) - load(j - 1) < 1.0e-6_wp) cycle
          n = i
       end do
    end subroutine gather

@@ -35,6 +35,9 @@ module contensou_integrate_history
    !> Overlap, over a usual one, below which no step is shortened for that.
    real(wp), parameter :: of_no_force = 1.0e-3_wp
 
+   !> Time that no step takes [s].
+   real(wp), parameter :: no_time = 1.0e30_wp
+
    !> Step that is not taken again, in units of the rounding of the time.
    real(wp), parameter :: shortest = 64.0_wp
 
@@ -158,7 +161,7 @@ contains
       !> The march, its poses those of the state that is reached.
       type(march_type), intent(inout) :: self
       type(contact_motion_type) :: now
-      real(wp) :: overlap, rate, least
+      real(wp) :: overlap, rate, least, way
       integer :: i
 
       least = of_no_force*self%motion%scales%usual_overlap()
@@ -169,8 +172,8 @@ contains
             overlap = -now%at%gap
             rate = now%gap_rate()
             if (overlap < 0.0_wp .or. (rate > 0.0_wp .and. overlap < least)) cycle
-            if (abs(rate)*reach > near_touch*max(overlap, least)) reach = near_touch &
-               *max(overlap, least)/abs(rate)
+            way = near_touch*max(overlap, least)
+            if (way < abs(rate)*no_time) reach = min(reach, way/abs(rate))
          end do
       end associate
    end subroutine heed_touches

@@ -1,11 +1,12 @@
 !> FASTSIM as published (J. Kalker, Vehicle System Dynamics 11 (1982) 1): strips along the rolling
 !> direction, three flexibilities, and the parabolic bound (2 f N/(pi a b)) (1 - x^2/a^2 - y^2/b^2).
 !>
-!> n = 20 strips, n elements on each. The traction at the end of an element counts for all of it:
-!> from the inlet on bristles stretch by the sliding at its end all along it, and where the traction
-!> is beyond the bound there it is cut. The bound is scaled so that its sum over all elements is
-!> f N. Steps of first order leave (n - 1)/n = 0.95 of the linear force of creepage, and
-!> (n - 1)(n - 2)/n^2 = 0.855 of that of spin. So that derivatives have no kinks where elements
+!> n = 20 strips, n elements on each. The traction in the middle of an element counts for all of it.
+!> Steps lead from middle to middle, the first one, of half the length, from the inlet: bristles
+!> stretch by the sliding at the end of a step all along it, and where the traction is beyond the
+!> bound there it is cut. The bound is scaled so that its sum over all elements is f N. Small
+!> creepage has the linear force. Of that of spin, with which the sliding varies along a step, steps
+!> of first order leave (n - 1)(n - 2)/n^2 = 0.855. So that derivatives have no kinks where elements
 !> begin to slip, tractions come to the bound in a corner that is rounded over 0.05 of it, which the
 !> published algorithm has not: that is 2e-4 f N in the mean.
 !>
@@ -43,9 +44,9 @@ module contensou_contact_creep_fastsim
    real(wp), parameter :: shares(n) = [(sqrt((1.0_wp - places(index))*(1.0_wp + places(index))), &
       index=1, n)]
 
-   !> y (2 l - y)/l^2 at the ends of the elements of a strip, but the last one, which is zero.
-   real(wp), parameter :: profile(n - 1) = [(real(4*index*(n - index), wp)/real(n**2, wp), &
-      index=1, n - 1)]
+   !> y (2 l - y)/l^2 in the middles of the elements of a strip.
+   real(wp), parameter :: profile(n) = [(real((2*index - 1)*(2*(n - index) + 1), wp)/ &
+      real(n**2, wp), index=1, n)]
 
    !> Bound in the middle of the spot over f N/(a b), times the sides of its elements.
    real(wp), parameter :: bound = 0.25_wp*real(n, wp)**2/(sum(shares**3)*sum(profile))
@@ -62,8 +63,8 @@ contains
    function fastsim() result(model)
       type(creep_model_type) :: model
 
-      model%info = model_info_type("fastsim", "bristles with a parabolic bound, at the ends " // &
-         "of 20 x 20 elements, as published but for a rounded corner of the bound", "", &
+      model%info = model_info_type("fastsim", "bristles with a parabolic bound, in the " // &
+         "middles of 20 x 20 elements, as published but for a rounded corner of the bound", "", &
          "J. J. Kalker, Vehicle System Dynamics 11 (1982) 1")
       model%create => new_fastsim
    end function fastsim
@@ -85,7 +86,8 @@ contains
       real(wp), intent(out) :: wrench(3)
       type(flow_type) :: flow
       type(strip_type) :: strip
-      real(wp) :: slides, rolls, exact(3), sums(3), t(2), y, step, most, size2, share
+      real(wp) :: slides, rolls, exact(3), sums(3), force(2), moment, t(2), y, step
+      real(wp) :: middle, most, size2, share
       integer :: i, j
 
       call wrench_exact(spot%shape, slip_type(motion%x, motion%y, motion%spin), .true., wrench)
@@ -99,20 +101,30 @@ contains
       do j = 1, n
          strip = strip_at(flow, motion%spin, places(j), shares(j))
          step = 2.0_wp*strip%l/real(n, wp)
-         t = 0.0_wp
-         do i = 1, n - 1
-            y = real(i, wp)*step
-            t = t + step*(strip%g0 + y*strip%g1)
-            most = bound*profile(i)*shares(j)**2*flow%rolls/spot%shape%k
+         middle = bound*shares(j)**2*flow%rolls/spot%shape%k
+         ! By steps, not by lengths.
+         strip%g0 = step*strip%g0
+         strip%g1 = step*strip%g1
+         ! Less half a step, so that the first one is of half the length.
+         t = -0.5_wp*(strip%g0 + 0.5_wp*step*strip%g1)
+         force = 0.0_wp
+         moment = 0.0_wp
+         do i = 1, n
+            y = (real(i, wp) - 0.5_wp)*step
+            t = t + (strip%g0 + y*strip%g1)
+            most = middle*profile(i)
             size2 = t(1)**2 + t(2)**2
             if (size2 > most**2) then
                t = t*(most/sqrt(size2))
             else if (size2 > ((1.0_wp - corner)*most)**2) then
                t = t*cut(sqrt(size2)/most, corner)
             end if
-            sums(:2) = sums(:2) + shares(j)*t
-            sums(3) = sums(3) + shares(j)*((strip%xi - strip%l + y)*t(2) - strip%eta*t(1))
+            force = force + t
+            moment = moment + y*t(2)
          end do
+         sums(:2) = sums(:2) + shares(j)*force
+         sums(3) = sums(3) + shares(j)*(moment + (strip%xi - strip%l)*force(2) - &
+            strip%eta*force(1))
       end do
       sums = (4.0_wp*spot%shape%k/(real(n, wp)**2*flow%rolls))*sums
       share = slides**2/(slides**2 + rolls**2)

@@ -55,6 +55,15 @@ module contensou_contact_tangential_ellipse
    !> Forces of trials above this, and stiffness beyond it or its inverse, are left to others.
    real(wp), parameter :: largest_trial = 1.0e30_wp
 
+   !> Square of a component of a direction below which it is not known what bears it.
+   real(wp), parameter :: least_square = 1.0e-8_wp
+
+   !> By how much squares of what is borne may differ from those of pure sliding and spinning.
+   real(wp), parameter :: alike = 100.0_wp
+
+   !> Bend of the limit of a shell, for the first direction.
+   real(wp), parameter :: bend = 0.4_wp
+
    !> Speeds and their powers below this are none.
    real(wp), parameter :: least_speed = 1.0e-200_wp
 
@@ -223,8 +232,8 @@ contains
    end subroutine make_part
 
    !> Slip of shells side by side. What a few steps do not find is left to others.
-   pure subroutine slip_on_ellipses(ellipse, shape, n, load, size, stiffness, trial, u, force, &
-      found, slips)
+   pure subroutine slip_on_ellipses(ellipse, shape, n, load, size, stiffness, trial, held, &
+      steady, u, force, found, slips)
       type(ellipse_type), intent(inout) :: ellipse
       type(spot_shape_type), intent(in) :: shape
       !> Number of shells.
@@ -233,14 +242,18 @@ contains
       real(wp), intent(in) :: load(2, abreast), size(2, abreast)
       !> In units of f N and of a length, and the force of the trial.
       real(wp), intent(in) :: stiffness(abreast, 3), trial(abreast, 3)
-      !> Direction where it is sought first, of the size one; that of the slip or where the shell
+      !> Force before the step where a shell slipped in the step before, or zero.
+      real(wp), intent(in) :: held(abreast, 3)
+      !> Whether all go on to slip as they did.
+      logical, intent(in) :: steady
+      !> Direction in the step before, of the size one or zero; that of the slip or where the shell
       !> bears the most before it slips.
       real(wp), intent(inout) :: u(abreast, 3)
       !> Force of sliding.
       real(wp), intent(inout) :: force(abreast, 3)
       !> Whether it is known what a shell does, and whether it slips.
       logical, intent(inout) :: found(abreast), slips(abreast)
-      real(wp), dimension(abreast, 3) :: k, g, v, new, f
+      real(wp), dimension(abreast, 3) :: k, g, b, v, new, f
       real(wp), dimension(2, abreast) :: loads, sizes
       real(wp) :: length(abreast), off(abreast), short(abreast), torque
       integer :: at(abreast), i, j, m, pass
@@ -252,17 +265,20 @@ contains
          if (max(abs(trial(i, 1)), abs(trial(i, 2)), abs(trial(i, 3))) > largest_trial) cycle
          if (max(stiffness(i, 1), stiffness(i, 2), stiffness(i, 3)) > largest_trial) cycle
          if (min(stiffness(i, 1), stiffness(i, 2), stiffness(i, 3)) < 1.0_wp/largest_trial) cycle
+         if (max(abs(held(i, 1)), abs(held(i, 2)), abs(held(i, 3))) > largest_trial) cycle
          m = m + 1
          at(m) = i
          loads(:, m) = load(:, i)
          sizes(:, m) = size(:, i)
          k(m, :) = stiffness(i, :)
          g(m, :) = trial(i, :)
+         b(m, :) = held(i, :)
          v(m, :) = u(i, :)
          short(m) = short_slip*sqrt((g(m, 1)/k(m, 1))**2 + (g(m, 2)/k(m, 2))**2 &
             + (g(m, 3)/k(m, 3))**2)
       end do
       if (m == 0) return
+      if (.not. steady) call foresee(shape, m, loads, sizes, k, g, b, v)
       do pass = 1, most_passes
          call step_on_ellipses(ellipse, shape, m, loads, sizes, k, g, short, v, length, off, &
             new, f)
@@ -295,6 +311,94 @@ contains
          if (m == 0) exit
       end do
    end subroutine slip_on_ellipses
+
+   !> First directions of the slips of shells, by limits that are ellipsoids about.
+   !>
+   !> The force of sliding along u is A u/phi, phi^2 = u.A u, A diagonal. What slipped in the step
+   !> before bore b = A u/phi, phi = b.u: with L = A/phi it slips along p_i = g_i/(L_i + mu K_i)
+   !> now, and p.L p = phi leaves one unknown, for which Newton takes a step. Pure sliding and pure
+   !> spinning tell A of others. A is not constant: with r the share of spinning in u.A u by these
+   !> two it is as 1 - bend r^2 in the plane, and as 1 - bend (1 - r)^2 about the normal.
+   pure subroutine foresee(shape, n, load, size, stiffness, trial, held, u)
+      type(spot_shape_type), intent(in) :: shape
+      !> Number of shells.
+      integer, intent(in) :: n
+      !> Of the outer and of the inner edges.
+      real(wp), intent(in) :: load(2, abreast), size(2, abreast)
+      !> Stiffness, and the force of the trial and that before the step, as of `slip_on_ellipses`.
+      real(wp), intent(in) :: stiffness(abreast, 3), trial(abreast, 3), held(abreast, 3)
+      !> Direction in the step before, of the size one or zero; then that of this step.
+      real(wp), intent(inout) :: u(abreast, 3)
+      real(wp) :: plane, spin, k1, k2, k3, g1, g2, g3, b1, b2, b3, u1, u2, u3, borne, known, &
+         rest, l1, l2, l3, arm, share, c1, c3, q1, q2, q3, mu, p1, p2, p3, square, slope, along
+      integer :: i
+
+      do i = 1, n
+         k1 = stiffness(i, 1)
+         k2 = stiffness(i, 2)
+         k3 = stiffness(i, 3)
+         g1 = trial(i, 1)
+         g2 = trial(i, 2)
+         g3 = trial(i, 3)
+         b1 = held(i, 1)
+         b2 = held(i, 2)
+         b3 = held(i, 3)
+         u1 = u(i, 1)
+         u2 = u(i, 2)
+         u3 = u(i, 3)
+         plane = (load(1, i) - load(2, i))**2
+         spin = (shape%torque*(load(1, i)*size(1, i) - load(2, i)*size(2, i)))**2
+         borne = b1*u1 + b2*u2 + b3*u3
+         square = plane*(u1*u1 + u2*u2) + spin*u3*u3
+         ! Not where the load has changed by far.
+         known = 0.5_wp + sign(0.5_wp, min(borne - least_pivot, alike*square - borne*borne, &
+            alike*borne*borne - square))
+         borne = known*borne + (1.0_wp - known)
+         rest = least_square/borne
+         l1 = (known*max(b1*u1, 0.0_wp) + rest*plane)/(known*u1*u1 + least_square)
+         l2 = (known*max(b2*u2, 0.0_wp) + rest*plane)/(known*u2*u2 + least_square)
+         l3 = (known*max(b3*u3, 0.0_wp) + rest*spin)/(known*u3*u3 + least_square)
+         mu = known*max(((g1 - b1)*u1 + (g2 - b2)*u2 + (g3 - b3)*u3)/max(k1*u1*u1 + k2*u2*u2 &
+            + k3*u3*u3, least_pivot), 0.0_wp)
+         ! Of others p is the direction of a short slip.
+         arm = spin/plane
+         p1 = known*u1 + (1.0_wp - known)*g1/plane
+         p2 = known*u2 + (1.0_wp - known)*g2/plane
+         p3 = known*u3 + (1.0_wp - known)*g3/spin
+         share = arm*p3*p3
+         share = share/max(p1*p1 + p2*p2 + share, least_speed)
+         c1 = 1.0_wp - bend*share*share
+         c3 = 1.0_wp - bend*(1.0_wp - share)**2
+         q1 = known + (1.0_wp - known)*c1
+         q3 = known + (1.0_wp - known)*c3
+         l1 = l1*q1
+         l2 = l2*q1
+         l3 = l3*q3
+         q1 = 1.0_wp/(l1 + mu*k1)
+         q2 = 1.0_wp/(l2 + mu*k2)
+         q3 = 1.0_wp/(l3 + mu*k3)
+         p1 = g1*q1
+         p2 = g2*q2
+         p3 = g3*q3
+         share = arm*p3*p3
+         share = share/max(p1*p1 + p2*p2 + share, least_speed)
+         p1 = l1*p1*p1
+         p2 = l2*p2*p2
+         p3 = l3*p3*p3
+         square = p1 + p2 + p3
+         slope = p1*k1*q1 + p2*k2*q2 + p3*k3*q3
+         mu = max(mu + square*(sqrt(square/borne) - 1.0_wp)/max(slope, least_speed), 0.0_wp)
+         c1 = (1.0_wp - bend*share*share)/c1
+         c3 = (1.0_wp - bend*(1.0_wp - share)**2)/c3
+         p1 = g1/(l1*c1 + mu*k1)
+         p2 = g2/(l2*c1 + mu*k2)
+         p3 = g3/(l3*c3 + mu*k3)
+         along = 1.0_wp/sqrt(max(p1*p1 + p2*p2 + p3*p3, least_speed))
+         u(i, 1) = p1*along
+         u(i, 2) = p2*along
+         u(i, 3) = p3*along
+      end do
+   end subroutine foresee
 
    !> Steps of the directions u of the slips of shells, as those of `slip_on_ellipse`.
    pure subroutine step_on_ellipses(ellipse, shape, n, load, size, stiffness, trial, short, u, &

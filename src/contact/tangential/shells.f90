@@ -43,6 +43,9 @@ module contensou_contact_tangential_shells
    !> Slip over the elastic displacement below which the stiffness after it is that of this one.
    real(wp), parameter :: shortest_slip = 1.0e-8_wp
 
+   !> Turn of the direction of a slip that is little.
+   real(wp), parameter :: little = 1.0e-3_wp
+
    !> Load of a shell, in that of the spot, below which its derivatives are but rounding errors.
    real(wp), parameter :: least_load = 1.0e-13_wp
 
@@ -84,7 +87,7 @@ contains
    !> Begin without a contact.
    pure subroutine begin(self, layers)
       class(shells_type), intent(inout) :: self
-      !> Number of layers, 1 to 128; 12 if not given.
+      !> Number of layers, 1 to `most_layers`; `default_layers` if not given.
       integer, intent(in), optional :: layers
       integer :: number
 
@@ -119,6 +122,7 @@ contains
       !> Derivatives of the wrench by the step, and by the limit at constant size.
       real(wp), intent(out), optional :: slopes(3, 4)
       real(wp) :: work
+      logical :: slid(size(self%slipped))
       integer :: j, new
 
       wrench = 0.0_wp
@@ -142,6 +146,7 @@ contains
          if (self%slipped(j + 1) .and. .not. self%slipped(j)) self%direction(j, :) = &
             self%direction(j + 1, :)
       end do
+      slid(:self%n) = self%slipped(:self%n)
       self%slipped(:self%n) = .false.
       if (.not. any(abs(self%shift(:self%n, 3)) > 0.0_wp)) then
          do j = self%n, 1, -abreast
@@ -153,8 +158,8 @@ contains
                if (.not. spot%shape%c > 0.0_wp) then
                   call let_slip_on_circle(self, max(j - abreast + 1, 1), j, new, spot, work, slopes)
                else if (spot%shape%k >= least_ratio) then
-                  call let_slip_on_ellipse(self, max(j - abreast + 1, 1), j, new, spot, work, &
-                     slopes)
+                  call let_slip_on_ellipse(self, max(j - abreast + 1, 1), j, new, spot, step, &
+                     slid, work, slopes)
                end if
             end do
          end if
@@ -441,21 +446,24 @@ contains
    end subroutine gather
 
    !> Let some of the shells of an ellipse slip, as `let_slip_on_circle` does.
-   pure subroutine let_slip_on_ellipse(self, from, to, new, spot, work, slopes)
+   pure subroutine let_slip_on_ellipse(self, from, to, new, spot, step, slid, work, slopes)
       !> The shells, after `try_elastic`.
       class(shells_type), intent(inout) :: self
       !> The first and the last of them, and the number of the shells at the rim that are new.
       integer, intent(in) :: from, to, new
       type(spring_spot_type), intent(in) :: spot
+      !> As of `advance`.
+      real(wp), intent(in) :: step(3)
+      !> Which slipped in the step before.
+      logical, intent(in) :: slid(:)
       !> Work of the slip over the limit, added to.
       real(wp), intent(inout) :: work
       !> Derivatives of the wrench, added to.
       real(wp), intent(inout), optional :: slopes(3, 4)
-      real(wp), dimension(abreast, 3) :: stiffness, springs, shift, trial, u, force
+      real(wp), dimension(abreast, 3) :: stiffness, springs, shift, trial, held, u, force
       real(wp), dimension(2, abreast) :: load, size
-      real(wp) :: per_limit, torque, inverse, loads, along, towards, length, least, &
-         per_trial
-      logical :: found(abreast), slips(abreast)
+      real(wp) :: per_limit, inverse, length, along(3), part
+      logical :: found(abreast), slips(abreast), steady
       type(shell_type) :: shell
       integer :: at(abreast), i, j, n
 
@@ -471,22 +479,25 @@ contains
          trial(i, 1) = stiffness(i, 1)*shift(i, 1)
          trial(i, 2) = stiffness(i, 2)*shift(i, 2)
          trial(i, 3) = stiffness(i, 3)*shift(i, 3)*spot%a
-         ! Else that of an infinitely short slip, about.
-         torque = spot%shape%torque*(load(1, i)*size(1, i) - load(2, i)*size(2, i))
-         loads = load(1, i) - load(2, i)
-         towards = u(i, 1)*trial(i, 1) + u(i, 2)*trial(i, 2) + u(i, 3)*trial(i, 3)
-         least = (torque/loads)**2
-         per_trial = 1.0_wp/max(abs(trial(i, 1)), abs(trial(i, 2)), abs(trial(i, 3)), no_limit)
-         u(i, 1) = merge(u(i, 1), trial(i, 1)*per_trial*least, towards > 0.0_wp)
-         u(i, 2) = merge(u(i, 2), trial(i, 2)*per_trial*least, towards > 0.0_wp)
-         u(i, 3) = merge(u(i, 3), trial(i, 3)*per_trial, towards > 0.0_wp)
-         along = 1.0_wp/sqrt(max(u(i, 1)**2 + u(i, 2)**2 + u(i, 3)**2, tiny(along)))
-         u(i, 1) = u(i, 1)*along
-         u(i, 2) = u(i, 2)*along
-         u(i, 3) = u(i, 3)*along
+         held(i, 1) = 0.0_wp
+         held(i, 2) = 0.0_wp
+         held(i, 3) = 0.0_wp
       end do
-      call slip_on_ellipses(self%ellipse, spot%shape, n, load, size, stiffness, trial, u, force, &
-         found, slips)
+      along = [step(1), step(2), step(3)*spot%a]
+      along = along*(1.0_wp/max(sqrt(dot_product(along, along)), tiny(along)))
+      steady = all(slid(at(:n))) .and. all(abs(u(1, :) - along) < little) .and. &
+         all(abs(u(n, :) - along) < little)
+      if (.not. steady) then
+         do i = 1, n
+            if (.not. slid(at(i))) cycle
+            part = part_of_step(at(i), self%n, new)
+            held(i, 1) = trial(i, 1) - stiffness(i, 1)*(part*step(1))
+            held(i, 2) = trial(i, 2) - stiffness(i, 2)*(part*step(2))
+            held(i, 3) = trial(i, 3) - stiffness(i, 3)*(part*step(3)*spot%a)
+         end do
+      end if
+      call slip_on_ellipses(self%ellipse, spot%shape, n, load, size, stiffness, trial, held, &
+         steady, u, force, found, slips)
       do i = 1, n
          if (.not. found(i)) cycle
          j = at(i)

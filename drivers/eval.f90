@@ -10,6 +10,7 @@ module contensou_drivers_eval
    use contensou_base_diagnostics, only : diagnostics_type, origin_type, source_type
    use contensou_base_errors, only : error_type, fatal, status_usage
    use contensou_base_kinds, only : pi, wp
+   use contensou_base_numbers, only : to_text
    use contensou_base_schema, only : admits, kind_real
    use contensou_base_text, only : did_you_mean, join, lower, quote, strings
    use contensou_contact_catalogue, only : law_keys_type
@@ -38,27 +39,6 @@ module contensou_drivers_eval
    private
 
    public :: eval_command
-
-   type(option_type), parameter :: options(*) = [ &
-      option_type("KERNEL", "", "elliptic, hertz, wrench, curved_wrench, kalker, creep, " // &
-      "tangential, tangential_stiffness or oblique_impact", needs="a kernel", &
-      choices="elliptic hertz wrench curved_wrench kalker creep tangential " // &
-      "tangential_stiffness oblique_impact"), &
-      option_type("FILE", "", "CSV with a header; standard input if not given"), &
-      option_type("--model", "NAME", "how the kernel is computed"), &
-      option_type("--delta", "VELOCITY", &
-      "regularisation velocity of the wrench [m/s], default 0", needs="a velocity >= 0 [m/s]", &
-      takes=takes_non_negative), &
-      option_type("--jacobian", "", "the wrench's derivatives, too: dFxdvx ... dTzdw"), &
-      option_type("--error", "BOUND", &
-      "bound of the error of curved_wrench over f N, default 1e-10", &
-      needs="a number >= 0", takes=takes_non_negative), &
-      option_type("--layers", "N", &
-      "layers of tangential and oblique_impact, 1 to 128, default 12", &
-      needs="a number of layers from 1 to 128", takes=takes_count), &
-      option_type("--elements", "N", &
-      "elements across the spot of boundary_elements, even, 4 to 96, default 36", &
-      needs="an even number of elements from 4 to 96", takes=takes_count)]
 
    !> What the user asks for, in the words of the options; texts blank for the default.
    type :: eval_config_type
@@ -164,7 +144,8 @@ contains
    function eval_command() result(command)
       type(command_type) :: command
 
-      command = command_type("eval", "evaluate a kernel on a table of inputs", options, notes= &
+      command = command_type("eval", "evaluate a kernel on a table of inputs", eval_options(), &
+         notes= &
          "KERNEL    inputs             outputs              models, the default first" // nl // &
          "elliptic  c1 (or c)          K,E,B,D,dKdc,dEdc    tables, theta, agm, gsl" // nl // &
          "hertz     A,B,Estar,delta    c,c1,a,b,N,p0        hertz (= tables), newton, " // &
@@ -192,6 +173,33 @@ contains
          "oblique_impact        nu,psi1   to psi2           shells, spring", &
          execute=evaluate_kernel)
    end function eval_command
+
+   !> What the command takes.
+   function eval_options() result(options)
+      type(option_type), allocatable :: options(:)
+
+      options = [ &
+         option_type("KERNEL", "", "elliptic, hertz, wrench, curved_wrench, kalker, creep, " // &
+         "tangential, tangential_stiffness or oblique_impact", needs="a kernel", &
+         choices="elliptic hertz wrench curved_wrench kalker creep tangential " // &
+         "tangential_stiffness oblique_impact"), &
+         option_type("FILE", "", "CSV with a header; standard input if not given"), &
+         option_type("--model", "NAME", "how the kernel is computed"), &
+         option_type("--delta", "VELOCITY", &
+         "regularisation velocity of the wrench [m/s], default 0", needs="a velocity >= 0 [m/s]", &
+         takes=takes_non_negative), &
+         option_type("--jacobian", "", "the wrench's derivatives, too: dFxdvx ... dTzdw"), &
+         option_type("--error", "BOUND", &
+         "bound of the error of curved_wrench over f N, default 1e-10", &
+         needs="a number >= 0", takes=takes_non_negative), &
+         option_type("--layers", "N", &
+         "layers of tangential and oblique_impact, 1 to " // to_text(most_layers) // &
+         ", default " // to_text(default_layers), &
+         needs="a number of layers from 1 to " // to_text(most_layers), takes=takes_count), &
+         option_type("--elements", "N", &
+         "elements across the spot of boundary_elements, even, 4 to 96, default 36", &
+         needs="an even number of elements from 4 to 96", takes=takes_count)]
+   end function eval_options
 
    !> Evaluate a kernel for each row of a table of its inputs.
    subroutine evaluate_kernel(line, error)
@@ -502,7 +510,8 @@ contains
          if (config%layers > 0) call fatal(error, "--layers goes with the model shells", &
             status_usage)
       else if (config%layers > most_layers) then
-         call fatal(error, "--layers needs a number of layers from 1 to 128", status_usage)
+         call fatal(error, "--layers needs a number of layers from 1 to " // &
+            to_text(most_layers), status_usage)
       else
          call evaluation%shells%begin(merge(config%layers, default_layers, config%layers > 0))
       end if

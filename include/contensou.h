@@ -445,7 +445,8 @@ typedef struct contensou_tangential contensou_tangential;
 /* Make a spot that remembers nothing yet.
  *   modulus      shear modulus G of both bodies together [Pa], > 0
  *   poisson      Poisson's ratio of both together, from -1 to 1/2
- *   layers       from 1 to 128; 0 for one spring without local slip
+ *   layers       from 1 to 128; 0 for one spring without local slip, -1 for as many as a scene
+ *                has unless it tells
  * Returns NULL if an argument is outside its domain. */
 contensou_tangential *contensou_tangential_new(double modulus, double poisson, int layers);
 

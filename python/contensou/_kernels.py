@@ -305,7 +305,7 @@ class Tangential:
     poisson
         nu of both together [1], from -1 to 1/2.
     layers
-        From 1 to 128; 0 for one spring without local slip.
+        From 1 to 128; 0 for one spring without local slip; if left out, as many as a scene has.
 
     Examples
     --------
@@ -315,22 +315,26 @@ class Tangential:
     [-0.178, -0.178, 0.0052]
     """
 
-    def __init__(self, shear_modulus: float, poisson: float, layers: int = 12) -> None:
+    def __init__(self, shear_modulus: float, poisson: float, layers: int | None = None) -> None:
         shear_modulus = arguments.number(shear_modulus, "shear_modulus")
         poisson = arguments.number(poisson, "poisson")
-        # More than there can be are as many as C can have.
-        layers = max(-1, min(arguments.whole(layers, "layers"), 2**31 - 1))
-        handle = lib.plain("tangential_new", shear_modulus, poisson, layers)
+        number, told = -1, ""
+        if layers is not None:
+            # More than there can be are as many as C can have, where -1 is what is not told.
+            number = min(arguments.whole(layers, "layers"), 2**31 - 1)
+            told = f" and {number} layers"
+            number = max(number, -2) if number != -1 else -2
+        handle = lib.plain("tangential_new", shear_modulus, poisson, number)
         if handle is None:
             raise SceneError(
-                f"there is no spot with the shear modulus {shear_modulus} Pa, Poisson's ratio "
-                f"{poisson} and {layers} layers",
+                f"there is no spot with the shear modulus {shear_modulus} Pa and Poisson's ratio "
+                f"{poisson}{told}",
                 2,
             )
         self._handle = handle
         self._lock = threading.Lock()
         weakref.finalize(self, lib.library.contensou_tangential_free, handle)
-        self._words = f"{shear_modulus}, {poisson}, {layers}"
+        self._words = f"{shear_modulus}, {poisson}" + ("" if layers is None else f", {layers}")
 
     def __repr__(self) -> str:
         return f"contensou.Tangential({self._words})"

@@ -30,7 +30,7 @@ contains
       real(c_double), intent(in), value :: modulus
       !> Poisson's ratio of both together, from -1 to 1/2.
       real(c_double), intent(in), value :: poisson
-      !> Layers, from 1 to 128; 0 for one spring.
+      !> Layers, from 1 to 128; 0 for one spring, -1 for as many as a scene has unless told.
       integer(c_int), intent(in), value :: layers
       type(c_ptr) :: handle
       type(tangential_handle_type), pointer :: self
@@ -38,12 +38,14 @@ contains
       handle = c_null_ptr
       if (.not. (ieee_is_finite(modulus) .and. ieee_is_finite(poisson))) return
       if (modulus <= 0.0_c_double .or. poisson < -1.0_c_double .or. poisson > 0.5_c_double) return
-      if (layers < 0 .or. layers > most_layers) return
+      if (layers < -1 .or. layers > most_layers) return
       allocate(self)
       self%modulus = modulus
       self%poisson = poisson
       if (layers > 0) then
          call self%shells%begin(int(layers))
+      else if (layers < 0) then
+         call self%shells%begin()
       else
          self%shells = single_spring()
       end if

@@ -125,7 +125,8 @@ static void check_tangential(void)
    check(contensou_tangential_advance_array(NULL, 1, in, strides, outputs) ==
             CONTENSOU_BAD_ARGUMENT, "no spot");
    check(!contensou_tangential_new(-1.0, nu, 3) && !contensou_tangential_new(G, 0.6, 3) &&
-            !contensou_tangential_new(NAN, nu, 3) && !contensou_tangential_new(G, nu, 129),
+            !contensou_tangential_new(NAN, nu, 3) && !contensou_tangential_new(G, nu, 129) &&
+            !contensou_tangential_new(G, nu, -2),
          "spots out of the domain");
    contensou_tangential_free(layered);
    contensou_tangential_free(spring);

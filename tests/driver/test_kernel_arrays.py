@@ -136,9 +136,24 @@ def test_tangential_stiffness_and_steps(contensou):
     assert steps.lost[2] == pytest.approx(0.6, rel=1e-6)
     assert np.isnan(spring.advance(-1, 1e-3, 1e-3, 0, 0, 0).fx)
     assert spring.advance(0.0, 1e-3, 1e-3, 0, 0, 0).fx == 0
-    for words in ((0, 0.3), (8e10, 0.6), (8e10, 0.3, 129), (np.nan, 0.3)):
+    for words in ((0, 0.3), (8e10, 0.6), (8e10, 0.3, 129), (8e10, 0.3, -1), (np.nan, 0.3)):
         with pytest.raises(contensou.SceneError, match="there is no spot"):
             contensou.Tangential(*words)
+
+
+def test_layers_unless_told_are_those_of_eval(contensou, run):
+    """The shear of a circle, with no number of layers, and with others."""
+    shift = [1.5e-9, 1.5e-9, -4e-9, 1.5e-9]
+    rows = [f"2,1e-3,1e-3,0.3,8e10,0.3,{x!r},0,0" for x in np.cumsum(shift).tolist()]
+    text = "\n".join(["N,a,b,f,G,nu,dx,dy,twist", *rows, ""])
+    done = run("eval", "tangential", input=text)
+    assert done.status == 0, done.err
+    names = done.out.split()[0].split(",")
+    told = [float(line.split(",")[names.index("Fx")]) for line in done.out.split()[1:]]
+    found = contensou.Tangential(8e10, 0.3).advance(0.6, 1e-3, 1e-3, shift, 0.0, 0.0)
+    np.testing.assert_allclose(found.fx, told, rtol=1e-12)
+    other = contensou.Tangential(8e10, 0.3, 11).advance(0.6, 1e-3, 1e-3, shift, 0.0, 0.0)
+    assert np.abs(other.fx - told).max() > 1e-6
 
 
 @pytest.mark.parametrize(

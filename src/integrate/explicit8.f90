@@ -120,8 +120,8 @@ module contensou_integrate_explicit8
       real(wp) :: last_error = 1.0_wp
       !> Whether the right-hand side at `t` is yet to be evaluated.
       logical :: fresh = .true.
-      !> Whether the next step is the first one.
-      logical :: at_start = .true.
+      !> Whether the next step is the first one, and whether the last one was.
+      logical :: at_start = .true., was_at_start = .true.
       !> Whether the continuous extension of the last step is set.
       logical :: dense_set = .false.
       !> State at the beginning of the last step.
@@ -295,14 +295,15 @@ contains
             self%h_next = decrease_outside*h
          else
             self%h_next = h*max(largest_decrease, safety*estimate**(-0.125_wp))
-            ! There it hardly falls faster than with the cube of the step.
+            ! There it hardly falls faster than with the cube of the step, and is rounding in part.
             if (admitted < 1.0_wp) self%h_next = h*max(largest_decrease, &
-               safety*(admitted/estimate)**(1.0_wp/3.0_wp))
+               2.0_wp**floor(log(safety*(admitted/estimate)**(1.0_wp/3.0_wp))/log(2.0_wp)))
          end if
          rejected = .true.
          self%counters%error_test_failures = self%counters%error_test_failures + 1
       end do
 
+      self%was_at_start = self%at_start
       self%at_start = .false.
       call take_end(self, h, t_new)
       estimate = max(estimate, 1.0e-10_wp)
@@ -562,13 +563,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer :: side(size(self%side))
       real(wp) :: g(size(self%side))
-      logical :: same
+      logical :: same, at_start
 
       ! At an event the sides are those after it, whatever the rounding of the values; another
       ! state has sides of its own, unless it is another one of what has no part in them.
       same = abs(t - self%t) <= 0.0_wp .and. maxval(abs(y - self%y)) <= 0.0_wp
       side = self%side
       g = huge(g)
+      at_start = .true.
       if (self%problem%remembers .and. .not. same) then
          if (abs(t - self%t) <= 0.0_wp) then
             call self%problem%events(t, self%y, g)
@@ -576,9 +578,11 @@ contains
             ! The last step is taken again.
             same = maxval(abs(y - self%y_old)) <= 0.0_wp
             side = self%side_old
+            if (same) at_start = self%was_at_start
          end if
       end if
       call begin_at(self, t, y)
+      self%at_start = at_start
       where (same .or. abs(self%g - g) <= 0.0_wp) self%side = side
    end subroutine restart
 

@@ -11,7 +11,8 @@ module contensou_integrate_cvode
    use fcvode_mod, only : CV_ADAMS, CV_BDF, CV_CONV_FAILURE, CV_ERR_FAILURE, CV_FIRST_RHSFUNC_ERR, &
       CV_LSETUP_FAIL, CV_ONE_STEP, CV_REPTD_RHSFUNC_ERR, CV_ROOT_RETURN, CV_TOO_MUCH_ACC, &
       CV_TSTOP_RETURN, CV_UNREC_RHSFUNC_ERR, FCVode, FCVodeCreate, FCVodeFree, &
-      FCVodeGetCurrentStep, FCVodeGetCurrentTime, FCVodeGetDky, FCVodeGetIntegratorStats, &
+      FCVodeGetCurrentOrder, FCVodeGetCurrentStep, FCVodeGetCurrentTime, FCVodeGetDky, &
+      FCVodeGetErrWeights, FCVodeGetEstLocalErrors, FCVodeGetIntegratorStats, &
       FCVodeGetLastStep, FCVodeGetNonlinSolvStats, FCVodeGetNumJacEvals, &
       FCVodeGetNumLinRhsEvals, FCVodeGetNumSteps, FCVodeGetRootInfo, FCVodeInit, FCVodeReInit, &
       FCVodeRootInit, FCVodeSetErrFile, FCVodeSetInitStep, &
@@ -120,6 +121,19 @@ module contensou_integrate_cvode
    !> what limits its stability, and that a step could be longer, where they are.
    integer, parameter :: soon = 1000
 
+   !> Failures of one step in a row before CVODE gives up, and before it begins anew where lengths
+   !> are graded.
+   integer, parameter :: most_failures = 60, failures_at_order = 3
+
+   !> A step that fails is shortened as by CVODE: by the root of its error times this, by the least
+   !> and most of it, and by the least when it fails again.
+   real(wp), parameter :: bias = 6.0_wp, least_decrease = 0.9_wp, most_decrease = 0.1_wp, &
+      least_decrease_again = 0.2_wp
+
+   !> Growth of a step, and by powers of two more: errors by which CVODE lets it grow are far below
+   !> the tolerance and rounding in part.
+   real(wp), parameter :: growth_once = 1.5_wp, edge_of_growth = 1.0e-3_wp
+
    !> Trials of a first step.
    integer, parameter :: most_guesses = 4
 
@@ -163,6 +177,12 @@ module contensou_integrate_cvode
       logical :: change = .false.
       !> Whether the next step's length is not told, as an event was met within the last step.
       logical :: untold = .false.
+      !> Length of the step that is tried, where lengths are graded [s].
+      real(wp) :: tried = 0.0_wp
+      !> Whether it failed, whether CVODE returns then, and whether it is the first one of all.
+      logical :: failed = .false., fails_at_once = .false., beginning = .false.
+      !> Steps before it.
+      integer(c_long) :: steps_before = 0
       !> Steps since the last event or change of the limit.
       integer :: since = 0
       !> Steps without an event before the next trial.
@@ -291,13 +311,14 @@ contains
       flag = min(flag, FCVodeSetNoInactiveRootWarn(self%memory))
       flag = min(flag, FCVodeSetMaxHnilWarns(self%memory, -1_c_int))
       ! From free flight into a stiff contact the step shrinks by many orders of magnitude.
-      flag = min(flag, FCVodeSetMaxErrTestFails(self%memory, 60_c_int))
-      flag = min(flag, FCVodeSetMaxConvFails(self%memory, 60_c_int))
+      flag = min(flag, FCVodeSetMaxErrTestFails(self%memory, int(most_failures, c_int)))
+      flag = min(flag, FCVodeSetMaxConvFails(self%memory, int(most_failures, c_int)))
       flag = min(flag, FCVodeSetStopTime(self%memory, min(t_end, self%t_stop)))
       call self%bound_step(max_step)
       if (problem%remembers) then
          flag = min(flag, begin_graded(self, t, y))
          self%handle%beginning = .true.
+         self%beginning = .true.
       end if
       if (flag < 0) call fatal(error, "CVODE could not be set up", status_failed)
    end subroutine start
@@ -324,7 +345,7 @@ contains
       !> Set when the integration cannot go on; its message says why in CVODE's terms.
       type(error_type), allocatable, intent(out) :: error
       integer(c_int) :: flag
-      integer(c_long) :: steps(1), steps_before(1)
+      integer(c_long) :: steps(1)
       real(c_double) :: reached(1)
 
       events = 0
@@ -341,15 +362,18 @@ contains
       end if
       if (self%handle%problem%remembers) then
          flag = grade(self)
-         flag = FCVodeGetNumSteps(self%memory, steps_before)
+         flag = FCVodeGetNumSteps(self%memory, steps)
+         self%steps_before = steps(1)
       end if
       reached = t
       flag = FCVode(self%memory, self%t_end, self%vector, reached, CV_ONE_STEP)
+      if (self%fails_at_once) call try_again(self, t, reached, flag)
       y = self%y(:self%handle%n)
       if (self%handle%problem%remembers .and. flag >= 0) then
          if (FCVodeGetNumSteps(self%memory, steps) >= 0) then
-            if (steps(1) /= steps_before(1)) self%untold = flag == CV_ROOT_RETURN
+            if (steps(1) /= self%steps_before) self%untold = flag == CV_ROOT_RETURN
          end if
+         self%beginning = .false.
       end if
       if (flag == CV_ROOT_RETURN) flag = take_roots(self%memory, events)
       if (flag >= 0) then
@@ -370,6 +394,65 @@ contains
          call fatal(error, trim(reason(flag)), status_failed)
       end if
    end subroutine step
+
+   !> Take a step that failed again, in graded lengths: those that CVODE finds depend on what its
+   !> estimates are rounded by, and so on the directions of the axes.
+   subroutine try_again(self, t, reached, flag)
+      class(cvode_type), intent(inout) :: self
+      !> Time at which the step begins [s].
+      real(wp), intent(in) :: t
+      !> Time reached [s].
+      real(c_double), intent(inout) :: reached(1)
+      !> What CVODE returned.
+      integer(c_int), intent(inout) :: flag
+      type(error_type), allocatable :: error
+      integer(c_long) :: steps(1)
+      real(wp) :: y(self%handle%n), shorter
+      integer :: failures
+
+      self%failed = flag == CV_ERR_FAILURE
+      do failures = 1, most_failures - 1
+         if (flag /= CV_ERR_FAILURE) return
+         shorter = graded(self%tried*decrease(self, failures))
+         if (failures == failures_at_order) then
+            ! With the lowest order, as CVODE comes to.
+            y = self%y(:self%handle%n)
+            call self%restart(t, y, error)
+            if (allocated(error)) return
+            self%failed = .true.
+         end if
+         self%tried = shorter
+         flag = FCVodeGetNumSteps(self%memory, steps)
+         if (steps(1) > 0) then
+            self%handle%grading = .true.
+            flag = FCVodeSetStopTime(self%memory, min(self%handle%stop, t + shorter))
+         else
+            flag = FCVodeSetInitStep(self%memory, shorter)
+            self%handle%beginning = self%beginning
+         end if
+         flag = FCVode(self%memory, self%t_end, self%vector, reached, CV_ONE_STEP)
+      end do
+   end subroutine try_again
+
+   !> By what a step that failed is shortened, as CVODE does it.
+   real(wp) function decrease(self, failures)
+      class(cvode_type), intent(inout) :: self
+      !> Failures of it in a row.
+      integer, intent(in) :: failures
+      real(wp) :: weight(size(self%y))
+      integer(c_int) :: flag, order(1)
+
+      decrease = most_decrease
+      if (failures >= failures_at_order) return
+      flag = FCVodeGetErrWeights(self%memory, self%vector_between)
+      weight = self%y_between
+      flag = min(flag, FCVodeGetEstLocalErrors(self%memory, self%vector_between), &
+         FCVodeGetCurrentOrder(self%memory, order))
+      if (flag < 0) return
+      decrease = (bias*rms(self%y_between*weight))**(-1.0_wp/real(order(1) + 1, wp))
+      decrease = max(most_decrease, min(decrease, merge(least_decrease, least_decrease_again, &
+         failures == 1)))
+   end function decrease
 
    !> Which event functions are zero at a root. Apart, as the room that it takes is allocated, which
    !> other steps would pay for.
@@ -490,6 +573,8 @@ contains
 
       self%before = self%statistics()
       self%untold = .false.
+      self%failed = .false.
+      self%steps_before = -1
       self%y(:self%handle%n) = y
       self%y(self%handle%n + 1:) = 0.0_wp
       flag = 0
@@ -543,7 +628,8 @@ contains
             h = min(max(h_new, shortest), longest)
          end do
       end associate
-      flag = FCVodeSetInitStep(self%memory, graded(min(max(first_share*h, shortest), longest)))
+      self%tried = graded(min(max(first_share*h, shortest), longest))
+      flag = FCVodeSetInitStep(self%memory, self%tried)
    end function begin_graded
 
    !> Root of the mean of the squares.
@@ -558,24 +644,40 @@ contains
    !> tell the length of the step after it.
    integer(c_int) function grade(self) result(flag)
       class(cvode_type), intent(inout) :: self
-      real(c_double) :: h(1), t(1)
+      real(c_double) :: h(1), t(1), last(1)
       integer(c_long) :: steps(1)
-      real(wp) :: stop, shorter
+      real(wp) :: stop, longest
 
       associate (handle => self%handle)
          handle%stop = min(self%t_end, self%t_stop)
          handle%grading = .false.
          stop = handle%stop
          flag = min(FCVodeGetCurrentStep(self%memory, h), FCVodeGetCurrentTime(self%memory, t), &
-            FCVodeGetNumSteps(self%memory, steps))
+            FCVodeGetNumSteps(self%memory, steps), FCVodeGetLastStep(self%memory, last))
          ! One that is not told is no longer than the last one.
-         if (self%untold) flag = min(flag, FCVodeGetLastStep(self%memory, h))
-         if (flag >= 0 .and. steps(1) > 0 .and. (self%steps_of_no_path < soon .or. &
-            self%reach < h(1))) then
-            shorter = graded(min(h(1), self%reach))
-            ! What differs by rounding is graded.
-            handle%grading = self%untold .or. h(1) > shorter*(1.0_wp + 1.0e-9_wp)
-            if (handle%grading) stop = min(stop, t(1) + shorter)
+         if (self%untold) h = last
+         self%failed = self%failed .and. self%impact
+         if (self%impact .neqv. self%fails_at_once) then
+            ! In an impact a step that fails is taken again here, in graded lengths.
+            self%fails_at_once = self%impact
+            flag = min(flag, FCVodeSetMaxErrTestFails(self%memory, int(merge(1, most_failures, &
+               self%impact), c_int)))
+         end if
+         if (flag >= 0 .and. steps(1) > 0) then
+            longest = self%reach
+            if (self%failed) then
+               longest = min(longest, self%tried)
+            else if (self%impact .and. h(1) > growth_once*last(1)) then
+               longest = min(longest, last(1)*growth_once*2.0_wp**floor(edge_of_growth + &
+                  log(h(1)/(growth_once*last(1)))/log(2.0_wp)))
+            end if
+            self%tried = min(h(1), stop - t(1))
+            if (self%steps_of_no_path < soon .or. longest < h(1)) then
+               self%tried = graded(min(h(1), longest))
+               ! What differs by rounding is graded.
+               handle%grading = self%untold .or. h(1) > self%tried*(1.0_wp + 1.0e-9_wp)
+               if (handle%grading) stop = min(stop, t(1) + self%tried)
+            end if
          end if
          flag = FCVodeSetStopTime(self%memory, stop)
       end associate
@@ -641,6 +743,7 @@ contains
       self%standstill = 0
       self%limited = .false.
       self%untold = .false.
+      self%fails_at_once = .false.
       self%renews = .false.
       self%change = .false.
       self%since = 0
@@ -856,7 +959,8 @@ contains
       y => FN_VGetArrayPointer(vector_y)
       weight => FN_VGetArrayPointer(vector_weight)
       call handle%problem%admissible_error(y(:handle%n), weight(:handle%n))
-      if (handle%n_all > handle%n) call handle%problem%way_errors(weight(handle%n + 1:))
+      if (handle%n_all > handle%n) call handle%problem%way_errors(weight(:handle%n), &
+         weight(handle%n + 1:))
       weight = 1.0_wp/weight
       flag = 0
       if (handle%grading) flag = FCVodeSetStopTime(handle%memory, handle%stop)

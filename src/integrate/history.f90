@@ -30,7 +30,13 @@ module contensou_integrate_history
 
    !> Step over the time since a touch or until a lift-off: a force that goes as the power 1.5 of
    !> the overlap is not smooth there, and an error test that looks back does not see it.
-   real(wp), parameter :: near_touch = 0.1_wp
+   !> In an impact, and at most where a gap changes more slowly.
+   real(wp), parameter :: near_touch = 0.08_wp, near_slow_touch = 0.1_wp
+
+   !> Step over the time in which the acceleration of a gap makes up for the overlap, and over the
+   !> sixth root of the relative tolerance: where an impact is smooth and its steps are the longest,
+   !> those that grow err by more than an error test of order 5 sees.
+   real(wp), parameter :: of_turning = 0.26_wp, root = 1.0_wp/6.0_wp
 
    !> Overlap, over a usual one, below which no step is shortened for that.
    real(wp), parameter :: of_no_force = 1.0e-3_wp
@@ -156,26 +162,40 @@ contains
    end subroutine remember
 
    !> Tell a method how long its next step may be where compliant contacts that remember have
-   !> touched or are about to lift off.
+   !> touched or are about to lift off, and within an impact.
    subroutine heed_touches(self)
       !> The march, its poses those of the state that is reached.
       type(march_type), intent(inout) :: self
       type(contact_motion_type) :: now
-      real(wp) :: overlap, rate, least, way
+      real(wp) :: overlap, least, way, bend, slowness
+      real(wp) :: rate(self%motion%n_ways)
+      logical :: known
       integer :: i
 
+      known = allocated(self%way_rate) .and. self%memory%t > self%t_before
       least = of_no_force*self%motion%scales%usual_overlap()
-      associate (reach => self%integrator%reach, system => self%motion%system)
+      associate (motion => self%motion, reach => self%integrator%reach)
          reach = huge(reach)
-         do i = 1, self%motion%n_ways
-            call system%observe(self%motion%way(i), now)
+         self%integrator%impact = .false.
+         motion%way_speed = 0.0_wp
+         do i = 1, motion%n_ways
+            call motion%system%observe(motion%way(i), now)
             overlap = -now%at%gap
-            rate = now%gap_rate()
-            if (overlap < 0.0_wp .or. (rate > 0.0_wp .and. overlap < least)) cycle
-            way = near_touch*max(overlap, least)
-            if (way < abs(rate)*no_time) reach = min(reach, way/abs(rate))
+            rate(i) = now%gap_rate()
+            if (overlap < 0.0_wp .or. (rate(i) > 0.0_wp .and. overlap < least)) cycle
+            overlap = max(overlap, least)
+            bend = 0.0_wp
+            if (known) bend = abs(rate(i) - self%way_rate(i))/(self%memory%t - self%t_before)
+            motion%way_speed(i) = sqrt(bend*overlap)
+            slowness = motion%slowness(i)
+            if (slowness <= 1.0_wp) self%integrator%impact = .true.
+            way = min(near_slow_touch, near_touch*slowness)*overlap
+            if (way < abs(rate(i))*no_time) reach = min(reach, way/abs(rate(i)))
+            if (overlap < bend*no_time) reach = min(reach, of_turning*slowness &
+               *motion%scales%rtol**root*sqrt(overlap/bend))
          end do
       end associate
+      self%way_rate = rate
    end subroutine heed_touches
 
 end module contensou_integrate_history

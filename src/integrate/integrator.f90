@@ -60,6 +60,8 @@ module contensou_integrate_integrator
       !> What the next step should not exceed near a touch or a lift-off [s], for methods that
       !> estimate its error from the steps before.
       real(wp) :: reach = huge(1.0_wp)
+      !> Whether such a contact is in an impact, where lengths of steps must not depend on rounding.
+      logical :: impact = .false.
    contains
       !> Begin at a state.
       procedure(start_interface), deferred :: start

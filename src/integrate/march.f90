@@ -93,6 +93,8 @@ contains
 
       self%rows = row_count(plan%t_end, plan%interval)
       self%motion => motion
+      ! A march that goes on knows no more than one from a checkpoint.
+      motion%way_speed = 0.0_wp
       self%plan = plan
       self%memory => memory
       self%observer => observer

@@ -68,10 +68,17 @@ module contensou_integrate_motion
    !> Admissible error of a gap that is integrated, over that of a position: a step of BDF that
    !> errs by as much as that at low order, after a kink of the tangential force, loses some 1e-9 of
    !> the energy of an impact. Finer ones feel the rounding of the forces.
-   real(wp), parameter :: fine_way = 3.0e-3_wp
+   real(wp), parameter :: fine_way = 2.0e-3_wp
 
-   !> Rate of a gap below which more is admitted, over the scale of velocities.
-   real(wp), parameter :: slow_way = 0.4_wp
+   !> The same of shifts and works, over what is admitted else: the energy is the work of forces
+   !> that have kinks where shells begin to slip.
+   real(wp), parameter :: fine_shift = 0.2_wp, fine_work = 0.3_wp
+
+   !> Place of the two shifts among the unknowns of a contact that remembers, after its axis.
+   integer, parameter :: at_shifts = 3
+
+   !> Speed of a gap below which more is admitted, over the scale of velocities.
+   real(wp), parameter :: slow_way = 0.8_wp
 
    !> Motion of a system.
    type, extends(problem_type) :: motion_type
@@ -91,6 +98,9 @@ module contensou_integrate_motion
       integer, allocatable :: way(:)
       !> Rates of these at the last right-hand side [m/s].
       real(wp), allocatable :: way_rate(:)
+      !> Speeds that the accelerations of these gaps make up over the overlaps, where a step was
+      !> accepted last: an impact turns round at a rate of zero [m/s].
+      real(wp), allocatable :: way_speed(:)
    contains
       procedure :: lay_out_jacobian
       procedure :: jacobian
@@ -101,6 +111,7 @@ module contensou_integrate_motion
       procedure :: way_errors
       procedure :: way_columns
       procedure :: way_slopes
+      procedure :: slowness
       procedure :: nominals
       procedure :: set_tolerance
       procedure, private :: admit_states
@@ -135,6 +146,7 @@ contains
          %tangential) .and. .not. motion%system%contacts(i)%rigid, i=1, motion%n_events)])
       motion%n_ways = size(motion%way)
       motion%way_rate = [(0.0_wp, i=1, motion%n_ways)]
+      motion%way_speed = motion%way_rate
       associate (s => motion%scales)
          s%asked = scene%integrator%rtol
          s%coarsest = huge(s%coarsest)
@@ -369,21 +381,45 @@ contains
 
    !> Admissible local errors of the ways: finer than those of positions where a gap changes as in
    !> an impact, of no account where it hardly does, as what rings at rest takes no such steps.
-   subroutine way_errors(self, size_of_error)
+   !> Those of shifts and works are finer as well.
+   subroutine way_errors(self, of_unknowns, size_of_error)
       class(motion_type), intent(in) :: self
+      !> As `admissible_error` tells them.
+      real(wp), intent(inout) :: of_unknowns(:)
       !> [m], > 0.
       real(wp), intent(out) :: size_of_error(:)
-      real(wp) :: slowness
+      real(wp) :: slowness, work
       integer :: i
 
       size_of_error = of_no_account
+      work = 1.0_wp
       do i = 1, size(size_of_error)
-         if (.not. self%system%contacts(self%way(i))%tangential%is_loaded()) cycle
-         slowness = slow_way*self%scales%velocity/max(abs(self%way_rate(i)), tiny(slowness))
-         slowness = min(max(1.0_wp, slowness), of_no_account**0.25_wp)
-         size_of_error(i) = fine_way*slowness**4*self%scales%rtol*self%scales%length
+         associate (contact => self%system%contacts(self%way(i)))
+            if (.not. contact%tangential%is_loaded()) cycle
+            slowness = self%slowness(i)
+            size_of_error(i) = fine_way*slowness*self%scales%rtol*self%scales%length
+            work = min(work, fine_work*slowness)
+            associate (k => contact%states%first + contact%states%n_damping + at_shifts)
+               of_unknowns(k:k + 1) = min(1.0_wp, fine_shift*slowness)*of_unknowns(k:k + 1)
+            end associate
+         end associate
       end do
+      associate (layout => self%system%layout)
+         i = body_size*layout%bodies + layout%states + 1
+         of_unknowns(i:) = work*of_unknowns(i:)
+      end associate
    end subroutine way_errors
+
+   !> How much more is admitted of a contact whose gap changes more slowly than in an impact, >= 1.
+   pure real(wp) function slowness(self, i)
+      class(motion_type), intent(in) :: self
+      !> Index of its way.
+      integer, intent(in) :: i
+
+      slowness = slow_way*self%scales%velocity/max(abs(self%way_rate(i)), self%way_speed(i), &
+         tiny(slowness))
+      slowness = min(max(1.0_wp, slowness), of_no_account**0.25_wp)**4
+   end function slowness
 
    !> Unknowns on which the rate of a way depends: velocities of two bodies.
    subroutine way_columns(self, way, columns)

@@ -125,9 +125,12 @@ contains
       rates = 0.0_wp
    end subroutine way_rates
 
-   !> Admissible local errors of the ways.
-   subroutine way_errors(self, size_of_error)
+   !> Admissible local errors where ways are integrated along: those of the ways, and finer ones of
+   !> unknowns.
+   subroutine way_errors(self, of_unknowns, size_of_error)
       class(problem_type), intent(in) :: self
+      !> As `admissible_error` tells them.
+      real(wp), intent(inout) :: of_unknowns(:)
       !> > 0.
       real(wp), intent(out) :: size_of_error(:)
 

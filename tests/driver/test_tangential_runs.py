@@ -74,18 +74,17 @@ def test_oblique_impact_is_that_of_maw_barber_and_fawcett(rows_of, method, befor
     rows = rows_of(BALL, velocity, f"integrator.method={method}")
     assert abs(slip_after(rows) - after) < 0.01
     energy = rows["energy_kinetic"][0]
-    bound = 1e-8 if method == "explicit8" else 1.5e-8
-    assert np.abs(rows["energy_error"]).max() < bound * energy
+    assert np.abs(rows["energy_error"]).max() < 1e-8 * energy
     # The stored energy comes back or is lost; nothing is left when the ball is away.
     assert rows["energy_tangential"].max() > 0
     assert rows["energy_tangential"][-1] == 0
     assert np.all(np.diff(rows["work_friction"]) > -1e-9 * energy)
 
 
-@pytest.mark.parametrize(("rtol", "bound"), [(1e-6, 2e-6), (1e-8, 2e-8), (1e-10, 3e-9)])
+@pytest.mark.parametrize(("rtol", "bound"), [(1e-6, 6e-7), (1e-8, 1e-8), (1e-10, 2e-9)])
 def test_bdf_keeps_the_energy_of_an_impact(rows_of, rtol, bound):
     # Most of its error was that of positions, whose rounding hides it from the error test.
-    for before in (0.1, 0.6, 1.7, 2.2, 3.8):
+    for before in (0.1, 0.6, 0.73, 1.0, 1.48, 1.7, 2.2, 2.6, 3.8):
         velocity = f"ball.velocity={before * 0.3 * 0.02 / KAPPA},0,-0.02"
         rows = rows_of(BALL, velocity, "integrator.method=cvode_bdf", f"integrator.rtol={rtol}")
         assert np.abs(rows["energy_error"]).max() < bound * rows["energy_kinetic"][0], before

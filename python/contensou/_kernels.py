@@ -323,7 +323,7 @@ class Tangential:
             # More than there can be are as many as C can have, where -1 is what is not told.
             number = min(arguments.whole(layers, "layers"), 2**31 - 1)
             told = f" and {number} layers"
-            number = max(number, -2) if number != -1 else -2
+            number = -2 if number < 0 else number
         handle = lib.plain("tangential_new", shear_modulus, poisson, number)
         if handle is None:
             raise SceneError(

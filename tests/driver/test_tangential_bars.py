@@ -165,6 +165,7 @@ def test_the_law_knows_no_axes(ball):
         ("explicit8", 1e-6, 0, [10, 5, 10]),
         ("explicit8", 1e-8, 0, [0, 0, 0]),
         ("explicit8", 1e-8, 1e-6, [0, 0, 0]),
+        ("explicit8", 1.01e-8, 1e-6, [10, 5, 10]),
         ("cvode_bdf", 1e-6, 1e-6, [0, 0, 0]),
         ("cvode_bdf", 1e-6, 0, [0, 0, 0]),
         ("cvode_bdf", 1e-8, 0, [0, 0, 0]),

@@ -662,6 +662,10 @@ contains
             self%fails_at_once = self%impact
             flag = min(flag, FCVodeSetMaxErrTestFails(self%memory, int(merge(1, most_failures, &
                self%impact), c_int)))
+            ! From norms that hardly change there rounding decides whether a limit of stability is
+            ! found, which lowers the order and shortens the step.
+            if (self%bdf) flag = min(flag, FCVodeSetStabLimDet(self%memory, merge(0_c_int, &
+               sun_true, self%impact)))
          end if
          if (flag >= 0 .and. steps(1) > 0) then
             longest = self%reach

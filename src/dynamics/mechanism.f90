@@ -365,16 +365,25 @@ contains
       real(wp), intent(in) :: gap
       type(contact_motion_type) :: now
       type(contact_variation_type) :: variation
-      real(wp) :: local(most_states), rates(most_states)
+      real(wp) :: local(most_states), rates(most_states), minor(3), carried(3)
+      integer :: trouble
 
       call self%locate(a, b, gap, now%at)
+      if (.not. self%law%geometry%constant_curvatures) then
+         call self%follow(now%at, trouble)
+         ! It is told of at the touch.
+         if (trouble /= trouble_none) return
+      end if
       call relative_motion(a, b, now%at%point, now%velocity, now%spin)
       call self%law%geometry%vary(a, b, self%track, now%at, variation)
       local = self%local_states(now%at)
       associate (n => self%states%n_local, nd => self%states%n_damping)
          rates = 0.0_wp
-         rates(nd + 1:n) = self%tangential%free_rates(along_axes(now, &
-            cross(now%at%normal, now%at%major)), local(nd + 1:n))
+         minor = cross(now%at%normal, now%at%major)
+         carried = rolling_velocity(variation, [0.0_wp, 0.0_wp, 0.0_wp], now%spin)
+         rates(nd + 1:n) = self%tangential%free_rates(self%law%normal%shape, along_axes(now, &
+            minor), [dot_product(carried, now%at%major), dot_product(carried, minor)], &
+            local(nd + 1:n))
          call self%set_rates(a, b, now, rates(:n), variation)
       end associate
    end subroutine slide

@@ -105,7 +105,7 @@ module contensou_contact_tangential_memory
       procedure :: begin
       procedure :: forget
       procedure :: is_loaded
-      procedure, nopass :: free_rates
+      procedure :: free_rates
       procedure :: evolve
       procedure :: vary
       procedure :: tell
@@ -176,16 +176,24 @@ contains
       is_loaded = self%past%n > 0
    end function is_loaded
 
-   !> Rates of the states where nothing is borne.
-   pure function free_rates(motion, states) result(rates)
+   !> Rates of the states where nothing is borne: those with which they go on from a touch.
+   pure function free_rates(self, shape, motion, carried, states) result(rates)
+      class(tangential_type), intent(in) :: self
+      !> Of the spot that is about to be there.
+      type(spot_shape_type), intent(in) :: shape
       !> Sliding velocity along the axes of the spot [m/s] and spin [rad/s].
       real(wp), intent(in) :: motion(3)
+      !> Velocity of the material through the spot along these axes [m/s].
+      real(wp), intent(in) :: carried(2)
       !> Six, nine with a law of creep.
       real(wp), intent(in) :: states(:)
       real(wp) :: rates(size(states))
 
       rates = 0.0_wp
       rates(3:5) = along(states(1:2)/sqrt(states(1)**2 + states(2)**2), motion)
+      ! It does not depend on the size.
+      rates(6) = self%way_rate(spring_spot_type(shape, 1.0_wp, 0.0_wp, self%modulus, &
+         self%poisson), carried)
    end function free_rates
 
    !> A motion along the axis and across it.
@@ -236,7 +244,7 @@ contains
          self%velocity = self%velocity - speed*states(7:9)
          self%step(4) = 0.0_wp
       end if
-      self%step_rates = [along(axis, self%velocity), self%way_rate(carried)]
+      self%step_rates = [along(axis, self%velocity), self%way_rate(self%spot, carried)]
       rates(:6) = [0.0_wp, 0.0_wp, self%step_rates]
       ! On a circle all axes are alike, and the axis does as well as any.
       self%axis = axis
@@ -274,13 +282,15 @@ contains
 
    !> Rate of the way through the spot in lengths of relaxation, a b G C11/k_x with Kalker's
    !> creepage coefficient C11 along the direction of rolling, times a [m/s].
-   pure real(wp) function way_rate(self, carried) result(rate)
+   pure real(wp) function way_rate(self, spot, carried) result(rate)
       class(tangential_type), intent(in) :: self
+      type(spring_spot_type), intent(in) :: spot
+      !> Velocity of the material through the spot along its axes [m/s].
       real(wp), intent(in) :: carried(2)
       real(wp) :: area, circle
 
       rate = 0.0_wp
-      associate (spot => self%spot, k => self%spot%shape%k)
+      associate (k => spot%shape%k)
          area = spot%a*k*self%modulus
          if (.not. area > 0.0_wp) return
          ! 1/C11 on the circle, and its change with the ratio of the semi-axes at nu = 0.3.

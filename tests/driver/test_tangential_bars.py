@@ -170,6 +170,11 @@ def test_the_law_knows_no_axes(ball):
         ("cvode_bdf", 1e-6, 0, [0, 0, 0]),
         ("cvode_bdf", 1e-8, 0, [0, 0, 0]),
         ("cvode_bdf", 1e-8, 1e-6, [0, 0, 0]),
+        # The rate of the way rolled began with a step at the touch, which rounding placed.
+        ("cvode_bdf", 1e-6, 0, [10, 5, 10]),
+        # Rounding decided whether CVODE found a limit of stability.
+        ("cvode_bdf", 1e-6, 1e-6, [10, 5, 10]),
+        ("cvode_bdf", 1e-8, 0, [10, 5, 10]),
     ],
 )
 def test_a_turned_scene_takes_the_same_steps(ball, method, rtol, above, spin):

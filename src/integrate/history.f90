@@ -38,6 +38,9 @@ module contensou_integrate_history
    !> those that grow err by more than an error test of order 5 sees.
    real(wp), parameter :: of_turning = 0.26_wp, root = 1.0_wp/6.0_wp
 
+   !> Slowness up to which a touch is an impact: at half the speed from which on more is admitted.
+   real(wp), parameter :: slow_impact = 16.0_wp
+
    !> Overlap, over a usual one, below which no step is shortened for that.
    real(wp), parameter :: of_no_force = 1.0e-3_wp
 
@@ -188,7 +191,7 @@ contains
             if (known) bend = abs(rate(i) - self%way_rate(i))/(self%memory%t - self%t_before)
             motion%way_speed(i) = sqrt(bend*overlap)
             slowness = motion%slowness(i)
-            if (slowness <= 1.0_wp) self%integrator%impact = .true.
+            if (slowness <= slow_impact) self%integrator%impact = .true.
             way = min(near_slow_touch, near_touch*slowness)*overlap
             if (way < abs(rate(i))*no_time) reach = min(reach, way/abs(rate(i)))
             if (overlap < bend*no_time) reach = min(reach, of_turning*slowness &

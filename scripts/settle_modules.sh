@@ -11,7 +11,8 @@ for folder; do
    for module in "$folder"/*.mod; do
       name=${module##*/}
       name=${name%.mod}
-      for object in "${name#contensou_}" "${name#contensou_drivers_}" "unit_$name" "unit_${name#test_}"; do
+      for object in "${name#contensou_}" "${name#contensou_drivers_}" "unit_$name" \
+         "unit_${name#test_}" "meson-generated_.._${name##*_tangential_}"; do
          object=$folder/$object.f90.o
          [ "$object" -nt "$module" ] && touch -r "$object" -- "$module"
       done

@@ -8,12 +8,17 @@ module test_tangential
    use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
    use contensou_contact_tangential_memory, only : n_states, tangential_type
    use contensou_contact_tangential_oblique, only : oblique_impact
+   use contensou_contact_tangential_abreast, only : abreast, n_values, slide_on_ellipse, &
+      slip_in_plane, slip_on_circles, slip_on_ellipses
+   use contensou_contact_tangential_abreast_wide, only : &
+      wide_slide_on_ellipse => slide_on_ellipse, wide_slip_in_plane => slip_in_plane, &
+      wide_slip_on_circles => slip_on_circles, wide_slip_on_ellipses => slip_on_ellipses
    use contensou_contact_tangential_edges, only : edge_at, power_of
    use contensou_contact_tangential_ellipse, only : ellipse_type, least_ratio
    use contensou_contact_tangential_ellipse_values, only : bands, parts
-   use contensou_contact_tangential_shells, only : default_layers, shells_type, single_spring, &
-      spring_spot_type
-   use contensou_contact_tangential_slip, only : abreast, shared_type, shell_type, sliding_force
+   use contensou_contact_tangential_shells, only : default_layers, has_wide_registers, &
+      shells_type, single_spring, spring_spot_type
+   use contensou_contact_tangential_slip, only : shared_type, shell_type, sliding_force
    use contensou_contact_tangential_stiffness, only : tangential_stiffness
    use contensou_contact_wrench, only : wrench_jacobian_kernel, wrench_pade11_jacobian, &
       wrench_pade22_jacobian, wrench_simplified_jacobian
@@ -62,6 +67,7 @@ contains
       call test_narrow_rim_that_slips()
       call test_rungs()
       call test_table()
+      call test_wide()
    end subroutine run_tangential_tests
 
    !> A spot of steel.
@@ -898,10 +904,10 @@ contains
             angle = random%uniform(-pi, pi)
             if (modulo(j, 16) == 0) angle = 0.5_wp*pi*real(modulo(j, 7) - 3, wp)
             ! The scale is 1 - x, so that x = 1 has no spin.
-            call note_sliding([cos(angle)*sqrt((ratio*(1.0_wp - x))**2 + rho**2), &
+            call note_both([cos(angle)*sqrt((ratio*(1.0_wp - x))**2 + rho**2), &
                sin(angle)*sqrt((1.0_wp - x)**2 + rho**2), sign(1.0_wp - x, angle)])
             ! Inside.
-            call note_sliding([x*ratio*cos(angle), x*sin(angle), sign(1.0_wp, angle)])
+            call note_both([x*ratio*cos(angle), x*sin(angle), sign(1.0_wp, angle)])
          end do
       end do
       call force%check_below(4.0e-15_wp, "table of ellipses: force")
@@ -911,21 +917,41 @@ contains
 
    contains
 
-      !> Compare what two edges bear, the second of half the size and a load of 1/4.
-      subroutine note_sliding(v)
+      !> Compare what edges bear, every second one of half the size and a load of 1/4: as many as
+      !> fill wide registers, and one more.
+      subroutine note_both(v)
          !> Sliding velocity along the axes, and W.
          real(wp), intent(in) :: v(3)
-         real(wp) :: load(2*abreast), size(2*abreast), u(2*abreast, 3), bears(2*abreast, 13), &
-            wrench(3), jacobian(3, 3), bends(4), expected(6), scale(6), w
+         real(wp) :: load(abreast), size(abreast), u(abreast, 3), bears(abreast, n_values)
          integer :: k
 
-         load(1:2) = [1.0_wp, 0.25_wp]
-         size(1:2) = [1.0_wp, 0.5_wp]
-         do k = 1, 2
+         do k = 1, 5
+            load(k) = 0.25_wp**(1 - modulo(k, 2))
+            size(k) = 0.5_wp**(1 - modulo(k, 2))
             u(k, :) = v/norm2(v)
          end do
-         call table%slide(shape, 2, load, size, u, bears)
-         do k = 1, 2
+         call table%set_ratio(shape%k, shape%k2, shape%c)
+         call slide_on_ellipse(table, 2, load, size, u, bears)
+         call note_sliding([1, 2], .true., load, size, u, bears)
+         if (.not. has_wide_registers()) return
+         call wide_slide_on_ellipse(table, 5, load, size, u, bears)
+         call note_sliding([4, 5], .false., load, size, u, bears)
+      end subroutine note_both
+
+      !> Compare what some edges bear.
+      subroutine note_sliding(edges, rounds_alike, load, size, u, bears)
+         integer, intent(in) :: edges(:)
+         !> Whether rounding tells as the exact wrench does how far outside of the spot the centre
+         !> of rotation is: the second derivatives go with the root of that.
+         logical, intent(in) :: rounds_alike
+         real(wp), intent(in) :: load(abreast), size(abreast), u(abreast, 3), &
+            bears(abreast, n_values)
+         real(wp) :: wrench(3), jacobian(3, 3), bends(4), expected(6), scale(6), w, &
+            outside
+         integer :: i_edge, k
+
+         do i_edge = 1, ubound(edges, 1)
+            k = edges(i_edge)
             w = size(k)*u(k, 3)
             call wrench_exact_bends(shape, u(k, 1), u(k, 2), w, wrench, jacobian, bends)
             call force%note(maxval(abs(bears(k, 1:2) + load(k)*wrench(1:2)))/load(k), i)
@@ -937,11 +963,96 @@ contains
             expected = bears(k, 4:9)/scale + expected
             expected = expected*[1.0_wp, 1.0_wp, 1.0_wp, w, w, w*w]
             call slope%note(maxval(abs(expected))*max(norm2(u(k, 1:2)), abs(w)), i)
-            call bend%note(maxval(abs(bears(k, 10:13) + load(k)*bends)) &
+            outside = 1.0_wp
+            if (.not. rounds_alike) then
+               outside = (u(k, 1)/ratio)**2 + u(k, 2)**2
+               outside = sqrt(abs(outside - w*w)/max(outside, w*w))
+            end if
+            call bend%note(outside*maxval(abs(bears(k, 10:13) + load(k)*bends)) &
                /(load(k)*max(maxval(abs(bends)), tiny(w))), i)
          end do
       end subroutine note_sliding
    end subroutine test_table
+
+   !> Slip of shells side by side with wide registers and without: the same but for rounding.
+   subroutine test_wide()
+      integer, parameter :: n = 11
+      type(random_type) :: random
+      type(worst_type) :: plane, circle, ellipse
+      type(ellipse_type) :: table, wide_table
+      type(spot_shape_type) :: shape
+      real(wp), dimension(abreast, 3) :: stiffness, trial, held, u, wide_u, force, wide_force
+      real(wp), dimension(abreast, 2) :: load, size, pair, shift, two, wide_two, way, wide_way
+      real(wp), dimension(abreast) :: bears, work, wide_work
+      logical, dimension(abreast) :: found, wide_found, slips, wide_slips
+      real(wp) :: x
+      integer :: i, j, l, slipped
+
+      if (.not. has_wide_registers()) return
+      slipped = 0
+      do i = 1, 400
+         shape = elliptic_shape(10.0_wp**random%uniform(-0.9_wp, 0.0_wp))
+         do j = 1, n
+            do l = 1, 2
+               x = real(n + 2 - j - l, wp)/n
+               load(j, l) = x*(1.5_wp - 0.5_wp*x*x)
+               size(j, l) = load(j, l)**(2.0_wp/3.0_wp)
+            end do
+            stiffness(j, :) = [0.7_wp, 0.9_wp, 0.4_wp]/n*random%uniform(0.9_wp, 1.1_wp)
+            trial(j, :) = random%vector(3)*random%uniform(0.5_wp, 3.0_wp)*(load(j, 1) - load(j, 2))
+            u(j, :) = random%vector(3)
+            u(j, :) = u(j, :)/norm2(u(j, :))
+         end do
+         held = 0.0_wp
+         bears = load(:, 1) - load(:, 2)
+         wide_u = u
+         call table%set_ratio(shape%k, shape%k2, shape%c)
+         call wide_table%set_ratio(shape%k, shape%k2, shape%c)
+         call slip_on_ellipses(table, shape%torque, n, load, size, stiffness, trial, held, &
+            .false., u, force, found, slips)
+         call wide_slip_on_ellipses(wide_table, shape%torque, n, load, size, stiffness, trial, &
+            held, .false., wide_u, wide_force, wide_found, wide_slips)
+         do j = 1, n
+            if (.not. (found(j) .and. wide_found(j))) cycle
+            call check(slips(j) .eqv. wide_slips(j), "whether a shell slips, by wide registers")
+            if (.not. slips(j)) cycle
+            slipped = slipped + 1
+            call ellipse%note(maxval(abs(force(j, :) - wide_force(j, :)))/bears(j), i)
+         end do
+         ! On a circle.
+         pair(:n, 1) = stiffness(:n, 1)
+         pair(:n, 2) = stiffness(:n, 3)
+         shift(:n, 1) = hypot(trial(:n, 1), trial(:n, 2))
+         shift(:n, 2) = abs(trial(:n, 3))
+         way(:n, 1) = shift(:n, 1)/hypot(shift(:n, 1), shift(:n, 2))
+         way(:n, 2) = shift(:n, 2)/hypot(shift(:n, 1), shift(:n, 2))
+         wide_way = way
+         call slip_on_circles(n, load, size, pair, shift, way, two, found)
+         call wide_slip_on_circles(n, load, size, pair, shift, wide_way, wide_two, wide_found)
+         do j = 1, n
+            if (.not. (found(j) .and. wide_found(j))) cycle
+            slipped = slipped + 1
+            call circle%note(maxval(abs(two(j, :) - wide_two(j, :)))/bears(j), i)
+         end do
+         ! In the plane, where all are beyond their limits.
+         do j = 1, n
+            pair(j, :) = stiffness(j, 1:2)
+            two(j, :) = trial(j, 1:2)*(1.0_wp + 2.0_wp*bears(j)/norm2(trial(j, 1:2)))
+            shift(j, :) = two(j, :)/pair(j, :)
+         end do
+         wide_two = two
+         call slip_in_plane(n, bears, pair, shift, two, way, work)
+         call wide_slip_in_plane(n, bears, pair, shift, wide_two, wide_way, wide_work)
+         do j = 1, n
+            call plane%note(maxval(abs([two(j, :) - wide_two(j, :), (work(j) - wide_work(j)) &
+               /norm2(shift(j, :))]))/bears(j), i)
+         end do
+      end do
+      call check(slipped > 400*n, "shells that slip by wide registers")
+      call plane%check_below(1.0e-14_wp, "slip in the plane by wide registers")
+      call circle%check_below(1.0e-11_wp, "slip on a circle by wide registers")
+      call ellipse%check_below(1.0e-11_wp, "slip on an ellipse by wide registers")
+   end subroutine test_wide
 
    !> Shells without a contact.
    pure function shells_of(layers) result(shells)

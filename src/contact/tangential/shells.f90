@@ -16,19 +16,24 @@
 !>    K (e - p) in d phi(p):
 !> the minimum of the convex phi(p) + (e - p).K(e - p)/2. Formulas, errors: docs/tangential.md.
 module contensou_contact_tangential_shells
+   use, intrinsic :: iso_c_binding, only : c_int
    use contensou_base_kinds, only : wp
    use contensou_contact_spot, only : spot_shape_type
+   use contensou_contact_tangential_abreast, only : abreast, slip_in_plane, slip_on_circles, &
+      slip_on_ellipses
+   use contensou_contact_tangential_abreast_wide, only : wide_slip_in_plane => slip_in_plane, &
+      wide_slip_on_circles => slip_on_circles, wide_slip_on_ellipses => slip_on_ellipses
    use contensou_contact_tangential_edges, only : edge_type
-   use contensou_contact_tangential_ellipse, only : ellipse_type, least_ratio, slip_on_ellipses
+   use contensou_contact_tangential_ellipse, only : ellipse_type, least_ratio
    use contensou_contact_tangential_nest, only : make_room, nest_type
-   use contensou_contact_tangential_slip, only : abreast, shared_type, shell_type, slip_in_plane, &
-      slip_of_shell, slip_on_circles, sliding_force, stiffness_after, within_rungs
+   use contensou_contact_tangential_slip, only : shared_type, shell_type, slip_of_shell, &
+      sliding_force, stiffness_after, within_rungs
    use contensou_contact_tangential_spot, only : spring_spot_type
    implicit none(type, external)
    private
 
-   public :: shells_type, single_spring, spring_spot_type, default_layers, most_layers, &
-      shells_per_layer, make_room
+   public :: shells_type, single_spring, spring_spot_type, default_layers, has_wide_registers, &
+      most_layers, shells_per_layer, make_room
 
    !> Below this a limit is none: powers of what is divided by it would leave the range of numbers
    !> [N].
@@ -82,7 +87,21 @@ module contensou_contact_tangential_shells
       procedure :: note
    end type course_type
 
+   interface
+      !> Not zero if the machine has the registers for which `abreast_wide` is compiled.
+      pure function wide_registers() result(has) bind(c, name="contensou_wide_registers")
+         import :: c_int
+         implicit none(type, external)
+         integer(c_int) :: has
+      end function wide_registers
+   end interface
+
 contains
+
+   !> Whether shells slip side by side in wide registers.
+   pure logical function has_wide_registers()
+      has_wide_registers = wide_registers() /= 0
+   end function has_wide_registers
 
    !> Begin without a contact.
    pure subroutine begin(self, layers)
@@ -308,7 +327,7 @@ contains
       real(wp), intent(inout), optional :: slopes(3, 4)
       real(wp), dimension(abreast, 2) :: stiffness, plane, trial, u, force
       real(wp) :: springs(abreast, 3)
-      real(wp), dimension(2, abreast) :: load, size
+      real(wp), dimension(abreast, 2) :: load, size
       real(wp) :: shift(abreast, 3), direction(abreast, 3), length(abreast), done(abreast), &
          per_limit, across, along, spinning, inverse
       logical :: found(abreast)
@@ -333,14 +352,18 @@ contains
          spinning = direction(i, 3)*sign(1.0_wp, shift(i, 3))
          length(i) = min(along, spinning)
          ! Else between those of an infinitely short and an infinitely long slip.
-         u(i, 1) = merge(along, trial(i, 1)*(load(1, i)*size(1, i) - load(2, i)*size(2, i))**2, &
+         u(i, 1) = merge(along, trial(i, 1)*(load(i, 1)*size(i, 1) - load(i, 2)*size(i, 2))**2, &
             length(i) > 0.0_wp)
-         u(i, 2) = merge(spinning, trial(i, 2)*(load(1, i) - load(2, i))**2, length(i) > 0.0_wp)
+         u(i, 2) = merge(spinning, trial(i, 2)*(load(i, 1) - load(i, 2))**2, length(i) > 0.0_wp)
          along = 1.0_wp/sqrt(max(u(i, 1)**2 + u(i, 2)**2, tiny(along)))
          u(i, 1) = u(i, 1)*along
          u(i, 2) = u(i, 2)*along
       end do
-      call slip_on_circles(n, load, size, stiffness, trial, u, force, found)
+      if (has_wide_registers()) then
+         call wide_slip_on_circles(n, load, size, stiffness, trial, u, force, found)
+      else
+         call slip_on_circles(n, load, size, stiffness, trial, u, force, found)
+      end if
       do i = 1, n
          length(i) = (trial(i, 1) - force(i, 1))*u(i, 1) + (trial(i, 2) - force(i, 2))*u(i, 2)
          done(i) = (force(i, 1)*u(i, 1) + force(i, 2)*u(i, 2))*length(i) &
@@ -356,8 +379,8 @@ contains
          j = at(i)
          if (.not. (found(i) .and. self%slipped(j))) cycle
          shell%shape = spot%shape
-         shell%inner = edge_type(load(2, i), size(2, i), 0.0_wp)
-         shell%outer = edge_type(load(1, i), size(1, i), 0.0_wp)
+         shell%inner = edge_type(load(i, 2), size(i, 2), 0.0_wp)
+         shell%outer = edge_type(load(i, 1), size(i, 1), 0.0_wp)
          call add_slopes(shell, spot, self%share(j, :), shift(i, :), [force(i, 1)*plane(i, :), &
             sign(force(i, 2), shift(i, 3))], self%direction(j, :), part_of_step(j, self%n, new), &
             slopes)
@@ -413,7 +436,7 @@ contains
       !> Number of those that may slip, and which they are.
       integer, intent(out) :: n, at(abreast)
       !> Of their outer and inner edges.
-      real(wp), intent(inout) :: loads(2, abreast), sizes(2, abreast)
+      real(wp), intent(inout) :: loads(abreast, 2), sizes(abreast, 2)
       real(wp), intent(inout), dimension(abreast, 3) :: stiffness, shifts, directions
       integer :: i, j
 
@@ -422,10 +445,10 @@ contains
          if (excess(j) < 0.0_wp) cycle
          i = n + 1
          at(i) = j
-         loads(1, i) = load(j)
-         loads(2, i) = load(j - 1)
-         sizes(1, i) = size(j)
-         sizes(2, i) = size(j - 1)
+         loads(i, 1) = load(j)
+         loads(i, 2) = load(j - 1)
+         sizes(i, 1) = size(j)
+         sizes(i, 2) = size(j - 1)
          stiffness(i, 1) = share(j, 1)
          stiffness(i, 2) = share(j, 2)
          stiffness(i, 3) = share(j, 3)
@@ -461,7 +484,7 @@ contains
       !> Derivatives of the wrench, added to.
       real(wp), intent(inout), optional :: slopes(3, 4)
       real(wp), dimension(abreast, 3) :: stiffness, springs, shift, trial, held, u, force
-      real(wp), dimension(2, abreast) :: load, size
+      real(wp), dimension(abreast, 2) :: load, size
       real(wp) :: per_limit, inverse, length, along(3), part
       logical :: found(abreast), slips(abreast), steady
       type(shell_type) :: shell
@@ -496,8 +519,14 @@ contains
             held(i, 3) = trial(i, 3) - stiffness(i, 3)*(part*step(3)*spot%a)
          end do
       end if
-      call slip_on_ellipses(self%ellipse, spot%shape, n, load, size, stiffness, trial, held, &
-         steady, u, force, found, slips)
+      call self%ellipse%set_ratio(spot%shape%k, spot%shape%k2, spot%shape%c)
+      if (has_wide_registers()) then
+         call wide_slip_on_ellipses(self%ellipse, spot%shape%torque, n, load, size, stiffness, &
+            trial, held, steady, u, force, found, slips)
+      else
+         call slip_on_ellipses(self%ellipse, spot%shape%torque, n, load, size, stiffness, trial, &
+            held, steady, u, force, found, slips)
+      end if
       do i = 1, n
          if (.not. found(i)) cycle
          j = at(i)
@@ -520,8 +549,8 @@ contains
          j = at(i)
          if (.not. (found(i) .and. self%slipped(j))) cycle
          shell%shape = spot%shape
-         shell%inner = edge_type(load(2, i), size(2, i), 0.0_wp)
-         shell%outer = edge_type(load(1, i), size(1, i), 0.0_wp)
+         shell%inner = edge_type(load(i, 2), size(i, 2), 0.0_wp)
+         shell%outer = edge_type(load(i, 1), size(i, 1), 0.0_wp)
          call add_slopes(shell, spot, self%share(j, :), shift(i, :), force(i, :), u(i, :), &
             part_of_step(j, self%n, new), slopes)
       end do
@@ -566,7 +595,11 @@ contains
             n = i
          end if
       end do
-      call slip_in_plane(n, load, stiffness, trial, force, direction, done)
+      if (has_wide_registers()) then
+         call wide_slip_in_plane(n, load, stiffness, trial, force, direction, done)
+      else
+         call slip_in_plane(n, load, stiffness, trial, force, direction, done)
+      end if
       do i = 1, n
          j = at(i)
          self%slipped(j) = .true.

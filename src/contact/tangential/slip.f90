@@ -8,8 +8,8 @@
 !> - a circular spot: the slip has the direction of the trial in the plane, which leaves one angle,
 !>   and with tau = W/v force and torque follow from one function, which is tabulated for tau <= 1
 !>   with its derivative; a cubic and a quartic of 1/tau above;
-!> - else Newton's method for the direction, with the derivatives of the exact wrench; the shells of
-!>   `contensou_contact_tangential_ellipse` come side by side first.
+!> - else Newton's method for the direction, with the derivatives of the exact wrench.
+!> Shells side by side, `contensou_contact_tangential_abreast`, come first.
 !> Where a shell slips steps are of the third order, as its second derivatives cost little more, and
 !> on a circle of the fourth.
 !>
@@ -17,10 +17,12 @@
 !> its force each shell has the share l2 - l1, of its torque l2 c2 - l1 c1. Most have no potential,
 !> and their limits need not be convex.
 module contensou_contact_tangential_slip
-   use contensou_base_kinds, only : pi, wp
+   use contensou_base_kinds, only : wp
    use contensou_base_vectors, only : cross
    use contensou_contact_spot, only : spot_shape_type
-   use contensou_contact_tangential_circle_values, only : degree, parts, table => values
+   use contensou_contact_tangential_abreast, only : abreast, close_by_bends, close_enough, &
+      close_to_limit, least_pivot, least_spin, longest_step, short_slip, slip_in_plane, &
+      smallest_force, step_on_circles, within_limit
    use contensou_contact_tangential_edges, only : edge_type
    use contensou_contact_wrench, only : wrench_jacobian_kernel
    use contensou_contact_wrench_exact, only : wrench_exact_bends
@@ -28,10 +30,7 @@ module contensou_contact_tangential_slip
    implicit none(type, external)
    private
 
-   public :: slip_of_shell, slip_in_plane, slip_on_circles, sliding_force, stiffness_after, &
-      within_limit, within_rungs, abreast, close_by_bends, close_enough, close_to_limit, &
-      least_pivot, least_spin, longest_step, most_passes, shell_type, shared_type, short_slip, &
-      smallest_force
+   public :: slip_of_shell, sliding_force, stiffness_after, within_rungs, shell_type, shared_type
 
    !> A shell after an elastic trial, in units of f N and of a length.
    type :: shell_type
@@ -63,50 +62,18 @@ module contensou_contact_tangential_slip
       real(wp) :: bends(4) = 0.0_wp
    end type shared_type
 
-   !> A step of the direction of slip below this size is the last one: the next one is its square.
-   real(wp), parameter :: close_enough = 3.0e-7_wp
-
-   !> The same of a step that takes the second derivatives of the force: the next one is its cube.
-   real(wp), parameter :: close_by_bends = 1.0e-5_wp
-
-   !> What a force may be off where this is estimated, in units of f N.
-   real(wp), parameter :: smallest_force = 1.0e-13_wp
-
    !> Farthest direction from which one such step comes close.
    real(wp), parameter :: near = 0.02_wp
-
-   !> Share of spinning in a direction above which the second derivatives are taken: those by it are
-   !> divided by it.
-   real(wp), parameter :: least_spin = 1.0e-3_wp
-
-   !> Speeds below this, where they are of the size one, have no powers to divide by; they are those
-   !> of an edge at the very centre, which bears nothing.
-   real(wp), parameter :: least_speed = 1.0e-30_wp
-
-   !> Steps of shells side by side.
-   integer, parameter :: most_passes = 5
 
    !> Below this size a step is Newton's whatever it gains, which rounding errors hide.
    real(wp), parameter :: close_by = 1.0e-4_wp
 
-   !> The same where a shell sticks.
-   real(wp), parameter :: close_to_limit = 1.0e-6_wp
-
    !> Gain below which a direction is too poor to begin with.
    real(wp), parameter :: poor_gain = -0.5_wp
-
-   !> Longest step of a direction.
-   real(wp), parameter :: longest_step = 0.5_wp
-
-   !> Slip in units of the trial for which a direction is sought where there is none.
-   real(wp), parameter :: short_slip = 1.0e-3_wp
 
    !> Slip in units of the trial below which the steps of a direction are those of that slip:
    !> without one nothing is known of the step along the direction, which is left out anyway.
    real(wp), parameter :: least_slip = 1.0e-10_wp
-
-   !> Least pivot of a step.
-   real(wp), parameter :: least_pivot = 1.0e-100_wp
 
    !> Iterations for the slip of a shell, and halvings of a step.
    integer, parameter :: most_iterations = 60, most_halvings = 30
@@ -115,9 +82,6 @@ module contensou_contact_tangential_slip
    !> narrow shell bends sharply where the centre of rotation is on it, and Newton's steps may jump
    !> to and fro there.
    integer, parameter :: newton_alone = 8
-
-   !> Most shells side by side.
-   integer, parameter :: abreast = 40
 
    !> What is within the limits of all rungs, as a part of the double cone of pure sliding and pure
    !> spinning: `pade11` on a circle comes down to 0.77.
@@ -209,316 +173,6 @@ contains
       work = works(1)
    end subroutine slip_alone
 
-   !> Slip of shells that slip along the plane only, side by side: the force has the size of the
-   !> load, and the slip, along the force, is mu times it, so the force is along g/(1 + mu K).
-   !>
-   !> With v = g/|g|, m = v.K v, d = (K1 - K2)/m and t = d mu m/(1 + mu m) it is along
-   !> s = (v1 (1 - t v1^2), v2 (1 + t v2^2)). With t = d (1 - y load/|g|) what is sought is the y
-   !> near one where y |s| = (1 - t v1^2) (1 + t v2^2). The squares of both sides are polynomials,
-   !> steps Halley's, from the y to the third order of d on. (K1/K2 is from
-   !> 1/2 to 2.)
-   pure subroutine slip_in_plane(n, load, stiffness, trial, force, direction, work)
-      !> Number of shells.
-      integer, intent(in) :: n
-      real(wp), intent(in) :: load(abreast), stiffness(abreast, 2)
-      !> Elastic displacement of the trial.
-      real(wp), intent(in) :: trial(abreast, 2)
-      !> Force of the trial on entry, larger than the load; of sliding on return.
-      real(wp), intent(inout) :: force(abreast, 2)
-      real(wp), intent(inout) :: direction(abreast, 2), work(abreast)
-      real(wp) :: ratio(abreast), apart(abreast), y(abreast), inverse, w1, w2, t, more, both, &
-         rest, rate, square, product, slope1, slope2, excess, slope, curve, step, largest
-      integer :: i, j
-
-      do j = 1, n
-         inverse = 1.0_wp/sqrt(force(j, 1)**2 + force(j, 2)**2)
-         ratio(j) = load(j)*inverse
-         direction(j, 1) = force(j, 1)*inverse
-         direction(j, 2) = force(j, 2)*inverse
-         w1 = direction(j, 1)**2
-         w2 = direction(j, 2)**2
-         apart(j) = (stiffness(j, 1) - stiffness(j, 2))/(w1*stiffness(j, 1) + w2*stiffness(j, 2))
-         t = apart(j)*(1.0_wp - ratio(j))
-         y(j) = 1.0_wp - w1*w2*t*t*(1.5_wp - 2.0_wp*t*(w2 - w1))
-      end do
-      if (any(abs(apart(:n)) > 0.0_wp)) then
-         do i = 1, most_iterations
-            largest = 0.0_wp
-            do j = 1, n
-               w1 = direction(j, 1)**2
-               w2 = direction(j, 2)**2
-               more = w2 - w1
-               both = w1*w2
-               rest = 1.0_wp - 3.0_wp*both
-               rate = ratio(j)*apart(j)
-               t = apart(j) - rate*y(j)
-               ! |s|^2 and the product, and their derivatives by -y.
-               square = 1.0_wp + t*(2.0_wp*more + t*rest)
-               product = 1.0_wp + t*(more - t*both)
-               slope1 = 2.0_wp*rate*(more + t*rest)
-               slope2 = rate*(more - 2.0_wp*t*both)
-               excess = y(j)*y(j)*square - product*product
-               slope = 2.0_wp*(y(j)*square + product*slope2) - y(j)*y(j)*slope1
-               curve = square - 2.0_wp*y(j)*slope1 + rate*rate*(y(j)*y(j)*rest &
-                  + 2.0_wp*product*both) - slope2*slope2
-               step = excess*slope/(slope*slope - excess*curve)
-               y(j) = y(j) - step
-               largest = max(largest, abs(step))
-            end do
-            if (largest < close_by_bends) exit
-         end do
-         do j = 1, n
-            t = apart(j)*(1.0_wp - ratio(j)*y(j))
-            direction(j, 1) = direction(j, 1)*(1.0_wp - t*direction(j, 1)**2)
-            direction(j, 2) = direction(j, 2)*(1.0_wp + t*direction(j, 2)**2)
-            inverse = 1.0_wp/sqrt(direction(j, 1)**2 + direction(j, 2)**2)
-            direction(j, 1) = direction(j, 1)*inverse
-            direction(j, 2) = direction(j, 2)*inverse
-         end do
-      end if
-      do j = 1, n
-         force(j, 1) = load(j)*direction(j, 1)
-         force(j, 2) = load(j)*direction(j, 2)
-         ! Not below zero by rounding.
-         work(j) = max((trial(j, 1) - force(j, 1)/stiffness(j, 1))*force(j, 1) &
-            + (trial(j, 2) - force(j, 2)/stiffness(j, 2))*force(j, 2), 0.0_wp)
-      end do
-   end subroutine slip_in_plane
-
-   !> Slip of shells of a circular spot, side by side, from the direction in the step before. What a
-   !> few steps do not find is left to `slip_on_circle`.
-   pure subroutine slip_on_circles(n, load, size, stiffness, trial, u, force, found)
-      !> Number of shells.
-      integer, intent(in) :: n
-      !> Of the outer and of the inner edges.
-      real(wp), intent(in) :: load(2, abreast), size(2, abreast)
-      !> Against shift and twist, and the force of the trial, > 0.
-      real(wp), intent(in) :: stiffness(abreast, 2), trial(abreast, 2)
-      !> Sliding and spinning, > 0, of the size one.
-      real(wp), intent(inout) :: u(abreast, 2)
-      !> Force of sliding; that of the trial where it is not found.
-      real(wp), intent(inout) :: force(abreast, 2)
-      logical, intent(inout) :: found(abreast)
-      real(wp), dimension(abreast, 2) :: k, g, v, new, f
-      real(wp), dimension(2, abreast) :: loads, sizes
-      real(wp) :: off(abreast)
-      integer :: at(abreast), at_i, i, j, l, m, pass
-
-      m = n
-      do pass = 1, most_passes
-         if (pass == 1) then
-            call step_on_circles(n, load, size, stiffness, trial, u, off, new, f)
-         else
-            call step_on_circles(m, loads, sizes, k, g, v, off, new, f)
-         end if
-         j = 0
-         do i = 1, m
-            at_i = i
-            if (pass > 1) at_i = at(i)
-            found(at_i) = off(i) <= 1.0_wp
-            if (found(at_i)) then
-               u(at_i, 1) = new(i, 1)
-               u(at_i, 2) = new(i, 2)
-               force(at_i, 1) = f(i, 1)
-               force(at_i, 2) = f(i, 2)
-            else if (min(new(i, 1), new(i, 2)) > 0.0_wp) then
-               j = j + 1
-               at(j) = at_i
-               do l = 1, 2
-                  loads(l, j) = load(l, at_i)
-                  sizes(l, j) = size(l, at_i)
-                  k(j, l) = stiffness(at_i, l)
-                  g(j, l) = trial(at_i, l)
-                  v(j, l) = new(i, l)
-               end do
-            else
-               force(at_i, :) = trial(at_i, :)
-            end if
-         end do
-         m = j
-         if (m == 0) exit
-      end do
-      do i = 1, m
-         force(at(i), :) = trial(at(i), :)
-      end do
-   end subroutine slip_on_circles
-
-   !> Steps of the directions u of the slips of shells of a circular spot. With
-   !>    r = (g1 - f1) k2 u2 - (g2 - f2) k1 u1,
-   !> zero where g - f is along K u, they are Householder's of the fourth order.
-   pure subroutine step_on_circles(n, load, size, stiffness, trial, u, off, new, force)
-      !> Number of shells.
-      integer, intent(in) :: n
-      !> Of the outer and of the inner edges.
-      real(wp), intent(in) :: load(2, abreast), size(2, abreast)
-      !> Against shift and twist, and the force of the trial.
-      real(wp), intent(in) :: stiffness(abreast, 2), trial(abreast, 2)
-      !> Sliding and spinning, >= 0, of the size one.
-      real(wp), intent(in) :: u(abreast, 2)
-      !> What the force may be off after the step, over what it may be.
-      real(wp), intent(inout) :: off(abreast)
-      !> The direction after it, and the force there.
-      real(wp), intent(inout) :: new(abreast, 2), force(abreast, 2)
-      real(wp) :: k1, k2, g1, g2, u1, u2, h, h1, h2, r, bent, slope, inverse, spread, twisted, &
-         curve, rate, second, third, square, along, across, half, reach, step, good, &
-         f1, f2, edges(2, abreast, 5), all_u(2, abreast, 2)
-      integer :: i
-
-      do i = 1, n
-         all_u(:, i, 1) = u(i, 1)
-         all_u(:, i, 2) = u(i, 2)
-      end do
-      call slide_on_circle(2*n, load, size, all_u, edges)
-      do i = 1, n
-         k1 = stiffness(i, 1)
-         k2 = stiffness(i, 2)
-         u1 = u(i, 1)
-         u2 = u(i, 2)
-         f1 = edges(1, i, 1) - edges(2, i, 1)
-         f2 = edges(1, i, 2) - edges(2, i, 2)
-         h = edges(1, i, 3) - edges(2, i, 3)
-         h1 = edges(1, i, 4) - edges(2, i, 4)
-         h2 = edges(1, i, 5) - edges(2, i, 5)
-         g1 = trial(i, 1) - f1
-         g2 = trial(i, 2) - f2
-         r = g1*k2*u2 - g2*k1*u1
-         bent = k2*u2*u2 + k1*u1*u1
-         slope = h*bent + g1*k2*u1 + g2*k1*u2
-         inverse = 1.0_wp/max(slope, abs(r), least_pivot)
-         step = -r*inverse
-         ! What the second and the third order of r are to the first.
-         spread = k2 - k1
-         twisted = u1*u2*spread
-         curve = 0.5_wp*step*(h1*bent + 3.0_wp*h*twisted - r)*inverse
-         rate = step*step*((h2*bent + 5.0_wp*h1*twisted + 3.0_wp*h*spread*(u1*u1 - u2*u2)) &
-            *inverse - 1.0_wp)*(1.0_wp/6.0_wp)
-         ! Where that is not small a step is Newton's, of one at most.
-         good = 0.5_wp + sign(0.5_wp, min(slope - abs(r), 0.5_wp - 2.0_wp*abs(curve) - abs(rate)))
-         curve = good*curve
-         rate = good*rate
-         off(i) = 5.0_wp*h*abs(step*curve)*(curve*curve + abs(rate))
-         step = step*(1.0_wp + curve)/(1.0_wp + (2.0_wp*curve + rate))
-         square = step*step
-         second = 0.5_wp*h1*square
-         third = (1.0_wp/6.0_wp)*h2*square*step
-         ! The next order of the force, by the distance to where the centre of rotation is on an
-         ! edge, about.
-         reach = min(abs(u1 - size(1, i)*u2), abs(u1 - size(2, i)*u2))
-         off(i) = off(i)*reach*reach + (abs(third)*max(reach, abs(step)) + abs(second*step)) &
-            *abs(step)
-         off(i) = off(i)/max(smallest_force*reach*reach, least_pivot)
-         off(i) = off(i)*(0.5_wp + sign(0.5_wp, abs(step) - close_enough)) + 2.0_wp*(1.0_wp - good)
-         ! The force turns with the angle, and so does its change.
-         across = step*h*(1.0_wp - (1.0_wp/6.0_wp)*square) + second + third
-         along = 0.5_wp*square*h*(1.0_wp - (1.0_wp/12.0_wp)*square) &
-            + step*((2.0_wp/3.0_wp)*second + 0.75_wp*third)
-         force(i, 1) = f1 - across*u2 - along*u1
-         force(i, 2) = f2 + across*u1 - along*u2
-         ! By the tangent of half the angle.
-         half = 0.5_wp*step*(1.0_wp + square*((1.0_wp/12.0_wp) + (1.0_wp/120.0_wp)*square))
-         inverse = 1.0_wp/(1.0_wp + half*half)
-         along = (1.0_wp - half*half)*inverse
-         across = 2.0_wp*half*inverse
-         new(i, 1) = u1*along - u2*across
-         new(i, 2) = u2*along + u1*across
-      end do
-   end subroutine step_on_circles
-
-   !> Forces and torques of sliding of what is within edges of a circular spot, the second
-   !> derivative h of the potential across the direction, by which they change along that, and two
-   !> derivatives of h by the angle.
-   pure subroutine slide_on_circle(n, load, size, u, values)
-      !> Number of edges, those within which the centre of rotation is come first for the most.
-      integer, intent(in) :: n
-      real(wp), intent(in) :: load(2*abreast), size(2*abreast)
-      !> Sliding and spinning, >= 0, of the size one.
-      real(wp), intent(in) :: u(2*abreast, 2)
-      real(wp), intent(inout) :: values(2*abreast, 5)
-      integer :: i, last
-
-      do last = n, 1, -1
-         if (size(last)*u(last, 2) >= u(last, 1)) exit
-      end do
-      call turn_inside(last, load, size, u, values)
-      call turn_outside(last + 1, n, load, size, u, values)
-      do i = 1, last
-         if (size(i)*u(i, 2) < u(i, 1)) call turn_outside(i, i, load, size, u, values)
-      end do
-   end subroutine slide_on_circle
-
-   !> The same with the centre of rotation inside: polynomials of v/W.
-   pure subroutine turn_inside(n, load, size, u, values)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: load(2*abreast), size(2*abreast), u(2*abreast, 2)
-      real(wp), intent(inout) :: values(2*abreast, 5)
-      real(wp) :: x, y, inverse, around, full, slope, bent, h, h1
-      integer :: i
-
-      do i = 1, n
-         ! What is outside is not used.
-         inverse = 1.0_wp/max(size(i)*u(i, 2), u(i, 1), least_speed)
-         x = u(i, 1)*inverse
-         y = x*x
-         full = (3.0_wp*pi/8.0_wp)*load(i)
-         around = size(i)*inverse*inverse
-         slope = 3.0_wp*size(i)*x
-         values(i, 1) = full*x*(1.0_wp - 0.25_wp*y)
-         values(i, 2) = 0.5_wp*full*size(i)*(1.0_wp - y*(1.0_wp - 0.375_wp*y))
-         bent = full*size(i)*inverse*around
-         h = bent*(1.0_wp - 0.75_wp*y)
-         bent = 1.5_wp*bent*around
-         h1 = bent*x - slope*h
-         values(i, 3) = h
-         values(i, 4) = h1
-         values(i, 5) = 3.0_wp*size(i)*around*h - slope*h1 - bent*((5.0_wp/3.0_wp)*slope*x + around)
-      end do
-   end subroutine turn_inside
-
-   !> The same with the centre of rotation outside. With G of scripts/generate_circle.py, G'' is
-   !> that of a hypergeometric function.
-   pure subroutine turn_outside(from, to, load, size, u, values)
-      integer, intent(in) :: from, to
-      real(wp), intent(in) :: load(2*abreast), size(2*abreast), u(2*abreast, 2)
-      real(wp), intent(inout) :: values(2*abreast, 5)
-      real(wp), dimension(2*abreast) :: root, g, slope
-      real(wp) :: x, y, inverse, tau, rest, bent, p, h, h1, h2, both(2)
-      integer :: i, j, k
-
-      do i = from, to
-         tau = size(i)*u(i, 2)/max(u(i, 1), least_speed)
-         root(i) = sqrt(max(1.0_wp - tau*tau, epsilon(tau)))
-      end do
-      do i = from, to
-         j = int(root(i)*parts + 0.5_wp)
-         x = root(i) - real(j, wp)*(1.0_wp/parts)
-         both = table(:, degree, j)
-         do k = degree - 1, 0, -1
-            both = both*x + table(:, k, j)
-         end do
-         g(i) = both(1)
-         slope(i) = both(2)
-      end do
-      do i = from, to
-         inverse = 1.0_wp/max(u(i, 1), least_speed)
-         p = u(i, 2)*inverse
-         tau = size(i)*p
-         y = tau*tau
-         rest = max(1.0_wp - y, epsilon(y))
-         bent = y*rest*slope(i)
-         values(i, 1) = load(i)*((1.0_wp - 0.4_wp*y)*g(i) + 0.4_wp*bent)
-         values(i, 2) = (0.2_wp*load(i)*size(i))*tau*((1.0_wp - 0.25_wp*y)*g(i) + 0.5_wp*bent)
-         x = size(i)*inverse
-         h = (0.2_wp*load(i)*inverse)*x*x
-         x = x*inverse
-         h2 = h*x*x*(3.0_wp*g(i) - (12.0_wp - 10.0_wp*y)*slope(i))/rest
-         h1 = 2.0_wp*h*x*tau*slope(i)
-         h = h*g(i)
-         values(i, 3) = h
-         values(i, 4) = h1 + 3.0_wp*p*h
-         values(i, 5) = h2 + 8.0_wp*p*h1 + (3.0_wp + 12.0_wp*p*p)*h
-      end do
-   end subroutine turn_outside
-
    !> Slip of a shell of a circular spot: steps as of `step_on_circles` are kept between directions
    !> where less and more spin is known to be needed, in the quadrant where the shell slips.
    pure subroutine slip_on_circle(shell, force, direction, slips, work)
@@ -529,15 +183,14 @@ contains
       real(wp), intent(inout) :: direction(3)
       logical, intent(out) :: slips
       real(wp), intent(out) :: work
-      real(wp), dimension(abreast, 2) :: stiffness, g, u, new, f
-      real(wp), dimension(2, abreast) :: load, size
+      real(wp), dimension(abreast, 2) :: load, size, stiffness, g, u, new, f
       real(wp) :: off(abreast), plane(2), low(2), high(2), length
       integer :: i
 
       ! Against shift and twist.
       stiffness(1, :) = shell%stiffness(2:3)
-      load(:, 1) = [shell%outer%load, shell%inner%load]
-      size(:, 1) = [shell%outer%size, shell%inner%size]
+      load(1, :) = [shell%outer%load, shell%inner%load]
+      size(1, :) = [shell%outer%size, shell%inner%size]
       length = sqrt(shell%trial(1)**2 + shell%trial(2)**2)
       plane = 0.0_wp
       if (length > 0.0_wp) plane = shell%trial(1:2)/length
@@ -547,7 +200,7 @@ contains
       if (.not. min(u(1, 1), u(1, 2)) > 0.0_wp) then
          ! Between those of an infinitely short and an infinitely long slip.
          u(1, 1) = g(1, 1)/shell%load()**2
-         u(1, 2) = g(1, 2)/(load(1, 1)*size(1, 1) - load(2, 1)*size(2, 1))**2
+         u(1, 2) = g(1, 2)/(load(1, 1)*size(1, 1) - load(1, 2)*size(1, 2))**2
       end if
       u(1, :) = u(1, :)/sqrt(u(1, 1)**2 + u(1, 2)**2)
       low = [1.0_wp, 0.0_wp]
@@ -728,31 +381,6 @@ contains
          gain = max(gain/dot_product(f, u), -1.0_wp)
       end if
    end function gain_of
-
-   !> Whether a force is surely within the limit of a shell: between one of sliding and the double
-   !> cone of pure sliding and pure spinning.
-   pure logical function within_limit(load, torque, force, f)
-      !> Force of pure sliding and torque of pure spinning.
-      real(wp), intent(in) :: load, torque
-      real(wp), intent(in) :: force(3)
-      !> That of sliding in a direction.
-      real(wp), intent(in) :: f(3)
-      real(wp) :: rest(3), size, share
-
-      ! The part of f that leaves the least.
-      size = sqrt(f(1)**2 + f(2)**2)
-      if (size*torque > abs(f(3))*load) then
-         share = (force(1)*f(1) + force(2)*f(2))/size**2
-      else if (abs(force(3)) < abs(f(3))) then
-         share = force(3)/f(3)
-      else
-         share = merge(1.0_wp, 0.0_wp, min(force(3)*sign(1.0_wp, f(3)), abs(f(3))) > 0.0_wp)
-      end if
-      share = min(max(share, 0.0_wp), 1.0_wp)
-      rest = force - share*f
-      size = sqrt(rest(1)**2 + rest(2)**2)
-      within_limit = size*torque + abs(rest(3))*load <= (1.0_wp - share)*load*torque
-   end function within_limit
 
    !> Slip of a shell by a rung of the ladder: Newton's method for the direction as on an ellipse,
    !> without a potential to gain: from the last direction and from that of a short slip, with whole

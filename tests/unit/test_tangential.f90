@@ -490,7 +490,11 @@ contains
                call energy%note(abs(before - stored - lost)/before, j)
             end do
             if (k == 1) then
-               call check(shells%n == 3*default_layers/4, "shells of shear and twist")
+               call check(shells%n == 8, "shells of shear and twist")
+               ! Those that are joined are fours and fives.
+               associate (widths => shells%edge(1:8)**1.5_wp - shells%edge(0:7)**1.5_wp)
+                  call check(maxval(widths) < 1.251_wp*minval(widths), "evenness of joined shells")
+               end associate
             else
                call check(shells%n > 2*default_layers, "shells that are not joined")
             end if

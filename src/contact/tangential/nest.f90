@@ -19,9 +19,10 @@ module contensou_contact_tangential_nest
    !> counts, not the one whose rounding errors happen to be the smaller ones.
    real(wp), parameter :: even = 1.0e-9_wp
 
-   !> A spot that goes on being sheared and twisted has one shell for so many, but not fewer than
-   !> that: more do not bring it closer to the exact theory, and each costs.
-   integer, parameter :: joined = 4, least_coupled = 9
+   !> A spot that goes on being sheared and twisted has two shells for so many, but not fewer than
+   !> that: more do not bring it closer to the exact theory, and each costs. Eight of 36 fill wide
+   !> registers twice.
+   integer, parameter :: joined_to_two = 9, least_coupled = 8
 
    !> Force and torque, over f N and f N a: both above the first couple, until one is below the
    !> second while the other is above the third.
@@ -342,6 +343,7 @@ contains
 
       if (self%n == 0) return
       call set_aim(self, spot)
+      if (self%n >= 2*self%aim) call join(self)
       do while (self%n > self%aim)
          call merge_narrowest(self)
       end do
@@ -378,7 +380,7 @@ contains
       twisted = twisted*self%stiffness(3)/self%a**2
       unit = spot%limit**2
       if (min(sheared, twisted) > coupling**2*unit) then
-         self%aim = self%most/max(min(self%most/least_coupled, joined), 1)
+         self%aim = max(2*self%most/joined_to_two, min(self%most, least_coupled))
       else if (min(sheared, twisted) < gone**2*unit .and. max(sheared, twisted) &
          > alone**2*unit) then
          self%aim = self%most
@@ -576,7 +578,7 @@ contains
    !> Join the two neighbours that are the narrowest together; their forces are kept.
    pure subroutine merge_narrowest(self)
       class(nest_type), intent(inout) :: self
-      real(wp) :: width, least, total(3)
+      real(wp) :: width, least
       integer :: j, at
 
       if (self%n < 2) return
@@ -589,6 +591,44 @@ contains
             at = j
          end if
       end do
+      call merge_at(self, at)
+   end subroutine merge_narrowest
+
+   !> Merge many shells to as many as are aimed at: of their edges those stay that divide the spot
+   !> the most evenly.
+   pure subroutine join(self)
+      class(nest_type), intent(inout) :: self
+      real(wp) :: off, least, width
+      logical :: stays(self%n)
+      integer :: i, j, at
+
+      width = share_of(self%edge(self%n))/real(self%aim, wp)
+      stays = .false.
+      do i = 1, self%aim - 1
+         least = huge(least)
+         at = 1
+         do j = 1, self%n - 1
+            off = abs(share_of(self%edge(j)) - real(i, wp)*width)
+            ! Of two as far away the inner one, whatever rounding says.
+            if (off < least - even*width) then
+               least = off
+               at = j
+            end if
+         end do
+         stays(at) = .true.
+      end do
+      do j = self%n - 1, 1, -1
+         if (.not. stays(j)) call merge_at(self, j)
+      end do
+   end subroutine join
+
+   !> Merge a shell with the one outside of it.
+   pure subroutine merge_at(self, at)
+      class(nest_type), intent(inout) :: self
+      integer, intent(in) :: at
+      real(wp) :: total(3)
+      integer :: j
+
       total = max(self%share(at, :) + self%share(at + 1, :), tiny(total))
       self%shift(at, :) = (self%share(at, :)*self%shift(at, :) &
          + self%share(at + 1, :)*self%shift(at + 1, :))/total
@@ -607,7 +647,7 @@ contains
       self%n = self%n - 1
       call share_of_shell(self, at, total)
       self%share(at, :) = total
-   end subroutine merge_narrowest
+   end subroutine merge_at
 
    !> Divide the widest shell into two that hold what it held.
    pure subroutine split_widest(self)

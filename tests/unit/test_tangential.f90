@@ -990,10 +990,11 @@ contains
       real(wp), dimension(abreast) :: bears, work, wide_work
       logical, dimension(abreast) :: found, wide_found, slips, wide_slips
       real(wp) :: x
-      integer :: i, j, l, slipped
+      integer :: i, j, l, slipped, unlike
 
       if (.not. has_wide_registers()) return
       slipped = 0
+      unlike = 0
       do i = 1, 400
          shape = elliptic_shape(10.0_wp**random%uniform(-0.9_wp, 0.0_wp))
          do j = 1, n
@@ -1018,7 +1019,7 @@ contains
             held, .false., wide_u, wide_force, wide_found, wide_slips)
          do j = 1, n
             if (.not. (found(j) .and. wide_found(j))) cycle
-            call check(slips(j) .eqv. wide_slips(j), "whether a shell slips, by wide registers")
+            if (slips(j) .neqv. wide_slips(j)) unlike = unlike + 1
             if (.not. slips(j)) cycle
             slipped = slipped + 1
             call ellipse%note(maxval(abs(force(j, :) - wide_force(j, :)))/bears(j), i)
@@ -1053,6 +1054,7 @@ contains
          end do
       end do
       call check(slipped > 400*n, "shells that slip by wide registers")
+      call check(unlike == 0, "whether a shell slips, by wide registers")
       call plane%check_below(1.0e-14_wp, "slip in the plane by wide registers")
       call circle%check_below(1.0e-11_wp, "slip on a circle by wide registers")
       call ellipse%check_below(1.0e-11_wp, "slip on an ellipse by wide registers")

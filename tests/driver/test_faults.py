@@ -278,6 +278,8 @@ class Build:
     def compile_one(self, entry, text, folder, name):
         """Compile a changed file by one of the commands of the build; the object."""
         modules = self.folder / entry["output"].rpartition("/")[0]
+        folder = folder / name
+        folder.mkdir()
         source, made = folder / f"{name}.f90", folder / f"{name}.o"
         source.write_text(text)
         places = {entry["file"]: str(source), entry["output"]: str(made)}

@@ -500,6 +500,22 @@ contains
             end if
          end do
       end do
+      do i = 1, 8
+         shells = shells_of(i)
+         spot = spot_of(0.5_wp, a, limit, poisson)
+         sense = 1.0_wp
+         do j = 1, 40
+            call shells%advance(spot, sense*motions(:, 1)*sliding_shift(spot)/[1.0_wp, 1.0_wp, a], &
+               wrench)
+            sense = -sense
+         end do
+         ! Those that are joined are as even as their edges allow.
+         n = shells%n
+         call check(n == merge(8, 3*i, 3*i >= 16), "shells of few layers")
+         associate (widths => shells%edge(1:n)**1.5_wp - shells%edge(0:n - 1)**1.5_wp)
+            call check(maxval(widths) < 1.51_wp*minval(widths), "evenness of few layers")
+         end associate
+      end do
       call force%check_below(1.0e-11_wp, "what is joined keeps its force")
       call energy%check_below(1.0e-11_wp, "energy that joined shells let go")
    end subroutine test_joined

@@ -21,7 +21,7 @@ module contensou_contact_tangential_nest
 
    !> A spot that goes on being sheared and twisted has two shells for so many, but not fewer than
    !> that: more do not bring it closer to the exact theory, and each costs. Eight of 36 fill wide
-   !> registers twice.
+   !> registers twice. What is not joined by twos at least is not even.
    integer, parameter :: joined_to_two = 9, least_coupled = 8
 
    !> Force and torque, over f N and f N a: both above the first couple, until one is below the
@@ -380,7 +380,8 @@ contains
       twisted = twisted*self%stiffness(3)/self%a**2
       unit = spot%limit**2
       if (min(sheared, twisted) > coupling**2*unit) then
-         self%aim = max(2*self%most/joined_to_two, min(self%most, least_coupled))
+         self%aim = self%most
+         if (self%most >= 2*least_coupled) self%aim = max(2*self%most/joined_to_two, least_coupled)
       else if (min(sheared, twisted) < gone**2*unit .and. max(sheared, twisted) &
          > alone**2*unit) then
          self%aim = self%most

@@ -1021,6 +1021,9 @@ contains
             end do
             stiffness(j, :) = [0.7_wp, 0.9_wp, 0.4_wp]/n*random%uniform(0.9_wp, 1.1_wp)
             trial(j, :) = random%vector(3)*random%uniform(0.5_wp, 3.0_wp)*(load(j, 1) - load(j, 2))
+            ! Stiff against a small limit, and one out of all proportion.
+            if (modulo(i, 8) == 0) stiffness(j, :) = 1.0e18_wp*stiffness(j, :)
+            if (modulo(i, 8) == 1 .and. j == 3) trial(j, :) = 1.0e20_wp*trial(j, :)
             u(j, :) = random%vector(3)
             u(j, :) = u(j, :)/norm2(u(j, :))
          end do
@@ -1033,6 +1036,10 @@ contains
             .false., u, force, found, slips)
          call wide_slip_on_ellipses(wide_table, shape%torque, n, load, size, stiffness, trial, &
             held, .false., wide_u, wide_force, wide_found, wide_slips)
+         if (modulo(i, 8) == 1) then
+            call check(.not. (found(3) .or. wide_found(3)), "a shell that is left to others")
+            trial(3, :) = 1.0e-20_wp*trial(3, :)
+         end if
          do j = 1, n
             if (.not. (found(j) .and. wide_found(j))) cycle
             if (slips(j) .neqv. wide_slips(j)) unlike = unlike + 1

@@ -80,8 +80,8 @@ module contensou_contact_tangential_abreast
    !> Steps of shells side by side, and of those that slip in the plane.
    integer, parameter :: most_passes = 5, most_in_plane = 60
 
-   !> Forces of trials above this, and stiffness beyond it or its inverse, are left to others.
-   real(wp), parameter :: largest_trial = 1.0e15_wp
+   !> Forces of trials above this, and stiffness beyond that or its inverse, are left to others.
+   real(wp), parameter :: largest_trial = 1.0e15_wp, largest_stiffness = 1.0e30_wp
 
    !> Square of a component of a direction below which it is not known what bears it.
    real(wp), parameter :: least_square = 1.0e-8_wp
@@ -429,21 +429,23 @@ contains
       logical, intent(inout) :: found(abreast), slips(abreast)
       real(wp), dimension(abreast, 3) :: k, g, b, v, new, f
       real(wp), dimension(abreast, 2) :: loads, sizes
-      real(wp) :: length(abreast), off(abreast), short(abreast), largest, least
+      real(wp) :: length(abreast), off(abreast), short(abreast), largest, least, most
       logical :: usual(abreast)
       integer :: at(abreast), i, j, l, m, pass
 
       do i = 1, n
          ! Powers of what is out of all proportion would leave the range of numbers.
-         largest = max(abs(trial(i, 1)), abs(trial(i, 2)), abs(trial(i, 3)), stiffness(i, 1), &
-            stiffness(i, 2), stiffness(i, 3), abs(held(i, 1)), abs(held(i, 2)), abs(held(i, 3)))
+         largest = max(abs(trial(i, 1)), abs(trial(i, 2)), abs(trial(i, 3)), abs(held(i, 1)), &
+            abs(held(i, 2)), abs(held(i, 3)))
+         most = max(stiffness(i, 1), stiffness(i, 2), stiffness(i, 3))
          least = min(stiffness(i, 1), stiffness(i, 2), stiffness(i, 3))
-         usual(i) = largest <= largest_trial .and. least >= 1.0_wp/largest_trial
+         usual(i) = largest <= largest_trial .and. most <= largest_stiffness .and. &
+            least >= 1.0_wp/largest_stiffness
       end do
       do l = 1, 3
          do i = 1, n
             k(i, l) = merge(stiffness(i, l), 1.0_wp, usual(i))
-            g(i, l) = merge(trial(i, l), 0.0_wp, usual(i))
+            g(i, l) = merge(trial(i, l), 1.0_wp, usual(i))
             b(i, l) = merge(held(i, l), 0.0_wp, usual(i))
             v(i, l) = u(i, l)
          end do

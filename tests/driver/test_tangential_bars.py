@@ -244,6 +244,26 @@ FEET = "".join(
 )
 
 
+@pytest.mark.parametrize("method", ["cvode_bdf", "explicit8"])
+@pytest.mark.parametrize("rtol", [1e-8, 3e-8, 1e-6])
+@pytest.mark.parametrize("gravity", ["", "gravity = 0, 0, -9.81"])
+def test_a_ball_that_falls_onto_a_plane_keeps_its_energy(ball, method, rtol, gravity):
+    # No step of the flight ends in the impact, whose force it would not have known.
+    rows = ball(
+        gravity=gravity,
+        position=f"0, 0, {RADIUS + 1e-5!r}",
+        motion="velocity = 0.0025, -0.0033, -0.01",
+        coefficient=0.05,
+        t_end=1.7e-3,
+        interval=3e-6,
+        method=method,
+        rtol=rtol,
+    )
+    energy = rows["energy_kinetic"]
+    assert rows["velocity"][-1, 0, 2] > 0.005
+    assert np.abs(rows["energy_error"]).max() <= rtol * energy[0]
+
+
 def test_a_stool_is_displaced_by_the_force_over_the_stiffness(simulate):
     """In place, not by the output of the law: the dashpot takes the ringing, and nothing slips."""
     slope = 0.003

@@ -1055,8 +1055,10 @@ contains
          way(:n, 1) = shift(:n, 1)/hypot(shift(:n, 1), shift(:n, 2))
          way(:n, 2) = shift(:n, 2)/hypot(shift(:n, 1), shift(:n, 2))
          wide_way = way
-         call slip_on_circles(n, load, size, pair, shift, way, two, found)
-         call wide_slip_on_circles(n, load, size, pair, shift, wide_way, wide_two, wide_found)
+         call slip_on_circles(shape%torque, n, load, size, pair, shift, held(:, :2), .false., &
+            way, two, found)
+         call wide_slip_on_circles(shape%torque, n, load, size, pair, shift, held(:, :2), &
+            .false., wide_way, wide_two, wide_found)
          do j = 1, n
             if (.not. (found(j) .and. wide_found(j))) cycle
             slipped = slipped + 1

@@ -32,8 +32,8 @@ module contensou_contact_tangential_abreast
    private
 
    public :: slip_in_plane, slip_on_circles, slip_on_ellipses, slide_on_ellipse, step_on_circles, &
-      within_limit, abreast, close_by_bends, close_enough, close_to_limit, least_pivot, &
-      least_spin, longest_step, n_values, short_slip, smallest_force
+      within_limit, abreast, close_by_bends, close_enough, close_to_limit, narrow_load, &
+      least_pivot, least_spin, longest_step, n_values, short_slip, smallest_force
 
    !> Most shells side by side.
    integer, parameter :: abreast = 40
@@ -79,6 +79,9 @@ module contensou_contact_tangential_abreast
 
    !> Steps of shells side by side, and of those that slip in the plane.
    integer, parameter :: most_passes = 5, most_in_plane = 60
+
+   !> Load of a shell below which powers of it leave the range of numbers.
+   real(wp), parameter :: narrow_load = 1.0e-6_wp
 
    !> Forces of trials above this, and stiffness beyond that or its inverse, are left to others.
    real(wp), parameter :: largest_trial = 1.0e15_wp, largest_stiffness = 1.0e30_wp
@@ -170,21 +173,30 @@ contains
       end do
    end subroutine slip_in_plane
 
-   !> Slip of shells of a circular spot, from the direction in the step before.
-   pure subroutine slip_on_circles(n, load, size, stiffness, trial, u, force, found)
+   !> Slip of shells of a circular spot.
+   pure subroutine slip_on_circles(torque, n, load, size, stiffness, trial, held, steady, u, &
+      force, found)
+      !> Of pure spinning of the spot, in units of f N a.
+      real(wp), intent(in) :: torque
       !> Number of shells.
       integer, intent(in) :: n
       !> Within the outer and the inner edges.
       real(wp), intent(in) :: load(abreast, 2), size(abreast, 2)
       !> Against shift and twist, and the force of the trial, > 0.
       real(wp), intent(in) :: stiffness(abreast, 2), trial(abreast, 2)
-      !> Sliding and spinning, > 0, of the size one.
+      !> Force before the step where a shell slipped in the step before, or zero.
+      real(wp), intent(in) :: held(abreast, 2)
+      !> Whether all of these are those of the step before.
+      logical, intent(in) :: steady
+      !> Sliding and spinning where they are sought first, > 0, of the size one; those of the slip.
       real(wp), intent(inout) :: u(abreast, 2)
       !> Force of sliding; that of the trial where it is not found.
       real(wp), intent(inout) :: force(abreast, 2)
       logical, intent(inout) :: found(abreast)
       real(wp), dimension(abreast, 2) :: loads, sizes, k, g, v, new, f
+      real(wp), dimension(abreast, 3) :: springs, trials, bears, along
       real(wp) :: off(abreast)
+      logical :: usual(abreast)
       integer :: at(abreast), i, j, l, m, pass
 
       do l = 1, 2
@@ -201,6 +213,32 @@ contains
          at(i) = i
          found(i) = .false.
       end do
+      if (.not. steady) then
+         do i = 1, n
+            springs(i, 1) = k(i, 1)
+            springs(i, 2) = k(i, 1)
+            springs(i, 3) = k(i, 2)
+            trials(i, 1) = g(i, 1)
+            trials(i, 2) = 0.0_wp
+            trials(i, 3) = g(i, 2)
+            bears(i, 1) = held(i, 1)
+            bears(i, 2) = 0.0_wp
+            bears(i, 3) = held(i, 2)
+            along(i, 1) = v(i, 1)
+            along(i, 2) = 0.0_wp
+            along(i, 3) = v(i, 2)
+         end do
+         call mask_unusual(n, loads, sizes, springs, trials, bears, usual)
+         call foresee(torque, n, loads, sizes, springs, trials, bears, along)
+         do i = 1, n
+            v(i, 1) = merge(along(i, 1), v(i, 1), usual(i))
+            v(i, 2) = merge(along(i, 3), v(i, 2), usual(i))
+            loads(i, 1) = load(i, 1)
+            loads(i, 2) = load(i, 2)
+            sizes(i, 1) = size(i, 1)
+            sizes(i, 2) = size(i, 2)
+         end do
+      end if
       m = n
       do pass = 1, most_passes
          call step_on_circles(m, loads, sizes, k, g, v, off, new, f)
@@ -429,33 +467,25 @@ contains
       logical, intent(inout) :: found(abreast), slips(abreast)
       real(wp), dimension(abreast, 3) :: k, g, b, v, new, f
       real(wp), dimension(abreast, 2) :: loads, sizes
-      real(wp) :: length(abreast), off(abreast), short(abreast), largest, least, most
+      real(wp) :: length(abreast), off(abreast), short(abreast)
       logical :: usual(abreast)
       integer :: at(abreast), i, j, l, m, pass
 
-      do i = 1, n
-         ! Powers of what is out of all proportion would leave the range of numbers.
-         largest = max(abs(trial(i, 1)), abs(trial(i, 2)), abs(trial(i, 3)), abs(held(i, 1)), &
-            abs(held(i, 2)), abs(held(i, 3)))
-         most = max(stiffness(i, 1), stiffness(i, 2), stiffness(i, 3))
-         least = min(stiffness(i, 1), stiffness(i, 2), stiffness(i, 3))
-         usual(i) = largest <= largest_trial .and. most <= largest_stiffness .and. &
-            least >= 1.0_wp/largest_stiffness
-      end do
-      do l = 1, 3
-         do i = 1, n
-            k(i, l) = merge(stiffness(i, l), 1.0_wp, usual(i))
-            g(i, l) = merge(trial(i, l), 1.0_wp, usual(i))
-            b(i, l) = merge(held(i, l), 0.0_wp, usual(i))
-            v(i, l) = u(i, l)
-         end do
-      end do
       do l = 1, 2
          do i = 1, n
             loads(i, l) = load(i, l)
             sizes(i, l) = size(i, l)
          end do
       end do
+      do l = 1, 3
+         do i = 1, n
+            k(i, l) = stiffness(i, l)
+            g(i, l) = trial(i, l)
+            b(i, l) = held(i, l)
+            v(i, l) = u(i, l)
+         end do
+      end do
+      call mask_unusual(n, loads, sizes, k, g, b, usual)
       do i = 1, n
          at(i) = i
          found(i) = .false.
@@ -505,6 +535,42 @@ contains
          if (m == 0) exit
       end do
    end subroutine slip_on_ellipses
+
+   !> Put others in the place of shells that are out of all proportion, powers of which would leave
+   !> the range of numbers.
+   pure subroutine mask_unusual(n, load, size, stiffness, trial, held, usual)
+      !> Number of shells.
+      integer, intent(in) :: n
+      !> As of `slip_on_ellipses`.
+      real(wp), intent(inout), dimension(abreast, 2) :: load, size
+      real(wp), intent(inout), dimension(abreast, 3) :: stiffness, trial, held
+      !> Which are left as they are.
+      logical, intent(inout) :: usual(abreast)
+      real(wp) :: largest, least, most
+      integer :: i, l
+
+      do i = 1, n
+         largest = max(abs(trial(i, 1)), abs(trial(i, 2)), abs(trial(i, 3)), abs(held(i, 1)), &
+            abs(held(i, 2)), abs(held(i, 3)))
+         most = max(stiffness(i, 1), stiffness(i, 2), stiffness(i, 3))
+         least = min(stiffness(i, 1), stiffness(i, 2), stiffness(i, 3))
+         usual(i) = largest <= largest_trial .and. most <= largest_stiffness .and. &
+            least >= 1.0_wp/largest_stiffness .and. load(i, 1) - load(i, 2) >= narrow_load
+      end do
+      do i = 1, n
+         load(i, 1) = merge(load(i, 1), 1.0_wp, usual(i))
+         load(i, 2) = merge(load(i, 2), 0.0_wp, usual(i))
+         size(i, 1) = merge(size(i, 1), 1.0_wp, usual(i))
+         size(i, 2) = merge(size(i, 2), 0.0_wp, usual(i))
+      end do
+      do l = 1, 3
+         do i = 1, n
+            stiffness(i, l) = merge(stiffness(i, l), 1.0_wp, usual(i))
+            trial(i, l) = merge(trial(i, l), 1.0_wp, usual(i))
+            held(i, l) = merge(held(i, l), 0.0_wp, usual(i))
+         end do
+      end do
+   end subroutine mask_unusual
 
    !> First directions of the slips of shells, by limits that are ellipsoids about.
    !>

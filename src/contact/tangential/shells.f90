@@ -19,8 +19,8 @@ module contensou_contact_tangential_shells
    use, intrinsic :: iso_c_binding, only : c_int
    use contensou_base_kinds, only : wp
    use contensou_contact_spot, only : spot_shape_type
-   use contensou_contact_tangential_abreast, only : abreast, slip_in_plane, slip_on_circles, &
-      slip_on_ellipses
+   use contensou_contact_tangential_abreast, only : abreast, narrow_load, &
+      slip_in_plane, slip_on_circles, slip_on_ellipses
    use contensou_contact_tangential_abreast_wide, only : wide_slip_in_plane => slip_in_plane, &
       wide_slip_on_circles => slip_on_circles, wide_slip_on_ellipses => slip_on_ellipses
    use contensou_contact_tangential_edges, only : edge_type
@@ -175,7 +175,8 @@ contains
          if (.not. associated(spot%rung)) then
             do j = self%n, 1, -abreast
                if (.not. spot%shape%c > 0.0_wp) then
-                  call let_slip_on_circle(self, max(j - abreast + 1, 1), j, new, spot, work, slopes)
+                  call let_slip_on_circle(self, max(j - abreast + 1, 1), j, new, spot, step, &
+                     slid, work, slopes)
                else if (spot%shape%k >= least_ratio) then
                   call let_slip_on_ellipse(self, max(j - abreast + 1, 1), j, new, spot, step, &
                      slid, work, slopes)
@@ -315,22 +316,26 @@ contains
 
    !> Let some of the shells of a circle slip, side by side. Those whose slip is not found soon, or
    !> not by this way, are left to `let_slip`; the excess of all others is below zero then.
-   pure subroutine let_slip_on_circle(self, from, to, new, spot, work, slopes)
+   pure subroutine let_slip_on_circle(self, from, to, new, spot, step, slid, work, slopes)
       !> The shells, after `try_elastic`.
       class(shells_type), intent(inout) :: self
       !> The first and the last of them, and the number of the shells at the rim that are new.
       integer, intent(in) :: from, to, new
       type(spring_spot_type), intent(in) :: spot
+      !> As of `advance`.
+      real(wp), intent(in) :: step(3)
+      !> Which slipped in the step before.
+      logical, intent(in) :: slid(:)
       !> Work of the slip over the limit, added to.
       real(wp), intent(inout) :: work
       !> Derivatives of the wrench, added to.
       real(wp), intent(inout), optional :: slopes(3, 4)
-      real(wp), dimension(abreast, 2) :: stiffness, plane, trial, u, force
-      real(wp) :: springs(abreast, 3)
+      real(wp), dimension(abreast, 2) :: stiffness, plane, trial, held, u, force
+      real(wp) :: springs(abreast, 3), part
       real(wp), dimension(abreast, 2) :: load, size
       real(wp) :: shift(abreast, 3), direction(abreast, 3), length(abreast), done(abreast), &
          per_limit, across, along, spinning, inverse
-      logical :: found(abreast)
+      logical :: found(abreast), steady
       type(shell_type) :: shell
       integer :: at(abreast), i, j, n
 
@@ -359,10 +364,25 @@ contains
          u(i, 1) = u(i, 1)*along
          u(i, 2) = u(i, 2)*along
       end do
+      steady = all(length(:n) > 0.0_wp)
+      if (.not. steady) then
+         do i = 1, n
+            held(i, 1) = 0.0_wp
+            held(i, 2) = 0.0_wp
+            if (.not. (slid(at(i)) .and. length(i) > 0.0_wp)) cycle
+            part = part_of_step(at(i), self%n, new)
+            held(i, 1) = trial(i, 1) - stiffness(i, 1)*(part*(step(1)*plane(i, 1) &
+               + step(2)*plane(i, 2)))
+            held(i, 2) = trial(i, 2) - stiffness(i, 2)*(part*sign(step(3)*spot%a, &
+               step(3)*shift(i, 3)))
+         end do
+      end if
       if (has_wide_registers()) then
-         call wide_slip_on_circles(n, load, size, stiffness, trial, u, force, found)
+         call wide_slip_on_circles(spot%shape%torque, n, load, size, stiffness, trial, held, &
+            steady, u, force, found)
       else
-         call slip_on_circles(n, load, size, stiffness, trial, u, force, found)
+         call slip_on_circles(spot%shape%torque, n, load, size, stiffness, trial, held, steady, u, &
+            force, found)
       end if
       do i = 1, n
          length(i) = (trial(i, 1) - force(i, 1))*u(i, 1) + (trial(i, 2) - force(i, 2))*u(i, 2)
@@ -463,7 +483,7 @@ contains
          if (circular .and. (abs(share(j, 1) - share(j, 2)) > 0.0_wp .or. &
             .not. abs(shift(j, 1)) + abs(shift(j, 2)) > 0.0_wp)) cycle
          ! Powers of what is very narrow leave the range of numbers.
-         if (.not. circular .and. load(j) - load(j - 1) < 1.0e-6_wp) cycle
+         if (.not. circular .and. load(j) - load(j - 1) < narrow_load) cycle
          n = i
       end do
    end subroutine gather

@@ -267,7 +267,8 @@ contains
       if (any(self%contacts%closed)) call self%derivative(t, y, self%scratch)
    end subroutine constraint_forces
 
-   !> Let the contacts with tangential elasticity evaluate a state, which they may then remember.
+   !> Let the contacts with tangential elasticity evaluate a state, which they may then remember;
+   !> where it is the last one again this costs next to nothing.
    subroutine evaluate_memory(self, t, y)
       !> The system; its workspace is changed.
       class(system_type), intent(inout) :: self
@@ -294,7 +295,9 @@ contains
             trouble = trouble_none
             if (now%at%gap < 0.0_wp) call contact%follow(now%at, trouble)
             if (now%at%gap < 0.0_wp .and. trouble == trouble_none) then
+               contact%tangential%may_be_same = .true.
                call contact%evolve(a, b, now, 0.0_wp, load)
+               contact%tangential%may_be_same = .false.
             else
                call contact%tangential%part()
             end if

@@ -71,6 +71,9 @@ module contensou_contact_tangential_memory
    !> Way in units of the length of relaxation of which nothing is left.
    real(wp), parameter :: long_way = 1.0e3_wp
 
+   !> Number of arguments of a move of the shells.
+   integer, parameter :: n_arguments = 12
+
    !> Tangential elasticity of a contact.
    type :: tangential_type
       !> Friction coefficient f [-].
@@ -84,8 +87,8 @@ module contensou_contact_tangential_memory
       !> What rolling carries out; unallocated where strain only fades.
       type(carry_type), allocatable :: carry
       !> What is remembered, along the axis and across it; the same at the last state that was
-      !> evaluated, along the axes of `frame`; and room.
-      type(shells_type) :: past, now, half
+      !> evaluated, along the axes of its spot; and room for a step in two halves.
+      type(shells_type) :: past, now, half, whole
       !> Shifts, twist and way at the last accepted step, and their rates.
       real(wp) :: anchor(4) = 0.0_wp, rates(4) = 0.0_wp
       !> Shifts and twist of the sliding up to there.
@@ -101,6 +104,11 @@ module contensou_contact_tangential_memory
       real(wp) :: share = 0.0_wp
       !> Wrench of the last state, along the axes of the shells [N, N m], and that of its shells.
       real(wp) :: wrench(3) = 0.0_wp, borne(3) = 0.0_wp
+      !> Whether the state that is evaluated may be the last one again.
+      logical :: may_be_same = .false.
+      !> Whether `now` is what `past` becomes by a move, its arguments, and what it bears.
+      logical, private :: is_moved = .false.
+      real(wp), private :: moved(n_arguments) = 0.0_wp, bears(3) = 0.0_wp
    contains
       procedure :: begin
       procedure :: forget
@@ -113,7 +121,7 @@ module contensou_contact_tangential_memory
       procedure :: deviate
       procedure :: keep
       procedure :: exchange
-      procedure, private :: strain
+      procedure, private :: move
       procedure, private :: sliding_share
       procedure, private :: way_rate
    end type tangential_type
@@ -155,6 +163,8 @@ contains
       call make_room(self%past, shells)
       call make_room(self%now, shells)
       call make_room(self%half, shells)
+      call make_room(self%whole, shells)
+      self%is_moved = .false.
    end subroutine begin
 
    !> Begin without a contact.
@@ -162,6 +172,7 @@ contains
       class(tangential_type), intent(inout) :: self
 
       call self%past%clear()
+      self%is_moved = .false.
       self%anchor = 0.0_wp
       self%rates = 0.0_wp
       self%slid = 0.0_wp
@@ -252,8 +263,8 @@ contains
       if (circle) self%velocity(1:2) = self%step_rates(1:2)
       self%wrench = 0.0_wp
       self%share = self%sliding_share(self%step)
-      if (self%share < 1.0_wp) call self%strain(self%past, self%axis, self%spot, self%step, &
-         self%wrench, slopes)
+      if (.not. self%may_be_same) self%is_moved = .false.
+      if (self%share < 1.0_wp) call self%move(self%wrench, slopes)
       self%borne = self%wrench
       if (self%share > 0.0_wp) then
          steady = rolls%sliding_type
@@ -336,9 +347,30 @@ contains
       end if
    end function left_of_growth
 
-   !> Shells moved by a step, in `now`.
-   pure subroutine strain(self, past, axis, spot, step, wrench, slopes)
+   !> Shells of the last state that was evaluated, moved by its step, in `now`; only once.
+   pure subroutine move(self, wrench, slopes)
       class(tangential_type), intent(inout) :: self
+      real(wp), intent(out) :: wrench(3)
+      !> As of `strain`.
+      real(wp), intent(out), optional :: slopes(3, 4)
+      real(wp) :: arguments(n_arguments)
+
+      associate (spot => self%spot)
+         arguments = [self%step, self%axis, spot%shape%k, spot%a, spot%limit, spot%stiffness]
+      end associate
+      if (present(slopes)) self%is_moved = .false.
+      if (self%is_moved) self%is_moved = all(abs(arguments - self%moved) <= 0.0_wp)
+      if (.not. self%is_moved) then
+         call strain(self%past, self%axis, self%spot, self%step, self%poisson, self%drilling, &
+            self%now, self%bears, slopes)
+         self%moved = arguments
+         self%is_moved = .true.
+      end if
+      wrench = self%bears
+   end subroutine move
+
+   !> Shells moved by a step.
+   pure subroutine strain(past, axis, spot, step, poisson, drilling, now, wrench, slopes)
       !> What is remembered.
       type(shells_type), intent(in) :: past
       !> The axis along which it is, seen from the axes of the spot.
@@ -346,26 +378,32 @@ contains
       type(spring_spot_type), intent(in) :: spot
       !> Shifts along the axis and across it, twist, and way times the major semi-axis.
       real(wp), intent(in) :: step(4)
+      !> Poisson's ratio.
+      real(wp), intent(in) :: poisson
+      !> Whether there is a torque about the normal.
+      logical, intent(in) :: drilling
+      !> What becomes of it, along the axes of the spot.
+      type(shells_type), intent(inout) :: now
       real(wp), intent(out) :: wrench(3)
       !> Derivatives of the wrench by shifts and twist, and by the limit.
       real(wp), intent(out), optional :: slopes(3, 4)
       real(wp) :: motion(3), way, twisted, by_shift(3)
 
       way = lengths(step, spot)
-      twisted = way*twist_rate(self%poisson)
+      twisted = way*twist_rate(poisson)
       motion(1) = axis(1)*step(1) - axis(2)*step(2)
       motion(2) = axis(2)*step(1) + axis(1)*step(2)
       motion(1:2) = left_of_growth(way)*motion(1:2)
       motion(3) = left_of_growth(twisted)*step(3)
-      if (.not. self%drilling) motion(3) = 0.0_wp
-      call self%now%take(past, axis, [left(way), left(way), left(twisted)])
-      call self%now%advance(spot, motion, wrench, settled=.false., slopes=slopes)
+      if (.not. drilling) motion(3) = 0.0_wp
+      call now%take(past, axis, [left(way), left(way), left(twisted)])
+      call now%advance(spot, motion, wrench, settled=.false., slopes=slopes)
       if (.not. present(slopes)) return
       by_shift = slopes(:, 1)
       slopes(:, 1) = left_of_growth(way)*(axis(1)*by_shift + axis(2)*slopes(:, 2))
       slopes(:, 2) = left_of_growth(way)*(axis(1)*slopes(:, 2) - axis(2)*by_shift)
       slopes(:, 3) = left_of_growth(twisted)*slopes(:, 3)
-      if (.not. self%drilling) slopes(:, 3) = 0.0_wp
+      if (.not. drilling) slopes(:, 3) = 0.0_wp
    end subroutine strain
 
    !> Share of sliding in the wrench.
@@ -562,8 +600,9 @@ contains
       if (.not. (self%spot%limit > 0.0_wp .and. self%spot%a > 0.0_wp)) return
       ! Where sliding is all that is left the shells are not moved yet.
       if (self%share > 0.0_wp) then
-         call self%strain(self%past, self%axis, self%spot, self%step, wrench)
+         call self%move(wrench)
          call self%now%slide(self%spot, self%velocity, self%share)
+         self%is_moved = .false.
       end if
       stored = self%now%energy()
       if (self%share <= 0.0_wp) stuck = self%now%stuck_share()
@@ -603,10 +642,10 @@ contains
       spot%limit = 0.5_wp*(self%limit + self%spot%limit)
       spot%a = 0.5_wp*(self%a + self%spot%a)
       call spot%stiffen(self%modulus, self%poisson)
-      call self%strain(self%past, self%axis, spot, first, wrench)
-      call self%half%copy(self%now)
+      call strain(self%past, self%axis, spot, first, self%poisson, self%drilling, self%half, wrench)
       call self%half%turn_to(self%axis)
-      call self%strain(self%half, self%axis, self%spot, self%step - first, wrench)
+      call strain(self%half, self%axis, self%spot, self%step - first, self%poisson, self%drilling, &
+         self%whole, wrench)
       wrench = (1.0_wp - self%share)*(wrench - self%borne)
       wrench(3) = wrench(3)/self%spot%a
       deviation = 2.0_wp*sqrt(dot_product(wrench, wrench))/scale
@@ -617,7 +656,8 @@ contains
       class(tangential_type), intent(inout) :: self
       real(wp) :: wrench(3)
 
-      call self%strain(self%past, self%axis, self%spot, self%step, wrench)
+      call self%move(wrench)
+      self%is_moved = .false.
       call note_sliding(self)
       ! The wrench is to go on where it was: with the same share if the way of sliding goes on.
       if (self%share >= 1.0_wp .or. (self%share > 0.0_wp .and. all(abs(self%slid) <= 0.0_wp))) then
@@ -671,6 +711,7 @@ contains
       call checkpoint%exchange("tangential_limit", self%limit)
       call checkpoint%exchange("tangential_a", self%a)
       call self%past%exchange(checkpoint)
+      self%is_moved = .false.
    end subroutine exchange
 
 end module contensou_contact_tangential_memory

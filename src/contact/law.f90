@@ -428,17 +428,25 @@ contains
       type(tangential_type), intent(inout) :: tangential
       !> N, F_x, F_y [N], T [N m], then the rates.
       real(wp), intent(out) :: values(:)
-      !> Derivative of value i by d, d', v_x, v_y, w, then by the states.
-      real(wp), intent(out) :: slopes(:, :)
+      !> Derivative of value i by d, d', v_x, v_y, w, then by the states; they are dear.
+      real(wp), intent(out), optional :: slopes(:, :)
       type(passing_type) :: rolls
       real(wp) :: by_motion(3 + most_states, 5 + most_states)
+      real(wp) :: by_press(4 + most_states, 5 + most_states)
       integer :: nd, nf
 
       nd = self%n_damping
       nf = size(states) - nd
-      call self%vary_press(at, states(:nd), scales(:nd), values, slopes)
+      call self%vary_press(at, states(:nd), scales(:nd), values, by_press(:size(values), &
+         :5 + size(states)))
       rolls = passing_type(self%sliding(values(1), at%approach, at%sliding, 0.0_wp), &
          at%carried(1), at%carried(2))
+      if (.not. present(slopes)) then
+         call tangential%evolve(self%friction, self%normal%shape, rolls, states(nd + 1:), &
+            values(2:4), values(5 + nd:))
+         return
+      end if
+      slopes = by_press(:size(values), :5 + size(states))
       call tangential%vary(self%friction, self%normal%shape, rolls, states(nd + 1:), &
          values(2:4), values(5 + nd:), by_motion(:3 + nf, :5 + nf))
       call chain(nd, nf, rolls%a, at%approach, by_motion, slopes)

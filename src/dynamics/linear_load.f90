@@ -256,10 +256,12 @@ contains
 
    !> The same of a compliant contact that rolls or whose parts own states: values, rates and their
    !> derivatives.
-   subroutine evaluate_states(contact, touch)
+   subroutine evaluate_states(contact, touch, alone)
       type(contact_type), intent(inout) :: contact
       !> The contact at its state: the rest is set.
       type(touch_type), intent(inout) :: touch
+      !> Whether the derivatives may be left as they are.
+      logical, intent(in) :: alone
       real(wp) :: values(4 + most_states), slopes(4 + most_states, 5 + most_states)
       real(wp) :: scales(most_states)
 
@@ -267,6 +269,13 @@ contains
          if (n > 0) scales(:n) = states%scales
          touch%elastic = law%normal%force(touch%spot%approach)
          touch%states = contact%local_states(touch%at)
+         if (allocated(contact%tangential) .and. alone) then
+            call law%vary_hold(touch%spot, touch%states(:n), states%scales, contact%tangential, &
+               values(:4 + n))
+            touch%values = values(:4)
+            touch%rates(:n) = values(5:4 + n)
+            return
+         end if
          if (allocated(contact%tangential)) then
             call law%vary_hold(touch%spot, touch%states(:n), states%scales, contact%tangential, &
                values(:4 + n), slopes(:4 + n, :5 + n))
@@ -389,7 +398,7 @@ contains
             allocated(contact%tangential)), touch%spin)
          touch%spot%carried = [dot_product(touch%carried, touch%at%major), &
             dot_product(touch%carried, touch%minor)]
-         call evaluate_states(contact, touch)
+         call evaluate_states(contact, touch, alone=.false.)
       else
          call evaluate(contact%law, touch, touch%values, touch%slopes, touch%elastic)
       end if
@@ -811,7 +820,7 @@ contains
             call contact%law%normal%follow(varied(1), varied(2))
             if (contact%evolves) then
                there = touch
-               call evaluate_states(contact, there)
+               call evaluate_states(contact, there, alone=.true.)
                results(:5, k) = [there%values, there%elastic]
                results(6:5 + n, k) = there%rates(:n)
             else

@@ -396,6 +396,31 @@ def test_a_run_costs_little_more_than_bare_cvode(executable, build_kind, inputs,
     assert ratio <= 1.4
 
 
+def test_a_step_of_a_contact_that_remembers_moves_its_shells_few_times(
+    count, executable, inputs, build_kind, tmp_path, table
+):
+    # In the right-hand side, for the state that is reached, and twice for the error of the memory;
+    # a Jacobian, each tenth step, sixteen times. (10.8; with each done anew 16.)
+    text = (inputs / "ellipsoid_egg.nml").read_text()
+    text = text.replace("   friction =", "   tangential = 'elastic'\n   friction =")
+    work, steps = [], []
+    for t_end in (0.005, 0.01):
+        scene = tmp_path / f"{t_end}.nml"
+        scene.write_text(re.sub(r"t_end = \S+", f"t_end = {t_end}", text))
+        run = [executable, "run", scene, "-o", tmp_path / "run.h5", "--force", "-q"]
+        work.append(instructions(run, tmp_path, build_kind))
+        with h5py.File(tmp_path / "run.h5") as file:
+            steps.append(int(file["/integrator/steps"][()]))
+    per_step = (work[1] - work[0]) / (steps[1] - steps[0])
+    derivative = count(text=text).instructions
+    ratio = per_step / derivative
+    table(
+        "instructions of an egg with tangential elasticity",
+        {"step": per_step, "right-hand side": derivative, "ratio": ratio},
+    )
+    assert ratio < 12
+
+
 def first_touch(path, contact):
     """Time of the first touch of a contact, and the right-hand sides up to the end."""
     with h5py.File(path) as file:

@@ -2,8 +2,8 @@
 !>
 !> `cvode_bdf`: variable-order BDF with a Newton iteration, whose matrix is dense for few unknowns
 !> and sparse for many and comes from the problem's Jacobian if it has one; `cvode_adams`:
-!> variable-order Adams-Moulton with a fixed-point iteration. With `cvode_bdf` the ways of a problem
-!> are unknowns beside its own, in the error test and in the iteration.
+!> variable-order Adams-Moulton with a fixed-point iteration. The ways of a problem are unknowns
+!> beside its own, in the error test and in the iteration.
 !> A. C. Hindmarsh et al., ACM Trans. Math. Software 31 (2005) 363.
 module contensou_integrate_cvode
    use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_double, c_f_pointer, c_funloc, &
@@ -86,6 +86,10 @@ module contensou_integrate_cvode
 
    !> Largest of those that are stable for each decaying oscillation, whatever the step.
    integer(c_int), parameter :: stable_order = 2_c_int
+
+   !> Largest order of Adams's method where a problem has ways: their tolerance is so small that
+   !> what is left of differences of a higher order is rounding.
+   integer(c_int), parameter :: order_with_ways = 4_c_int
 
    !> Steps without an event before `stable_order` is tried first.
    integer, parameter :: first_patience = 2000
@@ -253,8 +257,7 @@ contains
       integer :: n
 
       call self%free()
-      n = problem%n
-      if (method /= "cvode_adams") n = n + problem%n_ways
+      n = problem%n + problem%n_ways
       allocate(self%handle)
       self%handle%problem => problem
       self%handle%n = problem%n
@@ -304,6 +307,8 @@ contains
          end if
          flag = min(flag, renew_jacobian(self, problem%jacobian_steps))
       end if
+      if (.not. self%bdf .and. problem%n_ways > 0) flag = min(flag, FCVodeSetMaxOrd(self%memory, &
+         order_with_ways))
       if (problem%n_events > 0) flag = min(flag, FCVodeRootInit(self%memory, &
          int(problem%n_events, c_int), c_funloc(events_callback)))
       if (self%bdf .and. problem%remembers) flag = min(flag, FCVodeSetStabLimDet(self%memory, &

@@ -51,6 +51,7 @@ USUAL = {
     "steps": "",
     "interval": 1e-6,
 }
+METHODS = ["explicit8", "cvode_bdf", "cvode_adams"]
 AT_REST = {"gravity": "gravity = 0, 0, -9.81", "position": f"0, 0, {RADIUS - APPROACH!r}"}
 
 
@@ -70,7 +71,7 @@ def closed_to(rows, bound):
     return np.abs(rows["energy_error"]).max() <= bound * scale
 
 
-@pytest.mark.parametrize("method", ["explicit8", "cvode_bdf", "cvode_adams"])
+@pytest.mark.parametrize("method", METHODS)
 def test_a_ball_rings_on_the_tangential_stiffness(ball, method):
     rows = ball(**AT_REST, motion="velocity = 1e-6, 0, 0", method=method, rtol=1e-10, t_end=1e-3)
     force, time = rows["friction_force"][:, 0, 0], rows["time"]
@@ -175,6 +176,10 @@ def test_the_law_knows_no_axes(ball):
         # Rounding decided whether CVODE found a limit of stability.
         ("cvode_bdf", 1e-6, 1e-6, [10, 5, 10]),
         ("cvode_bdf", 1e-8, 0, [10, 5, 10]),
+        # High differences are rounding where errors of gaps are to be small.
+        ("cvode_adams", 1e-6, 0, [0, 0, 0]),
+        ("cvode_adams", 1e-6, 1e-6, [10, 5, 10]),
+        ("cvode_adams", 1e-8, 0, [10, 5, 10]),
     ],
 )
 def test_a_turned_scene_takes_the_same_steps(ball, method, rtol, above, spin):
@@ -244,7 +249,7 @@ FEET = "".join(
 )
 
 
-@pytest.mark.parametrize("method", ["cvode_bdf", "explicit8"])
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("rtol", [1e-8, 3e-8, 1e-6])
 @pytest.mark.parametrize("gravity", ["", "gravity = 0, 0, -9.81"])
 def test_a_ball_that_falls_onto_a_plane_keeps_its_energy(ball, method, rtol, gravity):
@@ -301,7 +306,7 @@ def test_an_incline_does_not_ring_on(simulate, t_end):
     assert run.steps < 4500
 
 
-@pytest.mark.parametrize("method", ["explicit8", "cvode_bdf"])
+@pytest.mark.parametrize("method", METHODS)
 def test_a_load_that_vanishes_and_returns(ball, method):
     rows = ball(gravity="gravity = 0, 0, -9.81", method=method, t_end=0.03, interval=2e-5)
     closed = rows["gap"][:, 0] < 0
@@ -310,7 +315,7 @@ def test_a_load_that_vanishes_and_returns(ball, method):
     assert np.all(rows["energy_tangential"][~closed] == 0)
     assert rows["energy_tangential"].max() > 0
     assert np.diff(rows["work_friction"])[~closed[1:] & ~closed[:-1]].max(initial=0) == 0
-    assert closed_to(rows, 1e-8 if method == "explicit8" else 1e-5)
+    assert closed_to(rows, 1e-8)
 
 
 def test_a_twist_without_shift_and_back(ball):
@@ -341,7 +346,7 @@ NEEDLE = {
 }
 
 
-@pytest.mark.parametrize("method", ["explicit8", "cvode_bdf"])
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
     "changes",
     [
@@ -367,7 +372,7 @@ def test_corners_of_the_law(ball, method, changes):
     lost = np.diff(rows["work_friction"])
     energy = rows["energy_kinetic"][0]
     assert lost.min() >= -1e-6 * energy
-    assert closed_to(rows, 1e-8 if method == "explicit8" else 2e-6)
+    assert closed_to(rows, 1e-8)
     if changes is NEEDLE:
         axes = rows["semi_axes"][touching, 0]
         assert np.all(axes[:, 1] / axes[:, 0] < 1.1e-3)
@@ -550,7 +555,7 @@ def test_several_spots_have_a_memory_each(simulate):
     )
     assert scale > 0
     assert rows["energy_tangential"][late].min() > 0
-    assert closed_to(rows, 1e-5)
+    assert closed_to(rows, 1e-7)
 
 
 def test_the_shipped_sweep_has_the_angles_that_were_measured(run, tmp_path):

@@ -228,7 +228,15 @@ contains
             along(i, 2) = 0.0_wp
             along(i, 3) = v(i, 2)
          end do
-         call mask_unusual(n, loads, sizes, springs, trials, bears, usual)
+         call mask_unusual(n, springs, trials, bears, usual)
+         do i = 1, n
+            ! Of a narrow shell the direction stays.
+            usual(i) = usual(i) .and. load(i, 1) - load(i, 2) >= narrow_load
+            loads(i, 1) = merge(load(i, 1), 1.0_wp, usual(i))
+            loads(i, 2) = merge(load(i, 2), 0.0_wp, usual(i))
+            sizes(i, 1) = merge(size(i, 1), 1.0_wp, usual(i))
+            sizes(i, 2) = merge(size(i, 2), 0.0_wp, usual(i))
+         end do
          call foresee(torque, n, loads, sizes, springs, trials, bears, along)
          do i = 1, n
             v(i, 1) = merge(along(i, 1), v(i, 1), usual(i))
@@ -485,7 +493,7 @@ contains
             v(i, l) = u(i, l)
          end do
       end do
-      call mask_unusual(n, loads, sizes, k, g, b, usual)
+      call mask_unusual(n, k, g, b, usual)
       do i = 1, n
          at(i) = i
          found(i) = .false.
@@ -538,11 +546,10 @@ contains
 
    !> Put others in the place of shells that are out of all proportion, powers of which would leave
    !> the range of numbers.
-   pure subroutine mask_unusual(n, load, size, stiffness, trial, held, usual)
+   pure subroutine mask_unusual(n, stiffness, trial, held, usual)
       !> Number of shells.
       integer, intent(in) :: n
       !> As of `slip_on_ellipses`.
-      real(wp), intent(inout), dimension(abreast, 2) :: load, size
       real(wp), intent(inout), dimension(abreast, 3) :: stiffness, trial, held
       !> Which are left as they are.
       logical, intent(inout) :: usual(abreast)
@@ -555,13 +562,7 @@ contains
          most = max(stiffness(i, 1), stiffness(i, 2), stiffness(i, 3))
          least = min(stiffness(i, 1), stiffness(i, 2), stiffness(i, 3))
          usual(i) = largest <= largest_trial .and. most <= largest_stiffness .and. &
-            least >= 1.0_wp/largest_stiffness .and. load(i, 1) - load(i, 2) >= narrow_load
-      end do
-      do i = 1, n
-         load(i, 1) = merge(load(i, 1), 1.0_wp, usual(i))
-         load(i, 2) = merge(load(i, 2), 0.0_wp, usual(i))
-         size(i, 1) = merge(size(i, 1), 1.0_wp, usual(i))
-         size(i, 2) = merge(size(i, 2), 0.0_wp, usual(i))
+            least >= 1.0_wp/largest_stiffness
       end do
       do l = 1, 3
          do i = 1, n

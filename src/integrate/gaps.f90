@@ -11,7 +11,7 @@ module contensou_integrate_gaps
    implicit none(type, external)
    private
 
-   public :: avoid_dip, find_depth, follow_spots, lift_bound
+   public :: avoid_dip, find_depth, follow_spots, lift_bound, time_to_fall
 
    !> Bounds of the gap of an open contact within a step.
    type :: bounds_type
@@ -242,21 +242,35 @@ contains
       !> Its rate away from here [m/s].
       real(wp), intent(in) :: rate
       type(bounds_type), intent(in) :: bounds
-      real(wp) :: height, bend, root
+      real(wp) :: height
 
       reach = 0.0_wp
       height = gap%value + bounds%overlap
       if (height <= 0.0_wp) return
-      bend = bounds%bend + 2.0_wp*gap%sharpness*bounds%speed**2
-      root = sqrt(rate**2 + 2.0_wp*bend*height)
-      if (rate > 0.0_wp) then
-         reach = (rate + root)/max(bend, tiny(bend)*max(rate, 1.0_wp)*4.0_wp)
-      else
-         reach = 2.0_wp*height/max(root - rate, tiny(root)*max(height, 1.0_wp)*4.0_wp)
-      end if
+      reach = time_to_fall(height, rate, bounds%bend + 2.0_wp*gap%sharpness*bounds%speed**2)
       if (bounds%speed > still) reach = max(min(reach, 0.5_wp/(gap%sharpness*bounds%speed)), &
          height/bounds%speed)
    end function reach
+
+   !> Time after which a height is zero whose rate goes on to change as it does [s]; a quarter of
+   !> the largest number if it never is, so that sums are finite.
+   pure real(wp) function time_to_fall(height, rate, bend) result(time)
+      !> > 0 [m].
+      real(wp), intent(in) :: height
+      !> Its rate [m/s], and how fast that falls [m/s^2].
+      real(wp), intent(in) :: rate, bend
+      real(wp) :: square, root
+
+      time = 0.25_wp*huge(time)
+      square = rate**2 + 2.0_wp*bend*height
+      if (square < 0.0_wp .or. (rate >= 0.0_wp .and. bend <= 0.0_wp)) return
+      root = sqrt(square)
+      if (rate > 0.0_wp) then
+         time = (rate + root)/max(bend, tiny(bend)*max(rate, 1.0_wp)*4.0_wp)
+      else
+         time = 2.0_wp*height/max(root - rate, tiny(root)*max(height, 1.0_wp)*4.0_wp)
+      end if
+   end function time_to_fall
 
    !> Find the contacts at whose gaps to look: those that are open and not so far away that they
    !> cannot have touched in the step.

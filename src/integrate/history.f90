@@ -5,6 +5,7 @@ module contensou_integrate_history
    use contensou_base_errors, only : error_type
    use contensou_base_kinds, only : wp
    use contensou_contact_geometry, only : contact_motion_type
+   use contensou_integrate_gaps, only : time_to_fall
    use contensou_integrate_integrator, only : graded
    use contensou_integrate_motion, only : motion_type
    use contensou_integrate_step, only : march_type
@@ -187,7 +188,7 @@ contains
             rate(i) = now%gap_rate()
             if (overlap < 0.0_wp) then
                bend = 0.0_wp
-               if (known) bend = (rate(i) - self%way_rate(i))/(self%memory%t - self%t_before)
+               if (known) bend = (self%way_rate(i) - rate(i))/(self%memory%t - self%t_before)
                reach = min(reach, time_to_fall(max(-overlap, near_touch*least), rate(i), bend))
                cycle
             end if
@@ -206,24 +207,5 @@ contains
       end associate
       self%way_rate = rate
    end subroutine heed_touches
-
-   !> Time until a gap closes that goes on as it does [s].
-   pure real(wp) function time_to_fall(gap, rate, bend) result(time)
-      !> > 0 [m].
-      real(wp), intent(in) :: gap
-      !> Its rate [m/s] and the rate of that [m/s^2].
-      real(wp), intent(in) :: rate, bend
-      real(wp) :: square, root
-
-      time = huge(time)
-      square = rate**2 - 2.0_wp*bend*gap
-      if (square < 0.0_wp .or. (rate >= 0.0_wp .and. bend >= 0.0_wp)) return
-      root = sqrt(square)
-      if (rate < 0.0_wp) then
-         if (2.0_wp*gap < (root - rate)*no_time) time = 2.0_wp*gap/(root - rate)
-      else
-         if (rate + root < -bend*no_time) time = (rate + root)/(-bend)
-      end if
-   end function time_to_fall
 
 end module contensou_integrate_history

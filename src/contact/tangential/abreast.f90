@@ -32,8 +32,8 @@ module contensou_contact_tangential_abreast
    private
 
    public :: slip_in_plane, slip_on_circles, slip_on_ellipses, slide_on_ellipse, step_on_circles, &
-      within_limit, abreast, close_by_bends, close_enough, close_to_limit, narrow_load, &
-      least_pivot, least_spin, longest_step, n_values, short_slip, smallest_force
+      within_limit, abreast, close_by_bends, close_enough, close_to_limit, least_pivot, &
+      least_spin, longest_step, n_values, narrow_load, short_slip, smallest_force
 
    !> Most shells side by side.
    integer, parameter :: abreast = 40

@@ -102,8 +102,8 @@ module contensou_contact_tangential_memory
       real(wp) :: axis(2) = [1.0_wp, 0.0_wp]
       real(wp) :: velocity(3) = 0.0_wp
       real(wp) :: share = 0.0_wp
-      !> Wrench of the last state, along the axes of the shells [N, N m], and that of its shells.
-      real(wp) :: wrench(3) = 0.0_wp, borne(3) = 0.0_wp
+      !> Wrench of the last state, along the axes of the shells [N, N m].
+      real(wp) :: wrench(3) = 0.0_wp
       !> Whether the state that is evaluated may be the last one again.
       logical :: may_be_same = .false.
       !> Whether `now` is what `past` becomes by a move, its arguments, and what it bears.
@@ -265,7 +265,6 @@ contains
       self%share = self%sliding_share(self%step)
       if (.not. self%may_be_same) self%is_moved = .false.
       if (self%share < 1.0_wp) call self%move(self%wrench, slopes)
-      self%borne = self%wrench
       if (self%share > 0.0_wp) then
          steady = rolls%sliding_type
          steady%vx = self%velocity(1)
@@ -646,7 +645,7 @@ contains
       call self%half%turn_to(self%axis)
       call strain(self%half, self%axis, self%spot, self%step - first, self%poisson, self%drilling, &
          self%whole, wrench)
-      wrench = (1.0_wp - self%share)*(wrench - self%borne)
+      wrench = (1.0_wp - self%share)*(wrench - self%bears)
       wrench(3) = wrench(3)/self%spot%a
       deviation = 2.0_wp*sqrt(dot_product(wrench, wrench))/scale
    end subroutine deviate

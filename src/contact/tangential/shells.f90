@@ -19,8 +19,8 @@ module contensou_contact_tangential_shells
    use, intrinsic :: iso_c_binding, only : c_int
    use contensou_base_kinds, only : wp
    use contensou_contact_spot, only : spot_shape_type
-   use contensou_contact_tangential_abreast, only : abreast, narrow_load, &
-      slip_in_plane, slip_on_circles, slip_on_ellipses
+   use contensou_contact_tangential_abreast, only : abreast, narrow_load, slip_in_plane, &
+      slip_on_circles, slip_on_ellipses
    use contensou_contact_tangential_abreast_wide, only : wide_slip_in_plane => slip_in_plane, &
       wide_slip_on_circles => slip_on_circles, wide_slip_on_ellipses => slip_on_ellipses
    use contensou_contact_tangential_edges, only : edge_type

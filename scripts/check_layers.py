@@ -121,7 +121,7 @@ def check_order(files: list[Source]) -> list[str]:
             if not name.startswith("contensou"):
                 continue
             # Some files are compiled twice, with a second name (src/meson.build).
-            name = name.removesuffix("_wide")
+            name = name.removesuffix("_wide").removesuffix("_few")
             if name not in layer_of:
                 findings.append(f"{file.name}:{number}: there is no module {name}")
             elif layer_of[name] in LAYERS[LAYERS.index(file.layer) + 1 :]:

@@ -8,13 +8,19 @@ module test_tangential
    use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
    use contensou_contact_tangential_memory, only : n_states, tangential_type
    use contensou_contact_tangential_oblique, only : oblique_impact
-   use contensou_contact_tangential_abreast, only : abreast, n_values, slide_on_ellipse, &
-      slip_in_plane, slip_on_circles, slip_on_ellipses
-   use contensou_contact_tangential_abreast_wide, only : &
-      wide_slide_on_ellipse => slide_on_ellipse, wide_slip_in_plane => slip_in_plane, &
+   use contensou_contact_tangential_abreast, only : abreast, slip_in_plane, slip_on_circles, &
+      slip_on_ellipses
+   use contensou_contact_tangential_abreast_wide, only : wide_slip_in_plane => slip_in_plane, &
       wide_slip_on_circles => slip_on_circles, wide_slip_on_ellipses => slip_on_ellipses
    use contensou_contact_tangential_edges, only : edge_at, power_of
    use contensou_contact_tangential_ellipse, only : ellipse_type, least_ratio
+   use contensou_contact_tangential_ellipse_pass, only : lanes, n_values, slide_on_ellipse
+   use contensou_contact_tangential_ellipse_pass_few, only : few => lanes, &
+      slide_few => slide_on_ellipse
+   use contensou_contact_tangential_ellipse_pass_few_wide, only : &
+      wide_slide_few => slide_on_ellipse
+   use contensou_contact_tangential_ellipse_pass_wide, only : &
+      wide_slide_on_ellipse => slide_on_ellipse
    use contensou_contact_tangential_ellipse_values, only : bands, parts
    use contensou_contact_tangential_shells, only : default_layers, has_wide_registers, &
       shells_type, single_spring, spring_spot_type
@@ -937,25 +943,31 @@ contains
 
    contains
 
-      !> Compare what edges bear, every second one of half the size and a load of 1/4: as many as
-      !> fill wide registers, and one more.
+      !> Compare what edges bear, every second one of half the size and a load of 1/4: of many and
+      !> of few shells, with wide registers and without.
       subroutine note_both(v)
          !> Sliding velocity along the axes, and W.
          real(wp), intent(in) :: v(3)
-         real(wp) :: load(abreast), size(abreast), u(abreast, 3), bears(abreast, n_values)
+         real(wp) :: load(2*lanes), size(2*lanes), u(2*lanes, 3), bears(2*lanes, n_values), &
+            few_u(2*few, 3), few_bears(2*few, n_values)
          integer :: k
 
-         do k = 1, 5
+         do k = 1, 2*lanes
             load(k) = 0.25_wp**(1 - modulo(k, 2))
             size(k) = 0.5_wp**(1 - modulo(k, 2))
             u(k, :) = v/norm2(v)
          end do
+         few_u = u(:2*few, :)
          call table%set_ratio(shape%k, shape%k2, shape%c)
-         call slide_on_ellipse(table, 2, load, size, u, bears)
-         call note_sliding([1, 2], .true., load, size, u, bears)
+         call slide_on_ellipse(table, load, size, u, bears)
+         call note_sliding([1, 2*lanes], .true., load, size, u, bears)
+         call slide_few(table, load(:2*few), size(:2*few), few_u, few_bears)
+         call note_sliding([1, 2*few], .true., load(:2*few), size(:2*few), few_u, few_bears)
          if (.not. has_wide_registers()) return
-         call wide_slide_on_ellipse(table, 5, load, size, u, bears)
-         call note_sliding([4, 5], .false., load, size, u, bears)
+         call wide_slide_on_ellipse(table, load, size, u, bears)
+         call note_sliding([2*lanes - 1, 2*lanes], .false., load, size, u, bears)
+         call wide_slide_few(table, load(:2*few), size(:2*few), few_u, few_bears)
+         call note_sliding([2, 2*few - 1], .false., load(:2*few), size(:2*few), few_u, few_bears)
       end subroutine note_both
 
       !> Compare what some edges bear.
@@ -964,8 +976,7 @@ contains
          !> Whether rounding tells as the exact wrench does how far outside of the spot the centre
          !> of rotation is: the second derivatives go with the root of that.
          logical, intent(in) :: rounds_alike
-         real(wp), intent(in) :: load(abreast), size(abreast), u(abreast, 3), &
-            bears(abreast, n_values)
+         real(wp), intent(in) :: load(:), size(:), u(:, :), bears(:, :)
          real(wp) :: wrench(3), jacobian(3, 3), bends(4), expected(6), scale(6), w, &
             outside
          integer :: i_edge, k
@@ -996,34 +1007,39 @@ contains
 
    !> Slip of shells side by side with wide registers and without: the same but for rounding.
    subroutine test_wide()
-      integer, parameter :: n = 11
       type(random_type) :: random
       type(worst_type) :: plane, circle, ellipse
       type(ellipse_type) :: table, wide_table
       type(spot_shape_type) :: shape
-      real(wp), dimension(abreast, 3) :: stiffness, trial, held, u, wide_u, force, wide_force
-      real(wp), dimension(abreast, 2) :: load, size, pair, shift, two, wide_two, way, wide_way
-      real(wp), dimension(abreast) :: bears, work, wide_work
-      logical, dimension(abreast) :: found, wide_found, slips, wide_slips
+      real(wp), dimension(lanes, 3) :: stiffness, trial, held, u, wide_u, force, wide_force
+      real(wp), dimension(lanes, 2) :: load, size, pair, shift, two, wide_two, way, wide_way
+      real(wp), dimension(lanes) :: bears, length, wide_length
+      real(wp), dimension(abreast, 2) :: springs, shifts, forces, wide_forces, ways, wide_ways
+      real(wp), dimension(abreast) :: loads, work, wide_work
+      logical, dimension(lanes) :: found, wide_found
       real(wp) :: x
-      integer :: i, j, l, slipped, unlike
+      integer :: i, j, l, n, asked, slipped, unlike
 
       if (.not. has_wide_registers()) return
+      asked = 0
       slipped = 0
       unlike = 0
       do i = 1, 400
+         ! As many as there may be, fewer, and so few that half of the registers are enough.
+         n = lanes - 3*modulo(i/8, 3)
+         asked = asked + n
          shape = elliptic_shape(10.0_wp**random%uniform(-0.9_wp, 0.0_wp))
-         do j = 1, n
+         do j = 1, lanes
             do l = 1, 2
-               x = real(n + 2 - j - l, wp)/n
+               x = real(lanes + 2 - j - l, wp)/lanes
                load(j, l) = x*(1.5_wp - 0.5_wp*x*x)
                size(j, l) = load(j, l)**(2.0_wp/3.0_wp)
             end do
-            stiffness(j, :) = [0.7_wp, 0.9_wp, 0.4_wp]/n*random%uniform(0.9_wp, 1.1_wp)
+            stiffness(j, :) = [0.7_wp, 0.9_wp, 0.4_wp]/lanes*random%uniform(0.9_wp, 1.1_wp)
             trial(j, :) = random%vector(3)*random%uniform(0.5_wp, 3.0_wp)*(load(j, 1) - load(j, 2))
             ! Stiff against a small limit, and one out of all proportion.
             if (modulo(i, 8) == 0) stiffness(j, :) = 1.0e18_wp*stiffness(j, :)
-            if (modulo(i, 8) == 1 .and. j == 3) trial(j, :) = 1.0e20_wp*trial(j, :)
+            if (modulo(i, 8) == 1 .and. j == 2) trial(j, :) = 1.0e20_wp*trial(j, :)
             u(j, :) = random%vector(3)
             u(j, :) = u(j, :)/norm2(u(j, :))
          end do
@@ -1033,17 +1049,17 @@ contains
          call table%set_ratio(shape%k, shape%k2, shape%c)
          call wide_table%set_ratio(shape%k, shape%k2, shape%c)
          call slip_on_ellipses(table, shape%torque, n, load, size, stiffness, trial, held, &
-            .false., u, force, found, slips)
+            .false., u, force, length, found)
          call wide_slip_on_ellipses(wide_table, shape%torque, n, load, size, stiffness, trial, &
-            held, .false., wide_u, wide_force, wide_found, wide_slips)
+            held, .false., wide_u, wide_force, wide_length, wide_found)
          if (modulo(i, 8) == 1) then
-            call check(.not. (found(3) .or. wide_found(3)), "a shell that is left to others")
-            trial(3, :) = 1.0e-20_wp*trial(3, :)
+            call check(.not. (found(2) .or. wide_found(2)), "a shell that is left to others")
+            trial(2, :) = 1.0e-20_wp*trial(2, :)
          end if
          do j = 1, n
             if (.not. (found(j) .and. wide_found(j))) cycle
-            if (slips(j) .neqv. wide_slips(j)) unlike = unlike + 1
-            if (.not. slips(j)) cycle
+            if (length(j) > 0.0_wp .neqv. wide_length(j) > 0.0_wp) unlike = unlike + 1
+            if (.not. length(j) > 0.0_wp) cycle
             slipped = slipped + 1
             call ellipse%note(maxval(abs(force(j, :) - wide_force(j, :)))/bears(j), i)
          end do
@@ -1066,19 +1082,20 @@ contains
          end do
          ! In the plane, where all are beyond their limits.
          do j = 1, n
-            pair(j, :) = stiffness(j, 1:2)
-            two(j, :) = trial(j, 1:2)*(1.0_wp + 2.0_wp*bears(j)/norm2(trial(j, 1:2)))
-            shift(j, :) = two(j, :)/pair(j, :)
+            loads(j) = bears(j)
+            springs(j, :) = stiffness(j, 1:2)
+            forces(j, :) = trial(j, 1:2)*(1.0_wp + 2.0_wp*bears(j)/norm2(trial(j, 1:2)))
+            shifts(j, :) = forces(j, :)/springs(j, :)
          end do
-         wide_two = two
-         call slip_in_plane(n, bears, pair, shift, two, way, work)
-         call wide_slip_in_plane(n, bears, pair, shift, wide_two, wide_way, wide_work)
+         wide_forces = forces
+         call slip_in_plane(n, loads, springs, shifts, forces, ways, work)
+         call wide_slip_in_plane(n, loads, springs, shifts, wide_forces, wide_ways, wide_work)
          do j = 1, n
-            call plane%note(maxval(abs([two(j, :) - wide_two(j, :), (work(j) - wide_work(j)) &
-               /norm2(shift(j, :))]))/bears(j), i)
+            call plane%note(maxval(abs([forces(j, :) - wide_forces(j, :), (work(j) &
+               - wide_work(j))/norm2(shifts(j, :))]))/bears(j), i)
          end do
       end do
-      call check(slipped > 400*n, "shells that slip by wide registers")
+      call check(slipped > asked, "shells that slip by wide registers")
       call check(unlike == 0, "whether a shell slips, by wide registers")
       call plane%check_below(1.0e-14_wp, "slip in the plane by wide registers")
       call circle%check_below(1.0e-11_wp, "slip on a circle by wide registers")

@@ -7,72 +7,27 @@
 !> What a few steps do not find is left to `contensou_contact_tangential_slip`, which tells what is
 !> sought, and why. Of arrays by edges the first column is that of the outer edges of the shells,
 !> the second one that of the inner ones.
-!>
-!> On ellipses the exact wrench in units f N and f N a is, with W = a w, A = W^2 + s,
-!> B = k^2 W^2 + s, S = sqrt(s)/sqrt(A B), c = 1 - k^2, rho^2 the s of the ellipse through the
-!> centre of rotation confocal with the spot, or zero where that is inside, and integrals over s
-!> from rho^2 to infinity:
-!>    J_bb = int S/B^2 = R_bb + (2/3) s S/B^2,         J_ab = int S/(A B) = R_ab + (2/3) s S/(A B),
-!>    J_aa = int S/A^2 = k^2 J_bb + (2/3) c s S/(A B) = R_aa + (2/3) s S/A^2,
-!>    E_a = 3 J_aa + k^2 J_ab,   E_b = J_ab + 3 k^2 J_bb,
-!>    r_a = (v_y^2 R_aa + v_x^2 R_ab)/W^2,   r_b = (v_x^2 R_bb + v_y^2 R_ab)/W^2,
-!>    F_x = -(3/4) v_x [W^2 (E_b - r_b) + (4/3) s S/B],   F_y with E_a, r_a and A,
-!>    T = (3/16) W [2 (v_y^2 E_a + v_x^2 E_b) - 3 (v_y^2 r_a + v_x^2 r_b) - W^2 (E_a + k^2 E_b)
-!>        - 2 s S (1/A + k^2/B)],   dF_x/dW = (3/4) v_x W (E_b - 3 r_b).
-!> Integration by parts takes them out of those of `contensou_contact_wrench_exact`, with
-!> v_y^2/A + v_x^2/B = 1 where rho > 0. R/W^2 is finite for all rho, and nothing cancels for large
-!> rho. R_bb and R_ab come from the table of `contensou_contact_tangential_ellipse`.
 module contensou_contact_tangential_abreast
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_tangential_circle_values, only : circle_degree => degree, &
       circle_parts => parts, circle_table => values
    use contensou_contact_tangential_ellipse, only : ellipse_type
-   use contensou_contact_tangential_ellipse_values, only : degree, parts
+   use contensou_contact_tangential_ellipse_pass, only : close_by_bends, close_enough, lanes, &
+      least_pivot, least_power, n_values, pass_on_ellipses, slide_on_ellipse, smallest_force
+   use contensou_contact_tangential_ellipse_pass_few, only : few => lanes, &
+      pass_on_few => pass_on_ellipses
    implicit none(type, external)
    private
 
-   public :: slip_in_plane, slip_on_circles, slip_on_ellipses, slide_on_ellipse, step_on_circles, &
-      within_limit, abreast, close_by_bends, close_enough, close_to_limit, least_pivot, &
-      least_spin, longest_step, n_values, narrow_load, short_slip, smallest_force
+   public :: slip_in_plane, slip_on_circles, slip_on_ellipses, slide_shells, step_on_circles, &
+      within_limit, abreast, narrow_load, short_slip
 
    !> Most shells side by side.
    integer, parameter :: abreast = 40
 
-   !> What an edge of an ellipse bears: the force (3); its derivatives 11, 12, 22, 13, 23, 33; and
-   !> the second derivatives of F_x by xx, xy, yy, and of F_y by yy.
-   integer, parameter :: n_values = 13
-
-   !> A step of the direction of slip below this size is the last one: the next one is its square.
-   real(wp), parameter :: close_enough = 3.0e-7_wp
-
-   !> The same of a step that takes the second derivatives of the force: the next one is its cube.
-   real(wp), parameter :: close_by_bends = 1.0e-5_wp
-
-   !> The same where a shell sticks.
-   real(wp), parameter :: close_to_limit = 1.0e-6_wp
-
-   !> What a force may be off where this is estimated, in units of f N.
-   real(wp), parameter :: smallest_force = 1.0e-13_wp
-
-   !> Share of spinning in a direction above which the second derivatives are taken: those by it are
-   !> divided by it.
-   real(wp), parameter :: least_spin = 1.0e-3_wp
-
    !> Speeds below this, where they are of the size one, have no powers to divide by; they are those
    !> of an edge at the very centre, which bears nothing.
    real(wp), parameter :: least_speed = 1.0e-30_wp
-
-   !> The same of what is divided by where it may be a power of them.
-   real(wp), parameter :: least_power = 1.0e-200_wp
-
-   !> Sizes of an edge below this are those of one at the very centre, which bears nothing.
-   real(wp), parameter :: least_size = 1.0e-20_wp
-
-   !> Least pivot of a step.
-   real(wp), parameter :: least_pivot = 1.0e-100_wp
-
-   !> Longest step of a direction.
-   real(wp), parameter :: longest_step = 0.5_wp
 
    !> Slip in units of the trial for which a direction is sought where there is none.
    real(wp), parameter :: short_slip = 1.0e-3_wp
@@ -181,23 +136,22 @@ contains
       !> Number of shells.
       integer, intent(in) :: n
       !> Within the outer and the inner edges.
-      real(wp), intent(in) :: load(abreast, 2), size(abreast, 2)
+      real(wp), intent(in) :: load(lanes, 2), size(lanes, 2)
       !> Against shift and twist, and the force of the trial, > 0.
-      real(wp), intent(in) :: stiffness(abreast, 2), trial(abreast, 2)
+      real(wp), intent(in) :: stiffness(lanes, 2), trial(lanes, 2)
       !> Force before the step where a shell slipped in the step before, or zero.
-      real(wp), intent(in) :: held(abreast, 2)
+      real(wp), intent(in) :: held(lanes, 2)
       !> Whether all of these are those of the step before.
       logical, intent(in) :: steady
       !> Sliding and spinning where they are sought first, > 0, of the size one; those of the slip.
-      real(wp), intent(inout) :: u(abreast, 2)
+      real(wp), intent(inout) :: u(lanes, 2)
       !> Force of sliding; that of the trial where it is not found.
-      real(wp), intent(inout) :: force(abreast, 2)
-      logical, intent(inout) :: found(abreast)
-      real(wp), dimension(abreast, 2) :: loads, sizes, k, g, v, new, f
-      real(wp), dimension(abreast, 3) :: springs, trials, bears, along
-      real(wp) :: off(abreast)
-      logical :: usual(abreast)
-      integer :: at(abreast), i, j, l, m, pass
+      real(wp), intent(inout) :: force(lanes, 2)
+      logical, intent(inout) :: found(lanes)
+      real(wp), dimension(lanes, 2) :: loads, sizes, k, g, v, new, f
+      real(wp), dimension(lanes, 3) :: springs, trials, bears, along
+      real(wp) :: off(lanes), usual(lanes)
+      integer :: at(lanes), i, j, l, m, pass
 
       do l = 1, 2
          do i = 1, n
@@ -231,16 +185,16 @@ contains
          call mask_unusual(n, springs, trials, bears, usual)
          do i = 1, n
             ! Of a narrow shell the direction stays.
-            usual(i) = usual(i) .and. load(i, 1) - load(i, 2) >= narrow_load
-            loads(i, 1) = merge(load(i, 1), 1.0_wp, usual(i))
-            loads(i, 2) = merge(load(i, 2), 0.0_wp, usual(i))
-            sizes(i, 1) = merge(size(i, 1), 1.0_wp, usual(i))
-            sizes(i, 2) = merge(size(i, 2), 0.0_wp, usual(i))
+            usual(i) = merge(usual(i), 0.0_wp, load(i, 1) - load(i, 2) >= narrow_load)
+            loads(i, 1) = merge(load(i, 1), 1.0_wp, usual(i) > 0.5_wp)
+            loads(i, 2) = merge(load(i, 2), 0.0_wp, usual(i) > 0.5_wp)
+            sizes(i, 1) = merge(size(i, 1), 1.0_wp, usual(i) > 0.5_wp)
+            sizes(i, 2) = merge(size(i, 2), 0.0_wp, usual(i) > 0.5_wp)
          end do
-         call foresee(torque, n, loads, sizes, springs, trials, bears, along)
+         call foresee(n, torque, loads, sizes, springs, trials, bears, along)
          do i = 1, n
-            v(i, 1) = merge(along(i, 1), v(i, 1), usual(i))
-            v(i, 2) = merge(along(i, 3), v(i, 2), usual(i))
+            v(i, 1) = merge(along(i, 1), v(i, 1), usual(i) > 0.5_wp)
+            v(i, 2) = merge(along(i, 3), v(i, 2), usual(i) > 0.5_wp)
             loads(i, 1) = load(i, 1)
             loads(i, 2) = load(i, 2)
             sizes(i, 1) = size(i, 1)
@@ -284,18 +238,18 @@ contains
       !> Number of shells.
       integer, intent(in) :: n
       !> Within the outer and the inner edges.
-      real(wp), intent(in) :: load(abreast, 2), size(abreast, 2)
+      real(wp), intent(in) :: load(lanes, 2), size(lanes, 2)
       !> Against shift and twist, and the force of the trial.
-      real(wp), intent(in) :: stiffness(abreast, 2), trial(abreast, 2)
+      real(wp), intent(in) :: stiffness(lanes, 2), trial(lanes, 2)
       !> Sliding and spinning, >= 0, of the size one.
-      real(wp), intent(in) :: u(abreast, 2)
+      real(wp), intent(in) :: u(lanes, 2)
       !> What the force may be off after the step, over what it may be.
-      real(wp), intent(inout) :: off(abreast)
+      real(wp), intent(inout) :: off(lanes)
       !> The direction after it, and the force there.
-      real(wp), intent(inout) :: new(abreast, 2), force(abreast, 2)
+      real(wp), intent(inout) :: new(lanes, 2), force(lanes, 2)
       real(wp) :: k1, k2, g1, g2, u1, u2, h, h1, h2, r, bent, slope, inverse, spread, twisted, &
          curve, rate, second, third, square, along, across, half, reach, step, good, &
-         f1, f2, edges(abreast, 5, 2)
+         f1, f2, edges(lanes, 5, 2)
       integer :: i
 
       call slide_on_circle(n, load(:, 1), size(:, 1), u, edges(:, :, 1))
@@ -361,10 +315,10 @@ contains
    pure subroutine slide_on_circle(n, load, size, u, values)
       !> Number of edges, those within which the centre of rotation is come first for the most.
       integer, intent(in) :: n
-      real(wp), intent(in) :: load(abreast), size(abreast)
+      real(wp), intent(in) :: load(lanes), size(lanes)
       !> Sliding and spinning, >= 0, of the size one.
-      real(wp), intent(in) :: u(abreast, 2)
-      real(wp), intent(inout) :: values(abreast, 5)
+      real(wp), intent(in) :: u(lanes, 2)
+      real(wp), intent(inout) :: values(lanes, 5)
       integer :: i, last
 
       do last = n, 1, -1
@@ -380,8 +334,8 @@ contains
    !> The same with the centre of rotation inside: polynomials of v/W.
    pure subroutine turn_inside(n, load, size, u, values)
       integer, intent(in) :: n
-      real(wp), intent(in) :: load(abreast), size(abreast), u(abreast, 2)
-      real(wp), intent(inout) :: values(abreast, 5)
+      real(wp), intent(in) :: load(lanes), size(lanes), u(lanes, 2)
+      real(wp), intent(inout) :: values(lanes, 5)
       real(wp) :: x, y, inverse, around, full, slope, bent, h, h1
       integer :: i
 
@@ -409,9 +363,9 @@ contains
    !> that of a hypergeometric function.
    pure subroutine turn_outside(from, to, load, size, u, values)
       integer, intent(in) :: from, to
-      real(wp), intent(in) :: load(abreast), size(abreast), u(abreast, 2)
-      real(wp), intent(inout) :: values(abreast, 5)
-      real(wp), dimension(abreast) :: root, g, slope
+      real(wp), intent(in) :: load(lanes), size(lanes), u(lanes, 2)
+      real(wp), intent(inout) :: values(lanes, 5)
+      real(wp), dimension(lanes) :: root, g, slope
       real(wp) :: x, y, inverse, tau, rest, bent, p, h, h1, h2, both(2)
       integer :: i, j, k
 
@@ -452,107 +406,136 @@ contains
 
    !> Slip of shells of an elliptic spot.
    pure subroutine slip_on_ellipses(ellipse, torque, n, load, size, stiffness, trial, held, &
-      steady, u, force, found, slips)
+      steady, u, force, length, found)
       type(ellipse_type), intent(inout) :: ellipse
       !> Of pure spinning of the spot, in units of f N a.
       real(wp), intent(in) :: torque
-      !> Number of shells.
+      !> Number of shells. All else is of shells that are not asked for, but are usual.
       integer, intent(in) :: n
       !> Within the outer and the inner edges.
-      real(wp), intent(in) :: load(abreast, 2), size(abreast, 2)
+      real(wp), intent(in) :: load(lanes, 2), size(lanes, 2)
       !> In units of f N and of a length, and the force of the trial.
-      real(wp), intent(in) :: stiffness(abreast, 3), trial(abreast, 3)
+      real(wp), intent(in) :: stiffness(lanes, 3), trial(lanes, 3)
       !> Force before the step where a shell slipped in the step before, or zero.
-      real(wp), intent(in) :: held(abreast, 3)
+      real(wp), intent(in) :: held(lanes, 3)
       !> Whether all go on to slip as they did.
       logical, intent(in) :: steady
       !> Direction in the step before, of the size one or zero; that of the slip or where the shell
       !> bears the most before it slips.
-      real(wp), intent(inout) :: u(abreast, 3)
+      real(wp), intent(inout) :: u(lanes, 3)
       !> Force of sliding.
-      real(wp), intent(inout) :: force(abreast, 3)
-      !> Whether it is known what a shell does, and whether it slips.
-      logical, intent(inout) :: found(abreast), slips(abreast)
-      real(wp), dimension(abreast, 3) :: k, g, b, v, new, f
-      real(wp), dimension(abreast, 2) :: loads, sizes
-      real(wp) :: length(abreast), off(abreast), short(abreast)
-      logical :: usual(abreast)
-      integer :: at(abreast), i, j, l, m, pass
+      real(wp), intent(inout) :: force(lanes, 3)
+      !> Length of the slip, > 0 if a shell slips.
+      real(wp), intent(inout) :: length(lanes)
+      !> Whether it is known what a shell does.
+      logical, intent(inout) :: found(lanes)
+      real(wp), dimension(lanes, 3) :: k, g, b, v
+      real(wp), dimension(lanes) :: short, unknown, usual
+      real(wp), dimension(few, 3) :: some_k, some_g, some_v, some_u, some_force
+      real(wp), dimension(few, 2) :: some_load, some_size
+      real(wp), dimension(few) :: some_short, some_unknown, some_length
+      integer :: at(few), i, j, l, m, pass
 
-      do l = 1, 2
-         do i = 1, n
-            loads(i, l) = load(i, l)
-            sizes(i, l) = size(i, l)
-         end do
-      end do
       do l = 1, 3
-         do i = 1, n
+         do i = 1, lanes
             k(i, l) = stiffness(i, l)
             g(i, l) = trial(i, l)
             b(i, l) = held(i, l)
             v(i, l) = u(i, l)
          end do
       end do
-      call mask_unusual(n, k, g, b, usual)
-      do i = 1, n
-         at(i) = i
-         found(i) = .false.
+      call mask_unusual(lanes, k, g, b, usual)
+      do i = 1, lanes
          short(i) = k(i, 1)*k(i, 2)*k(i, 3)
          short(i) = (short_slip/short(i))*sqrt((g(i, 1)*k(i, 2)*k(i, 3))**2 &
             + (g(i, 2)*k(i, 1)*k(i, 3))**2 + (g(i, 3)*k(i, 1)*k(i, 2))**2)
+         unknown(i) = merge(1.0_wp, 0.0_wp, i <= n)
       end do
-      if (.not. steady) call foresee(torque, n, loads, sizes, k, g, b, v)
+      if (.not. steady) call foresee(lanes, torque, load, size, k, g, b, v)
       m = n
-      do pass = 1, most_passes
-         call step_on_ellipses(ellipse, m, loads, sizes, k, g, short, v, length, off, new, f)
+      pass = 0
+      do while (m > few .and. pass < most_passes)
+         call pass_on_ellipses(ellipse, torque, load, size, k, g, short, v, unknown, u, force, &
+            length)
+         m = int(sum(unknown) + 0.5_wp)
+         pass = pass + 1
+      end do
+      if (m > 0 .and. m <= few .and. pass < most_passes) then
          j = 0
-         do i = 1, m
-            if (length(i) <= 0.0_wp .and. off(i) > 0.0_wp) then
-               if (within_limit(loads(i, 1) - loads(i, 2), torque*(loads(i, 1)*sizes(i, 1) &
-                  - loads(i, 2)*sizes(i, 2)), g(i, :), f(i, :))) then
-                  off(i) = 0.0_wp
-                  new(i, :) = v(i, :)
-               end if
-            end if
-            if (off(i) <= 0.0_wp) then
-               found(at(i)) = usual(at(i))
-               slips(at(i)) = length(i) > 0.0_wp
-               do l = 1, 3
-                  u(at(i), l) = new(i, l)
-                  force(at(i), l) = f(i, l)
-               end do
-            else
-               j = j + 1
-               do l = 1, 3
-                  v(j, l) = new(i, l)
-               end do
-               if (j == i) cycle
-               at(j) = at(i)
-               short(j) = short(i)
-               do l = 1, 2
-                  loads(j, l) = loads(i, l)
-                  sizes(j, l) = sizes(i, l)
-               end do
-               do l = 1, 3
-                  k(j, l) = k(i, l)
-                  g(j, l) = g(i, l)
-               end do
-            end if
+         do i = 1, lanes
+            if (unknown(i) < 0.5_wp) cycle
+            j = j + 1
+            at(j) = i
          end do
-         m = j
-         if (m == 0) exit
+         at(m + 1:) = at(m)
+         do j = 1, few
+            i = at(j)
+            some_short(j) = short(i)
+            some_unknown(j) = merge(1.0_wp, 0.0_wp, j <= m)
+            do l = 1, 2
+               some_load(j, l) = load(i, l)
+               some_size(j, l) = size(i, l)
+            end do
+            do l = 1, 3
+               some_k(j, l) = k(i, l)
+               some_g(j, l) = g(i, l)
+               some_v(j, l) = v(i, l)
+            end do
+         end do
+         do while (pass < most_passes)
+            call pass_on_few(ellipse, torque, some_load, some_size, some_k, some_g, &
+               some_short, some_v, some_unknown, some_u, some_force, some_length)
+            if (.not. any(some_unknown > 0.5_wp)) exit
+            pass = pass + 1
+         end do
+         do j = 1, m
+            i = at(j)
+            unknown(i) = some_unknown(j)
+            length(i) = some_length(j)
+            do l = 1, 3
+               u(i, l) = some_u(j, l)
+               force(i, l) = some_force(j, l)
+            end do
+         end do
+      end if
+      do i = 1, lanes
+         found(i) = usual(i) - unknown(i) > 0.5_wp
       end do
    end subroutine slip_on_ellipses
+
+   !> Forces of shells of an elliptic spot that slide in the same direction.
+   pure subroutine slide_shells(ellipse, load, size, u, force)
+      type(ellipse_type), intent(inout) :: ellipse
+      !> Within the outer and the inner edges.
+      real(wp), intent(in) :: load(lanes, 2), size(lanes, 2)
+      !> Direction, of the size one.
+      real(wp), intent(in) :: u(3)
+      real(wp), intent(inout) :: force(lanes, 3)
+      real(wp) :: directions(2*lanes, 3), bears(2*lanes, n_values)
+      integer :: i, l
+
+      do l = 1, 3
+         do i = 1, 2*lanes
+            directions(i, l) = u(l)
+         end do
+      end do
+      call slide_on_ellipse(ellipse, load, size, directions, bears)
+      do l = 1, 3
+         do i = 1, lanes
+            force(i, l) = bears(i, l) - bears(lanes + i, l)
+         end do
+      end do
+   end subroutine slide_shells
 
    !> Put others in the place of shells that are out of all proportion, powers of which would leave
    !> the range of numbers.
    pure subroutine mask_unusual(n, stiffness, trial, held, usual)
       !> Number of shells.
-      integer, intent(in) :: n
+      integer, value :: n
       !> As of `slip_on_ellipses`.
-      real(wp), intent(inout), dimension(abreast, 3) :: stiffness, trial, held
-      !> Which are left as they are.
-      logical, intent(inout) :: usual(abreast)
+      real(wp), intent(inout), dimension(lanes, 3) :: stiffness, trial, held
+      !> One where they are left as they are, else zero.
+      real(wp), intent(inout) :: usual(lanes)
       real(wp) :: largest, least, most
       integer :: i, l
 
@@ -561,14 +544,15 @@ contains
             abs(held(i, 2)), abs(held(i, 3)))
          most = max(stiffness(i, 1), stiffness(i, 2), stiffness(i, 3))
          least = min(stiffness(i, 1), stiffness(i, 2), stiffness(i, 3))
-         usual(i) = largest <= largest_trial .and. most <= largest_stiffness .and. &
-            least >= 1.0_wp/largest_stiffness
+         usual(i) = 0.5_wp + sign(0.5_wp, min(largest_trial - largest, largest_stiffness - most, &
+            least - 1.0_wp/largest_stiffness))
       end do
+      if (sum(usual(:n)) > n - 0.5_wp) return
       do l = 1, 3
          do i = 1, n
-            stiffness(i, l) = merge(stiffness(i, l), 1.0_wp, usual(i))
-            trial(i, l) = merge(trial(i, l), 1.0_wp, usual(i))
-            held(i, l) = merge(held(i, l), 0.0_wp, usual(i))
+            stiffness(i, l) = merge(stiffness(i, l), 1.0_wp, usual(i) > 0.5_wp)
+            trial(i, l) = merge(trial(i, l), 1.0_wp, usual(i) > 0.5_wp)
+            held(i, l) = merge(held(i, l), 0.0_wp, usual(i) > 0.5_wp)
          end do
       end do
    end subroutine mask_unusual
@@ -580,17 +564,17 @@ contains
    !> now, and p.L p = phi leaves one unknown, for which Newton takes a step. Pure sliding and pure
    !> spinning tell A of others. A is not constant: with r the share of spinning in u.A u by these
    !> two it is as 1 - bend r^2 in the plane, and as 1 - bend (1 - r)^2 about the normal.
-   pure subroutine foresee(torque, n, load, size, stiffness, trial, held, u)
+   pure subroutine foresee(n, torque, load, size, stiffness, trial, held, u)
+      !> Number of shells.
+      integer, value :: n
       !> Of pure spinning of the spot.
       real(wp), intent(in) :: torque
-      !> Number of shells.
-      integer, intent(in) :: n
       !> Within the outer and the inner edges.
-      real(wp), intent(in) :: load(abreast, 2), size(abreast, 2)
+      real(wp), intent(in) :: load(lanes, 2), size(lanes, 2)
       !> Stiffness, and the force of the trial and that before the step, as of `slip_on_ellipses`.
-      real(wp), intent(in) :: stiffness(abreast, 3), trial(abreast, 3), held(abreast, 3)
+      real(wp), intent(in) :: stiffness(lanes, 3), trial(lanes, 3), held(lanes, 3)
       !> Direction in the step before, of the size one or zero; then that of this step.
-      real(wp), intent(inout) :: u(abreast, 3)
+      real(wp), intent(inout) :: u(lanes, 3)
       real(wp) :: plane, spin, k1, k2, k3, g1, g2, g3, b1, b2, b3, u1, u2, u3, borne, known, &
          rest, l1, l2, l3, arm, share, c1, c3, q1, q2, q3, mu, p1, p2, p3, square, slope, along
       integer :: i
@@ -674,264 +658,6 @@ contains
          u(i, 3) = p3*along
       end do
    end subroutine foresee
-
-   !> Steps of the directions u of the slips of shells: Newton's method with the second derivatives
-   !> of the force, as `slip_on_ellipse` takes them.
-   pure subroutine step_on_ellipses(ellipse, n, load, size, stiffness, trial, short, u, &
-      length, off, new, force)
-      type(ellipse_type), intent(inout) :: ellipse
-      !> Number of shells.
-      integer, intent(in) :: n
-      !> Within the outer and the inner edges.
-      real(wp), intent(in) :: load(abreast, 2), size(abreast, 2)
-      !> Stiffness, and the force of the trial.
-      real(wp), intent(in) :: stiffness(abreast, 3), trial(abreast, 3)
-      !> A short slip.
-      real(wp), intent(in) :: short(abreast)
-      !> Directions, of the size one.
-      real(wp), intent(in) :: u(abreast, 3)
-      !> Length of the slip, > 0 if a shell slips.
-      real(wp), intent(inout) :: length(abreast)
-      !> Not above zero where the step is the last one.
-      real(wp), intent(inout) :: off(abreast)
-      !> The direction after it, and the force there.
-      real(wp), intent(inout) :: new(abreast, 3), force(abreast, 3)
-      real(wp) :: bears(abreast, n_values, 2), f1, f2, f3, h11, h12, h22, &
-         h13, h23, h33, b1, b2, b3, b4, k1, k2, k3, g1, g2, g3, u1, u2, u3, part, spring, slip, &
-         r1, r2, r3, a11, a21, a31, a22, a32, a33, l21, l31, l32, p1, p2, p3, m1, m2, m3, x, y, &
-         share, inverse, c1, c2, c3, bent, first_size, more_size, good, slips, fine, square, &
-         tolerance, along, borne, stiff, radius
-      integer :: i
-
-      call slide_on_ellipse(ellipse, n, load(:, 1), size(:, 1), u, bears(:, :, 1))
-      call slide_on_ellipse(ellipse, n, load(:, 2), size(:, 2), u, bears(:, :, 2))
-      do i = 1, n
-         k1 = stiffness(i, 1)
-         k2 = stiffness(i, 2)
-         k3 = stiffness(i, 3)
-         g1 = trial(i, 1)
-         g2 = trial(i, 2)
-         g3 = trial(i, 3)
-         u1 = u(i, 1)
-         u2 = u(i, 2)
-         u3 = u(i, 3)
-         f1 = bears(i, 1, 1) - bears(i, 1, 2)
-         f2 = bears(i, 2, 1) - bears(i, 2, 2)
-         f3 = bears(i, 3, 1) - bears(i, 3, 2)
-         h11 = bears(i, 4, 1) - bears(i, 4, 2)
-         h12 = bears(i, 5, 1) - bears(i, 5, 2)
-         h22 = bears(i, 6, 1) - bears(i, 6, 2)
-         h13 = bears(i, 7, 1) - bears(i, 7, 2)
-         h23 = bears(i, 8, 1) - bears(i, 8, 2)
-         h33 = bears(i, 9, 1) - bears(i, 9, 2)
-         b1 = bears(i, 10, 1) - bears(i, 10, 2)
-         b2 = bears(i, 11, 1) - bears(i, 11, 2)
-         b3 = bears(i, 12, 1) - bears(i, 12, 2)
-         b4 = bears(i, 13, 1) - bears(i, 13, 2)
-         along = g1*u1 + g2*u2 + g3*u3
-         borne = max(f1*u1 + f2*u2 + f3*u3, least_pivot)
-         stiff = k1*u1*u1 + k2*u2*u2 + k3*u3*u3
-         inverse = 1.0_wp/(borne*stiff)
-         slip = (along - borne)*borne*inverse
-         length(i) = slip
-         ! Where nothing slips what is sought is the direction whose force is along the trial.
-         slips = merge(1.0_wp, 0.0_wp, slip > 0.0_wp)
-         part = slips + (1.0_wp - slips)*max(along*stiff*inverse, 0.0_wp)
-         slip = max(slip, 0.0_wp)
-         spring = slip + (1.0_wp - slips)*short(i)
-         r1 = g1 - part*f1 - slip*k1*u1
-         r2 = g2 - part*f2 - slip*k2*u2
-         r3 = g3 - part*f3 - slip*k3*u3
-         ! (H + s K) p = r by squares.
-         a11 = 1.0_wp/max(part*h11 + spring*k1, spring*k1, least_pivot)
-         a21 = part*h12
-         a31 = part*h13
-         l21 = a21*a11
-         l31 = a31*a11
-         a22 = part*h22 + spring*k2
-         a22 = 1.0_wp/max(a22 - l21*a21, epsilon(a22)*a22, spring*k2, least_pivot)
-         a32 = part*h23 - l31*a21
-         l32 = a32*a22
-         a33 = part*h33 + spring*k3
-         a33 = 1.0_wp/max(a33 - l31*a31 - l32*a32, epsilon(a33)*a33, spring*k3, least_pivot)
-         p2 = r2 - l21*r1
-         p3 = (r3 - l31*r1 - l32*p2)*a33
-         p2 = p2*a22 - l32*p3
-         p1 = r1*a11 - l21*p2 - l31*p3
-         first_size = max(abs(p1), abs(p2), abs(p3))
-         ! What the second derivatives add; a step along u changes nothing.
-         inverse = 1.0_wp/sign(max(abs(u3), least_spin), u3)
-         share = p3*inverse
-         x = p1 - share*u1
-         y = p2 - share*u2
-         c1 = b1*x*x + 2.0_wp*b2*x*y + b3*y*y
-         c2 = b2*x*x + 2.0_wp*b3*x*y + b4*y*y
-         m1 = h11*x + h12*y
-         m2 = h12*x + h22*y
-         m3 = h13*x + h23*y
-         c3 = -(m1*x + m2*y + c1*u1 + c2*u2)*inverse
-         c1 = c1 - 2.0_wp*share*m1
-         c2 = c2 - 2.0_wp*share*m2
-         c3 = c3 - 2.0_wp*share*m3
-         m2 = c2 - l21*c1
-         m3 = (c3 - l31*c1 - l32*m2)*a33
-         m2 = m2*a22 - l32*m3
-         m1 = c1*a11 - l21*m2 - l31*m3
-         more_size = 0.5_wp*max(abs(m1), abs(m2), abs(m3))
-         good = slips*(0.5_wp + sign(0.5_wp, min(abs(u3) - least_spin, 0.5_wp*first_size &
-            - more_size)))
-         p1 = p1 - 0.5_wp*good*m1
-         p2 = p2 - 0.5_wp*good*m2
-         p3 = p3 - 0.5_wp*good*m3
-         ! The force after the step; where nothing slips that at the direction itself.
-         c1 = 0.5_wp*good*c1
-         c2 = 0.5_wp*good*c2
-         c3 = 0.5_wp*good*c3
-         m1 = h11*p1 + h12*p2 + h13*p3
-         m2 = h12*p1 + h22*p2 + h23*p3
-         m3 = h13*p1 + h23*p2 + h33*p3
-         force(i, 1) = f1 + slips*(m1 + c1)
-         force(i, 2) = f2 + slips*(m2 + c2)
-         force(i, 3) = f3 + slips*(m3 + c3)
-         ! Across the direction, back to the size one: by the tangent of the angle.
-         along = p1*u1 + p2*u2 + p3*u3
-         radius = max(1.0_wp + good*along, 0.5_wp)
-         p1 = p1 - along*u1
-         p2 = p2 - along*u2
-         p3 = p3 - along*u3
-         square = p1*p1 + p2*p2 + p3*p3
-         ! Each order is to the next one as that was to it.
-         fine = good*(0.5_wp + sign(0.5_wp, smallest_force*first_size - more_size*more_size))
-         tolerance = close_enough + fine*(close_by_bends - close_enough)
-         tolerance = (tolerance + (1.0_wp - slips)*(close_to_limit - tolerance))*radius
-         bent = c1*c1 + c2*c2 + c3*c3
-         off(i) = max(square - tolerance*tolerance, &
-            slips*(bent*bent - smallest_force*smallest_force*(m1*m1 + m2*m2 + m3*m3)))
-         radius = max(radius, (1.0_wp/longest_step)*sqrt(square))
-         inverse = 1.0_wp/sqrt(square + radius*radius)
-         new(i, 1) = (radius*u1 + p1)*inverse
-         new(i, 2) = (radius*u2 + p2)*inverse
-         new(i, 3) = (radius*u3 + p3)*inverse
-      end do
-   end subroutine step_on_ellipses
-
-   !> Forces of sliding of what is within edges of an ellipse, and their derivatives: to some 1e-15
-   !> and 1e-14.
-   pure subroutine slide_on_ellipse(ellipse, n, load, size, u, bears)
-      type(ellipse_type), intent(inout) :: ellipse
-      !> Number of edges.
-      integer, intent(in) :: n
-      real(wp), intent(in) :: load(abreast), size(abreast)
-      !> Sliding velocity along the axes and spin times the semi-axis, of the size one.
-      real(wp), intent(in) :: u(abreast, 3)
-      real(wp), intent(inout) :: bears(abreast, n_values)
-      real(wp), dimension(abreast) :: rho, h, q, x
-      real(wp) :: found(2, abreast)
-      real(wp) :: k2, c, root_k, w, w2, ux, uy, ux2, uy2, excess, s, root, far, l, total, a, b, &
-         ab, inverse, per_a, per_b, end, ends, end_a, end_b, jaa, jab, jbb, raa, rab, rbb, ea, eb, &
-         ra, rb, force_a, force_b, rest_a, rest_b, weight, arm
-      integer :: i
-
-      k2 = ellipse%k2
-      c = ellipse%c
-      root_k = ellipse%root_k
-      do i = 1, n
-         w = max(size(i), least_size)*abs(u(i, 3))
-         w2 = w*w
-         ux2 = u(i, 1)**2
-         excess = max(ux2 + k2*((abs(u(i, 2)) - w)*(abs(u(i, 2)) + w)), 0.0_wp)
-         s = ux2 + (abs(u(i, 2)) - w)*(abs(u(i, 2)) + w) - k2*w2
-         root = sqrt(s*s + 4.0_wp*w2*excess)
-         total = root + abs(s)
-         far = 0.5_wp + sign(0.5_wp, s)
-         l = far*0.5_wp*total + (1.0_wp - far)*2.0_wp*w2*excess/max(total, least_power)
-         rho(i) = sqrt(l)
-         total = max(root_k*w + rho(i), least_size)
-         ab = max((w2 + l)*(k2*w2 + l), least_power)
-         inverse = 1.0_wp/(total*ab)
-         h(i) = ab*inverse
-         q(i) = total*inverse
-         x(i) = rho(i)*h(i)
-      end do
-      call look_up(ellipse, n, x, found)
-      do i = 1, n
-         ux = u(i, 1)
-         uy = u(i, 2)
-         w = max(size(i), least_size)*u(i, 3)
-         weight = 0.75_wp*load(i)
-         arm = weight*size(i)
-         ux2 = ux*ux
-         uy2 = uy*uy
-         w2 = w*w
-         l = rho(i)*rho(i)
-         a = w2 + l
-         b = k2*w2 + l
-         per_a = b*q(i)
-         per_b = a*q(i)
-         end = rho(i)*sqrt(q(i))
-         ends = (2.0_wp/3.0_wp)*l*end
-         end_a = ends*per_a
-         end_b = ends*per_b
-         rbb = found(1, i)*h(i)*per_b*per_b
-         rab = found(2, i)*h(i)*q(i)
-         jbb = w2*rbb + end_b*per_b
-         jab = w2*rab + end_b*per_a
-         jaa = k2*jbb + c*ends*q(i)
-         raa = k2*rbb + c*ends*(l + k2*(l + 2.0_wp*w2))*q(i)*q(i)
-         ea = 3.0_wp*jaa + k2*jab
-         eb = jab + 3.0_wp*k2*jbb
-         ra = uy2*raa + ux2*rab
-         rb = ux2*rbb + uy2*rab
-         force_a = weight*(w2*(ea - ra) + 2.0_wp*end_a)
-         force_b = weight*(w2*(eb - rb) + 2.0_wp*end_b)
-         rest_a = arm*(ea - 3.0_wp*ra)
-         rest_b = arm*(eb - 3.0_wp*rb)
-         bears(i, 1) = ux*force_b
-         bears(i, 2) = uy*force_a
-         bears(i, 3) = 0.25_wp*arm*w*(w2*(ea + k2*eb) + 3.0_wp*(end_a + k2*end_b) &
-            + 3.0_wp*(uy2*ra + ux2*rb) - 2.0_wp*(uy2*ea + ux2*eb))
-         jbb = 2.0_wp*weight*jbb
-         jab = 2.0_wp*weight*jab
-         jaa = 2.0_wp*weight*jaa
-         bears(i, 4) = force_b - ux2*jbb
-         bears(i, 5) = -ux*uy*jab
-         bears(i, 6) = force_a - uy2*jaa
-         bears(i, 7) = -ux*w*rest_b
-         bears(i, 8) = -uy*w*rest_a
-         bears(i, 9) = size(i)*(ux2*rest_b + uy2*rest_a)
-         ! rho changes where U = 0.
-         per_b = ux*per_b
-         per_a = uy*per_a
-         end = 4.0_wp*weight*end/max(per_a*per_a + per_b*per_b, least_power)
-         bears(i, 10) = end*per_b*per_b*per_b - 3.0_wp*ux*jbb
-         bears(i, 11) = end*per_b*per_b*per_a - uy*jab
-         bears(i, 12) = end*per_b*per_a*per_a - ux*jab
-         bears(i, 13) = end*per_a*per_a*per_a - 3.0_wp*uy*jaa
-      end do
-   end subroutine slide_on_ellipse
-
-   !> The two functions of the table.
-   pure subroutine look_up(ellipse, n, x, found)
-      type(ellipse_type), intent(inout) :: ellipse
-      integer, intent(in) :: n
-      !> From 0 to 1.
-      real(wp), intent(in) :: x(abreast)
-      real(wp), intent(inout) :: found(2, abreast)
-      real(wp) :: place, both(2)
-      integer :: i, j, part
-
-      do i = 1, n
-         place = x(i)*parts
-         part = max(min(int(place), parts - 1), 0)
-         if (.not. ellipse%made(part)) call ellipse%make_part(part)
-         place = 2.0_wp*(place - real(part, wp)) - 1.0_wp
-         both = ellipse%table(:, degree, part)
-         do j = degree - 1, 0, -1
-            both = both*place + ellipse%table(:, j, part)
-         end do
-         found(:, i) = both
-      end do
-   end subroutine look_up
 
    !> Whether a force is surely within the limit of a shell: between one of sliding and the double
    !> cone of pure sliding and pure spinning.

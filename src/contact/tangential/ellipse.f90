@@ -23,7 +23,7 @@ module contensou_contact_tangential_ellipse
       !> Which parts are made.
       logical :: made(0:parts - 1) = .false.
       !> The two functions by powers of x.
-      real(wp) :: table(2, 0:degree, 0:parts - 1) = 0.0_wp
+      real(wp) :: table(4, 0:degree/2, 0:parts - 1) = 0.0_wp
    contains
       procedure :: set_ratio
       procedure :: make_part
@@ -70,7 +70,8 @@ contains
          end do
          at = at + number
       end do
-      self%table(:, :, part) = rows
+      self%table(:2, :, part) = rows(:, 0::2)
+      self%table(3:, :, part) = rows(:, 1::2)
       self%made(part) = .true.
    end subroutine make_part
 

@@ -20,11 +20,13 @@ module contensou_contact_tangential_shells
    use contensou_base_kinds, only : wp
    use contensou_contact_spot, only : spot_shape_type
    use contensou_contact_tangential_abreast, only : abreast, narrow_load, slip_in_plane, &
-      slip_on_circles, slip_on_ellipses
-   use contensou_contact_tangential_abreast_wide, only : wide_slip_in_plane => slip_in_plane, &
-      wide_slip_on_circles => slip_on_circles, wide_slip_on_ellipses => slip_on_ellipses
+      slide_shells, slip_on_circles, slip_on_ellipses
+   use contensou_contact_tangential_abreast_wide, only : wide_slide_shells => slide_shells, &
+      wide_slip_in_plane => slip_in_plane, wide_slip_on_circles => slip_on_circles, &
+      wide_slip_on_ellipses => slip_on_ellipses
    use contensou_contact_tangential_edges, only : edge_type
    use contensou_contact_tangential_ellipse, only : ellipse_type, least_ratio
+   use contensou_contact_tangential_ellipse_pass, only : lanes
    use contensou_contact_tangential_nest, only : make_room, nest_type
    use contensou_contact_tangential_slip, only : shared_type, shell_type, slip_of_shell, &
       sliding_force, stiffness_after, within_rungs
@@ -53,6 +55,10 @@ module contensou_contact_tangential_shells
 
    !> Load of a shell, in that of the spot, below which its derivatives are but rounding errors.
    real(wp), parameter :: least_load = 1.0e-13_wp
+
+   !> The same below which the direction of its slip is that of the shell inside of it. New area at
+   !> the rim bears so little, and its own direction is a difference of what is nearly the same.
+   real(wp), parameter :: least_own_load = 1.0e-9_wp
 
    !> Distance of a shell, in those of its neighbours, over which a direction is extrapolated.
    real(wp), parameter :: farthest_guess = 4.0_wp
@@ -173,15 +179,12 @@ contains
          end do
       else
          if (.not. associated(spot%rung)) then
-            do j = self%n, 1, -abreast
-               if (.not. spot%shape%c > 0.0_wp) then
-                  call let_slip_on_circle(self, max(j - abreast + 1, 1), j, new, spot, step, &
-                     slid, work, slopes)
-               else if (spot%shape%k >= least_ratio) then
-                  call let_slip_on_ellipse(self, max(j - abreast + 1, 1), j, new, spot, step, &
-                     slid, work, slopes)
-               end if
-            end do
+            if (.not. spot%shape%c > 0.0_wp) then
+               call let_slip_on_circle(self, new, spot, step, slid, work, slopes)
+            else if (spot%shape%k >= least_ratio) then
+               call let_slip_on_ellipse(self, new, spot, step, slid, work, slopes)
+               call let_rim_follow(self, spot, work)
+            end if
          end if
          call let_slip(self, new, spot, work, slopes)
       end if
@@ -316,11 +319,11 @@ contains
 
    !> Let some of the shells of a circle slip, side by side. Those whose slip is not found soon, or
    !> not by this way, are left to `let_slip`; the excess of all others is below zero then.
-   pure subroutine let_slip_on_circle(self, from, to, new, spot, step, slid, work, slopes)
+   pure subroutine let_slip_on_circle(self, new, spot, step, slid, work, slopes)
       !> The shells, after `try_elastic`.
       class(shells_type), intent(inout) :: self
-      !> The first and the last of them, and the number of the shells at the rim that are new.
-      integer, intent(in) :: from, to, new
+      !> The number of the shells at the rim that are new.
+      integer, intent(in) :: new
       type(spring_spot_type), intent(in) :: spot
       !> As of `advance`.
       real(wp), intent(in) :: step(3)
@@ -330,80 +333,84 @@ contains
       real(wp), intent(inout) :: work
       !> Derivatives of the wrench, added to.
       real(wp), intent(inout), optional :: slopes(3, 4)
-      real(wp), dimension(abreast, 2) :: stiffness, plane, trial, held, u, force
-      real(wp) :: springs(abreast, 3), part
-      real(wp), dimension(abreast, 2) :: load, size
-      real(wp) :: shift(abreast, 3), direction(abreast, 3), length(abreast), done(abreast), &
+      real(wp), dimension(lanes, 2) :: stiffness, plane, trial, held, u, force
+      real(wp) :: springs(lanes, 3), part
+      real(wp), dimension(lanes, 2) :: load, size
+      real(wp) :: shift(lanes, 3), direction(lanes, 3), length(lanes), done(lanes), &
          per_limit, across, along, spinning, inverse
-      logical :: found(abreast), steady
+      logical :: found(lanes), steady
       type(shell_type) :: shell
-      integer :: at(abreast), i, j, n
+      integer :: at(lanes), i, j, n, last
 
       per_limit = 1.0_wp/spot%limit
-      call gather(from, to, .true., self%excess, self%load, self%size, self%share, self%shift, &
-         self%direction, n, at, load, size, springs, shift, direction)
-      if (n == 0) return
       inverse = 1.0_wp/spot%a
-      do i = 1, n
-         stiffness(i, 1) = springs(i, 2)*per_limit
-         stiffness(i, 2) = springs(i, 3)*per_limit*inverse*inverse
-         across = sqrt(shift(i, 1)**2 + shift(i, 2)**2)
-         along = 1.0_wp/max(across, tiny(across))
-         plane(i, 1) = shift(i, 1)*along
-         plane(i, 2) = shift(i, 2)*along
-         trial(i, 1) = stiffness(i, 1)*across
-         trial(i, 2) = stiffness(i, 2)*abs(shift(i, 3))*spot%a
-         along = direction(i, 1)*plane(i, 1) + direction(i, 2)*plane(i, 2)
-         spinning = direction(i, 3)*sign(1.0_wp, shift(i, 3))
-         length(i) = min(along, spinning)
-         ! Else between those of an infinitely short and an infinitely long slip.
-         u(i, 1) = merge(along, trial(i, 1)*(load(i, 1)*size(i, 1) - load(i, 2)*size(i, 2))**2, &
-            length(i) > 0.0_wp)
-         u(i, 2) = merge(spinning, trial(i, 2)*(load(i, 1) - load(i, 2))**2, length(i) > 0.0_wp)
-         along = 1.0_wp/sqrt(max(u(i, 1)**2 + u(i, 2)**2, tiny(along)))
-         u(i, 1) = u(i, 1)*along
-         u(i, 2) = u(i, 2)*along
-      end do
-      steady = all(length(:n) > 0.0_wp)
-      if (.not. steady) then
+      last = self%n
+      do while (last > 0)
+         call gather(lanes, .true., self%excess, self%load, self%size, self%share, self%shift, &
+            self%direction, last, n, at, load, size, springs, shift, direction)
+         if (n == 0) exit
          do i = 1, n
-            held(i, 1) = 0.0_wp
-            held(i, 2) = 0.0_wp
-            if (.not. (slid(at(i)) .and. length(i) > 0.0_wp)) cycle
-            part = part_of_step(at(i), self%n, new)
-            held(i, 1) = trial(i, 1) - stiffness(i, 1)*(part*(step(1)*plane(i, 1) &
-               + step(2)*plane(i, 2)))
-            held(i, 2) = trial(i, 2) - stiffness(i, 2)*(part*sign(step(3)*spot%a, &
-               step(3)*shift(i, 3)))
+            stiffness(i, 1) = springs(i, 2)*per_limit
+            stiffness(i, 2) = springs(i, 3)*per_limit*inverse*inverse
+            across = sqrt(shift(i, 1)**2 + shift(i, 2)**2)
+            along = 1.0_wp/max(across, tiny(across))
+            plane(i, 1) = shift(i, 1)*along
+            plane(i, 2) = shift(i, 2)*along
+            trial(i, 1) = stiffness(i, 1)*across
+            trial(i, 2) = stiffness(i, 2)*abs(shift(i, 3))*spot%a
+            along = direction(i, 1)*plane(i, 1) + direction(i, 2)*plane(i, 2)
+            spinning = direction(i, 3)*sign(1.0_wp, shift(i, 3))
+            length(i) = min(along, spinning)
+            ! Else between those of an infinitely short and an infinitely long slip.
+            u(i, 1) = merge(along, trial(i, 1)*(load(i, 1)*size(i, 1) - load(i, 2)*size(i, 2))**2, &
+               length(i) > 0.0_wp)
+            u(i, 2) = merge(spinning, trial(i, 2)*(load(i, 1) - load(i, 2))**2, length(i) > 0.0_wp)
+            along = 1.0_wp/sqrt(max(u(i, 1)**2 + u(i, 2)**2, tiny(along)))
+            u(i, 1) = u(i, 1)*along
+            u(i, 2) = u(i, 2)*along
          end do
-      end if
-      if (has_wide_registers()) then
-         call wide_slip_on_circles(spot%shape%torque, n, load, size, stiffness, trial, held, &
-            steady, u, force, found)
-      else
-         call slip_on_circles(spot%shape%torque, n, load, size, stiffness, trial, held, steady, u, &
-            force, found)
-      end if
-      do i = 1, n
-         length(i) = (trial(i, 1) - force(i, 1))*u(i, 1) + (trial(i, 2) - force(i, 2))*u(i, 2)
-         done(i) = (force(i, 1)*u(i, 1) + force(i, 2)*u(i, 2))*length(i) &
-            /(stiffness(i, 1)*u(i, 1)**2 + stiffness(i, 2)*u(i, 2)**2)
-      end do
-      call scatter(n, at, found, length, u, plane, force, stiffness, 1.0_wp/spot%a, self%excess, &
-         self%slipped, self%shift, self%direction)
-      do i = 1, n
-         if (found(i) .and. length(i) > 0.0_wp) work = work + done(i)
-      end do
-      if (.not. present(slopes)) return
-      do i = 1, n
-         j = at(i)
-         if (.not. (found(i) .and. self%slipped(j))) cycle
-         shell%shape = spot%shape
-         shell%inner = edge_type(load(i, 2), size(i, 2), 0.0_wp)
-         shell%outer = edge_type(load(i, 1), size(i, 1), 0.0_wp)
-         call add_slopes(shell, spot, self%share(j, :), shift(i, :), [force(i, 1)*plane(i, :), &
-            sign(force(i, 2), shift(i, 3))], self%direction(j, :), part_of_step(j, self%n, new), &
-            slopes)
+         steady = all(length(:n) > 0.0_wp)
+         if (.not. steady) then
+            do i = 1, n
+               held(i, 1) = 0.0_wp
+               held(i, 2) = 0.0_wp
+               if (.not. (slid(at(i)) .and. length(i) > 0.0_wp)) cycle
+               part = part_of_step(at(i), self%n, new)
+               held(i, 1) = trial(i, 1) - stiffness(i, 1)*(part*(step(1)*plane(i, 1) &
+                  + step(2)*plane(i, 2)))
+               held(i, 2) = trial(i, 2) - stiffness(i, 2)*(part*sign(step(3)*spot%a, &
+                  step(3)*shift(i, 3)))
+            end do
+         end if
+         if (has_wide_registers()) then
+            call wide_slip_on_circles(spot%shape%torque, n, load, size, stiffness, trial, held, &
+               steady, u, force, found)
+         else
+            call slip_on_circles(spot%shape%torque, n, load, size, stiffness, trial, held, &
+               steady, u, force, found)
+         end if
+         do i = 1, n
+            length(i) = (trial(i, 1) - force(i, 1))*u(i, 1) + (trial(i, 2) - force(i, 2))*u(i, 2)
+            done(i) = (force(i, 1)*u(i, 1) + force(i, 2)*u(i, 2))*length(i) &
+               /(stiffness(i, 1)*u(i, 1)**2 + stiffness(i, 2)*u(i, 2)**2)
+         end do
+         call scatter(n, at, found, length, u, plane, force, stiffness, inverse, self%excess, &
+            self%slipped, self%shift, self%direction)
+         do i = 1, n
+            if (found(i) .and. length(i) > 0.0_wp) work = work + done(i)
+         end do
+         if (present(slopes)) then
+            do i = 1, n
+               j = at(i)
+               if (.not. (found(i) .and. self%slipped(j))) cycle
+               shell%shape = spot%shape
+               shell%inner = edge_type(load(i, 2), size(i, 2), 0.0_wp)
+               shell%outer = edge_type(load(i, 1), size(i, 1), 0.0_wp)
+               call add_slopes(shell, spot, self%share(j, :), shift(i, :), &
+                  [force(i, 1)*plane(i, :), sign(force(i, 2), shift(i, 3))], self%direction(j, :), &
+                  part_of_step(j, self%n, new), slopes)
+            end do
+         end if
       end do
    end subroutine let_slip_on_circle
 
@@ -411,13 +418,13 @@ contains
    pure subroutine scatter(n, at, found, length, u, plane, force, stiffness, per_size, excess, &
       slipped, shift, direction)
       !> Number of the shells, and which they are.
-      integer, intent(in) :: n, at(abreast)
+      integer, intent(in) :: n, at(lanes)
       !> Whether it is known how they slip.
-      logical, intent(in) :: found(abreast)
+      logical, intent(in) :: found(lanes)
       !> > 0 if they do.
-      real(wp), intent(in) :: length(abreast)
+      real(wp), intent(in) :: length(lanes)
       !> Sliding and spinning, the direction of sliding, and the force.
-      real(wp), intent(in), dimension(abreast, 2) :: u, plane, force, stiffness
+      real(wp), intent(in), dimension(lanes, 2) :: u, plane, force, stiffness
       !> One over the semi-axis.
       real(wp), intent(in) :: per_size
       !> As of `shells_type`.
@@ -444,56 +451,59 @@ contains
    end subroutine scatter
 
    !> The shells that may slip and are twisted, side by side.
-   pure subroutine gather(from, to, circular, excess, load, size, share, shift, direction, n, at, &
-      loads, sizes, stiffness, shifts, directions)
-      !> The first and the last shell.
-      integer, intent(in) :: from, to
+   pure subroutine gather(most, circular, excess, load, size, share, shift, direction, last, n, &
+      at, loads, sizes, stiffness, shifts, directions)
+      !> How many at most.
+      integer, intent(in) :: most
       !> Whether the shells must be of a circle and shifted.
       logical, intent(in) :: circular
       !> As of `shells_type`.
-      real(wp), intent(in) :: excess(to), load(0:to), size(0:to)
+      real(wp), intent(in), contiguous :: excess(:), load(0:), size(0:)
       real(wp), intent(in), contiguous :: share(:, :), shift(:, :), direction(:, :)
+      !> The shell to begin with, from which it goes inwards; that of the next time.
+      integer, intent(inout) :: last
       !> Number of those that may slip, and which they are.
-      integer, intent(out) :: n, at(abreast)
+      integer, intent(out) :: n, at(most)
       !> Of their outer and inner edges.
-      real(wp), intent(inout) :: loads(abreast, 2), sizes(abreast, 2)
-      real(wp), intent(inout), dimension(abreast, 3) :: stiffness, shifts, directions
-      integer :: i, j
+      real(wp), intent(inout) :: loads(most, 2), sizes(most, 2)
+      real(wp), intent(inout), dimension(most, 3) :: stiffness, shifts, directions
+      integer :: j
 
       n = 0
-      do j = to, from, -1
+      do j = last, 1, -1
          if (excess(j) < 0.0_wp) cycle
-         i = n + 1
-         at(i) = j
-         loads(i, 1) = load(j)
-         loads(i, 2) = load(j - 1)
-         sizes(i, 1) = size(j)
-         sizes(i, 2) = size(j - 1)
-         stiffness(i, 1) = share(j, 1)
-         stiffness(i, 2) = share(j, 2)
-         stiffness(i, 3) = share(j, 3)
-         shifts(i, 1) = shift(j, 1)
-         shifts(i, 2) = shift(j, 2)
-         shifts(i, 3) = shift(j, 3)
-         directions(i, 1) = direction(j, 1)
-         directions(i, 2) = direction(j, 2)
-         directions(i, 3) = direction(j, 3)
          if (.not. (load(j) > load(j - 1) .and. share(j, 1) > 0.0_wp .and. share(j, 2) > 0.0_wp &
             .and. share(j, 3) > 0.0_wp .and. abs(shift(j, 3)) > 0.0_wp)) cycle
          if (circular .and. (abs(share(j, 1) - share(j, 2)) > 0.0_wp .or. &
             .not. abs(shift(j, 1)) + abs(shift(j, 2)) > 0.0_wp)) cycle
          ! Powers of what is very narrow leave the range of numbers.
          if (.not. circular .and. load(j) - load(j - 1) < narrow_load) cycle
-         n = i
+         n = n + 1
+         at(n) = j
+         loads(n, 1) = load(j)
+         loads(n, 2) = load(j - 1)
+         sizes(n, 1) = size(j)
+         sizes(n, 2) = size(j - 1)
+         stiffness(n, 1) = share(j, 1)
+         stiffness(n, 2) = share(j, 2)
+         stiffness(n, 3) = share(j, 3)
+         shifts(n, 1) = shift(j, 1)
+         shifts(n, 2) = shift(j, 2)
+         shifts(n, 3) = shift(j, 3)
+         directions(n, 1) = direction(j, 1)
+         directions(n, 2) = direction(j, 2)
+         directions(n, 3) = direction(j, 3)
+         if (n == most) exit
       end do
+      last = j - 1
    end subroutine gather
 
-   !> Let some of the shells of an ellipse slip, as `let_slip_on_circle` does.
-   pure subroutine let_slip_on_ellipse(self, from, to, new, spot, step, slid, work, slopes)
+   !> Let shells of an ellipse slip, as `let_slip_on_circle` does.
+   pure subroutine let_slip_on_ellipse(self, new, spot, step, slid, work, slopes)
       !> The shells, after `try_elastic`.
       class(shells_type), intent(inout) :: self
-      !> The first and the last of them, and the number of the shells at the rim that are new.
-      integer, intent(in) :: from, to, new
+      !> The number of the shells at the rim that are new.
+      integer, intent(in) :: new
       type(spring_spot_type), intent(in) :: spot
       !> As of `advance`.
       real(wp), intent(in) :: step(3)
@@ -503,78 +513,137 @@ contains
       real(wp), intent(inout) :: work
       !> Derivatives of the wrench, added to.
       real(wp), intent(inout), optional :: slopes(3, 4)
-      real(wp), dimension(abreast, 3) :: stiffness, springs, shift, trial, held, u, force
-      real(wp), dimension(abreast, 2) :: load, size
-      real(wp) :: per_limit, inverse, length, along(3), part
-      logical :: found(abreast), slips(abreast), steady
+      real(wp), dimension(lanes, 3) :: stiffness, springs, shift, trial, held, u, force
+      real(wp), dimension(lanes, 2) :: load, size
+      real(wp), dimension(lanes) :: length, done
+      real(wp) :: per_limit, inverse, per_area, along(3), part
+      logical :: found(lanes), steady
       type(shell_type) :: shell
-      integer :: at(abreast), i, j, n
+      integer :: at(lanes), i, j, n, last
 
-      call gather(from, to, .false., self%excess, self%load, self%size, self%share, self%shift, &
-         self%direction, n, at, load, size, springs, shift, u)
-      if (n == 0) return
       per_limit = 1.0_wp/spot%limit
       inverse = 1.0_wp/spot%a
-      do i = 1, n
-         stiffness(i, 1) = springs(i, 1)*per_limit
-         stiffness(i, 2) = springs(i, 2)*per_limit
-         stiffness(i, 3) = springs(i, 3)*per_limit*inverse*inverse
-         trial(i, 1) = stiffness(i, 1)*shift(i, 1)
-         trial(i, 2) = stiffness(i, 2)*shift(i, 2)
-         trial(i, 3) = stiffness(i, 3)*shift(i, 3)*spot%a
-         held(i, 1) = 0.0_wp
-         held(i, 2) = 0.0_wp
-         held(i, 3) = 0.0_wp
-      end do
+      per_area = per_limit*inverse*inverse
       along = [step(1), step(2), step(3)*spot%a]
       along = along*(1.0_wp/max(sqrt(dot_product(along, along)), tiny(along)))
-      steady = all(slid(at(:n))) .and. all(abs(u(1, :) - along) < little) .and. &
-         all(abs(u(n, :) - along) < little)
-      if (.not. steady) then
-         do i = 1, n
-            if (.not. slid(at(i))) cycle
-            part = part_of_step(at(i), self%n, new)
-            held(i, 1) = trial(i, 1) - stiffness(i, 1)*(part*step(1))
-            held(i, 2) = trial(i, 2) - stiffness(i, 2)*(part*step(2))
-            held(i, 3) = trial(i, 3) - stiffness(i, 3)*(part*step(3)*spot%a)
-         end do
-      end if
       call self%ellipse%set_ratio(spot%shape%k, spot%shape%k2, spot%shape%c)
-      if (has_wide_registers()) then
-         call wide_slip_on_ellipses(self%ellipse, spot%shape%torque, n, load, size, stiffness, &
-            trial, held, steady, u, force, found, slips)
-      else
-         call slip_on_ellipses(self%ellipse, spot%shape%torque, n, load, size, stiffness, trial, &
-            held, steady, u, force, found, slips)
-      end if
-      do i = 1, n
-         if (.not. found(i)) cycle
-         j = at(i)
-         self%excess(j) = -1.0_wp
-         self%direction(j, 1) = u(i, 1)
-         self%direction(j, 2) = u(i, 2)
-         self%direction(j, 3) = u(i, 3)
-         if (.not. slips(i)) cycle
-         length = (trial(i, 1) - force(i, 1))*u(i, 1) + (trial(i, 2) - force(i, 2))*u(i, 2) &
-            + (trial(i, 3) - force(i, 3))*u(i, 3)
-         work = work + (force(i, 1)*u(i, 1) + force(i, 2)*u(i, 2) + force(i, 3)*u(i, 3))*length &
-            /(stiffness(i, 1)*u(i, 1)**2 + stiffness(i, 2)*u(i, 2)**2 + stiffness(i, 3)*u(i, 3)**2)
-         self%slipped(j) = .true.
-         self%shift(j, 1) = force(i, 1)/stiffness(i, 1)
-         self%shift(j, 2) = force(i, 2)/stiffness(i, 2)
-         self%shift(j, 3) = force(i, 3)*inverse/stiffness(i, 3)
-      end do
-      if (.not. present(slopes)) return
-      do i = 1, n
-         j = at(i)
-         if (.not. (found(i) .and. self%slipped(j))) cycle
-         shell%shape = spot%shape
-         shell%inner = edge_type(load(i, 2), size(i, 2), 0.0_wp)
-         shell%outer = edge_type(load(i, 1), size(i, 1), 0.0_wp)
-         call add_slopes(shell, spot, self%share(j, :), shift(i, :), force(i, :), u(i, :), &
-            part_of_step(j, self%n, new), slopes)
+      last = self%n
+      do while (last > 0)
+         ! As many as are asked for, and usual ones.
+         load(:, 1) = 1.0_wp
+         load(:, 2) = 0.0_wp
+         size = load
+         springs = spot%limit
+         shift = 1.0_wp
+         u = 0.0_wp
+         call gather(lanes, .false., self%excess, self%load, self%size, self%share, self%shift, &
+            self%direction, last, n, at, load, size, springs, shift, u)
+         if (n == 0) exit
+         do i = 1, lanes
+            stiffness(i, 1) = springs(i, 1)*per_limit
+            stiffness(i, 2) = springs(i, 2)*per_limit
+            stiffness(i, 3) = springs(i, 3)*per_area
+            trial(i, 1) = stiffness(i, 1)*shift(i, 1)
+            trial(i, 2) = stiffness(i, 2)*shift(i, 2)
+            trial(i, 3) = stiffness(i, 3)*shift(i, 3)*spot%a
+            held(i, 1) = 0.0_wp
+            held(i, 2) = 0.0_wp
+            held(i, 3) = 0.0_wp
+         end do
+         steady = all(slid(at(:n))) .and. all(abs(u(1, :) - along) < little) .and. &
+            all(abs(u(n, :) - along) < little)
+         if (.not. steady) then
+            do i = 1, n
+               if (.not. slid(at(i))) cycle
+               part = part_of_step(at(i), self%n, new)
+               held(i, 1) = trial(i, 1) - stiffness(i, 1)*(part*step(1))
+               held(i, 2) = trial(i, 2) - stiffness(i, 2)*(part*step(2))
+               held(i, 3) = trial(i, 3) - stiffness(i, 3)*(part*step(3)*spot%a)
+            end do
+         end if
+         if (has_wide_registers()) then
+            call wide_slip_on_ellipses(self%ellipse, spot%shape%torque, n, load, size, stiffness, &
+               trial, held, steady, u, force, length, found)
+         else
+            call slip_on_ellipses(self%ellipse, spot%shape%torque, n, load, size, stiffness, &
+               trial, held, steady, u, force, length, found)
+         end if
+         do i = 1, n
+            if (.not. found(i)) cycle
+            j = at(i)
+            self%excess(j) = -1.0_wp
+            self%direction(j, 1) = u(i, 1)
+            self%direction(j, 2) = u(i, 2)
+            self%direction(j, 3) = u(i, 3)
+            if (.not. length(i) > 0.0_wp) cycle
+            done(i) = (trial(i, 1) - force(i, 1))*u(i, 1) + (trial(i, 2) - force(i, 2))*u(i, 2) &
+               + (trial(i, 3) - force(i, 3))*u(i, 3)
+            work = work + (force(i, 1)*u(i, 1) + force(i, 2)*u(i, 2) + force(i, 3)*u(i, 3)) &
+               *done(i)/(stiffness(i, 1)*u(i, 1)**2 + stiffness(i, 2)*u(i, 2)**2 &
+               + stiffness(i, 3)*u(i, 3)**2)
+            self%slipped(j) = .true.
+            self%shift(j, 1) = force(i, 1)/stiffness(i, 1)
+            self%shift(j, 2) = force(i, 2)/stiffness(i, 2)
+            self%shift(j, 3) = force(i, 3)*inverse/stiffness(i, 3)
+         end do
+         if (present(slopes)) then
+            do i = 1, n
+               j = at(i)
+               if (.not. (found(i) .and. self%slipped(j))) cycle
+               shell%shape = spot%shape
+               shell%inner = edge_type(load(i, 2), size(i, 2), 0.0_wp)
+               shell%outer = edge_type(load(i, 1), size(i, 1), 0.0_wp)
+               call add_slopes(shell, spot, self%share(j, :), shift(i, :), force(i, :), u(i, :), &
+                  part_of_step(j, self%n, new), slopes)
+            end do
+         end if
       end do
    end subroutine let_slip_on_ellipse
+
+   !> Let what is new at the rim of an ellipse, and bears next to nothing, slip in the direction of
+   !> the shell inside of it, if that slips. What is lost is the work of the force along the slip,
+   !> so that none returns more than it took.
+   pure subroutine let_rim_follow(self, spot, work)
+      !> The shells, after `let_slip_on_ellipse`.
+      class(shells_type), intent(inout) :: self
+      type(spring_spot_type), intent(in) :: spot
+      !> Work of the slip over the limit, added to.
+      real(wp), intent(inout) :: work
+      real(wp) :: load(lanes, 2), size(lanes, 2), force(lanes, 3), units(3), trial(3), done
+      integer :: i, j, n, inside
+
+      do inside = self%n, 1, -1
+         if (self%load(inside) - self%load(inside - 1) >= least_own_load) exit
+      end do
+      n = min(self%n - inside, lanes)
+      if (n == 0 .or. inside == 0) return
+      if (.not. self%slipped(inside)) return
+      load = 0.0_wp
+      size = 0.0_wp
+      do i = 1, n
+         load(i, :) = [self%load(inside + i), self%load(inside + i - 1)]
+         size(i, :) = [self%size(inside + i), self%size(inside + i - 1)]
+      end do
+      if (has_wide_registers()) then
+         call wide_slide_shells(self%ellipse, load, size, self%direction(inside, :), force)
+      else
+         call slide_shells(self%ellipse, load, size, self%direction(inside, :), force)
+      end if
+      units = spot%limit*[1.0_wp, 1.0_wp, spot%a]
+      do i = 1, n
+         j = inside + i
+         if (self%excess(j) < 0.0_wp .or. .not. minval(self%share(j, :)) > 0.0_wp) cycle
+         trial = self%shift(j, :)
+         force(i, :) = force(i, :)*units/self%share(j, :)
+         done = sum(self%share(j, :)*force(i, :)*(trial - force(i, :)))
+         if (.not. done > 0.0_wp) cycle
+         self%excess(j) = -1.0_wp
+         self%slipped(j) = .true.
+         self%direction(j, :) = self%direction(inside, :)
+         self%shift(j, :) = force(i, :)
+         work = work + done/spot%limit
+      end do
+   end subroutine let_rim_follow
 
    !> Let some of the shells slip where nothing is twisted, and none depends on another.
    pure subroutine let_slip_in_plane(self, from, to, new, spot, work, slopes)

@@ -20,10 +20,11 @@ module contensou_contact_tangential_slip
    use contensou_base_kinds, only : wp
    use contensou_base_vectors, only : cross
    use contensou_contact_spot, only : spot_shape_type
-   use contensou_contact_tangential_abreast, only : abreast, close_by_bends, close_enough, &
-      close_to_limit, least_pivot, least_spin, longest_step, short_slip, slip_in_plane, &
-      smallest_force, step_on_circles, within_limit
+   use contensou_contact_tangential_abreast, only : abreast, short_slip, slip_in_plane, &
+      step_on_circles, within_limit
    use contensou_contact_tangential_edges, only : edge_type
+   use contensou_contact_tangential_ellipse_pass, only : close_by_bends, close_enough, &
+      close_to_limit, lanes, least_pivot, least_spin, longest_step, smallest_force
    use contensou_contact_wrench, only : wrench_jacobian_kernel
    use contensou_contact_wrench_exact, only : wrench_exact_bends
    use contensou_contact_wrench_scaling, only : slip_type
@@ -183,8 +184,8 @@ contains
       real(wp), intent(inout) :: direction(3)
       logical, intent(out) :: slips
       real(wp), intent(out) :: work
-      real(wp), dimension(abreast, 2) :: load, size, stiffness, g, u, new, f
-      real(wp) :: off(abreast), plane(2), low(2), high(2), length
+      real(wp), dimension(lanes, 2) :: load, size, stiffness, g, u, new, f
+      real(wp) :: off(lanes), plane(2), low(2), high(2), length
       integer :: i
 
       ! Against shift and twist.

@@ -410,7 +410,7 @@ contains
       type(ellipse_type), intent(inout) :: ellipse
       !> Of pure spinning of the spot, in units of f N a.
       real(wp), intent(in) :: torque
-      !> Number of shells. All else is of shells that are not asked for, but are usual.
+      !> Number of shells. What else there is must be of shells as well, with directions.
       integer, intent(in) :: n
       !> Within the outer and the inner edges.
       real(wp), intent(in) :: load(lanes, 2), size(lanes, 2)

@@ -11,7 +11,10 @@ module contensou_contact_tangential_ellipse
    implicit none(type, external)
    private
 
-   public :: ellipse_type, least_ratio
+   public :: ellipse_type, least_ratio, last_pair
+
+   !> The last pair of an even and an odd power of a polynomial, the first one is zero.
+   integer, parameter :: last_pair = shiftr(degree, 1)
 
    !> What a spot keeps of the table.
    type :: ellipse_type
@@ -22,8 +25,8 @@ module contensou_contact_tangential_ellipse
       real(wp), private :: place = 0.0_wp
       !> Which parts are made.
       logical :: made(0:parts - 1) = .false.
-      !> The two functions by powers of x.
-      real(wp) :: table(4, 0:degree/2, 0:parts - 1) = 0.0_wp
+      !> The two functions: even powers of x of both, then the odd ones.
+      real(wp) :: table(4, 0:last_pair, 0:parts - 1) = 0.0_wp
    contains
       procedure :: set_ratio
       procedure :: make_part

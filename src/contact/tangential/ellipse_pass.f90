@@ -21,8 +21,8 @@
 !> rho. R_bb and R_ab come from the table of `contensou_contact_tangential_ellipse`.
 module contensou_contact_tangential_ellipse_pass
    use contensou_base_kinds, only : wp
-   use contensou_contact_tangential_ellipse, only : ellipse_type
-   use contensou_contact_tangential_ellipse_values, only : degree, parts
+   use contensou_contact_tangential_ellipse, only : ellipse_type, last_pair
+   use contensou_contact_tangential_ellipse_values, only : parts
    implicit none(type, external)
    private
 
@@ -205,7 +205,7 @@ contains
          part = min(borne*(1.0_wp/max(along, least_pivot)), most_part)
          length(i) = slip
          ! Where nothing slips what is sought is the direction whose force is along the trial.
-         slips = 0.5_wp + sign(0.5_wp, along - borne)
+         slips = 0.5_wp - sign(0.5_wp, borne - along)
          part = slips + (1.0_wp - slips)*part
          slip = slips*slip
          spring = slip + (1.0_wp - slips)*part*short(i)
@@ -397,8 +397,8 @@ contains
       do i = 1, edges
          if (.not. ellipse%made(part(i))) call ellipse%make_part(part(i))
          square = place(i)*place(i)
-         both = ellipse%table(:, degree/2, part(i))
-         do j = degree/2 - 1, 0, -1
+         both = ellipse%table(:, last_pair, part(i))
+         do j = last_pair - 1, 0, -1
             both = both*square + ellipse%table(:, j, part(i))
          end do
          found(:, i) = both

@@ -536,6 +536,7 @@ contains
          springs = spot%limit
          shift = 1.0_wp
          u = 0.0_wp
+         u(:, 1) = 1.0_wp
          call gather(lanes, .false., self%excess, self%load, self%size, self%share, self%shift, &
             self%direction, last, n, at, load, size, springs, shift, u)
          if (n == 0) exit

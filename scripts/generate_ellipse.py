@@ -6,8 +6,8 @@ integrals begin, and A, B and S there as well, the two functions
     f_b = (sqrt(k) + rho) [B^2 J_bb - (2/3) s S],   J_bb = int S/B^2 ds
     f_a = (sqrt(k) + rho) [A B J_ab - (2/3) s S],   J_ab = int S/(A B) ds
 
-give the wrench and its derivatives, see src/contact/tangential/abreast.f90. Both are analytic in
-x = rho/(sqrt(k) + rho) from 0 to 1, that is for all rho, and in ln k. Each interval is cut into
+give the wrench and its derivatives, see src/contact/tangential/ellipse_pass.f90. Both are analytic
+in x = rho/(sqrt(k) + rho) from 0 to 1, that is for all rho, and in ln k. Each interval is cut into
 parts, which have polynomials through Chebyshev points. The integrals are those of Carlson.
 
     generate_ellipse.py            write the table, in half a minute

@@ -9,7 +9,7 @@ module test_tangential
    use contensou_contact_tangential_memory, only : n_states, tangential_type
    use contensou_contact_tangential_oblique, only : oblique_impact
    use contensou_contact_tangential_abreast, only : abreast, slip_in_plane, slip_on_circles, &
-      slip_on_ellipses
+      slide_shells, slip_on_ellipses
    use contensou_contact_tangential_abreast_wide, only : wide_slip_in_plane => slip_in_plane, &
       wide_slip_on_circles => slip_on_circles, wide_slip_on_ellipses => slip_on_ellipses
    use contensou_contact_tangential_edges, only : edge_at, power_of
@@ -74,6 +74,7 @@ contains
       call test_rungs()
       call test_table()
       call test_wide()
+      call test_border()
    end subroutine run_tangential_tests
 
    !> A spot of steel.
@@ -1101,6 +1102,55 @@ contains
       call circle%check_below(1.0e-11_wp, "slip on a circle by wide registers")
       call ellipse%check_below(1.0e-11_wp, "slip on an ellipse by wide registers")
    end subroutine test_wide
+
+   !> What is a little more than the force of sliding in some direction slips, what is a little less
+   !> sticks, wherever the search begins: sliding forces are the border of a convex set.
+   subroutine test_border()
+      real(wp), parameter :: little = 0.01_wp
+      type(random_type) :: random
+      type(ellipse_type) :: table
+      type(spot_shape_type) :: shape
+      real(wp), dimension(lanes, 3) :: stiffness, border, trial, held, u, force
+      real(wp), dimension(lanes, 2) :: load, size
+      real(wp), dimension(lanes) :: length
+      real(wp) :: direction(3), x
+      logical, dimension(lanes) :: found, beyond
+      integer :: i, j, l, n, known, asked, wrong
+
+      held = 0.0_wp
+      asked = 0
+      known = 0
+      wrong = 0
+      do i = 1, 1000
+         n = lanes - 3*modulo(i, 3)
+         shape = elliptic_shape(10.0_wp**random%uniform(-0.9_wp, 0.0_wp))
+         call table%set_ratio(shape%k, shape%k2, shape%c)
+         do j = 1, lanes
+            do l = 1, 2
+               x = real(lanes + 2 - j - l, wp)/lanes
+               load(j, l) = x*(1.5_wp - 0.5_wp*x*x)
+               size(j, l) = load(j, l)**(2.0_wp/3.0_wp)
+            end do
+            stiffness(j, :) = [0.7_wp, 0.9_wp, 0.4_wp]/lanes*random%uniform(0.9_wp, 1.1_wp)
+            u(j, :) = random%vector(3)
+            u(j, :) = u(j, :)/norm2(u(j, :))
+         end do
+         direction = random%vector(3)
+         direction = direction/norm2(direction)
+         call slide_shells(table, load, size, direction, border)
+         do j = 1, lanes
+            beyond(j) = random%uniform(0.0_wp, 1.0_wp) > 0.5_wp
+            trial(j, :) = border(j, :)*(1.0_wp + merge(little, -little, beyond(j)))
+         end do
+         call slip_on_ellipses(table, shape%torque, n, load, size, stiffness, trial, held, &
+            .false., u, force, length, found)
+         asked = asked + n
+         known = known + count(found(:n))
+         wrong = wrong + count(found(:n) .and. (length(:n) > 0.0_wp .neqv. beyond(:n)))
+      end do
+      call check(20*known > 19*asked, "nearly all shells near the border are found")
+      call check(wrong == 0, "whether a shell near the border slips")
+   end subroutine test_border
 
    !> Shells without a contact.
    pure function shells_of(layers) result(shells)

@@ -120,8 +120,8 @@ def check_order(files: list[Source]) -> list[str]:
         for number, name in file.uses:
             if not name.startswith("contensou"):
                 continue
-            # Some files are compiled twice, with a second name (src/meson.build).
-            name = name.removesuffix("_wide").removesuffix("_few")
+            # Some files are compiled several times, with names of their own (src/meson.build).
+            name = name.removesuffix("_widest").removesuffix("_wide").removesuffix("_few")
             if name not in layer_of:
                 findings.append(f"{file.name}:{number}: there is no module {name}")
             elif layer_of[name] in LAYERS[LAYERS.index(file.layer) + 1 :]:

@@ -63,6 +63,7 @@ contains
       real(wp) :: begin, end, best, wrench(3), stored, lost, sum_of_all, modulus
       type(shells_type) :: shells
       type(spring_spot_type) :: spot
+      logical :: varies
       integer :: i, run, slips
 
       allocate(steps(3, n), sizes(n))
@@ -73,6 +74,7 @@ contains
       call spot%stiffen(1.0_wp, poisson)
       modulus = 1.5_wp/spot%stiffness(1)
       call spot%stiffen(modulus, poisson)
+      varies = motion == "load"
       best = huge(best)
       sum_of_all = 0.0_wp
       do run = 1, runs
@@ -80,7 +82,7 @@ contains
          slips = 0
          call cpu_time(begin)
          do i = 1, n
-            if (motion == "load") then
+            if (varies) then
                spot%a = sizes(i)
                spot%limit = sizes(i)**3
                call spot%stiffen(modulus, poisson)

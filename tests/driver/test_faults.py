@@ -269,10 +269,11 @@ class Build:
         commands = json.loads((self.folder / "compile_commands.json").read_text())
         (entry,) = (one for one in commands if one["file"].endswith(f"/src/{file}"))
         made = [self.compile_one(entry, text, folder, "changed")]
-        wide = f"{file.rpartition('/')[2].removesuffix('.f90')}_wide.f90"
-        for entry in (one for one in commands if one["file"].endswith(f"/{wide}")):
-            text = re.sub(r"(?m)^((?:end )?module \w+)$", r"\1_wide", text)
-            made.append(self.compile_one(entry, text, folder, "changed_wide"))
+        for suffix in ("_wide", "_widest"):
+            wide = f"{file.rpartition('/')[2].removesuffix('.f90')}{suffix}.f90"
+            for entry in (one for one in commands if one["file"].endswith(f"/{wide}")):
+                named = re.sub(r"(?m)^((?:end )?module \w+)$", rf"\1{suffix}", text)
+                made.append(self.compile_one(entry, named, folder, f"changed{suffix}"))
         return made
 
     def compile_one(self, entry, text, folder, name):

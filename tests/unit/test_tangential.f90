@@ -10,8 +10,6 @@ module test_tangential
    use contensou_contact_tangential_oblique, only : oblique_impact
    use contensou_contact_tangential_abreast, only : abreast, slip_in_plane, slip_on_circles, &
       slide_shells, slip_on_ellipses
-   use contensou_contact_tangential_abreast_wide, only : wide_slip_in_plane => slip_in_plane, &
-      wide_slip_on_circles => slip_on_circles, wide_slip_on_ellipses => slip_on_ellipses
    use contensou_contact_tangential_edges, only : edge_at, power_of
    use contensou_contact_tangential_ellipse, only : ellipse_type, least_ratio
    use contensou_contact_tangential_ellipse_pass, only : lanes, n_values, slide_on_ellipse
@@ -19,11 +17,17 @@ module test_tangential
       slide_few => slide_on_ellipse
    use contensou_contact_tangential_ellipse_pass_few_wide, only : &
       wide_slide_few => slide_on_ellipse
+   use contensou_contact_tangential_ellipse_pass_few_widest, only : &
+      widest_slide_few => slide_on_ellipse
    use contensou_contact_tangential_ellipse_pass_wide, only : &
       wide_slide_on_ellipse => slide_on_ellipse
+   use contensou_contact_tangential_ellipse_pass_widest, only : &
+      widest_slide_on_ellipse => slide_on_ellipse
    use contensou_contact_tangential_ellipse_values, only : bands, parts
-   use contensou_contact_tangential_shells, only : default_layers, has_wide_registers, &
-      shells_type, single_spring, spring_spot_type
+   use contensou_contact_tangential_registers, only : kernels_type, numbers_of_register, &
+      side_by_side
+   use contensou_contact_tangential_shells, only : default_layers, shells_type, single_spring, &
+      spring_spot_type
    use contensou_contact_tangential_slip, only : shared_type, shell_type, sliding_force
    use contensou_contact_tangential_stiffness, only : tangential_stiffness
    use contensou_contact_wrench, only : wrench_jacobian_kernel, wrench_pade11_jacobian, &
@@ -73,7 +77,8 @@ contains
       call test_narrow_rim_that_slips()
       call test_rungs()
       call test_table()
-      call test_wide()
+      call test_wide(4)
+      call test_wide(8)
       call test_border()
    end subroutine run_tangential_tests
 
@@ -964,11 +969,16 @@ contains
          call note_sliding([1, 2*lanes], .true., load, size, u, bears)
          call slide_few(table, load(:2*few), size(:2*few), few_u, few_bears)
          call note_sliding([1, 2*few], .true., load(:2*few), size(:2*few), few_u, few_bears)
-         if (.not. has_wide_registers()) return
+         if (numbers_of_register() < 4) return
          call wide_slide_on_ellipse(table, load, size, u, bears)
          call note_sliding([2*lanes - 1, 2*lanes], .false., load, size, u, bears)
          call wide_slide_few(table, load(:2*few), size(:2*few), few_u, few_bears)
          call note_sliding([2, 2*few - 1], .false., load(:2*few), size(:2*few), few_u, few_bears)
+         if (numbers_of_register() < 8) return
+         call widest_slide_on_ellipse(table, load, size, u, bears)
+         call note_sliding([lanes, lanes + 1], .false., load, size, u, bears)
+         call widest_slide_few(table, load(:2*few), size(:2*few), few_u, few_bears)
+         call note_sliding([few, few + 1], .false., load(:2*few), size(:2*few), few_u, few_bears)
       end subroutine note_both
 
       !> Compare what some edges bear.
@@ -1007,10 +1017,13 @@ contains
    end subroutine test_table
 
    !> Slip of shells side by side with wide registers and without: the same but for rounding.
-   subroutine test_wide()
+   subroutine test_wide(numbers)
+      !> That a register holds.
+      integer, intent(in) :: numbers
       type(random_type) :: random
       type(worst_type) :: plane, circle, ellipse
       type(ellipse_type) :: table, wide_table
+      type(kernels_type) :: wide
       type(spot_shape_type) :: shape
       real(wp), dimension(lanes, 3) :: stiffness, trial, held, u, wide_u, force, wide_force
       real(wp), dimension(lanes, 2) :: load, size, pair, shift, two, wide_two, way, wide_way
@@ -1021,7 +1034,8 @@ contains
       real(wp) :: x
       integer :: i, j, l, n, asked, slipped, unlike
 
-      if (.not. has_wide_registers()) return
+      if (numbers_of_register() < numbers) return
+      wide = side_by_side(numbers)
       asked = 0
       slipped = 0
       unlike = 0
@@ -1051,7 +1065,7 @@ contains
          call wide_table%set_ratio(shape%k, shape%k2, shape%c)
          call slip_on_ellipses(table, shape%torque, n, load, size, stiffness, trial, held, &
             .false., u, force, length, found)
-         call wide_slip_on_ellipses(wide_table, shape%torque, n, load, size, stiffness, trial, &
+         call wide%slip_on_ellipses(wide_table, shape%torque, n, load, size, stiffness, trial, &
             held, .false., wide_u, wide_force, wide_length, wide_found)
          if (modulo(i, 8) == 1) then
             call check(.not. (found(2) .or. wide_found(2)), "a shell that is left to others")
@@ -1074,7 +1088,7 @@ contains
          wide_way = way
          call slip_on_circles(shape%torque, n, load, size, pair, shift, held(:, :2), .false., &
             way, two, found)
-         call wide_slip_on_circles(shape%torque, n, load, size, pair, shift, held(:, :2), &
+         call wide%slip_on_circles(shape%torque, n, load, size, pair, shift, held(:, :2), &
             .false., wide_way, wide_two, wide_found)
          do j = 1, n
             if (.not. (found(j) .and. wide_found(j))) cycle
@@ -1090,7 +1104,7 @@ contains
          end do
          wide_forces = forces
          call slip_in_plane(n, loads, springs, shifts, forces, ways, work)
-         call wide_slip_in_plane(n, loads, springs, shifts, wide_forces, wide_ways, wide_work)
+         call wide%slip_in_plane(n, loads, springs, shifts, wide_forces, wide_ways, wide_work)
          do j = 1, n
             call plane%note(maxval(abs([forces(j, :) - wide_forces(j, :), (work(j) &
                - wide_work(j))/norm2(shifts(j, :))]))/bears(j), i)

@@ -1,8 +1,8 @@
 !> Slip of shells side by side: as many at a time as a register of the machine holds.
 !>
-!> This file is compiled twice, the second time for the wide registers that most machines have;
-!> which of both is taken is decided where it runs. So it uses little of the library, and modules
-!> whose procedures are only called now and then.
+!> This file is compiled three times, for registers of two, of four and of eight numbers; that for
+!> the machine is taken where it runs (`contensou_contact_tangential_registers`). So it uses little
+!> of the library, and modules whose procedures are only called now and then.
 !>
 !> What a few steps do not find is left to `contensou_contact_tangential_slip`, which tells what is
 !> sought, and why. Of arrays by edges the first column is that of the outer edges of the shells,

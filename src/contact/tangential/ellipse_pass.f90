@@ -1,9 +1,9 @@
 !> A step of shells of an elliptic spot side by side.
 !>
 !> This file is compiled for `lanes` shells, the number of loops' rounds, and again for half of
-!> them, so that nothing of a loop is left over for one at a time; and both again for the wide
-!> registers that most machines have, see `contensou_contact_tangential_abreast`. So it uses little
-!> of the library, and modules whose procedures are only called now and then.
+!> them, so that nothing of a loop is left over for one at a time; and both for all registers, see
+!> `contensou_contact_tangential_abreast`. So it uses little of the library, and modules whose
+!> procedures are only called now and then.
 !>
 !> On ellipses the exact wrench in units f N and f N a is, with W = a w, A = W^2 + s,
 !> B = k^2 W^2 + s, S = sqrt(s)/sqrt(A B), c = 1 - k^2, rho^2 the s of the ellipse through the
@@ -162,9 +162,9 @@ contains
       real(wp), intent(inout) :: new(lanes, 3), force(lanes, 3)
       real(wp) :: bears(edges, n_values), twice(edges, 3), f1, f2, f3, h11, h12, h22, &
          h13, h23, h33, b1, b2, b3, b4, k1, k2, k3, g1, g2, g3, u1, u2, u3, part, spring, slip, &
-         r1, r2, r3, a11, a21, a31, a22, a32, a33, l21, l31, l32, p1, p2, p3, m1, m2, m3, x, y, &
-         share, inverse, c1, c2, c3, bent, first_size, more_size, good, slips, fine, square, &
-         tolerance, along, borne, stiff, radius, far
+         r1, r2, r3, a11, a21, a31, a22, a32, a33, q11, q21, q31, q22, q32, q33, per, w1, w2, w3, &
+         beta, p1, p2, p3, m1, m2, m3, x, y, share, inverse, c1, c2, c3, bent, first_size, &
+         more_size, good, slips, fine, square, tolerance, along, borne, stiff, radius
       integer :: i, l
 
       do l = 1, 3
@@ -212,24 +212,31 @@ contains
          r1 = part*g1 - f1 - slip*k1*u1
          r2 = part*g2 - f2 - slip*k2*u2
          r3 = part*g3 - f3 - slip*k3*u3
-         ! (H + s K) p = r by squares.
-         a11 = 1.0_wp/max(h11 + spring*k1, spring*k1, least_pivot)
-         a21 = h12
-         a31 = h13
-         l21 = a21*a11
-         l31 = a31*a11
-         a22 = h22 + spring*k2
-         a22 = 1.0_wp/max(a22 - l21*a21, epsilon(a22)*a22, spring*k2, least_pivot)
-         a32 = h23 - l31*a21
-         l32 = a32*a22
-         a33 = h33 + spring*k3
-         a33 = 1.0_wp/max(a33 - l31*a31 - l32*a32, epsilon(a33)*a33, spring*k3, least_pivot)
-         p2 = r2 - l21*r1
-         p3 = (r3 - l31*r1 - l32*p2)*a33
-         p2 = p2*a22 - l32*p3
-         p1 = r1*a11 - l21*p2 - l31*p3
+         ! (H + s K) p = r, with H u = 0 and u.r = 0, so that u.K p = 0: p is as well the solution
+         ! with beta (K u) (K u)^T added to the matrix, which is regular then for any s.
+         w1 = k1*u1
+         w2 = k2*u2
+         w3 = k3*u3
+         beta = (h11 + h22 + h33)/max(w1*w1 + w2*w2 + w3*w3, least_pivot)
+         a11 = h11 + spring*k1 + beta*w1*w1
+         a22 = h22 + spring*k2 + beta*w2*w2
+         a33 = h33 + spring*k3 + beta*w3*w3
+         a21 = h12 + beta*w1*w2
+         a31 = h13 + beta*w1*w3
+         a32 = h23 + beta*w2*w3
+         q11 = a22*a33 - a32*a32
+         q21 = a31*a32 - a21*a33
+         q31 = a21*a32 - a31*a22
+         q22 = a11*a33 - a31*a31
+         q32 = a21*a31 - a11*a32
+         q33 = a11*a22 - a21*a21
+         per = 1.0_wp/max(a11*q11 + a21*q21 + a31*q31, least_power)
+         p1 = (q11*r1 + q21*r2 + q31*r3)*per
+         p2 = (q21*r1 + q22*r2 + q32*r3)*per
+         p3 = (q31*r1 + q32*r2 + q33*r3)*per
          first_size = max(abs(p1), abs(p2), abs(p3))
-         ! What the second derivatives add; a step along u changes nothing.
+         ! What the second derivatives add; a step along u changes nothing. By the same matrix, but
+         ! for its part along u.
          inverse = 1.0_wp/sign(max(abs(u3), least_spin), u3)
          share = p3*inverse
          x = p1 - share*u1
@@ -243,10 +250,10 @@ contains
          c1 = c1 - 2.0_wp*share*m1
          c2 = c2 - 2.0_wp*share*m2
          c3 = c3 - 2.0_wp*share*m3
-         m2 = c2 - l21*c1
-         m3 = (c3 - l31*c1 - l32*m2)*a33
-         m2 = m2*a22 - l32*m3
-         m1 = c1*a11 - l21*m2 - l31*m3
+         part = beta*(c1*u1 + c2*u2 + c3*u3)/max(spring*(spring + beta*stiff), least_power)
+         m1 = (q11*c1 + q21*c2 + q31*c3)*per + part*u1
+         m2 = (q21*c1 + q22*c2 + q32*c3)*per + part*u2
+         m3 = (q31*c1 + q32*c2 + q33*c3)*per + part*u3
          more_size = 0.5_wp*max(abs(m1), abs(m2), abs(m3))
          good = slips*(0.5_wp + sign(0.5_wp, min(abs(u3) - least_spin, 0.5_wp*first_size &
             - more_size)))
@@ -277,9 +284,8 @@ contains
          bent = c1*c1 + c2*c2 + c3*c3
          off(i) = max(square - tolerance*tolerance, &
             slips*(bent*bent - smallest_force*smallest_force*(m1*m1 + m2*m2 + m3*m3)))
-         far = max(radius*radius, (1.0_wp/longest_step)**2*square)
-         radius = sqrt(far)
-         inverse = 1.0_wp/sqrt(square + far)
+         radius = max(radius, (1.0_wp/longest_step)*max(abs(p1), abs(p2), abs(p3)))
+         inverse = 1.0_wp/sqrt(square + radius*radius)
          new(i, 1) = (radius*u1 + p1)*inverse
          new(i, 2) = (radius*u2 + p2)*inverse
          new(i, 3) = (radius*u3 + p3)*inverse

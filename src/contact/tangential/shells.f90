@@ -16,26 +16,22 @@
 !>    K (e - p) in d phi(p):
 !> the minimum of the convex phi(p) + (e - p).K(e - p)/2. Formulas, errors: docs/tangential.md.
 module contensou_contact_tangential_shells
-   use, intrinsic :: iso_c_binding, only : c_int
    use contensou_base_kinds, only : wp
    use contensou_contact_spot, only : spot_shape_type
-   use contensou_contact_tangential_abreast, only : abreast, narrow_load, slip_in_plane, &
-      slide_shells, slip_on_circles, slip_on_ellipses
-   use contensou_contact_tangential_abreast_wide, only : wide_slide_shells => slide_shells, &
-      wide_slip_in_plane => slip_in_plane, wide_slip_on_circles => slip_on_circles, &
-      wide_slip_on_ellipses => slip_on_ellipses
+   use contensou_contact_tangential_abreast, only : abreast, narrow_load
    use contensou_contact_tangential_edges, only : edge_type
    use contensou_contact_tangential_ellipse, only : ellipse_type, least_ratio
    use contensou_contact_tangential_ellipse_pass, only : lanes
    use contensou_contact_tangential_nest, only : make_room, nest_type
+   use contensou_contact_tangential_registers, only : kernels_type, side_by_side
    use contensou_contact_tangential_slip, only : shared_type, shell_type, slip_of_shell, &
       sliding_force, stiffness_after, within_rungs
    use contensou_contact_tangential_spot, only : spring_spot_type
    implicit none(type, external)
    private
 
-   public :: shells_type, single_spring, spring_spot_type, default_layers, has_wide_registers, &
-      most_layers, shells_per_layer, make_room
+   public :: shells_type, single_spring, spring_spot_type, default_layers, most_layers, &
+      shells_per_layer, make_room
 
    !> Below this a limit is none: powers of what is divided by it would leave the range of numbers
    !> [N].
@@ -93,21 +89,7 @@ module contensou_contact_tangential_shells
       procedure :: note
    end type course_type
 
-   interface
-      !> Not zero if the machine has the registers for which `abreast_wide` is compiled.
-      pure function wide_registers() result(has) bind(c, name="contensou_wide_registers")
-         import :: c_int
-         implicit none(type, external)
-         integer(c_int) :: has
-      end function wide_registers
-   end interface
-
 contains
-
-   !> Whether shells slip side by side in wide registers.
-   pure logical function has_wide_registers()
-      has_wide_registers = wide_registers() /= 0
-   end function has_wide_registers
 
    !> Begin without a contact.
    pure subroutine begin(self, layers)
@@ -339,11 +321,13 @@ contains
       real(wp) :: shift(lanes, 3), direction(lanes, 3), length(lanes), done(lanes), &
          per_limit, across, along, spinning, inverse
       logical :: found(lanes), steady
+      type(kernels_type) :: kernels
       type(shell_type) :: shell
       integer :: at(lanes), i, j, n, last
 
       per_limit = 1.0_wp/spot%limit
       inverse = 1.0_wp/spot%a
+      kernels = side_by_side()
       last = self%n
       do while (last > 0)
          call gather(lanes, .true., self%excess, self%load, self%size, self%share, self%shift, &
@@ -382,13 +366,8 @@ contains
                   step(3)*shift(i, 3)))
             end do
          end if
-         if (has_wide_registers()) then
-            call wide_slip_on_circles(spot%shape%torque, n, load, size, stiffness, trial, held, &
-               steady, u, force, found)
-         else
-            call slip_on_circles(spot%shape%torque, n, load, size, stiffness, trial, held, &
-               steady, u, force, found)
-         end if
+         call kernels%slip_on_circles(spot%shape%torque, n, load, size, stiffness, trial, held, &
+            steady, u, force, found)
          do i = 1, n
             length(i) = (trial(i, 1) - force(i, 1))*u(i, 1) + (trial(i, 2) - force(i, 2))*u(i, 2)
             done(i) = (force(i, 1)*u(i, 1) + force(i, 2)*u(i, 2))*length(i) &
@@ -518,6 +497,7 @@ contains
       real(wp), dimension(lanes) :: length, done
       real(wp) :: per_limit, inverse, per_area, along(3), part
       logical :: found(lanes), steady
+      type(kernels_type) :: kernels
       type(shell_type) :: shell
       integer :: at(lanes), i, j, n, last
 
@@ -527,6 +507,7 @@ contains
       along = [step(1), step(2), step(3)*spot%a]
       along = along*(1.0_wp/max(sqrt(dot_product(along, along)), tiny(along)))
       call self%ellipse%set_ratio(spot%shape%k, spot%shape%k2, spot%shape%c)
+      kernels = side_by_side()
       last = self%n
       do while (last > 0)
          ! As many as are asked for, and usual ones.
@@ -562,13 +543,8 @@ contains
                held(i, 3) = trial(i, 3) - stiffness(i, 3)*(part*step(3)*spot%a)
             end do
          end if
-         if (has_wide_registers()) then
-            call wide_slip_on_ellipses(self%ellipse, spot%shape%torque, n, load, size, stiffness, &
-               trial, held, steady, u, force, length, found)
-         else
-            call slip_on_ellipses(self%ellipse, spot%shape%torque, n, load, size, stiffness, &
-               trial, held, steady, u, force, length, found)
-         end if
+         call kernels%slip_on_ellipses(self%ellipse, spot%shape%torque, n, load, size, stiffness, &
+            trial, held, steady, u, force, length, found)
          do i = 1, n
             if (.not. found(i)) cycle
             j = at(i)
@@ -611,6 +587,7 @@ contains
       !> Work of the slip over the limit, added to.
       real(wp), intent(inout) :: work
       real(wp) :: load(lanes, 2), size(lanes, 2), force(lanes, 3), units(3), trial(3), done
+      type(kernels_type) :: kernels
       integer :: i, j, n, inside
 
       do inside = self%n, 1, -1
@@ -625,11 +602,8 @@ contains
          load(i, :) = [self%load(inside + i), self%load(inside + i - 1)]
          size(i, :) = [self%size(inside + i), self%size(inside + i - 1)]
       end do
-      if (has_wide_registers()) then
-         call wide_slide_shells(self%ellipse, load, size, self%direction(inside, :), force)
-      else
-         call slide_shells(self%ellipse, load, size, self%direction(inside, :), force)
-      end if
+      kernels = side_by_side()
+      call kernels%slide_shells(self%ellipse, load, size, self%direction(inside, :), force)
       units = spot%limit*[1.0_wp, 1.0_wp, spot%a]
       do i = 1, n
          j = inside + i
@@ -659,6 +633,7 @@ contains
       real(wp), intent(inout), optional :: slopes(3, 4)
       real(wp), dimension(abreast, 2) :: stiffness, trial, force, direction
       real(wp) :: load(abreast), done(abreast), per_limit
+      type(kernels_type) :: kernels
       type(shell_type) :: shell
       integer :: at(abreast), i, j, n
 
@@ -685,11 +660,8 @@ contains
             n = i
          end if
       end do
-      if (has_wide_registers()) then
-         call wide_slip_in_plane(n, load, stiffness, trial, force, direction, done)
-      else
-         call slip_in_plane(n, load, stiffness, trial, force, direction, done)
-      end if
+      kernels = side_by_side()
+      call kernels%slip_in_plane(n, load, stiffness, trial, force, direction, done)
       do i = 1, n
          j = at(i)
          self%slipped(j) = .true.

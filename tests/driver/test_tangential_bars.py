@@ -414,7 +414,7 @@ def test_full_sliding_is_that_of_each_friction_model(ball, run, friction):
     torque = rows["friction_torque"][sliding, 0] - expected[:, 2]
     error = np.abs(torque / (load[:, 0] * rows["semi_axes"][sliding, 0, 0]))
     assert error.max() < 1e-12
-    assert closed_to(rows, 1e-7)
+    assert closed_to(rows, 1e-8)
 
 
 @pytest.mark.parametrize("method", ["explicit8", "cvode_bdf"])
@@ -474,7 +474,7 @@ def test_rungs_stick(ball, friction, method):
     )
     assert np.linalg.norm(rows["slip_velocity"][-1, 0]) < 1e-8
     assert rows["stuck_share"][-1, 0] > 0.9
-    assert closed_to(rows, 1e-6)
+    assert closed_to(rows, 1e-8)
 
 
 def springs(shifts, limit, stiffness, number=2000):
@@ -524,7 +524,7 @@ def test_the_shipped_ball_rocks_until_it_sticks(simulate):
     assert np.ptp(place[late]) < 1e-6
     assert abs(place[-1]) > 1e-5
     assert rows["stuck_share"][late].min() > 0.9
-    assert closed_to(rows, 1e-6)
+    assert closed_to(rows, 1e-8)
 
 
 GROOVE = """
@@ -539,7 +539,8 @@ GROOVE = """
 &contact name = 'c' surfaces = 'groove', 'skin' damping = 'hunt_crossley'
    damping_coefficient = 100 friction = 'contensou_exact' friction_coefficient = 0.3
    tangential = 'elastic' /
-&integrator method = 'cvode_bdf' rtol = 1.0e-8 /
+! Nothing is faster than 3e-3 m/s.
+&integrator method = 'cvode_bdf' rtol = 1.0e-8 velocity_scale = 1.0e-3 /
 &output file = 'o.h5' interval = 1e-4 /
 """
 
@@ -555,7 +556,7 @@ def test_several_spots_have_a_memory_each(simulate):
     )
     assert scale > 0
     assert rows["energy_tangential"][late].min() > 0
-    assert closed_to(rows, 1e-7)
+    assert closed_to(rows, 1e-8)
 
 
 def test_the_shipped_sweep_has_the_angles_that_were_measured(run, tmp_path):
@@ -624,4 +625,4 @@ def test_a_bearing_at_rest_sticks(simulate, method):
     force = np.linalg.norm(rows["friction_force"], axis=2)[:, loaded]
     assert (force < 0.5 * 0.05 * rows["normal_force"][:, loaded]).all()
     assert rows["stuck_share"][1:, loaded].min() > 0.85
-    assert closed_to(rows, 1e-6)
+    assert closed_to(rows, 1e-8)

@@ -168,7 +168,7 @@ contains
                call let_rim_follow(self, spot, work)
             end if
          end if
-         call let_slip(self, new, spot, work, slopes)
+         if (.not. all(self%excess(:self%n) < 0.0_wp)) call let_slip(self, new, spot, work, slopes)
       end if
       if (present(slopes)) call add_springs(self, new, slopes)
       if (present(lost)) lost = lost + spot%limit*work
@@ -290,8 +290,7 @@ contains
          end do
          last = towards
          if (.not. self%slipped(j)) cycle
-         if (present(slopes)) call add_slopes(shell, spot, stiffness, trial, bearing, towards, &
-            part_of_step(j, self%n, new), slopes)
+         if (present(slopes)) call add_slopes(self, j, new, spot, trial, bearing, towards, slopes)
          do i = 1, 3
             self%shift(j, i) = bearing(i)*units(i)/max(stiffness(i), tiny(stiffness))
          end do
@@ -322,7 +321,6 @@ contains
          per_limit, across, along, spinning, inverse
       logical :: found(lanes), steady
       type(kernels_type) :: kernels
-      type(shell_type) :: shell
       integer :: at(lanes), i, j, n, last
 
       per_limit = 1.0_wp/spot%limit
@@ -382,12 +380,8 @@ contains
             do i = 1, n
                j = at(i)
                if (.not. (found(i) .and. self%slipped(j))) cycle
-               shell%shape = spot%shape
-               shell%inner = edge_type(load(i, 2), size(i, 2), 0.0_wp)
-               shell%outer = edge_type(load(i, 1), size(i, 1), 0.0_wp)
-               call add_slopes(shell, spot, self%share(j, :), shift(i, :), &
-                  [force(i, 1)*plane(i, :), sign(force(i, 2), shift(i, 3))], self%direction(j, :), &
-                  part_of_step(j, self%n, new), slopes)
+               call add_slopes(self, j, new, spot, shift(i, :), [force(i, 1)*plane(i, :), &
+                  sign(force(i, 2), shift(i, 3))], self%direction(j, :), slopes)
             end do
          end if
       end do
@@ -498,7 +492,6 @@ contains
       real(wp) :: per_limit, inverse, per_area, along(3), part
       logical :: found(lanes), steady
       type(kernels_type) :: kernels
-      type(shell_type) :: shell
       integer :: at(lanes), i, j, n, last
 
       per_limit = 1.0_wp/spot%limit
@@ -567,11 +560,7 @@ contains
             do i = 1, n
                j = at(i)
                if (.not. (found(i) .and. self%slipped(j))) cycle
-               shell%shape = spot%shape
-               shell%inner = edge_type(load(i, 2), size(i, 2), 0.0_wp)
-               shell%outer = edge_type(load(i, 1), size(i, 1), 0.0_wp)
-               call add_slopes(shell, spot, self%share(j, :), shift(i, :), force(i, :), u(i, :), &
-                  part_of_step(j, self%n, new), slopes)
+               call add_slopes(self, j, new, spot, shift(i, :), force(i, :), u(i, :), slopes)
             end do
          end if
       end do
@@ -634,11 +623,8 @@ contains
       real(wp), dimension(abreast, 2) :: stiffness, trial, force, direction
       real(wp) :: load(abreast), done(abreast), per_limit
       type(kernels_type) :: kernels
-      type(shell_type) :: shell
       integer :: at(abreast), i, j, n
 
-      shell%shape = spot%shape
-      shell%rung => spot%rung
       per_limit = 1.0_wp/spot%limit
       n = 0
       do j = to, from, -1
@@ -665,13 +651,8 @@ contains
       do i = 1, n
          j = at(i)
          self%slipped(j) = .true.
-         if (present(slopes)) then
-            shell%inner = edge_type(self%load(j - 1), self%size(j - 1), 0.0_wp)
-            shell%outer = edge_type(self%load(j), self%size(j), 0.0_wp)
-            call add_slopes(shell, spot, self%share(j, :), [trial(i, :), 0.0_wp], &
-               [force(i, :), 0.0_wp], [direction(i, :), 0.0_wp], part_of_step(j, self%n, new), &
-               slopes)
-         end if
+         if (present(slopes)) call add_slopes(self, j, new, spot, [trial(i, :), 0.0_wp], &
+            [force(i, :), 0.0_wp], [direction(i, :), 0.0_wp], slopes)
          self%shift(j, 1) = force(i, 1)/stiffness(i, 1)
          self%shift(j, 2) = force(i, 2)/stiffness(i, 2)
          self%direction(j, 1) = direction(i, 1)
@@ -759,26 +740,28 @@ contains
    end subroutine note
 
    !> Add what a shell that slips contributes to the derivatives of the wrench.
-   pure subroutine add_slopes(shell, spot, stiffness, trial, bearing, direction, part, slopes)
-      !> The shell; its stiffness is set in its units.
-      type(shell_type), intent(inout) :: shell
+   pure subroutine add_slopes(self, j, new, spot, trial, bearing, direction, slopes)
+      class(shells_type), intent(in) :: self
+      !> The shell, and the number of those at the rim that are new.
+      integer, intent(in) :: j, new
       type(spring_spot_type), intent(in) :: spot
-      !> Its stiffness [N/m, N m].
-      real(wp), intent(in) :: stiffness(3)
       !> Elastic displacement of the trial.
       real(wp), intent(in) :: trial(3)
       !> Force of the shell in its units.
       real(wp), intent(in) :: bearing(3)
       !> Direction of its slip.
       real(wp), intent(in) :: direction(3)
-      !> Part of the step that the trial has.
-      real(wp), intent(in) :: part
       real(wp), intent(inout) :: slopes(3, 4)
-      real(wp) :: units(3), k(3), slip(3), length, by_trial(3, 3), by_limit(3)
+      type(shell_type) :: shell
+      real(wp) :: units(3), k(3), slip(3), length, part, by_trial(3, 3), by_limit(3)
       integer :: i
 
+      shell%shape = spot%shape
+      shell%rung => spot%rung
+      shell%inner = edge_type(self%load(j - 1), self%size(j - 1), 0.0_wp)
+      shell%outer = edge_type(self%load(j), self%size(j), 0.0_wp)
       units = spot%limit*[1.0_wp, 1.0_wp, spot%a]
-      k = stiffness*(spot%limit/units**2)
+      k = self%share(j, :)*(spot%limit/units**2)
       if (.not. minval(k) > 0.0_wp) return
       ! So narrow that it bears nothing, where nothing has moved.
       if (.not. any(abs(direction) > 0.0_wp)) return
@@ -787,6 +770,7 @@ contains
       length = max(norm2(slip), shortest_slip*norm2(bearing/k))
       shell%stiffness = k
       call stiffness_after(shell, direction, length, by_trial, by_limit)
+      part = part_of_step(j, self%n, new)
       do i = 1, 3
          slopes(:, i) = slopes(:, i) - part*by_trial(:, i)*units*units(i)/spot%limit
       end do

@@ -328,7 +328,7 @@ contains
       kernels = side_by_side()
       last = self%n
       do while (last > 0)
-         call gather(lanes, .true., self%excess, self%load, self%size, self%share, self%shift, &
+         call gather(.true., self%excess, self%load, self%size, self%share, self%shift, &
             self%direction, last, n, at, load, size, springs, shift, direction)
          if (n == 0) exit
          do i = 1, n
@@ -424,10 +424,8 @@ contains
    end subroutine scatter
 
    !> The shells that may slip and are twisted, side by side.
-   pure subroutine gather(most, circular, excess, load, size, share, shift, direction, last, n, &
+   pure subroutine gather(circular, excess, load, size, share, shift, direction, last, n, &
       at, loads, sizes, stiffness, shifts, directions)
-      !> How many at most.
-      integer, intent(in) :: most
       !> Whether the shells must be of a circle and shifted.
       logical, intent(in) :: circular
       !> As of `shells_type`.
@@ -436,10 +434,10 @@ contains
       !> The shell to begin with, from which it goes inwards; that of the next time.
       integer, intent(inout) :: last
       !> Number of those that may slip, and which they are.
-      integer, intent(out) :: n, at(most)
+      integer, intent(out) :: n, at(lanes)
       !> Of their outer and inner edges.
-      real(wp), intent(inout) :: loads(most, 2), sizes(most, 2)
-      real(wp), intent(inout), dimension(most, 3) :: stiffness, shifts, directions
+      real(wp), intent(inout) :: loads(lanes, 2), sizes(lanes, 2)
+      real(wp), intent(inout), dimension(lanes, 3) :: stiffness, shifts, directions
       integer :: j
 
       n = 0
@@ -466,7 +464,7 @@ contains
          directions(n, 1) = direction(j, 1)
          directions(n, 2) = direction(j, 2)
          directions(n, 3) = direction(j, 3)
-         if (n == most) exit
+         if (n == lanes) exit
       end do
       last = j - 1
    end subroutine gather
@@ -511,7 +509,7 @@ contains
          shift = 1.0_wp
          u = 0.0_wp
          u(:, 1) = 1.0_wp
-         call gather(lanes, .false., self%excess, self%load, self%size, self%share, self%shift, &
+         call gather(.false., self%excess, self%load, self%size, self%share, self%shift, &
             self%direction, last, n, at, load, size, springs, shift, u)
          if (n == 0) exit
          do i = 1, lanes

@@ -33,7 +33,7 @@ module contensou_contact_tangential_abreast
    real(wp), parameter :: short_slip = 1.0e-3_wp
 
    !> Steps of shells side by side, and of those that slip in the plane.
-   integer, parameter :: most_passes = 5, most_in_plane = 60
+   integer, parameter :: most_passes = 7, most_in_plane = 60
 
    !> Load of a shell below which powers of it leave the range of numbers.
    real(wp), parameter :: narrow_load = 1.0e-6_wp
@@ -47,8 +47,9 @@ module contensou_contact_tangential_abreast
    !> By how much squares of what is borne may differ from those of pure sliding and spinning.
    real(wp), parameter :: alike = 100.0_wp
 
-   !> Bend of the limit of a shell, for the first direction.
-   real(wp), parameter :: bend = 0.4_wp
+   !> Bends of the limit of a shell along its axes, for the first direction, about: the first number
+   !> and the second one times the axis ratio.
+   real(wp), parameter :: long_bend(2) = [-0.2_wp, 0.8_wp], short_bend(2) = [0.8_wp, -0.2_wp]
 
 contains
 
@@ -191,7 +192,7 @@ contains
             sizes(i, 1) = merge(size(i, 1), 1.0_wp, usual(i) > 0.5_wp)
             sizes(i, 2) = merge(size(i, 2), 0.0_wp, usual(i) > 0.5_wp)
          end do
-         call foresee(n, torque, loads, sizes, springs, trials, bears, along)
+         call foresee(n, torque, 1.0_wp, loads, sizes, springs, trials, bears, along)
          do i = 1, n
             v(i, 1) = merge(along(i, 1), v(i, 1), usual(i) > 0.5_wp)
             v(i, 2) = merge(along(i, 3), v(i, 2), usual(i) > 0.5_wp)
@@ -451,7 +452,7 @@ contains
             + (g(i, 2)*k(i, 1)*k(i, 3))**2 + (g(i, 3)*k(i, 1)*k(i, 2))**2)
          unknown(i) = merge(1.0_wp, 0.0_wp, i <= n)
       end do
-      if (.not. steady) call foresee(lanes, torque, load, size, k, g, b, v)
+      if (.not. steady) call foresee(lanes, torque, ellipse%k, load, size, k, g, b, v)
       m = n
       pass = 0
       do while (m > few .and. pass < most_passes)
@@ -564,11 +565,13 @@ contains
    !> now, and p.L p = phi leaves one unknown, for which Newton takes a step. Pure sliding and pure
    !> spinning tell A of others. A is not constant: with r the share of spinning in u.A u by these
    !> two it is as 1 - bend r^2 in the plane, and as 1 - bend (1 - r)^2 about the normal.
-   pure subroutine foresee(n, torque, load, size, stiffness, trial, held, u)
+   pure subroutine foresee(n, torque, ratio, load, size, stiffness, trial, held, u)
       !> Number of shells.
       integer, value :: n
       !> Of pure spinning of the spot.
       real(wp), intent(in) :: torque
+      !> Axis ratio.
+      real(wp), intent(in) :: ratio
       !> Within the outer and the inner edges.
       real(wp), intent(in) :: load(lanes, 2), size(lanes, 2)
       !> Stiffness, and the force of the trial and that before the step, as of `slip_on_ellipses`.
@@ -576,9 +579,10 @@ contains
       !> Direction in the step before, of the size one or zero; then that of this step.
       real(wp), intent(inout) :: u(lanes, 3)
       real(wp) :: plane, spin, k1, k2, k3, g1, g2, g3, b1, b2, b3, u1, u2, u3, borne, known, &
-         rest, l1, l2, l3, arm, share, c1, c3, q1, q2, q3, mu, p1, p2, p3, square, slope, along
+         rest, l1, l2, l3, arm, share, bends(2), bend, c1, c2, c3, q1, q2, q3, mu, p1, p2, p3, square, slope, along
       integer :: i
 
+      bends = [long_bend(1) + long_bend(2)*ratio, short_bend(1) + short_bend(2)*ratio]
       do i = 1, n
          k1 = stiffness(i, 1)
          k2 = stiffness(i, 2)
@@ -617,14 +621,15 @@ contains
          p2 = known*u2 + (1.0_wp - known)*g2*spin
          p3 = known*u3 + (1.0_wp - known)*g3*plane
          share = arm*p3*p3
-         share = share/max(p1*p1 + p2*p2 + share, least_power)
-         c1 = 1.0_wp - bend*share*share
-         c3 = 1.0_wp - bend*(1.0_wp - share)**2
-         q1 = known + (1.0_wp - known)*c1
-         q3 = known + (1.0_wp - known)*c3
-         l1 = l1*q1
-         l2 = l2*q1
-         l3 = l3*q3
+         along = 1.0_wp/max(p1*p1 + p2*p2 + share, least_power)
+         share = share*along
+         bend = (bends(1)*p1*p1 + bends(2)*p2*p2)*along
+         c1 = 1.0_wp - (bends(1) - bend)*share
+         c2 = 1.0_wp - (bends(2) - bend)*share
+         c3 = 1.0_wp - bend*(1.0_wp - share)
+         l1 = l1*(known + (1.0_wp - known)*c1)
+         l2 = l2*(known + (1.0_wp - known)*c2)
+         l3 = l3*(known + (1.0_wp - known)*c3)
          p1 = l1 + mu*k1
          p2 = l2 + mu*k2
          p3 = l3 + mu*k3
@@ -636,18 +641,19 @@ contains
          p2 = g2*q2
          p3 = g3*q3
          share = arm*p3*p3
-         share = share/max(p1*p1 + p2*p2 + share, least_power)
+         along = 1.0_wp/max(p1*p1 + p2*p2 + share, least_power)
+         share = share*along
+         bend = (bends(1)*p1*p1 + bends(2)*p2*p2)*along
          p1 = l1*p1*p1
          p2 = l2*p2*p2
          p3 = l3*p3*p3
          square = p1 + p2 + p3
          slope = p1*k1*q1 + p2*k2*q2 + p3*k3*q3
          mu = max(mu + square*(sqrt(square/borne) - 1.0_wp)/max(slope, least_power), 0.0_wp)
-         c1 = (1.0_wp - bend*share*share)/c1
-         c3 = (1.0_wp - bend*(1.0_wp - share)**2)/c3
-         q1 = l1*c1 + mu*k1
-         q2 = l2*c1 + mu*k2
-         q3 = l3*c3 + mu*k3
+         ! Of others that goes to and fro.
+         q1 = l1*(known*(1.0_wp - (bends(1) - bend)*share)/c1 + (1.0_wp - known)) + mu*k1
+         q2 = l2*(known*(1.0_wp - (bends(2) - bend)*share)/c2 + (1.0_wp - known)) + mu*k2
+         q3 = l3*(known*(1.0_wp - bend*(1.0_wp - share))/c3 + (1.0_wp - known)) + mu*k3
          ! Only their ratios count.
          p1 = g1*q2*q3
          p2 = g2*q1*q3

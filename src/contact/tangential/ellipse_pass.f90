@@ -84,39 +84,15 @@ contains
       real(wp), intent(inout) :: unknown(lanes)
       !> As of `slip_on_ellipses`, of those of which it is known now.
       real(wp), intent(inout) :: u(lanes, 3), force(lanes, 3), length(lanes)
-      real(wp) :: slip(lanes), off(lanes), new(lanes, 3), f(lanes, 3), bears, arm, g1, g2, g3, f1, &
-         f2, f3, plane, across, spin, about, part, share, rest, sticks(lanes), ends(lanes)
+      real(wp) :: slip(lanes), off(lanes), new(lanes, 3), f(lanes, 3), sticks(lanes), ends(lanes)
       integer :: i
 
       call step_on_ellipses(ellipse, load, size, stiffness, trial, short, v, slip, off, new, &
          f)
+      sticks = 0.0_wp
+      ! Where all slip none sticks.
+      if (any(slip <= 0.0_wp .and. unknown > 0.5_wp)) call find_stuck(torque, load, size, trial, f, slip, sticks)
       do i = 1, lanes
-         ! As `within_limit`.
-         bears = load(i, 1) - load(i, 2)
-         arm = torque*(load(i, 1)*size(i, 1) - load(i, 2)*size(i, 2))
-         g1 = trial(i, 1)
-         g2 = trial(i, 2)
-         g3 = trial(i, 3)
-         f1 = f(i, 1)
-         f2 = f(i, 2)
-         f3 = f(i, 3)
-         plane = f1*f1 + f2*f2
-         spin = f3*f3
-         across = g1*f1 + g2*f2
-         about = g3*f3
-         ! The part of f that leaves the least. A half and a sign are a condition without a branch.
-         share = 0.5_wp + sign(0.5_wp, about)
-         part = 0.5_wp + sign(0.5_wp, spin - abs(about))
-         share = share + part*(about/max(spin, least_power) - share)
-         part = 0.5_wp + sign(0.5_wp, plane*arm*arm - spin*bears*bears)
-         share = share + part*(across/max(plane, least_power) - share)
-         share = min(max(share, 0.0_wp), 1.0_wp)
-         g1 = g1 - share*f1
-         g2 = g2 - share*f2
-         g3 = g3 - share*f3
-         rest = sqrt(g1*g1 + g2*g2)*arm + abs(g3)*bears - (1.0_wp - share)*bears*arm
-         ! Where it sticks the direction stays. One condition at a time, for the wide registers.
-         sticks(i) = 0.5_wp - sign(0.5_wp, max(slip(i), rest))
          ends(i) = 0.5_wp - sign(0.5_wp, off(i))
          ends(i) = max(sticks(i), ends(i))*unknown(i)
          unknown(i) = unknown(i) - ends(i)
@@ -141,6 +117,46 @@ contains
       end do
    end subroutine pass_on_ellipses
 
+   !> Which of the shells that do not slip surely stick.
+   pure subroutine find_stuck(torque, load, size, trial, force, slip, sticks)
+      !> As of `pass_on_ellipses`.
+      real(wp), intent(in) :: torque, load(lanes, 2), size(lanes, 2), trial(lanes, 3)
+      !> Force of sliding in the direction at hand, and the length of the slip.
+      real(wp), intent(in) :: force(lanes, 3), slip(lanes)
+      !> One where a shell sticks, else zero.
+      real(wp), intent(inout) :: sticks(lanes)
+      real(wp) :: bears, arm, g1, g2, g3, f1, f2, f3, plane, across, spin, about, part, share, rest
+      integer :: i
+
+      do i = 1, lanes
+         ! As `within_limit`.
+         bears = load(i, 1) - load(i, 2)
+         arm = torque*(load(i, 1)*size(i, 1) - load(i, 2)*size(i, 2))
+         g1 = trial(i, 1)
+         g2 = trial(i, 2)
+         g3 = trial(i, 3)
+         f1 = force(i, 1)
+         f2 = force(i, 2)
+         f3 = force(i, 3)
+         plane = f1*f1 + f2*f2
+         spin = f3*f3
+         across = g1*f1 + g2*f2
+         about = g3*f3
+         ! The part of f that leaves the least. A half and a sign are a condition without a branch.
+         share = 0.5_wp + sign(0.5_wp, about)
+         part = 0.5_wp + sign(0.5_wp, spin - abs(about))
+         share = share + part*(about/max(spin, least_power) - share)
+         part = 0.5_wp + sign(0.5_wp, plane*arm*arm - spin*bears*bears)
+         share = share + part*(across/max(plane, least_power) - share)
+         share = min(max(share, 0.0_wp), 1.0_wp)
+         g1 = g1 - share*f1
+         g2 = g2 - share*f2
+         g3 = g3 - share*f3
+         rest = sqrt(g1*g1 + g2*g2)*arm + abs(g3)*bears - (1.0_wp - share)*bears*arm
+         sticks(i) = 0.5_wp - sign(0.5_wp, max(slip(i), rest))
+      end do
+   end subroutine find_stuck
+
    !> Steps of the directions u of the slips of shells: Newton's method with the second derivatives
    !> of the force, as `slip_on_ellipse` takes them.
    pure subroutine step_on_ellipses(ellipse, load, size, stiffness, trial, short, u, &
@@ -164,7 +180,7 @@ contains
          h13, h23, h33, b1, b2, b3, b4, k1, k2, k3, g1, g2, g3, u1, u2, u3, part, spring, slip, &
          r1, r2, r3, a11, a21, a31, a22, a32, a33, q11, q21, q31, q22, q32, q33, per, w1, w2, w3, &
          beta, p1, p2, p3, m1, m2, m3, x, y, share, inverse, c1, c2, c3, bent, first_size, &
-         more_size, good, slips, fine, square, tolerance, along, borne, stiff, radius
+         more_size, good, slips, fine, z, per_along, square, tolerance, along, borne, stiff, radius
       integer :: i, l
 
       do l = 1, 3
@@ -202,7 +218,8 @@ contains
          borne = max(f1*u1 + f2*u2 + f3*u3, least_pivot)
          ! Quotients of what is known before the forces are.
          slip = (along - borne)*(1.0_wp/stiff)
-         part = min(borne*(1.0_wp/max(along, least_pivot)), most_part)
+         per_along = 1.0_wp/max(along, least_pivot)
+         part = min(borne*per_along, most_part)
          length(i) = slip
          ! Where nothing slips what is sought is the direction whose force is along the trial.
          slips = 0.5_wp - sign(0.5_wp, borne - along)
@@ -250,13 +267,18 @@ contains
          c1 = c1 - 2.0_wp*share*m1
          c2 = c2 - 2.0_wp*share*m2
          c3 = c3 - 2.0_wp*share*m3
-         part = beta*(c1*u1 + c2*u2 + c3*u3)/max(spring*(spring + beta*stiff), least_power)
-         m1 = (q11*c1 + q21*c2 + q31*c3)*per + part*u1
-         m2 = (q21*c1 + q22*c2 + q32*c3)*per + part*u2
-         m3 = (q31*c1 + q32*c2 + q33*c3)*per + part*u3
+         ! Where nothing slips the size of the force is free, not the length of the slip.
+         along = c1*u1 + c2*u2 + c3*u3
+         share = (1.0_wp - slips)*along*per_along
+         part = slips*along*beta/max(spring*(spring + beta*stiff), least_power)
+         x = c1 - share*g1
+         y = c2 - share*g2
+         z = c3 - share*g3
+         m1 = (q11*x + q21*y + q31*z)*per + part*u1
+         m2 = (q21*x + q22*y + q32*z)*per + part*u2
+         m3 = (q31*x + q32*y + q33*z)*per + part*u3
          more_size = 0.5_wp*max(abs(m1), abs(m2), abs(m3))
-         good = slips*(0.5_wp + sign(0.5_wp, min(abs(u3) - least_spin, 0.5_wp*first_size &
-            - more_size)))
+         good = 0.5_wp + sign(0.5_wp, min(abs(u3) - least_spin, 0.5_wp*first_size - more_size))
          p1 = p1 - 0.5_wp*good*m1
          p2 = p2 - 0.5_wp*good*m2
          p3 = p3 - 0.5_wp*good*m3

@@ -49,6 +49,11 @@ module contensou_contact_tangential_shells
    !> Turn of the direction of a slip that is little.
    real(wp), parameter :: little = 1.0e-3_wp
 
+   !> Size of an ellipsoid within the limit of any shell, over the one through pure sliding and pure
+   !> spinning: the first one and the second one times k. Shells whose load is next to nothing have
+   !> the least: 0.824 of it on a needle, 0.852 for k = 1/2, 0.892 on a circle.
+   real(wp), parameter :: inside_least = 0.813_wp, inside_more = 0.073_wp
+
    !> Load of a shell, in that of the spot, below which its derivatives are but rounding errors.
    real(wp), parameter :: least_load = 1.0e-13_wp
 
@@ -192,9 +197,9 @@ contains
       !> Elastic displacements.
       real(wp), intent(inout), contiguous :: shift(:, :)
       !> Below zero where a shell surely sticks: its force is within the double cone of pure sliding
-      !> and pure spinning, or a part of it that rungs have as well.
+      !> and pure spinning, or a part of it that rungs have as well, or within an ellipsoid.
       real(wp), intent(out) :: excess(n)
-      real(wp) :: inside, torque, bears, arm, largest, spin, slide
+      real(wp) :: inside, surely, torque, bears, arm, largest, spin, slide
       integer :: j
 
       do j = 1, n - new
@@ -206,7 +211,11 @@ contains
          shift(j, :) = part_of_step(j, n, new)*step
       end do
       inside = spot%limit
-      if (associated(spot%rung)) inside = within_rungs*inside
+      surely = (inside_least + inside_more*spot%shape%k)*inside
+      if (associated(spot%rung)) then
+         inside = within_rungs*inside
+         surely = 0.0_wp
+      end if
       arm = spot%a*spot%shape%torque
       do j = 1, n
          bears = load(j) - load(j - 1)
@@ -214,7 +223,9 @@ contains
          spin = abs(share(j, 3)*shift(j, 3))
          slide = (share(j, 1)*shift(j, 1))**2 + (share(j, 2)*shift(j, 2))**2
          largest = max((inside*torque - spin)*bears, 0.0_wp)
-         excess(j) = slide*torque*torque - largest*largest
+         slide = slide*torque*torque
+         excess(j) = min(slide - largest*largest, slide + bears*bears*(spin*spin &
+            - surely*surely*torque*torque))
       end do
    end subroutine try_elastic
 

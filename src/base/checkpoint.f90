@@ -21,7 +21,7 @@ module contensou_base_checkpoint
    public :: checkpoint_type, checkpoint_heading
 
    !> What the file is and the version of its form.
-   character(len=*), parameter :: checkpoint_heading = "contensou-checkpoint 5"
+   character(len=*), parameter :: checkpoint_heading = "contensou-checkpoint 6"
 
    character(len=*), parameter :: kind_real = "real"
 

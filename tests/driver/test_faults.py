@@ -133,6 +133,11 @@ FAULTS = {
         "<= (1.0_wp - share)*load*torque",
         "<= (1.05_wp - share)*load*torque",
     ),
+    "ellipsoid that is not within the limit of a shell": (
+        "contact/tangential/shells.f90",
+        "inner_ellipsoid = 0.813_wp + 0.073_wp*ratio",
+        "inner_ellipsoid = 0.813_wp + 0.12_wp*ratio",
+    ),
     "force after the last step of a shell of an ellipse": (
         "contact/tangential/ellipse_pass.f90",
         "force(i, 3) = f3 + slips*(m3 + c3)",

@@ -26,8 +26,8 @@ module test_tangential
    use contensou_contact_tangential_ellipse_values, only : bands, parts
    use contensou_contact_tangential_registers, only : kernels_type, numbers_of_register, &
       side_by_side
-   use contensou_contact_tangential_shells, only : default_layers, shells_type, single_spring, &
-      spring_spot_type
+   use contensou_contact_tangential_shells, only : default_layers, inner_ellipsoid, shells_type, &
+      single_spring, spring_spot_type
    use contensou_contact_tangential_slip, only : shared_type, shell_type, sliding_force
    use contensou_contact_tangential_stiffness, only : tangential_stiffness
    use contensou_contact_wrench, only : wrench_jacobian_kernel, wrench_pade11_jacobian, &
@@ -80,6 +80,7 @@ contains
       call test_wide(4)
       call test_wide(8)
       call test_border()
+      call test_inner_ellipsoid()
    end subroutine run_tangential_tests
 
    !> A spot of steel.
@@ -1165,6 +1166,42 @@ contains
       call check(20*known > 19*asked, "nearly all shells near the border are found")
       call check(wrong == 0, "whether a shell near the border slips")
    end subroutine test_border
+
+   !> An ellipsoid is within the limit of a shell if no direction of sliding has a smaller potential
+   !> than the ellipsoid.
+   subroutine test_inner_ellipsoid()
+      real(wp), parameter :: ratios(*) = [1.0_wp, 0.7_wp, 0.5_wp, 0.3_wp, 0.15_wp, 0.05_wp, &
+         1.0e-3_wp]
+      real(wp), parameter :: edges(2, 5) = reshape([0.0_wp, 1.0_wp, 0.0_wp, 0.3_wp, 0.5_wp, &
+         0.8_wp, 0.6_wp, 0.601_wp, 0.95_wp, 0.999_wp], [2, 5])
+      integer, parameter :: ways = 6, spins = 40
+      type(spot_shape_type) :: shape
+      real(wp) :: u(3), force(3), slides, turns, angle, part, share, least
+      integer :: i, j, l, m
+
+      do i = 1, size(ratios)
+         shape = elliptic_shape(ratios(i))
+         least = huge(least)
+         do j = 1, size(edges, 2)
+            call force_of_sliding(shape, edges(1, j), edges(2, j), [1.0_wp, 0.0_wp, 0.0_wp], force)
+            slides = norm2(force)
+            call force_of_sliding(shape, edges(1, j), edges(2, j), [0.0_wp, 0.0_wp, 1.0_wp], force)
+            turns = norm2(force)
+            do l = 0, ways
+               angle = 0.5_wp*pi*real(l, wp)/ways
+               do m = 0, spins
+                  part = 0.5_wp*pi*real(m, wp)/spins
+                  u = [cos(part)/slides*[cos(angle), sin(angle)], sin(part)/turns]
+                  call force_of_sliding(shape, edges(1, j), edges(2, j), u, force)
+                  least = min(least, dot_product(force, u))
+               end do
+            end do
+         end do
+         share = least/inner_ellipsoid(ratios(i))
+         call check(share >= 1.0_wp, "an ellipsoid within the limits of shells")
+         call check(share < 1.02_wp, "an ellipsoid that is not much smaller than it may be")
+      end do
+   end subroutine test_inner_ellipsoid
 
    !> Shells without a contact.
    pure function shells_of(layers) result(shells)

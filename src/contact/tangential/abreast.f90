@@ -47,8 +47,8 @@ module contensou_contact_tangential_abreast
    !> By how much squares of what is borne may differ from those of pure sliding and spinning.
    real(wp), parameter :: alike = 100.0_wp
 
-   !> Bends of the limit of a shell along its axes, for the first direction, about: the first number
-   !> and the second one times the axis ratio.
+   !> Bends h_x and h_y of the limit of a shell for the first direction: the first number and the
+   !> second one times the axis ratio.
    real(wp), parameter :: long_bend(2) = [-0.2_wp, 0.8_wp], short_bend(2) = [0.8_wp, -0.2_wp]
 
 contains
@@ -419,10 +419,10 @@ contains
       real(wp), intent(in) :: stiffness(lanes, 3), trial(lanes, 3)
       !> Force before the step where a shell slipped in the step before, or zero.
       real(wp), intent(in) :: held(lanes, 3)
-      !> Whether all go on to slip as they did.
+      !> Whether all go on to slip, about in the directions they come with.
       logical, intent(in) :: steady
-      !> Direction in the step before, of the size one or zero; that of the slip or where the shell
-      !> bears the most before it slips.
+      !> Direction in the step before, of the size one or zero, or where all go on the one in which
+      !> it is sought first, of any size; then that of the slip or where the shell bears the most.
       real(wp), intent(inout) :: u(lanes, 3)
       !> Force of sliding.
       real(wp), intent(inout) :: force(lanes, 3)
@@ -435,6 +435,7 @@ contains
       real(wp), dimension(few, 3) :: some_k, some_g, some_v, some_u, some_force
       real(wp), dimension(few, 2) :: some_load, some_size
       real(wp), dimension(few) :: some_short, some_unknown, some_length
+      real(wp) :: inverse
       integer :: at(few), i, j, l, m, pass
 
       do l = 1, 3
@@ -452,7 +453,16 @@ contains
             + (g(i, 2)*k(i, 1)*k(i, 3))**2 + (g(i, 3)*k(i, 1)*k(i, 2))**2)
          unknown(i) = merge(1.0_wp, 0.0_wp, i <= n)
       end do
-      if (.not. steady) call foresee(lanes, torque, ellipse%k, load, size, k, g, b, v)
+      if (steady) then
+         do i = 1, lanes
+            inverse = 1.0_wp/sqrt(v(i, 1)**2 + v(i, 2)**2 + v(i, 3)**2)
+            v(i, 1) = v(i, 1)*inverse
+            v(i, 2) = v(i, 2)*inverse
+            v(i, 3) = v(i, 3)*inverse
+         end do
+      else
+         call foresee(lanes, torque, ellipse%k, load, size, k, g, b, v)
+      end if
       m = n
       pass = 0
       do while (m > few .and. pass < most_passes)
@@ -563,8 +573,10 @@ contains
    !> The force of sliding along u is A u/phi, phi^2 = u.A u, A diagonal. What slipped in the step
    !> before bore b = A u/phi, phi = b.u: with L = A/phi it slips along p_i = g_i/(L_i + mu K_i)
    !> now, and p.L p = phi leaves one unknown, for which Newton takes a step. Pure sliding and pure
-   !> spinning tell A of others. A is not constant: with r the share of spinning in u.A u by these
-   !> two it is as 1 - bend r^2 in the plane, and as 1 - bend (1 - r)^2 about the normal.
+   !> spinning tell A of others. A is not constant: with X, Y and S the parts of the axes and of
+   !> spinning in u.A u by these two,
+   !>    phi^2 = X + Y + S - (h_x X + h_y Y) S/(X + Y + S),
+   !> and of shells that are not the innermost ones h is some 0.8 k - 0.2 and 0.8 - 0.2 k.
    pure subroutine foresee(n, torque, ratio, load, size, stiffness, trial, held, u)
       !> Number of shells.
       integer, value :: n
@@ -579,7 +591,8 @@ contains
       !> Direction in the step before, of the size one or zero; then that of this step.
       real(wp), intent(inout) :: u(lanes, 3)
       real(wp) :: plane, spin, k1, k2, k3, g1, g2, g3, b1, b2, b3, u1, u2, u3, borne, known, &
-         rest, l1, l2, l3, arm, share, bends(2), bend, c1, c2, c3, q1, q2, q3, mu, p1, p2, p3, square, slope, along
+         rest, l1, l2, l3, arm, share, bends(2), bend, c1, c2, c3, q1, q2, q3, mu, p1, p2, p3, &
+         square, slope, along
       integer :: i
 
       bends = [long_bend(1) + long_bend(2)*ratio, short_bend(1) + short_bend(2)*ratio]
@@ -620,6 +633,7 @@ contains
          p1 = known*u1 + (1.0_wp - known)*g1*spin
          p2 = known*u2 + (1.0_wp - known)*g2*spin
          p3 = known*u3 + (1.0_wp - known)*g3*plane
+         ! S over u.A u, and the mean of h times the rest.
          share = arm*p3*p3
          along = 1.0_wp/max(p1*p1 + p2*p2 + share, least_power)
          share = share*along
@@ -650,7 +664,7 @@ contains
          square = p1 + p2 + p3
          slope = p1*k1*q1 + p2*k2*q2 + p3*k3*q3
          mu = max(mu + square*(sqrt(square/borne) - 1.0_wp)/max(slope, least_power), 0.0_wp)
-         ! Of others that goes to and fro.
+         ! With those of others, whose share is known by one guess only, this would go to and fro.
          q1 = l1*(known*(1.0_wp - (bends(1) - bend)*share)/c1 + (1.0_wp - known)) + mu*k1
          q2 = l2*(known*(1.0_wp - (bends(2) - bend)*share)/c2 + (1.0_wp - known)) + mu*k2
          q3 = l3*(known*(1.0_wp - bend*(1.0_wp - share))/c3 + (1.0_wp - known)) + mu*k3

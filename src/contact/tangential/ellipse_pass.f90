@@ -90,14 +90,16 @@ contains
       call step_on_ellipses(ellipse, load, size, stiffness, trial, short, v, slip, off, new, &
          f)
       sticks = 0.0_wp
-      ! Where all slip none sticks.
-      if (any(slip <= 0.0_wp .and. unknown > 0.5_wp)) call find_stuck(torque, load, size, trial, f, slip, sticks)
+      ! In most passes all slip.
+      if (any(slip <= 0.0_wp .and. unknown > 0.5_wp)) call find_stuck(torque, load, size, trial, &
+         f, slip, sticks)
       do i = 1, lanes
          ends(i) = 0.5_wp - sign(0.5_wp, off(i))
          ends(i) = max(sticks(i), ends(i))*unknown(i)
          unknown(i) = unknown(i) - ends(i)
       end do
       do i = 1, lanes
+         ! Where it sticks the direction stays.
          if (sticks(i) < 0.5_wp) then
             v(i, 1) = new(i, 1)
             v(i, 2) = new(i, 2)
@@ -153,6 +155,7 @@ contains
          g2 = g2 - share*f2
          g3 = g3 - share*f3
          rest = sqrt(g1*g1 + g2*g2)*arm + abs(g3)*bears - (1.0_wp - share)*bears*arm
+         ! One condition at a time, for the wide registers.
          sticks(i) = 0.5_wp - sign(0.5_wp, max(slip(i), rest))
       end do
    end subroutine find_stuck

@@ -67,6 +67,9 @@ module contensou_contact_tangential_nest
       !> The axis along and across which the displacements have their components, seen from the
       !> axes of the spot where `stiffness` was.
       real(wp) :: axis(2) = [1.0_wp, 0.0_wp]
+      !> Direction of the last step of an elliptic spot, of shift and twist times the semi-axis, or
+      !> zero. Those of slips turn as it does, about.
+      real(wp) :: went(3) = 0.0_wp
    contains
       procedure :: within
       procedure :: resize
@@ -120,6 +123,7 @@ contains
       self%a = 0.0_wp
       self%stiffness = 0.0_wp
       self%new = most_new
+      self%went = 0.0_wp
       if (allocated(self%direction)) self%direction = 0.0_wp
    end subroutine clear
 
@@ -139,6 +143,7 @@ contains
          self%shift(j, 2) = -sense*x
       end do
       self%direction = 0.0_wp
+      self%went = 0.0_wp
    end subroutine turn
 
    !> Elastic energy [J].
@@ -438,6 +443,7 @@ contains
       self%new = others%new
       self%stiffness = others%stiffness
       self%axis = [1.0_wp, 0.0_wp]
+      self%went = [turned(axis, others%went(1:2)), others%went(3)]
       if (n == 0) return
       self%edge(:n) = others%edge(:n)
       self%power(:n) = others%power(:n)
@@ -500,6 +506,7 @@ contains
          self%shift(j, 1:2) = turned([axis(1), -axis(2)], self%shift(j, 1:2))
          self%direction(j, 1:2) = turned([axis(1), -axis(2)], self%direction(j, 1:2))
       end do
+      self%went(1:2) = turned([axis(1), -axis(2)], self%went(1:2))
       self%axis = axis
    end subroutine turn_to
 
@@ -530,6 +537,7 @@ contains
       call checkpoint%exchange("shells_a", self%a)
       call checkpoint%exchange("shells_stiffness", self%stiffness)
       call checkpoint%exchange("shells_axis", self%axis)
+      call checkpoint%exchange("shells_went", self%went)
       call checkpoint%exchange("shells_slipped", self%slipped(:self%n))
       ! All, as what follows from the edges had its rounding errors when these were set.
       do j = 0, self%n

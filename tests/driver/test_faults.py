@@ -138,6 +138,11 @@ FAULTS = {
         "inner_ellipsoid = 0.813_wp + 0.073_wp*ratio",
         "inner_ellipsoid = 0.813_wp + 0.12_wp*ratio",
     ),
+    "work of the slip of a shell of an ellipse": (
+        "contact/tangential/abreast.f90",
+        "+ (g(i, 3) - force(i, 3))*u(i, 3)) &\n            /max(",
+        "+ g(i, 3)*u(i, 3)) &\n            /max(",
+    ),
     "force after the last step of a shell of an ellipse": (
         "contact/tangential/ellipse_pass.f90",
         "force(i, 3) = f3 + slips*(m3 + c3)",

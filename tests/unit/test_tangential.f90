@@ -1026,18 +1026,20 @@ contains
       type(ellipse_type) :: table, wide_table
       type(kernels_type) :: wide
       type(spot_shape_type) :: shape
-      real(wp), dimension(lanes, 3) :: stiffness, trial, held, u, wide_u, force, wide_force
+      real(wp), dimension(lanes, 3) :: stiffness, trial, held, u, wide_u, force, wide_force, &
+         elastic, wide_elastic
       real(wp), dimension(lanes, 2) :: load, size, pair, shift, two, wide_two, way, wide_way
-      real(wp), dimension(lanes) :: bears, length, wide_length
+      real(wp), dimension(lanes) :: bears, length, wide_length, asked_for, done, wide_done
       real(wp), dimension(abreast, 2) :: springs, shifts, forces, wide_forces, ways, wide_ways
       real(wp), dimension(abreast) :: loads, work, wide_work
       logical, dimension(lanes) :: found, wide_found
-      real(wp) :: x
-      integer :: i, j, l, n, asked, slipped, unlike
+      real(wp) :: away(3), x
+      integer :: i, j, l, n, asked, unasked, slipped, unlike
 
       if (numbers_of_register() < numbers) return
       wide = side_by_side(numbers)
       asked = 0
+      unasked = 0
       slipped = 0
       unlike = 0
       do i = 1, 400
@@ -1064,10 +1066,14 @@ contains
          wide_u = u
          call table%set_ratio(shape%k, shape%k2, shape%c)
          call wide_table%set_ratio(shape%k, shape%k2, shape%c)
-         call slip_on_ellipses(table, shape%torque, n, load, size, stiffness, trial, held, &
-            .false., u, force, length, found)
-         call wide%slip_on_ellipses(wide_table, shape%torque, n, load, size, stiffness, trial, &
-            held, .false., wide_u, wide_force, wide_length, wide_found)
+         asked_for = 0.0_wp
+         asked_for(:n) = 1.0_wp
+         call slip_on_ellipses(table, shape%torque, asked_for, load, size, stiffness, trial, held, &
+            .false., u, force, elastic, length, done, found)
+         call wide%slip_on_ellipses(wide_table, shape%torque, asked_for, load, size, stiffness, &
+            trial, held, .false., wide_u, wide_force, wide_elastic, wide_length, wide_done, &
+            wide_found)
+         unasked = unasked + count(found(n + 1:)) + count(wide_found(n + 1:))
          if (modulo(i, 8) == 1) then
             call check(.not. (found(2) .or. wide_found(2)), "a shell that is left to others")
             trial(2, :) = 1.0e-20_wp*trial(2, :)
@@ -1078,6 +1084,12 @@ contains
             if (.not. length(j) > 0.0_wp) cycle
             slipped = slipped + 1
             call ellipse%note(maxval(abs(force(j, :) - wide_force(j, :)))/bears(j), i)
+            away = trial(j, :)/stiffness(j, :)
+            call ellipse%note(norm2(elastic(j, :)*stiffness(j, :) - force(j, :))/bears(j), i)
+            call ellipse%note(abs(done(j) - wide_done(j))/(bears(j)*norm2(away)), i)
+            ! What is lost is the work of the force along the slip.
+            call ellipse%note(abs(done(j) - dot_product(force(j, :), away - elastic(j, :))) &
+               /(bears(j)*norm2(away)), i)
          end do
          ! On a circle.
          pair(:n, 1) = stiffness(:n, 1)
@@ -1112,6 +1124,7 @@ contains
          end do
       end do
       call check(slipped > asked, "shells that slip by wide registers")
+      call check(unasked == 0, "shells that are not asked for, by wide registers")
       call check(unlike == 0, "whether a shell slips, by wide registers")
       call plane%check_below(1.0e-14_wp, "slip in the plane by wide registers")
       call circle%check_below(1.0e-11_wp, "slip on a circle by wide registers")
@@ -1125,9 +1138,9 @@ contains
       type(random_type) :: random
       type(ellipse_type) :: table
       type(spot_shape_type) :: shape
-      real(wp), dimension(lanes, 3) :: stiffness, border, trial, held, u, force
+      real(wp), dimension(lanes, 3) :: stiffness, border, trial, held, u, force, elastic
       real(wp), dimension(lanes, 2) :: load, size
-      real(wp), dimension(lanes) :: length
+      real(wp), dimension(lanes) :: length, asked_for, done
       real(wp) :: direction(3), x
       logical, dimension(lanes) :: found, beyond
       integer :: i, j, l, n, known, asked, wrong
@@ -1157,8 +1170,10 @@ contains
             beyond(j) = random%uniform(0.0_wp, 1.0_wp) > 0.5_wp
             trial(j, :) = border(j, :)*(1.0_wp + merge(little, -little, beyond(j)))
          end do
-         call slip_on_ellipses(table, shape%torque, n, load, size, stiffness, trial, held, &
-            .false., u, force, length, found)
+         asked_for = 0.0_wp
+         asked_for(:n) = 1.0_wp
+         call slip_on_ellipses(table, shape%torque, asked_for, load, size, stiffness, trial, held, &
+            .false., u, force, elastic, length, done, found)
          asked = asked + n
          known = known + count(found(:n))
          wrong = wrong + count(found(:n) .and. (length(:n) > 0.0_wp .neqv. beyond(:n)))

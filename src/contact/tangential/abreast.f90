@@ -19,8 +19,8 @@ module contensou_contact_tangential_abreast
    implicit none(type, external)
    private
 
-   public :: slip_in_plane, slip_on_circles, slip_on_ellipses, slide_shells, step_on_circles, &
-      within_limit, abreast, narrow_load, short_slip
+   public :: lay_out, slip_in_plane, slip_on_circles, slip_on_ellipses, slide_shells, &
+      step_on_circles, within_limit, abreast, narrow_load, short_slip
 
    !> Most shells side by side.
    integer, parameter :: abreast = 40
@@ -37,6 +37,9 @@ module contensou_contact_tangential_abreast
 
    !> Load of a shell below which powers of it leave the range of numbers.
    real(wp), parameter :: narrow_load = 1.0e-6_wp
+
+   !> Distance of a slip from the direction of the step below which it turns as that does.
+   real(wp), parameter :: near = 1.0e-2_wp
 
    !> Forces of trials above this, and stiffness beyond that or its inverse, are left to others.
    real(wp), parameter :: largest_trial = 1.0e15_wp, largest_stiffness = 1.0e30_wp
@@ -406,13 +409,14 @@ contains
    end subroutine turn_outside
 
    !> Slip of shells of an elliptic spot.
-   pure subroutine slip_on_ellipses(ellipse, torque, n, load, size, stiffness, trial, held, &
-      steady, u, force, length, found)
+   pure subroutine slip_on_ellipses(ellipse, torque, asked, load, size, stiffness, trial, held, &
+      steady, u, force, elastic, length, work, found)
       type(ellipse_type), intent(inout) :: ellipse
       !> Of pure spinning of the spot, in units of f N a.
       real(wp), intent(in) :: torque
-      !> Number of shells. What else there is must be of shells as well, with directions.
-      integer, intent(in) :: n
+      !> One for a shell that is asked for, else zero. The others must be shells as well, with
+      !> directions.
+      real(wp), intent(in) :: asked(lanes)
       !> Within the outer and the inner edges.
       real(wp), intent(in) :: load(lanes, 2), size(lanes, 2)
       !> In units of f N and of a length, and the force of the trial.
@@ -424,10 +428,10 @@ contains
       !> Direction in the step before, of the size one or zero, or where all go on the one in which
       !> it is sought first, of any size; then that of the slip or where the shell bears the most.
       real(wp), intent(inout) :: u(lanes, 3)
-      !> Force of sliding.
-      real(wp), intent(inout) :: force(lanes, 3)
-      !> Length of the slip, > 0 if a shell slips.
-      real(wp), intent(inout) :: length(lanes)
+      !> Force of sliding, and that over the stiffness.
+      real(wp), intent(inout), dimension(lanes, 3) :: force, elastic
+      !> Length of the slip, > 0 if a shell slips, and its work.
+      real(wp), intent(inout), dimension(lanes) :: length, work
       !> Whether it is known what a shell does.
       logical, intent(inout) :: found(lanes)
       real(wp), dimension(lanes, 3) :: k, g, b, v
@@ -444,6 +448,7 @@ contains
             g(i, l) = trial(i, l)
             b(i, l) = held(i, l)
             v(i, l) = u(i, l)
+            force(i, l) = 0.0_wp
          end do
       end do
       call mask_unusual(lanes, k, g, b, usual)
@@ -451,7 +456,8 @@ contains
          short(i) = k(i, 1)*k(i, 2)*k(i, 3)
          short(i) = (short_slip/short(i))*sqrt((g(i, 1)*k(i, 2)*k(i, 3))**2 &
             + (g(i, 2)*k(i, 1)*k(i, 3))**2 + (g(i, 3)*k(i, 1)*k(i, 2))**2)
-         unknown(i) = merge(1.0_wp, 0.0_wp, i <= n)
+         unknown(i) = asked(i)
+         usual(i) = usual(i)*asked(i)
       end do
       if (steady) then
          do i = 1, lanes
@@ -463,7 +469,7 @@ contains
       else
          call foresee(lanes, torque, ellipse%k, load, size, k, g, b, v)
       end if
-      m = n
+      m = int(sum(asked) + 0.5_wp)
       pass = 0
       do while (m > few .and. pass < most_passes)
          call pass_on_ellipses(ellipse, torque, load, size, k, g, short, v, unknown, u, force, &
@@ -511,8 +517,83 @@ contains
       end if
       do i = 1, lanes
          found(i) = usual(i) - unknown(i) > 0.5_wp
+         inverse = 1.0_wp/(k(i, 1)*k(i, 2)*k(i, 3))
+         elastic(i, 1) = force(i, 1)*(k(i, 2)*k(i, 3)*inverse)
+         elastic(i, 2) = force(i, 2)*(k(i, 1)*k(i, 3)*inverse)
+         elastic(i, 3) = force(i, 3)*(k(i, 1)*k(i, 2)*inverse)
+         work(i) = (force(i, 1)*u(i, 1) + force(i, 2)*u(i, 2) + force(i, 3)*u(i, 3)) &
+            *((g(i, 1) - force(i, 1))*u(i, 1) + (g(i, 2) - force(i, 2))*u(i, 2) &
+            + (g(i, 3) - force(i, 3))*u(i, 3)) &
+            /max(k(i, 1)*u(i, 1)**2 + k(i, 2)*u(i, 2)**2 + k(i, 3)*u(i, 3)**2, least_pivot)
       end do
    end subroutine slip_on_ellipses
+
+   !> Shells of an elliptic spot side by side, those that are twisted and may slip. In the place of
+   !> the rest there are others.
+   pure subroutine lay_out(inside, n, per_limit, a, step, along, turn, excess, loads, sizes, &
+      share, shift, direction, slid, asked, load, size, stiffness, trial, held, steady, u)
+      !> Number of the shells inside of them, and of them, up to `lanes`.
+      integer, intent(in) :: inside, n
+      !> One over f N [1/N], and the major semi-axis [m].
+      real(wp), intent(in) :: per_limit, a
+      !> Step of shift and of twist times the semi-axis [m], its direction, and by how much this is
+      !> another one than in the step before.
+      real(wp), intent(in), dimension(3) :: step, along, turn
+      !> As of `shells_type`.
+      real(wp), intent(in), contiguous :: excess(:), loads(0:), sizes(0:)
+      real(wp), intent(in), contiguous :: share(:, :), shift(:, :), direction(:, :)
+      !> Which slipped in the step before.
+      logical, intent(in), contiguous :: slid(:)
+      !> As of `slip_on_ellipses`.
+      real(wp), intent(inout) :: asked(lanes), load(lanes, 2), size(lanes, 2)
+      real(wp), intent(inout), dimension(lanes, 3) :: stiffness, trial, held
+      !> Whether all go on to slip as the steps go, if they slipped so; whether they do.
+      logical, intent(inout) :: steady
+      real(wp), intent(inout) :: u(lanes, 3)
+      real(wp) :: part, rest, per_area, was, last, off(lanes)
+      integer :: i, j
+
+      per_area = per_limit/(a*a)
+      last = real(n, wp)
+      do i = 1, lanes
+         j = inside + i
+         ! Powers of what is very narrow leave the range of numbers.
+         rest = min(loads(j) - loads(j - 1) - narrow_load, share(j, 1) - least_pivot)
+         rest = min(rest, share(j, 2) - least_pivot, share(j, 3) - least_pivot, last - real(i, wp))
+         rest = min(rest, excess(j), abs(shift(j, 3)) - least_power)
+         part = 0.5_wp + sign(0.5_wp, rest)
+         rest = 1.0_wp - part
+         asked(i) = part
+         load(i, 1) = part*loads(j) + rest
+         load(i, 2) = part*loads(j - 1)
+         size(i, 1) = part*sizes(j) + rest
+         size(i, 2) = part*sizes(j - 1)
+         stiffness(i, 1) = part*(share(j, 1)*per_limit) + rest
+         stiffness(i, 2) = part*(share(j, 2)*per_limit) + rest
+         stiffness(i, 3) = part*(share(j, 3)*per_area) + rest
+         trial(i, 1) = stiffness(i, 1)*(part*shift(j, 1) + rest)
+         trial(i, 2) = stiffness(i, 2)*(part*shift(j, 2) + rest)
+         trial(i, 3) = stiffness(i, 3)*((part*shift(j, 3) + rest)*a)
+         u(i, 1) = part*direction(j, 1) + rest
+         u(i, 2) = part*direction(j, 2)
+         u(i, 3) = part*direction(j, 3)
+      end do
+      do i = 1, lanes
+         was = merge(1.0_wp, 0.0_wp, slid(inside + i))
+         held(i, 1) = was*(trial(i, 1) - stiffness(i, 1)*step(1))
+         held(i, 2) = was*(trial(i, 2) - stiffness(i, 2)*step(2))
+         held(i, 3) = was*(trial(i, 3) - stiffness(i, 3)*step(3))
+         off(i) = max(abs(u(i, 1) - along(1)), abs(u(i, 2) - along(2)), abs(u(i, 3) - along(3)))
+         off(i) = asked(i)*(off(i) + (1.0_wp - was))
+      end do
+      steady = steady .and. .not. any(off > near)
+      if (.not. steady) return
+      do i = 1, lanes
+         u(i, 1) = u(i, 1) + turn(1)
+         u(i, 2) = u(i, 2) + turn(2)
+         u(i, 3) = u(i, 3) + turn(3)
+      end do
+   end subroutine lay_out
 
    !> Forces of shells of an elliptic spot that slide in the same direction.
    pure subroutine slide_shells(ellipse, load, size, u, force)

@@ -1,12 +1,14 @@
 !> Slip of shells side by side, by the registers of the machine on which the program runs.
 module contensou_contact_tangential_registers
    use, intrinsic :: iso_c_binding, only : c_int
-   use contensou_contact_tangential_abreast, only : slide_shells, slip_in_plane, slip_on_circles, &
-      slip_on_ellipses
-   use contensou_contact_tangential_abreast_wide, only : wide_slide_shells => slide_shells, &
+   use contensou_contact_tangential_abreast, only : lay_out, slide_shells, slip_in_plane, &
+      slip_on_circles, slip_on_ellipses
+   use contensou_contact_tangential_abreast_wide, only : wide_lay_out => lay_out, &
+      wide_slide_shells => slide_shells, &
       wide_slip_in_plane => slip_in_plane, wide_slip_on_circles => slip_on_circles, &
       wide_slip_on_ellipses => slip_on_ellipses
-   use contensou_contact_tangential_abreast_widest, only : widest_slide_shells => slide_shells, &
+   use contensou_contact_tangential_abreast_widest, only : widest_lay_out => lay_out, &
+      widest_slide_shells => slide_shells, &
       widest_slip_in_plane => slip_in_plane, widest_slip_on_circles => slip_on_circles, &
       widest_slip_on_ellipses => slip_on_ellipses
    implicit none(type, external)
@@ -18,6 +20,7 @@ module contensou_contact_tangential_registers
    type :: kernels_type
       procedure(slip_in_plane), pointer, nopass :: slip_in_plane => null()
       procedure(slip_on_circles), pointer, nopass :: slip_on_circles => null()
+      procedure(lay_out), pointer, nopass :: lay_out => null()
       procedure(slip_on_ellipses), pointer, nopass :: slip_on_ellipses => null()
       procedure(slide_shells), pointer, nopass :: slide_shells => null()
    end type kernels_type
@@ -46,16 +49,19 @@ contains
       if (held >= 8) then
          kernels%slip_in_plane => widest_slip_in_plane
          kernels%slip_on_circles => widest_slip_on_circles
+         kernels%lay_out => widest_lay_out
          kernels%slip_on_ellipses => widest_slip_on_ellipses
          kernels%slide_shells => widest_slide_shells
       else if (held >= 4) then
          kernels%slip_in_plane => wide_slip_in_plane
          kernels%slip_on_circles => wide_slip_on_circles
+         kernels%lay_out => wide_lay_out
          kernels%slip_on_ellipses => wide_slip_on_ellipses
          kernels%slide_shells => wide_slide_shells
       else
          kernels%slip_in_plane => slip_in_plane
          kernels%slip_on_circles => slip_on_circles
+         kernels%lay_out => lay_out
          kernels%slip_on_ellipses => slip_on_ellipses
          kernels%slide_shells => slide_shells
       end if

@@ -46,9 +46,9 @@ module contensou_contact_tangential_shells
    !> Slip over the elastic displacement below which the stiffness after it is that of this one.
    real(wp), parameter :: shortest_slip = 1.0e-8_wp
 
-   !> Turn of a step, distance of a slip from its direction, and way, below which the slip turns as
-   !> the step does: beyond them its direction is that of the trial.
-   real(wp), parameter :: little = 1.0e-3_wp, near = 1.0e-2_wp, long_step = 10.0_wp
+   !> Turn of a step and its way below which slip along it turns as it does: beyond them the
+   !> direction of the slip is that of the trial.
+   real(wp), parameter :: little = 1.0e-3_wp, long_step = 10.0_wp
 
    !> Load of a shell, in that of the spot, below which its derivatives are but rounding errors.
    real(wp), parameter :: least_load = 1.0e-13_wp
@@ -155,7 +155,7 @@ contains
          if (self%slipped(j + 1) .and. .not. self%slipped(j)) self%direction(j, :) = &
             self%direction(j + 1, :)
       end do
-      slid(:self%n) = self%slipped(:self%n)
+      slid = self%slipped
       self%slipped(:self%n) = .false.
       if (.not. any(abs(self%shift(:self%n, 3)) > 0.0_wp)) then
          do j = self%n, 1, -abreast
@@ -346,7 +346,7 @@ contains
       kernels = side_by_side()
       last = self%n
       do while (last > 0)
-         call gather(.true., self%excess, self%load, self%size, self%share, self%shift, &
+         call gather(self%excess, self%load, self%size, self%share, self%shift, &
             self%direction, last, n, at, load, size, springs, shift, direction)
          if (n == 0) exit
          do i = 1, n
@@ -441,11 +441,9 @@ contains
       end do
    end subroutine scatter
 
-   !> The shells that may slip and are twisted, side by side.
-   pure subroutine gather(circular, excess, load, size, share, shift, direction, last, n, &
+   !> The shells of a circle that may slip and are shifted and twisted, side by side.
+   pure subroutine gather(excess, load, size, share, shift, direction, last, n, &
       at, loads, sizes, stiffness, shifts, directions)
-      !> Whether the shells must be of a circle and shifted.
-      logical, intent(in) :: circular
       !> As of `shells_type`.
       real(wp), intent(in), contiguous :: excess(:), load(0:), size(0:)
       real(wp), intent(in), contiguous :: share(:, :), shift(:, :), direction(:, :)
@@ -463,10 +461,8 @@ contains
          if (excess(j) < 0.0_wp) cycle
          if (.not. (load(j) > load(j - 1) .and. share(j, 1) > 0.0_wp .and. share(j, 2) > 0.0_wp &
             .and. share(j, 3) > 0.0_wp .and. abs(shift(j, 3)) > 0.0_wp)) cycle
-         if (circular .and. (abs(share(j, 1) - share(j, 2)) > 0.0_wp .or. &
-            .not. abs(shift(j, 1)) + abs(shift(j, 2)) > 0.0_wp)) cycle
-         ! Powers of what is very narrow leave the range of numbers.
-         if (.not. circular .and. load(j) - load(j - 1) < narrow_load) cycle
+         if (abs(share(j, 1) - share(j, 2)) > 0.0_wp) cycle
+         if (.not. abs(shift(j, 1)) + abs(shift(j, 2)) > 0.0_wp) cycle
          n = n + 1
          at(n) = j
          loads(n, 1) = load(j)
@@ -504,91 +500,52 @@ contains
       real(wp), intent(inout) :: work
       !> Derivatives of the wrench, added to.
       real(wp), intent(inout), optional :: slopes(3, 4)
-      real(wp), dimension(lanes, 3) :: stiffness, springs, shift, trial, held, u, force
+      real(wp), dimension(lanes, 3) :: stiffness, trial, held, u, force, elastic
       real(wp), dimension(lanes, 2) :: load, size
-      real(wp), dimension(lanes) :: length, done
-      real(wp) :: per_limit, inverse, per_area, along(3), turn(3), part
+      real(wp), dimension(lanes) :: asked, length, done
+      real(wp) :: along(3), turn(3), scaled(3)
       logical :: found(lanes), steady
       type(kernels_type) :: kernels
-      integer :: at(lanes), i, j, n, last
+      integer :: inside, outermost, n, i, j
 
-      per_limit = 1.0_wp/spot%limit
-      inverse = 1.0_wp/spot%a
-      per_area = per_limit*inverse*inverse
-      along = [step(1), step(2), step(3)*spot%a]
-      along = along*(1.0_wp/max(sqrt(dot_product(along, along)), tiny(along)))
+      scaled = [step(1), step(2), step(3)*spot%a]
+      along = scaled*(1.0_wp/max(sqrt(dot_product(scaled, scaled)), tiny(along)))
       turn = along - self%went
       self%went = along
       call self%ellipse%set_ratio(spot%shape%k, spot%shape%k2, spot%shape%c)
       kernels = side_by_side()
-      last = self%n
-      do while (last > 0)
-         ! As many as are asked for, and usual ones.
-         load(:, 1) = 1.0_wp
-         load(:, 2) = 0.0_wp
-         size = load
-         springs = spot%limit
-         shift = 1.0_wp
-         u = 0.0_wp
-         u(:, 1) = 1.0_wp
-         call gather(.false., self%excess, self%load, self%size, self%share, self%shift, &
-            self%direction, last, n, at, load, size, springs, shift, u)
-         if (n == 0) exit
-         do i = 1, lanes
-            stiffness(i, 1) = springs(i, 1)*per_limit
-            stiffness(i, 2) = springs(i, 2)*per_limit
-            stiffness(i, 3) = springs(i, 3)*per_area
-            trial(i, 1) = stiffness(i, 1)*shift(i, 1)
-            trial(i, 2) = stiffness(i, 2)*shift(i, 2)
-            trial(i, 3) = stiffness(i, 3)*shift(i, 3)*spot%a
-            held(i, 1) = 0.0_wp
-            held(i, 2) = 0.0_wp
-            held(i, 3) = 0.0_wp
-         end do
-         steady = way < long_step .and. all(slid(at(:n))) .and. all(abs(turn) < little) .and. &
-            all(abs(u(1, :) - along) < near) .and. all(abs(u(n, :) - along) < near)
-         if (steady) then
-            do i = 1, n
-               u(i, 1) = u(i, 1) + turn(1)
-               u(i, 2) = u(i, 2) + turn(2)
-               u(i, 3) = u(i, 3) + turn(3)
-            end do
-         else
-            do i = 1, n
-               if (.not. slid(at(i))) cycle
-               part = part_of_step(at(i), self%n, new)
-               held(i, 1) = trial(i, 1) - stiffness(i, 1)*(part*step(1))
-               held(i, 2) = trial(i, 2) - stiffness(i, 2)*(part*step(2))
-               held(i, 3) = trial(i, 3) - stiffness(i, 3)*(part*step(3)*spot%a)
-            end do
+      outermost = self%n
+      do while (outermost > 0)
+         if (self%excess(outermost) < 0.0_wp .or. self%load(outermost) - self%load(outermost - 1) &
+            < narrow_load) then
+            outermost = outermost - 1
+            cycle
          end if
-         call kernels%slip_on_ellipses(self%ellipse, spot%shape%torque, n, load, size, stiffness, &
-            trial, held, steady, u, force, length, found)
+         inside = max(outermost - lanes, 0)
+         n = outermost - inside
+         steady = way < long_step .and. all(abs(turn) < little)
+         call kernels%lay_out(inside, n, 1.0_wp/spot%limit, spot%a, scaled, along, turn, &
+            self%excess, self%load, self%size, self%share, self%shift, self%direction, slid, &
+            asked, load, size, stiffness, trial, held, steady, u)
+         call kernels%slip_on_ellipses(self%ellipse, spot%shape%torque, asked, load, size, &
+            stiffness, trial, held, steady, u, force, elastic, length, done, found)
          do i = 1, n
             if (.not. found(i)) cycle
-            j = at(i)
+            j = inside + i
             self%excess(j) = -1.0_wp
             self%direction(j, 1) = u(i, 1)
             self%direction(j, 2) = u(i, 2)
             self%direction(j, 3) = u(i, 3)
             if (.not. length(i) > 0.0_wp) cycle
-            done(i) = (trial(i, 1) - force(i, 1))*u(i, 1) + (trial(i, 2) - force(i, 2))*u(i, 2) &
-               + (trial(i, 3) - force(i, 3))*u(i, 3)
-            work = work + (force(i, 1)*u(i, 1) + force(i, 2)*u(i, 2) + force(i, 3)*u(i, 3)) &
-               *done(i)/(stiffness(i, 1)*u(i, 1)**2 + stiffness(i, 2)*u(i, 2)**2 &
-               + stiffness(i, 3)*u(i, 3)**2)
             self%slipped(j) = .true.
-            self%shift(j, 1) = force(i, 1)/stiffness(i, 1)
-            self%shift(j, 2) = force(i, 2)/stiffness(i, 2)
-            self%shift(j, 3) = force(i, 3)*inverse/stiffness(i, 3)
+            if (present(slopes)) call add_slopes(self, j, new, spot, self%shift(j, :), &
+               force(i, :), u(i, :), slopes)
+            self%shift(j, 1) = elastic(i, 1)
+            self%shift(j, 2) = elastic(i, 2)
+            self%shift(j, 3) = elastic(i, 3)*(1.0_wp/spot%a)
+            work = work + done(i)
          end do
-         if (present(slopes)) then
-            do i = 1, n
-               j = at(i)
-               if (.not. (found(i) .and. self%slipped(j))) cycle
-               call add_slopes(self, j, new, spot, shift(i, :), force(i, :), u(i, :), slopes)
-            end do
-         end if
+         outermost = inside
       end do
    end subroutine let_slip_on_ellipse
 

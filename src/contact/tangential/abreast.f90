@@ -497,6 +497,8 @@ contains
                some_k(j, l) = k(i, l)
                some_g(j, l) = g(i, l)
                some_v(j, l) = v(i, l)
+               some_u(j, l) = u(i, l)
+               some_force(j, l) = 0.0_wp
             end do
          end do
          do while (pass < most_passes)

@@ -400,7 +400,7 @@ def test_a_step_of_a_contact_that_remembers_moves_its_shells_few_times(
     count, executable, inputs, build_kind, tmp_path, table
 ):
     # In the right-hand side, for the state that is reached, and twice for the error of the memory;
-    # a Jacobian, each tenth step, sixteen times. (8.5; 9.0 where slip is sought first in the
+    # a Jacobian, each tenth step, sixteen times. (8.3; 9.0 where slip is sought first in the
     # direction of the step before, not turned as the steps turn; 16 with each done anew.)
     text = (inputs / "ellipsoid_egg.nml").read_text()
     text = text.replace("   friction =", "   tangential = 'elastic'\n   friction =")

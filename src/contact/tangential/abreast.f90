@@ -541,7 +541,7 @@ contains
       !> Step of shift and of twist times the semi-axis [m], its direction, and by how much this is
       !> another one than in the step before.
       real(wp), intent(in), dimension(3) :: step, along, turn
-      !> As of `shells_type`.
+      !> As of `shells_type`, with room for `lanes` shells, which `make_room` always leaves.
       real(wp), intent(in), contiguous :: excess(:), loads(0:), sizes(0:)
       real(wp), intent(in), contiguous :: share(:, :), shift(:, :), direction(:, :)
       !> Which slipped in the step before.

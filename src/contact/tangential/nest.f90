@@ -98,7 +98,7 @@ contains
          shells%excess)
       shells%most = number
       shells%aim = number
-      ! A step is also taken in two.
+      ! A step is also taken in two. More than lie side by side in any case.
       n = number + 2*most_new
       allocate(shells%edge(0:n), source=0.0_wp)
       allocate(shells%power(0:n), source=0.0_wp)

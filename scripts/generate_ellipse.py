@@ -36,7 +36,11 @@ LEAST = "0.1"
 BANDS = 2
 NUMBER = 21
 
+# Powers of x that are held side by side.
+GROUP = 4
+
 # Terms below this are left out, and the places of digits.
+ZERO = mp.mpf(0)
 SMALLEST = mp.mpf("4e-18")
 PLACES = 20
 
@@ -116,7 +120,9 @@ def by_ratio(values: list[list[mp.mpf]]) -> list[list[mp.mpf]]:
 
 def text_of(x: mp.mpf) -> str:
     """A number with no more digits than count."""
-    size = int(mp.floor(mp.log10(abs(x)))) if x else -PLACES
+    if not x:
+        return "0.0_wp"
+    size = int(mp.floor(mp.log10(abs(x))))
     return f"{float(x):.{min(max(PLACES + size, 0), 16)}e}_wp"
 
 
@@ -139,20 +145,21 @@ def written() -> str:
         for part in range(PARTS):
             both = fitted(band, part)
             rows = [by_ratio([list(one[i, :]) for one in both]) for i in range(DEGREE + 1)]
-            # With lower powers of x than any that has some power of ln k.
-            powers = [
-                1 + max((i for i in range(DEGREE + 1) if len(rows[i][0]) > j), default=-1)
-                for j in range(NUMBER)
+            # As many powers of ln k as any power of x in the group has, in pairs.
+            lengths = [
+                2 * ((max(len(rows[i][0]) for i in range(g, g + GROUP)) + 1) // 2)
+                for g in range(0, DEGREE + 1, GROUP)
             ]
             blocks.append(
                 [
-                    text_of(rows[i][f][j] if j < len(rows[i][0]) else mp.mpf(0))
-                    for j in range(NUMBER - 1, -1, -1)
-                    for i in range(powers[j])
+                    text_of(rows[GROUP * g + i][f][j] if j < len(rows[GROUP * g + i][0]) else ZERO)
+                    for g, length in enumerate(lengths)
+                    for j in range(length - 1, -1, -1)
+                    for i in range(GROUP)
                     for f in range(2)
                 ]
             )
-            counts.append(powers)
+            counts.append(lengths)
     lines = [
         f"""\
 !> Table of sliding of elliptic spots: polynomials by x, with polynomials by ln k as coefficients.
@@ -168,29 +175,34 @@ module contensou_contact_tangential_ellipse_values
    !> Parts of the interval of x, from 0 to 1, and degree of the polynomials.
    integer, parameter, public :: parts = {PARTS}, degree = {DEGREE}
 
-   !> Parts of the interval of ln k, from zero to that of the least ratio, and degree there.
-   integer, parameter, public :: bands = {BANDS}, band_degree = {NUMBER - 1}
+   !> Parts of the interval of ln k, from zero to that of the least ratio.
+   integer, parameter, public :: bands = {BANDS}
 """
     ]
-    total = sum(len(block) for block in blocks) // 2
+    width = 2 * GROUP
+    total = sum(len(block) for block in blocks) // width
     lines.append(f"""\
-   !> Number of powers of x, from zero on, that have each power of ln k.
-   integer, protected, public :: powers(0:band_degree, 0:parts - 1, 0:bands - 1)
+   !> Numbers side by side: some powers of x of f_b and f_a.
+   integer, parameter, public :: width = {width}
+
+   !> Number of powers of ln k, even, of each group of powers of x.
+   integer, protected, public :: lengths(0:{(DEGREE + 1) // GROUP - 1}, 0:parts - 1, 0:bands - 1)
 
    !> Where the values of a part begin.
    integer, protected, public :: first(0:parts - 1, 0:bands - 1)
 
-   !> Of f_b and f_a, for each part the powers of ln k from the highest one down, each with those
-   !> of x, from zero on. Both go from -1 to 1 in their part.
-   real(wp), protected, public :: values(2, {total})
+   !> For each part the groups of powers of x, from the lowest on, each by powers of ln k from the
+   !> highest one down, each with those of x, each of f_b and f_a. Variables go from -1 to 1 in
+   !> their part.
+   real(wp), protected, public :: values(width, {total})
 """)
     at = 1
     for i, block in enumerate(blocks):
         place = f"{i % PARTS}, {i // PARTS}"
         words = [str(d) for d in counts[i]]
-        lines += wrapped(words, f"   data powers(:, {place}) / ", "/")
+        lines += wrapped(words, f"   data lengths(:, {place}) / ", "/")
         lines.append(f"   data first({place}) / {at}/")
-        end = at + len(block) // 2
+        end = at + len(block) // width
         lines += wrapped(block, f"   data values(:, {at}:{end - 1}) / ", "/")
         at = end
     lines.append("\nend module contensou_contact_tangential_ellipse_values")

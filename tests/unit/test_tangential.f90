@@ -79,6 +79,9 @@ contains
       call test_table()
       call test_wide(4)
       call test_wide(8)
+      call test_turned()
+      call test_histories(4)
+      call test_histories(8)
       call test_border()
       call test_inner_ellipsoid()
    end subroutine run_tangential_tests
@@ -1131,6 +1134,87 @@ contains
       call ellipse%check_below(1.0e-11_wp, "slip on an ellipse by wide registers")
    end subroutine test_wide
 
+   !> What is strained keeps its energy at most where an ellipse turns over it.
+   subroutine test_turned()
+      type(random_type) :: random
+      type(worst_type) :: worst
+      type(shells_type) :: past, now
+      type(spring_spot_type) :: spot
+      real(wp) :: wrench(3), step(3), axes(2, 2), angle, along, across, before, after
+      integer :: i, j
+
+      do i = 1, 100
+         call past%begin()
+         call now%begin()
+         spot = spot_of(random%uniform(0.05_wp, 0.9_wp), a, limit, poisson)
+         step = random%vector(3)*1.0e-3_wp*spot%limit/(spot%stiffness*[1.0_wp, 1.0_wp, 1.0_wp/a])
+         call past%advance(spot, step, wrench)
+         do j = 1, 2
+            angle = random%uniform(-pi, pi)
+            axes(:, j) = [cos(angle), sin(angle)]
+         end do
+         ! Components along an axis, which is seen in another direction then.
+         call past%turn_to(axes(:, 1))
+         call now%take(past, axes(:, 2), [1.0_wp, 1.0_wp, 1.0_wp])
+         angle = atan2(axes(2, 2), axes(1, 2)) - atan2(axes(2, 1), axes(1, 1))
+         along = cos(angle)*step(1) - sin(angle)*step(2)
+         across = sin(angle)*step(1) + cos(angle)*step(2)
+         before = spot%stiffness(1)*step(1)**2 + spot%stiffness(2)*step(2)**2
+         after = spot%stiffness(1)*along**2 + spot%stiffness(2)*across**2
+         after = 0.5_wp*(min(before, after) + spot%stiffness(3)*step(3)**2)
+         call worst%note(abs(now%energy() - after)/after, i)
+      end do
+      call worst%check_below(1.0e-12_wp, "energy of what is strained where an ellipse turns")
+   end subroutine test_turned
+
+   !> Histories with wide registers and without: the same but for rounding.
+   subroutine test_histories(numbers)
+      !> That a register holds.
+      integer, intent(in) :: numbers
+      integer, parameter :: steps = 60
+      type(random_type) :: random
+      type(worst_type) :: worst
+      type(shells_type) :: past(2), now(2)
+      type(spring_spot_type) :: spot
+      real(wp) :: wrench(3, 2), step(3), turn, axis(2), left(3), ratio, largest
+      integer :: i, j, k
+
+      if (numbers_of_register() < numbers) return
+      do i = 1, 60
+         do k = 1, 2
+            call past(k)%begin()
+            call now(k)%begin()
+            past(k)%kernels = side_by_side(merge(numbers, 2, k == 2))
+            now(k)%kernels = past(k)%kernels
+         end do
+         ratio = merge(1.0_wp, random%uniform(0.05_wp, 1.0_wp), modulo(i, 3) == 0)
+         step = random%vector(3)*random%uniform(0.0_wp, 0.4_wp)
+         if (modulo(i, 4) == 0) step(3) = 0.0_wp
+         turn = 0.0_wp
+         do j = 1, steps
+            largest = 1.0_wp + 0.5_wp*sin(random%uniform(0.1_wp, 0.3_wp)*j)
+            spot = spot_of(ratio, a*largest, limit*largest**3, poisson)
+            if (modulo(j, 20) == 0) step = -step
+            turn = turn + random%uniform(-0.3_wp, 0.3_wp)
+            axis = [cos(turn), sin(turn)]
+            left = [1.0_wp, 1.0_wp, 1.0_wp]*random%uniform(0.9_wp, 1.0_wp)
+            left(1) = left(2)
+            do k = 1, 2
+               call now(k)%take(past(k), axis, left)
+               call now(k)%advance(spot, step*spot%limit/(spot%stiffness*[1.0_wp, 1.0_wp, &
+                  1.0_wp/spot%a]), wrench(:, k), settled=.false.)
+               call now(k)%turn_to(axis)
+               call now(k)%settle(spot)
+               call past(k)%copy(now(k))
+               call past(k)%foresee(0.1_wp*spot%a)
+            end do
+            call worst%note(maxval(abs(wrench(:, 2) - wrench(:, 1))*[1.0_wp, 1.0_wp, &
+               1.0_wp/spot%a])/spot%limit, i)
+         end do
+      end do
+      call worst%check_below(1.0e-12_wp, "histories by wide registers")
+   end subroutine test_histories
+
    !> What is a little more than the force of sliding in some direction slips, what is a little less
    !> sticks, wherever the search begins: sliding forces are the border of a convex set.
    subroutine test_border()
@@ -1165,7 +1249,9 @@ contains
          end do
          direction = random%vector(3)
          direction = direction/norm2(direction)
-         call slide_shells(table, load, size, direction, border)
+         call slide_shells(table, lanes, [load(lanes, 2), load(lanes:1:-1, 1)], &
+            [size(lanes, 2), size(lanes:1:-1, 1)], direction, border)
+         border = border(lanes:1:-1, :)
          do j = 1, lanes
             beyond(j) = random%uniform(0.0_wp, 1.0_wp) > 0.5_wp
             trial(j, :) = border(j, :)*(1.0_wp + merge(little, -little, beyond(j)))

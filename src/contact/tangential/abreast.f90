@@ -13,14 +13,15 @@ module contensou_contact_tangential_abreast
       circle_parts => parts, circle_table => values
    use contensou_contact_tangential_ellipse, only : ellipse_type
    use contensou_contact_tangential_ellipse_pass, only : close_by_bends, close_enough, lanes, &
-      least_pivot, least_power, n_values, pass_on_ellipses, slide_on_ellipse, smallest_force
+      least_pivot, least_power, n_values, pass_on_ellipses, smallest_force
    use contensou_contact_tangential_ellipse_pass_few, only : few => lanes, &
-      pass_on_few => pass_on_ellipses
+      pass_on_few => pass_on_ellipses, slide_few => slide_on_ellipse
+   use contensou_contact_tangential_shell_data, only : shell_data_type
    implicit none(type, external)
    private
 
    public :: lay_out, slip_in_plane, slip_on_circles, slip_on_ellipses, slide_shells, &
-      step_on_circles, within_limit, abreast, narrow_load, short_slip
+      take_back, step_on_circles, within_limit, abreast, narrow_load, short_slip
 
    !> Most shells side by side.
    integer, parameter :: abreast = 40
@@ -36,7 +37,7 @@ module contensou_contact_tangential_abreast
    integer, parameter :: most_passes = 7, most_in_plane = 60
 
    !> Load of a shell below which powers of it leave the range of numbers.
-   real(wp), parameter :: narrow_load = 1.0e-6_wp
+   real(wp), parameter :: narrow_load = 1.0e-8_wp
 
    !> Distance of a slip from the direction of the step below which it turns as that does.
    real(wp), parameter :: near = 1.0e-2_wp
@@ -532,56 +533,54 @@ contains
 
    !> Shells of an elliptic spot side by side, those that are twisted and may slip. In the place of
    !> the rest there are others.
-   pure subroutine lay_out(inside, n, per_limit, a, step, along, turn, excess, loads, sizes, &
-      share, shift, direction, slid, asked, load, size, stiffness, trial, held, steady, u)
+   pure subroutine lay_out(shells, inside, n, limit, step, along, turn, asked, load, size, &
+      stiffness, trial, held, steady, u)
+      type(shell_data_type), intent(in) :: shells
       !> Number of the shells inside of them, and of them, up to `lanes`.
       integer, intent(in) :: inside, n
-      !> One over f N [1/N], and the major semi-axis [m].
-      real(wp), intent(in) :: per_limit, a
+      !> Limit of the spot [N].
+      real(wp), intent(in) :: limit
       !> Step of shift and of twist times the semi-axis [m], its direction, and by how much this is
       !> another one than in the step before.
       real(wp), intent(in), dimension(3) :: step, along, turn
-      !> As of `shells_type`, with room for `lanes` shells, which `make_room` always leaves.
-      real(wp), intent(in), contiguous :: excess(:), loads(0:), sizes(0:)
-      real(wp), intent(in), contiguous :: share(:, :), shift(:, :), direction(:, :)
-      !> Which slipped in the step before.
-      logical, intent(in), contiguous :: slid(:)
       !> As of `slip_on_ellipses`.
       real(wp), intent(inout) :: asked(lanes), load(lanes, 2), size(lanes, 2)
       real(wp), intent(inout), dimension(lanes, 3) :: stiffness, trial, held
       !> Whether all go on to slip as the steps go, if they slipped so; whether they do.
       logical, intent(inout) :: steady
       real(wp), intent(inout) :: u(lanes, 3)
-      real(wp) :: part, rest, per_area, was, last, off(lanes)
+      real(wp) :: part, rest, a, per_limit, per_area, was, last, off(lanes)
       integer :: i, j
 
+      a = shells%a
+      per_limit = 1.0_wp/limit
       per_area = per_limit/(a*a)
       last = real(n, wp)
       do i = 1, lanes
          j = inside + i
          ! Powers of what is very narrow leave the range of numbers.
-         rest = min(loads(j) - loads(j - 1) - narrow_load, share(j, 1) - least_pivot)
-         rest = min(rest, share(j, 2) - least_pivot, share(j, 3) - least_pivot, last - real(i, wp))
-         rest = min(rest, excess(j), abs(shift(j, 3)) - least_power)
+         rest = min(shells%share(j, 1), shells%share(j, 2), shells%share(j, 3)) - least_pivot
+         rest = min(rest, shells%load(j) - shells%load(j - 1) - narrow_load, last - real(i, wp))
+         rest = min(rest, shells%excess(j), abs(shells%shift(j, 3)) - least_power)
          part = 0.5_wp + sign(0.5_wp, rest)
          rest = 1.0_wp - part
          asked(i) = part
-         load(i, 1) = part*loads(j) + rest
-         load(i, 2) = part*loads(j - 1)
-         size(i, 1) = part*sizes(j) + rest
-         size(i, 2) = part*sizes(j - 1)
-         stiffness(i, 1) = part*(share(j, 1)*per_limit) + rest
-         stiffness(i, 2) = part*(share(j, 2)*per_limit) + rest
-         stiffness(i, 3) = part*(share(j, 3)*per_area) + rest
-         trial(i, 1) = stiffness(i, 1)*(part*shift(j, 1) + rest)
-         trial(i, 2) = stiffness(i, 2)*(part*shift(j, 2) + rest)
-         trial(i, 3) = stiffness(i, 3)*((part*shift(j, 3) + rest)*a)
-         u(i, 1) = part*direction(j, 1) + rest
-         u(i, 2) = part*direction(j, 2)
-         u(i, 3) = part*direction(j, 3)
+         load(i, 1) = part*shells%load(j) + rest
+         load(i, 2) = part*shells%load(j - 1)
+         size(i, 1) = part*shells%size(j) + rest
+         size(i, 2) = part*shells%size(j - 1)
+         stiffness(i, 1) = part*(shells%share(j, 1)*per_limit) + rest
+         stiffness(i, 2) = part*(shells%share(j, 2)*per_limit) + rest
+         stiffness(i, 3) = part*(shells%share(j, 3)*per_area) + rest
+         trial(i, 1) = stiffness(i, 1)*(part*shells%shift(j, 1) + rest)
+         trial(i, 2) = stiffness(i, 2)*(part*shells%shift(j, 2) + rest)
+         trial(i, 3) = stiffness(i, 3)*((part*shells%shift(j, 3) + rest)*a)
+         u(i, 1) = part*shells%direction(j, 1) + rest
+         u(i, 2) = part*shells%direction(j, 2)
+         u(i, 3) = part*shells%direction(j, 3)
       end do
       do i = 1, lanes
-         was = merge(1.0_wp, 0.0_wp, slid(inside + i))
+         was = merge(1.0_wp, 0.0_wp, shells%slid(inside + i))
          held(i, 1) = was*(trial(i, 1) - stiffness(i, 1)*step(1))
          held(i, 2) = was*(trial(i, 2) - stiffness(i, 2)*step(2))
          held(i, 3) = was*(trial(i, 3) - stiffness(i, 3)*step(3))
@@ -597,26 +596,94 @@ contains
       end do
    end subroutine lay_out
 
+   !> Note the slips of the shells that `lay_out` laid out.
+   pure subroutine take_back(shells, inside, u, elastic, length, done, found, work)
+      type(shell_data_type), intent(inout) :: shells
+      !> Number of the shells inside of them.
+      integer, intent(in) :: inside
+      !> As of `slip_on_ellipses`.
+      real(wp), intent(in), dimension(lanes, 3) :: u, elastic
+      real(wp), intent(in), dimension(lanes) :: length, done
+      logical, intent(in) :: found(lanes)
+      !> Work of the slips over the limit, added to.
+      real(wp), intent(inout) :: work
+      real(wp) :: known(lanes), slips(lanes), total
+      integer :: i
+
+      do i = 1, lanes
+         known(i) = merge(1.0_wp, 0.0_wp, found(i))
+         slips(i) = known(i)*(0.5_wp + sign(0.5_wp, length(i) - least_pivot))
+      end do
+      call note_slips(ubound(shells%shift, 1), inside, 1.0_wp/shells%a, u, elastic, known, slips, &
+         shells%excess, shells%slipped, shells%shift, shells%direction)
+      total = 0.0_wp
+      do i = 1, lanes
+         total = total + slips(i)*done(i)
+      end do
+      work = work + total
+   end subroutine take_back
+
+   !> The same, of their numbers.
+   pure subroutine note_slips(room, inside, per_size, u, elastic, known, slips, excess, slipped, &
+      shift, direction)
+      !> Shells for which there is room, and those inside.
+      integer, intent(in) :: room, inside
+      !> One over the semi-axis.
+      real(wp), intent(in) :: per_size
+      !> As of `slip_on_ellipses`.
+      real(wp), intent(in) :: u(lanes, 3), elastic(lanes, 3)
+      !> One where it is known what a shell does, and where it slips, else zero.
+      real(wp), intent(in) :: known(lanes), slips(lanes)
+      !> As of `shell_data_type`.
+      real(wp), intent(inout) :: excess(room)
+      logical, intent(inout) :: slipped(room)
+      real(wp), intent(inout), dimension(room, 3) :: shift, direction
+      integer :: i, j
+
+      do i = 1, lanes
+         j = inside + i
+         excess(j) = (1.0_wp - known(i))*excess(j) - known(i)
+         direction(j, 1) = (1.0_wp - known(i))*direction(j, 1) + known(i)*u(i, 1)
+         direction(j, 2) = (1.0_wp - known(i))*direction(j, 2) + known(i)*u(i, 2)
+         direction(j, 3) = (1.0_wp - known(i))*direction(j, 3) + known(i)*u(i, 3)
+         shift(j, 1) = (1.0_wp - slips(i))*shift(j, 1) + slips(i)*elastic(i, 1)
+         shift(j, 2) = (1.0_wp - slips(i))*shift(j, 2) + slips(i)*elastic(i, 2)
+         shift(j, 3) = (1.0_wp - slips(i))*shift(j, 3) + slips(i)*(elastic(i, 3)*per_size)
+      end do
+      do i = 1, lanes
+         slipped(inside + i) = slipped(inside + i) .or. slips(i) > 0.5_wp
+      end do
+   end subroutine note_slips
+
    !> Forces of shells of an elliptic spot that slide in the same direction.
-   pure subroutine slide_shells(ellipse, load, size, u, force)
+   pure subroutine slide_shells(ellipse, n, load, size, u, force)
       type(ellipse_type), intent(inout) :: ellipse
-      !> Within the outer and the inner edges.
-      real(wp), intent(in) :: load(lanes, 2), size(lanes, 2)
+      !> Number of shells, up to `lanes`.
+      integer, intent(in) :: n
+      !> Within their edges, from the inner edge of the first one on.
+      real(wp), intent(in) :: load(0:n), size(0:n)
       !> Direction, of the size one.
       real(wp), intent(in) :: u(3)
       real(wp), intent(inout) :: force(lanes, 3)
-      real(wp) :: directions(2*lanes, 3), bears(2*lanes, n_values)
-      integer :: i, l
+      real(wp), dimension(2*few) :: loads, sizes
+      real(wp) :: directions(2*few, 3), bears(2*few, n_values)
+      integer :: i, j, l
 
       do l = 1, 3
-         do i = 1, 2*lanes
+         do i = 1, 2*few
             directions(i, l) = u(l)
          end do
       end do
-      call slide_on_ellipse(ellipse, load, size, directions, bears)
-      do l = 1, 3
-         do i = 1, lanes
-            force(i, l) = bears(i, l) - bears(lanes + i, l)
+      do j = 0, n - 1, 2*few - 1
+         do i = 1, 2*few
+            loads(i) = load(min(j + i - 1, n))
+            sizes(i) = size(min(j + i - 1, n))
+         end do
+         call slide_few(ellipse, loads, sizes, directions, bears)
+         do i = 1, min(2*few - 1, n - j)
+            force(j + i, 1) = bears(i + 1, 1) - bears(i, 1)
+            force(j + i, 2) = bears(i + 1, 2) - bears(i, 2)
+            force(j + i, 3) = bears(i + 1, 3) - bears(i, 3)
          end do
       end do
    end subroutine slide_shells

@@ -2,12 +2,15 @@
 !> units of the major semi-axis. The load is l(x) = (3/2)(x - x^3/3), the size of the spot that
 !> slips in its place c(x) = l^(2/3), and S(x) the torsional stiffness that makes a pure twist that
 !> of Lubkin (1951) on the circle.
+!>
+!> This file, too, is compiled for each of the registers, see
+!> `contensou_contact_tangential_abreast`.
 module contensou_contact_tangential_edges
    use contensou_base_kinds, only : wp
    implicit none(type, external)
    private
 
-   public :: edge_type, edge_at, edges_within, power_of
+   public :: edge_type, edge_at, look_within, power_of
 
    !> S(x) = l c [1 + (1 - x) P(x)], from the lowest power of P on.
    real(wp), parameter :: torsion(0:7) = [ &
@@ -43,22 +46,6 @@ contains
 
       call look_within(x, power, edge%load, edge%size, edge%torsion)
    end function edge_at
-
-   !> The same for many places, from 1 on.
-   pure subroutine edges_within(n, place, unit, power, power_of_unit, load, size, stiffness)
-      !> Number of places.
-      integer, intent(in) :: n
-      !> The places in any unit, and the inverse of the semi-axis in that unit.
-      real(wp), intent(in) :: place(n), unit
-      !> Their powers 2/3.
-      real(wp), intent(in) :: power(n), power_of_unit
-      real(wp), intent(out) :: load(n), size(n), stiffness(n)
-      integer :: j
-
-      do j = 1, n
-         call look_within(place(j)*unit, power(j)*power_of_unit, load(j), size(j), stiffness(j))
-      end do
-   end subroutine edges_within
 
    !> What is within a place.
    elemental subroutine look_within(x, power, load, size, stiffness)

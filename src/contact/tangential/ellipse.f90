@@ -3,11 +3,10 @@
 !> With the names of `contensou_contact_tangential_abreast`: R_bb B^2 and R_ab A B times
 !> (sqrt(k) W + rho)/W^2 are analytic in x = rho/(sqrt(k) W + rho). They are tabulated by k
 !> (scripts/generate_ellipse.py), and a part of the table is made for the k of a spot where it is
-!> needed first.
+!> needed first, by `contensou_contact_tangential_ellipse_pass`.
 module contensou_contact_tangential_ellipse
    use contensou_base_kinds, only : wp
-   use contensou_contact_tangential_ellipse_values, only : band_degree, bands, degree, first, &
-      least_ratio, parts, powers, values
+   use contensou_contact_tangential_ellipse_values, only : bands, degree, least_ratio, parts
    implicit none(type, external)
    private
 
@@ -21,15 +20,14 @@ module contensou_contact_tangential_ellipse
       !> Axis ratio for which it is made, its square, one less that, and its root.
       real(wp) :: k = 0.0_wp, k2 = 0.0_wp, c = 0.0_wp, root_k = 0.0_wp
       !> Part of the interval of ln k, and the place there, from -1 to 1.
-      integer, private :: band = 0
-      real(wp), private :: place = 0.0_wp
+      integer :: band = 0
+      real(wp) :: place = 0.0_wp
       !> Which parts are made.
       logical :: made(0:parts - 1) = .false.
       !> The two functions: even powers of x of both, then the odd ones.
       real(wp) :: table(4, 0:last_pair, 0:parts - 1) = 0.0_wp
    contains
       procedure :: set_ratio
-      procedure :: make_part
    end type ellipse_type
 
    !> Length of a part of the interval of ln k.
@@ -54,28 +52,5 @@ contains
       self%place = 1.0_wp - 2.0_wp*(place - real(self%band, wp))
       self%made = .false.
    end subroutine set_ratio
-
-   !> Make a part of the table for the axis ratio.
-   pure subroutine make_part(self, part)
-      class(ellipse_type), intent(inout) :: self
-      integer, intent(in) :: part
-      real(wp) :: rows(2, 0:degree), place
-      integer :: i, j, at, number
-
-      rows = 0.0_wp
-      place = self%place
-      at = first(part, self%band)
-      do j = band_degree, 0, -1
-         number = powers(j, part, self%band)
-         do i = 0, number - 1
-            rows(1, i) = rows(1, i)*place + values(1, at + i)
-            rows(2, i) = rows(2, i)*place + values(2, at + i)
-         end do
-         at = at + number
-      end do
-      self%table(:2, :, part) = rows(:, 0::2)
-      self%table(3:, :, part) = rows(:, 1::2)
-      self%made(part) = .true.
-   end subroutine make_part
 
 end module contensou_contact_tangential_ellipse

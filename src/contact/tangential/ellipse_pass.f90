@@ -22,7 +22,8 @@
 module contensou_contact_tangential_ellipse_pass
    use contensou_base_kinds, only : wp
    use contensou_contact_tangential_ellipse, only : ellipse_type, last_pair
-   use contensou_contact_tangential_ellipse_values, only : parts
+   use contensou_contact_tangential_ellipse_values, only : first, lengths, parts, &
+      values, width
    implicit none(type, external)
    private
 
@@ -426,7 +427,7 @@ contains
          place(i) = 2.0_wp*(x(i)*parts - real(part(i), wp)) - 1.0_wp
       end do
       do i = 1, edges
-         if (.not. ellipse%made(part(i))) call ellipse%make_part(part(i))
+         if (.not. ellipse%made(part(i))) call make_part(ellipse, part(i))
          square = place(i)*place(i)
          both = ellipse%table(:, last_pair, part(i))
          do j = last_pair - 1, 0, -1
@@ -435,5 +436,37 @@ contains
          found(:, i) = both
       end do
    end subroutine look_up
+
+   !> Make a part of the table for the axis ratio.
+   pure subroutine make_part(ellipse, part)
+      type(ellipse_type), intent(inout) :: ellipse
+      integer, intent(in) :: part
+      real(wp) :: even(width), odd(width), square
+      integer :: i, j, at
+
+      square = ellipse%place**2
+      at = first(part, ellipse%band)
+      do i = 0, ubound(lengths, 1)
+         even = 0.0_wp
+         odd = 0.0_wp
+         do j = at, at + lengths(i, part, ellipse%band) - 2, 2
+            odd = odd*square + values(:, j)
+            even = even*square + values(:, j + 1)
+         end do
+         at = at + lengths(i, part, ellipse%band)
+         ! Even and odd powers of x follow one another there as well.
+         call put_group(even, odd, ellipse%place, ellipse%table(1, 2*i, part))
+      end do
+      ellipse%made(part) = .true.
+   end subroutine make_part
+
+   !> Put a group of powers where it belongs.
+   pure subroutine put_group(even, odd, place, table)
+      !> Even and odd powers of the place in the interval of ln k.
+      real(wp), intent(in) :: even(width), odd(width), place
+      real(wp), intent(inout) :: table(width)
+
+      table = even + place*odd
+   end subroutine put_group
 
 end module contensou_contact_tangential_ellipse_pass

@@ -5,7 +5,9 @@
 module contensou_contact_tangential_nest
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_kinds, only : wp
-   use contensou_contact_tangential_edges, only : edge_at, edge_type, edges_within, power_of
+   use contensou_contact_tangential_edges, only : edge_at, edge_type, power_of
+   use contensou_contact_tangential_registers, only : kernels_type, side_by_side
+   use contensou_contact_tangential_shell_data, only : block, shell_data_type
    use contensou_contact_tangential_spot, only : spring_spot_type
    implicit none(type, external)
    private
@@ -35,41 +37,10 @@ module contensou_contact_tangential_nest
    !> Shells of the area by which a spot has grown in a step, at most.
    integer, parameter :: most_new = 6
 
-   !> The shells of a contact, from the centre to the rim, with what they remember.
-   type :: nest_type
-      !> Number of shells when the spot has a size.
-      integer :: most = 0
-      !> Number of shells now, zero without a contact, and the one aimed at.
-      integer :: n = 0, aim = 0
-      !> Major semi-axis [m].
-      real(wp) :: a = 0.0_wp
-      !> k_x, k_y and k_T of the spot.
-      real(wp) :: stiffness(3) = 0.0_wp
-      !> Way of shift and twist, over those at which all slides, and the size [m] where it began.
-      real(wp) :: way = 0.0_wp, size_of_way = 0.0_wp
-      !> Shells of the area by which it may grow in the next step.
-      integer :: new = 1
-      !> Outer edges along the major axis [m], from 0 on, and what is within them.
-      real(wp), allocatable :: edge(:)
-      !> Their powers 2/3.
-      real(wp), allocatable, private :: power(:)
-      real(wp), allocatable :: load(:), size(:), torsion(:)
-      !> Stiffness of each shell along the axes and about the normal.
-      real(wp), allocatable :: share(:, :)
-      !> Elastic displacements of the shells along the axes [m] and about the normal [rad].
-      real(wp), allocatable :: shift(:, :)
-      !> Directions of their last slips, or zero: where the next slip is sought first.
-      real(wp), allocatable :: direction(:, :)
-      !> By how much the forces of trials are outside of what surely sticks.
-      real(wp), allocatable :: excess(:)
-      !> Which slipped in the last step.
-      logical, allocatable :: slipped(:)
-      !> The axis along and across which the displacements have their components, seen from the
-      !> axes of the spot where `stiffness` was.
-      real(wp) :: axis(2) = [1.0_wp, 0.0_wp]
-      !> Direction of the last step of an elliptic spot, of shift and twist times the semi-axis, or
-      !> zero. Those of slips turn as it does, about.
-      real(wp) :: went(3) = 0.0_wp
+   !> The shells of a contact, and how they change.
+   type, extends(shell_data_type) :: nest_type
+      !> What goes by the registers of the machine.
+      type(kernels_type) :: kernels
    contains
       procedure :: within
       procedure :: resize
@@ -94,12 +65,13 @@ contains
       integer :: n
 
       if (allocated(shells%edge)) deallocate(shells%edge, shells%power, shells%load, shells%size, &
-         shells%torsion, shells%shift, shells%direction, shells%slipped, shells%share, &
-         shells%excess)
+         shells%torsion, shells%shift, shells%direction, shells%slipped, shells%slid, &
+         shells%share, shells%excess)
       shells%most = number
       shells%aim = number
-      ! A step is also taken in two. More than lie side by side in any case.
-      n = number + 2*most_new
+      ! A step is also taken in two. And full registers, wherever they begin.
+      n = number + 2*most_new + block
+      shells%kernels = side_by_side()
       allocate(shells%edge(0:n), source=0.0_wp)
       allocate(shells%power(0:n), source=0.0_wp)
       allocate(shells%load(0:n), source=0.0_wp)
@@ -108,6 +80,7 @@ contains
       allocate(shells%shift(n, 3), source=0.0_wp)
       allocate(shells%direction(n, 3), source=0.0_wp)
       allocate(shells%slipped(n), source=.false.)
+      allocate(shells%slid(n), source=.false.)
       allocate(shells%share(n, 3), source=0.0_wp)
       allocate(shells%excess(n), source=0.0_wp)
    end subroutine make_room
@@ -169,17 +142,6 @@ contains
       within = edge_type(self%load(j), self%size(j), self%torsion(j))
    end function within
 
-   !> Set what is within the edges.
-   pure subroutine set_within(self)
-      class(nest_type), intent(inout) :: self
-
-      associate (n => self%n)
-         call edges_within(n - 1, self%edge(1:), 1.0_wp/self%a, self%power(1:), &
-            1.0_wp/self%power(n), self%load(1:), self%size(1:), self%torsion(1:))
-         call set_edge(self, n, edge_at(1.0_wp, 1.0_wp))
-      end associate
-   end subroutine set_within
-
    !> Set what is within the outer edge of a shell.
    pure subroutine set_edge(self, j, within)
       class(nest_type), intent(inout) :: self
@@ -191,20 +153,6 @@ contains
       self%torsion(j) = within%torsion
    end subroutine set_edge
 
-   !> Stiffness of a shell between two edges, a part of that of the spot.
-   pure subroutine share_between(stiffness, width, inner, outer, x, y, twist)
-      !> k_x, k_y and k_T of the spot.
-      real(wp), intent(in) :: stiffness(3)
-      !> Distance of the edges over the semi-axis, and the torsional stiffness within them.
-      real(wp), intent(in) :: width, inner, outer
-      real(wp), intent(out) :: x, y, twist
-
-      x = stiffness(1)*width
-      y = stiffness(2)*width
-      ! Rounding errors are all there is where a shell is very narrow.
-      twist = stiffness(3)*max(outer - inner, 0.0_wp)
-   end subroutine share_between
-
    !> Stiffness of a shell: its share of that of the whole spot.
    pure subroutine share_of_shell(self, j, stiffness)
       class(nest_type), intent(in) :: self
@@ -212,39 +160,10 @@ contains
       integer, intent(in) :: j
       real(wp), intent(out) :: stiffness(3)
 
-      call share_between(self%stiffness, (self%edge(j) - self%edge(j - 1))/self%a, &
-         self%torsion(j - 1), self%torsion(j), stiffness(1), stiffness(2), stiffness(3))
+      stiffness(1:2) = self%stiffness(1:2)*((self%edge(j) - self%edge(j - 1))/self%a)
+      ! Rounding errors are all there is where a shell is very narrow.
+      stiffness(3) = self%stiffness(3)*max(self%torsion(j) - self%torsion(j - 1), 0.0_wp)
    end subroutine share_of_shell
-
-   !> Give shells the stiffness that is theirs: those that become stiffer keep their force, those
-   !> that become softer their displacement. None of it makes energy.
-   pure subroutine stiffen_shells(n, stiffness, inverse, edge, torsion, share, shift)
-      !> Their number.
-      integer, intent(in) :: n
-      !> k_x, k_y and k_T of the spot, and the inverse of its semi-axis [1/m].
-      real(wp), intent(in) :: stiffness(3), inverse
-      !> Edges [m], and the torsional stiffness within them.
-      real(wp), intent(in) :: edge(0:n), torsion(0:n)
-      !> Stiffness and displacement.
-      real(wp), intent(inout), contiguous :: share(:, :), shift(:, :)
-      real(wp) :: now(3), before(3)
-      integer :: j
-
-      do j = 1, n
-         call share_between(stiffness, (edge(j) - edge(j - 1))*inverse, torsion(j - 1), &
-            torsion(j), now(1), now(2), now(3))
-         ! A shell without stiffness bears nothing.
-         before(1) = max(share(j, 1), tiny(before))
-         before(2) = max(share(j, 2), tiny(before))
-         before(3) = max(share(j, 3), tiny(before))
-         shift(j, 1) = shift(j, 1)*(before(1)/max(now(1), before(1)))
-         shift(j, 2) = shift(j, 2)*(before(2)/max(now(2), before(2)))
-         shift(j, 3) = shift(j, 3)*(before(3)/max(now(3), before(3)))
-         share(j, 1) = now(1)
-         share(j, 2) = now(2)
-         share(j, 3) = now(3)
-      end do
-   end subroutine stiffen_shells
 
    !> Bring the shells to the size and stiffness of a spot: new area is not strained, lost area lets
    !> go what it held, and shells that become stiffer keep their force. None of it makes energy.
@@ -279,11 +198,9 @@ contains
             self%edge(j) = spot%a*place(real(j, wp)/real(self%n, wp))
          end do
          self%power(:self%n) = power_of(self%edge(:self%n))
-         call set_within(self)
          self%share(:self%n, :) = 0.0_wp
          self%shift(:self%n, :) = 0.0_wp
-         call stiffen_shells(self%n, self%stiffness, 1.0_wp/self%a, self%edge, self%torsion, &
-            self%share, self%shift)
+         call self%kernels%stiffen(self%shell_data_type)
          self%slipped(:self%n) = .false.
          return
       end if
@@ -334,9 +251,7 @@ contains
       end if
       self%a = spot%a
       self%stiffness = spot%stiffness
-      call set_within(self)
-      call stiffen_shells(self%n, self%stiffness, 1.0_wp/self%a, self%edge, self%torsion, &
-         self%share, self%shift)
+      call self%kernels%stiffen(self%shell_data_type)
       if (settles) call self%settle(spot)
       if (present(lost)) lost = max(before - self%energy(), 0.0_wp)
    end subroutine resize
@@ -398,13 +313,12 @@ contains
       class(nest_type), intent(inout) :: self
       class(nest_type), intent(in) :: others
 
-      call copy_nest(self, others, [1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp])
+      call copy_nest(self, others, [1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp], [1.0_wp, 0.0_wp])
       self%axis = others%axis
    end subroutine copy
 
    !> Be as others are, with components along the axes of a spot in the place of those along an
-   !> axis, and some of the displacements let go. Where the stiffness is not the same in all
-   !> directions turning it over what is strained makes no energy.
+   !> axis, and some of the displacements let go.
    pure subroutine take(self, others, axis, left)
       class(nest_type), intent(inout) :: self
       class(nest_type), intent(in) :: others
@@ -412,30 +326,20 @@ contains
       real(wp), intent(in) :: axis(2)
       !> What is left of the displacements along the axes and about the normal, from 0 to 1.
       real(wp), intent(in) :: left(3)
-      real(wp) :: q(2), k(2), before, after
-      integer :: j
 
-      call copy_nest(self, others, axis, left)
-      k = self%stiffness(1:2)
-      if (.not. abs(k(1) - k(2)) > 0.0_wp) return
-      do j = 1, self%n
-         q = turned(others%axis, others%shift(j, 1:2))*left(1:2)
-         before = k(1)*q(1)**2 + k(2)*q(2)**2
-         after = k(1)*self%shift(j, 1)**2 + k(2)*self%shift(j, 2)**2
-         if (after > before) self%shift(j, 1:2) = self%shift(j, 1:2)*sqrt(before/after)
-      end do
+      call copy_nest(self, others, axis, left, others%axis)
    end subroutine take
 
-   !> Be as others are, with displacements and directions as `copy_shells` makes them.
-   pure subroutine copy_nest(self, others, axis, left)
+   !> Be as others are, with displacements and directions as they are recalled.
+   pure subroutine copy_nest(self, others, axis, left, was)
       class(nest_type), intent(inout) :: self
       class(nest_type), intent(in) :: others
       !> As for `take`.
       real(wp), intent(in) :: axis(2), left(3)
-      integer :: n
+      !> The axis that others have, unless it stays.
+      real(wp), intent(in) :: was(2)
 
-      n = others%n
-      self%n = n
+      self%n = others%n
       self%aim = others%aim
       self%way = others%way
       self%size_of_way = others%size_of_way
@@ -444,48 +348,9 @@ contains
       self%stiffness = others%stiffness
       self%axis = [1.0_wp, 0.0_wp]
       self%went = [turned(axis, others%went(1:2)), others%went(3)]
-      if (n == 0) return
-      self%edge(:n) = others%edge(:n)
-      self%power(:n) = others%power(:n)
-      self%load(:n) = others%load(:n)
-      self%size(:n) = others%size(:n)
-      self%torsion(:n) = others%torsion(:n)
-      self%slipped(:n) = others%slipped(:n)
-      call copy_shells(n, axis, left, others%share, others%shift, others%direction, self%share, &
-         self%shift, self%direction)
+      if (self%n > 0) call self%kernels%recall(self%shell_data_type, others%shell_data_type, axis, &
+         left, was)
    end subroutine copy_nest
-
-   !> Stiffness, displacements and directions of shells as those of others, which have them along
-   !> an axis.
-   pure subroutine copy_shells(n, axis, left, share, shift, direction, new_share, new_shift, &
-      new_direction)
-      !> Number of the shells.
-      integer, intent(in) :: n
-      !> The axis, and what is left of the displacements, as for `take`.
-      real(wp), intent(in) :: axis(2), left(3)
-      real(wp), intent(in), contiguous :: share(:, :), shift(:, :), direction(:, :)
-      real(wp), intent(inout), contiguous :: new_share(:, :), new_shift(:, :), new_direction(:, :)
-      real(wp) :: x, y
-      integer :: j
-
-      new_share(:n, 1) = share(:n, 1)
-      new_share(:n, 2) = share(:n, 2)
-      new_share(:n, 3) = share(:n, 3)
-      do j = 1, n
-         x = shift(j, 1)*left(1)
-         y = shift(j, 2)*left(2)
-         new_shift(j, 1) = axis(1)*x - axis(2)*y
-         new_shift(j, 2) = axis(2)*x + axis(1)*y
-         new_shift(j, 3) = shift(j, 3)*left(3)
-      end do
-      do j = 1, n
-         x = direction(j, 1)
-         y = direction(j, 2)
-         new_direction(j, 1) = axis(1)*x - axis(2)*y
-         new_direction(j, 2) = axis(2)*x + axis(1)*y
-         new_direction(j, 3) = direction(j, 3)
-      end do
-   end subroutine copy_shells
 
    !> Components along the axes of a spot of a vector that has them along an axis and across it.
    pure function turned(axis, q)

@@ -23,7 +23,6 @@ module contensou_contact_tangential_shells
    use contensou_contact_tangential_ellipse, only : ellipse_type, least_ratio
    use contensou_contact_tangential_ellipse_pass, only : lanes
    use contensou_contact_tangential_nest, only : make_room, nest_type
-   use contensou_contact_tangential_registers, only : kernels_type, side_by_side
    use contensou_contact_tangential_slip, only : shared_type, shell_type, slip_of_shell, &
       sliding_force, stiffness_after, within_rungs
    use contensou_contact_tangential_spot, only : spring_spot_type
@@ -129,8 +128,7 @@ contains
       logical, intent(in), optional :: settled
       !> Derivatives of the wrench by the step, and by the limit at constant size.
       real(wp), intent(out), optional :: slopes(3, 4)
-      real(wp) :: work, way
-      logical :: slid(size(self%slipped))
+      real(wp) :: work, way, limit, surely
       integer :: j, new
 
       wrench = 0.0_wp
@@ -147,16 +145,15 @@ contains
       way = sqrt((spot%stiffness(1)*step(1))**2 + (spot%stiffness(2)*step(2))**2 &
          + (spot%stiffness(3)*step(3)/spot%a)**2)/spot%limit
       self%way = self%way + way
-      call try_elastic(self%n, new, spot, step, self%load, self%size, self%share, self%shift, &
-         self%excess)
+      limit = spot%limit
+      surely = inner_ellipsoid(spot%shape%k)*limit
+      if (associated(spot%rung)) then
+         limit = within_rungs*limit
+         surely = 0.0_wp
+      end if
+      call self%kernels%try_elastic(self%shell_data_type, new, step, limit, surely, &
+         spot%a*spot%shape%torque)
       work = 0.0_wp
-      ! Slip goes on inwards: there the direction is near that of the last shell that slips.
-      do j = 1, self%n - 1
-         if (self%slipped(j + 1) .and. .not. self%slipped(j)) self%direction(j, :) = &
-            self%direction(j + 1, :)
-      end do
-      slid = self%slipped
-      self%slipped(:self%n) = .false.
       if (.not. any(abs(self%shift(:self%n, 3)) > 0.0_wp)) then
          do j = self%n, 1, -abreast
             call let_slip_in_plane(self, max(j - abreast + 1, 1), j, new, spot, work, slopes)
@@ -164,9 +161,9 @@ contains
       else
          if (.not. associated(spot%rung)) then
             if (.not. spot%shape%c > 0.0_wp) then
-               call let_slip_on_circle(self, new, spot, step, slid, work, slopes)
+               call let_slip_on_circle(self, new, spot, step, work, slopes)
             else if (spot%shape%k >= least_ratio) then
-               call let_slip_on_ellipse(self, new, spot, step, way, slid, work, slopes)
+               call let_slip_on_ellipse(self, new, spot, step, way, work, slopes)
                call let_rim_follow(self, spot, work)
             end if
          end if
@@ -181,50 +178,6 @@ contains
       end do
       if (present(stored)) stored = self%energy()
    end subroutine advance
-
-   !> Elastic trials of shells.
-   pure subroutine try_elastic(n, new, spot, step, load, size, share, shift, excess)
-      !> Number of the shells, and of those at the rim that are new.
-      integer, intent(in) :: n, new
-      type(spring_spot_type), intent(in) :: spot
-      real(wp), intent(in) :: step(3)
-      !> Load and size of what slips within their edges.
-      real(wp), intent(in) :: load(0:n), size(0:n)
-      real(wp), intent(in), contiguous :: share(:, :)
-      !> Elastic displacements.
-      real(wp), intent(inout), contiguous :: shift(:, :)
-      !> Below zero where a shell surely sticks: its force is within the double cone of pure sliding
-      !> and pure spinning, or a part of it that rungs have as well, or within an ellipsoid.
-      real(wp), intent(out) :: excess(n)
-      real(wp) :: inside, surely, torque, bears, arm, largest, spin, slide
-      integer :: j
-
-      do j = 1, n - new
-         shift(j, 1) = shift(j, 1) + step(1)
-         shift(j, 2) = shift(j, 2) + step(2)
-         shift(j, 3) = shift(j, 3) + step(3)
-      end do
-      do j = n - new + 1, n
-         shift(j, :) = part_of_step(j, n, new)*step
-      end do
-      inside = spot%limit
-      surely = inner_ellipsoid(spot%shape%k)*inside
-      if (associated(spot%rung)) then
-         inside = within_rungs*inside
-         surely = 0.0_wp
-      end if
-      arm = spot%a*spot%shape%torque
-      do j = 1, n
-         bears = load(j) - load(j - 1)
-         torque = arm*(load(j)*size(j) - load(j - 1)*size(j - 1))
-         spin = abs(share(j, 3)*shift(j, 3))
-         slide = (share(j, 1)*shift(j, 1))**2 + (share(j, 2)*shift(j, 2))**2
-         largest = max((inside*torque - spin)*bears, 0.0_wp)
-         slide = slide*torque*torque
-         excess(j) = min(slide - largest*largest, &
-            slide + bears*bears*(spin*spin - surely*surely*torque*torque))
-      end do
-   end subroutine try_elastic
 
    !> Size of an ellipsoid that is within the limit of any shell, over that through pure sliding and
    !> pure spinning. Shells that bear next to nothing have the least: 0.824 on a needle, 0.836,
@@ -247,7 +200,7 @@ contains
 
    !> Let the shells slip whose trials may be outside of their limits, from the rim inwards.
    pure subroutine let_slip(self, new, spot, work, slopes)
-      !> The shells, after `try_elastic`.
+      !> The shells, after their elastic trials.
       class(shells_type), intent(inout) :: self
       !> Number of the shells at the rim that are new.
       integer, intent(in) :: new
@@ -318,16 +271,14 @@ contains
 
    !> Let some of the shells of a circle slip, side by side. Those whose slip is not found soon, or
    !> not by this way, are left to `let_slip`; the excess of all others is below zero then.
-   pure subroutine let_slip_on_circle(self, new, spot, step, slid, work, slopes)
-      !> The shells, after `try_elastic`.
+   pure subroutine let_slip_on_circle(self, new, spot, step, work, slopes)
+      !> The shells, after their elastic trials.
       class(shells_type), intent(inout) :: self
       !> The number of the shells at the rim that are new.
       integer, intent(in) :: new
       type(spring_spot_type), intent(in) :: spot
       !> As of `advance`.
       real(wp), intent(in) :: step(3)
-      !> Which slipped in the step before.
-      logical, intent(in) :: slid(:)
       !> Work of the slip over the limit, added to.
       real(wp), intent(inout) :: work
       !> Derivatives of the wrench, added to.
@@ -338,12 +289,10 @@ contains
       real(wp) :: shift(lanes, 3), direction(lanes, 3), length(lanes), done(lanes), &
          per_limit, across, along, spinning, inverse
       logical :: found(lanes), steady
-      type(kernels_type) :: kernels
       integer :: at(lanes), i, j, n, last
 
       per_limit = 1.0_wp/spot%limit
       inverse = 1.0_wp/spot%a
-      kernels = side_by_side()
       last = self%n
       do while (last > 0)
          call gather(self%excess, self%load, self%size, self%share, self%shift, &
@@ -374,7 +323,7 @@ contains
             do i = 1, n
                held(i, 1) = 0.0_wp
                held(i, 2) = 0.0_wp
-               if (.not. (slid(at(i)) .and. length(i) > 0.0_wp)) cycle
+               if (.not. (self%slid(at(i)) .and. length(i) > 0.0_wp)) cycle
                part = part_of_step(at(i), self%n, new)
                held(i, 1) = trial(i, 1) - stiffness(i, 1)*(part*(step(1)*plane(i, 1) &
                   + step(2)*plane(i, 2)))
@@ -382,8 +331,8 @@ contains
                   step(3)*shift(i, 3)))
             end do
          end if
-         call kernels%slip_on_circles(spot%shape%torque, n, load, size, stiffness, trial, held, &
-            steady, u, force, found)
+         call self%kernels%slip_on_circles(spot%shape%torque, n, load, size, stiffness, trial, &
+            held, steady, u, force, found)
          do i = 1, n
             length(i) = (trial(i, 1) - force(i, 1))*u(i, 1) + (trial(i, 2) - force(i, 2))*u(i, 2)
             done(i) = (force(i, 1)*u(i, 1) + force(i, 2)*u(i, 2))*length(i) &
@@ -484,8 +433,8 @@ contains
    end subroutine gather
 
    !> Let shells of an ellipse slip, as `let_slip_on_circle` does.
-   pure subroutine let_slip_on_ellipse(self, new, spot, step, way, slid, work, slopes)
-      !> The shells, after `try_elastic`.
+   pure subroutine let_slip_on_ellipse(self, new, spot, step, way, work, slopes)
+      !> The shells, after their elastic trials.
       class(shells_type), intent(inout) :: self
       !> The number of the shells at the rim that are new.
       integer, intent(in) :: new
@@ -494,8 +443,6 @@ contains
       real(wp), intent(in) :: step(3)
       !> Way of the step, as that of `nest_type`.
       real(wp), intent(in) :: way
-      !> Which slipped in the step before.
-      logical, intent(in) :: slid(:)
       !> Work of the slip over the limit, added to.
       real(wp), intent(inout) :: work
       !> Derivatives of the wrench, added to.
@@ -505,7 +452,6 @@ contains
       real(wp), dimension(lanes) :: asked, length, done
       real(wp) :: along(3), turn(3), scaled(3)
       logical :: found(lanes), steady
-      type(kernels_type) :: kernels
       integer :: inside, outermost, n, i, j
 
       scaled = [step(1), step(2), step(3)*spot%a]
@@ -513,7 +459,6 @@ contains
       turn = along - self%went
       self%went = along
       call self%ellipse%set_ratio(spot%shape%k, spot%shape%k2, spot%shape%c)
-      kernels = side_by_side()
       outermost = self%n
       do while (outermost > 0)
          if (self%excess(outermost) < 0.0_wp .or. self%load(outermost) - self%load(outermost - 1) &
@@ -524,27 +469,19 @@ contains
          inside = max(outermost - lanes, 0)
          n = outermost - inside
          steady = way < long_step .and. all(abs(turn) < little)
-         call kernels%lay_out(inside, n, 1.0_wp/spot%limit, spot%a, scaled, along, turn, &
-            self%excess, self%load, self%size, self%share, self%shift, self%direction, slid, &
-            asked, load, size, stiffness, trial, held, steady, u)
-         call kernels%slip_on_ellipses(self%ellipse, spot%shape%torque, asked, load, size, &
+         call self%kernels%lay_out(self%shell_data_type, inside, n, spot%limit, scaled, along, &
+            turn, asked, load, size, stiffness, trial, held, steady, u)
+         call self%kernels%slip_on_ellipses(self%ellipse, spot%shape%torque, asked, load, size, &
             stiffness, trial, held, steady, u, force, elastic, length, done, found)
-         do i = 1, n
-            if (.not. found(i)) cycle
-            j = inside + i
-            self%excess(j) = -1.0_wp
-            self%direction(j, 1) = u(i, 1)
-            self%direction(j, 2) = u(i, 2)
-            self%direction(j, 3) = u(i, 3)
-            if (.not. length(i) > 0.0_wp) cycle
-            self%slipped(j) = .true.
-            if (present(slopes)) call add_slopes(self, j, new, spot, self%shift(j, :), &
-               force(i, :), u(i, :), slopes)
-            self%shift(j, 1) = elastic(i, 1)
-            self%shift(j, 2) = elastic(i, 2)
-            self%shift(j, 3) = elastic(i, 3)*(1.0_wp/spot%a)
-            work = work + done(i)
-         end do
+         if (present(slopes)) then
+            do i = 1, n
+               j = inside + i
+               if (found(i) .and. length(i) > 0.0_wp) call add_slopes(self, j, new, spot, &
+                  self%shift(j, :), force(i, :), u(i, :), slopes)
+            end do
+         end if
+         call self%kernels%take_back(self%shell_data_type, inside, u, elastic, length, done, &
+            found, work)
          outermost = inside
       end do
    end subroutine let_slip_on_ellipse
@@ -558,8 +495,7 @@ contains
       type(spring_spot_type), intent(in) :: spot
       !> Work of the slip over the limit, added to.
       real(wp), intent(inout) :: work
-      real(wp) :: load(lanes, 2), size(lanes, 2), force(lanes, 3), units(3), trial(3), done
-      type(kernels_type) :: kernels
+      real(wp) :: force(lanes, 3), units(3), trial(3), done
       integer :: i, j, n, inside
 
       do inside = self%n, 1, -1
@@ -568,14 +504,8 @@ contains
       n = min(self%n - inside, lanes)
       if (n == 0 .or. inside == 0) return
       if (.not. self%slipped(inside)) return
-      load = 0.0_wp
-      size = 0.0_wp
-      do i = 1, n
-         load(i, :) = [self%load(inside + i), self%load(inside + i - 1)]
-         size(i, :) = [self%size(inside + i), self%size(inside + i - 1)]
-      end do
-      kernels = side_by_side()
-      call kernels%slide_shells(self%ellipse, load, size, self%direction(inside, :), force)
+      call self%kernels%slide_shells(self%ellipse, n, self%load(inside), self%size(inside), &
+         self%direction(inside, :), force)
       units = spot%limit*[1.0_wp, 1.0_wp, spot%a]
       do i = 1, n
          j = inside + i
@@ -594,7 +524,7 @@ contains
 
    !> Let some of the shells slip where nothing is twisted, and none depends on another.
    pure subroutine let_slip_in_plane(self, from, to, new, spot, work, slopes)
-      !> The shells, after `try_elastic`.
+      !> The shells, after their elastic trials.
       class(shells_type), intent(inout) :: self
       !> The first and the last of them, and the number of the shells at the rim that are new.
       integer, intent(in) :: from, to, new
@@ -605,7 +535,6 @@ contains
       real(wp), intent(inout), optional :: slopes(3, 4)
       real(wp), dimension(abreast, 2) :: stiffness, trial, force, direction
       real(wp) :: load(abreast), done(abreast), per_limit
-      type(kernels_type) :: kernels
       integer :: at(abreast), i, j, n
 
       per_limit = 1.0_wp/spot%limit
@@ -629,8 +558,7 @@ contains
             n = i
          end if
       end do
-      kernels = side_by_side()
-      call kernels%slip_in_plane(n, load, stiffness, trial, force, direction, done)
+      call self%kernels%slip_in_plane(n, load, stiffness, trial, force, direction, done)
       do i = 1, n
          j = at(i)
          self%slipped(j) = .true.

@@ -169,6 +169,11 @@ FAULTS = {
         "new_x = was(1)*x - was(2)*y\n            new_y = was(2)*x + was(1)*y",
         "new_x = x\n            new_y = y",
     ),
+    "slip that does not fade as it rolls": (
+        "contact/tangential/memory.f90",
+        "now%fading = turned/shifted",
+        "now%fading = shifted/shifted",
+    ),
     "steady rolling that rings": (
         "contact/tangential/carry.f90",
         "steadying(3) = [0.3_wp, 0.35_wp, 1.0_wp]",
@@ -228,6 +233,7 @@ LIKELY = {
     "creep that is not lost": "tests/driver/test_transient.py",
     "steady rolling that rings": "transient",
     "strain that is let go with each step on an ellipse": "tangential",
+    "slip that does not fade as it rolls": "tangential",
 }
 UNIT_TESTS = "tests/unit_tests"
 PROGRAM = "drivers/contensou"

@@ -80,6 +80,7 @@ contains
       call test_wide(4)
       call test_wide(8)
       call test_turned()
+      call test_rolling_slip()
       call test_histories(4)
       call test_histories(8)
       call test_border()
@@ -727,7 +728,7 @@ contains
             call contact%evolve(friction, spot%shape, rolls, states, wrench, rates)
             call contact%keep()
             states(3:5) = random%decades(-2.0_wp, 0.0_wp)*unit*random%vector(3)
-            states(6) = 1.0e-2_wp*a
+            states(6) = 0.3_wp*a
             call contact%vary(friction, spot%shape, rolls, states, wrench, rates, slopes)
             steps = 1.0e-6_wp*[rolls%load, 1.0_wp, 1.0_wp, unit, a]
             do j = 0, n_states
@@ -1166,6 +1167,49 @@ contains
       end do
       call worst%check_below(1.0e-12_wp, "energy of what is strained where an ellipse turns")
    end subroutine test_turned
+
+   !> What slides and spins as it rolls bears the same for any length of its steps: the slip in a
+   !> step fades as what is strained does.
+   subroutine test_rolling_slip()
+      type(random_type) :: random
+      type(worst_type) :: worst
+      type(tangential_type) :: contact
+      type(rung_type) :: friction
+      type(passing_type) :: rolls
+      type(spring_spot_type) :: spot
+      real(wp) :: states(n_states), wrench(3, 2), rates(n_states), move(3), way
+      integer :: i, j, k, last
+
+      friction%coefficient = 0.3_wp
+      friction%kernel => wrench_exact
+      friction%jacobian => wrench_exact_jacobian
+      contact%coefficient = friction%coefficient
+      contact%modulus = modulus
+      contact%poisson = poisson
+      do k = 1, 3
+         spot = spot_of(ratios(k), a, limit, poisson)
+         rolls = passing_type(limit/friction%coefficient, a)
+         do i = 1, 10
+            move = random%vector(3)*random%uniform(0.3_wp, 1.0_wp)*sliding_shift(spot) &
+               /[1.0_wp, 1.0_wp, a]
+            way = random%uniform(0.02_wp, 0.2_wp)*a
+            do j = 1, 2
+               call contact%begin(9)
+               call contact%forget()
+               states = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+               ! Steps, and steps of a third.
+               do last = 1, 200*(2*j - 1)
+                  call contact%evolve(friction, spot%shape, rolls, states, wrench(:, j), rates)
+                  call contact%keep()
+                  states(3:5) = states(3:5) + move/(2*j - 1)
+                  states(6) = states(6) + way/(2*j - 1)
+               end do
+            end do
+            call worst%note(maxval(abs(wrench(:, 2) - wrench(:, 1))/(limit*[1.0_wp, 1.0_wp, a])), i)
+         end do
+      end do
+      call worst%check_below(1.0e-9_wp, "steady sliding and rolling in steps of any length")
+   end subroutine test_rolling_slip
 
    !> Histories with wide registers and without: the same but for rounding.
    subroutine test_histories(numbers)

@@ -549,12 +549,14 @@ contains
       !> Whether all go on to slip as the steps go, if they slipped so; whether they do.
       logical, intent(inout) :: steady
       real(wp), intent(inout) :: u(lanes, 3)
-      real(wp) :: part, rest, a, per_limit, per_area, was, last, off(lanes)
+      real(wp) :: part, rest, a, lever, per_limit, per_area, was, last, off(lanes)
       integer :: i, j
 
       a = shells%a
       per_limit = 1.0_wp/limit
-      per_area = per_limit/(a*a)
+      per_area = per_limit/(a*a)*shells%fading
+      ! Of the trial all is left that it has.
+      lever = a/shells%fading
       last = real(n, wp)
       do i = 1, lanes
          j = inside + i
@@ -574,13 +576,13 @@ contains
          stiffness(i, 3) = part*(shells%share(j, 3)*per_area) + rest
          trial(i, 1) = stiffness(i, 1)*(part*shells%shift(j, 1) + rest)
          trial(i, 2) = stiffness(i, 2)*(part*shells%shift(j, 2) + rest)
-         trial(i, 3) = stiffness(i, 3)*((part*shells%shift(j, 3) + rest)*a)
+         trial(i, 3) = stiffness(i, 3)*((part*shells%shift(j, 3) + rest)*lever)
          u(i, 1) = part*shells%direction(j, 1) + rest
          u(i, 2) = part*shells%direction(j, 2)
          u(i, 3) = part*shells%direction(j, 3)
       end do
       do i = 1, lanes
-         was = merge(1.0_wp, 0.0_wp, shells%slid(inside + i))
+         was = shells%slid(inside + i)
          held(i, 1) = was*(trial(i, 1) - stiffness(i, 1)*step(1))
          held(i, 2) = was*(trial(i, 2) - stiffness(i, 2)*step(2))
          held(i, 3) = was*(trial(i, 3) - stiffness(i, 3)*step(3))
@@ -614,8 +616,8 @@ contains
          known(i) = merge(1.0_wp, 0.0_wp, found(i))
          slips(i) = known(i)*(0.5_wp + sign(0.5_wp, length(i) - least_pivot))
       end do
-      call note_slips(ubound(shells%shift, 1), inside, 1.0_wp/shells%a, u, elastic, known, slips, &
-         shells%excess, shells%slipped, shells%shift, shells%direction)
+      call note_slips(ubound(shells%shift, 1), inside, shells%fading/shells%a, u, elastic, known, &
+         slips, shells%excess, shells%slipped, shells%shift, shells%direction)
       total = 0.0_wp
       do i = 1, lanes
          total = total + slips(i)*done(i)
@@ -628,7 +630,7 @@ contains
       shift, direction)
       !> Shells for which there is room, and those inside.
       integer, intent(in) :: room, inside
-      !> One over the semi-axis.
+      !> What is left of slip about the normal, over the semi-axis [1/m].
       real(wp), intent(in) :: per_size
       !> As of `slip_on_ellipses`.
       real(wp), intent(in) :: u(lanes, 3), elastic(lanes, 3)

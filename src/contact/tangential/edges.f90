@@ -10,7 +10,7 @@ module contensou_contact_tangential_edges
    implicit none(type, external)
    private
 
-   public :: edge_type, edge_at, look_within, power_of
+   public :: edge_type, edge_at, look_within, power_beside, power_of
 
    !> S(x) = l c [1 + (1 - x) P(x)], from the lowest power of P on.
    real(wp), parameter :: torsion(0:7) = [ &
@@ -25,6 +25,10 @@ module contensou_contact_tangential_edges
       -0.0000249363004048452922_wp, -6.30985681479434043e-6_wp, -1.73263913988514553e-6_wp, &
       -3.29286035701673922e-7_wp, -3.04505043957203034e-7_wp, 1.43286129320521087e-7_wp, &
       -1.30959040750658526e-7_wp, 4.73531406160767908e-8_wp, -1.12996395187295042e-8_wp]
+
+   !> Distance of two places, over one of them, up to which the power of one follows from that of
+   !> the other: the error of a series is its cube.
+   real(wp), parameter :: beside = 1.0e-3_wp
 
    !> Edge of a shell.
    type :: edge_type
@@ -76,5 +80,23 @@ contains
 
       power = (x*x)**(1.0_wp/3.0_wp)
    end function power_of
+
+   !> x^(2/3) where that of another place is known.
+   elemental function power_beside(x, other, power_of_other) result(power)
+      !> Both > 0.
+      real(wp), intent(in) :: x, other
+      real(wp), intent(in) :: power_of_other
+      real(wp) :: power, way, cube
+
+      way = (x - other)/other
+      if (abs(way) < beside) then
+         ! A step of Halley's, whose error is the cube of that before it.
+         power = power_of_other*(1.0_wp + way*(2.0_wp/3.0_wp - way/9.0_wp))
+         cube = power**3
+         power = power*((cube + 2.0_wp*x*x)/(2.0_wp*cube + x*x))
+      else
+         power = power_of(x)
+      end if
+   end function power_beside
 
 end module contensou_contact_tangential_edges

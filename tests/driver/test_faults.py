@@ -169,6 +169,11 @@ FAULTS = {
         "new_x = was(1)*x - was(2)*y\n            new_y = was(2)*x + was(1)*y",
         "new_x = x\n            new_y = y",
     ),
+    "slip along the mean of a step that turns": (
+        "contact/tangential/memory.f90",
+        "*(v*(dv/vv) - d)",
+        "*(d*(dv/vv) - d)",
+    ),
     "slip that does not fade as it rolls": (
         "contact/tangential/memory.f90",
         "now%fading = turned/shifted",
@@ -233,6 +238,7 @@ LIKELY = {
     "creep that is not lost": "tests/driver/test_transient.py",
     "steady rolling that rings": "transient",
     "strain that is let go with each step on an ellipse": "tangential",
+    "slip along the mean of a step that turns": "tangential",
     "slip that does not fade as it rolls": "tangential",
 }
 UNIT_TESTS = "tests/unit_tests"

@@ -81,6 +81,7 @@ contains
       call test_wide(8)
       call test_turned()
       call test_rolling_slip()
+      call test_turning_slip()
       call test_histories(4)
       call test_histories(8)
       call test_border()
@@ -1210,6 +1211,53 @@ contains
       end do
       call worst%check_below(1.0e-9_wp, "steady sliding and rolling in steps of any length")
    end subroutine test_rolling_slip
+
+   !> What slides in a direction that turns bears the same for any length of its steps, but for the
+   !> square of the turn in a step.
+   subroutine test_turning_slip()
+      real(wp), parameter :: turn = 0.01_wp
+      type(random_type) :: random
+      type(worst_type) :: worst
+      type(tangential_type) :: contact
+      type(rung_type) :: friction
+      type(passing_type) :: rolls
+      type(spring_spot_type) :: spot
+      real(wp) :: states(n_states), wrench(3, 2), rates(n_states), speed, spin, angle
+      integer :: i, j, k, last, parts
+
+      friction%coefficient = 0.3_wp
+      friction%kernel => wrench_exact
+      friction%jacobian => wrench_exact_jacobian
+      contact%coefficient = friction%coefficient
+      contact%modulus = modulus
+      contact%poisson = poisson
+      do k = 1, 3
+         spot = spot_of(ratios(k), a, limit, poisson)
+         do i = 1, 10
+            ! Within the way after which sliding takes over.
+            speed = random%uniform(0.2_wp, 0.25_wp)*sliding_shift(spot)
+            spin = random%uniform(0.0_wp, 1.0_wp)*speed/a
+            do j = 1, 2
+               parts = merge(8, 1, j == 2)
+               call contact%begin(9)
+               call contact%forget()
+               states = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+               do last = 0, 40*parts
+                  angle = turn*real(last, wp)/real(parts, wp)
+                  rolls = passing_type(limit/friction%coefficient, a, speed*cos(angle), &
+                     speed*sin(angle), spin)
+                  states(3) = speed*sin(angle)/turn
+                  states(4) = speed*(1.0_wp - cos(angle))/turn
+                  states(5) = spin*angle/turn
+                  call contact%evolve(friction, spot%shape, rolls, states, wrench(:, j), rates)
+                  call contact%keep()
+               end do
+            end do
+            call worst%note(maxval(abs(wrench(:, 2) - wrench(:, 1))/(limit*[1.0_wp, 1.0_wp, a])), i)
+         end do
+      end do
+      call worst%check_below(turn**2, "sliding in a direction that turns, in steps of any length")
+   end subroutine test_turning_slip
 
    !> Histories with wide registers and without: the same but for rounding.
    subroutine test_histories(numbers)

@@ -72,7 +72,7 @@ module contensou_contact_tangential_memory
    real(wp), parameter :: long_way = 1.0e3_wp
 
    !> Number of arguments of a move of the shells.
-   integer, parameter :: n_arguments = 12
+   integer, parameter :: n_arguments = 15
 
    !> Tangential elasticity of a contact.
    type :: tangential_type
@@ -99,6 +99,9 @@ module contensou_contact_tangential_memory
       !> seen from the axes of the shells; sliding velocity and spin; share of sliding.
       type(spring_spot_type) :: spot
       real(wp) :: step(4) = 0.0_wp, step_rates(4) = 0.0_wp
+      !> Rates of shifts and twist as far as they are known before the wrench is, and how sure they
+      !> are, from 0 to 1: with a law of creep not all of them is.
+      real(wp), private :: foreseen(3) = 0.0_wp, sure = 1.0_wp
       real(wp) :: axis(2) = [1.0_wp, 0.0_wp]
       real(wp) :: velocity(3) = 0.0_wp
       real(wp) :: share = 0.0_wp
@@ -248,14 +251,18 @@ contains
       self%velocity = [rolls%vx, rolls%vy, rolls%w]
       carried = [rolls%cx, rolls%cy]
       self%step = states(3:6) - self%anchor
+      self%sure = 1.0_wp
       if (allocated(self%carry)) then
          ! What is carried out does not make the shells slip; the rest that is lost is small where
          ! they slide.
          speed = sqrt(carried(1)**2 + carried(2)**2)
          self%velocity = self%velocity - speed*states(7:9)
          self%step(4) = 0.0_wp
+         self%sure = smooth_step(1.0_wp - speed*size_of(states(7:9), rolls%a) &
+            /max(size_of(self%velocity, rolls%a), tiny(speed)), aligned)
       end if
       self%step_rates = [along(axis, self%velocity), self%way_rate(self%spot, carried)]
+      self%foreseen = self%step_rates(1:3)
       rates(:6) = [0.0_wp, 0.0_wp, self%step_rates]
       ! On a circle all axes are alike, and the axis does as well as any.
       self%axis = axis
@@ -360,21 +367,32 @@ contains
       real(wp) :: arguments(n_arguments)
 
       associate (spot => self%spot)
-         arguments = [self%step, self%axis, spot%shape%k, spot%a, spot%limit, spot%stiffness]
+         arguments = [self%step, self%foreseen, self%axis, spot%shape%k, spot%a, spot%limit, spot%stiffness]
       end associate
       if (present(slopes)) self%is_moved = .false.
       if (self%is_moved) self%is_moved = all(abs(arguments - self%moved) <= 0.0_wp)
       if (.not. self%is_moved) then
-         call strain(self%past, self%axis, self%spot, self%step, self%poisson, self%drilling, &
-            self%now, self%bears, slopes)
+         call strain(self%past, self%axis, self%spot, self%step, self%foreseen, self%sure, &
+            self%poisson, self%drilling, self%now, self%bears, slopes)
          self%moved = arguments
          self%is_moved = .true.
       end if
       wrench = self%bears
    end subroutine move
 
+   !> Size of a velocity and a spin.
+   pure real(wp) function size_of(velocity, a)
+      !> Velocity along the axes [m/s] and spin [rad/s], or creepages.
+      real(wp), intent(in) :: velocity(3)
+      !> Semi-axis [m].
+      real(wp), intent(in) :: a
+
+      size_of = sqrt(velocity(1)**2 + velocity(2)**2 + (a*velocity(3))**2)
+   end function size_of
+
    !> Shells moved by a step.
-   pure subroutine strain(past, axis, spot, step, poisson, drilling, now, wrench, slopes)
+   pure subroutine strain(past, axis, spot, step, speed, sure, poisson, drilling, now, wrench, &
+      slopes)
       !> What is remembered.
       type(shells_type), intent(in) :: past
       !> The axis along which it is, seen from the axes of the spot.
@@ -382,6 +400,8 @@ contains
       type(spring_spot_type), intent(in) :: spot
       !> Shifts along the axis and across it, twist, and way times the major semi-axis.
       real(wp), intent(in) :: step(4)
+      !> Rates of shifts and twist at the end of the step, and how sure they are, from 0 to 1.
+      real(wp), intent(in) :: speed(3), sure
       !> Poisson's ratio.
       real(wp), intent(in) :: poisson
       !> Whether there is a torque about the normal.
@@ -391,7 +411,7 @@ contains
       real(wp), intent(out) :: wrench(3)
       !> Derivatives of the wrench by shifts and twist, and by the limit.
       real(wp), intent(out), optional :: slopes(3, 4)
-      real(wp) :: motion(3), way, twisted, shifted, turned, remains(3), by_shift(3)
+      real(wp) :: motion(3), way, twisted, shifted, turned, remains(3), by_shift(3), part(3)
 
       way = lengths(step, spot)
       twisted = way*twist_rate(poisson)
@@ -399,8 +419,8 @@ contains
       turned = left_of_growth(twisted)
       motion(1) = shifted*(axis(1)*step(1) - axis(2)*step(2))
       motion(2) = shifted*(axis(2)*step(1) + axis(1)*step(2))
-      motion(3) = turned*step(3)
-      if (.not. drilling) motion(3) = 0.0_wp
+      part = [1.0_wp, 1.0_wp, merge(1.0_wp, 0.0_wp, drilling)]
+      motion(3) = turned*part(3)*step(3)
       remains(1) = left(way)
       remains(2) = remains(1)
       remains(3) = left(twisted)
@@ -408,6 +428,8 @@ contains
       ! What slips in the step fades as what is strained does: sliding has the same direction for
       ! any length of it.
       now%fading = turned/shifted
+      now%turning = sure*[shifted, shifted, turned]*turning_of(spot, axis, part*step(1:3), &
+         part*speed)
       call now%advance(spot, motion, wrench, settled=.false., slopes=slopes)
       if (.not. present(slopes)) return
       by_shift = slopes(:, 1)
@@ -416,6 +438,25 @@ contains
       slopes(:, 3) = turned*slopes(:, 3)
       if (.not. drilling) slopes(:, 3) = 0.0_wp
    end subroutine strain
+
+   !> What is to be added to a step, along the axes of the spot, for its direction to be that of the
+   !> rates at its end. What slips is along the step: along its mean a force would lag behind a
+   !> direction that turns by half of the turn in the step. Nothing where the step does not turn, or
+   !> turns by far.
+   pure function turning_of(spot, axis, step, speed) result(turning)
+      type(spring_spot_type), intent(in) :: spot
+      real(wp), intent(in) :: axis(2), step(3), speed(3)
+      real(wp) :: turning(3), d(3), v(3), dd, vv, dv
+
+      turning = 0.0_wp
+      d = [axis(1)*step(1) - axis(2)*step(2), axis(2)*step(1) + axis(1)*step(2), step(3)]
+      v = [axis(1)*speed(1) - axis(2)*speed(2), axis(2)*speed(1) + axis(1)*speed(2), speed(3)]
+      dd = dot_product(d, spot%stiffness*d)
+      vv = dot_product(v, spot%stiffness*v)
+      dv = dot_product(d, spot%stiffness*v)
+      if (.not. (dd*vv > 0.0_wp .and. dv > 0.0_wp)) return
+      turning = smooth_step(dv/sqrt(dd*vv), aligned)*(v*(dv/vv) - d)
+   end function turning_of
 
    !> Share of sliding in the wrench.
    pure real(wp) function sliding_share(self, step) result(share)
@@ -653,10 +694,11 @@ contains
       spot%limit = 0.5_wp*(self%limit + self%spot%limit)
       spot%a = 0.5_wp*(self%a + self%spot%a)
       call spot%stiffen(self%modulus, self%poisson)
-      call strain(self%past, self%axis, spot, first, self%poisson, self%drilling, self%half, wrench)
+      call strain(self%past, self%axis, spot, first, 0.5_wp*(self%rates(1:3) + self%foreseen), &
+         self%sure, self%poisson, self%drilling, self%half, wrench)
       call self%half%turn_to(self%axis)
-      call strain(self%half, self%axis, self%spot, self%step - first, self%poisson, self%drilling, &
-         self%whole, wrench)
+      call strain(self%half, self%axis, self%spot, self%step - first, self%foreseen, self%sure, &
+         self%poisson, self%drilling, self%whole, wrench)
       wrench = (1.0_wp - self%share)*(wrench - self%bears)
       wrench(3) = wrench(3)/self%spot%a
       deviation = 2.0_wp*sqrt(dot_product(wrench, wrench))/scale

@@ -348,6 +348,7 @@ contains
       self%new = others%new
       self%stiffness = others%stiffness
       self%fading = 1.0_wp
+      self%turning = 0.0_wp
       self%axis = [1.0_wp, 0.0_wp]
       self%went = [turned(axis, others%went(1:2)), others%went(3)]
       if (self%n > 0) call self%kernels%recall(self%shell_data_type, others%shell_data_type, axis, &

@@ -44,6 +44,9 @@ module contensou_contact_tangential_shell_data
       !> What rolling leaves of slip about the normal within the step at hand, over what it leaves
       !> of slip along the surface.
       real(wp) :: fading = 1.0_wp
+      !> What shells that slip on have of the step at hand besides, along the axes [m] and about the
+      !> normal: its direction is that at its end then.
+      real(wp) :: turning(3) = 0.0_wp
       !> The axis along and across which the displacements have their components, seen from the
       !> axes of the spot where `stiffness` was.
       real(wp) :: axis(2) = [1.0_wp, 0.0_wp]

@@ -187,9 +187,9 @@ contains
       !> within it, and that of an ellipsoid; the torque of pure spinning over the limit [m].
       real(wp), intent(in) :: limit, surely, arm
 
-      call try_shells(self%n, ubound(self%shift, 1), new, step, limit, surely, arm, self%load, &
-         self%size, self%share, self%shift, self%excess)
       call begin_slips(self%n, ubound(self%shift, 1), self%slipped, self%slid, self%direction)
+      call try_shells(self%n, ubound(self%shift, 1), new, step, self%turning, limit, surely, arm, &
+         self%load, self%size, self%share, self%slid, self%shift, self%excess)
    end subroutine try_elastic
 
    !> No shell has slipped yet. Slip goes on inwards: there the direction is near that of the last
@@ -213,16 +213,16 @@ contains
    end subroutine begin_slips
 
    !> Elastic trials of shells.
-   pure subroutine try_shells(n, room, new, step, limit, surely, arm, load, size, share, shift, &
-      excess)
+   pure subroutine try_shells(n, room, new, step, turning, limit, surely, arm, load, size, share, &
+      slid, shift, excess)
       !> Number of the shells, and of those for which there is room.
       integer, intent(in) :: n, room
       !> As for `try_elastic`.
       integer, intent(in) :: new
-      real(wp), intent(in) :: step(3), limit, surely, arm
+      real(wp), intent(in) :: step(3), turning(3), limit, surely, arm
       !> Load and size of what slips within the edges, from 0 on.
       real(wp), intent(in), dimension(0:room) :: load, size
-      real(wp), intent(in) :: share(room, 3)
+      real(wp), intent(in) :: share(room, 3), slid(room)
       !> Elastic displacements.
       real(wp), intent(inout) :: shift(room, 3)
       !> Below zero where a shell surely sticks: its force is within the double cone or within the
@@ -237,9 +237,9 @@ contains
          do j = first, first + block - 1
             ! Area that is new has come one by one.
             part = max(min((outermost - real(j, wp))*per_new, 1.0_wp), 0.0_wp)
-            shift(j, 1) = shift(j, 1) + part*step(1)
-            shift(j, 2) = shift(j, 2) + part*step(2)
-            shift(j, 3) = shift(j, 3) + part*step(3)
+            shift(j, 1) = shift(j, 1) + part*(step(1) + slid(j)*turning(1))
+            shift(j, 2) = shift(j, 2) + part*(step(2) + slid(j)*turning(2))
+            shift(j, 3) = shift(j, 3) + part*(step(3) + slid(j)*turning(3))
             bears = load(j) - load(j - 1)
             torque = arm*(load(j)*size(j) - load(j - 1)*size(j - 1))
             spin = abs(share(j, 3)*shift(j, 3))

@@ -367,7 +367,8 @@ contains
       real(wp) :: arguments(n_arguments)
 
       associate (spot => self%spot)
-         arguments = [self%step, self%foreseen, self%axis, spot%shape%k, spot%a, spot%limit, spot%stiffness]
+         arguments = [self%step, self%foreseen, self%axis, spot%shape%k, spot%a, spot%limit, &
+            spot%stiffness]
       end associate
       if (present(slopes)) self%is_moved = .false.
       if (self%is_moved) self%is_moved = all(abs(arguments - self%moved) <= 0.0_wp)

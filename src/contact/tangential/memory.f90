@@ -72,7 +72,7 @@ module contensou_contact_tangential_memory
    real(wp), parameter :: long_way = 1.0e3_wp
 
    !> Number of arguments of a move of the shells.
-   integer, parameter :: n_arguments = 15
+   integer, parameter :: n_arguments = 16
 
    !> Tangential elasticity of a contact.
    type :: tangential_type
@@ -367,8 +367,8 @@ contains
       real(wp) :: arguments(n_arguments)
 
       associate (spot => self%spot)
-         arguments = [self%step, self%foreseen, self%axis, spot%shape%k, spot%a, spot%limit, &
-            spot%stiffness]
+         arguments = [self%step, self%foreseen, self%sure, self%axis, spot%shape%k, spot%a, &
+            spot%limit, spot%stiffness]
       end associate
       if (present(slopes)) self%is_moved = .false.
       if (self%is_moved) self%is_moved = all(abs(arguments - self%moved) <= 0.0_wp)

@@ -400,8 +400,8 @@ def test_a_step_of_a_contact_that_remembers_moves_its_shells_few_times(
     count, executable, inputs, build_kind, tmp_path, table
 ):
     # In the right-hand side, for the state that is reached, and twice for the error of the memory;
-    # a Jacobian, each tenth step, sixteen times. (9.3, as one step in fifteen fails: they are so
-    # long that the method's own error bounds them; 16 with each done anew.)
+    # a Jacobian, each tenth step, sixteen times. Steps that are tried and fail are steps, too: they
+    # are so long that the method's own error bounds them. (16 with each done anew.)
     text = (inputs / "ellipsoid_egg.nml").read_text()
     text = text.replace("   friction =", "   tangential = 'elastic'\n   friction =")
     work, steps = [], []
@@ -411,15 +411,18 @@ def test_a_step_of_a_contact_that_remembers_moves_its_shells_few_times(
         run = [executable, "run", scene, "-o", tmp_path / "run.h5", "--force", "-q"]
         work.append(instructions(run, tmp_path, build_kind))
         with h5py.File(tmp_path / "run.h5") as file:
-            steps.append(int(file["/integrator/steps"][()]))
+            counters = file["/integrator"]
+            steps.append(int(counters["steps"][()] + counters["error_test_failures"][()]))
     per_step = (work[1] - work[0]) / (steps[1] - steps[0])
     derivative = count(text=text).instructions
     ratio = per_step / derivative
     table(
         "instructions of an egg with tangential elasticity",
-        {"step": per_step, "right-hand side": derivative, "ratio": ratio},
+        {"step": per_step, "right-hand side": derivative, "ratio": ratio, "steps": steps[1]},
     )
-    assert ratio < 10.0
+    assert ratio < 8.9
+    # 3,200 where slip does not fade within a step of rolling and does not turn with the rates.
+    assert steps[1] < 900
 
 
 def first_touch(path, contact):

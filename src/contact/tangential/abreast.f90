@@ -555,7 +555,7 @@ contains
       a = shells%a
       per_limit = 1.0_wp/limit
       per_area = per_limit/(a*a)*shells%fading
-      ! Of the trial all is left that it has.
+      ! The force of the trial is that of the stiffness itself.
       lever = a/shells%fading
       last = real(n, wp)
       do i = 1, lanes

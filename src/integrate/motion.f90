@@ -1,6 +1,6 @@
 !> The motion of a system of bodies as an initial value problem.
 module contensou_integrate_motion
-   use contensou_base_kinds, only : i8, wp
+   use contensou_base_kinds, only : wp
    use contensou_base_operating_system, only : wall_seconds
    use contensou_base_rotations, only : to_body
    use contensou_base_vectors, only : cross
@@ -15,7 +15,7 @@ module contensou_integrate_motion
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_state, only : at_position, at_quaternion, at_spin, at_velocity, body_size
    use contensou_integrate_problem, only : problem_type, way_columns_of
-   use contensou_integrate_profile, only : profile_period, profile_type
+   use contensou_integrate_profile, only : profile_type
    implicit none(type, external)
    private
 
@@ -237,24 +237,14 @@ contains
       logical, intent(out) :: outside
 
       real(wp) :: start
+      logical :: timed
 
-      if (.not. self%profile%active) then
-         call self%system%derivative(t, y, rate)
-         outside = self%system%outside
-         return
-      end if
-      associate (clock => self%profile%right_hand_side)
-         clock%calls = clock%calls + 1_i8
-         if (self%profile%due(clock, profile_period)) then
-            start = wall_seconds()
-            call self%system%derivative(t, y, rate)
-            start = wall_seconds() - start
-            if (.not. self%system%outside) call self%profile%take(self%system, start)
-         else
-            call self%system%derivative(t, y, rate)
-         end if
-      end associate
+      timed = .false.
+      if (self%profile%active) call self%profile%right_hand_side%count_call(timed)
+      if (timed) start = wall_seconds()
+      call self%system%derivative(t, y, rate)
       outside = self%system%outside
+      if (timed .and. .not. outside) call self%profile%take(self%system, wall_seconds() - start)
    end subroutine derivative
 
    !> Lay out the Jacobian, unless that is done: explicit methods need none.
@@ -280,8 +270,8 @@ contains
       real(wp) :: start
       logical :: timed
 
-      self%profile%jacobian%calls = self%profile%jacobian%calls + 1_i8
-      timed = self%profile%due(self%profile%jacobian, 0_i8)
+      timed = .false.
+      if (self%profile%active) call self%profile%jacobian%count_call(timed)
       if (timed) start = wall_seconds()
       call self%differential%evaluate(self%system, t, y)
       if (timed) call self%profile%jacobian%add(wall_seconds() - start - self%profile%overhead)
@@ -301,8 +291,8 @@ contains
       real(wp) :: start
       logical :: timed
 
-      self%profile%events%calls = self%profile%events%calls + 1_i8
-      timed = self%profile%due(self%profile%events, 0_i8)
+      timed = .false.
+      if (self%profile%active) call self%profile%events%count_call(timed)
       if (timed) start = wall_seconds()
       call self%system%gaps(y, g, self%at_last)
       if (self%system%constraints%n_rigid > 0) call rigid_events()

@@ -61,7 +61,9 @@ contains
          kernels%stiffen => widest_stiffen
          kernels%try_elastic => widest_try_elastic
          kernels%slip_in_plane => widest_slip_in_plane
-         kernels%slip_on_circles => widest_slip_on_circles
+         ! Its lookups are for one shell at a time: the wider the registers, the longer a shell
+         ! waits for the others.
+         kernels%slip_on_circles => wide_slip_on_circles
          kernels%lay_out => widest_lay_out
          kernels%slip_on_ellipses => widest_slip_on_ellipses
          kernels%slide_shells => widest_slide_shells

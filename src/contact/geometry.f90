@@ -145,6 +145,9 @@ module contensou_contact_geometry
    type, abstract :: geometry_type
       !> Whether the relative curvatures never change.
       logical :: constant_curvatures = .true.
+      !> Whether a gap is sought from where it was last: that of a pose depends on it, though by
+      !> rounding only.
+      logical :: searched = .false.
       !> Number of places where the surfaces may touch at the same time.
       integer :: most_spots = 1
       !> The surface on which these are put in order, 1 for A and 2 for B.

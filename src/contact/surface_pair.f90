@@ -245,6 +245,7 @@ contains
       allocate(self)
       call set_pair(self, a, b, .true.)
       call set_search(self%search)
+      self%searched = .true.
       self%most_spots = spots_of(a, b, self%search%several)
       self%ordering = self%search%carrier
       self%length = self%search%size

@@ -101,6 +101,8 @@ contains
       allocate(system%springs(0))
       if (allocated(scene%springs)) system%springs = scene%springs%spring_type
       call system%prepare()
+      system%searches = any([(system%contacts(i)%law%geometry%searched, i=1, &
+         size(system%contacts))])
       system%several_spots = any(system%contacts%spots > 1)
       if (system%several_spots) call place_spots(scene, system, index, trouble)
    end subroutine assemble

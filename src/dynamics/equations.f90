@@ -268,7 +268,7 @@ contains
    end subroutine constraint_forces
 
    !> Let the contacts with tangential elasticity evaluate a state, which they may then remember;
-   !> where it is the last one again this costs next to nothing.
+   !> where it is the last one again their shells are not moved again.
    subroutine evaluate_memory(self, t, y)
       !> The system; its workspace is changed.
       class(system_type), intent(inout) :: self

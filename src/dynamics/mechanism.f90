@@ -7,7 +7,7 @@
 module contensou_dynamics_mechanism
    use, intrinsic :: ieee_arithmetic, only : ieee_is_nan
    use contensou_base_checkpoint, only : checkpoint_type
-   use contensou_base_kinds, only : wp
+   use contensou_base_kinds, only : i8, wp
    use contensou_base_rotations, only : rotation_matrix, set_rotation, to_inertial, &
       unit_quaternion
    use contensou_base_vectors, only : cross
@@ -168,6 +168,10 @@ module contensou_dynamics_mechanism
       type(resolution_type) :: resolution
       !> Poses of the ground (0) and the bodies.
       type(pose_type), allocatable :: pose(:)
+      !> How often they were set: where it is as before nothing was evaluated since.
+      integer(i8) :: times_posed = 0
+      !> Whether some gap is sought from where it was last.
+      logical :: searches = .false.
       !> Whether there are contacts with several spots.
       logical :: several_spots = .false.
    contains
@@ -569,6 +573,7 @@ contains
       real(wp), intent(in) :: y(body_size, self%layout%bodies)
       integer :: i
 
+      self%times_posed = self%times_posed + 1
       do i = 1, size(self%bodies)
          associate (pose => self%pose(i))
             pose%position = y(at_position:at_position + 2, i)

@@ -66,6 +66,7 @@ contains
       associate (memory => self%memory, t => self%memory%t)
          time_step = t - self%t_before
          call self%motion%system%evaluate_memory(memory%t, memory%y)
+         self%times_posed = self%motion%system%times_posed
          call deviate(self%motion, time_step, largest)
          associate (steps => self%integrator%steps_of_no_path)
             steps = merge(0, steps + 1, largest > of_no_account)
@@ -143,7 +144,11 @@ contains
       integer :: i
 
       associate (system => self%motion%system, memory => self%memory)
-         call system%evaluate_memory(memory%t, memory%y)
+         ! Unless that is the state that was evaluated last. What is sought is closer the second
+         ! time, and the steps of two spots do not go on from what the first one finds.
+         if (system%searches .or. system%times_posed /= self%times_posed) then
+            call system%evaluate_memory(memory%t, memory%y)
+         end if
          do i = 1, size(system%contacts)
             if (allocated(system%contacts(i)%tangential)) call system%contacts(i)%tangential%keep()
          end do

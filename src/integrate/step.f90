@@ -77,6 +77,8 @@ module contensou_integrate_step
       logical :: bounded = .false.
       !> Step that these would just admit [s].
       real(wp) :: next_step = 0.0_wp
+      !> How often poses had been set when the state that is reached was evaluated for the memory.
+      integer(i8) :: times_posed = 0
       !> Condition that is met where the march is; 0 for none.
       integer :: met = 0
       !> Whether there is any.

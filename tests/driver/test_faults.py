@@ -138,6 +138,11 @@ FAULTS = {
         "inner_ellipsoid = 0.813_wp + 0.073_wp*ratio",
         "inner_ellipsoid = 0.813_wp + 0.12_wp*ratio",
     ),
+    "shell of an ellipse that sticks too soon, without a look at its limit": (
+        "contact/tangential/abreast.f90",
+        "surely_stuck*plane*spin - limit",
+        "1.1_wp*plane*spin - limit",
+    ),
     "work of the slip of a shell of an ellipse": (
         "contact/tangential/abreast.f90",
         "+ (g(i, 3) - force(i, 3))*u(i, 3)) &\n            /max(",

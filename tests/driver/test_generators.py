@@ -82,6 +82,12 @@ def ellipse(generator):
     return generator("scripts/generate_ellipse.py", "src/contact/tangential/ellipse_values.f90")
 
 
+@pytest.fixture
+def limit(generator):
+    """The generator of the limits of shells, about."""
+    return generator("scripts/generate_limit.py", "src/contact/tangential/limit_values.f90")
+
+
 def change_digits(table: Path) -> None:
     """Change the last digit of some number in each line of the table."""
     text = table.read_text(encoding="utf-8")
@@ -198,3 +204,13 @@ def test_table_of_ellipses_is_checked(ellipse, build_kind):
     done = ellipse.run("--check")
     assert done.returncode == 1
     assert "differs" in done.stdout + done.stderr
+
+
+def test_limits_of_shells_are_what_is_generated(limit):
+    text = limit.table.read_text(encoding="utf-8")
+    done = limit.run("--check")
+    assert done.returncode == 0, done.stdout + done.stderr
+    limit.table.write_text(re.sub(r"\d(\d_wp)", r"7\1", text, count=3), encoding="utf-8")
+    done = limit.run("--check")
+    assert done.returncode == 1
+    assert "differs" in done.stdout

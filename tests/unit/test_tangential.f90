@@ -9,7 +9,7 @@ module test_tangential
    use contensou_contact_tangential_memory, only : n_states, tangential_type
    use contensou_contact_tangential_oblique, only : oblique_impact
    use contensou_contact_tangential_abreast, only : abreast, slip_in_plane, slip_on_circles, &
-      slide_shells, slip_on_ellipses
+      look_at_limit, slide_shells, slip_on_ellipses, surely_stuck
    use contensou_contact_tangential_edges, only : edge_at, power_of
    use contensou_contact_tangential_ellipse, only : ellipse_type, least_ratio
    use contensou_contact_tangential_ellipse_pass, only : lanes, n_values, slide_on_ellipse
@@ -86,6 +86,7 @@ contains
       call test_histories(8)
       call test_border()
       call test_inner_ellipsoid()
+      call test_limit()
    end subroutine run_tangential_tests
 
    !> A spot of steel.
@@ -1395,6 +1396,57 @@ contains
          call check(share < 1.02_wp, "an ellipsoid that is not much smaller than it may be")
       end do
    end subroutine test_inner_ellipsoid
+
+   !> What is so far within the limit of a shell, about, that it surely sticks: the force of no
+   !> direction of sliding is.
+   subroutine test_limit()
+      real(wp), parameter :: ratios(*) = [1.0_wp, 0.8_wp, 0.5_wp, 0.3_wp, 0.15_wp, least_ratio]
+      real(wp), parameter :: edges(2, 6) = reshape([0.0_wp, 1.0_wp, 0.0_wp, 0.1_wp, 0.1_wp, &
+         0.3_wp, 0.6_wp, 0.601_wp, 0.875_wp, 1.0_wp, 0.99_wp, 1.0_wp], [2, 6])
+      integer, parameter :: ways = 18, spins = 60
+      type(spot_shape_type) :: shape
+      type(ellipse_type) :: table
+      real(wp) :: u(3), force(3), slides, turns, angle, part, limit, slopes(3), off, least, &
+         least_of_all
+      integer :: i, j, l, m, known
+
+      least_of_all = huge(least)
+      do i = 1, size(ratios)
+         shape = elliptic_shape(ratios(i))
+         call table%set_ratio(shape%k, shape%k2, shape%c)
+         least = huge(least)
+         off = 0.0_wp
+         known = 0
+         do j = 1, size(edges, 2)
+            call force_of_sliding(shape, edges(1, j), edges(2, j), [1.0_wp, 0.0_wp, 0.0_wp], force)
+            slides = norm2(force)
+            call force_of_sliding(shape, edges(1, j), edges(2, j), [0.0_wp, 0.0_wp, 1.0_wp], force)
+            turns = norm2(force)
+            do l = 0, ways
+               angle = 0.5_wp*pi*real(l, wp)/ways
+               do m = 0, spins
+                  part = 0.5_wp*pi*real(m, wp)/spins
+                  u = [cos(part)/slides*[cos(angle), sin(angle)], sin(part)/turns]
+                  call force_of_sliding(shape, edges(1, j), edges(2, j), u, force)
+                  force = force/[slides, slides, turns]
+                  call look_at_limit(table%bulge, force(1)**2, force(2)**2, force(3)**2, limit, &
+                     slopes(1), slopes(2), slopes(3))
+                  least = min(least, limit)
+                  if (edges(1, j) <= 0.0_wp) cycle
+                  ! The direction that the gradient tells.
+                  slopes = slopes*force/[slides, slides, turns]
+                  off = off + norm2(slopes/norm2(slopes) - u/norm2(u))
+                  known = known + 1
+               end do
+            end do
+         end do
+         call check(least > surely_stuck, "what surely sticks is within the limits of shells")
+         call check(off < merge(0.012_wp, 0.04_wp, ratios(i) >= 0.5_wp)*known, &
+            "the direction of a slip is about that of the gradient of a limit")
+         least_of_all = min(least_of_all, least)
+      end do
+      call check(least_of_all < surely_stuck + 0.02_wp, "what surely sticks is not much less")
+   end subroutine test_limit
 
    !> Shells without a contact.
    pure function shells_of(layers) result(shells)

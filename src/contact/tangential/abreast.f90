@@ -11,7 +11,7 @@ module contensou_contact_tangential_abreast
    use contensou_base_kinds, only : pi, wp
    use contensou_contact_tangential_circle_values, only : circle_degree => degree, &
       circle_parts => parts, circle_table => values
-   use contensou_contact_tangential_ellipse, only : ellipse_type
+   use contensou_contact_tangential_ellipse, only : ellipse_type, round_bulge
    use contensou_contact_tangential_ellipse_pass, only : close_by_bends, close_enough, lanes, &
       least_pivot, least_power, n_values, pass_on_ellipses, smallest_force
    use contensou_contact_tangential_ellipse_pass_few, only : few => lanes, &
@@ -21,7 +21,8 @@ module contensou_contact_tangential_abreast
    private
 
    public :: lay_out, slip_in_plane, slip_on_circles, slip_on_ellipses, slide_shells, &
-      take_back, step_on_circles, within_limit, abreast, narrow_load, short_slip
+      take_back, step_on_circles, within_limit, look_at_limit, abreast, narrow_load, short_slip, &
+      surely_stuck
 
    !> Most shells side by side.
    integer, parameter :: abreast = 40
@@ -51,9 +52,11 @@ module contensou_contact_tangential_abreast
    !> By how much squares of what is borne may differ from those of pure sliding and spinning.
    real(wp), parameter :: alike = 100.0_wp
 
-   !> Bends h_x and h_y of the limit of a shell for the first direction: the first number and the
-   !> second one times the axis ratio.
-   real(wp), parameter :: long_bend(2) = [-0.2_wp, 0.8_wp], short_bend(2) = [0.8_wp, -0.2_wp]
+   !> Least derivative of the limit of a shell.
+   real(wp), parameter :: least_slope = 0.1_wp
+
+   !> F of `look_at_limit` below which a shell surely sticks.
+   real(wp), parameter :: surely_stuck = 0.93_wp
 
 contains
 
@@ -155,7 +158,7 @@ contains
       logical, intent(inout) :: found(lanes)
       real(wp), dimension(lanes, 2) :: loads, sizes, k, g, v, new, f
       real(wp), dimension(lanes, 3) :: springs, trials, bears, along
-      real(wp) :: off(lanes), usual(lanes)
+      real(wp) :: off(lanes), usual(lanes), sticks(lanes)
       integer :: at(lanes), i, j, l, m, pass
 
       do l = 1, 2
@@ -172,6 +175,7 @@ contains
          at(i) = i
          found(i) = .false.
       end do
+      m = n
       if (.not. steady) then
          do i = 1, n
             springs(i, 1) = k(i, 1)
@@ -196,17 +200,28 @@ contains
             sizes(i, 1) = merge(size(i, 1), 1.0_wp, usual(i) > 0.5_wp)
             sizes(i, 2) = merge(size(i, 2), 0.0_wp, usual(i) > 0.5_wp)
          end do
-         call foresee(n, torque, 1.0_wp, loads, sizes, springs, trials, bears, along)
+         call foresee(n, torque, round_bulge, loads, sizes, springs, trials, bears, along, sticks)
+         m = 0
          do i = 1, n
             v(i, 1) = merge(along(i, 1), v(i, 1), usual(i) > 0.5_wp)
             v(i, 2) = merge(along(i, 3), v(i, 2), usual(i) > 0.5_wp)
-            loads(i, 1) = load(i, 1)
-            loads(i, 2) = load(i, 2)
-            sizes(i, 1) = size(i, 1)
-            sizes(i, 2) = size(i, 2)
+            found(i) = sticks(i)*usual(i) > 0.5_wp
+            if (found(i)) then
+               u(i, 1) = v(i, 1)
+               u(i, 2) = v(i, 2)
+               cycle
+            end if
+            m = m + 1
+            at(m) = i
+            do l = 1, 2
+               v(m, l) = v(i, l)
+               loads(m, l) = load(i, l)
+               sizes(m, l) = size(i, l)
+               k(m, l) = k(i, l)
+               g(m, l) = g(i, l)
+            end do
          end do
       end if
-      m = n
       do pass = 1, most_passes
          call step_on_circles(m, loads, sizes, k, g, v, off, new, f)
          j = 0
@@ -436,7 +451,7 @@ contains
       !> Whether it is known what a shell does.
       logical, intent(inout) :: found(lanes)
       real(wp), dimension(lanes, 3) :: k, g, b, v
-      real(wp), dimension(lanes) :: short, unknown, usual
+      real(wp), dimension(lanes) :: short, unknown, usual, sticks
       real(wp), dimension(few, 3) :: some_k, some_g, some_v, some_u, some_force
       real(wp), dimension(few, 2) :: some_load, some_size
       real(wp), dimension(few) :: some_short, some_unknown, some_length
@@ -468,9 +483,16 @@ contains
             v(i, 3) = v(i, 3)*inverse
          end do
       else
-         call foresee(lanes, torque, ellipse%k, load, size, k, g, b, v)
+         call foresee(lanes, torque, ellipse%bulge, load, size, k, g, b, v, sticks)
+         do i = 1, lanes
+            unknown(i) = unknown(i)*(1.0_wp - sticks(i))
+            length(i) = 0.0_wp
+            u(i, 1) = v(i, 1)
+            u(i, 2) = v(i, 2)
+            u(i, 3) = v(i, 3)
+         end do
       end if
-      m = int(sum(asked) + 0.5_wp)
+      m = int(sum(unknown) + 0.5_wp)
       pass = 0
       do while (m > few .and. pass < most_passes)
          call pass_on_ellipses(ellipse, torque, load, size, k, g, short, v, unknown, u, force, &
@@ -720,34 +742,35 @@ contains
       end do
    end subroutine mask_unusual
 
-   !> First directions of the slips of shells, by limits that are ellipsoids about.
+   !> First directions of the slips of shells, and which of them surely stick.
    !>
-   !> The force of sliding along u is A u/phi, phi^2 = u.A u, A diagonal. What slipped in the step
-   !> before bore b = A u/phi, phi = b.u: with L = A/phi it slips along p_i = g_i/(L_i + mu K_i)
-   !> now, and p.L p = phi leaves one unknown, for which Newton takes a step. Pure sliding and pure
-   !> spinning tell A of others. A is not constant: with X, Y and S the parts of the axes and of
-   !> spinning in u.A u by these two,
-   !>    phi^2 = X + Y + S - (h_x X + h_y Y) S/(X + Y + S),
-   !> and of shells that are not the innermost ones h is some 0.8 k - 0.2 and 0.8 - 0.2 k.
-   pure subroutine foresee(n, torque, ratio, load, size, stiffness, trial, held, u)
+   !> The limit of a shell is about F = 1 (`look_at_limit`), and slip is along the gradient of F: so
+   !> the force of sliding along u is L u/phi, phi^2 = u.L u, with L_i G_i nearly constant.
+   !>
+   !> What slipped in the step before bore b = L u/phi, phi = b.u, which gives L; with that it slips
+   !> along p_i = g_i/(L_i + mu K_i) now, and p.L p = phi leaves one unknown, for which Newton takes
+   !> a step. Others have the L of their trial, and stick where F is below what it is at any limit.
+   !> G where they slip to changes L once more.
+   pure subroutine foresee(n, torque, bulge, load, size, stiffness, trial, held, u, sticks)
       !> Number of shells.
       integer, value :: n
       !> Of pure spinning of the spot.
       real(wp), intent(in) :: torque
-      !> Axis ratio.
-      real(wp), intent(in) :: ratio
+      !> As of `look_at_limit`.
+      real(wp), intent(in) :: bulge(9)
       !> Within the outer and the inner edges.
       real(wp), intent(in) :: load(lanes, 2), size(lanes, 2)
       !> Stiffness, and the force of the trial and that before the step, as of `slip_on_ellipses`.
       real(wp), intent(in) :: stiffness(lanes, 3), trial(lanes, 3), held(lanes, 3)
       !> Direction in the step before, of the size one or zero; then that of this step.
       real(wp), intent(inout) :: u(lanes, 3)
+      !> One where a shell surely sticks, else zero.
+      real(wp), intent(inout) :: sticks(lanes)
       real(wp) :: plane, spin, k1, k2, k3, g1, g2, g3, b1, b2, b3, u1, u2, u3, borne, known, &
-         rest, l1, l2, l3, arm, share, bends(2), bend, c1, c2, c3, q1, q2, q3, mu, p1, p2, p3, &
-         square, slope, along
+         other, rest, l1, l2, l3, q1, q2, q3, mu, p1, p2, p3, square, slope, along, limit, &
+         before1, before2, before3, now1, now2, now3
       integer :: i
 
-      bends = [long_bend(1) + long_bend(2)*ratio, short_bend(1) + short_bend(2)*ratio]
       do i = 1, n
          k1 = stiffness(i, 1)
          k2 = stiffness(i, 2)
@@ -768,34 +791,24 @@ contains
          ! Not where the load has changed by far.
          known = 0.5_wp + sign(0.5_wp, min(borne - least_pivot, alike*square - borne*borne, &
             alike*borne*borne - square))
-         borne = known*borne + (1.0_wp - known)
-         rest = least_square/borne
+         other = 1.0_wp - known
+         borne = known*borne + other
+         mu = known*max(((g1 - b1)*u1 + (g2 - b2)*u2 + (g3 - b3)*u3)/max(k1*u1*u1 + k2*u2*u2 &
+            + k3*u3*u3, least_pivot), 0.0_wp)
+         ! Squares over those of pure sliding and spinning, times both of these.
+         call look_at_limit(bulge, (known*b1*b1 + other*g1*g1)*spin, &
+            (known*b2*b2 + other*g2*g2)*spin, (known*b3*b3 + other*g3*g3)*plane, limit, before1, &
+            before2, before3)
+         sticks(i) = other*(0.5_wp + sign(0.5_wp, surely_stuck*plane*spin - limit))
+         rest = known*(least_square/borne) + other
          ! One quotient for three.
-         p1 = known*u1*u1 + least_square
-         p2 = known*u2*u2 + least_square
-         p3 = known*u3*u3 + least_square
+         p1 = known*(u1*u1 + least_square) + other*before1
+         p2 = known*(u2*u2 + least_square) + other*before2
+         p3 = known*(u3*u3 + least_square) + other*before3
          along = 1.0_wp/(p1*p2*p3)
          l1 = (known*max(b1*u1, 0.0_wp) + rest*plane)*(p2*p3*along)
          l2 = (known*max(b2*u2, 0.0_wp) + rest*plane)*(p1*p3*along)
          l3 = (known*max(b3*u3, 0.0_wp) + rest*spin)*(p1*p2*along)
-         mu = known*max(((g1 - b1)*u1 + (g2 - b2)*u2 + (g3 - b3)*u3)/max(k1*u1*u1 + k2*u2*u2 &
-            + k3*u3*u3, least_pivot), 0.0_wp)
-         ! Of others p is the direction of a short slip.
-         arm = spin/plane
-         p1 = known*u1 + (1.0_wp - known)*g1*spin
-         p2 = known*u2 + (1.0_wp - known)*g2*spin
-         p3 = known*u3 + (1.0_wp - known)*g3*plane
-         ! S over u.A u, and the mean of h times the rest.
-         share = arm*p3*p3
-         along = 1.0_wp/max(p1*p1 + p2*p2 + share, least_power)
-         share = share*along
-         bend = (bends(1)*p1*p1 + bends(2)*p2*p2)*along
-         c1 = 1.0_wp - (bends(1) - bend)*share
-         c2 = 1.0_wp - (bends(2) - bend)*share
-         c3 = 1.0_wp - bend*(1.0_wp - share)
-         l1 = l1*(known + (1.0_wp - known)*c1)
-         l2 = l2*(known + (1.0_wp - known)*c2)
-         l3 = l3*(known + (1.0_wp - known)*c3)
          p1 = l1 + mu*k1
          p2 = l2 + mu*k2
          p3 = l3 + mu*k3
@@ -803,33 +816,65 @@ contains
          q1 = p2*p3*along
          q2 = p1*p3*along
          q3 = p1*p2*along
-         p1 = g1*q1
-         p2 = g2*q2
-         p3 = g3*q3
-         share = arm*p3*p3
-         along = 1.0_wp/max(p1*p1 + p2*p2 + share, least_power)
-         share = share*along
-         bend = (bends(1)*p1*p1 + bends(2)*p2*p2)*along
-         p1 = l1*p1*p1
-         p2 = l2*p2*p2
-         p3 = l3*p3*p3
+         p1 = l1*(g1*q1)**2
+         p2 = l2*(g2*q2)**2
+         p3 = l3*(g3*q3)**2
          square = p1 + p2 + p3
          slope = p1*k1*q1 + p2*k2*q2 + p3*k3*q3
          mu = max(mu + square*(sqrt(square/borne) - 1.0_wp)/max(slope, least_power), 0.0_wp)
-         ! With those of others, whose share is known by one guess only, this would go to and fro.
-         q1 = l1*(known*(1.0_wp - (bends(1) - bend)*share)/c1 + (1.0_wp - known)) + mu*k1
-         q2 = l2*(known*(1.0_wp - (bends(2) - bend)*share)/c2 + (1.0_wp - known)) + mu*k2
-         q3 = l3*(known*(1.0_wp - bend*(1.0_wp - share))/c3 + (1.0_wp - known)) + mu*k3
-         ! Only their ratios count.
-         p1 = g1*q2*q3
-         p2 = g2*q1*q3
-         p3 = g3*q1*q2
+         ! Of what follows only ratios count. The force after the slip is along L p.
+         q1 = l1 + mu*k1
+         q2 = l2 + mu*k2
+         q3 = l3 + mu*k3
+         p1 = l1*g1*q2*q3
+         p2 = l2*g2*q1*q3
+         p3 = l3*g3*q1*q2
+         call look_at_limit(bulge, p1*p1*spin, p2*p2*spin, p3*p3*plane, limit, now1, now2, now3)
+         q1 = l1*before1 + mu*k1*now1
+         q2 = l2*before2 + mu*k2*now2
+         q3 = l3*before3 + mu*k3*now3
+         p1 = g1*now1*q2*q3
+         p2 = g2*now2*q1*q3
+         p3 = g3*now3*q1*q2
          along = 1.0_wp/sqrt(max(p1*p1 + p2*p2 + p3*p3, least_power))
          u(i, 1) = p1*along
          u(i, 2) = p2*along
          u(i, 3) = p3*along
       end do
    end subroutine foresee
+
+   !> The limit of a shell of an ellipse, about: with x, y and z the squares of the components of a
+   !> force over those of pure sliding and pure spinning, s their sum, it is
+   !>    F = s + z B(x/s, y/s) = 1,
+   !> B a polynomial that does not depend on the shell (scripts/generate_limit.py). F is 0.939 at
+   !> least at any limit.
+   pure subroutine look_at_limit(bulge, x, y, z, limit, by_x, by_y, by_z)
+      !> Coefficients of B, as of `bulges`.
+      real(wp), intent(in) :: bulge(9)
+      !> >= 0, all in a unit of their own.
+      real(wp), intent(in) :: x, y, z
+      !> F in that unit, and its derivatives by x, y and z.
+      real(wp), intent(out) :: limit, by_x, by_y, by_z
+      real(wp) :: s, inverse, p, q, r, b, b_x, b_y, along
+
+      s = max(x + y + z, least_power)
+      inverse = 1.0_wp/s
+      p = x*inverse
+      q = y*inverse
+      r = z*inverse
+      b = p*(bulge(1) + p*(bulge(3) + p*bulge(6))) + q*(bulge(2) + q*(bulge(5) + q*bulge(9))) &
+         + p*q*(bulge(4) + p*bulge(7) + q*bulge(8))
+      b_x = bulge(1) + p*(2.0_wp*bulge(3) + 3.0_wp*p*bulge(6)) &
+         + q*(bulge(4) + 2.0_wp*p*bulge(7) + q*bulge(8))
+      b_y = bulge(2) + q*(2.0_wp*bulge(5) + 3.0_wp*q*bulge(9)) &
+         + p*(bulge(4) + p*bulge(7) + 2.0_wp*q*bulge(8))
+      along = p*b_x + q*b_y
+      limit = s*(1.0_wp + r*b)
+      ! On needles the gradient of this F may turn back.
+      by_x = max(1.0_wp + r*(b_x - along), least_slope)
+      by_y = max(1.0_wp + r*(b_y - along), least_slope)
+      by_z = max(1.0_wp + b - r*along, least_slope)
+   end subroutine look_at_limit
 
    !> Whether a force is surely within the limit of a shell: between one of sliding and the double
    !> cone of pure sliding and pure spinning.

@@ -7,13 +7,17 @@
 module contensou_contact_tangential_ellipse
    use contensou_base_kinds, only : wp
    use contensou_contact_tangential_ellipse_values, only : bands, degree, least_ratio, parts
+   use contensou_contact_tangential_limit_values, only : bulges
    implicit none(type, external)
    private
 
-   public :: ellipse_type, least_ratio, last_pair
+   public :: ellipse_type, least_ratio, last_pair, round_bulge
 
    !> The last pair of an even and an odd power of a polynomial, the first one is zero.
    integer, parameter :: last_pair = shiftr(degree, 1)
+
+   !> That of a circle.
+   real(wp), parameter :: round_bulge(9) = bulges(0, :) + bulges(1, :) + bulges(2, :)
 
    !> What a spot keeps of the table.
    type :: ellipse_type
@@ -22,6 +26,8 @@ module contensou_contact_tangential_ellipse
       !> Part of the interval of ln k, and the place there, from -1 to 1.
       integer :: band = 0
       real(wp) :: place = 0.0_wp
+      !> Coefficients of the limits of its shells, as of `bulges`.
+      real(wp) :: bulge(9) = 0.0_wp
       !> Which parts are made.
       logical :: made(0:parts - 1) = .false.
       !> The two functions: even powers of x of both, then the odd ones.
@@ -50,6 +56,7 @@ contains
       place = -log(k)*(1.0_wp/band_width)
       self%band = min(int(place), bands - 1)
       self%place = 1.0_wp - 2.0_wp*(place - real(self%band, wp))
+      self%bulge = bulges(0, :) + k*(bulges(1, :) + k*bulges(2, :))
       self%made = .false.
    end subroutine set_ratio
 

@@ -33,6 +33,9 @@ module contensou_contact_tangential_memory
 
    public :: tangential_type, put_tangential_states, put_carried_states, n_states
 
+   !> Which derivative is the one by the first component of the axis.
+   integer, parameter :: of_axis = 6
+
    !> Numbers of state without a law of creep, and with one.
    integer, parameter :: n_states = 6, n_all_states = n_states + 3
 
@@ -601,13 +604,20 @@ contains
          end do
       end if
       do i = 1, n
-         if (differs(i)) call differ(self, friction, shape, rolls, states, i, h(i), slopes(:, i))
+         if (i == of_axis + 1 .or. .not. differs(i)) cycle
+         call differ(self, friction, shape, rolls, states, i, h(i), slopes(:, i))
+         ! The size of the axis does not count.
+         if (i == of_axis) then
+            slopes(:, i + 1) = slopes(:, i)*(axis(1)/length)
+            slopes(:, i) = slopes(:, i)*(-axis(2)/length)
+         end if
       end do
       ! The last state that was evaluated is this one.
       call self%evolve(friction, shape, rolls, states, wrench, rates)
    end subroutine vary
 
-   !> Derivatives of wrench and rates by one of the quantities that `vary` names, by differences.
+   !> Derivatives of wrench and rates by one of the quantities that `vary` names, by differences; in
+   !> the place of the first component of the axis by the angle by which it is turned.
    pure subroutine differ(self, friction, shape, rolls, states, i, h, slopes)
       class(tangential_type), intent(inout) :: self
       class(friction_type), intent(in) :: friction
@@ -626,8 +636,10 @@ contains
          change = merge(h, -h, k == 2)
          there = rolls
          moved = states
-         if (i <= 5) then
+         if (i < of_axis) then
             there%sliding_type = changed(rolls%sliding_type, i, change)
+         else if (i == of_axis) then
+            moved(1:2) = moved(1:2) + change*[-states(2), states(1)]
          else
             moved(i - 5) = moved(i - 5) + change
          end if

@@ -744,8 +744,9 @@ contains
 
    !> First directions of the slips of shells, and which of them surely stick.
    !>
-   !> The limit of a shell is about F = 1 (`look_at_limit`), and slip is along the gradient of F: so
-   !> the force of sliding along u is L u/phi, phi^2 = u.L u, with L_i G_i nearly constant.
+   !> The limit of a shell is about F = 1 (`look_at_limit`), and slip is along the gradient of F.
+   !> With G the derivatives of F by the squares of the components, which are one for an ellipsoid,
+   !> the force of sliding along u is L u/phi, phi^2 = u.L u, and L_i G_i is nearly constant.
    !>
    !> What slipped in the step before bore b = L u/phi, phi = b.u, which gives L; with that it slips
    !> along p_i = g_i/(L_i + mu K_i) now, and p.L p = phi leaves one unknown, for which Newton takes

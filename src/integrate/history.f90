@@ -144,9 +144,10 @@ contains
       integer :: i
 
       associate (system => self%motion%system, memory => self%memory)
-         ! Unless that is the state that was evaluated last. What is sought is closer the second
-         ! time, and the steps of two spots do not go on from what the first one finds.
-         if (system%searches .or. system%times_posed /= self%times_posed) then
+         ! Unless that is the state that was evaluated last. Gaps and forces that are sought are
+         ! closer the second time, and the steps of two spots do not go on from what is found first.
+         if (system%searches .or. system%constraints%n_rigid > 0 .or. &
+            system%times_posed /= self%times_posed) then
             call system%evaluate_memory(memory%t, memory%y)
          end if
          do i = 1, size(system%contacts)

@@ -9,8 +9,8 @@ module contensou_contact_tangential_registers
       wide_slip_on_ellipses => slip_on_ellipses, wide_take_back => take_back
    use contensou_contact_tangential_abreast_widest, only : widest_lay_out => lay_out, &
       widest_slide_shells => slide_shells, &
-      widest_slip_in_plane => slip_in_plane, widest_slip_on_circles => slip_on_circles, &
-      widest_slip_on_ellipses => slip_on_ellipses, widest_take_back => take_back
+      widest_slip_in_plane => slip_in_plane, widest_slip_on_ellipses => slip_on_ellipses, &
+      widest_take_back => take_back
    use contensou_contact_tangential_trial, only : recall, stiffen, try_elastic
    use contensou_contact_tangential_trial_wide, only : wide_recall => recall, &
       wide_stiffen => stiffen, wide_try_elastic => try_elastic

@@ -207,11 +207,23 @@ contains
       real(wp) :: rates(size(states))
 
       rates = 0.0_wp
-      rates(3:5) = along(states(1:2)/sqrt(states(1)**2 + states(2)**2), motion)
+      rates(3:5) = along(unit_axis(states(1:2)), motion)
       ! It does not depend on the size.
       rates(6) = self%way_rate(spring_spot_type(shape, 1.0_wp, 0.0_wp, self%modulus, &
          self%poisson), carried)
    end function free_rates
+
+   !> Unit vector along the axis: any, where none is set. A place where surfaces come close later
+   !> has none before it touches.
+   pure function unit_axis(axis) result(unit)
+      real(wp), intent(in) :: axis(2)
+      real(wp) :: unit(2)
+      real(wp) :: length
+
+      length = sqrt(axis(1)**2 + axis(2)**2)
+      unit = [1.0_wp, 0.0_wp]
+      if (length > 0.0_wp) unit = axis/length
+   end function unit_axis
 
    !> A motion along the axis and across it.
    pure function along(axis, motion)
@@ -246,7 +258,7 @@ contains
       logical :: circle
 
       circle = .not. abs(1.0_wp - shape%k) > 0.0_wp
-      axis = states(1:2)/sqrt(states(1)**2 + states(2)**2)
+      axis = unit_axis(states(1:2))
       self%spot%shape = shape
       self%spot%a = rolls%a
       self%spot%limit = self%coefficient*rolls%load
@@ -554,8 +566,10 @@ contains
       differs = self%share > 0.0_wp
       differs([2, 11]) = .true.
       if (.not. circle) differs(6:7) = .true.
+      axis = unit_axis(states(1:2))
       length = sqrt(states(1)**2 + states(2)**2)
-      axis = states(1:2)/length
+      ! Without an axis there is nothing to vary.
+      if (.not. length > 0.0_wp) length = 1.0_wp
       velocity = [rolls%vx, rolls%vy]
       if (allocated(self%carry)) then
          velocity = [axis(1)*rates(3) - axis(2)*rates(4), axis(2)*rates(3) + axis(1)*rates(4)]

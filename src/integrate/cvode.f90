@@ -129,6 +129,9 @@ module contensou_integrate_cvode
    !> are graded.
    integer, parameter :: most_failures = 60, failures_at_order = 3
 
+   !> Value of an event function that is zero, on a side of that.
+   real(wp), parameter :: least_value = 1.0e-100_wp
+
    !> A step that fails is shortened as by CVODE: by the root of its error times this, by the least
    !> and most of it, and by the least when it fails again.
    real(wp), parameter :: bias = 6.0_wp, least_decrease = 0.9_wp, most_decrease = 0.1_wp, &
@@ -947,8 +950,13 @@ contains
       call c_f_pointer(g, values, [handle%problem%n_events])
       call handle%problem%events(t, y(:handle%n), values)
       ! Whether a gap that is zero to rounding is a touch is not left to its sign.
-      if (handle%beginning) where (abs(values) <= min(handle%problem%rounding, &
-         zero_gap(y(:handle%n)))) values = 0.0_wp
+      if (handle%beginning) then
+         associate (problem => handle%problem)
+            where (abs(values) <= min(problem%rounding, zero_gap(y(:handle%n)))) values = 0.0_wp
+            if (allocated(problem%side)) where (abs(values) <= 0.0_wp) values = &
+               real(problem%side, wp)*least_value
+         end associate
+      end if
       handle%beginning = .false.
       flag = 0
    end function events_callback

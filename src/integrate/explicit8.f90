@@ -193,6 +193,7 @@ contains
       call begin_rk8pd(self%pair, problem)
       call self%bound_step(max_step)
       call begin_at(self, t, y)
+      if (allocated(problem%side)) where (self%side == 0) self%side = problem%side
    end subroutine start
 
    !> Set the state, and on which side of zero the event functions are.

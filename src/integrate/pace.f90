@@ -54,6 +54,11 @@ contains
       call new_integrator(method, self%integrator)
       self%integrator%alert = self%memory%switch%may
       call set_stop(self)
+      associate (memory => self%memory, motion => self%motion)
+         motion%side = spread(0, 1, motion%n_events)
+         if (memory%row > 0) where (.not. memory%undecided) motion%side = merge(-1, 1, &
+            memory%closed)
+      end associate
       call self%integrator%start(self%motion, method, self%memory%t, self%memory%y, &
          self%plan%t_end, self%plan%max_step, error)
       self%memory%switch%t_look = self%memory%t

@@ -33,6 +33,9 @@ module contensou_integrate_problem
       integer :: n_ways = 0
       !> Value of an event function up to which it counts as zero where an integration begins.
       real(wp) :: rounding = 0.0_wp
+      !> Sides of zero of such functions there as far as they are known, 1 and -1, else 0. What was
+      !> closed is closed, however near it is to lift off. Not allocated: none is known.
+      integer, allocatable :: side(:)
       !> Whether what rings may come to rest: rolling with a law of creep does not end by that.
       logical :: settles = .false.
       !> Whether the event functions are asked for at the very state at which the right-hand side

@@ -99,6 +99,7 @@ contains
 
       do i = 1, size(integrator_methods)
          call test_oscillator(trim(integrator_methods(i)))
+         call test_known_side(trim(integrator_methods(i)))
          call test_failures(trim(integrator_methods(i)))
          call test_free_fall(trim(integrator_methods(i)))
          call test_bouncing(trim(integrator_methods(i)))
@@ -237,6 +238,39 @@ contains
       stop_now = self%n_steps == self%stop_after
       if (t < 0.0_wp) call fatal(error, "time runs back")
    end subroutine after_step
+
+   !> What is known to be below zero where an integration begins, and hardly is, rises through it;
+   !> what is not counts as zero, on neither side.
+   subroutine test_known_side(method)
+      character(len=*), intent(in) :: method
+      type(oscillator_type), target :: problem
+      class(integrator_type), allocatable :: integrator
+      type(error_type), allocatable :: error
+      real(wp) :: t, y(2)
+      integer :: found(2), known, side
+
+      problem%n = 2
+      problem%n_events = 2
+      problem%remembers = .true.
+      problem%rounding = 1.0e-6_wp
+      do known = 0, 1
+         side = 0
+         problem%side = -[known, 1]
+         t = 0.0_wp
+         y = [-1.0e-16_wp, 1.0_wp]
+         call new_integrator(method, integrator)
+         call integrator%start(problem, method, t, y, 1.0_wp, 0.0_wp, error)
+         do while (t < 0.02_wp .and. .not. allocated(error) .and. side == 0)
+            call integrator%step(t, y, found, error)
+            side = found(1)
+         end do
+         call check(side == known .and. .not. allocated(error), method &
+            // ": an event at the beginning" // trim(merge(", of a known side", &
+            "                 ", known == 1)))
+         call integrator%free()
+         deallocate(integrator)
+      end do
+   end subroutine test_known_side
 
    !> An oscillator: solution, events, interpolation, restart, counters.
    subroutine test_oscillator(method)

@@ -194,6 +194,11 @@ FAULTS = {
         "lost = speed*(at%creepage + g*missing)",
         "lost = speed*g*missing",
     ),
+    "creep that drives": (
+        "contact/tangential/carry.f90",
+        "if (.not. power > 0.0_wp) return",
+        "if (.not. power < 0.0_wp) return",
+    ),
     "work of the slip of a shell": (
         "contact/tangential/slip.f90",
         "work = dot_product(f, u)*dot_product(force - f, u)/dot_product(u, stiffness*u)",
@@ -241,6 +246,7 @@ LIKELY = {
     "second spot that is missed": "tests/driver/test_spots.py::test_symmetric_from_the_start",
     "gaps over hollows": "tests/driver/test_shots.py::test_what_a_body_meets_is_seen",
     "creep that is not lost": "tests/driver/test_transient.py",
+    "creep that drives": "transient",
     "steady rolling that rings": "transient",
     "strain that is let go with each step on an ellipse": "tangential",
     "slip along the mean of a step that turns": "tangential",

@@ -7,6 +7,7 @@ module test_transient
    use contensou_contact_friction_ladder, only : rung_type
    use contensou_contact_parameters, only : parameters_type
    use contensou_contact_spot, only : circular_shape, elliptic_shape, spot_shape_type
+   use contensou_contact_tangential_carry, only : carried_type
    use contensou_contact_tangential_memory, only : tangential_type
    use contensou_contact_wrench_exact, only : wrench_exact, wrench_exact_jacobian
    use marching_spot, only : march_type
@@ -34,6 +35,7 @@ contains
       call test_onset(2.0_wp, 0.0_wp, [0.75_wp], 0.0195_wp, 14)
       call test_onset(5.0_wp, 0.5_wp, [0.3_wp, 0.75_wp], 0.0195_wp)
       call test_onset(8.0_wp, poisson, [0.75_wp], 0.0185_wp, 14)
+      call test_onset(1.0_wp, poisson, [0.5_wp], 0.088_wp, after=[-0.5_wp])
       call test_spin(1.0_wp, 0.3_wp, [0.026_wp, 0.018_wp])
       call test_spin(1.0_wp, 1.0_wp, [0.095_wp, 0.025_wp])
       call test_spin(2.0_wp, 1.0_wp, [0.115_wp, 0.049_wp])
@@ -44,6 +46,7 @@ contains
       call test_rest()
       call test_slopes()
       call test_energy()
+      call test_drives()
    end subroutine run_transient_tests
 
    !> A contact with memory and a law of creep, and its friction.
@@ -118,7 +121,7 @@ contains
    !> along one of its axes. What boundary elements have to be shifted by to bear a constant force
    !> is the sliding of the law, whose force should be the same. Two lattices, extrapolated: the
    !> errors of one are as large as what is measured.
-   subroutine test_onset(ratio, nu, forces, limit, elements)
+   subroutine test_onset(ratio, nu, forces, limit, elements, after)
       !> Half-length of the spot along the rolling over its half-width, and Poisson's ratio.
       real(wp), intent(in) :: ratio, nu
       !> Forces that are borne [f N].
@@ -127,6 +130,8 @@ contains
       real(wp), intent(in) :: limit
       !> Elements across of the coarser lattice; 10 if not given.
       integer, intent(in), optional :: elements
+      !> What takes the place of the forces once the spot has rolled over its length [f N].
+      real(wp), intent(in), optional :: after(:)
       type(march_type) :: march(2)
       type(tangential_type) :: contact
       type(rung_type) :: friction
@@ -168,6 +173,7 @@ contains
             by = 0.0_wp
             by(direction, :) = 2.0_wp*sqrt(ratio)/real(across(1), wp)*forces(i)*[0.3_wp, 0.15_wp]
             do j = 1, across(2)
+               if (present(after) .and. j > across(1)) force(direction) = -after(i)
                call march(1)%bear(force, .true., by(:, 1))
                call march(2)%bear(force, .true., by(:, 2))
                more = by(:, 2)
@@ -472,5 +478,30 @@ contains
       end do
       call check(least > -1.0e-6_wp, "rolling with memory: what is taken is never given back")
    end subroutine test_energy
+
+   !> A wrench that is the reverse of what the creepage makes that is carried out drives by no more
+   !> than a trace.
+   subroutine test_drives()
+      real(wp), parameter :: velocity(2) = [-1.0_wp, 0.0_wp]
+      type(tangential_type) :: contact
+      type(rung_type) :: friction
+      type(random_type) :: random
+      type(worst_type) :: worst
+      real(wp) :: creepage(3), wrench(3), lost(3), rate(3)
+      integer :: i
+
+      call make("table", contact, friction)
+      do i = 1, 100
+         creepage = 5.0_wp*creep_scale(circular_shape)*random%vector(3)*[1.0_wp, 1.0_wp, 1.0_wp/a]
+         call contact%carry%creep%wrench(creep_spot(circular_shape, friction_coefficient, modulus, &
+            poisson), passing_type(load, a, creepage(1), creepage(2), creepage(3), 0.0_wp, &
+            velocity(1), velocity(2)), wrench)
+         wrench = -0.9_wp*wrench
+         call contact%carry%lose(circular_shape, carried_type(load, a, velocity, creepage, wrench, &
+            0.0_wp), lost, rate)
+         call worst%note(dot_product(wrench, lost)/dot_product(wrench, creepage), i)
+      end do
+      call worst%check_below(0.02_wp, "rolling with memory: what is carried out drives nothing")
+   end subroutine test_drives
 
 end module test_transient

@@ -25,6 +25,7 @@
 !> All this is fitted to the onset of rolling under a constant force, and of spin, by boundary
 !> elements in time: docs/rolling.md.
 !> Where surfaces touch V/l has no bound, and d counts the less the smaller the spot is.
+!> Where u would have W drive its part along W is left out (`hold_back`).
 module contensou_contact_tangential_carry
    use contensou_base_kinds, only : pi, wp
    use contensou_base_vectors, only : cross
@@ -71,6 +72,9 @@ module contensou_contact_tangential_carry
    !> Spots below this part of the usual size carry nothing more: V/l has no bound where surfaces
    !> touch, and what rounding makes of a spot there would be followed.
    real(wp), parameter :: smallest = 0.03_wp
+
+   !> Share of the limit up to which it may drive, about.
+   real(wp), parameter :: little = 0.03_wp
 
    !> Relative step of differences.
    real(wp), parameter :: step = 1.0e-6_wp
@@ -179,6 +183,7 @@ contains
       rate = [e(1)*rate(1) - e(2)*rate(2), e(2)*rate(1) + e(1)*rate(2), rate(3)/(at%a*root)]
       lost = speed*(at%creepage + g*missing)
       rate = (speed/at%a*along*g**4)*rate
+      call hold_back(at%wrench, at%a*root, little*(limit + at%usual), lost)
 
    contains
 
@@ -191,6 +196,22 @@ contains
       end function share_squared
 
    end subroutine lose
+
+   !> Take off a loss what would have the wrench drive: the material that leaves the spot takes
+   !> energy out of it, but brings none.
+   pure subroutine hold_back(wrench, arm, small, lost)
+      real(wp), intent(in) :: wrench(3)
+      !> What a torque is divided by to be a force [m], and a force up to which it may drive, about
+      !> [N].
+      real(wp), intent(in) :: arm, small
+      real(wp), intent(inout) :: lost(3)
+      real(wp) :: power
+
+      power = dot_product(wrench, lost)
+      if (.not. power > 0.0_wp) return
+      power = power/(wrench(1)**2 + wrench(2)**2 + (wrench(3)/arm)**2 + small**2)
+      lost = lost - power*[wrench(1:2), wrench(3)/arm**2]
+   end subroutine hold_back
 
    !> The same with the derivatives of loss and rate, by differences: by load, size, creepage and
    !> wrench.

@@ -5,10 +5,10 @@
 draws the scenes FIRST (0) to FIRST + NUMBER (200), runs them in FOLDER (a temporary one) and prints
 what came of them by kind. A body drops onto or into a surface at rest. Dense sampling of its
 surface, which knows nothing of the program (tests/driver/places.py), tells where the two are
-closest. A scene is wrong if a place that overlaps has no spot or a spot is elsewhere, if the energy
-does not close or grows, if the momentum does not change as weight and forces say, or if it fails
-without saying of which contact and why. Exit status 1 if one is wrong. CONTENSOU names the
-executable.
+closest. A scene is wrong if a place that overlaps has no spot or a spot is elsewhere, if touches
+and lift-offs do not tell what overlaps, if the energy does not close or grows, if the momentum does
+not change as weight and forces say, or if it fails without saying of which contact and why. Exit
+status 1 if one is wrong. CONTENSOU names the executable.
 """
 
 from __future__ import annotations
@@ -142,6 +142,8 @@ class Drop:
             wrong.append(f"energy is off by {off:.1e}")
         if (off := (energy - np.minimum.accumulate(energy)).max() / moved) > LOST:
             wrong.append(f"energy grows by {off:.1e}")
+        if not self.rigid and (i := self.untold(row)) >= 0:
+            wrong.append(f"at {row['time'][i]:.6g} {row['gap'][i]} is not what events tell")
         forces = np.nansum(row["normal_force"], axis=1)
         largest = max(forces.max(), 10 * self.mass)
         near = 0.05 * self.smallest
@@ -187,6 +189,18 @@ class Drop:
             if off > FORCE * largest + known:
                 wrong.append(f"at {row['time'][i]:.6g} a force of {off:.1e} N is not told")
         return wrong[:3]
+
+    def untold(self, row: dict) -> int:
+        """A row in which other places overlap than touches and lift-offs say; -1 for none."""
+        gap = np.nan_to_num(row["gap"], nan=np.inf)
+        change = np.where(row["kinds"] == "touch", 1, -1)
+        closed = np.sum(gap[0] < 0) + np.array(
+            [change[row["events"] <= time].sum() for time in row["time"]], int
+        )
+        # Where one of them is zero, about, either is right.
+        apart = 1e-9 * self.smallest
+        wrong = (closed < np.sum(gap < -apart, axis=1)) | (closed > np.sum(gap < apart, axis=1))
+        return int(np.argmax(wrong)) if wrong.any() else -1
 
     def ellipsoid(self, longer=(2, 5)):
         """The body is an ellipsoid, longer than wide."""
@@ -336,6 +350,7 @@ def drop(executable: str, drawn: Drop, folder: Path, limit: float = 120) -> tupl
     with h5py.File(name) as file:
         row = {key: file["trajectory"][key][()] for key in file["trajectory"]}
         row["events"] = file["events/time"][()]
+        row["kinds"] = file["events/kind"].asstr()[()]
     name.unlink()
     wrong += drawn.judge(row)
     return words, "; ".join(wrong)

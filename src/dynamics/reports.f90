@@ -12,6 +12,7 @@ module contensou_dynamics_reports
       contact_variation_type, rolling_velocity, trouble_none
    use contensou_contact_law, only : contact_load_type
    use contensou_contact_states, only : most_states
+   use contensou_contact_tangential_memory, only : unit_axis
    use contensou_dynamics_equations, only : add_contacts, add_springs, system_type
    use contensou_dynamics_mechanism, only : contact_type, mechanism_type, relative_motion, &
       slip_velocity
@@ -185,8 +186,7 @@ contains
       call contact%tangential%tell(row%stored_tangential, row%stuck, displacement)
       row%stored_friction = row%stored_tangential
       local = contact%local_states(row%at)
-      axis = local(contact%states%n_damping + 1:contact%states%n_damping + 2)
-      axis = axis/norm2(axis)
+      axis = unit_axis(local(contact%states%n_damping + 1:contact%states%n_damping + 2))
       along = axis(1)*row%at%major + axis(2)*cross(row%at%normal, row%at%major)
       across = cross(row%at%normal, along)
       row%displacement = displacement(1)*along + displacement(2)*across

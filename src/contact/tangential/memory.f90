@@ -31,7 +31,7 @@ module contensou_contact_tangential_memory
    implicit none(type, external)
    private
 
-   public :: tangential_type, put_tangential_states, put_carried_states, n_states
+   public :: tangential_type, put_tangential_states, put_carried_states, n_states, unit_axis
 
    !> Which derivative is the one by the first component of the axis.
    integer, parameter :: of_axis = 6

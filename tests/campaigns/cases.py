@@ -25,7 +25,6 @@ import sys
 import tempfile
 from collections import Counter
 from pathlib import Path
-from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -37,7 +36,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "driver"))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from places import Ellipsoid, frame, to_cylinder
 from rigid_scenes import METHODS, RADIUS, attempt, ball_surface, body, words
-from spots import drop
+from spots import Drop, drop
 
 POISSON = 0.3
 # Spot of an impact over its largest.
@@ -307,6 +306,13 @@ def table(seed, executable, folder):
 # ---- Ellipsoids in a bore -----------------------------------------------------------------------
 
 
+class Bore(Drop):
+    """A scene that is written here."""
+
+    def __init__(self, **known):
+        vars(self).update(known)
+
+
 def bore(seed, executable, folder):
     """An ellipsoid of any length across a bore."""
     rng = random.Random(f"bore {seed}")
@@ -337,8 +343,9 @@ def bore(seed, executable, folder):
         "&output file = 'out.h5', interval = 2e-5 /\n"
     )
     size = (length, 0.01, 0.01)
-    drawn = SimpleNamespace(
+    drawn = Bore(
         text=text,
+        rigid=rigid,
         surface=Ellipsoid(size),
         distance=to_cylinder(radius, True),
         frame=frame((0, -1, 0)),

@@ -38,6 +38,9 @@ module contensou_contact_search
       logical :: several = .false.
       !> Length of the order of the surfaces [m].
       real(wp) :: size = 0.0_wp
+      !> Overlap beyond which a place is doubted: a common normal may also lead through a rod to its
+      !> far side [m].
+      real(wp) :: narrow = 0.0_wp
       !> Whether the carrier is swept along a line, so that its samples have one parameter.
       logical :: line = .false.
       !> Semi-axes of a carrier whose samples have two parameters [m].
@@ -134,6 +137,8 @@ contains
       self%several = .not. (info_a%convex .and. info_b%convex) .or. self%surfaces(1)%inside &
          .or. self%surfaces(2)%inside
       self%size = max(self%surfaces(1)%shape%extent(), self%surfaces(2)%shape%extent())
+      self%narrow = min(self%surfaces(1)%shape%smallest_radius(), &
+         self%surfaces(2)%shape%smallest_radius())
       associate (carrier => self%surfaces(self%carrier)%shape)
          carried = carrier%info()
          self%line = carried%swept
@@ -169,6 +174,7 @@ contains
       end if
       if (track%known) then
          call polish(self, placing, track%first, track%second, track%normal, gap, found)
+         if (found .and. self%several) found = gap > -self%narrow
          if (found) then
             track%lost = .false.
             if (self%several .and. gap > 0.0_wp) then
@@ -202,13 +208,13 @@ contains
       y = track%second
       n = track%normal
       call polish(self, placing, x, y, n, gap, found)
-      if (found) found = is_near(x, y)
+      if (found) found = may_be(x, y, gap)
       if (.not. found) then
          ! A trial of an integrator may have led away.
          x = track%anchor(:, 1)
          y = track%anchor(:, 2)
          call polish(self, placing, x, y, n, gap, found)
-         if (found) found = is_near(x, y)
+         if (found) found = may_be(x, y, gap)
       end if
       if (found) then
          track%first = x
@@ -224,16 +230,19 @@ contains
    contains
 
       !> Whether points may be those of the place: from one to another it has to go by way of both
-      !> surfaces.
-      pure logical function is_near(first, second)
+      !> surfaces, and it does not begin to overlap by far.
+      pure logical function may_be(first, second, gap)
          !> Point of A, frame of A [m].
          real(wp), intent(in) :: first(3)
          !> Point of B, frame of B [m].
          real(wp), intent(in) :: second(3)
+         !> Their distance [m].
+         real(wp), intent(in) :: gap
 
-         is_near = min(sum((first - track%anchor(:, 1))**2), &
+         may_be = track%overlaps .or. gap > -self%narrow
+         if (may_be) may_be = min(sum((first - track%anchor(:, 1))**2), &
             sum((second - track%anchor(:, 2))**2)) <= min(track%leash, longest_leash*self%size)**2
-      end function is_near
+      end function may_be
 
    end subroutine follow
 

@@ -2,9 +2,10 @@
 !>
 !> Each spot is a contact of its own and follows one place at which the gap is smallest among those
 !> near by. As soon as the surfaces are close, all such places are looked for, and every one gets a
-!> spot before it touches: a spot that touches keeps its place, those that are open take the others
-!> in the order in which they lie on one of the surfaces. So the order depends on the state and on
-!> what touches, not on steps. A spot without a place is away, with a gap that is not zero.
+!> spot before it touches: a spot that touches keeps its place, as does one that has just opened;
+!> those that are open take the others in the order in which they lie on one of the surfaces. So the
+!> order depends on the state and on what touches, not on steps. A spot without a place is away,
+!> with a gap that is not zero.
 module contensou_dynamics_spots
    use contensou_base_kinds, only : wp
    use contensou_contact_geometry, only : place_closest, place_none, place_own, same_place, &
@@ -66,9 +67,12 @@ contains
       type(place_type) :: place(most_places)
       type(track_type) :: found(most_places)
       real(wp) :: gap(size(held)), gaps(most_places), limit
+      !> Which keep their places.
+      logical :: firm(size(held))
       integer :: i, j, k, n
 
       trouble = trouble_none
+      firm = held
       associate (contacts => mechanism%contacts(first:first + size(held) - 1), &
          a => mechanism%pose(mechanism%contacts(first)%a), &
          b => mechanism%pose(mechanism%contacts(first)%b))
@@ -99,15 +103,22 @@ contains
             ! As it is followed, to the last digit.
             place(j)%track = contacts(k)%track
             place(j)%gap = gap(k)
-            if (.not. held(k)) cycle
-            if (place(j)%owner > 0) then
-               ! Two that touch have become one, in between nothing holds the surfaces apart.
-               trouble = trouble_merged
-               return
+            ! What is known of a rigid contact that has just opened is known of its place.
+            if (.not. (held(k) .or. contacts(k)%leaving)) cycle
+            i = place(j)%owner
+            if (i > 0) then
+               if (.not. held(k)) cycle
+               if (held(i)) then
+                  ! Two that touch have become one, in between nothing holds the surfaces apart.
+                  trouble = trouble_merged
+                  return
+               end if
+               firm(i) = .false.
             end if
+            firm(k) = .true.
             place(j)%owner = k
          end do
-         call give_open(contacts(1)%law%geometry%ordering, place(:n), held, trouble)
+         call give_open(contacts(1)%law%geometry%ordering, place(:n), firm, trouble)
          if (trouble /= trouble_none) return
          do k = 1, size(held)
             j = 0
@@ -167,12 +178,12 @@ contains
 
    !> Give the places that nothing holds to the spots that are open: in the order of the surface if
    !> there are enough spots, else the closest ones.
-   subroutine give_open(ordering, place, held, trouble)
+   subroutine give_open(ordering, place, firm, trouble)
       !> The surface, 1 for A and 2 for B.
       integer, intent(in) :: ordering
       type(place_type), intent(inout) :: place(:)
-      !> Which spots touch.
-      logical, intent(in) :: held(:)
+      !> Which spots keep their places.
+      logical, intent(in) :: firm(:)
       !> Set where a place that overlaps is left over.
       integer, intent(inout) :: trouble
       real(wp) :: x(3, size(place)), key(size(place)), spread(3)
@@ -180,7 +191,7 @@ contains
       integer :: i, j, k, axis
 
       free = place%owner == 0
-      do while (count(free) > count(.not. held))
+      do while (count(free) > count(.not. firm))
          i = maxloc(place%gap, dim=1, mask=free)
          free(i) = .false.
          if (place(i)%gap < 0.0_wp) trouble = trouble_spots
@@ -198,7 +209,7 @@ contains
       do j = 1, count(free)
          do
             k = k + 1
-            if (.not. held(k)) exit
+            if (.not. firm(k)) exit
          end do
          i = minloc(key, dim=1, mask=free)
          place(i)%owner = k

@@ -341,7 +341,7 @@ def drop(executable: str, drawn: Drop, folder: Path, limit: float = 120) -> tupl
         why = [line for line in said.splitlines() if "contact 'k" in line] or [said]
         last = why[-1].partition("'s': ")[2] or why[-1].strip()
         words = "ends: " + re.sub(r"[-+]?\d[\d.e+-]*", "#", last)[:60]
-        unsaid = "leaves the domain" in said and ": gap " in why[-1]
+        unsaid = ("leaves the domain" in said and ": gap " in why[-1]) or "to 0.0E+00 s" in said
         if unsaid or done.returncode != 1 or not re.search(r"contact 'k|integrator\.", said):
             wrong.append(said)
     name = folder / ("out.h5" if done.returncode == 0 else "out.h5.part")

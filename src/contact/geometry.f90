@@ -19,7 +19,7 @@ module contensou_contact_geometry
       trouble_jammed, trouble_redundant, trouble_apex, trouble_sunk, trouble_pulls, &
       trouble_drives
    public :: trouble_far, trouble_sudden, trouble_spots, trouble_endless, trouble_squeezed, &
-      trouble_unsettled, trouble_unseen, trouble_merged
+      trouble_unsettled, trouble_unseen, trouble_merged, trouble_missed
 
    !> What can make a contact unusable: nothing, a search without result, surfaces that do not touch
    !> in a point, a formula for the spot that gives none, friction that jams a rigid contact, rigid
@@ -30,9 +30,10 @@ module contensou_contact_geometry
       trouble_endless = 10, trouble_squeezed = 11, trouble_unsettled = 12
 
    !> More of it: positions too large for their rounding, an overlap that no motion explains, a
-   !> place where the surfaces touch without a spot, two spots that become one under load.
+   !> place where the surfaces touch without a spot, two spots that become one under load, a touch
+   !> or a lift-off that went unnoticed.
    integer, parameter :: trouble_far = 20, trouble_sudden = 21, trouble_spots = 22, &
-      trouble_unseen = 23, trouble_merged = 24
+      trouble_unseen = 23, trouble_merged = 24, trouble_missed = 25
 
    !> What a track follows: the closest place; one that it keeps, however close others are, as each
    !> spot of a contact that has several; none.
@@ -410,6 +411,10 @@ contains
             "conform, and no spot is one of Hertz's. A body in a hollow that is wider than " // &
             "the largest radius of curvature of the body, a^2/c of an ellipsoid, has one " // &
             "spot from the start"
+      case (trouble_missed)
+         text = "a touch or a lift-off was missed: the contact counts as closed where its " // &
+            "surfaces are apart, or as open where they overlap; an integrator.max_step below " // &
+            "the time that it takes to touch and part finds it"
       case (trouble_far)
          text = "its bodies are so far from the origin that the rounding of their positions " // &
             "is not small against the overlap; an origin near where they touch resolves it"

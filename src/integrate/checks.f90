@@ -3,7 +3,8 @@ module contensou_integrate_checks
    use contensou_base_errors, only : error_type, fatal
    use contensou_base_kinds, only : wp
    use contensou_base_numbers, only : power_text
-   use contensou_contact_geometry, only : trouble_far, trouble_sudden
+   use contensou_contact_geometry, only : trouble_far, trouble_missed, trouble_none, &
+      trouble_sudden
    use contensou_dynamics_reports, only : energy_type, find_energy
    use contensou_dynamics_rests, only : sunk
    use contensou_dynamics_state, only : position_of
@@ -44,34 +45,44 @@ contains
       !> Set when something is wrong.
       type(error_type), allocatable, intent(out) :: error
 
+      logical :: twice
+
+      ! A touch of what is closed, or a lift-off of what is open: one between them was missed.
+      twice = any(self%events /= 0 .and. (self%events < 0 .eqv. self%memory%closed))
       self%unchecked = self%unchecked + 1
-      if (self%unchecked < checked_steps .and. .not. any(self%events < 0) .and. &
-         self%memory%row <= self%rows) return
+      if (self%unchecked < checked_steps .and. .not. any(self%events < 0) .and. .not. twice &
+         .and. self%memory%row <= self%rows) return
       self%unchecked = 0
       call check_resolution(self, error)
-      if (.not. allocated(error)) call check_touches(self, error)
+      if (.not. allocated(error)) call check_gaps(self, twice, error)
       if (.not. allocated(error)) call check_balance(self, error)
    end subroutine check_step
 
-   !> See whether surfaces that touch overlap without having approached.
-   subroutine check_touches(self, error)
+   !> See whether surfaces that touch overlap without having approached, and whether those overlap
+   !> that are taken to.
+   subroutine check_gaps(self, twice, error)
       type(march_type), intent(inout) :: self
-      !> Set where they do.
+      !> Whether one of the events is that of a contact that was so before.
+      logical, intent(in) :: twice
+      !> Set where gaps are not what is known of them.
       type(error_type), allocatable, intent(out) :: error
       type(kept_type) :: kept
-      real(wp), dimension(self%motion%n_events) :: gap, rate
+      real(wp), dimension(self%motion%n_events) :: before, gap, rate
       real(wp) :: explained
-      integer :: i
+      integer :: i, trouble
 
-      if (.not. any(self%events < 0)) return
       associate (system => self%motion%system, memory => self%memory)
          call keep_workspace(self%motion, kept)
+         if (twice) then
+            call system%gaps(self%y_before, before)
+            call restore_workspace(self%motion, kept)
+         end if
          call system%gaps(memory%y, gap)
          call system%gap_rates(memory%y, rate)
          do i = 1, size(gap)
-            if (self%events(i) >= 0 .or. memory%closed(i) .or. gap(i) >= 0.0_wp) cycle
-            associate (contact => system%contacts(i))
-               if (contact%track%lost) cycle
+            associate (contact => system%contacts(i), closed => memory%closed(i), &
+               event => self%events(i))
+               if (contact%track%lost .or. contact%track%away .or. memory%undecided(i)) cycle
                ! An event is where the gap is zero, to the resolution of time.
                explained = time_of_event*epsilon(explained)*(abs(memory%t) + (memory%t &
                   - self%t_before))*(abs(rate(i)) + abs(self%gap_before(i)%rate))
@@ -80,16 +91,36 @@ contains
                ! One that has just opened may close below zero.
                if (contact%rigid) explained = explained &
                   + sunk*contact%law%geometry%smallest_radius()
-               if (-gap(i) <= explained) cycle
+               trouble = trouble_none
+               if (event < 0 .and. .not. closed) then
+                  if (-gap(i) > explained) trouble = trouble_sudden
+               else if (contact%rigid .or. (event > 0 .and. closed)) then
+                  cycle
+               else if (event /= 0) then
+                  if (is_other(before(i), closed, explained)) trouble = trouble_missed
+               else
+                  if (is_other(gap(i), closed, explained)) trouble = trouble_missed
+               end if
             end associate
+            if (trouble == trouble_none) cycle
             system%trouble = i
-            system%trouble_code = trouble_sudden
+            system%trouble_code = trouble
             call fatal(error, "a contact does not know where it touches")
             return
          end do
          call restore_workspace(self%motion, kept)
       end associate
-   end subroutine check_touches
+   end subroutine check_gaps
+
+   !> Whether a gap is not that of a contact that is closed, or not.
+   pure logical function is_other(gap, closed, explained)
+      real(wp), intent(in) :: gap
+      logical, intent(in) :: closed
+      !> What is zero [m].
+      real(wp), intent(in) :: explained
+
+      is_other = merge(gap, -gap, closed) > explained
+   end function is_other
 
    !> Take note of the energy at the beginning.
    subroutine begin_balance(self)

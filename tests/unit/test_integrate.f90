@@ -79,6 +79,8 @@ module test_integrate
       integer, allocatable :: contact(:)
       !> Step after which to stop; 0 for none.
       integer :: stop_after = 0
+      !> Time after which to stop [s].
+      real(wp) :: stop_at = huge(1.0_wp)
       !> Row at which to fail; 0 for none.
       integer :: fail_at_row = 0
       !> Event at which to fail; 0 for none.
@@ -106,6 +108,7 @@ contains
          call test_restitution(trim(integrator_methods(i)))
          call test_dip(trim(integrator_methods(i)))
          call test_deep(trim(integrator_methods(i)))
+         call test_missed(trim(integrator_methods(i)))
       end do
       call test_row_count()
       call test_rows()
@@ -235,7 +238,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       self%n_steps = self%n_steps + 1
-      stop_now = self%n_steps == self%stop_after
+      stop_now = self%n_steps == self%stop_after .or. t >= self%stop_at
       if (t < 0.0_wp) call fatal(error, "time runs back")
    end subroutine after_step
 
@@ -571,6 +574,45 @@ contains
       call check(allocated(error) .and. recorder%n_events == 3, &
          method // ": an event that fails ends the march")
    end subroutine test_bouncing
+
+   !> A march that takes a ball in flight to touch, or one that touches to fly, as it would after an
+   !> event that it missed, ends at the next event; one that knows does not.
+   subroutine test_missed(method)
+      character(len=*), intent(in) :: method
+      type(scene_type) :: scene
+      type(simulation_type) :: simulation
+      type(recorder_type) :: recorder
+      type(error_type), allocatable :: error
+      real(wp) :: middle
+      integer :: touches, wrong
+      logical :: told
+
+      call ball(scene, 0.1_wp)
+      scene%gravity = [0.0_wp, 0.0_wp, -9.81_wp]
+      scene%t_end = 0.4_wp
+      scene%integrator%method = method
+      call run(scene, recorder, 0.01_wp, error)
+      middle = 0.5_wp*(recorder%t_event(1) + recorder%t_event(2))
+      do touches = 0, 1
+         do wrong = 0, 1
+            call recorder%clear()
+            recorder%stop_at = merge(middle, 0.1_wp, touches == 1)
+            call new_simulation(scene, simulation, error)
+            if (.not. allocated(error)) call simulate(simulation, recorder, error)
+            call check(.not. allocated(error) .and. simulation%stopped .and. &
+               (simulation%memory%closed(1) .eqv. touches == 1), method // &
+               ": before an event that is missed")
+            recorder%stop_at = huge(middle)
+            if (wrong == 1) simulation%memory%closed = .not. simulation%memory%closed
+            if (.not. allocated(error)) call simulate(simulation, recorder, error)
+            told = .false.
+            if (allocated(error)) told = index(error%message, "was missed") > 0
+            call check(merge(told, .not. allocated(error), wrong == 1), method // &
+               merge(": a lift-off", ": a touch   ", touches == 0) // &
+               merge(" that was missed", " that is known  ", wrong == 1))
+         end do
+      end do
+   end subroutine test_missed
 
    !> The observer can stop the march after any step.
    subroutine test_stop()

@@ -145,11 +145,18 @@ def admissible(run, tmp_path):
                 spread[path] = max(spread[path], np.abs(values - whole[path]).max())
     lines = ["/integrator ignore", "/integrator/* ignore", "/summary/steps ignore"]
     lines.append("/summary/right_hand_sides ignore")
+    # A row as close to an event as that may be off is before it in one run, after it in another.
+    t, events = whole["/trajectory/time"], whole["/events/time"]
+    off = MARGIN * spread["/events/time"]
+    near = np.abs(t[:, None] - events).min(axis=1, initial=np.inf) <= off
+    near[1:-1] |= near[:-2] | near[2:]
     for path, values in whole.items():
         # The last row is one of the trajectory.
         same = spread.get(path.replace("/summary/", "/trajectory/"), 0.0)
         largest = np.abs(values).max(initial=0.0)
         tolerance = MARGIN * max(spread[path], same) + 1e-12 * largest
+        if path.startswith("/trajectory/") and path not in STATE:
+            tolerance = max(tolerance, np.abs(values[near]).max(initial=0.0))
         if path in STATE:
             assert tolerance <= COARSEST * largest, "the scene is too sensitive for this test"
         lines.append(f"{path} {tolerance} 0")

@@ -38,8 +38,8 @@ module contensou_contact_search
       logical :: several = .false.
       !> Length of the order of the surfaces [m].
       real(wp) :: size = 0.0_wp
-      !> Overlap beyond which a place is doubted: a common normal may also lead through a rod to its
-      !> far side [m].
+      !> Overlap beyond which a place is doubted: a common normal may lead through a rod to its far
+      !> side [m].
       real(wp) :: narrow = 0.0_wp
       !> Whether the carrier is swept along a line, so that its samples have one parameter.
       logical :: line = .false.
@@ -174,7 +174,8 @@ contains
       end if
       if (track%known) then
          call polish(self, placing, track%first, track%second, track%normal, gap, found)
-         if (found .and. self%several) found = gap > -self%narrow
+         if (found .and. self%several) found = .not. leads_through(self, placing, track%first, &
+            track%second, gap)
          if (found) then
             track%lost = .false.
             if (self%several .and. gap > 0.0_wp) then
@@ -230,7 +231,7 @@ contains
    contains
 
       !> Whether points may be those of the place: from one to another it has to go by way of both
-      !> surfaces, and it does not begin to overlap by far.
+      !> surfaces.
       pure logical function may_be(first, second, gap)
          !> Point of A, frame of A [m].
          real(wp), intent(in) :: first(3)
@@ -239,12 +240,29 @@ contains
          !> Their distance [m].
          real(wp), intent(in) :: gap
 
-         may_be = track%overlaps .or. gap > -self%narrow
-         if (may_be) may_be = min(sum((first - track%anchor(:, 1))**2), &
+         may_be = min(sum((first - track%anchor(:, 1))**2), &
             sum((second - track%anchor(:, 2))**2)) <= min(track%leash, longest_leash*self%size)**2
+         if (may_be) may_be = .not. leads_through(self, placing, first, second, gap)
       end function may_be
 
    end subroutine follow
+
+   !> Whether a common normal on which the surfaces overlap leads through one of them: its point on
+   !> the carrier is outside of the other surface.
+   pure logical function leads_through(self, placing, first, second, gap)
+      type(search_type), intent(in) :: self
+      type(placing_type), intent(in) :: placing
+      !> Point of A, frame of A [m].
+      real(wp), intent(in) :: first(3)
+      !> Point of B, frame of B [m].
+      real(wp), intent(in) :: second(3)
+      !> Their distance [m].
+      real(wp), intent(in) :: gap
+
+      leads_through = gap < -self%narrow
+      if (leads_through) leads_through = distance_of(self, placing, swept_type(merge(first, &
+         second, self%carrier == 1), 0.0_wp)) > 0.0_wp
+   end function leads_through
 
    !> Newton's method on the equations of the common normal.
    pure subroutine polish(self, placing, first, second, normal, gap, found)
@@ -483,6 +501,8 @@ contains
          before = fine(modulo(i - 1, count))
          after = fine(modulo(i + 1, count))
          if (fine(i) > before .or. fine(i) > after .or. fine(i) >= huge(limit)) cycle
+         ! Between samples that are too far away nothing was looked at.
+         if (min(before, after) >= huge(limit)) cycle
          if (2.0_wp*fine(i) - min(before, after) >= limit) cycle
          starts = starts + 1
          p = lowest_about(self, placing, angles(1) + i*width, width)

@@ -184,6 +184,11 @@ class Drop:
             # What changes faster than the rows follow each other is not known better.
             second = np.array([1, -2, 1])
             known = 0.1 * abs(second @ forces[part])
+            # Nor what acts while the normal turns by a radian, as of a ball that passes the axis of
+            # a funnel.
+            turned = row["contact_normal"][i + 1] - row["contact_normal"][i - 1]
+            if np.linalg.norm(np.nan_to_num(turned), axis=-1).max() > 1:
+                continue
             known += np.linalg.norm(second @ np.nansum(row["friction_force"][part], axis=1))
             known += self.unseen * forces[part].max()
             if off > FORCE * largest + known:

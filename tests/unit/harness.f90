@@ -5,13 +5,13 @@
 module test_harness
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite, ieee_is_nan
    use, intrinsic :: iso_c_binding, only : c_associated, c_char, c_null_char, c_ptr
-   use, intrinsic :: iso_fortran_env, only : output_unit
+   use, intrinsic :: iso_fortran_env, only : compiler_options, output_unit
    use contensou_base_kinds, only : i8, wp
    use contensou_base_text, only : string_type
    implicit none(type, external)
    private
 
-   public :: set_up, wants, finish, check, check_close, check_relative
+   public :: set_up, wants, is_checked, finish, check, check_close, check_relative
    public :: make_scratch_folder, remove_scratch_folder, shell_quote
    public :: table_type, read_table, random_type, worst_type
 
@@ -112,6 +112,11 @@ contains
       if (wants) suite = name
       if (wants .and. verbose) write(output_unit, "(a)") "suite " // name
    end function wants
+
+   !> Whether this is a build with run-time checks, which is far slower.
+   logical function is_checked()
+      is_checked = index(compiler_options(), "-fcheck=") > 0
+   end function is_checked
 
    !> Print the closing line.
    subroutine finish(passed)

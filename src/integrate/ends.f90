@@ -2,7 +2,7 @@
 module contensou_integrate_ends
    use contensou_base_errors, only : error_type, status_failed
    use contensou_base_kinds, only : wp
-   use contensou_contact_geometry, only : contact_point_type, trouble_conforming
+   use contensou_contact_geometry, only : contact_point_type, trouble_conforming, trouble_sunk
    use contensou_integrate_checks, only : check_balance
    use contensou_integrate_observer, only : event_touch
    use contensou_integrate_step, only : kept_type, look_at_gaps, march_type, open_step, &
@@ -85,19 +85,39 @@ contains
    end subroutine end_here
 
    !> Where the march has failed and surfaces conform, or nearly do, see whether it is to end there.
+   !> A rigid contact does not hold, or steps shrink, before its surfaces conform: that is its
+   !> trouble then.
    subroutine heed_conforming(self, error)
       type(march_type), intent(inout) :: self
       !> Why it has failed; not allocated if that is a condition to end.
       type(error_type), allocatable, intent(inout) :: error
-      integer :: contact, met
+      integer :: contact
 
-      associate (system => self%motion%system, memory => self%memory)
-         if (.not. self%has_stops .or. error%status /= status_failed) return
-         if (memory%row > self%rows) return
+      if (error%status /= status_failed) return
+      associate (system => self%motion%system)
          contact = system%trouble
          if (contact == 0 .or. system%trouble_code /= trouble_conforming) contact = &
             nearly_conforming(self)
          if (contact == 0) return
+         if (system%contacts(contact)%rigid .and. system%too_deep == 0 .and. &
+            (system%trouble == 0 .or. system%trouble_code == trouble_sunk)) then
+            system%trouble = contact
+            system%trouble_code = trouble_conforming
+         end if
+      end associate
+      call end_where_conforming(self, contact, error)
+   end subroutine heed_conforming
+
+   !> End the march where surfaces conform, if that is a condition to end.
+   subroutine end_where_conforming(self, contact, error)
+      type(march_type), intent(inout) :: self
+      integer, intent(in) :: contact
+      !> As of `heed_conforming`.
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: met
+
+      associate (memory => self%memory)
+         if (.not. self%has_stops .or. memory%row > self%rows) return
          met = memory%stops%of_conforming(self%plan%stops, first_spot(self, contact))
          if (met == 0) return
          self%met = met
@@ -109,7 +129,7 @@ contains
       end associate
       deallocate(error)
       call end_here(self, error)
-   end subroutine heed_conforming
+   end subroutine end_where_conforming
 
    !> A closed contact whose spot is so long that its surfaces as good as conform; 0 for none.
    integer function nearly_conforming(self) result(contact)

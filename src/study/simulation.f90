@@ -15,7 +15,7 @@ module contensou_study_simulation
    use contensou_base_operating_system, only : cpu_seconds
    use contensou_base_text, only : quote
    use contensou_base_text_lock, only : lock_texts, unlock_texts
-   use contensou_contact_geometry, only : trouble_conforming, trouble_sunk, trouble_text
+   use contensou_contact_geometry, only : trouble_conforming, trouble_text
    use contensou_dynamics_assembly, only : assemble, contact_length, initial_state
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_equations, only : system_type
@@ -318,9 +318,6 @@ contains
          text = text // new_line("a") // "  contact " // quote(name_of(scene, i)) // ": gap " // &
             number_text(gap(i), 4) // " m, changing at " // number_text(rate(i), 4) // " m/s"
       end do
-      if (deep == 0 .and. (system%trouble == 0 .or. system%trouble_code == trouble_sunk)) then
-         call look_at_rigid(system, y)
-      end if
       if (system%trouble > 0) then
          text = text // new_line("a") // "  contact " // &
             quote(name_of(scene, system%trouble)) // ", surfaces " // &
@@ -360,28 +357,6 @@ contains
          end if
       end if
    end function failure_text
-
-   !> See whether the surfaces of a closed rigid contact as good as conform: steps shrink, or do not
-   !> hold it, before they do.
-   subroutine look_at_rigid(system, y)
-      !> Its trouble is set.
-      type(system_type), intent(inout) :: system
-      !> Last state.
-      real(wp), intent(in) :: y(:)
-      type(contact_report_type) :: row
-      real(wp), parameter :: nearly = 1.0e-3_wp
-      integer :: i
-
-      call system%set_poses(y)
-      do i = 1, size(system%contacts)
-         if (.not. (system%contacts(i)%rigid .and. system%contacts(i)%closed)) cycle
-         call report_contact(system, i, row)
-         if (row%at%curvature_a > nearly*abs(row%at%curvature_b)) cycle
-         system%trouble = i
-         system%trouble_code = trouble_conforming
-         return
-      end do
-   end subroutine look_at_rigid
 
    !> Say of a spot that is far longer than wide that the surfaces come to conform.
    subroutine add_long_spot(system, y, name, contact, text)

@@ -776,7 +776,7 @@ contains
       case (CV_CONV_FAILURE, CV_LSETUP_FAIL)
          words = "the nonlinear iteration does not converge however small the step"
       case (CV_FIRST_RHSFUNC_ERR)
-         words = "the initial state is outside the domain of the model"
+         words = "the state it starts from is outside the domain of the model"
       case (CV_REPTD_RHSFUNC_ERR, CV_UNREC_RHSFUNC_ERR)
          words = "the motion leaves the domain of the model"
       case default

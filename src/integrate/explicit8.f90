@@ -356,7 +356,7 @@ contains
       if (self%fresh) then
          call evaluate(self%pair, 1, self%t, self%y, outside)
          if (outside) then
-            call fatal(error, "the initial state is outside the domain of the model", &
+            call fatal(error, "the state it starts from is outside the domain of the model", &
                status_failed)
             return
          end if

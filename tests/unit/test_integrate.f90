@@ -385,7 +385,7 @@ contains
    subroutine test_failures(method)
       character(len=*), intent(in) :: method
 
-      call expect(never_inside, "the initial state is outside the domain of the model", &
+      call expect(never_inside, "the state it starts from is outside the domain of the model", &
          method // ": never inside the domain")
       call expect(leaves, "", method // ": leaves the domain")
       call expect(blows_up, "", method // ": grows beyond all bounds")

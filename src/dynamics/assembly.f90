@@ -27,7 +27,7 @@ module contensou_dynamics_assembly
    private
 
    public :: assemble, initial_state, initial_pose, contact_length, contact_time, reach_of, &
-      reduced_mass, largest_relative_approach, place_spots
+      reduced_mass, largest_relative_approach, place_spots, usual_overlap
 
    !> Largest approach over the smallest radius of curvature: beyond it the half-space theory of
    !> Hertz has no meaning.

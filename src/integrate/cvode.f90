@@ -37,7 +37,7 @@ module contensou_integrate_cvode
    use contensou_base_kinds, only : i8, wp
    use contensou_base_numbers, only : to_text
    use contensou_integrate_integrator, only : graded, integrator_type, statistics_type
-   use contensou_integrate_problem, only : problem_type, way_columns_of
+   use contensou_integrate_problem, only : least_event, problem_type, way_columns_of
    use contensou_integrate_step, only : zero_gap
    implicit none(type, external)
    private
@@ -128,9 +128,6 @@ module contensou_integrate_cvode
    !> Failures of one step in a row before CVODE gives up, and before it begins anew where lengths
    !> are graded.
    integer, parameter :: most_failures = 60, failures_at_order = 3
-
-   !> Value of an event function that is zero, on a side of that.
-   real(wp), parameter :: least_value = 1.0e-100_wp
 
    !> A step that fails is shortened as by CVODE: by the root of its error times this, by the least
    !> and most of it, and by the least when it fails again.
@@ -954,7 +951,7 @@ contains
          associate (problem => handle%problem)
             where (abs(values) <= min(problem%rounding, zero_gap(y(:handle%n)))) values = 0.0_wp
             if (allocated(problem%side)) where (abs(values) <= 0.0_wp) values = &
-               real(problem%side, wp)*least_value
+               real(problem%side, wp)*least_event
          end associate
       end if
       handle%beginning = .false.

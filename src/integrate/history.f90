@@ -60,19 +60,19 @@ contains
       logical, intent(out) :: again
       !> Set when the integration cannot go on there.
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: time_step, largest, bound
+      real(wp) :: time_step, largest, bound, part
 
       again = .false.
       associate (memory => self%memory, t => self%memory%t)
          time_step = t - self%t_before
          call self%motion%system%evaluate_memory(memory%t, memory%y)
          self%times_posed = self%motion%system%times_posed
-         call deviate(self%motion, time_step, largest)
+         bound = admitted*sqrt(self%motion%scales%rtol)
+         call deviate(self%motion, time_step, bound, largest, part)
          associate (steps => self%integrator%steps_of_no_path)
             steps = merge(0, steps + 1, largest > of_no_account)
          end associate
-         bound = admitted*sqrt(self%motion%scales%rtol)
-         self%next_step = time_step*cautious*sqrt(bound/max(largest, tiny(largest)))
+         self%next_step = time_step*part
          again = largest > bound .and. time_step > shortest*spacing(t)
          if (.not. again) return
          call self%integrator%bound_step(graded(max(self%next_step, shrinking*time_step)))
@@ -85,21 +85,30 @@ contains
       end associate
    end subroutine doubt_memory
 
-   !> Largest deviation of a step to the state that contacts have evaluated.
-   subroutine deviate(motion, time_step, largest)
+   !> Largest deviation of a step to the state that contacts have evaluated, and the part of the
+   !> step that would do, over 1 where more would.
+   subroutine deviate(motion, time_step, bound, largest, part)
       class(motion_type), intent(inout) :: motion
       !> Time since the last accepted step [s].
       real(wp), intent(in) :: time_step
+      !> What is admitted of it.
+      real(wp), intent(in) :: bound
       !> Error of a wrench over the limit of friction.
       real(wp), intent(out) :: largest
-      real(wp) :: deviation
+      real(wp), intent(out) :: part
+      real(wp) :: deviation, turn, enough
       integer :: i
 
       largest = 0.0_wp
+      part = cautious*sqrt(bound/tiny(bound))
       do i = 1, size(motion%system%contacts)
          if (.not. allocated(motion%system%contacts(i)%tangential)) cycle
-         call motion%system%contacts(i)%tangential%deviate(time_step, deviation)
+         call motion%system%contacts(i)%tangential%deviate(time_step, deviation, turn)
          largest = max(largest, deviation)
+         enough = cautious*sqrt(bound/max(deviation, tiny(deviation)))
+         ! What goes back is to begin with a step.
+         if (deviation > bound .and. turn < 1.0_wp) enough = max(turn, enough)
+         part = min(part, enough)
       end do
    end subroutine deviate
 
@@ -118,14 +127,15 @@ contains
       !> Finite; below zero while no contact need remember.
       real(wp), intent(out) :: doubt
       real(wp), dimension(motion%n_events) :: gap, rate
-      real(wp) :: largest, bend
+      real(wp) :: largest, bend, bound, part
       integer :: i
 
       doubt = -1.0_wp
       if (.not. t - before > shortest*spacing(t)) return
       call motion%system%evaluate_memory(t, y)
-      call deviate(motion, t - before, largest)
-      doubt = largest/(admitted_of_host*sqrt(motion%scales%rtol)) - 1.0_wp
+      bound = admitted_of_host*sqrt(motion%scales%rtol)
+      call deviate(motion, t - before, bound, largest, part)
+      doubt = largest/bound - 1.0_wp
       call motion%system%gaps(y, gap)
       call motion%system%gap_rates(y, rate)
       do i = 1, motion%n_events

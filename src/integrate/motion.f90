@@ -7,14 +7,14 @@ module contensou_integrate_motion
    use contensou_contact_geometry, only : contact_motion_type, pose_type
    use contensou_contact_states, only : against_angular_velocity, against_energy, against_length, &
       against_velocity, state_type
-   use contensou_dynamics_assembly, only : contact_time
+   use contensou_dynamics_assembly, only : contact_time, overlap_of_load => usual_overlap
    use contensou_dynamics_equations, only : system_type
    use contensou_dynamics_jacobian, only : is_available, jacobian_type
    use contensou_dynamics_reports, only : energies
    use contensou_dynamics_rests, only : sunk
    use contensou_dynamics_scene, only : scene_type
    use contensou_dynamics_state, only : at_position, at_quaternion, at_spin, at_velocity, body_size
-   use contensou_integrate_problem, only : problem_type, way_columns_of
+   use contensou_integrate_problem, only : least_event, problem_type, way_columns_of
    use contensou_integrate_profile, only : profile_type
    implicit none(type, external)
    private
@@ -126,7 +126,7 @@ contains
       type(scene_type), intent(in) :: scene
       !> Initial state.
       real(wp), intent(in) :: y(:)
-      real(wp) :: kinetic, potential
+      real(wp) :: kinetic, potential, usual
       integer :: i
 
       motion%n = motion%system%layout%n
@@ -163,8 +163,11 @@ contains
          do i = 1, size(motion%system%contacts)
             associate (contact => motion%system%contacts(i))
                if (.not. allocated(contact%tangential)) cycle
+               usual = s%usual_overlap()
+               ! The length scale of what does not yield is that of its surfaces.
+               if (contact%rigid) usual = overlap_of_load(scene, contact, s%velocity)
                contact%tangential%reference = contact%tangential%coefficient &
-                  *contact%law%normal%force(s%usual_overlap())
+                  *contact%law%normal%force(usual)
                if (contact%rigid) cycle
                contact%brink = brink_over_length*s%length
                motion%rounding = contact%brink
@@ -299,7 +302,7 @@ contains
       if (timed) call self%profile%events%add(wall_seconds() - start - self%profile%overhead)
       ! A gap is a difference of larger numbers and can stay exactly zero over a short time, which
       ! CVODE refuses as two roots in one place.
-      where (abs(g) <= 0.0_wp) g = 1.0e-100_wp
+      where (abs(g) <= 0.0_wp) g = least_event
 
    contains
 
@@ -314,7 +317,7 @@ contains
                if (contact%closed) then
                   if (.not. self%system%outside) g(i) = -contact%normal_force &
                      - self%system%constraints%pull - contact%threshold
-                  if (self%system%outside .or. abs(g(i)) <= 0.0_wp) g(i) = -1.0e-100_wp
+                  if (self%system%outside .or. abs(g(i)) <= 0.0_wp) g(i) = -least_event
                else if (contact%leaving) then
                   g(i) = g(i) - contact%threshold
                end if

@@ -4,7 +4,10 @@ module contensou_integrate_problem
    implicit none(type, external)
    private
 
-   public :: problem_type, way_columns_of
+   public :: problem_type, least_event, way_columns_of
+
+   !> Value of an event function that is zero, on a side of that.
+   real(wp), parameter :: least_event = 1.0e-100_wp
 
    !> Most unknowns on which the rate of a way depends: velocities of two bodies.
    integer, parameter :: way_columns_of = 12

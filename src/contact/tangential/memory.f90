@@ -703,33 +703,65 @@ contains
 
    !> Error of the wrench of the last state that was evaluated, over the limit of friction: twice
    !> its distance from that of two steps in place of the one, as it grows with their square.
-   pure subroutine deviate(self, time_step, deviation)
+   !>
+   !> Within a step the wrench follows from the shift at its end, whatever came in between. So where
+   !> the motion turns back in the step the two are those to that place and back from there, as far
+   !> as what is on one side of it is made up for by the other.
+   pure subroutine deviate(self, time_step, deviation, turn)
       class(tangential_type), intent(inout) :: self
       !> Time since the last accepted step [s].
       real(wp), intent(in) :: time_step
       real(wp), intent(out) :: deviation
+      !> Part of the step after which the motion turns back, 1 where it does not.
+      real(wp), intent(out) :: turn
       type(spring_spot_type) :: spot
-      real(wp) :: first(4), wrench(3), scale
+      real(wp) :: first(4), rest(4), wrench(3), once(3), scale, part, back
 
       deviation = 0.0_wp
-      if (self%share >= 1.0_wp) return
+      turn = 1.0_wp
       scale = max(self%spot%limit, self%limit, self%reference)
-      if (.not. (scale > 0.0_wp .and. self%spot%a > 0.0_wp)) return
-      first = 0.5_wp*self%step + 0.125_wp*time_step*(self%rates - self%step_rates)
+      if (.not. (self%spot%limit > 0.0_wp .and. self%spot%a > 0.0_wp)) return
+      turn = turning_back(self)
+      if (self%share >= 1.0_wp .and. turn >= 1.0_wp) return
+      part = merge(turn, 0.5_wp, turn < 1.0_wp)
+      ! The cubic with these rates at its ends.
+      first = (part*part*(3.0_wp - 2.0_wp*part))*self%step + (part*(1.0_wp - part)*time_step) &
+         *((1.0_wp - part)*self%rates - part*self%step_rates)
       first(4) = min(max(first(4), 0.0_wp), max(self%step(4), 0.0_wp))
+      rest = self%step - first
       spot = self%spot
-      spot%limit = 0.5_wp*(self%limit + self%spot%limit)
-      spot%a = 0.5_wp*(self%a + self%spot%a)
+      spot%limit = (1.0_wp - part)*self%limit + part*self%spot%limit
+      spot%a = (1.0_wp - part)*self%a + part*self%spot%a
       call spot%stiffen(self%modulus, self%poisson)
-      call strain(self%past, self%axis, spot, first, 0.5_wp*(self%rates(1:3) + self%foreseen), &
-         self%sure, self%poisson, self%drilling, self%half, wrench)
+      call strain(self%past, self%axis, spot, first, (1.0_wp - part)*self%rates(1:3) &
+         + part*self%foreseen, self%sure, self%poisson, self%drilling, self%half, wrench)
       call self%half%turn_to(self%axis)
-      call strain(self%half, self%axis, self%spot, self%step - first, self%foreseen, self%sure, &
+      once = self%bears
+      back = 1.0_wp
+      if (turn < 1.0_wp) back = min(1.0_wp, norm2(in_strains(self, first(1:3))) &
+         /max(norm2(in_strains(self, rest(1:3))), tiny(back)))
+      if (back < 1.0_wp .or. self%share >= 1.0_wp) call strain(self%past, self%axis, self%spot, &
+         first + back*rest, self%foreseen, self%sure, self%poisson, self%drilling, self%whole, once)
+      call strain(self%half, self%axis, self%spot, back*rest, self%foreseen, self%sure, &
          self%poisson, self%drilling, self%whole, wrench)
-      wrench = (1.0_wp - self%share)*(wrench - self%bears)
+      wrench = wrench - once
+      if (turn >= 1.0_wp) wrench = (1.0_wp - self%share)*wrench
       wrench(3) = wrench(3)/self%spot%a
       deviation = 2.0_wp*sqrt(dot_product(wrench, wrench))/scale
    end subroutine deviate
+
+   !> Part of the step of the last state that was evaluated after which it goes back, 1 where it
+   !> does not: where sliding and spin, as straight between the ends, are least.
+   pure real(wp) function turning_back(self) result(part)
+      class(tangential_type), intent(in) :: self
+      real(wp), dimension(3) :: begin, end
+
+      part = 1.0_wp
+      begin = in_strains(self, self%rates(1:3))
+      end = in_strains(self, self%step_rates(1:3))
+      if (dot_product(begin, end) < 0.0_wp) part = dot_product(begin, begin - end) &
+         /dot_product(begin - end, begin - end)
+   end function turning_back
 
    !> Accept the last state that was evaluated: it is remembered.
    pure subroutine keep(self)
